@@ -1,0 +1,37 @@
+# make demo: set everything up and run the main job.   make test: set up and pass the tests.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+STAMP := $(VENV)/.installed
+FMUS := dist/compensator.fmu dist/plant.fmu
+
+.PHONY: demo test lint build bench clean
+.DELETE_ON_ERROR:
+
+$(STAMP): pyproject.toml
+	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "Python 3.11 or newer is needed; say make PYTHON=python3.12, for example")'
+	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
+	touch $@
+
+build: $(STAMP)
+	$(BIN)/python build_fmu.py
+
+demo: $(STAMP)
+	$(BIN)/python build_fmu.py
+	$(BIN)/spindle-drift run step_speed --out results/step_speed
+
+lint: $(STAMP)
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+test: $(STAMP) lint
+	$(BIN)/python -m pytest -n auto
+
+bench: $(STAMP)
+	$(BIN)/python -m benchmarks.step_cost
+
+clean:
+	rm -rf build dist results

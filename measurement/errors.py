@@ -1,0 +1,64 @@
+"""The one way in which every reader refuses an input."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ValidationError
+
+M = TypeVar("M", bound=BaseModel)
+
+
+class BadInput(ValueError):  # noqa: N818 - what is bad is the input, not the program
+    """An input that cannot be used.
+
+    Its text is one line that says where, what, and what is allowed.
+
+    Parameters
+    ----------
+    source : path or str
+        The file (or option) that holds the value.
+    place : str
+        Where in it, for example ``row 12, column T1_degC`` or ``nodes.2.capacity``.
+    problem : str
+        What is wrong: the value and what is allowed.
+    """
+
+    def __init__(self, source: str | Path, place: str, problem: str) -> None:
+        self.source, self.place, self.problem = str(source), place, problem
+        parts = [part for part in (self.source, place, problem) if part]
+        super().__init__(": ".join(" ".join(part.split()) for part in parts))
+
+
+def checked(kind: type[M], table: dict[str, Any], source: str | Path) -> M:
+    """Return *table* as an instance of the pydantic model *kind*.
+
+    Raises
+    ------
+    BadInput
+        For the first field that is missing, unknown, of the wrong type or outside its range.
+    """
+    try:
+        return kind.model_validate(table)
+    except ValidationError as error:
+        # With several mistakes, the first in the file's order is the one to mend first.
+        first = error.errors(include_url=False)[0]
+    place = ".".join(str(step) for step in first["loc"])
+    message = first["msg"].removeprefix("Value error, ")
+    if first["type"] in {"missing", "extra_forbidden"}:
+        problem = {"missing": "is missing", "extra_forbidden": "is not a known field"}[
+            first["type"]
+        ]
+    else:
+        problem = f"{shown(first['input'])} is not allowed: {message[0].lower()}{message[1:]}"
+    raise BadInput(source, place, problem) from None
+
+
+def shown(value: object) -> str:
+    """Return *value* as a refusal shows it, cut to a readable length."""
+    if isinstance(value, float) and math.isfinite(value):
+        return f"{value:g}"
+    text = repr(value)
+    return text if len(text) <= 60 else text[:57] + "..."
