@@ -1,0 +1,1 @@
+"""The lumped-thermal spindle: machine file, thermal network, effects, structure and sensors."""

@@ -1,0 +1,67 @@
+"""Stepping a network in which something depends on temperature."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from plant_model.integrate import TOLERANCE, ExponentialRungeKutta, Modes, apply
+from plant_model.network import Network
+from plant_model.parameters import FloatArray
+
+Ends = tuple[FloatArray, FloatArray]
+"""A quantity at the start and at the end of a step, linear between."""
+
+
+class DependentStepper:
+    """Steps temperatures and own states through intervals of one set of conductances.
+
+    Parameters
+    ----------
+    network : Network
+    modes : Modes
+        Of the network's linear part, own states appended.
+    tolerance : float
+        Local error allowed [K].
+    """
+
+    def __init__(self, network: Network, modes: Modes, tolerance: float = TOLERANCE) -> None:
+        self.network, self.modes = network, modes
+        self._scheme = ExponentialRungeKutta(modes, tolerance)
+
+    def advance(
+        self,
+        state: FloatArray,
+        length: float,
+        held: dict[str, FloatArray],
+        force: Ends,
+        boundary: Ends,
+    ) -> FloatArray:
+        """Return [temperatures, own states], shape (sets, size), one interval later.
+
+        Parameters
+        ----------
+        state : array, shape (sets, size)
+        length : float
+            Of the interval [s].
+        held : dict of str to array, shape (1,)
+            Inputs that stay.
+        force : pair of array, shape (sets, nodes)
+            Heat from inputs and boundaries at the start and the end [W].
+        boundary : pair of array, shape (boundaries,)
+            Boundary temperatures at the start and the end [degC].
+        """
+        network, modes = self.network, self.modes
+        nodes = network.node_count
+        names = list(network.machine.boundary_index)
+
+        def forcing(at: float, in_modes: FloatArray) -> FloatArray:
+            now = apply(modes.to_state, in_modes)[:, None, :]
+            outside = (boundary[0] + at * (boundary[1] - boundary[0]))[None, :]
+            inputs = held | {name: outside[:, i] for i, name in enumerate(names)}
+            heat, rates = network.dependent(inputs, outside, now[..., :nodes], now[..., nodes:])
+            known = force[0] + at * (force[1] - force[0])
+            rate = np.concatenate([(known + heat[:, 0]) / network.capacity, rates[:, 0]], axis=1)
+            return apply(modes.to_modes, rate)
+
+        end = self._scheme.interval(apply(modes.to_modes, state), length, forcing)
+        return apply(modes.to_state, end)

@@ -1,0 +1,155 @@
+"""What drives a simulation: inputs on a grid of steps, held or joined as each kind needs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from plant_model.machine import Input, Machine
+from plant_model.parameters import FloatArray
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+SWITCH = 0.01
+"""A change of a held input by more than this share of its range is an instant of the grid."""
+
+MOST_LEVELS = 200
+"""More levels than this of an input that conductances depend on are rounded onto so many."""
+
+
+class DriveError(ValueError):
+    """Inputs that cannot drive the machine."""
+
+
+@dataclass(frozen=True)
+class Drive:
+    """Inputs of a simulation.
+
+    Attributes
+    ----------
+    grid : array, shape (K + 1,)
+        Instants between which the model steps [s].
+    held : dict of str to array, shape (K,)
+        Speed, feed, torque and the like: their mean in each step.
+    first, last : dict of str to array, shape (K,)
+        Boundary temperatures at the start and end of each step [degC].
+    rows : dict of str to array, shape (T,)
+        All inputs at the rows that were given, gaps bridged.
+    """
+
+    grid: FloatArray
+    held: dict[str, FloatArray]
+    first: dict[str, FloatArray]
+    last: dict[str, FloatArray]
+    rows: dict[str, FloatArray]
+
+
+def _series(frame: pd.DataFrame, entry: Input) -> FloatArray:
+    """Return one input over the frame's rows, gaps bridged from the last known value."""
+    for column in (entry.column, f"{entry.name}_{entry.unit}", entry.name):
+        if column in frame.columns:
+            given = frame[column].to_numpy(dtype=np.float64)
+            break
+    else:
+        if entry.default is None:
+            raise DriveError(f"{entry.column}: the machine needs this column as its {entry.name}")
+        return np.full(len(frame), entry.default)
+    known = np.isfinite(given)
+    if not known.any():
+        raise DriveError(f"{column}: no value in the whole run")
+    time = frame["time_s"].to_numpy(dtype=np.float64)
+    if entry.is_boundary:
+        return np.asarray(np.interp(time, time[known], given[known]))
+    place = np.maximum.accumulate(np.where(known, np.arange(len(given)), -1))
+    return np.where(place >= 0, given[np.maximum(place, 0)], given[known][0])
+
+
+def drive_from(
+    machine: Machine,
+    frame: pd.DataFrame,
+    step_s: float,
+    boundary: Literal["linear", "held"] = "linear",
+) -> Drive:
+    """Put the inputs of a run on a grid.
+
+    Parameters
+    ----------
+    machine : Machine
+        Says which inputs there are and which columns hold them.
+    frame : DataFrame
+        ``time_s`` and the inputs, by run column or by input name.
+    step_s : float
+        Longest step [s]. Rows are instants of the grid, unless they are denser than that; so are
+        instants where a held input switches.
+    boundary : {"linear", "held"}
+        Whether boundary temperatures are joined by lines, or stay until the next row.
+
+    Raises
+    ------
+    DriveError
+        For fewer than two rows, time that does not ascend, or an input that is not there.
+    """
+    if "time_s" not in frame.columns:
+        raise DriveError("time_s: the inputs need this column")
+    time = frame["time_s"].to_numpy(dtype=np.float64)
+    if len(time) < 2 or not np.all(np.diff(time) > 0.0):
+        raise DriveError("time_s: at least two rows are needed, and time must ascend")
+    if not step_s > 0.0:
+        raise DriveError(f"step_s: {step_s:g} must be above 0")
+    series = {entry.name: _series(frame, entry) for entry in machine.inputs}
+    held_entries = [e for e in machine.inputs if not e.is_boundary or boundary == "held"]
+    steps = (time[-1] - time[0]) / step_s
+    # Rows are instants of the grid, thinned where they are denser than the steps.
+    every = max(1, int(step_s / np.median(np.diff(time)) + 1e-9))
+    switches = [time[::every], time[-1:]]
+    for entry in held_entries:
+        jumps = np.abs(np.diff(series[entry.name])) > SWITCH * (entry.high - entry.low)
+        # An input that jumps at nearly every step is noisy: its mean in each step serves.
+        if jumps.sum() <= 0.5 * steps + 1.0 or boundary == "held":
+            switches.append(time[1:][jumps])
+    fixed = np.unique(np.concatenate(switches))
+    pieces = [
+        np.linspace(a, b, max(1, int(np.ceil((b - a) / step_s - 1e-9))), endpoint=False)
+        for a, b in pairwise(fixed)
+    ]
+    grid = np.concatenate([*pieces, time[-1:]])
+    held: dict[str, FloatArray] = {}
+    first: dict[str, FloatArray] = {}
+    last: dict[str, FloatArray] = {}
+    for entry in machine.inputs:
+        values = series[entry.name]
+        if not entry.is_boundary:
+            held[entry.name] = _step_means(time, values, grid)
+        elif boundary == "held":
+            first[entry.name] = last[entry.name] = _step_means(time, values, grid)
+        else:
+            on_grid = np.interp(grid, time, values)
+            first[entry.name], last[entry.name] = on_grid[:-1], on_grid[1:]
+    return Drive(grid, held, first, last, series)
+
+
+def _step_means(time: FloatArray, values: FloatArray, grid: FloatArray) -> FloatArray:
+    """Return the mean over each step of a series that holds each value until the next row."""
+    row = np.clip(np.searchsorted(time, grid[:-1], side="right") - 1, 0, len(values) - 1)
+    row_of_end = np.clip(np.searchsorted(time, grid[1:], side="left") - 1, 0, len(values) - 1)
+    area = np.concatenate([[0.0], np.cumsum(values[:-1] * np.diff(time))])
+
+    def integral(at: FloatArray, rows: npt.NDArray[np.int64]) -> FloatArray:
+        return np.asarray(area[rows] + values[rows] * (at - time[rows]))
+
+    mean = (integral(grid[1:], row_of_end) - integral(grid[:-1], row)) / np.diff(grid)
+    # A step within one row keeps that row's value to the last bit.
+    return np.where(row == row_of_end, values[row], mean)
+
+
+def levels_of(values: FloatArray, span: float) -> FloatArray:
+    """Return an input as conductances see it: rounded if it takes very many levels."""
+    if len(np.unique(values)) <= MOST_LEVELS:
+        return values
+    width = span / MOST_LEVELS
+    return np.asarray(np.round(values / width) * width)

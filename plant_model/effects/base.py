@@ -1,0 +1,186 @@
+"""What every effect is: a name, parameters with one amplitude, and the hooks that it needs.
+
+Arrays are (sets, times, nodes): *sets* counts parameter sets that are simulated at once, *times*
+instants. A parameter is (sets, 1) or (1, 1), an input (times,), so that products broadcast.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+from plant_model.machine import Item, Machine
+from plant_model.parameters import FloatArray, Parameter, Values
+
+Inputs = Mapping[str, FloatArray]
+
+POSE = ("x", "y", "elongation", "yaw", "pitch", "tool_strain")
+"""Axes of a displacement: radial drift at the gauge line [um], elongation [um], tilt [urad], and
+the growth of the tool per length [um/mm]."""
+
+
+@dataclass(frozen=True)
+class NumberSpec:
+    """What a number of an item or an effect is: its unit and the range that makes sense at all."""
+
+    unit: str
+    low: float
+    high: float
+    default: float | None = None
+
+
+@dataclass(frozen=True)
+class ItemSpec:
+    """The form of one kind of item.
+
+    Attributes
+    ----------
+    refs : dict of str to str
+        Roles and what may stand there: ``node``, ``input``, ``boundary`` or a choice such as
+        ``node|boundary``; a trailing ``*`` allows a list.
+    numbers : dict of str to NumberSpec
+        Its parameters; one with a default may be left out.
+    """
+
+    refs: dict[str, str]
+    numbers: dict[str, NumberSpec] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Exchange:
+    """Heat that *node* receives from a node or a boundary temperature: g (T_other - T_node) [W].
+
+    Attributes
+    ----------
+    node, other : int
+        Positions; *other* counts boundaries where ``boundary`` is set.
+    conductance : array, shape (sets or 1, times or 1)
+        g [W/K].
+    boundary : bool
+        Whether *other* is a boundary temperature.
+    one_way : bool
+        Heat carried by a flow from *other*, which itself gives nothing back (series coolant).
+    """
+
+    node: int
+    other: int
+    conductance: FloatArray
+    boundary: bool = False
+    one_way: bool = False
+
+
+class Effect:
+    """Base of all effects; a subclass overrides the hooks that it needs and no others.
+
+    Attributes
+    ----------
+    name : str
+        Its name, which is its file's name.
+    title, explanation : str
+        What a report prints.
+    parameters : dict of str to Parameter
+        Its own numbers (the nominal values), besides those of the items it gives a law to.
+    amplitude : str
+        The parameter that switches it: at ``off`` the effect vanishes exactly.
+    handles : dict of (family, kind) to ItemSpec
+        The kinds of items that it gives a law to.
+    temperature_dependent : bool
+        Whether ``heat`` or ``conductance`` depend on temperatures or own states; if not, the
+        simulation is exact.
+    conductance_inputs : tuple of str
+        Inputs that its conductances depend on.
+    states : tuple of str
+        Names of its own states.
+    """
+
+    name: ClassVar[str]
+    title: ClassVar[str]
+    explanation: ClassVar[str]
+    parameters: ClassVar[dict[str, Parameter]]
+    amplitude: ClassVar[str]
+    off: ClassVar[float] = 0.0
+    handles: ClassVar[dict[tuple[str, str], ItemSpec]] = {}
+    temperature_dependent: ClassVar[bool] = False
+    conductance_inputs: ClassVar[tuple[str, ...]] = ()
+    states: ClassVar[tuple[str, ...]] = ()
+
+    def __init__(self, machine: Machine, values: Values) -> None:
+        self.machine = machine
+        self.values = values
+        self.items: list[Item] = [
+            item for item in machine.items if (item.family, item.kind) in self.handles
+        ]
+        self.prepare()
+
+    def prepare(self) -> None:
+        """Compute once what does not change while simulating."""
+
+    def own(self, parameter: str) -> FloatArray:
+        """Return one of the effect's own parameters, shape (sets or 1, 1)."""
+        return self.values[f"effects.{self.name}.{parameter}"]
+
+    def of(self, item: Item, parameter: str) -> FloatArray:
+        """Return a parameter of an item, shape (sets or 1, 1)."""
+        return self.values[item.parameter_name(parameter)]
+
+    def nodes(self, item: Item, role: str) -> list[int]:
+        """Return the positions of the nodes in a role of an item."""
+        return [self.machine.node_index[name] for name in item.refs.get(role, ())]
+
+    def conductance(
+        self, inputs: Inputs, temperatures: FloatArray | None, states: FloatArray | None
+    ) -> Sequence[Exchange]:
+        """Return heat exchanges; *temperatures* is None unless ``temperature_dependent``."""
+        return ()
+
+    def heat(
+        self,
+        inputs: Inputs,
+        temperatures: FloatArray | None,
+        states: FloatArray | None,
+        out: FloatArray,
+    ) -> None:
+        """Add heat [W] to *out*, shape (sets, times, nodes)."""
+
+    def rate(self, inputs: Inputs, temperatures: FloatArray, states: FloatArray) -> FloatArray:
+        """Return d(states)/dt, shape (sets, times, own states)."""
+        raise TypeError(f"{self.name} has states but no rate")
+
+    def start_states(self, temperatures: FloatArray) -> FloatArray:
+        """Return the own states at the start, shape (sets, own states), from (sets, nodes)."""
+        raise TypeError(f"{self.name} has states but no start")
+
+    def displacement(
+        self, inputs: Inputs, rise: FloatArray, states: FloatArray | None, out: FloatArray
+    ) -> None:
+        """Add to the pose *out*, shape (sets, times, 6); *rise* is temperature since start [K]."""
+
+    def reading(
+        self,
+        inputs: Inputs,
+        states: FloatArray | None,
+        time_s: FloatArray,
+        readings: dict[str, FloatArray],
+    ) -> None:
+        """Change what sensors show, in place; each reading is (sets, times)."""
+
+
+def exchange(
+    effect: Effect, item: Item, conductance: FloatArray, *, one_way: bool = False
+) -> Exchange:
+    """Return the exchange of an item with the role ``between`` and a conductance [W/K]."""
+    first, second = item.refs["between"]
+    machine = effect.machine
+    if second in machine.boundary_index:
+        index = machine.boundary_index[second]
+        return Exchange(machine.node_index[first], index, conductance, boundary=True)
+    node, other = machine.node_index[first], machine.node_index[second]
+    return Exchange(node, other, conductance, one_way=one_way)
+
+
+def amplitude(
+    nominal: float, low: float, high: float, source: str, *, unit: str = "1"
+) -> Parameter:
+    """Return the usual amplitude: a factor that is 1 when the effect has its nominal size."""
+    return Parameter(nominal, unit, low, high, source)

@@ -1,0 +1,91 @@
+"""Palmgren's bearing friction at constant viscosity and preload."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+
+from plant_model.effects.base import Effect, Inputs, ItemSpec, NumberSpec, amplitude
+from plant_model.parameters import FloatArray, Parameter
+
+
+def viscous_torque(
+    f0: FloatArray, viscosity: FloatArray, speed: FloatArray, diameter: FloatArray
+) -> FloatArray:
+    """Return Palmgren's load-free torque M0 [N mm].
+
+    Parameters
+    ----------
+    f0 : array
+        Bearing and lubrication factor [1].
+    viscosity : array
+        Kinematic viscosity of the lubricant at running temperature [mm2/s].
+    speed : array
+        Shaft speed [r/min].
+    diameter : array
+        Mean bearing diameter [mm].
+
+    Notes
+    -----
+    1e-7 f0 (nu n)^(2/3) d^3 for nu n >= 2000, else 160e-7 f0 d^3. Harris and Kotzalas, Essential
+    Concepts of Bearing Technology, 5th ed., ch. 10. At standstill there is no torque to heat.
+    """
+    product = viscosity * np.abs(speed)
+    return 1e-7 * f0 * diameter**3 * np.where(product >= 2000.0, product ** (2.0 / 3.0), 160.0)
+
+
+def friction_heat(speed: FloatArray, torque: FloatArray) -> FloatArray:
+    """Return H = 1.047e-4 n M [W] from speed n [r/min] and torque M [N mm]."""
+    return 1.047e-4 * np.abs(speed) * torque
+
+
+class BearingFriction(Effect):
+    """Heat of a bearing set: H = 1.047e-4 n z (M0 + M1), M1 = f1 P d.
+
+    The heat enters the inner and the outer side in the share that the bearing states.
+    """
+
+    name: ClassVar[str] = "bearing_friction"
+    title: ClassVar[str] = "Bearing friction"
+    explanation: ClassVar[str] = (
+        "Friction in the bearings grows with speed; lubricant and preload stay."
+    )
+    parameters: ClassVar[dict[str, Parameter]] = {
+        "scale": amplitude(1.0, 0.0, 3.0, "factor on Palmgren's torque, good to about 30 %")
+    }
+    amplitude: ClassVar[str] = "scale"
+    handles: ClassVar[dict[tuple[str, str], ItemSpec]] = {
+        ("sources", "bearing"): ItemSpec(
+            refs={"inner": "node", "outer": "node", "driven_by": "input"},
+            numbers={
+                "count": NumberSpec("1", 1.0, 20.0, 1.0),
+                "mean_diameter": NumberSpec("mm", 5.0, 1e3),
+                "f0": NumberSpec("1", 0.1, 20.0),
+                "f1": NumberSpec("1", 0.0, 0.01),
+                "preload": NumberSpec("N", 0.0, 1e5),
+                "viscosity": NumberSpec("mm2/s", 1.0, 1e3),
+                "inner_share": NumberSpec("1", 0.0, 1.0, 0.5),
+            },
+        )
+    }
+
+    def heat(
+        self,
+        inputs: Inputs,
+        temperatures: FloatArray | None,
+        states: FloatArray | None,
+        out: FloatArray,
+    ) -> None:
+        """Add every bearing's heat to its two sides."""
+        for item in self.items:
+            speed = inputs[item.refs["driven_by"][0]]
+            diameter = self.of(item, "mean_diameter")
+            torque = viscous_torque(
+                self.of(item, "f0"), self.of(item, "viscosity"), speed, diameter
+            )
+            torque = torque + self.of(item, "f1") * self.of(item, "preload") * diameter
+            power = self.own("scale") * self.of(item, "count") * friction_heat(speed, torque)
+            share = self.of(item, "inner_share")
+            out[..., self.nodes(item, "inner")[0]] += share * power
+            out[..., self.nodes(item, "outer")[0]] += (1.0 - share) * power

@@ -1,0 +1,57 @@
+"""Conduction through solid parts and through joints at constant conductance."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import ClassVar
+
+from plant_model.effects.base import (
+    Effect,
+    Exchange,
+    Inputs,
+    ItemSpec,
+    NumberSpec,
+    amplitude,
+    exchange,
+)
+from plant_model.parameters import FloatArray, Parameter
+
+_FORM = ItemSpec(
+    refs={"between": "node,node"},
+    numbers={"conductance": NumberSpec("W/K", 0.0, 1e5)},
+)
+
+
+class Conduction(Effect):
+    """Fourier's law between two lumps: Q = G (T_b - T_a), G = k A / L.
+
+    ``conduction`` is a path through one part, ``contact`` one through a joint or a bearing's
+    rolling elements; the law is the same, the name tells other effects which to change.
+    """
+
+    name: ClassVar[str] = "conduction"
+    title: ClassVar[str] = "Conduction through parts and joints"
+    explanation: ClassVar[str] = (
+        "Heat flows between touching parts in proportion to the difference."
+    )
+    parameters: ClassVar[dict[str, Parameter]] = {
+        "scale": amplitude(1.0, 0.0, 2.0, "factor on all conduction, 1 as drawn")
+    }
+    amplitude: ClassVar[str] = "scale"
+    handles: ClassVar[dict[tuple[str, str], ItemSpec]] = {
+        ("links", "conduction"): _FORM,
+        ("links", "contact"): _FORM,
+    }
+
+    def prepare(self) -> None:
+        """Collect the conductances."""
+        scale = self.own("scale")
+        self._exchanges = [
+            exchange(self, item, scale * self.of(item, "conductance")) for item in self.items
+        ]
+
+    def conductance(
+        self, inputs: Inputs, temperatures: FloatArray | None, states: FloatArray | None
+    ) -> Sequence[Exchange]:
+        """Return the constant exchanges."""
+        return self._exchanges

@@ -1,0 +1,67 @@
+"""Cooling jackets with a constant flow."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import ClassVar
+
+from plant_model.effects.base import (
+    Effect,
+    Exchange,
+    Inputs,
+    ItemSpec,
+    NumberSpec,
+    amplitude,
+    exchange,
+)
+from plant_model.parameters import FloatArray, Parameter
+
+
+class CoolantJacket(Effect):
+    """A well-mixed jacket: C dT/dt = V rho c (T_in - T) + sum UA (T_wall - T).
+
+    ``coolant_flow`` joins a jacket to what feeds it (the inlet temperature, or another jacket in
+    series, which the flow leaves behind unchanged); ``coolant_wall`` joins a wall to the jacket.
+    The outlet has the jacket's temperature.
+    """
+
+    name: ClassVar[str] = "coolant_jacket"
+    title: ClassVar[str] = "Coolant jackets at constant flow"
+    explanation: ClassVar[str] = (
+        "Coolant carries heat away in proportion to flow and temperature rise."
+    )
+    parameters: ClassVar[dict[str, Parameter]] = {
+        "scale": amplitude(1.0, 0.0, 2.0, "factor on flow and wall conductance, 1 as given")
+    }
+    amplitude: ClassVar[str] = "scale"
+    handles: ClassVar[dict[tuple[str, str], ItemSpec]] = {
+        ("links", "coolant_flow"): ItemSpec(
+            refs={"between": "node,node|boundary"},
+            numbers={
+                "flow": NumberSpec("l/min", 0.0, 1e3),
+                "heat_capacity": NumberSpec("J/(l K)", 100.0, 5000.0),
+            },
+        ),
+        ("links", "coolant_wall"): ItemSpec(
+            refs={"between": "node,node"},
+            numbers={"conductance": NumberSpec("W/K", 0.0, 1e5)},
+        ),
+    }
+
+    def prepare(self) -> None:
+        """Collect the conductances."""
+        scale = self.own("scale")
+        self._exchanges: list[Exchange] = []
+        for item in self.items:
+            if item.kind == "coolant_flow":
+                g = scale * self.of(item, "flow") / 60.0 * self.of(item, "heat_capacity")
+                self._exchanges.append(exchange(self, item, g, one_way=True))
+            else:
+                g = scale * self.of(item, "conductance")
+                self._exchanges.append(exchange(self, item, g))
+
+    def conductance(
+        self, inputs: Inputs, temperatures: FloatArray | None, states: FloatArray | None
+    ) -> Sequence[Exchange]:
+        """Return the constant exchanges."""
+        return self._exchanges

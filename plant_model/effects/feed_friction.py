@@ -1,0 +1,42 @@
+"""Friction of a feed axis: screw, nut, guides and motor as one source."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+
+from plant_model.effects.base import Effect, Inputs, ItemSpec, NumberSpec, amplitude
+from plant_model.parameters import FloatArray, Parameter
+
+
+class FeedFriction(Effect):
+    """Heat in proportion to the feed rate: P = k |v|."""
+
+    name: ClassVar[str] = "feed_friction"
+    title: ClassVar[str] = "Feed axis friction"
+    explanation: ClassVar[str] = "A moving axis heats its screw and nut in proportion to the feed."
+    parameters: ClassVar[dict[str, Parameter]] = {
+        "scale": amplitude(1.0, 0.0, 3.0, "factor on the loss, 1 as given")
+    }
+    amplitude: ClassVar[str] = "scale"
+    handles: ClassVar[dict[tuple[str, str], ItemSpec]] = {
+        ("sources", "feed_axis"): ItemSpec(
+            refs={"node": "node", "driven_by": "input"},
+            numbers={"loss": NumberSpec("W/(m/min)", 0.0, 1e4)},
+        )
+    }
+
+    def heat(
+        self,
+        inputs: Inputs,
+        temperatures: FloatArray | None,
+        states: FloatArray | None,
+        out: FloatArray,
+    ) -> None:
+        """Add every axis's loss to its node."""
+        for item in self.items:
+            feed = np.abs(inputs[item.refs["driven_by"][0]]) * 1e-3
+            out[..., self.nodes(item, "node")[0]] += (
+                self.own("scale") * self.of(item, "loss") * feed
+            )

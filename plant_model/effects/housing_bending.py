@@ -1,0 +1,66 @@
+"""Bending of parts that are warmer on one side."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+
+from plant_model.effects.base import POSE, Effect, Inputs, ItemSpec, NumberSpec, amplitude
+from plant_model.parameters import FloatArray, Parameter
+
+
+class HousingBending(Effect):
+    """A part with a linear temperature difference across its width bends: phi = alpha dT L / w.
+
+    The nose turns by phi and moves sideways by phi times the distance from the part's middle to
+    the gauge line. ``towards`` lists the nodes whose warming turns the nose towards the positive
+    axis, ``away`` those on the opposite side; ``yaw`` and ``pitch`` say in which plane.
+    """
+
+    name: ClassVar[str] = "housing_bending"
+    title: ClassVar[str] = "Tilt from one-sided warming"
+    explanation: ClassVar[str] = "A part warmer on one side bends and tilts the nose."
+    parameters: ClassVar[dict[str, Parameter]] = {
+        "scale": amplitude(1.0, 0.0, 2.0, "factor on the tilt, 1 as given")
+    }
+    amplitude: ClassVar[str] = "scale"
+    handles: ClassVar[dict[tuple[str, str], ItemSpec]] = {
+        ("structure", "bend"): ItemSpec(
+            refs={"towards": "node*", "away": "node*"},
+            numbers={
+                "width": NumberSpec("mm", 1.0, 1e4),
+                "length": NumberSpec("mm", 0.0, 1e4),
+                "lever": NumberSpec("mm", -1e4, 1e4),
+                "expansion": NumberSpec("1e-6/K", 0.0, 40.0),
+                "yaw": NumberSpec("1", -1.0, 1.0, 0.0),
+                "pitch": NumberSpec("1", -1.0, 1.0, 0.0),
+            },
+        )
+    }
+
+    def prepare(self) -> None:
+        """Collect the pose per kelvin of every node, shape (sets or 1, nodes, 6)."""
+        self._weights = np.zeros((self.values.sets, len(self.machine.nodes), len(POSE)))
+        for item in self.items:
+            # 1e-6/K is also urad/K for a length equal to the width.
+            angle = (
+                self.own("scale")
+                * self.of(item, "expansion")
+                * self.of(item, "length")
+                / self.of(item, "width")
+            )
+            sideways = angle * self.of(item, "lever") * 1e-3
+            for role, sign in (("towards", 1.0), ("away", -1.0)):
+                nodes = self.nodes(item, role)
+                for node in nodes:
+                    for tilt, shift in (("yaw", "x"), ("pitch", "y")):
+                        share = sign * self.of(item, tilt) / len(nodes)
+                        self._weights[:, node, POSE.index(tilt)] += (share * angle)[:, 0]
+                        self._weights[:, node, POSE.index(shift)] += (share * sideways)[:, 0]
+
+    def displacement(
+        self, inputs: Inputs, rise: FloatArray, states: FloatArray | None, out: FloatArray
+    ) -> None:
+        """Add the tilt of all parts and the radial drift that comes with it."""
+        out += rise @ self._weights

@@ -1,0 +1,46 @@
+"""Loss of the built-in motor, proportional to speed."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+
+from plant_model.effects.base import Effect, Inputs, ItemSpec, NumberSpec, amplitude
+from plant_model.parameters import FloatArray, Parameter
+
+
+class MotorLoss(Effect):
+    """No-load loss P = k |n|, split between rotor and stator."""
+
+    name: ClassVar[str] = "motor_loss"
+    title: ClassVar[str] = "Motor loss"
+    explanation: ClassVar[str] = "The motor heats rotor and stator in proportion to speed."
+    parameters: ClassVar[dict[str, Parameter]] = {
+        "scale": amplitude(1.0, 0.0, 3.0, "factor on the loss, 1 as given")
+    }
+    amplitude: ClassVar[str] = "scale"
+    handles: ClassVar[dict[tuple[str, str], ItemSpec]] = {
+        ("sources", "motor"): ItemSpec(
+            refs={"rotor": "node", "stator": "node", "driven_by": "input"},
+            numbers={
+                "loss": NumberSpec("W/(1000 r/min)", 0.0, 1e4),
+                "rotor_share": NumberSpec("1", 0.0, 1.0, 0.33),
+            },
+        )
+    }
+
+    def heat(
+        self,
+        inputs: Inputs,
+        temperatures: FloatArray | None,
+        states: FloatArray | None,
+        out: FloatArray,
+    ) -> None:
+        """Add every motor's loss to its rotor and stator."""
+        for item in self.items:
+            speed = np.abs(inputs[item.refs["driven_by"][0]])
+            power = self.own("scale") * self.of(item, "loss") * speed * 1e-3
+            share = self.of(item, "rotor_share")
+            out[..., self.nodes(item, "rotor")[0]] += share * power
+            out[..., self.nodes(item, "stator")[0]] += (1.0 - share) * power

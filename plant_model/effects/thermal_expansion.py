@@ -1,0 +1,95 @@
+"""Growth of shaft, housing, supporting parts and tool, and where it moves the nose."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+
+from plant_model.effects.base import POSE, Effect, Inputs, ItemSpec, NumberSpec, amplitude
+from plant_model.machine import Item
+from plant_model.parameters import FloatArray, Parameter
+
+_SEGMENT = ItemSpec(
+    refs={"nodes": "node*"},
+    numbers={
+        "start": NumberSpec("mm", -1e4, 1e4),
+        "end": NumberSpec("mm", -1e4, 1e4),
+        "expansion": NumberSpec("1e-6/K", 0.0, 40.0),
+    },
+)
+
+
+class ThermalExpansion(Effect):
+    """Axial and radial growth: dL = alpha L (T - T_start), summed along the path to the nose.
+
+    Positions count from the mounting face of the housing towards the nose. The path follows the
+    housing from the face to the bearing that locates the shaft and the shaft from there to the
+    gauge line; the other bearing floats and moves nothing. ``member`` is any further part that
+    carries the spindle, with its direction; ``tool`` the tool or test bar beyond the gauge line.
+    """
+
+    name: ClassVar[str] = "thermal_expansion"
+    title: ClassVar[str] = "Thermal expansion"
+    explanation: ClassVar[str] = (
+        "Parts grow in proportion to their warming; the bearing that locates decides."
+    )
+    parameters: ClassVar[dict[str, Parameter]] = {
+        "scale": amplitude(1.0, 0.0, 1.5, "factor on all growth, 1 as given")
+    }
+    amplitude: ClassVar[str] = "scale"
+    handles: ClassVar[dict[tuple[str, str], ItemSpec]] = {
+        ("structure", "housing"): _SEGMENT,
+        ("structure", "shaft"): _SEGMENT,
+        ("structure", "located"): ItemSpec(
+            refs={},
+            numbers={"at": NumberSpec("mm", -1e4, 1e4), "gauge_line": NumberSpec("mm", -1e4, 1e4)},
+        ),
+        ("structure", "member"): ItemSpec(
+            refs={"nodes": "node*"},
+            numbers={
+                "length": NumberSpec("mm", 0.0, 1e4),
+                "expansion": NumberSpec("1e-6/K", 0.0, 40.0),
+                "x": NumberSpec("1", -1.0, 1.0, 0.0),
+                "y": NumberSpec("1", -1.0, 1.0, 0.0),
+                "elongation": NumberSpec("1", -1.0, 1.0, 0.0),
+            },
+        ),
+        ("structure", "tool"): ItemSpec(
+            refs={"nodes": "node*"}, numbers={"expansion": NumberSpec("1e-6/K", 0.0, 40.0)}
+        ),
+    }
+
+    def prepare(self) -> None:
+        """Collect the pose per kelvin of every node, shape (sets or 1, nodes, 6)."""
+        self._weights = np.zeros((self.values.sets, len(self.machine.nodes), len(POSE)))
+        for item in self.items:
+            if item.kind in {"housing", "shaft"}:
+                self._add(item, "elongation", self._length_in_path(item))
+            elif item.kind == "member":
+                for axis in ("x", "y", "elongation"):
+                    self._add(item, axis, self.of(item, "length") * self.of(item, axis))
+            elif item.kind == "tool":
+                self._add(item, "tool_strain", np.ones((1, 1)))
+
+    def _length_in_path(self, item: Item) -> FloatArray:
+        """Return the signed length [mm] of a segment that lies in the path to the nose."""
+        located = self.machine.of_kind("structure", "located")[0]
+        bearing, gauge = self.of(located, "at"), self.of(located, "gauge_line")
+        first, last = (0.0 * bearing, bearing) if item.kind == "housing" else (bearing, gauge)
+        low, high = np.minimum(first, last), np.maximum(first, last)
+        overlap = np.minimum(self.of(item, "end"), high) - np.maximum(self.of(item, "start"), low)
+        return np.asarray(np.sign(last - first) * np.maximum(overlap, 0.0))
+
+    def _add(self, item: Item, axis: str, length: FloatArray) -> None:
+        # 1e-6/K times mm is nm/K; a thousandth of it is um/K.
+        growth = self.own("scale") * self.of(item, "expansion") * length * 1e-3
+        nodes = self.nodes(item, "nodes")
+        for node in nodes:
+            self._weights[:, node, POSE.index(axis)] += growth[:, 0] / len(nodes)
+
+    def displacement(
+        self, inputs: Inputs, rise: FloatArray, states: FloatArray | None, out: FloatArray
+    ) -> None:
+        """Add the growth of all parts."""
+        out += rise @ self._weights

@@ -1,0 +1,54 @@
+"""Cooling that differs around the circumference, so that the housing bends."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import ClassVar
+
+from plant_model.effects.base import (
+    Effect,
+    Exchange,
+    Inputs,
+    ItemSpec,
+    NumberSpec,
+    amplitude,
+    exchange,
+)
+from plant_model.parameters import FloatArray, Parameter
+
+
+class UnevenCooling(Effect):
+    """Extra or lacking wall conductance of a sector: Q = s dUA (T_jacket - T_wall).
+
+    The inlet side of a jacket is cooled better than the far side. ``coolant_unevenness`` gives a
+    sector's difference from the mean; the differences of one ring should sum to zero.
+    """
+
+    name: ClassVar[str] = "uneven_cooling"
+    title: ClassVar[str] = "Uneven cooling around the circumference"
+    explanation: ClassVar[str] = (
+        "The jacket cools one side better than the other, which tilts the nose."
+    )
+    parameters: ClassVar[dict[str, Parameter]] = {
+        "scale": amplitude(1.0, 0.0, 1.5, "1 as given by the sectors, 0 for even cooling")
+    }
+    amplitude: ClassVar[str] = "scale"
+    handles: ClassVar[dict[tuple[str, str], ItemSpec]] = {
+        ("links", "coolant_unevenness"): ItemSpec(
+            refs={"between": "node,node"},
+            numbers={"difference": NumberSpec("W/K", -1e4, 1e4)},
+        )
+    }
+
+    def prepare(self) -> None:
+        """Collect the conductances."""
+        scale = self.own("scale")
+        self._exchanges = [
+            exchange(self, item, scale * self.of(item, "difference")) for item in self.items
+        ]
+
+    def conductance(
+        self, inputs: Inputs, temperatures: FloatArray | None, states: FloatArray | None
+    ) -> Sequence[Exchange]:
+        """Return the constant exchanges."""
+        return self._exchanges

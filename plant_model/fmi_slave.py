@@ -1,0 +1,212 @@
+"""The plant as an FMU."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Sequence
+from typing import Any
+
+from fmu_packaging.slave import DriftSlave, FmuError
+from fmu_packaging.variables import Variable
+from plant_model.machine import Input, Machine
+from plant_model.parameters import Parameter, ParameterError
+from plant_model.stepper import AXES, PlantStepper
+
+MACHINE_FILE = "machine.json"
+"""The machine, in the FMU's resources."""
+
+USUAL_TEMPERATURE, USUAL_TOOL, LONGEST_TOOL = 20.0, 150.0, 2000.0  # [degC, mm, mm]
+LARGEST_SEED = 2**31 - 1
+WIDEST_UM = 1e5
+
+
+class PlantSlave(DriftSlave):
+    """Speed, boundary temperatures, tool length and offsets in; readings, drift and error out."""
+
+    def __init__(self, **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+        self._names = [self.variables[ref].name for ref in self.inputs]
+
+    def declare(self) -> Sequence[Variable]:
+        """Return the variables that the machine asks for."""
+        self._machine = Machine.from_dict(json.loads(self.resource(MACHINE_FILE)))
+        self._numbers = {
+            variable_name(name): name
+            for name, parameter in self._machine.parameters.items()
+            if parameter.calibrate
+        }
+        return variables(self._machine)
+
+    def begin(self) -> None:
+        """Start in equilibrium with the boundary inputs in force.
+
+        Raises
+        ------
+        FmuError
+            For a parameter or an input outside its range.
+        """
+        moved = {
+            name: float(self.parameters[variable])
+            for variable, name in self._numbers.items()
+            if self.parameters[variable] != self._machine.parameters[name].value
+        }
+        for entry in self._machine.inputs:
+            value = self.inputs[self.refs[entry.name]]
+            if not entry.low <= value <= entry.high:
+                raise FmuError(
+                    f"{entry.name}: {value:g} is not allowed: it must be "
+                    f"{entry.low:g} to {entry.high:g} {entry.unit}"
+                )
+        try:
+            seed = int(self.parameters["noise_seed"])
+            self._stepper = PlantStepper(self._machine, moved or None, seed or None)
+        except ParameterError as error:
+            raise FmuError(str(error)) from None
+        self._stepper.reset(dict(zip(self._names, self.inputs.values(), strict=True)))
+        self._outputs = [self.refs[name] for name in self._stepper.outputs()]
+        self._publish()
+
+    def advance(self, time_s: float, step_s: float) -> None:
+        """Step the machine with inputs held."""
+        self._stepper.step(step_s, dict(zip(self._names, self.inputs.values(), strict=True)))
+        self._publish()
+
+    def _publish(self) -> None:
+        self.outputs.update(zip(self._outputs, self._stepper.outputs().values(), strict=True))
+
+    def hidden(self) -> dict[str, Any]:
+        """Return temperatures, the axes, the noise generator."""
+        return self._stepper.state()
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Continue from `hidden`."""
+        self._stepper.restore(state)
+
+
+def variable_name(parameter: str) -> str:
+    """Return a machine parameter's name as an FMU writes it.
+
+    >>> variable_name("links.rotor-stator.conductance")
+    "links.'rotor-stator'.conductance"
+    """
+    parts = parameter.split(".")
+    return ".".join(part if re.fullmatch(r"[A-Za-z_]\w*", part) else f"'{part}'" for part in parts)
+
+
+def variables(machine: Machine) -> list[Variable]:
+    """Return the FMU's variables for a machine: inputs, readings, drift and error, parameters."""
+    limit = machine.axis.limit_um
+    declared = [_input(entry) for entry in machine.inputs]
+    declared.append(
+        Variable(
+            "tool_length",
+            "real",
+            "input",
+            "From the gauge line to the tool tip",
+            unit="mm",
+            low=0.0,
+            high=LONGEST_TOOL,
+            nominal=100.0,
+            start=USUAL_TOOL,
+        )
+    )
+    declared += [
+        Variable(
+            f"d{axis}",
+            "real",
+            "input",
+            f"Offset received for the {axis} axis; the control moves to it within its limits",
+            unit="um",
+            low=-limit,
+            high=limit,
+            nominal=10.0,
+        )
+        for axis in AXES
+    ]
+    at_start = PlantStepper(machine).outputs()
+    temperatures = {sensor.name: sensor for sensor in machine.sensors if sensor.unit == "degC"}
+    for name in at_start:
+        if name in temperatures:
+            text = f"Reading of the thermometer {name} on {temperatures[name].of}"
+            declared.append(_reading(name, text, "degC"))
+        elif name.partition("_")[0] in TEXTS:
+            kind, _, axis = name.partition("_")
+            declared.append(_reading(name, TEXTS[kind].format(axis=axis), "um"))
+        else:
+            text = (
+                f"Reading of the displacement sensor {name}: the spindle's drift, without offsets"
+            )
+            declared.append(_reading(name, text, "um"))
+    declared.append(
+        Variable(
+            "noise_seed",
+            "integer",
+            "parameter",
+            "Seed of the sensors' noise; the same seed gives the same noise; 0: no noise",
+            low=0,
+            high=LARGEST_SEED,
+        )
+    )
+    declared += [
+        _parameter(variable_name(name), name, parameter, machine)
+        for name, parameter in machine.parameters.items()
+        if parameter.calibrate
+    ]
+    return declared
+
+
+TEXTS = {
+    "drift": "Drift of the tool tip in {axis}, without offsets",
+    "offset": "Offset in force on the {axis} axis",
+    "error": "What is left at the tool tip in {axis}: drift plus offset in force",
+}
+
+
+def _input(entry: Input) -> Variable:
+    usual = USUAL_TEMPERATURE if entry.is_boundary else 0.0
+    start = usual if entry.default is None else entry.default
+    return Variable(
+        entry.name,
+        "real",
+        "input",
+        f"{entry.name.replace('_', ' ').capitalize()}, run-file column {entry.column}",
+        unit=entry.unit,
+        low=entry.low,
+        high=entry.high,
+        nominal=max(abs(entry.low), abs(entry.high)) / 2 or 1.0,
+        start=min(max(start, entry.low), entry.high),
+    )
+
+
+def _reading(name: str, text: str, unit: str) -> Variable:
+    low, high = (-60.0, 400.0) if unit == "degC" else (-WIDEST_UM, WIDEST_UM)
+    return Variable(
+        name,
+        "real",
+        "output",
+        text,
+        unit=unit,
+        low=low,
+        high=high,
+        nominal=20.0 if unit == "degC" else 10.0,
+        # The control starts at zero whatever it receives; the rest may depend on anything.
+        depends_at_start=() if name.startswith("offset_") else None,
+    )
+
+
+def _parameter(variable: str, name: str, parameter: Parameter, machine: Machine) -> Variable:
+    family, item, number = name.split(".")
+    source = machine.references.get(parameter.source, parameter.source)
+    words = number.replace("_", " ").capitalize()
+    return Variable(
+        variable,
+        "real",
+        "parameter",
+        f"{words} of {item} ({family}); source: {source}",
+        unit=parameter.unit,
+        low=parameter.low,
+        high=parameter.high,
+        nominal=abs(parameter.value) or None,
+        start=parameter.value,
+    )

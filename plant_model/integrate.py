@@ -1,0 +1,207 @@
+"""Stepping C dT/dt = -L T + f + N(T) with the linear part exact.
+
+With y = C^(1/2) T the matrix is symmetric, so its modes are orthogonal and decay without
+coupling: z(t+h) = e^(-lambda h) z + h phi1 f0 + h phi2 (f1 - f0) is exact for forcing f that is
+linear in time (Hochbruck and Ostermann, Acta Numerica 19 (2010) 209-286,
+doi:10.1017/S0962492910000048). What depends on temperature is stepped by the third-order
+exponential Runge-Kutta scheme of Cox and Matthews (J. Comput. Phys. 176 (2002) 430-455,
+doi:10.1006/jcph.2002.6995), with its second-order member as the error estimate.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from plant_model.parameters import FloatArray
+
+TOLERANCE = 1e-4
+"""Local error that a step may leave [K]; two orders below a thermometer's resolution."""
+
+SMALLEST_SPLIT = 2.0**-14
+"""Smallest part of a step that error control goes down to."""
+
+Forcing = Callable[[float, FloatArray], FloatArray]
+"""Of the fraction of the step (0..1) and the state, shape (sets, size): forcing, same shape."""
+
+
+class IntegrationError(ArithmeticError):
+    """Error control could not reach the tolerance: the model is not finite or changes too fast."""
+
+
+def phi(order: int, x: FloatArray) -> FloatArray:
+    """Return phi_k(x) = (phi_{k-1}(x) - 1/(k-1)!) / x with phi_0 = exp, for x <= 0.
+
+    Near zero the quotient cancels, so a Taylor series stands in below 0.5 (error under 1e-16).
+    """
+    small = np.abs(x) < 0.5
+    safe = np.where(small, -1.0, x)
+    value, factorial = np.expm1(safe) / safe, 1.0
+    for k in range(2, order + 1):
+        factorial *= k - 1
+        value = (value - 1.0 / factorial) / safe
+    series = np.zeros_like(x)
+    for j in range(15, -1, -1):
+        series = series * x + 1.0 / _factorial(j + order)
+    return np.asarray(np.where(small, series, value))
+
+
+def _factorial(n: int) -> float:
+    return float(np.prod(np.arange(1, n + 1, dtype=np.float64)))
+
+
+@dataclass(frozen=True)
+class Modes:
+    """The modes of a network at one set of inputs, own states of effects appended.
+
+    Attributes
+    ----------
+    decay : array, shape (sets, size)
+        Decay rate of every mode [1/s], zero for own states.
+    to_state, to_modes : array, shape (sets, size, size)
+        From modes to [temperatures, own states] and back.
+    """
+
+    decay: FloatArray
+    to_state: FloatArray
+    to_modes: FloatArray
+
+    @classmethod
+    def of(cls, matrix: FloatArray, capacity: FloatArray, state_count: int = 0) -> Modes:
+        """Find the modes of L, shape (sets, nodes, nodes), with capacities (sets, nodes)."""
+        root = np.sqrt(capacity)
+        scaled = matrix / (root[:, :, None] * root[:, None, :])
+        decay, vectors = np.linalg.eigh(scaled)
+        # Heat cannot run up a difference: a negative rate is rounding of an isolated network.
+        decay = np.maximum(decay, 0.0)
+        to_state = vectors / root[:, :, None]
+        to_modes = np.swapaxes(vectors, 1, 2) * root[:, None, :]
+        if state_count:
+            sets, nodes = capacity.shape
+            size = nodes + state_count
+            decay = np.concatenate([decay, np.zeros((sets, state_count))], axis=1)
+            to_state, to_modes = (_with_identity(part, size) for part in (to_state, to_modes))
+        return cls(decay, to_state, to_modes)
+
+
+def _with_identity(matrix: FloatArray, size: int) -> FloatArray:
+    whole = np.broadcast_to(np.eye(size), (matrix.shape[0], size, size)).copy()
+    whole[:, : matrix.shape[1], : matrix.shape[2]] = matrix
+    return whole
+
+
+def apply(matrix: FloatArray, vector: FloatArray) -> FloatArray:
+    """Return matrix (sets, n, m) times vector (sets, m)."""
+    return np.asarray(np.matmul(matrix, vector[..., None])[..., 0])
+
+
+def linear_steps(
+    modes: Modes, start: FloatArray, steps: FloatArray, first: FloatArray, last: FloatArray
+) -> FloatArray:
+    """Step a linear network through many steps, exactly.
+
+    Parameters
+    ----------
+    modes : Modes
+        The same for all steps.
+    start : array, shape (sets, size)
+        State at the start, in modes.
+    steps : array, shape (K,)
+        Lengths of the steps [s].
+    first, last : array, shape (sets, K, size)
+        Forcing at the start and end of each step, in modes, linear between.
+
+    Returns
+    -------
+    array, shape (sets, K, size)
+        State at the end of each step, in modes.
+    """
+    out = np.empty((start.shape[0], len(steps), start.shape[1]))
+    lengths, which = np.unique(steps, return_inverse=True)
+    x = -modes.decay[:, None, :] * lengths[None, :, None]
+    keep = np.exp(x)
+    weight1, weight2 = (phi(k, x) * lengths[None, :, None] for k in (1, 2))
+    gain = weight1[:, which] * first + weight2[:, which] * (last - first)
+    state = start
+    for k, length in enumerate(which):
+        state = keep[:, length] * state + gain[:, k]
+        out[:, k] = state
+    return out
+
+
+class ExponentialRungeKutta:
+    """Third-order stepping of one interval with error control.
+
+    Parameters
+    ----------
+    modes : Modes
+        Of the linear part.
+    tolerance : float
+        Local error allowed [K, or the unit of an own state].
+    """
+
+    def __init__(self, modes: Modes, tolerance: float = TOLERANCE) -> None:
+        self.modes = modes
+        self.tolerance = tolerance
+        self._weights: dict[float, tuple[FloatArray, ...]] = {}
+        self._part = 1.0
+
+    def _weights_of(self, h: float) -> tuple[FloatArray, ...]:
+        known = self._weights.get(h)
+        if known is None:
+            x = -self.modes.decay * h
+            p1, p2, p3 = (phi(k, x) for k in (1, 2, 3))
+            known = (
+                np.exp(x / 2.0),
+                np.exp(x),
+                phi(1, x / 2.0) * (h / 2.0),
+                h * p1,
+                h * (p1 - 3.0 * p2 + 4.0 * p3),
+                h * (4.0 * p2 - 8.0 * p3),
+                h * (4.0 * p3 - p2),
+            )
+            if len(self._weights) > 64:
+                self._weights.clear()
+            self._weights[h] = known
+        return known
+
+    def once(
+        self, state: FloatArray, h: float, forcing: Forcing, at: float, part: float
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return the state (modes) after one step of length h, and its error estimate.
+
+        The step covers the fractions ``at`` to ``at + part`` of the interval that *forcing* knows.
+        """
+        half, full, a_gain, b_gain, w0, wa, wb = self._weights_of(h)
+        f0 = forcing(at, state)
+        fa = forcing(at + part / 2.0, half * state + a_gain * f0)
+        fb = forcing(at + part, full * state + b_gain * (2.0 * fa - f0))
+        end = full * state + w0 * f0 + wa * fa + wb * fb
+        return end, wb * (f0 - 2.0 * fa + fb)
+
+    def interval(self, state: FloatArray, length: float, forcing: Forcing) -> FloatArray:
+        """Step through an interval, splitting it where the error asks for it.
+
+        Raises
+        ------
+        IntegrationError
+            When even the smallest split does not reach the tolerance.
+        """
+        at = 0.0
+        while at < 1.0:
+            part = min(self._part, 1.0 - at)
+            end, error = self.once(state, length * part, forcing, at, part)
+            worst = float(np.max(np.abs(apply(self.modes.to_state, error))))
+            if worst <= self.tolerance:
+                at, state = at + part, end
+                if worst < self.tolerance / 16.0:
+                    self._part = min(1.0, 2.0 * self._part)
+            elif self._part <= SMALLEST_SPLIT or not np.isfinite(worst):
+                raise IntegrationError(
+                    f"an error of {worst:g} is left in a step of {length * part:g} s"
+                )
+            else:
+                self._part = part / 2.0
+        return state

@@ -1,0 +1,234 @@
+"""What a machine is: nodes, items that act on them, inputs, sensors, structure, effects in force.
+
+Data only, and the standard library only: the plant FMU carries a machine as JSON.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+from plant_model.parameters import Parameter, ParameterError
+
+FAMILIES = ("links", "sources", "structure")
+
+
+@dataclass(frozen=True)
+class Input:
+    """A quantity that drives the machine and is not computed.
+
+    Attributes
+    ----------
+    name, unit : str
+        The signal, for example ``ambient`` in ``degC``.
+    column : str
+        The run-file column that holds it.
+    low, high : float
+        The range that the model is meant for [unit].
+    default : float or None
+        Its value where a run has no such column; None if a run must have it.
+    """
+
+    name: str
+    unit: str
+    column: str
+    low: float
+    high: float
+    default: float | None = None
+
+    @property
+    def is_boundary(self) -> bool:
+        """Whether it is a temperature, and so something that nodes exchange heat with."""
+        return self.unit == "degC"
+
+
+@dataclass(frozen=True)
+class Node:
+    """A lump of one temperature; it starts at the first value of the signal *start*."""
+
+    name: str
+    capacity: Parameter
+    start: str
+
+
+@dataclass(frozen=True)
+class Item:
+    """A link, a heat source or a part of the structure; the effect of its *kind* gives it its law.
+
+    Attributes
+    ----------
+    family : str
+        ``links``, ``sources`` or ``structure``.
+    name, kind : str
+        Its own name and the kind, for example ``convection``.
+    refs : dict of str to tuple of str
+        The nodes and inputs that it touches, by role.
+    parameters : dict of str to Parameter
+        Its numbers.
+    """
+
+    family: str
+    name: str
+    kind: str
+    refs: dict[str, tuple[str, ...]]
+    parameters: dict[str, Parameter]
+
+    def parameter_name(self, parameter: str) -> str:
+        """Return the full name of one of its parameters."""
+        return f"{self.family}.{self.name}.{parameter}"
+
+
+@dataclass(frozen=True)
+class Sensor:
+    """A thermometer: what it reads, with its noise (one standard deviation) and resolution."""
+
+    name: str
+    unit: str
+    of: str
+    noise: float
+    resolution: float
+
+    @property
+    def column(self) -> str:
+        """The run-file column of its readings."""
+        return f"{self.name}_{self.unit}"
+
+
+@dataclass(frozen=True)
+class Axis:
+    """How the control applies offsets: slew limit [um/s], saturation [um], resolution [um]."""
+
+    slew_um_per_s: float = 10.0
+    limit_um: float = 300.0
+    resolution_um: float = 0.1
+
+
+@dataclass(frozen=True)
+class Machine:
+    """A machine file, read and checked."""
+
+    name: str
+    title: str
+    description: str
+    inputs: tuple[Input, ...]
+    nodes: tuple[Node, ...]
+    items: tuple[Item, ...]
+    sensors: tuple[Sensor, ...]
+    rig: dict[str, Any]
+    axis: Axis
+    effects: dict[str, dict[str, Parameter]]
+    references: dict[str, str] = field(default_factory=dict)
+
+    @cached_property
+    def node_index(self) -> dict[str, int]:
+        """Position of every node."""
+        return {node.name: i for i, node in enumerate(self.nodes)}
+
+    @cached_property
+    def boundary_index(self) -> dict[str, int]:
+        """Position of every boundary temperature among the boundary temperatures."""
+        names = [entry.name for entry in self.inputs if entry.is_boundary]
+        return {name: i for i, name in enumerate(names)}
+
+    @cached_property
+    def parameters(self) -> dict[str, Parameter]:
+        """Every parameter by its full name, in the file's order."""
+        return dict(self._walk_parameters())
+
+    def _walk_parameters(self) -> Iterator[tuple[str, Parameter]]:
+        for node in self.nodes:
+            yield f"nodes.{node.name}.capacity", node.capacity
+        for item in self.items:
+            for name, parameter in item.parameters.items():
+                yield item.parameter_name(name), parameter
+        for effect, parameters in self.effects.items():
+            for name, parameter in parameters.items():
+                yield f"effects.{effect}.{name}", parameter
+
+    def of_kind(self, family: str, *kinds: str) -> list[Item]:
+        """Return the items of a family that are of one of the kinds, in the file's order."""
+        return [item for item in self.items if item.family == family and item.kind in kinds]
+
+    def with_values(self, values: dict[str, float]) -> Machine:
+        """Return the machine with some parameters moved to other values.
+
+        Raises
+        ------
+        ParameterError
+            For an unknown name or a value outside the parameter's range.
+        """
+        for name, value in values.items():
+            known = self.parameters.get(name)
+            if known is None:
+                raise ParameterError(f"{name}: the machine has no parameter of this name")
+            if not known.low <= value <= known.high:
+                raise ParameterError(
+                    f"{name}: {value:g} is outside {known.low:g}..{known.high:g} {known.unit}"
+                )
+
+        def moved(name: str, parameter: Parameter) -> Parameter:
+            return replace(parameter, value=values[name]) if name in values else parameter
+
+        return replace(
+            self,
+            nodes=tuple(
+                replace(node, capacity=moved(f"nodes.{node.name}.capacity", node.capacity))
+                for node in self.nodes
+            ),
+            items=tuple(
+                replace(
+                    item,
+                    parameters={
+                        name: moved(item.parameter_name(name), parameter)
+                        for name, parameter in item.parameters.items()
+                    },
+                )
+                for item in self.items
+            ),
+            effects={
+                effect: {
+                    name: moved(f"effects.{effect}.{name}", parameter)
+                    for name, parameter in parameters.items()
+                }
+                for effect, parameters in self.effects.items()
+            },
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return everything as plain dicts and lists, ready for JSON."""
+        return asdict(self)
+
+    @classmethod
+    def from_dict(cls, table: dict[str, Any]) -> Machine:
+        """Rebuild a machine from :meth:`to_dict`."""
+
+        def numbers(group: dict[str, dict[str, Any]]) -> dict[str, Parameter]:
+            return {name: Parameter(**entry) for name, entry in group.items()}
+
+        return cls(
+            name=table["name"],
+            title=table["title"],
+            description=table["description"],
+            inputs=tuple(Input(**entry) for entry in table["inputs"]),
+            nodes=tuple(
+                Node(entry["name"], Parameter(**entry["capacity"]), entry["start"])
+                for entry in table["nodes"]
+            ),
+            items=tuple(
+                Item(
+                    entry["family"],
+                    entry["name"],
+                    entry["kind"],
+                    {role: tuple(names) for role, names in entry["refs"].items()},
+                    numbers(entry["parameters"]),
+                )
+                for entry in table["items"]
+            ),
+            sensors=tuple(Sensor(**entry) for entry in table["sensors"]),
+            rig=table["rig"],
+            axis=Axis(**table["axis"]),
+            effects={name: numbers(group) for name, group in table["effects"].items()},
+            references=table["references"],
+        )

@@ -1,0 +1,380 @@
+"""Reading machine files: TOML in, a checked :class:`~plant_model.machine.Machine` out.
+
+The general form is declared here, the form of each kind of link, source or structure by the effect
+that gives it its law. A refusal names the file, the place, the value and what is allowed.
+"""
+
+from __future__ import annotations
+
+import difflib
+import tomllib
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, StringConstraints
+
+from measurement.errors import BadInput, checked, shown
+from plant_model.effects import ItemSpec, catalogue, item_kinds
+from plant_model.effects.base import NumberSpec
+from plant_model.machine import FAMILIES, Axis, Input, Item, Machine, Node, Sensor
+from plant_model.parameters import Parameter
+
+SHIPPED = Path(__file__).parent / "machines"
+
+Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z][A-Za-z0-9_]*$", max_length=60)]
+SignalUnit = Literal["degC", "rpm", "mm_min", "Nm", "W", "lpm"]
+Number = Annotated[float, Field(allow_inf_nan=False)]
+Capacity = NumberSpec("J/K", 1e-3, 1e9)
+
+
+class _Form(BaseModel):
+    model_config = ConfigDict(extra="forbid", strict=True)
+
+
+class _ParameterForm(_Form):
+    value: Number
+    unit: str
+    low: Number
+    high: Number
+    source: str = Field(min_length=1)
+    calibrate: bool = False
+
+
+class _InputForm(_Form):
+    unit: SignalUnit
+    column: str = Field(min_length=1)
+    low: Number
+    high: Number
+    default: Number | None = None
+
+
+class _NodeForm(_Form):
+    name: Name
+    capacity: _ParameterForm
+    start: str = "ambient"
+
+
+class _SensorForm(_Form):
+    name: Name
+    of: str
+    noise: Number = Field(default=0.0, ge=0.0, le=10.0)
+    resolution: Number = Field(default=0.0, ge=0.0, le=10.0)
+
+
+class _AxisForm(_Form):
+    slew_um_per_s: Number = Field(default=10.0, gt=0.0, le=1e5)
+    limit_um: Number = Field(default=300.0, gt=0.0, le=1e5)
+    resolution_um: Number = Field(default=0.1, ge=0.0, le=100.0)
+
+
+class _DisplacementNoise(_Form):
+    noise_um: Number = Field(default=0.0, ge=0.0, le=100.0)
+    resolution_um: Number = Field(default=0.0, ge=0.0, le=100.0)
+
+
+class _FiveForm(_DisplacementNoise):
+    kind: Literal["five_point"]
+    near_x: Name
+    near_y: Name
+    distal_x: Name
+    distal_y: Name
+    axial: Name
+    spacing_mm: Number = Field(gt=0.0, le=1e4)
+    near_to_gauge_mm: Number = Field(ge=-1e4, le=1e4)
+    axial_sign: Literal[-1, 1]
+    test_bar_mm: Number = Field(default=0.0, ge=0.0, le=1e4)
+
+
+class _DirectAxis(_Form):
+    axis: Literal["X", "Y", "Z"]
+    sign: Literal[-1, 1] = 1
+
+
+class _DirectForm(_DisplacementNoise):
+    kind: Literal["direct"]
+    axes: dict[Name, _DirectAxis] = Field(min_length=1)
+
+
+class _FileForm(_Form):
+    format: Literal[1]
+    name: Name
+    title: str
+    description: str = ""
+    references: dict[Name, str] = Field(default_factory=dict)
+    inputs: dict[Name, _InputForm] = Field(min_length=1)
+    nodes: list[_NodeForm] = Field(min_length=1, max_length=500)
+    links: list[dict[str, Any]] = Field(default_factory=list, max_length=5000)
+    sources: list[dict[str, Any]] = Field(default_factory=list, max_length=500)
+    structure: list[dict[str, Any]] = Field(default_factory=list, max_length=500)
+    sensors: list[_SensorForm] = Field(default_factory=list, max_length=500)
+    rig: _FiveForm | _DirectForm = Field(discriminator="kind")
+    axis: _AxisForm = Field(default_factory=_AxisForm)
+    effects: dict[str, dict[str, Any]]
+
+
+def shipped_machines() -> list[str]:
+    """Return the names of the machines that come with the package."""
+    return sorted(path.stem for path in SHIPPED.glob("*.toml"))
+
+
+def machine_path(name_or_path: str | Path) -> Path:
+    """Return the file of a shipped machine's name, or the path as given.
+
+    Raises
+    ------
+    BadInput
+        When there is neither such a file nor such a machine.
+    """
+    path = Path(name_or_path)
+    if path.suffix == ".toml" or path.is_file():
+        if not path.is_file():
+            inside = SHIPPED / path.name
+            if str(path) == path.name and inside.is_file():
+                return inside
+            raise BadInput(path, "", "there is no such file")
+        return path
+    known = shipped_machines()
+    if str(name_or_path) in known:
+        return SHIPPED / f"{name_or_path}.toml"
+    near = difflib.get_close_matches(str(name_or_path), known, 1)
+    hint = f"; did you mean {near[0]}?" if near else ""
+    raise BadInput(
+        str(name_or_path), "", f"is neither a file nor one of the machines {', '.join(known)}{hint}"
+    )
+
+
+def read_machine(name_or_path: str | Path) -> Machine:
+    """Read a machine file, or a shipped machine by its name.
+
+    Parameters
+    ----------
+    name_or_path : str or path
+        For example ``jig_borer`` or ``my_machine.toml``.
+
+    Raises
+    ------
+    BadInput
+        For the first thing wrong in it, in one line.
+    """
+    path = machine_path(name_or_path)
+    try:
+        table = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError) as error:
+        raise BadInput(path, "", f"cannot be read: {error}") from None
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
+        raise BadInput(path, "", f"is not TOML: {error}") from None
+    return machine_from_table(table, path)
+
+
+def machine_from_table(table: dict[str, Any], source: str | Path) -> Machine:
+    """Check a machine given as a parsed TOML table; see :func:`read_machine`."""
+    return _Reader(checked(_FileForm, table, source), source).machine()
+
+
+class _Reader:
+    """Turns the checked outer form into a machine, checking what refers to what."""
+
+    def __init__(self, form: _FileForm, source: str | Path) -> None:
+        self.form, self.source = form, source
+        self.inputs = list(form.inputs)
+        self.boundaries = [name for name, entry in form.inputs.items() if entry.unit == "degC"]
+        self.nodes = [node.name for node in form.nodes]
+
+    def refuse(self, place: str, problem: str) -> BadInput:
+        return BadInput(self.source, place, problem)
+
+    def machine(self) -> Machine:
+        form = self.form
+        self._unique("nodes", self.nodes)
+        clash = set(self.nodes) & set(self.inputs)
+        if clash:
+            raise self.refuse("nodes", f"{min(clash)} is the name of an input as well")
+        items = [item for family in FAMILIES for item in self._items(family)]
+        sensors = self._sensors()
+        signals = [*self.inputs, *(sensor.name for sensor in sensors)]
+        nodes = tuple(
+            Node(
+                node.name,
+                self._parameter(f"nodes.{i}.capacity", node.capacity.model_dump(), Capacity),
+                self._one_of(f"nodes.{i}.start", node.start, signals),
+            )
+            for i, node in enumerate(form.nodes)
+        )
+        effects = self._effects()
+        machine = Machine(
+            name=form.name,
+            title=form.title,
+            description=form.description,
+            inputs=tuple(
+                self._input(f"inputs.{name}", name, entry) for name, entry in form.inputs.items()
+            ),
+            nodes=nodes,
+            items=tuple(items),
+            sensors=sensors,
+            rig=form.rig.model_dump(),
+            axis=Axis(**form.axis.model_dump()),
+            effects=effects,
+            references=form.references,
+        )
+        self._cross_checks(machine)
+        return machine
+
+    def _unique(self, place: str, names: Iterable[str]) -> None:
+        seen: set[str] = set()
+        for name in names:
+            if name in seen:
+                raise self.refuse(place, f"the name {name} stands twice")
+            seen.add(name)
+
+    def _one_of(self, place: str, name: object, known: Iterable[str]) -> str:
+        known = list(known)
+        if isinstance(name, str) and name in known:
+            return name
+        near = difflib.get_close_matches(str(name), known, 1)
+        hint = f"; did you mean {near[0]}?" if near else ""
+        listed = ", ".join(known[:30]) + (", ..." if len(known) > 30 else "")
+        raise self.refuse(place, f"{shown(name)} is not one of {listed}{hint}")
+
+    def _input(self, place: str, name: str, entry: _InputForm) -> Input:
+        if not entry.low < entry.high:
+            raise self.refuse(place, f"low {entry.low:g} must be below high {entry.high:g}")
+        if entry.default is not None and not entry.low <= entry.default <= entry.high:
+            raise self.refuse(
+                f"{place}.default",
+                f"{entry.default:g} is outside {entry.low:g}..{entry.high:g} {entry.unit}",
+            )
+        if not entry.column.endswith(f"_{entry.unit}"):
+            raise self.refuse(f"{place}.column", f"{entry.column} does not end in _{entry.unit}")
+        return Input(name, entry.unit, entry.column, entry.low, entry.high, entry.default)
+
+    def _sensors(self) -> tuple[Sensor, ...]:
+        sensors = []
+        for i, entry in enumerate(self.form.sensors):
+            of = self._one_of(f"sensors.{i}.of", entry.of, [*self.nodes, *self.boundaries])
+            sensors.append(Sensor(entry.name, "degC", of, entry.noise, entry.resolution))
+        rig = self.form.rig
+        displacement = (
+            list(rig.axes)
+            if isinstance(rig, _DirectForm)
+            else [rig.near_x, rig.near_y, rig.distal_x, rig.distal_y, rig.axial]
+        )
+        self._unique("sensors and rig", [*(s.name for s in sensors), *displacement])
+        return tuple(sensors)
+
+    def _parameter(self, place: str, table: object, spec: NumberSpec) -> Parameter:
+        if not isinstance(table, dict):
+            raise self.refuse(
+                place, f"{shown(table)} is not a table of value, unit, low, high and source"
+            )
+        form = checked(_ParameterForm, table, f"{self.source}: {place}")
+        if form.unit != spec.unit:
+            raise self.refuse(
+                f"{place}.unit", f"{shown(form.unit)} is not allowed: it is {spec.unit}"
+            )
+        if not spec.low <= form.low <= form.high <= spec.high:
+            raise self.refuse(
+                place,
+                f"the range {form.low:g}..{form.high:g} must ascend and lie in"
+                f" {spec.low:g}..{spec.high:g} {spec.unit}",
+            )
+        if not form.low <= form.value <= form.high:
+            raise self.refuse(
+                f"{place}.value",
+                f"{form.value:g} is outside its range {form.low:g}..{form.high:g} {form.unit}",
+            )
+        return Parameter(**form.model_dump())
+
+    def _items(self, family: str) -> list[Item]:
+        kinds = {kind: spec for (of, kind), (_, spec) in item_kinds().items() if of == family}
+        items = []
+        for i, table in enumerate(getattr(self.form, family)):
+            place = f"{family}.{i}"
+            if "kind" not in table:
+                raise self.refuse(f"{place}.kind", "is missing")
+            kind = self._one_of(f"{place}.kind", table["kind"], sorted(kinds))
+            items.append(self._item(place, family, kind, kinds[kind], table))
+        self._unique(family, (item.name for item in items))
+        return items
+
+    def _item(
+        self, place: str, family: str, kind: str, spec: ItemSpec, table: dict[str, Any]
+    ) -> Item:
+        for key in table:
+            if key not in {"kind", "name", *spec.refs, *spec.numbers}:
+                raise self.refuse(f"{place}.{key}", "is not a known field")
+        refs = {}
+        for role, form in spec.refs.items():
+            if role not in table:
+                raise self.refuse(f"{place}.{role}", "is missing")
+            refs[role] = self._refs(f"{place}.{role}", table[role], form)
+        name = table.get("name", "-".join(refs.get("between", ())) or kind)
+        if not isinstance(name, str) or not name.replace("-", "_").isidentifier():
+            raise self.refuse(f"{place}.name", f"{shown(name)} is not a name")
+        numbers = {}
+        for key, number in spec.numbers.items():
+            if key in table:
+                numbers[key] = self._parameter(f"{place}.{key}", table[key], number)
+            elif number.default is not None:
+                value = number.default
+                numbers[key] = Parameter(value, number.unit, value, value, "default of the kind")
+            else:
+                raise self.refuse(f"{place}.{key}", "is missing")
+        return Item(family, name, kind, refs, numbers)
+
+    def _refs(self, place: str, given: object, form: str) -> tuple[str, ...]:
+        groups = {"node": self.nodes, "boundary": self.boundaries, "input": self.inputs}
+
+        def known(part: str) -> list[str]:
+            return [name for group in part.split("|") for name in groups[group]]
+
+        if form.endswith("*"):
+            names = given if isinstance(given, list) else [given]
+            if not names:
+                raise self.refuse(place, "at least one name is needed")
+            return tuple(
+                self._one_of(f"{place}.{i}", name, known(form[:-1])) for i, name in enumerate(names)
+            )
+        parts = form.split(",")
+        names = given if isinstance(given, list) and len(parts) > 1 else [given]
+        if len(names) != len(parts):
+            raise self.refuse(place, f"{shown(given)} is not a list of {len(parts)} names")
+        found = tuple(
+            self._one_of(place, name, known(part)) for name, part in zip(names, parts, strict=True)
+        )
+        if len(set(found)) < len(found):
+            raise self.refuse(place, f"{shown(given)} joins something to itself")
+        return found
+
+    def _effects(self) -> dict[str, dict[str, Parameter]]:
+        known = catalogue()
+        effects = {}
+        for name, table in self.form.effects.items():
+            effect = known[self._one_of(f"effects.{name}", name, known)]
+            given = {}
+            for key, entry in table.items():
+                place = f"effects.{name}.{key}"
+                nominal = effect.parameters[self._one_of(place, key, effect.parameters)]
+                spec = NumberSpec(nominal.unit, nominal.low, nominal.high)
+                given[key] = self._parameter(place, entry, spec)
+            effects[name] = dict(effect.parameters) | given
+        return effects
+
+    def _cross_checks(self, machine: Machine) -> None:
+        for item in machine.items:
+            needed = item_kinds()[item.family, item.kind][0]
+            if needed not in machine.effects:
+                raise self.refuse(
+                    f"{item.family}.{item.name}",
+                    f"is a {item.kind}, but the effect {needed} is not in force",
+                )
+            if item.kind in {"shaft", "housing"} and not any(
+                other.kind == "located" for other in machine.items
+            ):
+                raise self.refuse("structure", "a shaft or housing needs one item of kind located")
+        if len(machine.of_kind("structure", "located")) > 1:
+            raise self.refuse("structure", "only one bearing can locate the shaft")
+        for effect in machine.effects:
+            for needed in catalogue()[effect].conductance_inputs:
+                if needed not in self.inputs:
+                    raise self.refuse(f"effects.{effect}", f"needs an input called {needed}")

@@ -1,0 +1,158 @@
+"""The thermal network: effects in force, assembled into matrices and heat.
+
+C dT/dt = -L(inputs) T + B(inputs) u + q, with capacities C [J/K], conductances L and B [W/K],
+boundary temperatures u [degC] and heat q [W]. What depends on temperature stays in q.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from plant_model.effects import Effect, catalogue
+from plant_model.effects.base import Exchange, Inputs
+from plant_model.machine import Machine
+from plant_model.parameters import FloatArray, Values
+
+
+def effects_in_force(machine: Machine, values: Values) -> list[Effect]:
+    """Return the machine's effects, leaving out those that are off in every parameter set."""
+    known = catalogue()
+    return [
+        known[name](machine, values)
+        for name in machine.effects
+        if not values.is_off(f"effects.{name}.{known[name].amplitude}", known[name].off)
+    ]
+
+
+class Network:
+    """The heat side of a machine for one or many parameter sets.
+
+    Attributes
+    ----------
+    capacity : array, shape (sets, nodes)
+        Heat capacities [J/K].
+    linear : bool
+        Whether nothing depends on temperature, so that stepping is exact.
+    state_count : int
+        Number of the effects' own states.
+    """
+
+    def __init__(self, machine: Machine, values: Values, effects: Sequence[Effect]) -> None:
+        self.machine = machine
+        self.sets = values.sets
+        self.node_count = len(machine.nodes)
+        self.boundary_count = len(machine.boundary_index)
+        columns = [values[f"nodes.{node.name}.capacity"] for node in machine.nodes]
+        self.capacity = np.concatenate(
+            [np.broadcast_to(column, (self.sets, 1)) for column in columns], axis=1
+        )
+        self._plain = [effect for effect in effects if not effect.temperature_dependent]
+        self._dependent = [effect for effect in effects if effect.temperature_dependent]
+        self._with_states = [effect for effect in effects if effect.states]
+        self.state_count = sum(len(effect.states) for effect in self._with_states)
+        self.conductance_inputs = sorted(
+            {name for effect in self._plain for name in effect.conductance_inputs}
+        )
+        probe = {entry.name: np.array([0.0]) for entry in machine.inputs}
+        # Heat that a flow brings from another node has no symmetric counterpart.
+        self._one_way = [
+            entry for entry in self._exchanges(probe) if entry.one_way and not entry.boundary
+        ]
+        self.linear = not (self._dependent or self._with_states or self._one_way)
+
+    def _exchanges(self, inputs: Inputs) -> Iterable[Exchange]:
+        for effect in self._plain:
+            yield from effect.conductance(inputs, None, None)
+
+    def conductances(self, inputs: Inputs) -> tuple[FloatArray, FloatArray]:
+        """Return the symmetric matrix L and the boundary matrix B at one set of inputs.
+
+        Parameters
+        ----------
+        inputs : mapping of str to array, shape (1,)
+            The inputs, of which conductances use ``conductance_inputs``.
+
+        Returns
+        -------
+        L : array, shape (sets, nodes, nodes)
+            Conductances between nodes and to everything else on the diagonal [W/K].
+        B : array, shape (sets, nodes, boundaries)
+            Conductances to the boundary temperatures [W/K].
+        """
+        matrix = np.zeros((self.sets, self.node_count, self.node_count))
+        boundary = np.zeros((self.sets, self.node_count, self.boundary_count))
+        for entry in self._exchanges(inputs):
+            g = entry.conductance[:, 0]
+            matrix[:, entry.node, entry.node] += g
+            if entry.boundary:
+                boundary[:, entry.node, entry.other] += g
+            elif not entry.one_way:
+                matrix[:, entry.other, entry.other] += g
+                matrix[:, entry.node, entry.other] -= g
+                matrix[:, entry.other, entry.node] -= g
+        return matrix, boundary
+
+    def heat(self, inputs: Inputs) -> FloatArray:
+        """Return the heat that depends on inputs only [W], shape (sets, times, nodes)."""
+        times = max(np.size(value) for value in inputs.values())
+        out = np.zeros((self.sets, times, self.node_count))
+        for effect in self._plain:
+            effect.heat(inputs, None, None, out)
+        return out
+
+    def dependent(
+        self, inputs: Inputs, boundary: FloatArray, temperatures: FloatArray, states: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return the heat that depends on temperature [W] and the rates of the own states.
+
+        Parameters
+        ----------
+        inputs : mapping of str to array, shape (times,)
+        boundary : array, shape (times, boundaries)
+        temperatures : array, shape (sets, times, nodes)
+        states : array, shape (sets, times, own states)
+        """
+        out = np.zeros_like(temperatures)
+        rates = np.zeros_like(states)
+        for entry in self._one_way:
+            out[..., entry.node] += entry.conductance * temperatures[..., entry.other]
+        slices = self.state_slices()
+        for effect in self._dependent:
+            own = states[..., slices[effect.name]] if effect.states else None
+            effect.heat(inputs, temperatures, own, out)
+            for entry in effect.conductance(inputs, temperatures, own):
+                other = (
+                    boundary[None, :, entry.other]
+                    if entry.boundary
+                    else temperatures[..., entry.other]
+                )
+                flow = entry.conductance * (other - temperatures[..., entry.node])
+                out[..., entry.node] += flow
+                if not (entry.boundary or entry.one_way):
+                    out[..., entry.other] -= flow
+        for effect in self._with_states:
+            part = slices[effect.name]
+            rates[..., part] = effect.rate(inputs, temperatures, states[..., part])
+        return out, rates
+
+    def one_way_outflow(self, temperatures: FloatArray) -> FloatArray:
+        """Return the heat that series flows take out of their nodes [W], from (times, nodes)."""
+        out = np.zeros(temperatures.shape[0])
+        for entry in self._one_way:
+            out += entry.conductance[0] * temperatures[:, entry.node]
+        return out
+
+    def state_slices(self) -> dict[str, slice]:
+        """Return where the own states of each effect stand."""
+        slices, at = {}, 0
+        for effect in self._with_states:
+            slices[effect.name] = slice(at, at + len(effect.states))
+            at += len(effect.states)
+        return slices
+
+    def start_states(self, temperatures: FloatArray) -> FloatArray:
+        """Return the own states at the start, shape (sets, own states)."""
+        parts = [effect.start_states(temperatures) for effect in self._with_states]
+        return np.concatenate(parts, axis=1) if parts else np.zeros((self.sets, 0))

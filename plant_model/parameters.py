@@ -1,0 +1,107 @@
+"""Named numbers with a unit, a range and a source, and many sets of them at once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+FloatArray: TypeAlias = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One number of a machine.
+
+    Attributes
+    ----------
+    value, low, high : float
+        The number in force and the range that it may take [unit].
+    unit : str
+        Its unit as the machine file writes it, for example ``W/K``.
+    source : str
+        Where the value and the range come from.
+    calibrate : bool
+        Whether calibration may move it.
+    """
+
+    value: float
+    unit: str
+    low: float
+    high: float
+    source: str
+    calibrate: bool = False
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the parameter as a table of a machine file."""
+        table: dict[str, Any] = {
+            "value": self.value,
+            "unit": self.unit,
+            "low": self.low,
+            "high": self.high,
+            "source": self.source,
+        }
+        return table | {"calibrate": True} if self.calibrate else table
+
+
+class ParameterError(ValueError):
+    """A parameter that does not exist, or a value outside its range."""
+
+
+class Values:
+    """The values of all parameters for one or many parameter sets.
+
+    Parameters
+    ----------
+    parameters : mapping of str to Parameter
+        Every parameter of the machine by its full name, for example ``nodes.column.capacity``.
+    overrides : mapping of str to float or array, shape (sets,)
+        Values to use instead. All arrays have the same length.
+    bounded : bool
+        Refuse a value outside the parameter's range.
+
+    Raises
+    ------
+    ParameterError
+        For an unknown name, arrays of different lengths, or a value that is out of range or not
+        finite.
+    """
+
+    def __init__(
+        self,
+        parameters: Mapping[str, Parameter],
+        overrides: Mapping[str, float | FloatArray | Iterable[float]] | None = None,
+        *,
+        bounded: bool = True,
+    ) -> None:
+        self._columns = {name: np.array([[p.value]]) for name, p in parameters.items()}
+        self.sets = 1
+        for name, given in (overrides or {}).items():
+            if name not in parameters:
+                raise ParameterError(f"{name}: the machine has no parameter of this name")
+            column = np.atleast_1d(np.asarray(given, dtype=np.float64))
+            if column.ndim != 1:
+                raise ParameterError(f"{name}: one value per parameter set is needed")
+            low, high = parameters[name].low, parameters[name].high
+            if bounded and not np.all((column >= low) & (column <= high)):
+                worst = column[~((column >= low) & (column <= high))][0]
+                unit = parameters[name].unit
+                raise ParameterError(f"{name}: {worst:g} is outside {low:g}..{high:g} {unit}")
+            if column.size > 1:
+                if self.sets not in {1, column.size}:
+                    raise ParameterError(
+                        f"{name}: {column.size} values, but other parameters have {self.sets}"
+                    )
+                self.sets = column.size
+            self._columns[name] = column[:, None]
+
+    def __getitem__(self, name: str) -> FloatArray:
+        """Return one parameter, shape (sets, 1), or (1, 1) where it is the same in all sets."""
+        return self._columns[name]
+
+    def is_off(self, name: str, off: float) -> bool:
+        """Return whether the parameter is exactly *off* in every set."""
+        return bool(np.all(self._columns[name] == off))

@@ -1,0 +1,106 @@
+"""What the machine's sensors show: thermometers and the displacement rig, noise and resolution."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from plant_model.effects import Effect
+from plant_model.effects.base import Inputs
+from plant_model.machine import Machine
+from plant_model.parameters import FloatArray
+from plant_model.structure import drift_at
+
+
+def displacement_names(machine: Machine) -> list[str]:
+    """Return the names of the displacement sensors, in the rig's order."""
+    rig = machine.rig
+    if rig["kind"] == "direct":
+        return list(rig["axes"])
+    return [rig[role] for role in ("near_x", "near_y", "distal_x", "distal_y", "axial")]
+
+
+def displacements(machine: Machine, pose_now: FloatArray) -> dict[str, FloatArray]:
+    """Return every displacement reading [um] for a pose, shape (..., 6)."""
+    rig = machine.rig
+    if rig["kind"] == "direct":
+        drift = drift_at(pose_now, 0.0)
+        return {
+            name: entry["sign"] * drift[..., "XYZ".index(entry["axis"])]
+            for name, entry in rig["axes"].items()
+        }
+    near = rig["near_to_gauge_mm"]
+    lengths = np.array([near, near + rig["spacing_mm"], rig["test_bar_mm"]])
+    at = drift_at(pose_now[..., None, :], lengths)
+    # The axial sensor's sign says how its reading gives the elongation, which is growth towards -Z.
+    seen = (at[..., 0, 0], at[..., 0, 1], at[..., 1, 0], at[..., 1, 1])
+    axial = -rig["axial_sign"] * at[..., 2, 2]
+    return dict(zip(displacement_names(machine), (*seen, axial), strict=True))
+
+
+def readings(
+    machine: Machine,
+    effects: Sequence[Effect],
+    slices: dict[str, slice],
+    inputs: Inputs,
+    time_s: FloatArray,
+    temperatures: FloatArray,
+    states: FloatArray,
+    pose_now: FloatArray,
+) -> dict[str, FloatArray]:
+    """Return what every sensor would show without noise, by name, each (sets, times)."""
+    index = machine.node_index
+    shape = temperatures.shape[:2]
+    shown: dict[str, FloatArray] = {}
+    for sensor in machine.sensors:
+        if sensor.of in index:
+            shown[sensor.name] = temperatures[..., index[sensor.of]].copy()
+        else:
+            shown[sensor.name] = np.broadcast_to(inputs[sensor.of], shape).copy()
+    shown.update(displacements(machine, pose_now))
+    for effect in effects:
+        own = states[..., slices[effect.name]] if effect.states else None
+        effect.reading(inputs, own, time_s, shown)
+    return shown
+
+
+def noise_and_resolution(machine: Machine) -> dict[str, tuple[float, float]]:
+    """Return one standard deviation of noise and the resolution of every sensor, by name."""
+    table = {sensor.name: (sensor.noise, sensor.resolution) for sensor in machine.sensors}
+    rig = machine.rig
+    pair = (rig["noise_um"], rig["resolution_um"])
+    return table | dict.fromkeys(displacement_names(machine), pair)
+
+
+class SensorNoise:
+    """Adds every sensor's noise to its reading and rounds it to the sensor's resolution.
+
+    Parameters
+    ----------
+    machine : Machine
+        Whose sensors they are.
+    seed : int or None
+        The same seed gives the same noise.
+    """
+
+    def __init__(self, machine: Machine, seed: int | None) -> None:
+        table = noise_and_resolution(machine)
+        pairs = np.array(list(table.values()))
+        self._names = list(table)
+        self._noise = pairs[:, 0, None, None]
+        # Rounding to a resolution far below a double's own changes nothing.
+        self._resolution = np.where(pairs[:, 1] > 0.0, pairs[:, 1], 1e-12)[:, None, None]
+        self.generator = np.random.default_rng(seed)
+
+    def added(self, shown: dict[str, FloatArray]) -> dict[str, FloatArray]:
+        """Return readings, each (sets, times), as noisy sensors would show them."""
+        exact = np.stack([shown[name] for name in self._names])
+        noisy = exact + self._noise * self.generator.standard_normal(exact.shape)
+        counts = np.rint(noisy / self._resolution)
+        return dict(zip(self._names, np.round(counts * self._resolution, 9), strict=True))
+
+
+def column_of(machine: Machine, name: str) -> str:
+    """Return the run-file column of a sensor's readings."""
+    return f"{name}_um" if name in displacement_names(machine) else f"{name}_degC"

@@ -1,0 +1,271 @@
+"""Simulating a machine over a run, for one or for many parameter sets at once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Literal
+
+import numpy as np
+import pandas as pd
+
+from plant_model.dependent import DependentStepper
+from plant_model.drive import Drive, drive_from, levels_of
+from plant_model.integrate import TOLERANCE, Modes, apply, linear_steps
+from plant_model.machine import Machine
+from plant_model.network import Network, effects_in_force
+from plant_model.parameters import FloatArray, Values
+from plant_model.sensors import SensorNoise, column_of, readings
+from plant_model.structure import drift_at, pose
+
+CHUNK_NUMBERS = 20_000_000
+"""Numbers of node temperatures kept at once; more parameter sets are simulated in turns."""
+
+
+@dataclass(frozen=True)
+class Simulation:
+    """The result of :func:`simulate`.
+
+    Attributes
+    ----------
+    machine : Machine
+    time_s : array, shape (T,)
+        The rows of the inputs [s].
+    inputs : dict of str to array, shape (T,)
+        The inputs at these instants.
+    readings : dict of str to array, shape (sets, T)
+        What every sensor shows, by name [degC or um].
+    temperatures : array, shape (sets, T, nodes)
+        Of every node [degC].
+    pose : array, shape (sets, T, 6)
+        In the order of ``effects.base.POSE``.
+    """
+
+    machine: Machine
+    time_s: FloatArray
+    inputs: dict[str, FloatArray]
+    readings: dict[str, FloatArray]
+    temperatures: FloatArray
+    pose: FloatArray
+
+    def run_frame(self, which: int = 0) -> pd.DataFrame:
+        """Return one parameter set's result as a run: inputs and readings by run column."""
+        columns = {"time_s": self.time_s}
+        shown = {column_of(self.machine, name): name for name in self.readings}
+        for entry in self.machine.inputs:
+            if entry.column not in shown:
+                columns[entry.column] = self.inputs[entry.name]
+        for column, name in shown.items():
+            columns[column] = self.readings[name][which]
+        return pd.DataFrame(columns)
+
+    def drift(self, tool_length_mm: float) -> FloatArray:
+        """Return the drift of a tool tip [um], shape (sets, T, 3)."""
+        return drift_at(self.pose, tool_length_mm)
+
+
+def simulate(
+    machine: Machine,
+    inputs: pd.DataFrame,
+    parameters: Mapping[str, float | FloatArray | Iterable[float]] | None = None,
+    *,
+    step_s: float = 10.0,
+    boundary: Literal["linear", "held"] = "linear",
+    noise_seed: int | None = None,
+    tolerance: float = TOLERANCE,
+) -> Simulation:
+    """Simulate a machine over the rows of *inputs*.
+
+    Parameters
+    ----------
+    machine : Machine
+    inputs : DataFrame, T rows
+        ``time_s`` and every input, by run column or input name: a run file's frame serves. Nodes
+        that start at a sensor's reading take its first value there, if the frame has it.
+    parameters : mapping of str to float or array, shape (sets,)
+        Values to use instead of the machine's, by full name.
+    step_s : float
+        Longest internal step [s]. Rows that are denser than that are joined by lines; with fewer
+        rows, what is returned at a row is what the model is at that instant.
+    boundary : {"linear", "held"}
+        How boundary temperatures run between rows.
+    noise_seed : int, optional
+        Adds each sensor's noise and resolution; without it the readings are exact.
+    tolerance : float
+        Local error where a step is not exact [K].
+
+    Raises
+    ------
+    DriveError
+        When the inputs cannot drive the machine.
+    ParameterError
+        For an unknown parameter or a value outside its range.
+    IntegrationError
+        When a model that depends on temperature cannot be stepped.
+    """
+    everything = Values(machine.parameters, parameters)
+    drive = drive_from(machine, inputs, step_s, boundary)
+    starts = start_temperatures(machine, inputs, drive)
+    per_turn = max(1, CHUNK_NUMBERS // (len(drive.grid) * len(machine.nodes)))
+    parts = []
+    for at in range(0, everything.sets, per_turn):
+        chosen = {
+            name: np.ravel(np.broadcast_to(np.asarray(given, float), (everything.sets,)))[
+                at : at + per_turn
+            ]
+            for name, given in (parameters or {}).items()
+        }
+        values = Values(machine.parameters, chosen) if everything.sets > per_turn else everything
+        parts.append(_simulate_some(machine, values, drive, starts, inputs, tolerance))
+    whole = parts[0] if len(parts) == 1 else _joined(parts)
+    if noise_seed is None:
+        return whole
+    noisy = SensorNoise(machine, noise_seed).added(whole.readings)
+    return Simulation(machine, whole.time_s, whole.inputs, noisy, whole.temperatures, whole.pose)
+
+
+def _joined(parts: list[Simulation]) -> Simulation:
+    head = parts[0]
+    return Simulation(
+        head.machine,
+        head.time_s,
+        head.inputs,
+        {name: np.concatenate([p.readings[name] for p in parts]) for name in head.readings},
+        np.concatenate([part.temperatures for part in parts]),
+        np.concatenate([part.pose for part in parts]),
+    )
+
+
+def start_temperatures(machine: Machine, inputs: pd.DataFrame, drive: Drive) -> FloatArray:
+    """Return the temperature at which each node starts [degC], shape (nodes,).
+
+    A node starts at an input's first value, or at the first reading of the sensor that the machine
+    file names; where the run has no such column, at the machine's first boundary temperature.
+    """
+    first_boundary = next(iter(drive.first.values()))[0]
+    starts = []
+    for node in machine.nodes:
+        value = first_boundary
+        if node.start in drive.first:
+            value = drive.first[node.start][0]
+        elif f"{node.start}_degC" in inputs.columns:
+            read = inputs[f"{node.start}_degC"].dropna()
+            value = float(read.iloc[0]) if len(read) else value
+        starts.append(value)
+    return np.array(starts)
+
+
+def _simulate_some(
+    machine: Machine,
+    values: Values,
+    drive: Drive,
+    starts: FloatArray,
+    inputs: pd.DataFrame,
+    tolerance: float,
+) -> Simulation:
+    effects = effects_in_force(machine, values)
+    network = Network(machine, values, effects)
+    start = np.broadcast_to(starts, (values.sets, network.node_count))
+    on_grid = trajectory(machine, network, drive, start, tolerance)
+    time = inputs["time_s"].to_numpy(dtype=np.float64)
+    at_rows = _at_rows(drive.grid, on_grid, time)
+    temperatures = at_rows[..., : network.node_count]
+    states = at_rows[..., network.node_count :]
+    row_inputs = drive.rows
+    slices = network.state_slices()
+    pose_now = pose(effects, slices, row_inputs, temperatures - start[:, None, :], states)
+    shown = readings(
+        machine, effects, slices, row_inputs, time - time[0], temperatures, states, pose_now
+    )
+    return Simulation(machine, time, row_inputs, shown, temperatures, pose_now)
+
+
+def _at_rows(grid: FloatArray, values: FloatArray, time: FloatArray) -> FloatArray:
+    """Return (sets, grid, size) at the rows' instants, by lines between the grid's instants."""
+    step = np.clip(np.searchsorted(grid, time, side="right") - 1, 0, len(grid) - 2)
+    share = (time - grid[step]) / (grid[step + 1] - grid[step])
+    if np.all(share == 0.0):
+        return np.asarray(values[:, step])
+    share = share[None, :, None]
+    return np.asarray(values[:, step] * (1.0 - share) + values[:, step + 1] * share)
+
+
+def trajectory(
+    machine: Machine,
+    network: Network,
+    drive: Drive,
+    start: FloatArray,
+    tolerance: float = TOLERANCE,
+) -> FloatArray:
+    """Return temperatures and own states on the grid, shape (sets, K + 1, nodes + states)."""
+    levels = _levels(machine, network, drive)
+    heat = network.heat(drive.held)
+    names = list(machine.boundary_index)
+    first = np.stack([drive.first[name] for name in names], axis=-1)
+    last = np.stack([drive.last[name] for name in names], axis=-1)
+    own = network.start_states(start)
+    state = np.concatenate([start, own], axis=1)
+    out = np.empty((state.shape[0], len(drive.grid), state.shape[1]))
+    out[:, 0] = state
+    known: dict[tuple[float, ...], tuple[Modes, FloatArray]] = {}
+    steps = np.diff(drive.grid)
+    changes = np.flatnonzero(np.any(np.diff(levels, axis=0) != 0.0, axis=1)) + 1
+    bounds = [0, *changes.tolist(), len(steps)]
+    for a, b in pairwise(bounds):
+        key = tuple(levels[a])
+        if key not in known:
+            level = {entry.name: np.zeros(1) for entry in machine.inputs}
+            level |= {
+                name: np.array([value])
+                for name, value in zip(network.conductance_inputs, key, strict=True)
+            }
+            matrix, boundary = network.conductances(level)
+            known[key] = (Modes.of(matrix, network.capacity, network.state_count), boundary)
+        modes, boundary = known[key]
+        piece = slice(a, b)
+        force = [
+            heat[:, piece] + np.einsum("snb,kb->skn", boundary, u[piece]) for u in (first, last)
+        ]
+        if network.linear:
+            divided = [_to_modes(modes, f / network.capacity[:, None, :]) for f in force]
+            ends = linear_steps(modes, apply(modes.to_modes, state), steps[piece], *divided)
+            out[:, a + 1 : b + 1] = np.matmul(ends, np.swapaxes(modes.to_state, 1, 2))
+        else:
+            stepper = DependentStepper(network, modes, tolerance)
+            _dependent_steps(drive, stepper, piece, force, (first, last), out)
+        state = out[:, b]
+    return out
+
+
+def _to_modes(modes: Modes, rate: FloatArray) -> FloatArray:
+    """Return rates of temperature, shape (sets, K, nodes), as forcing of the modes."""
+    nodes = rate.shape[2]
+    return np.asarray(np.matmul(rate, np.swapaxes(modes.to_modes[:, :, :nodes], 1, 2)))
+
+
+def _levels(machine: Machine, network: Network, drive: Drive) -> FloatArray:
+    spans = {entry.name: entry.high - entry.low for entry in machine.inputs}
+    columns = [
+        levels_of(drive.held[name], spans[name]) if name in drive.held else drive.first[name]
+        for name in network.conductance_inputs
+    ]
+    steps = len(drive.grid) - 1
+    return np.stack(columns, axis=1) if columns else np.zeros((steps, 0))
+
+
+def _dependent_steps(
+    drive: Drive,
+    stepper: DependentStepper,
+    piece: slice,
+    force: list[FloatArray],
+    boundary: tuple[FloatArray, FloatArray],
+    out: FloatArray,
+) -> None:
+    """Step through one piece of the grid where something depends on temperature; fills *out*."""
+    steps = np.diff(drive.grid)
+    for k in range(piece.start, piece.stop):
+        held = {name: values[k : k + 1] for name, values in drive.held.items()}
+        heat = (force[0][:, k - piece.start], force[1][:, k - piece.start])
+        outside = (boundary[0][k], boundary[1][k])
+        out[:, k + 1] = stepper.advance(out[:, k], float(steps[k]), held, heat, outside)

@@ -1,0 +1,41 @@
+"""Machines and inputs that the plant's tests share."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from plant_model.effects import catalogue
+from plant_model.machine import Machine
+from plant_model.machine_file import read_machine
+
+
+def inputs_over(
+    hours: float, *, speed: float = 9000.0, every_s: float = 10.0, steps: bool = True
+) -> pd.DataFrame:
+    """Return inputs with speed steps, a swinging hall and a warming coolant."""
+    time = np.arange(0.0, hours * 3600.0 + every_s / 2, every_s)
+    n = np.where(time % 3600.0 < 2400.0, speed, speed / 2.0) if steps else np.full_like(time, speed)
+    return pd.DataFrame(
+        {
+            "time_s": time,
+            "speed_rpm": n,
+            "T5_degC": 21.0 + np.sin(time / 2000.0),
+            "T9_degC": 21.0 + 2.0 * (1.0 - np.exp(-time / 5400.0)),
+            "torque_Nm": np.full_like(time, 5.0),
+        }
+    )
+
+
+@pytest.fixture(scope="session")
+def jig_borer() -> Machine:
+    return read_machine("jig_borer")
+
+
+def with_effects(machine: Machine, *names: str) -> Machine:
+    """Return the machine with further effects in force at their nominal values."""
+    added = {name: dict(catalogue()[name].parameters) for name in names}
+    return replace(machine, effects=machine.effects | added)

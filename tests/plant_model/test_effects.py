@@ -1,0 +1,119 @@
+"""The contract of every effect that the folder holds."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from plant_model.effects import catalogue, item_kinds
+from plant_model.effects.air_gap import gap_nusselt
+from plant_model.effects.bearing_friction import friction_heat, viscous_torque
+from plant_model.machine import Machine
+from plant_model.machine_file import machine_from_table
+from plant_model.parameters import Parameter
+from plant_model.simulate import simulate
+from tests.plant_model.conftest import inputs_over, with_effects
+
+NAMES = sorted(catalogue())
+
+
+def machine_with(machine: Machine, name: str, value: float) -> Machine:
+    """Return the machine with one effect in force at an amplitude."""
+    effect = catalogue()[name]
+    with_it = with_effects(machine, name) if name not in machine.effects else machine
+    return with_it.with_values({f"effects.{name}.{effect.amplitude}": value})
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_declares_what_a_report_needs(name: str) -> None:
+    effect = catalogue()[name]
+    assert effect.title
+    assert effect.explanation.endswith(".")
+    assert effect.__doc__
+    amplitude = effect.parameters[effect.amplitude]
+    assert amplitude.low <= effect.off <= amplitude.high, "calibration must be able to reach off"
+    for parameter in effect.parameters.values():
+        assert parameter.low <= parameter.value <= parameter.high
+        assert parameter.source
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_off_is_the_model_without_it_to_the_last_bit(name: str, jig_borer: Machine) -> None:
+    inputs = inputs_over(1.0)
+    off = simulate(machine_with(jig_borer, name, catalogue()[name].off), inputs)
+    left = {key: value for key, value in jig_borer.effects.items() if key != name}
+    without = simulate(replace(jig_borer, effects=left), inputs)
+    pd.testing.assert_frame_equal(off.run_frame(), without.run_frame(), check_exact=True)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_does_something_and_stays_finite_over_its_whole_range(
+    name: str, jig_borer: Machine
+) -> None:
+    effect = catalogue()[name]
+    inputs = inputs_over(0.5, every_s=60.0)
+    machine = machine_with(jig_borer, name, effect.parameters[effect.amplitude].value)
+    nominal = simulate(machine, inputs).run_frame()
+    if any(key in item_kinds() for key in effect.handles) and not any(
+        (item.family, item.kind) in effect.handles for item in machine.items
+    ):
+        pytest.skip(f"the jig borer has nothing that {name} acts on")
+    off = simulate(machine_with(jig_borer, name, effect.off), inputs).run_frame()
+    assert np.abs(nominal - off).to_numpy().max() > 1e-3
+    for key, parameter in effect.parameters.items():
+        for value in (parameter.low, parameter.high):
+            changed = machine.with_values({f"effects.{name}.{key}": value})
+            assert np.isfinite(simulate(changed, inputs).run_frame().to_numpy()).all()
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_parameters_go_through_a_machine_file(name: str) -> None:
+    effect = catalogue()[name]
+    moved = {
+        key: Parameter(p.high, p.unit, p.low, p.high, "moved", calibrate=True)
+        for key, p in effect.parameters.items()
+    }
+    table = {
+        "format": 1,
+        "name": "small",
+        "title": "",
+        "inputs": {
+            "speed": {"unit": "rpm", "column": "speed_rpm", "low": 0.0, "high": 1e4},
+            "ambient": {"unit": "degC", "column": "air_degC", "low": -20.0, "high": 60.0},
+        },
+        "nodes": [
+            {
+                "name": "bed",
+                "capacity": Parameter(1e4, "J/K", 9e3, 2e4, "test").to_dict(),
+            }
+        ],
+        "rig": {"kind": "direct", "axes": {"disp_z": {"axis": "Z"}}},
+        "effects": {name: {key: p.to_dict() for key, p in moved.items()}},
+    }
+    assert machine_from_table(table, "small.toml").effects[name] == moved
+
+
+def test_palmgren_torque_against_a_hand_calculation() -> None:
+    # nu n = 12 * 12000 = 144000, ^(2/3) = 2747.3; 1e-7 * 1 * 2747.3 * 70^3 = 94.23 N mm.
+    torque = viscous_torque(*(np.array([v]) for v in (1.0, 12.0, 12000.0, 70.0)))
+    assert torque[0] == pytest.approx(94.23, rel=1e-3)
+    assert friction_heat(np.array([12000.0]), torque)[0] == pytest.approx(118.4, rel=1e-3)
+
+
+def test_palmgren_branches_meet_at_2000() -> None:
+    one = np.array([1.0])
+    below = viscous_torque(one, np.array([1999.999999]), one, np.array([50.0]))
+    above = viscous_torque(one, np.array([2000.0]), one, np.array([50.0]))
+    # 2000^(2/3) = 158.7 against the 160 of the standard form: the branches differ by 0.8 %.
+    assert below[0] / above[0] == pytest.approx(160.0 / 2000.0 ** (2.0 / 3.0), rel=1e-9)
+
+
+def test_gap_nusselt_against_becker_and_kaye() -> None:
+    taylor = np.array([0.0, 1699.0, 5000.0, 1e6])
+    expected = [2.0, 2.0, 0.128 * 5000**0.367, 0.409 * 1e6**0.241]
+    np.testing.assert_allclose(gap_nusselt(taylor), expected, rtol=1e-12)
+    rising = gap_nusselt(np.linspace(0.0, 1e7, 5000))
+    assert np.all(np.diff(rising) >= -0.02), "the exchange grows with speed"

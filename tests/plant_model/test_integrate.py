@@ -1,0 +1,196 @@
+"""Exact where the network is linear, error-controlled where it is not."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.integrate import solve_ivp
+
+from plant_model.dependent import DependentStepper
+from plant_model.effects.base import Effect
+from plant_model.energy import energy_balance
+from plant_model.integrate import ExponentialRungeKutta, IntegrationError, Modes, phi
+from plant_model.machine import Machine
+from plant_model.network import Network, effects_in_force
+from plant_model.parameters import FloatArray, Values
+from plant_model.simulate import simulate
+from tests.plant_model.conftest import inputs_over, with_effects
+
+
+def reference(machine: Machine, inputs: pd.DataFrame, rtol: float = 1e-11) -> FloatArray:
+    """Return temperatures at the last row from scipy's implicit solver, step by step."""
+    values = Values(machine.parameters)
+    network = Network(machine, values, effects_in_force(machine, values))
+    state = np.full(network.node_count, inputs["T5_degC"].iloc[0])
+    columns = {entry.name: inputs[entry.column].to_numpy(float) for entry in machine.inputs}
+    time = inputs["time_s"].to_numpy(float)
+    jumps = np.flatnonzero(np.diff(columns["speed"])) + 1
+    bounds = [0, *jumps.tolist(), len(time) - 1]
+    for a, b in pairwise(bounds):
+        held = {name: np.array([column[a]]) for name, column in columns.items()}
+        matrix, boundary = (part[0] for part in network.conductances(held))
+        heat = network.heat(held)[0, 0]
+
+        def slope(
+            t: float,
+            y: FloatArray,
+            held: dict[str, FloatArray] = held,
+            matrix: FloatArray = matrix,
+            boundary: FloatArray = boundary,
+            heat: FloatArray = heat,
+        ) -> FloatArray:
+            outside = np.array([np.interp(t, time, columns[n]) for n in machine.boundary_index])
+            now = held | {n: outside[i : i + 1] for i, n in enumerate(machine.boundary_index)}
+            extra, _ = network.dependent(now, outside[None], y[None, None], np.zeros((1, 1, 0)))
+            flow = heat + boundary @ outside - matrix @ y + extra[0, 0]
+            return flow / network.capacity[0]
+
+        solution = solve_ivp(
+            slope, (time[a], time[b]), state, method="Radau", rtol=rtol, atol=1e-10, max_step=600.0
+        )
+        state = solution.y[:, -1]
+    return state
+
+
+def test_linear_network_equals_an_independent_solver(jig_borer: Machine) -> None:
+    inputs = inputs_over(1.2, every_s=600.0)
+    inputs[["T5_degC", "T9_degC"]] = inputs["T5_degC"].iloc[0]
+    ours = simulate(jig_borer, inputs, step_s=600.0).temperatures[0, -1]
+    np.testing.assert_allclose(ours, reference(jig_borer, inputs), atol=2e-8)
+
+
+def test_linear_network_does_not_depend_on_the_step(jig_borer: Machine) -> None:
+    inputs = inputs_over(2.0, every_s=600.0)
+    coarse = simulate(jig_borer, inputs, step_s=300.0)
+    fine = simulate(jig_borer, inputs, step_s=6.0)
+    np.testing.assert_allclose(coarse.temperatures, fine.temperatures, atol=1e-10)
+
+
+def test_dependent_network_equals_an_independent_solver(jig_borer: Machine) -> None:
+    machine = with_effects(jig_borer, "radiation", "viscosity_temperature")
+    inputs = inputs_over(1.2, every_s=600.0)
+    ours = simulate(machine, inputs, step_s=30.0, tolerance=1e-7).temperatures[0, -1]
+    np.testing.assert_allclose(ours, reference(machine, inputs, 1e-9), atol=1e-5)
+
+
+def test_error_control_keeps_what_it_promises(jig_borer: Machine) -> None:
+    machine = with_effects(jig_borer, "radiation", "viscosity_temperature")
+    inputs = inputs_over(4.0, every_s=60.0)
+    default = simulate(machine, inputs, step_s=60.0).temperatures
+    close = simulate(machine, inputs, step_s=5.0, tolerance=1e-9).temperatures
+    assert np.abs(default - close).max() < 1e-3
+
+
+def test_convergence_order_is_three(jig_borer: Machine) -> None:
+    machine = with_effects(jig_borer, "viscosity_temperature")
+    values = Values(machine.parameters)
+    network = Network(machine, values, effects_in_force(machine, values))
+    held = {"speed": np.array([12000.0]), "torque": np.array([0.0])}
+    outside = np.array([21.0, 21.0])
+    now = held | {"ambient": outside[:1], "coolant_inlet": outside[1:]}
+    matrix, boundary = network.conductances(now)
+    modes = Modes.of(matrix, network.capacity)
+    force = network.heat(now)[:, 0] + boundary @ outside
+
+    def end(steps: int) -> FloatArray:
+        stepper = DependentStepper(network, modes, tolerance=np.inf)
+        state = np.full((1, network.node_count), 21.0)
+        for _ in range(steps):
+            state = stepper.advance(state, 1200.0 / steps, held, (force, force), (outside, outside))
+        return state
+
+    exact = end(16384)
+    errors = np.array([np.abs(end(steps) - exact).max() for steps in (256, 512, 1024, 2048)])
+    orders = np.log2(errors[:-1] / errors[1:])
+    assert errors[-1] < 1e-4
+    assert np.all(orders > 2.6), orders
+    assert np.all(orders < 3.6), orders
+
+
+def test_a_model_that_blows_up_is_refused() -> None:
+    modes = Modes.of(np.array([[[1.0]]]), np.array([[100.0]]))
+    with np.errstate(over="ignore", invalid="ignore"), pytest.raises(IntegrationError):
+        ExponentialRungeKutta(modes).interval(
+            np.array([[1.0]]), 1000.0, lambda at, state: np.exp(state**2)
+        )
+
+
+@pytest.mark.parametrize("order", [1, 2, 3])
+def test_phi_has_no_seam_and_the_right_limits(order: int) -> None:
+    x = -np.geomspace(1e-12, 1e3, 4000)
+    value = phi(order, x)
+    # phi_k(x) = 1/(k-1)! int_0^1 exp((1-s) x) s^(k-1) ds, here by Gauss-Legendre on 300 nodes.
+    nodes, weights = np.polynomial.legendre.leggauss(300)
+    s, w = (nodes + 1.0) / 2.0, weights / 2.0
+    factorial = [1.0, 1.0, 2.0][order - 1]
+    integral = (np.exp((1.0 - s) * x[:, None]) * s ** (order - 1) * w).sum(axis=1) / factorial
+    np.testing.assert_allclose(value, integral, rtol=5e-12)
+
+
+@pytest.mark.parametrize(
+    ("extra", "step_s"), [((), 10.0), (("radiation", "viscosity_temperature"), 2.0)]
+)
+def test_energy_balance_closes(jig_borer: Machine, extra: tuple[str, ...], step_s: float) -> None:
+    account = energy_balance(with_effects(jig_borer, *extra), inputs_over(4.0), step_s=step_s)
+    assert account.generated > 1e6
+    assert (account.dependent != 0.0) == bool(extra)
+    assert abs(account.closure) < 1e-6
+
+
+def test_series_jackets_close_the_account_and_match_the_solver(jig_borer: Machine) -> None:
+    items = tuple(
+        replace(item, refs={"between": ("jacket_motor", "jacket_front")})
+        if item.kind == "coolant_flow" and item.refs["between"][0] == "jacket_motor"
+        else item
+        for item in jig_borer.items
+    )
+    machine = replace(jig_borer, items=items)
+    inputs = inputs_over(0.5, every_s=600.0)
+    np.testing.assert_allclose(
+        simulate(machine, inputs, step_s=10.0, tolerance=1e-7).temperatures[0, -1],
+        reference(machine, inputs, 1e-9),
+        atol=1e-4,
+    )
+    assert abs(energy_balance(machine, inputs, step_s=0.5).closure) < 1e-6
+
+
+def test_own_states_are_stepped_with_the_temperatures(jig_borer: Machine) -> None:
+    class Lag(Effect):
+        name = "lag"
+        title = explanation = ""
+        amplitude = "tau"
+        parameters = {}  # noqa: RUF012
+        states = ("lagged",)
+
+        def start_states(self, temperatures: FloatArray) -> FloatArray:
+            return temperatures[:, :1]
+
+        def rate(self, inputs: object, temperatures: FloatArray, states: FloatArray) -> FloatArray:
+            return (temperatures[..., :1] - states) / 300.0
+
+    values = Values(jig_borer.parameters)
+    effects = [*effects_in_force(jig_borer, values), Lag(jig_borer, values)]
+    network = Network(jig_borer, values, effects)
+    assert network.state_count == 1
+    held = {"speed": np.array([9000.0]), "torque": np.array([0.0])}
+    outside = np.array([21.0, 21.0])
+    now = held | {"ambient": outside[:1], "coolant_inlet": outside[1:]}
+    matrix, boundary = network.conductances(now)
+    stepper = DependentStepper(network, Modes.of(matrix, network.capacity, 1), 1e-7)
+    force = network.heat(now)[:, 0] + boundary @ outside
+    state = np.full((1, network.node_count + 1), 21.0)
+    history = [state]
+    for _ in range(360):
+        state = stepper.advance(state, 10.0, held, (force, force), (outside, outside))
+        history.append(state)
+    followed = np.array([h[0, 0] for h in history])
+    lagged = 21.0
+    for a, b in pairwise(followed):
+        # Exact for a line between the two temperatures.
+        decay, slope = np.exp(-10.0 / 300.0), (b - a) / 10.0
+        lagged = b - slope * 300.0 + (lagged - a + slope * 300.0) * decay
+    assert state[0, -1] == pytest.approx(lagged, abs=2e-3)

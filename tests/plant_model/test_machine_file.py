@@ -1,0 +1,208 @@
+"""Machine files: what ships reads, what is wrong is refused in one line."""
+
+from __future__ import annotations
+
+import copy
+import json
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from measurement.errors import BadInput
+from plant_model.machine import Machine
+from plant_model.machine_file import (
+    SHIPPED,
+    machine_from_table,
+    machine_path,
+    read_machine,
+    shipped_machines,
+)
+from plant_model.parameters import ParameterError
+
+TABLE = tomllib.loads((SHIPPED / "jig_borer.toml").read_text(encoding="utf-8"))
+
+
+def refusal(table: dict[str, Any]) -> str:
+    with pytest.raises(BadInput) as caught:
+        machine_from_table(table, "mine.toml")
+    text = str(caught.value)
+    assert "\n" not in text
+    assert text.startswith("mine.toml: ")
+    return text
+
+
+@pytest.mark.parametrize("name", shipped_machines())
+def test_shipped_machines_read_and_survive_json(name: str) -> None:
+    machine = read_machine(name)
+    assert Machine.from_dict(json.loads(json.dumps(machine.to_dict()))) == machine
+    assert machine.parameters
+    assert all(parameter.source for parameter in machine.parameters.values())
+
+
+def test_jig_borer_has_what_the_studies_measure(jig_borer: Machine) -> None:
+    assert len(jig_borer.nodes) >= 12
+    assert [s.name for s in jig_borer.sensors] == [f"T{i}" for i in range(1, 12)]
+    assert {s.name: s.of for s in jig_borer.sensors}["T5"] == "ambient"
+    assert {s.name: s.of for s in jig_borer.sensors}["T9"] == "coolant_inlet"
+    assert jig_borer.rig["spacing_mm"] == 100.0
+    assert jig_borer.rig["near_to_gauge_mm"] == 30.0
+    assert jig_borer.rig["axial_sign"] == -1
+
+
+def test_references_are_used_and_known(jig_borer: Machine) -> None:
+    used = {parameter.source for parameter in jig_borer.parameters.values()}
+    assert set(jig_borer.references) <= used
+    single_words = {source for source in used if " " not in source}
+    assert single_words - {"definition"} <= set(jig_borer.references)
+
+
+def test_uneven_cooling_of_each_ring_sums_to_zero(jig_borer: Machine) -> None:
+    for ring in ("front", "motor"):
+        items = [
+            item.parameters["difference"].value
+            for item in jig_borer.of_kind("links", "coolant_unevenness")
+            if item.refs["between"][1] == f"jacket_{ring}"
+        ]
+        assert len(items) == 4
+        assert sum(items) == 0.0
+
+
+def change(path: str, value: Any) -> dict[str, Any]:
+    table = copy.deepcopy(TABLE)
+    *steps, last = path.split(".")
+    at: Any = table
+    for step in steps:
+        at = at[int(step)] if isinstance(at, list) else at[step]
+    if value is ...:
+        del at[last]
+    else:
+        at[int(last) if isinstance(at, list) else last] = value
+    return table
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "words"),
+    [
+        ("format", 2, "format: 2 is not allowed"),
+        ("name", ..., "name: is missing"),
+        ("colour", "red", "colour: is not a known field"),
+        ("nodes.0.capacity.value", -1.0, "nodes.0.capacity.value: -1 is outside its range"),
+        ("nodes.0.capacity.unit", "W/K", "'W/K' is not allowed: it is J/K"),
+        ("nodes.0.capacity.low", float("nan"), "nodes.0.capacity.low: nan is not allowed"),
+        ("nodes.0.capacity", 5.0, "nodes.0.capacity"),
+        ("nodes.0.start", "T99", "did you mean T9?"),
+        ("nodes.1.name", "shaft_front", "the name shaft_front stands twice"),
+        ("links.0.between", ["shaft_front", "shaft_front"], "joins something to itself"),
+        ("links.0.between", ["shaft_front", "shaft_midle"], "did you mean shaft_middle?"),
+        ("links.0.between", "shaft_front", "not a list of 2 names"),
+        ("links.0.kind", "conductoin", "did you mean conduction?"),
+        ("links.0.kind", ..., "links.0.kind: is missing"),
+        ("links.0.conductance", ..., "links.0.conductance: is missing"),
+        ("links.0.speed", 3, "links.0.speed: is not a known field"),
+        ("links.0.conductance.low", 5.0, "the range 5..0.96 must ascend"),
+        ("sources.0.driven_by", "sped", "did you mean speed?"),
+        ("sources.0.f0.source", "", "f0"),
+        ("sensors.0.of", "nowhere", "sensors.0.of: 'nowhere' is not one of"),
+        ("sensors.1.name", "T1", "the name T1 stands twice"),
+        ("sensors.0.noise", "small", "sensors.0.noise: 'small' is not allowed"),
+        ("rig.kind", "six_point", "rig"),
+        ("rig.axial_sign", 0, "rig.five_point.axial_sign: 0 is not allowed"),
+        ("rig.spacing_mm", 0.0, "rig.five_point.spacing_mm: 0 is not allowed"),
+        ("effects.air_gap", ..., "the effect air_gap is not in force"),
+        ("effects.air_gapp", {}, "did you mean air_gap?"),
+        ("effects.motor_loss", {"scael": {}}, "did you mean scale?"),
+        ("inputs.speed", ..., "is not one of"),
+        ("inputs.speed.column", "n_Hz", "does not end in _rpm"),
+        ("inputs.torque.default", 900.0, "900 is outside -200..200 Nm"),
+        ("inputs.speed.low", 1e9, "must be below high"),
+        ("axis.slew_um_per_s", 0.0, "axis.slew_um_per_s: 0 is not allowed"),
+    ],
+)
+def test_refusals_name_place_value_and_what_is_allowed(path: str, value: Any, words: str) -> None:
+    assert words in refusal(change(path, value))
+
+
+def test_two_located_bearings_are_refused() -> None:
+    table = copy.deepcopy(TABLE)
+    located = next(item for item in table["structure"] if item["kind"] == "located")
+    table["structure"].append(located | {"name": "rear_bearing"})
+    assert "only one bearing can locate" in refusal(table)
+
+
+def places(value: Any, at: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
+    inner = value.items() if isinstance(value, dict) else enumerate(value)
+    found = []
+    for key, entry in inner:
+        found.append((*at, key))
+        if isinstance(entry, dict | list):
+            found += places(entry, (*at, key))
+    return found
+
+
+junk = st.one_of(
+    st.none(),
+    st.booleans(),
+    st.integers(),
+    st.floats(),
+    st.text(max_size=5),
+    st.lists(st.integers(), max_size=2),
+    st.dictionaries(st.text(max_size=3), st.integers(), max_size=2),
+)
+
+
+@settings(max_examples=300, deadline=None)
+@given(where=st.sampled_from(places(TABLE)), value=junk, delete=st.booleans())
+def test_a_mangled_field_is_refused_or_read(
+    where: tuple[Any, ...], value: Any, delete: bool
+) -> None:
+    table = copy.deepcopy(TABLE)
+    at: Any = table
+    for step in where[:-1]:
+        at = at[step]
+    if delete:
+        del at[where[-1]]
+    else:
+        at[where[-1]] = value
+    try:
+        machine = machine_from_table(table, "mine.toml")
+    except BadInput as error:
+        message = str(error)
+    else:
+        message = ""
+        assert isinstance(machine, Machine)
+    assert "\n" not in message
+
+
+@settings(max_examples=100, deadline=None)
+@given(text=st.binary(max_size=200))
+def test_any_bytes_are_refused_in_one_line(
+    text: bytes, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    path = tmp_path_factory.getbasetemp() / "bytes.toml"
+    path.write_bytes(text)
+    with pytest.raises(BadInput) as caught:
+        read_machine(path)
+    assert "\n" not in str(caught.value)
+
+
+def test_names_and_paths(tmp_path: Path) -> None:
+    assert machine_path("jig_borer") == SHIPPED / "jig_borer.toml"
+    assert machine_path("jig_borer.toml") == SHIPPED / "jig_borer.toml"
+    with pytest.raises(BadInput, match="did you mean jig_borer"):
+        read_machine("jig_boorer")
+    with pytest.raises(BadInput, match="no such file"):
+        read_machine(tmp_path / "none.toml")
+
+
+def test_moving_values_is_checked(jig_borer: Machine) -> None:
+    moved = jig_borer.with_values({"nodes.column.capacity": 460000.0})
+    assert moved.parameters["nodes.column.capacity"].value == 460000.0
+    assert jig_borer.parameters["nodes.column.capacity"].value == 450000.0
+    with pytest.raises(ParameterError, match="outside"):
+        jig_borer.with_values({"nodes.column.capacity": 1.0})
+    with pytest.raises(ParameterError, match="no parameter"):
+        jig_borer.with_values({"nodes.colum.capacity": 1.0})
