@@ -201,7 +201,7 @@ class _Reader:
             )
             for i, node in enumerate(form.nodes)
         )
-        effects = self._effects()
+        effects = self._effects([*(sensor.name for sensor in sensors), *self._displacements()])
         machine = Machine(
             name=form.name,
             title=form.title,
@@ -253,14 +253,15 @@ class _Reader:
         for i, entry in enumerate(self.form.sensors):
             of = self._one_of(f"sensors.{i}.of", entry.of, [*self.nodes, *self.boundaries])
             sensors.append(Sensor(entry.name, "degC", of, entry.noise, entry.resolution))
-        rig = self.form.rig
-        displacement = (
-            list(rig.axes)
-            if isinstance(rig, _DirectForm)
-            else [rig.near_x, rig.near_y, rig.distal_x, rig.distal_y, rig.axial]
-        )
-        self._unique("sensors and rig", [*(s.name for s in sensors), *displacement])
+        names = [*(sensor.name for sensor in sensors), *self._displacements()]
+        self._unique("sensors and rig", names)
         return tuple(sensors)
+
+    def _displacements(self) -> list[str]:
+        rig = self.form.rig
+        if isinstance(rig, _DirectForm):
+            return list(rig.axes)
+        return [rig.near_x, rig.near_y, rig.distal_x, rig.distal_y, rig.axial]
 
     def _parameter(self, place: str, table: object, spec: NumberSpec) -> Parameter:
         if not isinstance(table, dict):
@@ -346,18 +347,23 @@ class _Reader:
             raise self.refuse(place, f"{shown(given)} joins something to itself")
         return found
 
-    def _effects(self) -> dict[str, dict[str, Parameter]]:
+    def _effects(self, channels: list[str]) -> dict[str, dict[str, Parameter]]:
         known = catalogue()
         effects = {}
-        for name, table in self.form.effects.items():
-            effect = known[self._one_of(f"effects.{name}", name, known)]
+        for key, table in self.form.effects.items():
+            name, _, channel = key.partition(":")
+            effect = known[self._one_of(f"effects.{key}", name, known)]
+            if effect.on_channel:
+                self._one_of(f"effects.{key}", channel, channels)
+            elif channel:
+                raise self.refuse(f"effects.{key}", f"{name} does not act on one sensor")
             given = {}
-            for key, entry in table.items():
-                place = f"effects.{name}.{key}"
-                nominal = effect.parameters[self._one_of(place, key, effect.parameters)]
+            for parameter, entry in table.items():
+                place = f"effects.{key}.{parameter}"
+                nominal = effect.parameters[self._one_of(place, parameter, effect.parameters)]
                 spec = NumberSpec(nominal.unit, nominal.low, nominal.high)
-                given[key] = self._parameter(place, entry, spec)
-            effects[name] = dict(effect.parameters) | given
+                given[parameter] = self._parameter(place, entry, spec)
+            effects[key] = dict(effect.parameters) | given
         return effects
 
     def _cross_checks(self, machine: Machine) -> None:
@@ -374,7 +380,11 @@ class _Reader:
                 raise self.refuse("structure", "a shaft or housing needs one item of kind located")
         if len(machine.of_kind("structure", "located")) > 1:
             raise self.refuse("structure", "only one bearing can locate the shaft")
-        for effect in machine.effects:
-            for needed in catalogue()[effect].conductance_inputs:
+        for key in machine.effects:
+            effect = catalogue()[key.partition(":")[0]]
+            for needed in effect.conductance_inputs:
                 if needed not in self.inputs:
-                    raise self.refuse(f"effects.{effect}", f"needs an input called {needed}")
+                    raise self.refuse(f"effects.{key}", f"needs an input called {needed}")
+            for needed in effect.needs:
+                if needed not in machine.effects:
+                    raise self.refuse(f"effects.{key}", f"needs the effect {needed} in force")

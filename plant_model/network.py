@@ -18,12 +18,13 @@ from plant_model.parameters import FloatArray, Values
 
 def effects_in_force(machine: Machine, values: Values) -> list[Effect]:
     """Return the machine's effects, leaving out those that are off in every parameter set."""
-    known = catalogue()
-    return [
-        known[name](machine, values)
-        for name in machine.effects
-        if not values.is_off(f"effects.{name}.{known[name].amplitude}", known[name].off)
-    ]
+    found = []
+    for key in machine.effects:
+        name, _, channel = key.partition(":")
+        effect = catalogue()[name]
+        if not values.is_off(f"effects.{key}.{effect.amplitude}", effect.off):
+            found.append(effect(machine, values, channel))
+    return found
 
 
 class Network:
@@ -120,7 +121,7 @@ class Network:
             out[..., entry.node] += entry.conductance * temperatures[..., entry.other]
         slices = self.state_slices()
         for effect in self._dependent:
-            own = states[..., slices[effect.name]] if effect.states else None
+            own = states[..., slices[effect.key]] if effect.states else None
             effect.heat(inputs, temperatures, own, out)
             for entry in effect.conductance(inputs, temperatures, own):
                 other = (
@@ -133,7 +134,7 @@ class Network:
                 if not (entry.boundary or entry.one_way):
                     out[..., entry.other] -= flow
         for effect in self._with_states:
-            part = slices[effect.name]
+            part = slices[effect.key]
             rates[..., part] = effect.rate(inputs, temperatures, states[..., part])
         return out, rates
 
@@ -148,7 +149,7 @@ class Network:
         """Return where the own states of each effect stand."""
         slices, at = {}, 0
         for effect in self._with_states:
-            slices[effect.name] = slice(at, at + len(effect.states))
+            slices[effect.key] = slice(at, at + len(effect.states))
             at += len(effect.states)
         return slices
 

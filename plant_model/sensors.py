@@ -60,7 +60,7 @@ def readings(
             shown[sensor.name] = np.broadcast_to(inputs[sensor.of], shape).copy()
     shown.update(displacements(machine, pose_now))
     for effect in effects:
-        own = states[..., slices[effect.name]] if effect.states else None
+        own = states[..., slices[effect.key]] if effect.states else None
         effect.reading(inputs, own, time_s, shown)
     return shown
 

@@ -40,7 +40,7 @@ def pose(
     """
     out = np.zeros((*rise.shape[:2], len(POSE)))
     for effect in effects:
-        own = states[..., slices[effect.name]] if effect.states else None
+        own = states[..., slices[effect.key]] if effect.states else None
         effect.displacement(inputs, rise, own, out)
     return out
 

@@ -90,6 +90,11 @@ class Effect:
         simulation is exact.
     conductance_inputs : tuple of str
         Inputs that its conductances depend on.
+    needs : tuple of str
+        Effects that must be in force with it, because it changes them.
+    on_channel : bool
+        Whether it acts on one sensor, which the machine file names behind a colon:
+        ``[effects."sensor_offset:T1"]``. It may then be in force for several sensors.
     states : tuple of str
         Names of its own states.
     """
@@ -103,11 +108,15 @@ class Effect:
     handles: ClassVar[dict[tuple[str, str], ItemSpec]] = {}
     temperature_dependent: ClassVar[bool] = False
     conductance_inputs: ClassVar[tuple[str, ...]] = ()
+    needs: ClassVar[tuple[str, ...]] = ()
+    on_channel: ClassVar[bool] = False
     states: ClassVar[tuple[str, ...]] = ()
 
-    def __init__(self, machine: Machine, values: Values) -> None:
+    def __init__(self, machine: Machine, values: Values, channel: str = "") -> None:
         self.machine = machine
         self.values = values
+        self.channel = channel
+        self.key = effect_key(self.name, channel)
         self.items: list[Item] = [
             item for item in machine.items if (item.family, item.kind) in self.handles
         ]
@@ -118,7 +127,7 @@ class Effect:
 
     def own(self, parameter: str) -> FloatArray:
         """Return one of the effect's own parameters, shape (sets or 1, 1)."""
-        return self.values[f"effects.{self.name}.{parameter}"]
+        return self.values[f"effects.{self.key}.{parameter}"]
 
     def of(self, item: Item, parameter: str) -> FloatArray:
         """Return a parameter of an item, shape (sets or 1, 1)."""
@@ -164,6 +173,11 @@ class Effect:
         readings: dict[str, FloatArray],
     ) -> None:
         """Change what sensors show, in place; each reading is (sets, times)."""
+
+
+def effect_key(name: str, channel: str = "") -> str:
+    """Return how a machine file names an effect: its name, and its channel if it has one."""
+    return f"{name}:{channel}" if channel else name
 
 
 def exchange(

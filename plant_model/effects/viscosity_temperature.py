@@ -27,6 +27,7 @@ class ViscosityTemperature(Effect):
     }
     amplitude: ClassVar[str] = "slope"
     temperature_dependent: ClassVar[bool] = True
+    needs: ClassVar[tuple[str, ...]] = ("bearing_friction",)
     reference_degc: ClassVar[float] = 25.0
 
     def prepare(self) -> None:

@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 
 from plant_model.effects import catalogue
+from plant_model.effects.base import effect_key
 from plant_model.machine import Machine
 from plant_model.machine_file import read_machine
 
@@ -35,7 +36,12 @@ def jig_borer() -> Machine:
     return read_machine("jig_borer")
 
 
+def key_of(name: str) -> str:
+    """Return how a machine file names the effect; one that needs a sensor is given T1."""
+    return effect_key(name, "T1" if catalogue()[name].on_channel else "")
+
+
 def with_effects(machine: Machine, *names: str) -> Machine:
     """Return the machine with further effects in force at their nominal values."""
-    added = {name: dict(catalogue()[name].parameters) for name in names}
+    added = {key_of(name): dict(catalogue()[name].parameters) for name in names}
     return replace(machine, effects=machine.effects | added)

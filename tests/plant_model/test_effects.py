@@ -15,7 +15,7 @@ from plant_model.machine import Machine
 from plant_model.machine_file import machine_from_table
 from plant_model.parameters import Parameter
 from plant_model.simulate import simulate
-from tests.plant_model.conftest import inputs_over, with_effects
+from tests.plant_model.conftest import inputs_over, key_of, with_effects
 
 NAMES = sorted(catalogue())
 
@@ -23,8 +23,9 @@ NAMES = sorted(catalogue())
 def machine_with(machine: Machine, name: str, value: float) -> Machine:
     """Return the machine with one effect in force at an amplitude."""
     effect = catalogue()[name]
-    with_it = with_effects(machine, name) if name not in machine.effects else machine
-    return with_it.with_values({f"effects.{name}.{effect.amplitude}": value})
+    key = key_of(name)
+    with_it = with_effects(machine, name) if key not in machine.effects else machine
+    return with_it.with_values({f"effects.{key}.{effect.amplitude}": value})
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -44,7 +45,7 @@ def test_declares_what_a_report_needs(name: str) -> None:
 def test_off_is_the_model_without_it_to_the_last_bit(name: str, jig_borer: Machine) -> None:
     inputs = inputs_over(1.0)
     off = simulate(machine_with(jig_borer, name, catalogue()[name].off), inputs)
-    left = {key: value for key, value in jig_borer.effects.items() if key != name}
+    left = {key: value for key, value in jig_borer.effects.items() if key != key_of(name)}
     without = simulate(replace(jig_borer, effects=left), inputs)
     pd.testing.assert_frame_equal(off.run_frame(), without.run_frame(), check_exact=True)
 
@@ -65,7 +66,7 @@ def test_does_something_and_stays_finite_over_its_whole_range(
     assert np.abs(nominal - off).to_numpy().max() > 1e-3
     for key, parameter in effect.parameters.items():
         for value in (parameter.low, parameter.high):
-            changed = machine.with_values({f"effects.{name}.{key}": value})
+            changed = machine.with_values({f"effects.{key_of(name)}.{key}": value})
             assert np.isfinite(simulate(changed, inputs).run_frame().to_numpy()).all()
 
 
@@ -91,9 +92,11 @@ def test_parameters_go_through_a_machine_file(name: str) -> None:
             }
         ],
         "rig": {"kind": "direct", "axes": {"disp_z": {"axis": "Z"}}},
-        "effects": {name: {key: p.to_dict() for key, p in moved.items()}},
+        "sensors": [{"name": "T1", "of": "bed"}],
+        "effects": {needed: {} for needed in effect.needs}
+        | {key_of(name): {key: p.to_dict() for key, p in moved.items()}},
     }
-    assert machine_from_table(table, "small.toml").effects[name] == moved
+    assert machine_from_table(table, "small.toml").effects[key_of(name)] == moved
 
 
 def test_palmgren_torque_against_a_hand_calculation() -> None:
