@@ -1,0 +1,92 @@
+"""Files written whole or not at all, and their fingerprints."""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import os
+import secrets
+from pathlib import Path
+
+from measurement.errors import BadInput
+
+
+def write_atomically(path: str | Path, data: str | bytes) -> Path:
+    """Write *data* to *path* so that no reader ever sees half of it.
+
+    The data goes to a temporary file in the same folder, which then takes the target's name in one
+    step. Folders that are missing are made. A link is followed, so that it stays a link.
+
+    Parameters
+    ----------
+    path : str or Path
+        The target.
+    data : str or bytes
+        What to write; text is written as UTF-8 with its line ends unchanged.
+
+    Returns
+    -------
+    Path
+        The path given.
+
+    Raises
+    ------
+    BadInput
+        If the target cannot be written, or is a folder or a device.
+    """
+    path = Path(path)
+    target = path.resolve()
+    if target.exists() and not target.is_file():
+        # Replacing a device such as /dev/null by a file would be a disaster.
+        raise BadInput(path, "", "cannot be written: it exists and is not an ordinary file")
+    # A short name, since the target's own name may already be as long as the file system allows.
+    temporary = target.parent / f".{secrets.token_hex(8)}.tmp"
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        try:
+            with temporary.open("xb") as stream:
+                stream.write(data.encode("utf-8") if isinstance(data, str) else data)
+                stream.flush()
+                os.fsync(stream.fileno())
+            temporary.replace(target)
+        except BaseException:
+            with contextlib.suppress(OSError):
+                temporary.unlink()
+            raise
+    except OSError as error:
+        raise BadInput(path, "", f"cannot be written: {error.strerror or error}") from None
+    return path
+
+
+def read_bytes(path: str | Path) -> bytes:
+    """Return the content of a file.
+
+    Raises
+    ------
+    BadInput
+        If it is missing, a folder, or cannot be read.
+    """
+    path = Path(path)
+    try:
+        if path.is_dir():
+            raise BadInput(path, "", "is a folder; a file is needed")
+        return path.read_bytes()
+    except FileNotFoundError:
+        raise BadInput(path, "", "no such file") from None
+    except (OSError, ValueError) as error:  # ValueError: a null byte in the name
+        raise BadInput(path, "", f"cannot be read: {_reason(error)}") from None
+
+
+def sha256_of(path: str | Path) -> str:
+    """Return the SHA-256 of a file's bytes, in hexadecimal.
+
+    Raises
+    ------
+    BadInput
+        If the file is missing, a folder, or cannot be read.
+    """
+    return hashlib.sha256(read_bytes(path)).hexdigest()
+
+
+def _reason(error: Exception) -> str:
+    return (error.strerror if isinstance(error, OSError) else None) or str(error)

@@ -1,0 +1,357 @@
+"""Measuring rigs: how displacement readings become the pose of the spindle's nose.
+
+Coordinates: Z along the spindle's axis, X and Y across it. Elongation is positive when the nose
+grows towards -Z; yaw is the tilt in the XZ plane and pitch the tilt in the YZ plane. Distances
+along the axis are counted from the gauge line outwards, towards the tool's tip.
+
+Source of the five-point equations: methods of the spindle studies, after ISO 230-3.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import numpy as np
+import pandas as pd
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from measurement.errors import BadInput, checked, shown
+from measurement.runs import FloatArray, Run
+from measurement.units import column, split_column
+
+Sign = Literal[1, -1]
+AxisName = Literal["X", "Y", "Z"]
+AXES: tuple[AxisName, ...] = ("X", "Y", "Z")
+
+POSE = ("elongation_um", "yaw_urad", "pitch_urad", "near_x_um", "near_y_um")
+"""Columns of a pose, in order."""
+
+_AXIAL_WORDS = {"growth", "elongation", "axial"}
+_NOT_DRIFT = {"offset", "error"}  # the plant's other signals per axis
+_UM_PER_MM = 1e3
+_URAD = 1e6
+
+Distance = Annotated[float, Field(ge=-10_000.0, le=10_000.0, allow_inf_nan=False)]
+
+
+Fineness = Annotated[float, Field(ge=0.0, le=1_000.0, allow_inf_nan=False)]
+
+
+class _Rig(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class _SimulatedRig(_Rig):
+    noise_um: Fineness = 0.0
+    resolution_um: Fineness = 0.0
+
+
+class FivePointRig(_SimulatedRig):
+    """Five displacement sensors at a test bar: two across near, two across distal, one axial.
+
+    Attributes
+    ----------
+    near_x, near_y, distal_x, distal_y, axial : str
+        The signals' names; each is the run-file column ``<name>_um``.
+    spacing_mm : float
+        How far the distal pair sits beyond the near pair, counted outwards from the nose; negative
+        if the distal pair is the one nearer the nose [mm].
+    near_to_gauge_mm : float
+        How far the near pair sits outside the gauge line [mm].
+    axial_sign : +1 or -1
+        Elongation is this times the axial reading: -1 where it is drift along +Z.
+    near_x_sign, near_y_sign, distal_x_sign, distal_y_sign : +1 or -1
+        Drift along the axis is this times the reading: -1 for a sensor that looks the other way.
+    test_bar_mm : float
+        How far the axial sensor's target lies outside the gauge line; a tilted bar seems shorter
+        by about test_bar_mm (1 - cos), which is put right [mm].
+    noise_um, resolution_um : float
+        Standard deviation of the noise, and resolution, of every sensor: for simulated rigs [um].
+    """
+
+    kind: Literal["five_point"] = "five_point"
+    near_x: str = Field("S1", min_length=1)
+    near_y: str = Field("S2", min_length=1)
+    distal_x: str = Field("S3", min_length=1)
+    distal_y: str = Field("S4", min_length=1)
+    axial: str = Field("S5", min_length=1)
+    spacing_mm: Distance
+    near_to_gauge_mm: Distance
+    axial_sign: Sign = -1
+    near_x_sign: Sign = 1
+    near_y_sign: Sign = 1
+    distal_x_sign: Sign = 1
+    distal_y_sign: Sign = 1
+    test_bar_mm: Distance = 0.0
+
+    @model_validator(mode="after")
+    def _consistent(self) -> FivePointRig:
+        if abs(self.spacing_mm) < 1.0:
+            raise ValueError("spacing_mm must be at least 1 mm either way, or no tilt can be seen")
+        names = list(self.sensors)
+        twice = next((name for name in names if names.count(name) > 1), None)
+        if twice is not None:
+            raise ValueError(f"sensor {twice!r} has two places; each place needs its own sensor")
+        return self
+
+    @property
+    def sensors(self) -> tuple[str, ...]:
+        """Names of the five signals: near X, near Y, distal X, distal Y, axial."""
+        return (self.near_x, self.near_y, self.distal_x, self.distal_y, self.axial)
+
+    @property
+    def columns(self) -> list[str]:
+        """The five run-file columns, in the same order."""
+        return [column(name, "um") for name in self.sensors]
+
+    def pose(self, frame: pd.DataFrame, *, small_angle: bool = False) -> pd.DataFrame:
+        """Return the pose of the spindle from the five readings.
+
+        yaw = atan((x_distal - x_near) / D), pitch = atan((y_distal - y_near) / D).
+
+        Parameters
+        ----------
+        frame : DataFrame
+            Has the five columns [um].
+        small_angle : bool
+            Leave out the arc tangent.
+
+        Returns
+        -------
+        DataFrame
+            ``elongation_um``, ``yaw_urad``, ``pitch_urad``, ``near_x_um``, ``near_y_um``; the
+            frame's index. NaN wherever one of the readings that it needs is missing.
+
+        Raises
+        ------
+        BadInput
+            If a column is not there.
+        """
+        self._need(frame)
+        near_x, near_y, distal_x, distal_y, axial = (
+            frame[name].to_numpy(dtype=np.float64) for name in self.columns
+        )
+        x, y = self.near_x_sign * near_x, self.near_y_sign * near_y
+        spacing = self.spacing_mm * _UM_PER_MM
+        slope_x = (self.distal_x_sign * distal_x - x) / spacing
+        slope_y = (self.distal_y_sign * distal_y - y) / spacing
+        elongation = self.axial_sign * axial
+        if self.test_bar_mm:  # else an axial reading would be lost with a missing radial one
+            bar = self.test_bar_mm * _UM_PER_MM
+            # (reading + bar) / cos - bar, written so that no digits cancel.
+            elongation = elongation + (elongation + bar) * _less_one(slope_x, slope_y)
+        tilt = (slope_x, slope_y) if small_angle else (np.arctan(slope_x), np.arctan(slope_y))
+        values = (elongation, tilt[0] * _URAD, tilt[1] * _URAD, x, y)
+        return pd.DataFrame(dict(zip(POSE, values, strict=True)), index=frame.index)
+
+    def readings(self, pose: pd.DataFrame) -> pd.DataFrame:
+        """Return the five readings [um] that the sensors show in a pose: the inverse of pose.
+
+        Parameters
+        ----------
+        pose : DataFrame
+            Has the columns that :meth:`pose` gives.
+
+        Raises
+        ------
+        BadInput
+            If a column is not there.
+        """
+        missing = next((name for name in POSE if name not in pose.columns), None)
+        if missing is not None:
+            raise BadInput("pose", missing, f"is missing; the columns {', '.join(POSE)} are needed")
+        elongation, yaw, pitch, x, y = (pose[name].to_numpy(dtype=np.float64) for name in POSE)
+        slope_x, slope_y = np.tan(yaw / _URAD), np.tan(pitch / _URAD)
+        spacing = self.spacing_mm * _UM_PER_MM
+        if self.test_bar_mm:
+            bar = self.test_bar_mm * _UM_PER_MM
+            more = _less_one(slope_x, slope_y)
+            elongation = elongation - (elongation + bar) * more / (1.0 + more)
+        values = (
+            self.near_x_sign * x,
+            self.near_y_sign * y,
+            self.distal_x_sign * (x + spacing * slope_x),
+            self.distal_y_sign * (y + spacing * slope_y),
+            self.axial_sign * elongation,
+        )
+        return pd.DataFrame(dict(zip(self.columns, values, strict=True)), index=pose.index)
+
+    def targets(self, run: Run) -> pd.DataFrame:
+        """Return what an error model learns from a run: the pose, as measured."""
+        return self.pose(run.frame)
+
+    def fits(self, run: Run) -> bool:
+        """Return whether the run has all five columns."""
+        return all(name in run.frame.columns for name in self.columns)
+
+    def _need(self, frame: pd.DataFrame) -> None:
+        places = ("near_x", "near_y", "distal_x", "distal_y", "axial")
+        for place, name in zip(places, self.columns, strict=True):
+            if name not in frame.columns:
+                raise BadInput("rig", place, f"the run has no column {name}{_has(frame)}")
+
+
+def _less_one(slope_x: FloatArray, slope_y: FloatArray) -> FloatArray:
+    """Return 1/cos(tilt) - 1, exact for tilts of a few microradians too."""
+    q = slope_x**2 + slope_y**2
+    less: FloatArray = q / (1.0 + np.sqrt(1.0 + q))
+    return less
+
+
+class AxisOfColumn(_Rig):
+    """Which axis a displacement column stands for, and which way.
+
+    Attributes
+    ----------
+    axis : X, Y or Z
+        The machine axis.
+    sign : +1 or -1
+        Drift along the axis is this times the reading.
+    """
+
+    axis: AxisName
+    sign: Sign = 1
+
+
+class DirectRig(_SimulatedRig):
+    """Displacement columns that each stand for the drift along one axis, without a tilt.
+
+    Attributes
+    ----------
+    axes : dict of str to AxisOfColumn
+        By signal name, for example ``{"disp_x": {"axis": "X", "sign": 1}}``.
+    noise_um, resolution_um : float
+        Standard deviation of the noise, and resolution, of every sensor: for simulated rigs [um].
+    """
+
+    kind: Literal["direct"] = "direct"
+    axes: dict[str, AxisOfColumn] = Field(min_length=1)
+
+    @model_validator(mode="after")
+    def _one_each(self) -> DirectRig:
+        names = [entry.axis for entry in self.axes.values()]
+        twice = next((name for name in names if names.count(name) > 1), None)
+        if twice is not None:
+            raise ValueError(f"axis {twice} has two columns; each axis may have one")
+        return self
+
+    @property
+    def columns(self) -> list[str]:
+        """The run-file columns, in the order given."""
+        return [column(name, "um") for name in self.axes]
+
+    def targets(self, run: Run) -> pd.DataFrame:
+        """Return what an error model learns from a run: the displacement columns, as measured.
+
+        Raises
+        ------
+        BadInput
+            If a column is not there.
+        """
+        self._need(run.frame)
+        return run.frame[self.columns].copy()
+
+    def drift(self, frame: pd.DataFrame) -> pd.DataFrame:
+        """Return the drift ``drift_X_um`` ... in +axis direction, for the axes that the rig has.
+
+        Raises
+        ------
+        BadInput
+            If a column is not there.
+        """
+        self._need(frame)
+        found = {entry.axis: (name, entry.sign) for name, entry in self.axes.items()}
+        return pd.DataFrame(
+            {
+                f"drift_{axis}_um": found[axis][1] * frame[column(found[axis][0], "um")]
+                for axis in AXES
+                if axis in found
+            }
+        )
+
+    def fits(self, run: Run) -> bool:
+        """Return whether the run has all the columns."""
+        return all(name in run.frame.columns for name in self.columns)
+
+    def _need(self, frame: pd.DataFrame) -> None:
+        for name in self.columns:
+            if name not in frame.columns:
+                raise BadInput("rig", "axes", f"the run has no column {name}{_has(frame)}")
+
+
+Rig = FivePointRig | DirectRig
+
+
+def rig_from_table(table: dict[str, Any], source: str | Path) -> Rig:
+    """Return the rig that a table of a machine file or a compensator file describes.
+
+    Raises
+    ------
+    BadInput
+        For a field that is missing, unknown, or outside its range.
+    """
+    kind = table.get("kind", "five_point")
+    if kind == "five_point":
+        return checked(FivePointRig, table, source)
+    if kind == "direct":
+        return checked(DirectRig, table, source)
+    raise BadInput(source, "kind", f"{shown(kind)} is not allowed: five_point or direct")
+
+
+def default_rig(run: Run, machine_rig: dict[str, Any] | Rig | None = None) -> Rig:
+    """Return the rig of a run: the machine's where the run has its columns, else by their names.
+
+    A name with a part ``x``, ``y`` or ``z`` (``disp_x_um``) is drift in +axis direction; one with
+    ``growth``, ``elongation`` or ``axial`` is growth of the nose, which is drift towards -Z.
+
+    Raises
+    ------
+    BadInput
+        If neither gives an answer, or two columns claim one axis.
+    """
+    if machine_rig is not None:
+        given = machine_rig
+        rig = rig_from_table(given, "rig") if isinstance(given, dict) else given
+        if rig.fits(run):
+            return rig
+    axes: dict[str, dict[str, Any]] = {}
+    owner: dict[str, str] = {}
+    for name in run.displacements:
+        signal = split_column(name)[0]
+        found = axis_of(signal)
+        if found is None or _NOT_DRIFT & _words(signal):
+            continue
+        axis, sign = found
+        if axis in owner:
+            problem = f"columns {owner[axis]} and {name} both stand for axis {axis}"
+            raise BadInput(run.path or run.name, "", f"{problem}; {_HELP}")
+        owner[axis] = name
+        axes[signal] = {"axis": axis, "sign": sign}
+    if not axes:
+        problem = "no displacement column tells its axis by its name" + _has(run.frame)
+        raise BadInput(run.path or run.name, "", f"{problem}; {_HELP}")
+    return DirectRig.model_validate({"axes": axes})
+
+
+_HELP = "give a machine file whose [rig] says which column is which"
+
+
+def axis_of(signal: str) -> tuple[AxisName, Sign] | None:
+    """Return axis and sign of a displacement by its name, or None where the name does not tell."""
+    words = _words(signal)
+    named = [axis for axis in AXES if axis.lower() in words]
+    if len(named) == 1:
+        return named[0], 1
+    return ("Z", -1) if not named and words & _AXIAL_WORDS else None
+
+
+def _words(signal: str) -> set[str]:
+    return set(re.split(r"[^a-z0-9]+", signal.lower()))
+
+
+def _has(frame: pd.DataFrame) -> str:
+    names = [str(name) for name in frame.columns if str(name).endswith("_um")]
+    listed = ", ".join(names[:8]) + (", ..." if len(names) > 8 else "")
+    return f" (its displacement columns: {listed})" if names else " (it has no displacement column)"

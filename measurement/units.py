@@ -1,0 +1,152 @@
+"""The units that signals may have, and the names of run-file columns.
+
+A column's name is the signal's name and its unit: ``T1_degC``, ``feed_mm_min``. Standard library
+only, so that any room can use it, inside an FMU too.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A unit, what it measures, and how it relates to the SI base units.
+
+    Attributes
+    ----------
+    suffix : str
+        How a column's name ends, without the underscore.
+    quantity : str
+        What it measures, in words.
+    low, high : float
+        A value outside is a mistake in a file, not a measurement [unit]; wide enough for any
+        machine tool, narrow enough that no sum of squares overflows.
+    factor, offset : float
+        SI value = factor * value + offset.
+    exponents : dict of str to int
+        Powers of the SI base units and the radian, by the names that FMI 2.0 uses for them.
+    label : str
+        The unit as a plot or a table shows it.
+    switches : bool
+        Whether such signals jump and then stay (speed, feed, torque, tool length), so that between
+        two samples the last value holds; other signals are measured and run smoothly.
+    """
+
+    suffix: str
+    quantity: str
+    low: float
+    high: float
+    factor: float = 1.0
+    offset: float = 0.0
+    exponents: dict[str, int] = field(default_factory=dict)
+    label: str = ""
+    switches: bool = False
+
+    def to_si(self, value: float) -> float:
+        """Return *value* in SI base units."""
+        return self.factor * value + self.offset
+
+
+UNITS: dict[str, Unit] = {
+    unit.suffix: unit
+    for unit in (
+        # Seconds since 1970 are allowed (1.7e9); milliseconds since 1970 are a mistake.
+        Unit("s", "time", -1e10, 1e10, exponents={"s": 1}, label="s"),
+        Unit(
+            "rpm",
+            "rotational speed",
+            -1e6,
+            1e6,
+            factor=2.0 * math.pi / 60.0,
+            exponents={"rad": 1, "s": -1},
+            label="r/min",
+            switches=True,
+        ),
+        Unit(
+            "mm_min",
+            "feed speed",
+            -1e7,
+            1e7,
+            factor=1e-3 / 60.0,
+            exponents={"m": 1, "s": -1},
+            label="mm/min",
+            switches=True,
+        ),
+        Unit(
+            "Nm",
+            "torque",
+            -1e6,
+            1e6,
+            exponents={"kg": 1, "m": 2, "s": -2},
+            label="N m",
+            switches=True,
+        ),
+        Unit(
+            "W",
+            "power",
+            -1e8,
+            1e8,
+            exponents={"kg": 1, "m": 2, "s": -3},
+            label="W",
+            switches=True,
+        ),
+        Unit(
+            "lpm",
+            "volume flow",
+            -1e6,
+            1e6,
+            factor=1e-3 / 60.0,
+            exponents={"m": 3, "s": -1},
+            label="l/min",
+            switches=True,
+        ),
+        # The range that any sensor on a machine tool can show; beyond it lies a broken wire.
+        Unit("degC", "temperature", -60.0, 400.0, offset=273.15, exponents={"K": 1}, label="°C"),
+        Unit("um", "displacement", -1e6, 1e6, factor=1e-6, exponents={"m": 1}, label="µm"),
+        Unit("mm", "length", -1e6, 1e6, factor=1e-3, exponents={"m": 1}, label="mm", switches=True),
+        Unit("urad", "tilt", -1e6, 1e6, factor=1e-6, exponents={"rad": 1}, label="µrad"),
+        Unit("1", "flag or code", -1e9, 1e9, switches=True),
+    )
+}
+
+
+def split_column(name: str) -> tuple[str, str]:
+    """Return the signal's name and its unit's suffix.
+
+    >>> split_column("feed_mm_min")
+    ('feed', 'mm_min')
+
+    Raises
+    ------
+    ValueError
+        If the name does not end in a known unit, or nothing stands before the unit.
+    """
+    # The longest suffix first, so that a longer unit is never read as its own ending.
+    for suffix in sorted(UNITS, key=len, reverse=True):
+        if name.endswith("_" + suffix):
+            signal = name[: -len(suffix) - 1]
+            if not signal.strip():
+                break
+            return signal, suffix
+    raise ValueError(
+        f"{name!r} is not a column name: it must be a signal's name and one of the units "
+        + ", ".join("_" + suffix for suffix in UNITS)
+    )
+
+
+def column(name: str, unit: str) -> str:
+    """Return the column name of a signal.
+
+    >>> column("T1", "degC")
+    'T1_degC'
+
+    Raises
+    ------
+    ValueError
+        If the unit is not known.
+    """
+    if unit not in UNITS:
+        raise ValueError(f"{unit!r} is not a known unit: {', '.join(UNITS)}")
+    return f"{name}_{unit}"

@@ -1,0 +1,85 @@
+"""Files are written whole or not at all."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import stat
+from pathlib import Path
+
+import pytest
+
+from measurement.errors import BadInput
+from measurement.files import read_bytes, sha256_of, write_atomically
+
+
+def test_text_and_bytes_arrive_unchanged_in_new_folders(tmp_path: Path) -> None:
+    target = tmp_path / "a" / "b" / "file.txt"
+    assert write_atomically(target, "20 °C\r\nline\n") == target
+    assert target.read_bytes() == "20 °C\r\nline\n".encode()
+    write_atomically(target, b"\x00\xff")
+    assert target.read_bytes() == b"\x00\xff"
+    assert os.listdir(target.parent) == ["file.txt"]
+
+
+def test_a_failure_leaves_the_old_file_and_no_debris(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    target = write_atomically(tmp_path / "file.txt", "old")
+
+    def full(_: int) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(BadInput, match="cannot be written: No space left on device"):
+        write_atomically(target, "new")
+    assert target.read_text() == "old"
+    assert os.listdir(tmp_path) == ["file.txt"]
+
+
+def test_permissions_are_those_of_an_ordinary_new_file(tmp_path: Path) -> None:
+    plain = tmp_path / "plain"
+    plain.touch()
+    ours = write_atomically(tmp_path / "ours", "x")
+    assert stat.S_IMODE(ours.stat().st_mode) == stat.S_IMODE(plain.stat().st_mode)
+
+
+def test_a_link_stays_a_link(tmp_path: Path) -> None:
+    real = write_atomically(tmp_path / "real.txt", "old")
+    link = tmp_path / "link.txt"
+    link.symlink_to(real)
+    write_atomically(link, "new")
+    assert link.is_symlink()
+    assert real.read_text() == "new"
+
+
+def test_a_name_as_long_as_the_file_system_allows_can_be_written(
+    tmp_path: Path,
+) -> None:
+    target = write_atomically(tmp_path / ("n" * 255), "x")
+    assert target.read_text() == "x"
+
+
+@pytest.mark.parametrize("target", [".", "file/below", "/dev/null"])
+def test_what_cannot_be_written_is_refused_in_one_line(tmp_path: Path, target: str) -> None:
+    (tmp_path / "file").touch()
+    with pytest.raises(BadInput, match="cannot be written") as refusal:
+        write_atomically(tmp_path / target, "x")
+    assert "\n" not in str(refusal.value)
+    assert Path("/dev/null").is_char_device()
+
+
+def test_sha256_is_that_of_the_bytes(tmp_path: Path) -> None:
+    target = write_atomically(tmp_path / "file", b"abc")
+    # FIPS 180-2, appendix B.1
+    known = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
+    assert sha256_of(target) == known == hashlib.sha256(b"abc").hexdigest()
+
+
+@pytest.mark.parametrize(
+    ("name", "problem"),
+    [("none", "no such file"), (".", "is a folder"), ("a\0b", "cannot be read")],
+)
+def test_what_cannot_be_read_is_refused(tmp_path: Path, name: str, problem: str) -> None:
+    with pytest.raises(BadInput, match=problem):
+        read_bytes(tmp_path / name)

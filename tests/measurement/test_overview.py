@@ -1,0 +1,120 @@
+"""The figure of a run."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from matplotlib.figure import Figure
+
+from measurement.iso230 import summarise
+from measurement.overview import AXIS_COLOURS, draw_overview, png_bytes
+from measurement.rig import FivePointRig, Rig, default_rig
+from measurement.runs import Run, read_run
+
+RIG = FivePointRig(spacing_mm=100.0, near_to_gauge_mm=30.0)
+TIME = 60.0 * np.arange(120)
+FULL = pd.DataFrame(
+    {
+        "time_s": TIME,
+        "speed_rpm": 1000.0,
+        "feed_mm_min": 10.0,
+        "T1_degC": 20.0 + TIME / 1000,
+        "T2_degC": 20.0 + TIME / 2000,
+        **{f"S{i}_um": i * TIME / 1000 for i in range(1, 6)},
+    }
+)
+
+
+def draw(frame: pd.DataFrame, rig: Rig | None = None) -> Figure:
+    run = Run("r", frame)
+    return draw_overview(run, summarise(run, rig), rig)
+
+
+def labels(figure: Figure) -> list[str]:
+    return [axes.get_ylabel() for axes in figure.axes if axes.get_ylabel()]
+
+
+@pytest.mark.parametrize(
+    ("columns", "expected"),
+    [
+        (
+            list(FULL),
+            ["speed [r/min]", "temperature [°C]", "displacement [µm]", "tilt [µrad]"],
+        ),
+        (["time_s", "T1_degC"], ["temperature [°C]"]),
+        (["time_s", "S1_um", "feed_mm_min"], ["feed [mm/min]", "displacement [µm]"]),
+        (["time_s"], []),
+    ],
+)
+def test_there_is_a_panel_per_kind_of_signal_that_the_run_has(
+    columns: list[str], expected: list[str]
+) -> None:
+    figure = draw(FULL[columns], RIG)
+    found = labels(figure)
+    assert [label for label in found if label in expected] == expected
+    assert set(found) - set(expected) <= {"feed [mm/min]"}
+    assert figure.axes[0].get_figure() is figure
+
+
+def test_one_colour_per_axis() -> None:
+    figure = draw(FULL, RIG)
+    colours = {
+        line.get_label(): line.get_color() for axes in figure.axes for line in axes.get_lines()
+    }
+    assert colours["S1 (near, X)"] == colours["S3 (distal, X)"] == AXIS_COLOURS["X"]
+    assert colours["yaw (XZ)"] == AXIS_COLOURS["X"]
+    assert colours["S5 (axial)"] == AXIS_COLOURS["Z"]
+
+
+def test_no_legend_covers_data() -> None:
+    figure = draw(FULL, RIG)
+    figure.canvas.draw()
+    panels = [axes.get_window_extent() for axes in figure.axes]
+    for axes in figure.axes:
+        legend = axes.get_legend()
+        if legend is not None:
+            box = legend.get_window_extent()
+            assert not any(box.overlaps(panel) for panel in panels)
+            assert box.x1 <= figure.bbox.x1
+
+
+def test_a_line_is_not_drawn_across_a_gap() -> None:
+    holed = FULL["S1_um"].to_numpy().copy()
+    holed[40:60] = math.nan
+    figure = draw(FULL.assign(S1_um=holed)[["time_s", "S1_um"]])
+    line = next(
+        line for axes in figure.axes for line in axes.get_lines() if line.get_label() == "S1"
+    )
+    drawn = np.asarray(line.get_ydata(), dtype=float)
+    assert np.isnan(drawn).sum() == 1
+    assert np.count_nonzero(~np.isnan(drawn)) == 100
+
+
+def test_frozen_stretches_are_shaded_once() -> None:
+    frame = FULL.assign(S1_um=0.0, S2_um=0.0)
+    figure = draw(frame)
+    shaded = [
+        patch.get_label() for axes in figure.axes for patch in axes.patches if patch.get_alpha()
+    ]
+    assert shaded == ["frozen or saturated"]
+
+
+def test_a_png_is_the_same_every_time() -> None:
+    first, second = (png_bytes(draw(FULL, RIG), dpi=40) for _ in range(2))
+    assert first == second
+    assert first.startswith(b"\x89PNG")
+
+
+@pytest.mark.real_data
+def test_a_measured_run_is_drawn(lathe_runs: list[Path]) -> None:
+    run = read_run(lathe_runs[5])
+    rig = default_rig(run)
+    figure = draw_overview(run, summarise(run, rig), rig)
+    legends = [axes.get_legend() for axes in figure.axes if axes.get_legend() is not None]
+    shown = {text.get_text() for legend in legends if legend for text in legend.get_texts()}
+    assert {"speed", "PT01", "z_motor", "disp_x (+X)"} <= shown
+    assert len(png_bytes(figure, dpi=40)) > 10_000

@@ -1,0 +1,268 @@
+"""Reading and writing run files."""
+
+from __future__ import annotations
+
+import math
+import re
+import time
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from measurement.errors import BadInput
+from measurement.runs import Run, read_run, write_run
+
+GOOD = """time_s,speed_rpm,T1_degC,S1_um
+0,1000,20.5,0
+10.5,1000,,1.25
+20,0,NaN,-3e-1
+"""
+
+
+def refusal(path: Path, content: str | bytes) -> str:
+    path.write_bytes(content.encode() if isinstance(content, str) else content)
+    with pytest.raises(BadInput) as caught:
+        read_run(path)
+    text = str(caught.value)
+    assert "\n" not in text
+    assert text.startswith(str(path))
+    return text.removeprefix(f"{path}: ")
+
+
+def test_a_run_with_uneven_sampling_and_missing_values(tmp_path: Path) -> None:
+    path = tmp_path / "monday.csv"
+    path.write_text(GOOD)
+    run = read_run(path)
+    assert run.name == "monday"
+    assert run.time_s.tolist() == [0.0, 10.5, 20.0]
+    assert run.temperatures == ["T1_degC"]
+    assert run.displacements == ["S1_um"]
+    assert run.frame["S1_um"].tolist() == [0.0, 1.25, -0.3]
+    assert run.frame["T1_degC"].isna().tolist() == [False, True, True]
+    assert (run.frame.dtypes == np.float64).all()
+
+
+@pytest.mark.parametrize(
+    "variant",
+    [
+        "\ufeff" + GOOD,
+        GOOD.replace("\n", "\r\n"),
+        GOOD.replace("\n", "\r"),
+        GOOD + "\n\n",
+        GOOD.rstrip("\n"),
+        GOOD.replace(",", " , "),
+        GOOD.replace("1.25", '"1.25"').replace("speed_rpm", '"speed_rpm"'),
+    ],
+)
+def test_harmless_differences_of_writing_change_nothing(tmp_path: Path, variant: str) -> None:
+    path = tmp_path / "run.csv"
+    path.write_text(GOOD)
+    plain = read_run(path).frame
+    path.write_bytes(variant.encode())
+    pd.testing.assert_frame_equal(read_run(path).frame, plain)
+
+
+@pytest.mark.parametrize(
+    ("content", "expected"),
+    [
+        ("", "is empty"),
+        ("\n\n", "is empty"),
+        ("time_s,T1_degC\n", "row 2: there are no data rows"),
+        ('time_s,"T1_degC"\n', "row 2: there are no data rows"),
+        (
+            "T1_degC,time_s\n1,2\n",
+            "row 1, first column: is 'T1_degC'; it must be time_s",
+        ),
+        (
+            "time_s;T1_degC\n1;2\n",
+            "row 1, first column: is 'time_s;T1_degC'; it must be time_s",
+        ),
+        ("time_s,T1\n1,2\n", "row 1, column 2: 'T1' has no known unit"),
+        ("time_s,T1_degF\n1,2\n", "row 1, column 2: 'T1_degF' has no known unit"),
+        ("time_s,a_um,a_um\n1,2,3\n", "row 1, column 3: 'a_um' is also column 2"),
+        ("time_s,time_s\n1,2\n", "row 1, column 2: 'time_s' is also column 1"),
+        ("time_s,\n1,2\n", "row 1, column 2: '' has no known unit"),
+        ("time_s,a\tb_um\n1,2\n", "row 1, column 2: 'a\\tb_um' holds a character"),
+        ("time_s,a_um\n1,2\n2\n", "row 3: has 1 cell; the header names 2 columns"),
+        ("time_s,a_um\n1,2\n\n3,4\n", "row 3: is blank; the header names 2 columns"),
+        ("time_s,a_um\n1,2,3\n", "row 2: has 3 cells; the header names 2 columns"),
+        ('time_s,a_um\n"1",2,3\n', "row 2: has 3 cells; the header names 2 columns"),
+        ("time_s,a_um\n1,2\n2,x3\n", "row 3, column a_um: 'x3' is not a number"),
+        (
+            "time_s,a_um\n1,True\n2,False\n",
+            "row 2, column a_um: 'True' is not a number",
+        ),
+        ("time_s,a_um\n1,1_0\n", "row 2, column a_um: '1_0' is not a number"),
+        ("time_s,a_um\n1,\xa0\n", "row 2, column a_um: '\\xa0' is not a number"),
+        ("time_s,a_um\n1,0x10\n", "row 2, column a_um: '0x10' is not a number"),
+        ("time_s,a_um\n1,\u0661\n", "row 2, column a_um: '\u0661' is not a number"),
+        ('time_s,a_um\n1,"2,5"\n', "row 2, column a_um: '2,5' is not a number"),
+        ('time_s,a_um\n1,"2\n', "row 2: is not a CSV row"),
+        ("time_s,a_um\n1,inf\n", "row 2, column a_um: inf is infinite"),
+        ("time_s,a_um\n1,2\n3,-Infinity\n", "row 3, column a_um: -inf is infinite"),
+        ("time_s,a_um\n1,1e999\n", "row 2, column a_um: inf is infinite"),
+        ("time_s,a_um\n1,2\n1,2\n", "row 3, column time_s: 1.0 does not lie after 1.0"),
+        ("time_s,a_um\n2,2\n1,2\n", "row 3, column time_s: 1.0 does not lie after 2.0"),
+        ("time_s,a_um\n1,2\n,2\n", "row 3, column time_s: is missing"),
+        ("time_s\n1\n\n3\n", "row 3, column time_s: is missing"),
+        ("time_s,a_um\ninf,2\n", "row 2, column time_s: inf is infinite"),
+        (
+            "time_s,T1_degC\n1,400\n2,400.5\n",
+            "row 3, column T1_degC: 400.5 is outside -60..400",
+        ),
+        (
+            "time_s,T1_degC\n1,-60\n2,-61\n",
+            "row 3, column T1_degC: -61 is outside -60..400 degC",
+        ),
+        (
+            "time_s,S1_um\n1,1e300\n",
+            "row 2, column S1_um: 1e+300 is outside -1e+06..1e+06 um",
+        ),
+        (b"time_s,a_um\n1,2\n2,\xff\n", "row 3: byte 0xff is not UTF-8"),
+        ("time_s,a_um\n1,2\n".encode("utf-16"), "row 1: byte 0xff is not UTF-8"),
+        (b"time_s,a_um\n1,2\n2,\x003\n", "row 3: holds a null character"),
+    ],
+)
+def test_every_mistake_is_named_with_its_place(
+    tmp_path: Path, content: str | bytes, expected: str
+) -> None:
+    assert refusal(tmp_path / "run.csv", content).startswith(expected)
+
+
+def test_a_folder_and_a_missing_file_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(BadInput, match="is a folder"):
+        read_run(tmp_path)
+    with pytest.raises(BadInput, match="no such file"):
+        read_run(tmp_path / "none.csv")
+
+
+NUMBERS = st.floats(-60, 400) | st.just(math.nan)
+
+
+@settings(
+    max_examples=60,
+    deadline=None,
+    suppress_health_check=[HealthCheck.function_scoped_fixture],
+)
+@given(
+    times=st.lists(st.floats(-1e9, 1e9), min_size=1, max_size=20, unique=True),
+    data=st.data(),
+)
+def test_writing_and_reading_give_the_same_numbers(
+    tmp_path: Path, times: list[float], data: st.DataObject
+) -> None:
+    rows = len(times)
+    column = st.lists(NUMBERS, min_size=rows, max_size=rows)
+    frame = pd.DataFrame(
+        {
+            "time_s": sorted(times),
+            "a,b_degC": data.draw(column),
+            "S1_um": data.draw(column),
+        }
+    )
+    path = write_run(frame, tmp_path / "run.csv")
+    again = read_run(path)
+    pd.testing.assert_frame_equal(again.frame, frame, check_exact=True)
+    first = path.read_bytes()
+    assert write_run(again, path).read_bytes() == first
+    assert again.sha256 == Run("other", frame).sha256  # of the file, and of what would be written
+
+
+CELL_FORM = re.compile(r"\s*([+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|nan|NaN|NAN|)\s*", re.ASCII)
+
+
+@settings(
+    max_examples=300,
+    deadline=None,
+    suppress_health_check=[HealthCheck.function_scoped_fixture],
+)
+@given(
+    row=st.integers(1, 3),
+    column=st.integers(1, 3),
+    cell=st.text(st.characters(blacklist_characters='\r\n,"\0', codec="utf-8"), max_size=8)
+    | st.from_regex(r"[ +\-.0-9eE_infaNINF]{1,8}", fullmatch=True),
+)
+def test_a_mangled_cell_is_read_as_a_number_or_refused_by_name(
+    tmp_path: Path, row: int, column: int, cell: str
+) -> None:
+    lines = [line.split(",") for line in GOOD.splitlines()]
+    lines[row][column] = cell
+    path = tmp_path / "run.csv"
+    path.write_text("\n".join(",".join(line) for line in lines), encoding="utf-8", newline="")
+    names = ["time_s", "speed_rpm", "T1_degC", "S1_um"]
+    # What Python's own reading of the cell makes of it; none for what is not a number.
+    expected = None
+    if CELL_FORM.fullmatch(cell):
+        expected = float(cell) if cell.strip(" \t\f\v") else math.nan
+    low, high = (-60.0, 400.0) if column == 2 else (-1e6, 1e6)
+    if expected is None or expected < low or expected > high:
+        with pytest.raises(BadInput, match=f"row {row + 1}, column {names[column]}: ") as caught:
+            read_run(path)
+        assert "\n" not in str(caught.value)
+    else:
+        value = float(read_run(path).frame.iloc[row - 1, column])
+        assert value == expected or (math.isnan(value) and math.isnan(expected))
+
+
+@settings(
+    max_examples=200,
+    deadline=None,
+    suppress_health_check=[HealthCheck.function_scoped_fixture],
+)
+@given(st.binary(max_size=60), st.integers(0, len(GOOD)), st.integers(0, len(GOOD)))
+def test_a_mangled_file_is_read_or_refused_in_one_line(
+    tmp_path: Path, junk: bytes, start: int, end: int
+) -> None:
+    content = GOOD.encode()
+    path = tmp_path / "run.csv"
+    path.write_bytes(content[: min(start, end)] + junk + content[max(start, end) :])
+    try:
+        frame = read_run(path).frame
+    except BadInput as error:
+        refused = str(error)
+    else:
+        refused = ""
+        assert np.all(np.diff(frame["time_s"]) > 0)
+        assert not np.isinf(frame.to_numpy()).any()
+    assert "\n" not in refused
+
+
+def test_a_run_keeps_its_own_copy_and_refuses_a_bad_frame() -> None:
+    frame = pd.DataFrame({"time_s": [0.0, 1.0], "valid_1": [True, False]})
+    run = Run("r", frame)
+    frame.loc[0, "time_s"] = 5.0
+    assert run.time_s.tolist() == [0.0, 1.0]
+    assert run.frame["valid_1"].tolist() == [1.0, 0.0]
+    with pytest.raises(BadInput, match="row 3, column time_s"):
+        Run("r", pd.DataFrame({"time_s": [0.0, 0.0]}))
+    with pytest.raises(BadInput, match="not numeric"):
+        Run("r", pd.DataFrame({"time_s": [0.0], "a_um": ["x"]}))
+
+
+def test_a_large_file_is_read_in_well_under_a_second(tmp_path: Path) -> None:
+    rows = 30_000
+    random = np.random.default_rng(0)
+    columns = {f"T{i}_degC": random.normal(30.0, 1.0, rows).round(3) for i in range(29)}
+    frame = pd.DataFrame({"time_s": np.arange(rows, dtype=float), **columns})
+    path = write_run(frame, tmp_path / "large.csv")
+    started = time.perf_counter()
+    run = read_run(path)
+    elapsed = time.perf_counter() - started
+    pd.testing.assert_frame_equal(run.frame, frame)
+    assert elapsed < 1.0  # 0.06 s on the two-core machine it was written on
+
+
+@pytest.mark.real_data
+def test_every_measured_run_is_read_whole(
+    lathe_runs: list[Path], electric_spindle_run: Path
+) -> None:
+    for path in [*lathe_runs, electric_spindle_run]:
+        run = read_run(path)
+        assert len(run.frame) == path.read_text().count("\n") - 1
+        assert run.temperatures
+        assert run.displacements
+        assert not run.frame.isna().any().any()
