@@ -1,0 +1,292 @@
+"""From runs to a compensator file: points, error model, limits, provenance."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from fmu_compensator.fit.data import Prepared, PreparedRun, prepare
+from fmu_compensator.fit.error_models import fitted_models
+from fmu_compensator.fit.error_models.base import FittedModel, Task
+from fmu_compensator.fit.points import Choice, choose_points
+from fmu_compensator.fit.ranges import limits_table, sensor_table
+from fmu_compensator.fit.training import Array, TrainingRun
+from fmu_compensator.runtime.fields import Fields
+from fmu_compensator.runtime.geometry import FORMS, geometry_from_fields
+from fmu_compensator.runtime.modelfile import FORMAT, INPUT_FORMS, KIND, model_text
+from measurement.errors import BadInput, shown
+from measurement.figures import figures_of_merit
+from measurement.rig import FivePointRig, Rig
+from measurement.runs import Run
+
+FIGURES = ("max_abs", "mean_abs", "rmse", "r2", "eta")
+FEWEST_RUNS_TO_LEAVE_OUT = 3
+
+
+@dataclass(frozen=True)
+class _Recipe:
+    """What is done with any set of runs: with all of them, and with all but one."""
+
+    model: type[FittedModel]
+    model_options: Mapping[str, Any]
+    points: str | Sequence[str]
+    grey: Mapping[str, Any]
+    input_form: str
+
+    def choose(self, prepared: Prepared, runs: Sequence[PreparedRun]) -> tuple[list[int], Any]:
+        """Return the indices of the chosen sensors, and the choice for the provenance."""
+        if self.points in ("all", "grey") and not prepared.candidates:
+            raise BadInput("training runs", "", "no temperature moves in every run")
+        if self.points == "all":
+            return list(prepared.candidates), {}
+        if self.points == "grey":
+            choice: Choice = choose_points(runs, prepared.candidates, **self.grey)
+            return choice.chosen, choice.table(prepared.sensors)
+        names = self.points.split(",") if isinstance(self.points, str) else list(self.points)
+        return [_index(name.strip(), prepared.sensors) for name in dict.fromkeys(names)], {}
+
+    def fit(
+        self, prepared: Prepared, runs: Sequence[PreparedRun], chosen: list[int]
+    ) -> tuple[FittedModel, list[TrainingRun]]:
+        """Return the fitted model and the rows that it was fitted to."""
+        rows = [run.complete(chosen) for run in runs]
+        names = [prepared.sensors[index] for index in chosen]
+        task = Task(rows, names, prepared.targets, self.input_form)
+        return self.model.fit(task, **self.model_options), rows
+
+
+def fit_compensator(
+    runs: Sequence[Run],
+    rig: Rig,
+    model: str = "mlr",
+    *,
+    points: str | Sequence[str] = "grey",
+    input_form: str = "rise",
+    grey: Mapping[str, Any] | None = None,
+    sensors: Sequence[str] | None = None,
+    geometry_form: str = "rigid",
+    tool_length_mm: tuple[float, float] | None = None,
+    limits: Mapping[str, float] | None = None,
+    leave_out_frozen: bool = True,
+    name: str | None = None,
+    title: str | None = None,
+    created: str | None = None,
+    **model_options: Any,
+) -> dict[str, Any]:
+    """Fit a compensator to measured runs.
+
+    Parameters
+    ----------
+    runs : sequence of Run
+        The training runs. A run counts by its duration, whatever its sampling.
+    rig : rig of `measurement.rig`
+        What the displacement columns mean.
+    model : str
+        Kind of error model: a file in `fmu_compensator.fit.error_models`.
+    points : {"grey", "all"} or names
+        The temperatures to use: one per group of the grey clustering, every one that moves in
+        every run, or those named (a sequence, or one text with commas).
+    input_form : {"rise", "absolute"}
+        ``rise``: temperatures and displacements are relative to their first valid sample. A
+        sensor whose level jumps between runs then does no harm. ``absolute``: as read.
+    grey : mapping, optional
+        Options of `choose_points`: threshold, theta, image, score.
+    sensors : sequence of str, optional
+        The temperature inputs of the compensator; by default every temperature in the runs.
+    geometry_form : {"rigid", "pure_rotation"}
+        Of a five-point rig's geometry.
+    tool_length_mm : tuple of float, optional
+        Shortest and longest tool [mm].
+    limits : mapping, optional
+        ``offset_um``, ``slew_um_per_s``, ``hold_s``, ``recover_s`` where the defaults do not suit.
+    leave_out_frozen : bool
+        Do not use rows in which a displacement is frozen or saturated.
+    name, title, created : str, optional
+        For the file; *created* is a date (YYYY-MM-DD). No clock is read.
+    **model_options
+        Options of the error model.
+
+    Returns
+    -------
+    dict
+        The compensator file's content, checked; `compensator_text` makes the file's text of it.
+        Equal arguments give equal content.
+
+    Raises
+    ------
+    BadInput
+        One line that says what the data or the options lack.
+    """
+    known = fitted_models()
+    for place, value, allowed in (
+        ("model", model, tuple(known)),
+        ("input form", input_form, INPUT_FORMS),
+        ("geometry form", geometry_form, FORMS),
+    ):
+        if value not in allowed:
+            raise BadInput("fit", place, f"{shown(value)} is not allowed: {', '.join(allowed)}")
+    recipe = _Recipe(known[model], model_options, points, dict(grey or {}), input_form)
+    prepared = prepare(runs, rig, input_form, sensors=sensors, leave_out_frozen=leave_out_frozen)
+    geometry_table = _geometry_table(rig, geometry_form)
+    geometry = geometry_from_fields(Fields(geometry_table, "fit", "geometry"))
+    chosen, choice = recipe.choose(prepared, prepared.runs)
+    fitted, rows = recipe.fit(prepared, prepared.runs, chosen)
+    options = {"points": points if isinstance(points, str) else list(points)}
+    options |= {"input_form": input_form, **recipe.grey, **model_options}
+    table = {
+        "format": FORMAT,
+        "kind": KIND,
+        "name": name or f"{model}_compensator",
+        "title": title or f"{model} on {len(chosen)} temperatures, fitted to {_count(runs)}",
+        "created": created,
+        "sensors": [
+            sensor_table(sensor, prepared.runs, index)
+            for index, sensor in enumerate(prepared.sensors)
+        ],
+        "chosen": [prepared.sensors[index] for index in chosen],
+        "input_form": input_form,
+        "error_model": {"kind": model, "targets": list(geometry.targets), **fitted.table()},
+        "geometry": geometry_table,
+        "limits": limits_table(geometry, rows, tool_length_mm, limits or {}),
+        "provenance": {
+            "runs": [
+                {"name": run.name, "sha256": run.sha256, "rows": len(kept.time_s)}
+                for run, kept in zip(runs, rows, strict=True)
+            ],
+            "notes": [*prepared.notes, *_dropped(prepared, rows)],
+            "options": _plain(options),
+            "figures": _plain(
+                {
+                    "choice": choice,
+                    "fit": fitted.report(),
+                    "training": _figures(prepared.targets, rows, [fitted.predict(r) for r in rows]),
+                    "leave_one_run_out": _leave_one_run_out(recipe, prepared),
+                }
+            ),
+        },
+    }
+    compensator_text(table)
+    return table
+
+
+def compensator_text(table: dict[str, Any]) -> str:
+    """Return the compensator file's text, checked by the reader.
+
+    Raises
+    ------
+    BadInput
+        If a field could not be read back, for example a name given by the caller.
+    """
+    try:
+        return model_text(table)
+    except ValueError as error:
+        raise BadInput("fit", "", str(error)) from None
+
+
+def _leave_one_run_out(recipe: _Recipe, prepared: Prepared) -> dict[str, Any] | None:
+    """Return figures of each run predicted by a model of the others; None with too few runs.
+
+    The points are chosen anew each time: a choice that has seen the run would flatter it.
+    """
+    if len(prepared.runs) < FEWEST_RUNS_TO_LEAVE_OUT:
+        return None
+    kept, predicted, chosen_names = [], [], []
+    for index, run in enumerate(prepared.runs):
+        others = prepared.without(index)
+        chosen, _ = recipe.choose(prepared, others)
+        fitted, _ = recipe.fit(prepared, others, chosen)
+        rows = run.complete(chosen)
+        if len(rows.time_s):
+            kept.append(rows)
+            predicted.append(fitted.predict(rows))
+            chosen_names.append([prepared.sensors[i] for i in chosen])
+    if not kept:
+        return None
+    rmse = np.array([_rms(run.targets - y) for run, y in zip(kept, predicted, strict=True)])
+    raw = np.array([_rms(run.targets) for run in kept])
+    return {
+        "pooled": _figures(prepared.targets, kept, predicted),
+        "median_rmse_of_runs": _model_and_none(
+            prepared.targets, np.median(rmse, 0), np.median(raw, 0)
+        ),
+        "rmse_by_run": [
+            {"run": run.name, "chosen": names, **_model_and_none(prepared.targets, one, none)}
+            for run, names, one, none in zip(kept, chosen_names, rmse, raw, strict=True)
+        ],
+    }
+
+
+def _model_and_none(targets: Sequence[str], model: Array, none: Array) -> dict[str, Any]:
+    return {
+        target: {"model": float(one), "no_model": float(other)}
+        for target, one, other in zip(targets, model, none, strict=True)
+    }
+
+
+def _rms(residual: Array) -> Array:
+    return np.asarray(np.sqrt(np.mean(residual**2, axis=0)))
+
+
+def _figures(
+    targets: Sequence[str], rows: Sequence[TrainingRun], predicted: Sequence[Any]
+) -> dict[str, Any]:
+    """Return figures of merit per target, beside those of no model (a prediction of zero)."""
+    measured = np.concatenate([run.targets for run in rows])
+    values = np.concatenate(list(predicted))
+    result = {}
+    for number, target in enumerate(targets):
+        y = measured[:, number]
+        with_model = figures_of_merit(y, values[:, number])
+        without = figures_of_merit(y, np.zeros_like(y))
+        result[target] = {
+            "model": {key: with_model[key] for key in FIGURES},
+            "no_model": {key: without[key] for key in FIGURES},
+        }
+    return result
+
+
+def _dropped(prepared: Prepared, rows: Sequence[TrainingRun]) -> list[str]:
+    notes = []
+    for run, kept in zip(prepared.runs, rows, strict=True):
+        missing = int(run.usable.sum()) - len(kept.time_s)
+        if missing:
+            notes.append(f"{run.name}: {missing} rows left out, a value is missing in them")
+    return notes
+
+
+def _geometry_table(rig: Rig, form: str) -> dict[str, Any]:
+    if isinstance(rig, FivePointRig):
+        return {
+            "kind": "five_point",
+            "form": form,
+            "near_to_gauge_mm": rig.near_to_gauge_mm,
+            "spacing_mm": rig.spacing_mm,
+        }
+    axes = {name: {"axis": entry.axis, "sign": entry.sign} for name, entry in rig.axes.items()}
+    return {"kind": "direct", "axes": axes}
+
+
+def _index(name: str, sensors: Sequence[str]) -> int:
+    if name not in sensors:
+        allowed = "grey, all, or names of " + ", ".join(sensors)
+        raise BadInput("fit", "points", f"{shown(name)} is not allowed: {allowed}")
+    return list(sensors).index(name)
+
+
+def _count(runs: Sequence[Run]) -> str:
+    return f"{len(runs)} run" + ("s" if len(runs) != 1 else "")
+
+
+def _plain(value: Any) -> Any:
+    """Return a value as JSON carries it: figures at 6 digits, what is undefined as null."""
+    if isinstance(value, Mapping):
+        return {str(key): _plain(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(entry) for entry in value]
+    if isinstance(value, float):
+        return float(f"{value:.6g}") if math.isfinite(value) else None
+    return value

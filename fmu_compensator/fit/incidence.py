@@ -1,0 +1,166 @@
+r"""Grey degrees of incidence: how alike two series are in shape and in rate of change.
+
+Equations after the grey system theory of Deng and Liu, as the thermal-error studies use them.
+Series are the columns of an array, rows are samples, evenly spaced.
+
+A degree of incidence is no correlation coefficient: it depends on the scale and the sampling of
+the series. The absolute degree sums samples, so twice as many samples of the same curve, or the
+same curve in another unit, give another degree (the constant 1 in it weighs less). The relational
+degree depends on which other series stand beside it, through the smallest and largest distance.
+Compare degrees of one data set with each other only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse.csgraph import connected_components
+
+Array = NDArray[np.float64]
+
+
+def initial_value_image(series: Array) -> Array:
+    """Return each column divided by its first value [1].
+
+    Raises
+    ------
+    ValueError
+        If a column starts at zero: the form does not exist there.
+    """
+    if np.any(series[0] == 0):
+        column = int(np.flatnonzero(series[0] == 0)[0])
+        raise ValueError(f"column {column} starts at 0: it has no initial-value image")
+    return np.asarray(series / series[0])
+
+
+def mean_image(series: Array) -> Array:
+    """Return each column divided by its mean [1].
+
+    Raises
+    ------
+    ValueError
+        If a column has mean zero: the form does not exist there.
+    """
+    mean = series.mean(axis=0)
+    if np.any(mean == 0):
+        column = int(np.flatnonzero(mean == 0)[0])
+        raise ValueError(f"column {column} has mean 0: it has no mean image")
+    return np.asarray(series / mean)
+
+
+def interval_image(series: Array) -> Array:
+    """Return each column mapped onto 0 to 1 [1]; a constant column becomes 0."""
+    low = series.min(axis=0)
+    span = series.max(axis=0) - low
+    return np.asarray((series - low) / np.where(span > 0, span, 1.0))
+
+
+IMAGES: dict[str, Callable[[Array], Array]] = {
+    "initial": initial_value_image,
+    "mean": mean_image,
+    "interval": interval_image,
+}
+
+
+def absolute_degree(series: Array) -> Array:
+    r"""Return the grey absolute degree of incidence between all pairs of columns.
+
+    .. math::
+        x^0(k) = x(k) - x(1), \quad s = \sum_{k=2}^{n-1} x^0(k) + x^0(n)/2, \quad
+        \varepsilon_{ij} = \frac{1 + |s_i| + |s_j|}{1 + |s_i| + |s_j| + |s_i - s_j|}
+
+    Parameters
+    ----------
+    series : array (n, m)
+        At least two samples of m series, evenly spaced.
+
+    Returns
+    -------
+    array (m, m)
+        Symmetric, 1 on the diagonal, above 0 [1].
+    """
+    if series.ndim != 2 or len(series) < 2:
+        raise ValueError(f"at least 2 samples in columns are needed, not shape {series.shape}")
+    started = series - series[0]
+    s = started[1:-1].sum(axis=0) + started[-1] / 2
+    size = 1 + (np.abs(s)[:, None] + np.abs(s)[None, :])
+    return np.asarray(size / (size + np.abs(s[:, None] - s[None, :])))
+
+
+def relative_degree(series: Array, image: str = "initial") -> Array:
+    """Return the grey relative degree: the absolute degree of dimensionless images.
+
+    Parameters
+    ----------
+    series : array (n, m)
+        As for `absolute_degree`.
+    image : {"initial", "mean", "interval"}
+        ``initial`` is Liu's definition, ``mean`` the one the jig-borer study pairs it with.
+
+    Returns
+    -------
+    array (m, m)
+        It reflects the rate of change against the start only, whatever the scale [1].
+    """
+    return absolute_degree(IMAGES[image](series))
+
+
+def comprehensive_degree(series: Array, theta: float = 0.5, image: str = "initial") -> Array:
+    """Return theta times the absolute plus (1 - theta) times the relative degree, all pairs [1]."""
+    if not 0 <= theta <= 1:
+        raise ValueError(f"theta {theta:g} is not in 0 to 1")
+    return theta * absolute_degree(series) + (1 - theta) * relative_degree(series, image)
+
+
+def groups(degree: Array, threshold: float = 0.9) -> list[list[int]]:
+    """Return the columns grouped: those whose degree is at least *threshold* stand together.
+
+    Belonging together carries over: if i goes with j and j with k, all three are one group.
+    Groups come in the order of their first column.
+    """
+    _, label = connected_components(degree >= threshold, directed=False)
+    found: dict[int, list[int]] = {}
+    for column, group in enumerate(label.tolist()):
+        found.setdefault(group, []).append(column)
+    return sorted(found.values())
+
+
+def relational_degree(
+    reference: Array, series: Array, rho: float = 0.5, image: str = "interval"
+) -> Array:
+    r"""Return Deng's grey relational degree of each column to a reference, such as the error.
+
+    .. math::
+        \xi_i(k) = \frac{\Delta_{min} + \rho \Delta_{max}}{\Delta_i(k) + \rho \Delta_{max}}, \quad
+        \Delta_i(k) = |x_0(k) - x_i(k)|
+
+    The degree is the mean of the coefficient xi over k; the minimum and maximum are over all
+    columns and samples.
+
+    Parameters
+    ----------
+    reference : array (n,)
+        The error.
+    series : array (n, m)
+        The temperatures.
+    rho : float
+        Distinguishing coefficient, above 0 to 1.
+    image : {"interval", "initial", "mean"}
+        Dimensionless form. An error starts at 0, where the initial-value image does not exist.
+
+    Returns
+    -------
+    array (m,)
+        Above 0 to 1 [1].
+    """
+    if not 0 < rho <= 1:
+        raise ValueError(f"rho {rho:g} is not above 0 and at most 1")
+    images = IMAGES[image](np.column_stack([reference, series]))
+    distance = np.abs(images[:, 1:] - images[:, :1])
+    largest = distance.max()
+    if largest == 0:
+        return np.ones(series.shape[1])
+    coefficient = (distance.min() + rho * largest) / (distance + rho * largest)
+    return np.asarray(coefficient.mean(axis=0))

@@ -1,0 +1,60 @@
+"""Runs made ready for fitting: joined columns, relative to their start, weighted by time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class TrainingRun:
+    """One run's complete rows.
+
+    Attributes
+    ----------
+    name : str
+        The run's name.
+    time_s : array (n,)
+        Time [s].
+    inputs : array (n, k)
+        Temperatures, in the input form [degC or K].
+    targets : array (n, m)
+        What is to be predicted [um, urad].
+    speed : array (n,)
+        Spindle speed [rpm]; NaN where it was not recorded.
+    weights : array (n,)
+        The time each row stands for [s].
+    """
+
+    name: str
+    time_s: Array
+    inputs: Array
+    targets: Array
+    speed: Array
+    weights: Array
+
+    def of(self, columns: list[int]) -> TrainingRun:
+        """Return the same run with some of its inputs."""
+        return TrainingRun(
+            self.name, self.time_s, self.inputs[:, columns], self.targets, self.speed, self.weights
+        )
+
+
+def row_weights(time_s: Array) -> Array:
+    """Return the time that each row stands for [s]: half the way to either neighbour.
+
+    With these weights a run counts by its duration, not by how often it was sampled. A gap
+    counts no more than five usual intervals, so that the rows beside it do not stand for it.
+    """
+    if len(time_s) < 2:
+        return np.ones(len(time_s))
+    gaps = np.diff(time_s)
+    gaps = np.minimum(gaps, 5 * np.median(gaps))
+    weights = np.zeros(len(time_s))
+    weights[:-1] += gaps / 2
+    weights[1:] += gaps / 2
+    return weights

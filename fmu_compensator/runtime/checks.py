@@ -1,0 +1,157 @@
+"""Is a temperature reading fit for use?
+
+A reading is bad when it is missing, implausible, has moved faster than heat can, or has stood
+still for longer than a live sensor does. Only the sensors that the error model uses are watched.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import isfinite
+from typing import Any
+
+from fmu_compensator.runtime.fields import Fields
+
+MISSING, IMPLAUSIBLE, TOO_FAST, STALE = 1, 2, 3, 4
+RETURN_S = 300.0
+"""A reading that jumped away may come back to where real warming took it in this time [s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sensor:
+    """One temperature input of the compensator.
+
+    Attributes
+    ----------
+    name : str
+        The signal's name.
+    low, high : float
+        Plausible readings [degC].
+    rate_per_s : float
+        Fastest real change of temperature [K/s].
+    noise : float
+        Largest jump from one reading to the next that noise and quantisation explain [K].
+    stale_after_s : float or None
+        A reading that stays exactly the same for longer is stale [s]; None: never.
+    trained_low, trained_high : float
+        Range of the model's input seen in training, in the file's input form [degC or K].
+    """
+
+    name: str
+    low: float
+    high: float
+    rate_per_s: float
+    noise: float
+    stale_after_s: float | None
+    trained_low: float
+    trained_high: float
+
+    @classmethod
+    def from_fields(cls, fields: Fields) -> Sensor:
+        """Return the sensor of a file's table."""
+        name = fields.name("name")
+        fields.choice("unit", ("degC",))
+        low, high = fields.range("low", "high", -60, 400)
+        sensor = cls(
+            name,
+            low,
+            high,
+            fields.number("rate_per_s", 1e-9, 1e3),
+            fields.number("noise", 0, 400),
+            fields.number_or_none("stale_after_s", 1e-3, 1e7),
+            *fields.range("trained_low", "trained_high", -1000, 1000),
+        )
+        fields.done()
+        return sensor
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """Why the inputs cannot be used: cause code 1 to 4, 1-based sensor (0 none), and a text."""
+
+    cause: int
+    sensor: int
+    text: str
+
+
+class SensorCheck:
+    """Watches one sensor.
+
+    The rate check compares a reading with the last good one, not with the one before it, so that
+    a single spike is one bad reading and not two. A reading is good within a corridor around the
+    last good one: the sensor's noise plus its rate limit times the time between them. Noise is a
+    term of its own because a quantised sensor shows its whole step in an arbitrarily short time.
+    A reading that was *seen* to jump out of the corridor must come back to it: the corridor stops
+    widening after `RETURN_S`, or a shifted sensor would be trusted again after a while. After a
+    gap without readings it keeps widening, because nothing speaks against a slow change.
+    """
+
+    __slots__ = (
+        "_good",
+        "_index",
+        "_jumped_after",
+        "_last",
+        "_sensor",
+        "_since_good",
+        "_unchanged",
+    )
+
+    def __init__(self, sensor: Sensor, index: int) -> None:
+        self._sensor, self._index = sensor, index
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget all readings."""
+        self._good: float | None = None  # the last good reading [degC]
+        self._since_good = 0.0  # [s]
+        self._jumped_after: float | None = None  # how old the good one was at the jump [s]
+        self._last: float | None = None  # the last reading of any kind [degC]
+        self._unchanged = 0.0  # for how long it has been the same [s]
+
+    def look(self, value: float, elapsed_s: float) -> Fault | None:
+        """Return what is wrong with a reading [degC], taken *elapsed_s* after the one before."""
+        sensor = self._sensor
+        self._since_good += elapsed_s
+        if not isfinite(value):
+            self._last = None
+            return self._fault(MISSING, f"{sensor.name} is missing")
+        if value == self._last:
+            self._unchanged += elapsed_s
+        else:
+            self._last, self._unchanged = value, 0.0
+        if not sensor.low <= value <= sensor.high:
+            limit = f"below {sensor.low:g}" if value < sensor.low else f"above {sensor.high:g}"
+            return self._fault(IMPLAUSIBLE, f"{sensor.name} {value:.1f} degC is {limit} degC")
+        if self._good is not None:
+            away, allowed = abs(value - self._good), self._corridor()
+            if away > allowed:
+                if self._jumped_after is None:
+                    self._jumped_after = self._since_good
+                text = f"{value:.1f} degC jumped by {away:.1f} K, {allowed:.2g} K allowed"
+                return self._fault(TOO_FAST, f"{sensor.name} {text}")
+        if sensor.stale_after_s is not None and self._unchanged > sensor.stale_after_s:
+            return self._fault(
+                STALE,
+                f"{sensor.name} {value:.1f} degC is unchanged for {self._unchanged:.0f} s, "
+                f"{sensor.stale_after_s:g} s allowed",
+            )
+        self._good, self._since_good, self._jumped_after = value, 0.0, None
+        return None
+
+    def _corridor(self) -> float:
+        span = self._since_good
+        if self._jumped_after is not None:
+            span = min(span, max(RETURN_S, self._jumped_after))
+        return self._sensor.noise + self._sensor.rate_per_s * span
+
+    def _fault(self, cause: int, text: str) -> Fault:
+        return Fault(cause, self._index, text)
+
+    def state(self) -> list[float | None]:
+        """Return what is remembered, for JSON."""
+        return [self._good, self._since_good, self._jumped_after, self._last, self._unchanged]
+
+    def restore(self, state: Sequence[Any]) -> None:
+        """Take up what `state` returned."""
+        self._good, self._since_good, self._jumped_after, self._last, self._unchanged = state

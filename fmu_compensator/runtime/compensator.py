@@ -1,0 +1,301 @@
+"""The compensator: one step takes the readings in and gives the axis offsets out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from math import isfinite, nan
+from typing import Any, NamedTuple
+
+from fmu_compensator.runtime.checks import IMPLAUSIBLE, MISSING, Fault, SensorCheck
+from fmu_compensator.runtime.modelfile import Model
+
+OK, WAITING, UNTRAINED, RECOVERING = 0, 1, 2, 3
+HOLDING, RAMPING, AT_ZERO = 10, 20, 30  # plus the cause, 1 to 4
+STATUS_TEXTS = {
+    OK: "offsets follow the model",
+    WAITING: "waiting for the first valid sample",
+    UNTRAINED: "outside the range seen in training",
+    RECOVERING: "moving to the wanted offsets",
+    HOLDING: "holding the last good offsets",
+    RAMPING: "ramping the offsets to zero",
+    AT_ZERO: "offsets are zero",
+}
+LONGEST_S = 1e9  # a longer step is as good as this one, and sums of it stay finite
+FORMAT = 1
+
+
+class Output(NamedTuple):
+    """What a step gives out.
+
+    Attributes
+    ----------
+    dX, dY, dZ : float
+        Offsets to send [um]: the tool tip's drift with the opposite sign, within the limits.
+    elongation, yaw, pitch : float
+        The predicted pose [um, urad, urad]; the last good one while the inputs are bad.
+    valid : bool
+        Whether the offsets follow the model. False while waiting, recovering or in a fault.
+    status : int
+        0 ok; 1 waiting for the first valid sample; 2 ok, but outside the range seen in training;
+        3 recovering; 1x holding, 2x ramping to zero, 3x at zero, where x is the cause: 1 missing,
+        2 out of the plausible range, 3 changing too fast, 4 stale.
+    status_sensor : int
+        1-based index of the sensor to blame, 0 for none.
+    status_text : str
+        One line for people.
+    """
+
+    dX: float  # noqa: N815 - the signals' names
+    dY: float  # noqa: N815
+    dZ: float  # noqa: N815
+    elongation: float
+    yaw: float
+    pitch: float
+    valid: bool
+    status: int
+    status_sensor: int
+    status_text: str
+
+
+class Compensator:
+    """Inputs checked, error model, offset geometry, limits.
+
+    Parameters
+    ----------
+    model : Model
+        A compensator file, read.
+
+    Notes
+    -----
+    After a fault the last good offsets are held for ``hold_s``, then ramped to zero. When the
+    inputs have been good for ``recover_s``, the offsets move back to what the model wants, and
+    are valid again once they got there. All of it happens within the slew limit, so offsets
+    never step. The reference of the rise form outlives a fault.
+    """
+
+    def __init__(self, model: Model) -> None:
+        self.model = model
+        self._error_model = model.new_error_model()
+        self._checks = [SensorCheck(model.sensors[i], i + 1) for i in model.chosen]
+        self._rise = model.input_form == "rise"
+        self.reset()
+
+    def reset(self) -> None:
+        """Start over: no reference, no offsets."""
+        self._error_model.reset()
+        for check in self._checks:
+            check.reset()
+        self._last_time: float | None = None
+        self._reference: list[float | None] = [None] * len(self._checks)
+        self._started = False  # a first complete valid sample has been seen
+        self._recovering = False
+        self._fault: Fault | None = None  # the newest fault, kept until recovered from
+        self._fault_age = 0.0  # [s]
+        self._good_for = 0.0  # since the last bad sample [s]
+        self._unmodelled = 0.0  # since the error model last ran [s]
+        self._wanted = (0.0, 0.0, 0.0)
+        self._offset = (0.0, 0.0, 0.0)
+        self._pose = (0.0, 0.0, 0.0)
+
+    def step(
+        self,
+        time_s: float,
+        step_s: float,
+        temperatures: Sequence[float],
+        speed: float = nan,
+        tool_length: float = nan,
+    ) -> Output:
+        """Take in one sample and return the offsets at the end of the step.
+
+        Parameters
+        ----------
+        time_s, step_s : float
+            Time of the sample, and the length of the step that starts with it [s]. The offsets
+            move for ``step_s``. How old a reading is comes from ``time_s``; where that is not a
+            number or runs backwards, ``step_s`` is counted instead.
+        temperatures : sequence of float
+            One reading per sensor of the file, in its order [degC]; NaN: missing.
+        speed : float
+            Spindle speed [rpm]; NaN: not known.
+        tool_length : float
+            From the gauge line to the tool tip [mm]; ignored by a direct geometry.
+
+        Raises
+        ------
+        ValueError
+            If the number of temperatures is not that of the file's sensors.
+        """
+        if len(temperatures) != len(self.model.sensors):
+            count = len(self.model.sensors)
+            raise ValueError(f"{len(temperatures)} temperatures were given, the file has {count}")
+        if not (isfinite(step_s) and step_s > 0.0):
+            step_s = 0.0
+        step_s = min(step_s, LONGEST_S)
+        elapsed = self._elapsed(time_s, step_s)
+        fault = self._look(temperatures, elapsed, tool_length)
+        self._unmodelled += elapsed
+        if fault is None:
+            self._predict(temperatures, speed, tool_length)
+        if not self._started:
+            return self._output(False, WAITING, fault)
+        self._follow(fault, elapsed)
+        return self._move(step_s, temperatures)
+
+    def _elapsed(self, time_s: float, step_s: float) -> float:
+        """Return the time since the sample before this one [s]; 0 for the first."""
+        last, self._last_time = self._last_time, time_s if isfinite(time_s) else None
+        if last is None or not isfinite(time_s) or time_s < last:
+            return step_s
+        return min(time_s - last, LONGEST_S)
+
+    def _look(
+        self, temperatures: Sequence[float], elapsed_s: float, tool_length: float
+    ) -> Fault | None:
+        """Return the first fault; every sensor is looked at, so that none loses count of time."""
+        first: Fault | None = None
+        for place, (index, check) in enumerate(zip(self.model.chosen, self._checks, strict=True)):
+            value = temperatures[index]
+            fault = check.look(value, elapsed_s)
+            if fault is not None:
+                first = first or fault
+            elif self._reference[place] is None:
+                self._reference[place] = value
+        if first is None and self.model.geometry.needs_tool_length:
+            low, high = self.model.limits.tool_length_mm
+            if not isfinite(tool_length):
+                return Fault(MISSING, 0, "tool_length is missing")
+            if not low <= tool_length <= high:
+                text = f"tool_length {tool_length:g} mm is not in {low:g} to {high:g} mm"
+                return Fault(IMPLAUSIBLE, 0, text)
+        return first
+
+    def _inputs(self, temperatures: Sequence[float]) -> list[float]:
+        values = [temperatures[index] for index in self.model.chosen]
+        if self._rise:
+            return [v - r for v, r in zip(values, self._reference, strict=True) if r is not None]
+        return values
+
+    def _predict(self, temperatures: Sequence[float], speed: float, tool_length: float) -> None:
+        """Put down the wanted offsets and the pose for a good sample."""
+        inputs = self._inputs(temperatures)
+        targets = self._error_model.predict(inputs, self._unmodelled, speed)
+        self._unmodelled = 0.0
+        geometry, limits = self.model.geometry, self.model.limits
+        x, y, z = geometry.drift(targets, tool_length)
+        self._wanted = (
+            limits.saturated(0.0 - x),
+            limits.saturated(0.0 - y),
+            limits.saturated(0.0 - z),
+        )
+        self._pose = geometry.pose(targets)
+        if not self._started:
+            self._started = self._recovering = True
+
+    def _follow(self, fault: Fault | None, elapsed_s: float) -> None:
+        """Count how long the inputs have been bad or good again."""
+        if fault is not None:
+            # A new fault starts a new hold; one within the wait for recovery continues the old.
+            self._fault_age = 0.0 if self._fault is None else self._fault_age + elapsed_s
+            self._fault, self._good_for, self._recovering = fault, 0.0, False
+        elif self._fault is not None:
+            self._fault_age += elapsed_s
+            self._good_for += elapsed_s
+            if self._good_for >= self.model.limits.recover_s:
+                self._fault, self._recovering = None, True
+
+    def _move(self, step_s: float, temperatures: Sequence[float]) -> Output:
+        """Move the offsets for one step and say how they stand."""
+        if self._fault is None:
+            self._slew(self._wanted, step_s)
+            if self._recovering and self._offset != self._wanted:
+                return self._output(False, RECOVERING, None)
+            self._recovering = False
+            return self._trained_output(temperatures)
+        if self._fault_age < self.model.limits.hold_s:
+            return self._output(False, HOLDING + self._fault.cause, self._fault)
+        self._slew((0.0, 0.0, 0.0), step_s)
+        phase = RAMPING if any(self._offset) else AT_ZERO
+        return self._output(False, phase + self._fault.cause, self._fault)
+
+    def _slew(self, wanted: tuple[float, float, float], step_s: float) -> None:
+        slewed = self.model.limits.slewed
+        x, y, z = self._offset
+        self._offset = (
+            slewed(x, wanted[0], step_s),
+            slewed(y, wanted[1], step_s),
+            slewed(z, wanted[2], step_s),
+        )
+
+    def _trained_output(self, temperatures: Sequence[float]) -> Output:
+        """Return a valid output, which says so if an input lies outside what training saw."""
+        for index, value in zip(self.model.chosen, self._inputs(temperatures), strict=True):
+            sensor = self.model.sensors[index]
+            if not sensor.trained_low <= value <= sensor.trained_high:
+                unit = "K rise" if self._rise else "degC"
+                text = (
+                    f"{sensor.name} {value:.1f} {unit} is outside the "
+                    f"{sensor.trained_low:.1f} to {sensor.trained_high:.1f} seen in training"
+                )
+                return self._output(True, UNTRAINED, Fault(0, index + 1, text))
+        return self._output(True, OK, None)
+
+    def _output(self, valid: bool, status: int, reason: Fault | None) -> Output:
+        text = STATUS_TEXTS[status if status < HOLDING else status - status % 10]
+        sensor = 0
+        if reason is not None:
+            sensor = reason.sensor
+            text = reason.text if status == UNTRAINED else f"{text}: {reason.text}"
+        return Output(*self._offset, *self._pose, valid, status, sensor, text)
+
+    def state(self) -> dict[str, Any]:
+        """Return everything remembered, as values that JSON carries without loss."""
+        fault = self._fault
+        return {
+            "format": FORMAT,
+            "last_time": self._last_time,
+            "reference": list(self._reference),
+            "started": self._started,
+            "recovering": self._recovering,
+            "fault": None if fault is None else [fault.cause, fault.sensor, fault.text],
+            "fault_age": self._fault_age,
+            "good_for": self._good_for,
+            "unmodelled": self._unmodelled,
+            "wanted": list(self._wanted),
+            "offset": list(self._offset),
+            "pose": list(self._pose),
+            "checks": [check.state() for check in self._checks],
+            "error_model": self._error_model.state(),
+        }
+
+    def restore(self, state: Mapping[str, Any]) -> None:
+        """Take up what `state` returned, from this compensator or another of the same file.
+
+        Raises
+        ------
+        ValueError
+            If the state is not one of a compensator with this file.
+        """
+        known = self.state()
+        if set(state) != set(known) or state["format"] != FORMAT:
+            raise ValueError("this is not a state of this version's compensator")
+        for name in ("reference", "checks"):
+            if len(state[name]) != len(known[name]):
+                count = f"{len(state[name])} chosen sensors, the file {len(known[name])}"
+                raise ValueError(f"the state holds {count}")
+        self._error_model.restore(state["error_model"])
+        for check, remembered in zip(self._checks, state["checks"], strict=True):
+            check.restore(remembered)
+        self._last_time = state["last_time"]
+        self._reference = list(state["reference"])
+        self._started, self._recovering = state["started"], state["recovering"]
+        self._fault = None if state["fault"] is None else Fault(*state["fault"])
+        self._fault_age, self._good_for = state["fault_age"], state["good_for"]
+        self._unmodelled = state["unmodelled"]
+        self._wanted = _three(state["wanted"])
+        self._offset = _three(state["offset"])
+        self._pose = _three(state["pose"])
+
+
+def _three(values: Sequence[float]) -> tuple[float, float, float]:
+    x, y, z = values
+    return x, y, z

@@ -1,0 +1,16 @@
+"""Error models as they run: one file, one model; the file's name is the model's kind."""
+
+from __future__ import annotations
+
+from functools import cache
+
+from fmu_compensator.runtime.error_models.base import ErrorModel
+from fmu_compensator.runtime.walk import classes_found
+
+
+# Walked once: a host may delete an FMU's folder and load the FMU again in the same process, which
+# finds this module still imported and its folder gone.
+@cache
+def error_models() -> dict[str, type[ErrorModel]]:
+    """Return every error model in this folder, by its kind."""
+    return classes_found(__name__, __path__, ErrorModel)  # type: ignore[type-abstract]

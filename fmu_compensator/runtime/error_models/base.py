@@ -1,0 +1,70 @@
+"""What every error model can do at run time."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+
+from fmu_compensator.runtime.fields import Fields
+
+
+class ErrorModel(ABC):
+    """From checked temperatures to the drift of the measured quantities.
+
+    A model that remembers nothing overrides `from_fields` and `predict` only. One with states of
+    its own (a lag, past errors) also overrides `reset`, `state` and `restore`.
+    """
+
+    @classmethod
+    @abstractmethod
+    def from_fields(cls, fields: Fields, inputs: int, targets: int) -> ErrorModel:
+        """Return the model that the file's numbers describe.
+
+        Parameters
+        ----------
+        fields : Fields
+            The table ``error_model``; ``kind`` and ``targets`` are read already.
+        inputs, targets : int
+            How many temperatures were chosen, and how many quantities are predicted.
+
+        Raises
+        ------
+        ModelFileError
+            For the first number that is missing, of the wrong type, or out of range.
+        """
+
+    @abstractmethod
+    def predict(
+        self,
+        inputs: Sequence[float],
+        elapsed_s: float = 0.0,
+        speed: float = 0.0,
+        measured: Sequence[float] | None = None,
+    ) -> list[float]:
+        """Return the predicted targets [um, urad].
+
+        Parameters
+        ----------
+        inputs : sequence of float
+            The chosen temperatures in the file's order and input form [degC or K].
+        elapsed_s : float
+            Time since the sample before this one [s]; 0 for the first.
+        speed : float
+            Spindle speed [rpm]; NaN when it is not known.
+        measured : sequence of float, optional
+            The targets as measured at the sample before this one, where a displacement sensor is
+            at hand [um, urad].
+        """
+
+    def reset(self) -> None:
+        """Forget everything remembered from earlier samples."""
+        return
+
+    def state(self) -> list[float]:
+        """Return what is remembered, as numbers that JSON can carry."""
+        return []
+
+    def restore(self, state: Sequence[float]) -> None:
+        """Take up the state that `state` returned."""
+        if len(state) != 0:
+            raise ValueError(f"a state of {len(state)} numbers was given, this model has none")

@@ -1,0 +1,46 @@
+"""Multiple linear regression."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from fmu_compensator.runtime.error_models.base import ErrorModel
+from fmu_compensator.runtime.fields import Fields
+
+LARGEST = 1e6  # um/K or urad/K; six orders above any spindle, and products with it stay finite
+
+
+class MultipleLinearRegression(ErrorModel):
+    r"""Each target is a constant and a weighted sum of the inputs: y = b0 + sum(b_i x_i).
+
+    Parameters
+    ----------
+    intercept : list of float, one per target [um, urad]
+    coefficients : list of list of float, one row per target, one column per input [um/K, urad/K]
+    """
+
+    def __init__(self, intercept: list[float], coefficients: list[list[float]]) -> None:
+        self._rows = list(zip(intercept, coefficients, strict=True))
+
+    @classmethod
+    def from_fields(cls, fields: Fields, inputs: int, targets: int) -> MultipleLinearRegression:
+        """Return the model that the file's numbers describe."""
+        return cls(
+            fields.numbers("intercept", targets, LARGEST),
+            fields.matrix("coefficients", targets, inputs, LARGEST),
+        )
+
+    def predict(
+        self,
+        inputs: Sequence[float],
+        elapsed_s: float = 0.0,
+        speed: float = 0.0,
+        measured: Sequence[float] | None = None,
+    ) -> list[float]:
+        """Return the predicted targets; time, speed and measurements have no part in them."""
+        predicted = []
+        for value, weights in self._rows:
+            for weight, x in zip(weights, inputs, strict=True):
+                value += weight * x
+            predicted.append(value)
+        return predicted

@@ -1,0 +1,189 @@
+"""Read the fields of a JSON table one by one, and refuse each wrong one with its place."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+
+class ModelFileError(ValueError):
+    """A compensator file that cannot be used; one line: file, place, value, what is allowed.
+
+    Parameters
+    ----------
+    source : str
+        The file.
+    place : str
+        Where in it, for example ``error_model.coefficients.0.2``; empty for the whole file.
+    problem : str
+        The value and what is allowed.
+    """
+
+    def __init__(self, source: str, place: str, problem: str) -> None:
+        self.source, self.place, self.problem = source, place, problem
+        parts = (source, place, problem)
+        super().__init__(": ".join(" ".join(part.split()) for part in parts if part))
+
+
+def shown(value: object) -> str:
+    """Return *value* as a refusal shows it, cut to a readable length."""
+    text = repr(value)
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
+class Fields:
+    """The fields of one table; every field must be asked for, or `done` calls it unknown.
+
+    Parameters
+    ----------
+    table : object
+        What stands in the file; refused when it is not a table.
+    source, place : str
+        The file, and where in it the table stands.
+    """
+
+    def __init__(self, table: object, source: str, place: str = "") -> None:
+        self.source, self.place = source, place
+        if not isinstance(table, dict):
+            raise ModelFileError(source, place, f"{shown(table)} is not allowed: must be a table")
+        self._table: dict[str, Any] = table
+        self._asked: set[str] = set()
+
+    def refusal(self, key: str, problem: str) -> ModelFileError:
+        """Return the error for field *key*."""
+        return ModelFileError(self.source, f"{self.place}.{key}" if self.place else key, problem)
+
+    def _wrong(self, key: str, value: object, allowed: str) -> ModelFileError:
+        return self.refusal(key, f"{shown(value)} is not allowed: must be {allowed}")
+
+    def raw(self, key: str) -> Any:
+        """Return the field as it stands."""
+        self._asked.add(key)
+        if key not in self._table:
+            raise self.refusal(key, "is missing")
+        return self._table[key]
+
+    def number(self, key: str, low: float, high: float) -> float:
+        """Return a finite number between *low* and *high*."""
+        return self._as_number(key, self.raw(key), low, high)
+
+    def number_or_none(self, key: str, low: float, high: float) -> float | None:
+        """Return a number between *low* and *high*, or None for null."""
+        value = self.raw(key)
+        return None if value is None else self._as_number(key, value, low, high)
+
+    def _as_number(self, key: str, value: object, low: float, high: float) -> float:
+        allowed = f"a number from {low:g} to {high:g}"
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise self._wrong(key, value, allowed)
+        # The comparison comes before float(): an integer may be too large for it.
+        if not low <= value <= high or not math.isfinite(value):
+            raise self._wrong(key, value, allowed)
+        return float(value)
+
+    def integer(self, key: str, low: int, high: int) -> int:
+        """Return a whole number between *low* and *high*."""
+        value = self.raw(key)
+        if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
+            raise self._wrong(key, value, f"a whole number from {low} to {high}")
+        return value
+
+    def range(self, low_key: str, high_key: str, low: float, high: float) -> tuple[float, float]:
+        """Return two numbers of which the second is larger."""
+        first, second = self.number(low_key, low, high), self.number(high_key, low, high)
+        if not first < second:
+            raise self._wrong(high_key, second, f"above {low_key} ({first:g})")
+        return first, second
+
+    def text(self, key: str, longest: int = 500) -> str:
+        """Return a text of one line."""
+        value = self.raw(key)
+        if not isinstance(value, str) or len(value) > longest or not value.isprintable():
+            raise self._wrong(key, value, f"a printable text of at most {longest} characters")
+        return value
+
+    def name(self, key: str) -> str:
+        """Return a signal name: a letter, then letters, digits and underscores."""
+        value = self.raw(key)
+        if not is_name(value):
+            raise self._wrong(key, value, "a name: a letter, then letters, digits or _, at most 60")
+        return str(value)
+
+    def choice(self, key: str, allowed: tuple[str, ...]) -> str:
+        """Return one of the allowed texts."""
+        value = self.raw(key)
+        if not isinstance(value, str) or value not in allowed:
+            raise self._wrong(key, value, "one of " + ", ".join(allowed))
+        return value
+
+    def items(self, key: str, fewest: int, most: int, what: str) -> list[Any]:
+        """Return a list with a number of items between *fewest* and *most*."""
+        value = self.raw(key)
+        if not isinstance(value, list) or not fewest <= len(value) <= most:
+            count = f"{fewest}" if fewest == most else f"{fewest} to {most}"
+            raise self._wrong(key, value, f"a list of {count} {what}")
+        return value
+
+    def names(self, key: str, most: int) -> list[str]:
+        """Return a list of different names."""
+        values = self.items(key, 1, most, "names")
+        for index, value in enumerate(values):
+            if not is_name(value):
+                raise self._wrong(f"{key}.{index}", value, "a name")
+            if value in values[:index]:
+                raise self._wrong(f"{key}.{index}", value, "different from the names before it")
+        return values
+
+    def numbers(self, key: str, length: int, limit: float) -> list[float]:
+        """Return a list of *length* numbers within plus and minus *limit*."""
+        values = self.items(key, length, length, "numbers")
+        return [self._as_number(f"{key}.{i}", v, -limit, limit) for i, v in enumerate(values)]
+
+    def matrix(self, key: str, rows: int, columns: int, limit: float) -> list[list[float]]:
+        """Return *rows* lists of *columns* numbers within plus and minus *limit*."""
+        values = self.items(key, rows, rows, "lists of numbers")
+        by_row = {str(row): value for row, value in enumerate(values)}
+        table = Fields(by_row, self.source, self._below(key))
+        return [table.numbers(row, columns, limit) for row in by_row]
+
+    def table(self, key: str) -> Fields:
+        """Return the fields of a table inside this one."""
+        return Fields(self.raw(key), self.source, self._below(key))
+
+    def tables(self, key: str, fewest: int, most: int, what: str) -> list[Fields]:
+        """Return the tables of a list."""
+        values = self.items(key, fewest, most, what)
+        place = self._below(key)
+        return [Fields(value, self.source, f"{place}.{i}") for i, value in enumerate(values)]
+
+    def keys(self) -> list[str]:
+        """Return the names of all fields, each counted as asked for."""
+        for key in self._table:
+            if not is_name(key):
+                raise self.refusal(shown(key), "is not allowed: must be a name")
+        self._asked.update(self._table)
+        return list(self._table)
+
+    def as_table(self) -> dict[str, Any]:
+        """Return the table itself."""
+        return self._table
+
+    def done(self) -> None:
+        """Refuse fields that nobody asked for."""
+        for key in self._table:
+            if key not in self._asked:
+                raise self.refusal(shown(key), "is not a known field")
+
+    def _below(self, key: str) -> str:
+        return f"{self.place}.{key}" if self.place else key
+
+
+def is_name(value: object) -> bool:
+    """Return whether *value* can name a signal (an FMI variable, a CSV column without its unit)."""
+    return (
+        isinstance(value, str)
+        and 1 <= len(value) <= 60
+        and value.isascii()
+        and value.isidentifier()
+        and not value.startswith("_")
+    )

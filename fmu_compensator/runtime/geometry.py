@@ -1,0 +1,150 @@
+"""From predicted quantities to the drift of the tool tip.
+
+Written for the compensator alone. A plant has its own geometry: sharing it would hide a mistake
+that both make.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from math import sqrt, tan
+
+from fmu_compensator.runtime.fields import Fields
+
+UM_PER_MM = 1e3
+RAD_PER_URAD = 1e-6
+FIVE_POINT_TARGETS = ("elongation", "yaw", "pitch", "near_x", "near_y")
+FORMS = ("rigid", "pure_rotation")
+AXES = ("X", "Y", "Z")
+LONGEST_TOOL_MM = 2000.0
+
+
+class Geometry(ABC):
+    """Turns the targets of an error model into the drift of the tool tip."""
+
+    targets: tuple[str, ...]
+    needs_tool_length: bool
+
+    @abstractmethod
+    def drift(self, targets: Sequence[float], tool_length_mm: float) -> tuple[float, float, float]:
+        """Return the tool tip's drift along +X, +Y and +Z [um]."""
+
+    @abstractmethod
+    def pose(self, targets: Sequence[float]) -> tuple[float, float, float]:
+        """Return elongation [um], yaw and pitch [urad]; 0 for what the rig does not measure."""
+
+
+class FivePoint(Geometry):
+    r"""A rig with two radial sensors per direction and one axial.
+
+    Parameters
+    ----------
+    form : {"rigid", "pure_rotation"}
+        ``rigid``: the tool continues the line through near and distal sensors,
+        ``dX = near_x + (L - l1) tan(yaw)``. ``pure_rotation``: the spindle turns about the gauge
+        line and has no radial drift there, ``dX = L tan(yaw)``.
+    near_to_gauge_mm : float
+        Distance l1 from the gauge line to the near sensors [mm].
+    spacing_mm : float
+        Distance from the near to the distal sensors along the axis [mm].
+
+    Notes
+    -----
+    With the elongated tool of length L + E along an axis tilted by theta,
+    ``dZ = L - (L + E) cos(theta)``, ``1/cos^2(theta) = 1 + tan^2(yaw) + tan^2(pitch)``. To second
+    order this is ``-E`` for every L. The source studies stop there; the exact term costs nothing.
+
+    A drift that is linear in L holds for a bar that stays straight: within the sensors' span
+    (tool lengths up to l1 + spacing) and a little beyond. The file's ``tool_length_mm`` limits
+    say how far.
+    """
+
+    targets = FIVE_POINT_TARGETS
+    needs_tool_length = True
+
+    def __init__(self, form: str, near_to_gauge_mm: float, spacing_mm: float) -> None:
+        self.form, self.near_to_gauge_mm, self.spacing_mm = form, near_to_gauge_mm, spacing_mm
+
+    @classmethod
+    def from_fields(cls, fields: Fields) -> FivePoint:
+        """Return the geometry of a file's table."""
+        geometry = cls(
+            fields.choice("form", FORMS),
+            fields.number("near_to_gauge_mm", -10_000, 10_000),
+            fields.number("spacing_mm", -10_000, 10_000),
+        )
+        if geometry.spacing_mm == 0:
+            raise fields.refusal("spacing_mm", "0 is not allowed: must be a distance")
+        return geometry
+
+    def drift(self, targets: Sequence[float], tool_length_mm: float) -> tuple[float, float, float]:
+        """Return the tool tip's drift along +X, +Y and +Z [um]."""
+        elongation, yaw, pitch, near_x, near_y = targets
+        slope_x, slope_y = tan(yaw * RAD_PER_URAD), tan(pitch * RAD_PER_URAD)
+        length = tool_length_mm * UM_PER_MM
+        cosine = 1.0 / sqrt(1.0 + slope_x * slope_x + slope_y * slope_y)
+        z = length - (length + elongation) * cosine
+        if self.form == "pure_rotation":
+            return length * slope_x, length * slope_y, z
+        beyond = length - self.near_to_gauge_mm * UM_PER_MM
+        return near_x + beyond * slope_x, near_y + beyond * slope_y, z
+
+    def pose(self, targets: Sequence[float]) -> tuple[float, float, float]:
+        """Return elongation [um], yaw and pitch [urad]."""
+        return targets[0], targets[1], targets[2]
+
+
+class Direct(Geometry):
+    """Displacement columns that each measure one axis, whatever the tool.
+
+    Parameters
+    ----------
+    axes : dict
+        By target name: the axis, and +1 when the column grows as the tool tip drifts towards
+        plus, -1 when it grows the other way.
+    """
+
+    needs_tool_length = False
+
+    def __init__(self, axes: dict[str, tuple[str, int]]) -> None:
+        self.targets = tuple(axes)
+        self._places = [(AXES.index(axis), sign) for axis, sign in axes.values()]
+        self._has_z = any(axis == "Z" for axis, _ in axes.values())
+
+    @classmethod
+    def from_fields(cls, fields: Fields) -> Direct:
+        """Return the geometry of a file's table."""
+        table = fields.table("axes")
+        axes: dict[str, tuple[str, int]] = {}
+        for name in table.keys():  # noqa: SIM118 - a method that also marks the keys as known
+            entry = table.table(name)
+            axis, sign = entry.choice("axis", AXES), entry.integer("sign", -1, 1)
+            entry.done()
+            if sign == 0:
+                raise entry.refusal("sign", "0 is not allowed: must be 1 or -1")
+            if axis in [other for other, _ in axes.values()]:
+                raise entry.refusal("axis", f"'{axis}' is not allowed: another column has it")
+            axes[name] = (axis, sign)
+        if not axes:
+            raise fields.refusal("axes", "is empty: at least one column is needed")
+        return cls(axes)
+
+    def drift(self, targets: Sequence[float], tool_length_mm: float) -> tuple[float, float, float]:
+        """Return the tool tip's drift along +X, +Y and +Z [um]; 0 where nothing is measured."""
+        drift = [0.0, 0.0, 0.0]
+        for (place, sign), value in zip(self._places, targets, strict=True):
+            drift[place] = sign * value
+        return drift[0], drift[1], drift[2]
+
+    def pose(self, targets: Sequence[float]) -> tuple[float, float, float]:
+        """Return the elongation [um]: growth towards -Z where Z is measured; no tilt [urad]."""
+        return (-self.drift(targets, 0.0)[2] if self._has_z else 0.0), 0.0, 0.0
+
+
+def geometry_from_fields(fields: Fields) -> FivePoint | Direct:
+    """Return the geometry that a file's table describes."""
+    kind = fields.choice("kind", ("five_point", "direct"))
+    geometry = FivePoint.from_fields(fields) if kind == "five_point" else Direct.from_fields(fields)
+    fields.done()
+    return geometry

@@ -1,0 +1,66 @@
+"""What an offset may do: how large it gets and how fast it moves."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from fmu_compensator.runtime.fields import Fields
+from fmu_compensator.runtime.geometry import LONGEST_TOOL_MM
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """The limits of a compensator.
+
+    Attributes
+    ----------
+    offset_um : float
+        No offset is larger than this, in either direction [um].
+    slew_um_per_s : float
+        No offset moves faster [um/s].
+    hold_s : float
+        How long the last good offset is held after a fault, before it is ramped to zero [s].
+    recover_s : float
+        How long the inputs must be good after a fault before they are used again [s].
+    tool_length_mm : tuple of float
+        Shortest and longest tool that the geometry is good for [mm].
+    """
+
+    offset_um: float
+    slew_um_per_s: float
+    hold_s: float
+    recover_s: float
+    tool_length_mm: tuple[float, float]
+
+    @classmethod
+    def from_fields(cls, fields: Fields) -> Limits:
+        """Return the limits of a file's table."""
+        limits = cls(
+            fields.number("offset_um", 0, 1e5),
+            fields.number("slew_um_per_s", 1e-6, 1e4),
+            fields.number("hold_s", 0, 1e6),
+            fields.number("recover_s", 0, 1e6),
+            cls._tool_length(fields),
+        )
+        fields.done()
+        return limits
+
+    @staticmethod
+    def _tool_length(fields: Fields) -> tuple[float, float]:
+        low, high = fields.numbers("tool_length_mm", 2, LONGEST_TOOL_MM)
+        if not low <= high:
+            raise fields.refusal(
+                "tool_length_mm", f"[{low:g}, {high:g}] is not allowed: must be [shortest, longest]"
+            )
+        return low, high
+
+    def saturated(self, offset_um: float) -> float:
+        """Return the nearest allowed offset [um]."""
+        return min(max(offset_um, -self.offset_um), self.offset_um)
+
+    def slewed(self, offset_um: float, wanted_um: float, step_s: float) -> float:
+        """Return where an offset stands after moving for *step_s* towards *wanted_um* [um]."""
+        reach = self.slew_um_per_s * step_s
+        if abs(wanted_um - offset_um) <= reach:
+            return wanted_um
+        return offset_um + reach if wanted_um > offset_um else offset_um - reach

@@ -1,0 +1,239 @@
+"""The compensator file: the one definition of what it holds.
+
+Reading checks every field. Writing goes through the same checks (`model_text`), so a file that
+this module wrote can always be read.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from datetime import date
+from pathlib import Path
+from typing import Any
+
+from fmu_compensator.runtime.checks import Sensor
+from fmu_compensator.runtime.error_models import error_models
+from fmu_compensator.runtime.error_models.base import ErrorModel
+from fmu_compensator.runtime.fields import Fields, ModelFileError
+from fmu_compensator.runtime.geometry import Geometry, geometry_from_fields
+from fmu_compensator.runtime.limits import Limits
+
+__all__ = ["Model", "ModelFileError", "load_model", "model_text", "parse_model"]
+
+FORMAT = 1
+KIND = "spindle-drift compensator"
+LARGEST_FILE = 4_000_000  # bytes; a large network is a few hundred thousand
+MOST_SENSORS = 500
+INPUT_FORMS = ("rise", "absolute")
+
+
+@dataclass(frozen=True)
+class Model:
+    """A compensator file, checked.
+
+    Attributes
+    ----------
+    name, title : str
+        A short name, and what a report prints.
+    created : str or None
+        Date as the file's author gave it (YYYY-MM-DD).
+    sensors : tuple of Sensor
+        All temperature inputs, in the order of the compensator's variables.
+    chosen : tuple of int
+        Indices of the sensors that the error model uses.
+    input_form : {"rise", "absolute"}
+        ``rise``: the error model's inputs are temperatures minus their first valid reading [K].
+        ``absolute``: the readings themselves [degC].
+    targets : tuple of str
+        What the error model predicts, in the geometry's order.
+    geometry : Geometry
+        From targets to the drift of the tool tip.
+    limits : Limits
+        What the offsets may do.
+    provenance : dict
+        Runs, options and figures of merit of the fit.
+    table : dict
+        The file's content as read.
+    source : str
+        Where it was read from.
+    """
+
+    name: str
+    title: str
+    created: str | None
+    sensors: tuple[Sensor, ...]
+    chosen: tuple[int, ...]
+    input_form: str
+    targets: tuple[str, ...]
+    geometry: Geometry
+    limits: Limits
+    provenance: dict[str, Any]
+    table: dict[str, Any]
+    source: str
+
+    def new_error_model(self) -> ErrorModel:
+        """Return a fresh error model: it may have states, so each compensator has its own."""
+        fields = Fields(self.table["error_model"], self.source, "error_model")
+        return _error_model(fields, len(self.chosen), self.geometry)
+
+
+def load_model(path: str | Path) -> Model:
+    """Read a compensator file.
+
+    Raises
+    ------
+    ModelFileError
+        One line: file, place, value and what is allowed.
+    """
+    try:
+        with Path(path).open("rb") as file:
+            data = file.read(LARGEST_FILE + 1)
+    except OSError as error:
+        raise ModelFileError(str(path), "", f"cannot be read: {error.strerror}") from None
+    if len(data) > LARGEST_FILE:
+        raise ModelFileError(str(path), "", f"is larger than {LARGEST_FILE} bytes")
+    try:
+        text = data.decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise ModelFileError(str(path), f"byte {error.start}", "is not UTF-8 text") from None
+    return parse_model(text, str(path))
+
+
+def parse_model(text: str, source: str) -> Model:
+    """Return the model in *text*, a compensator file's content; *source* is named in refusals.
+
+    Raises
+    ------
+    ModelFileError
+        One line: source, place, value and what is allowed.
+    """
+    if len(text) > LARGEST_FILE:
+        raise ModelFileError(source, "", f"is larger than {LARGEST_FILE} characters")
+    try:
+        table = json.loads(text, object_pairs_hook=_table, parse_constant=_refuse_constant)
+    except json.JSONDecodeError as error:
+        place = f"line {error.lineno}, column {error.colno}"
+        raise ModelFileError(source, place, f"is not JSON: {error.msg}") from None
+    except RecursionError:
+        raise ModelFileError(source, "", "is not allowed: nested too deeply") from None
+    except ValueError as error:  # a double field, NaN, a number of thousands of digits
+        raise ModelFileError(source, "", f"is not allowed: {error}") from None
+    return _model(table, source)
+
+
+def model_text(table: dict[str, Any], source: str = "compensator file") -> str:
+    """Return the file's text for *table*, which is checked first.
+
+    Raises
+    ------
+    ModelFileError
+        If the table could not be read back.
+    """
+    try:
+        text = json.dumps(table, indent=1, allow_nan=False) + "\n"
+    except (TypeError, ValueError) as error:
+        raise ModelFileError(source, "", f"cannot be written: {error}") from None
+    parse_model(text, source)
+    return text
+
+
+def _model(table: object, source: str) -> Model:
+    fields = Fields(table, source)
+    fields.choice("kind", (KIND,))
+    if fields.integer("format", 1, 10**9) > FORMAT:
+        raise fields.refusal(
+            "format", f"the file was written by a newer version; this one reads format {FORMAT}"
+        )
+    created = fields.raw("created")
+    if created is not None:
+        _check_date(fields, fields.text("created"))
+    sensors = _sensors(fields)
+    chosen = _chosen(fields, sensors)
+    geometry = geometry_from_fields(fields.table("geometry"))
+    model = Model(
+        name=fields.name("name"),
+        title=fields.text("title"),
+        created=created,
+        sensors=sensors,
+        chosen=chosen,
+        input_form=fields.choice("input_form", INPUT_FORMS),
+        targets=geometry.targets,
+        geometry=geometry,
+        limits=Limits.from_fields(fields.table("limits")),
+        provenance=_provenance(fields.table("provenance")),
+        table=fields.as_table(),
+        source=source,
+    )
+    _error_model(fields.table("error_model"), len(chosen), geometry)
+    fields.done()
+    return model
+
+
+def _sensors(fields: Fields) -> tuple[Sensor, ...]:
+    sensors: list[Sensor] = []
+    for table in fields.tables("sensors", 1, MOST_SENSORS, "sensors"):
+        sensor = Sensor.from_fields(table)
+        if sensor.name in [other.name for other in sensors]:
+            raise table.refusal("name", f"'{sensor.name}' is not allowed: another sensor has it")
+        sensors.append(sensor)
+    return tuple(sensors)
+
+
+def _chosen(fields: Fields, sensors: tuple[Sensor, ...]) -> tuple[int, ...]:
+    known = [sensor.name for sensor in sensors]
+    chosen = fields.names("chosen", len(known))
+    for index, name in enumerate(chosen):
+        if name not in known:
+            place = f"chosen.{index}"
+            raise fields.refusal(place, f"'{name}' is not allowed: must be one of the sensors")
+    return tuple(known.index(name) for name in chosen)
+
+
+def _error_model(fields: Fields, inputs: int, geometry: Geometry) -> ErrorModel:
+    known = error_models()
+    kind = fields.choice("kind", tuple(known))
+    if tuple(fields.names("targets", 100)) != geometry.targets:
+        raise fields.refusal("targets", f"must be {', '.join(geometry.targets)} for this geometry")
+    model = known[kind].from_fields(fields, inputs, len(geometry.targets))
+    fields.done()
+    return model
+
+
+def _provenance(fields: Fields) -> dict[str, Any]:
+    for run in fields.tables("runs", 0, 100_000, "runs"):
+        run.text("name")
+        digest = run.text("sha256")
+        if len(digest) != 64 or not set(digest) <= set("0123456789abcdef"):
+            raise run.refusal("sha256", f"'{digest[:20]}' is not allowed: must be 64 hex digits")
+        run.integer("rows", 0, 10**9)
+        run.done()
+    for index, note in enumerate(fields.items("notes", 0, 10_000, "texts")):
+        if not isinstance(note, str):
+            raise fields.refusal(f"notes.{index}", "must be a text")
+    fields.table("options").keys()
+    fields.table("figures").keys()
+    fields.done()
+    return fields.as_table()
+
+
+def _check_date(fields: Fields, text: str) -> None:
+    try:
+        date.fromisoformat(text)
+    except ValueError:
+        raise fields.refusal(
+            "created", f"'{text[:40]}' is not allowed: must be a date such as 2026-01-31 or null"
+        ) from None
+
+
+def _table(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    table = dict(pairs)
+    if len(table) != len(pairs):
+        names = [name for name, _ in pairs]
+        double = next(name for name in names if names.count(name) > 1)
+        raise ValueError(f"the field {double[:60]!r} stands twice in one table")
+    return table
+
+
+def _refuse_constant(text: str) -> float:
+    raise ValueError(f"{text} is not a number")

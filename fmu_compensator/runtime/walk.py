@@ -1,0 +1,45 @@
+"""Find the variants of a thing by walking the folder that holds them."""
+
+from __future__ import annotations
+
+import importlib
+import pkgutil
+from collections.abc import Iterable
+from typing import TypeVar
+
+T = TypeVar("T")
+
+
+def classes_found(package: str, folder: Iterable[str], base: type[T]) -> dict[str, type[T]]:
+    """Return the subclass of *base* that each module of a package defines, by module name.
+
+    Parameters
+    ----------
+    package : str
+        The package's ``__name__``, which differs when the package is bundled under another root.
+    folder : iterable of str
+        The package's ``__path__``.
+    base : type
+        Classes that do not derive from it are ignored, and so are modules without such a class.
+
+    Raises
+    ------
+    TypeError
+        If one module defines two of them: a file name stands for one variant.
+    """
+    found: dict[str, type[T]] = {}
+    for name in sorted(info.name for info in pkgutil.iter_modules(list(folder))):
+        module = importlib.import_module(f"{package}.{name}")
+        own = [
+            thing
+            for thing in vars(module).values()
+            if isinstance(thing, type)
+            and issubclass(thing, base)
+            and thing is not base
+            and thing.__module__ == module.__name__
+        ]
+        if len(own) > 1:
+            raise TypeError(f"{module.__name__} defines {len(own)} variants, one is allowed")
+        if own:
+            found[name] = own[0]
+    return found

@@ -1,0 +1,150 @@
+"""Compensator files and runs that the tests of this room share."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from fmu_compensator.runtime.modelfile import Model, parse_model
+from measurement.rig import DirectRig, FivePointRig
+from measurement.runs import Run
+
+
+def sensor(name: str, **changes: Any) -> dict[str, Any]:
+    return {
+        "name": name,
+        "unit": "degC",
+        "low": 0.0,
+        "high": 80.0,
+        "rate_per_s": 0.01,
+        "noise": 0.5,
+        "stale_after_s": 600.0,
+        "trained_low": -1.0,
+        "trained_high": 20.0,
+        **changes,
+    }
+
+
+@pytest.fixture
+def five_point_table() -> dict[str, Any]:
+    """A compensator with a five-point rig: four sensors, of which T1 and T4 are used."""
+    return {
+        "format": 1,
+        "kind": "spindle-drift compensator",
+        "name": "small",
+        "title": "a small one",
+        "created": "2026-01-31",
+        "sensors": [sensor("T1"), sensor("T2"), sensor("T3"), sensor("T4")],
+        "chosen": ["T4", "T1"],
+        "input_form": "rise",
+        "error_model": {
+            "kind": "mlr",
+            "targets": ["elongation", "yaw", "pitch", "near_x", "near_y"],
+            "intercept": [0.0, 0.0, 0.0, 0.0, 0.0],
+            "coefficients": [[2.0, 1.0], [5.0, 0.0], [0.0, -4.0], [0.5, 0.0], [0.0, 0.25]],
+        },
+        "geometry": {
+            "kind": "five_point",
+            "form": "rigid",
+            "near_to_gauge_mm": 30.0,
+            "spacing_mm": 100.0,
+        },
+        "limits": {
+            "offset_um": 30.0,
+            "slew_um_per_s": 1.0,
+            "hold_s": 20.0,
+            "recover_s": 5.0,
+            "tool_length_mm": [0.0, 200.0],
+        },
+        "provenance": {
+            "runs": [{"name": "a", "sha256": "0" * 64, "rows": 10}],
+            "notes": ["nothing left out"],
+            "options": {},
+            "figures": {},
+        },
+    }
+
+
+@pytest.fixture
+def direct_table(five_point_table: dict[str, Any]) -> dict[str, Any]:
+    """A compensator with one displacement column each for X and Z."""
+    return five_point_table | {
+        "geometry": {
+            "kind": "direct",
+            "axes": {"disp_x": {"axis": "X", "sign": 1}, "disp_z": {"axis": "Z", "sign": -1}},
+        },
+        "error_model": {
+            "kind": "mlr",
+            "targets": ["disp_x", "disp_z"],
+            "intercept": [0.0, 0.0],
+            "coefficients": [[1.0, 0.0], [0.0, 3.0]],
+        },
+    }
+
+
+@pytest.fixture
+def as_model() -> Callable[[dict[str, Any]], Model]:
+    """Turns a table into a model, through text as a file would."""
+    return lambda table: parse_model(json.dumps(table), "test.json")
+
+
+RIG = FivePointRig(spacing_mm=100.0, near_to_gauge_mm=30.0)
+DIRECT_RIG = DirectRig.model_validate({"axes": {"disp_x": {"axis": "X"}, "disp_z": {"axis": "Z"}}})
+
+
+@pytest.fixture
+def rig() -> FivePointRig:
+    return RIG
+
+
+@pytest.fixture
+def direct_rig() -> DirectRig:
+    return DIRECT_RIG
+
+
+def make_run(
+    name: str = "run",
+    seed: int = 0,
+    *,
+    hours: float = 4.0,
+    step_s: float = 30.0,
+    noise: float = 0.02,
+    start: float = 21.0,
+) -> Run:
+    """Return a run of a machine that is linear in the rises of T1 and T4; T2 copies T1."""
+    random = np.random.default_rng(seed)
+    time = np.arange(0.0, hours * 3600 + 1, step_s)
+    # Two lags of one random speed, so that the two temperatures are alike but not the same.
+    held = int(1800 / step_s)
+    speed = np.repeat(random.integers(0, 13, len(time) // held + 1) * 1000.0, held)[: len(time)]
+    fast, slow = _lagged(time, speed / 1000, 900.0), _lagged(time, speed / 1000, 5400.0)
+    frame = pd.DataFrame({"time_s": time, "speed_rpm": speed})
+    rises = {"T1": fast, "T2": 0.9 * fast, "T3": np.zeros_like(time), "T4": 0.6 * slow}
+    for column, rise in rises.items():
+        frame[f"{column}_degC"] = start + rise + noise * random.standard_normal(len(time))
+    elongation, yaw, pitch = 2.0 * fast + 3.0 * slow, 4.0 * slow, -2.0 * fast
+    near_x, near_y = 0.5 * slow, 0.3 * fast
+    pose = pd.DataFrame(
+        {
+            "elongation_um": elongation,
+            "yaw_urad": yaw,
+            "pitch_urad": pitch,
+            "near_x_um": near_x,
+            "near_y_um": near_y,
+        }
+    )
+    readings = RIG.readings(pose)
+    return Run(name, pd.concat([frame, readings], axis=1))
+
+
+def _lagged(time: np.ndarray, level: np.ndarray, tau_s: float) -> np.ndarray:
+    value = np.zeros_like(time)
+    for k in range(1, len(time)):
+        share = 1 - np.exp(-(time[k] - time[k - 1]) / tau_s)
+        value[k] = value[k - 1] + share * (level[k - 1] - value[k - 1])
+    return value

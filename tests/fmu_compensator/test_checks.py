@@ -1,0 +1,123 @@
+"""Which readings are trusted."""
+
+from __future__ import annotations
+
+import json
+from math import inf, nan
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fmu_compensator.runtime.checks import (
+    IMPLAUSIBLE,
+    MISSING,
+    RETURN_S,
+    STALE,
+    TOO_FAST,
+    Sensor,
+    SensorCheck,
+)
+
+SENSOR = Sensor("T4", 0.0, 80.0, 0.01, 0.5, 600.0, 0.0, 1.0)
+
+
+def check_of(**changes: object) -> SensorCheck:
+    fields = {name: getattr(SENSOR, name) for name in Sensor.__slots__}
+    return SensorCheck(Sensor(**(fields | changes)), 4)  # type: ignore[arg-type]
+
+
+def causes(check: SensorCheck, readings: list[float], elapsed_s: float = 1.0) -> list[int]:
+    faults = [check.look(value, elapsed_s) for value in readings]
+    return [0 if fault is None else fault.cause for fault in faults]
+
+
+def test_missing_and_implausible_readings_are_faults() -> None:
+    readings = [20.0, nan, inf, -inf, 20.1, 90.0, -5.0, 20.0]
+    wanted = [0, MISSING, MISSING, MISSING, 0, IMPLAUSIBLE, IMPLAUSIBLE, 0]
+    assert causes(check_of(), readings) == wanted
+
+
+def test_a_spike_is_one_bad_reading() -> None:
+    assert causes(check_of(), [20.0, 20.1, 45.0, 20.1, 20.2]) == [0, 0, TOO_FAST, 0, 0]
+
+
+def test_a_lasting_shift_stays_a_fault() -> None:
+    found = causes(check_of(), [20.0, *[51.0 + 0.01 * (k % 3) for k in range(5000)]])
+    assert found == [0] + [TOO_FAST] * 5000
+
+
+def test_a_shifted_sensor_may_come_back_to_where_warming_took_it() -> None:
+    check = check_of()
+    causes(check, [20.0, *[51.0 + 0.1 * (k % 2) for k in range(1000)]])
+    allowed = SENSOR.noise + SENSOR.rate_per_s * RETURN_S
+    assert causes(check, [20.0 + allowed + 0.1, 20.0 + allowed - 0.1]) == [TOO_FAST, 0]
+
+
+def test_after_a_gap_the_elapsed_time_counts() -> None:
+    quick, slow = check_of(), check_of()
+    assert causes(quick, [20.0, nan, 25.0], elapsed_s=10.0) == [0, MISSING, TOO_FAST]
+    assert causes(slow, [20.0, nan, 25.0], elapsed_s=300.0) == [0, MISSING, 0]
+
+
+def test_the_same_rise_is_too_fast_only_in_too_short_a_time() -> None:
+    for step, wanted in ((1.0, TOO_FAST), (100.0, TOO_FAST), (500.0, 0)):
+        assert causes(check_of(), [20.0, 22.0], elapsed_s=step) == [0, wanted]
+
+
+@pytest.mark.parametrize("step_s", [0.001, 0.1, 1.0, 40.0])
+def test_noise_and_quantisation_are_no_rate(step_s: float) -> None:
+    random = np.random.default_rng(1)
+    noisy = 20.0 + 0.05 * random.standard_normal(2000)
+    coarse = np.round(20.0 + 0.001 * step_s * np.arange(2000) + noisy - 20.0, 0)
+    check = check_of(noise=3.0, stale_after_s=None, high=200.0)
+    assert set(causes(check_of(), noisy.tolist(), step_s)) == {0}
+    assert set(causes(check, coarse.tolist(), step_s)) == {0}
+
+
+def test_a_reading_that_stands_still_gets_stale_and_wakes_up() -> None:
+    check = check_of()
+    found = causes(check, [20.0] * 8 + [20.01], elapsed_s=100.0)
+    # The first reading starts the clock; more than 600 s later it is stale.
+    assert found == [0] * 7 + [STALE, 0]
+    assert causes(check_of(stale_after_s=None), [20.0] * 50, elapsed_s=100.0) == [0] * 50
+
+
+def test_faults_name_sensor_value_and_limit() -> None:
+    check = check_of()
+    fault = check.look(93.25, 1.0)
+    assert fault is not None
+    assert fault.sensor == 4
+    assert fault.text == "T4 93.2 degC is above 80 degC"
+    check.look(20.0, 1.0)
+    fault = check.look(30.0, 1.0)
+    assert fault is not None
+    assert fault.text == "T4 30.0 degC jumped by 10.0 K, 0.51 K allowed"
+
+
+@given(
+    st.lists(st.floats() | st.floats(15, 25), max_size=40), st.lists(st.floats(0, 1e9), min_size=40)
+)
+def test_what_passes_is_plausible_and_within_the_corridor(
+    readings: list[float], elapsed: list[float]
+) -> None:
+    check = check_of()
+    good, since = None, 0.0
+    for value, step in zip(readings, elapsed, strict=False):
+        since += step
+        if check.look(value, step) is None:
+            assert SENSOR.low <= value <= SENSOR.high
+            if good is not None:
+                assert abs(value - good) <= SENSOR.noise + SENSOR.rate_per_s * since + 1e-9
+            good, since = value, 0.0
+
+
+@given(st.lists(st.floats() | st.floats(15, 25), max_size=30), st.integers(0, 30))
+def test_state_continues(readings: list[float], split: int) -> None:
+    whole, first, second = check_of(), check_of(), check_of()
+    expected = [whole.look(value, 50.0) for value in readings]
+    found = [first.look(value, 50.0) for value in readings[:split]]
+    second.restore(json.loads(json.dumps(first.state())))
+    found += [second.look(value, 50.0) for value in readings[split:]]
+    assert found == expected

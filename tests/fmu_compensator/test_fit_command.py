@@ -1,0 +1,79 @@
+"""``spindle-drift fit``."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+
+import pytest
+
+from fmu_compensator.runtime.modelfile import load_model
+from measurement.errors import BadInput
+from measurement.runs import write_run
+from scenarios.commands import fit
+from tests.fmu_compensator.conftest import make_run
+
+
+@pytest.fixture
+def run_files(tmp_path: Path) -> list[str]:
+    return [
+        str(write_run(make_run(name, seed, hours=2.0), tmp_path / f"{name}.csv"))
+        for seed, name in enumerate("abc")
+    ]
+
+
+def call(*arguments: str) -> int:
+    parser = argparse.ArgumentParser()
+    fit.add_arguments(parser)
+    return fit.run(parser.parse_args(arguments))
+
+
+def test_it_writes_a_file_and_says_how_good_it_is(
+    run_files: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "new" / "compensator.json"
+    assert call(*run_files, "-o", str(out), "--created", "2026-01-31", "--name", "mine") == 0
+    model = load_model(out)
+    assert (model.name, model.created, len(model.chosen)) == ("mine", "2026-01-31", 2)
+    # Without a machine file, the shipped five-point rig serves runs that have its columns.
+    assert model.table["geometry"]["near_to_gauge_mm"] == 30.0
+    text = capsys.readouterr().out
+    row = next(line for line in text.splitlines() if line.startswith("elongation")).split()
+    assert float(row[1]) > 3 > 0.3 > float(row[3]) > 0
+    assert f"wrote {out}" in text
+
+
+def test_the_figures_as_json(
+    run_files: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "c.json"
+    call(*run_files, "-o", str(out), "--json", "--points", "T4,T1", "--input-form", "absolute")
+    shown = json.loads(capsys.readouterr().out)
+    assert shown["chosen"] == ["T4", "T1"]
+    assert shown["figures"]["leave_one_run_out"]["pooled"]["yaw"]["model"]["rmse"] > 0
+    assert load_model(out).input_form == "absolute"
+
+
+def test_a_machine_says_which_sensors_count(run_files: list[str], tmp_path: Path) -> None:
+    out = tmp_path / "c.json"
+    call(*run_files, "-o", str(out), "--machine", "jig_borer", "--lambda", "0.99")
+    assert [sensor.name for sensor in load_model(out).sensors] == ["T1", "T2", "T3", "T4"]
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        (["--points", "T9"], "T9"),
+        (["--created", "soon"], "created"),
+        (["--machine", "no_such_machine"], "no_such_machine"),
+        (["--model", "magic"], "magic"),
+    ],
+)
+def test_a_refusal_writes_nothing(
+    run_files: list[str], tmp_path: Path, options: list[str], told: str
+) -> None:
+    out = tmp_path / "c.json"
+    with pytest.raises(BadInput, match=told):
+        call(*run_files, "-o", str(out), *options)
+    assert not out.exists()

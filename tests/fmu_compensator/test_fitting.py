@@ -1,0 +1,232 @@
+"""From runs to a compensator file."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fmu_compensator.fit.data import prepare
+from fmu_compensator.fit.fitting import compensator_text, fit_compensator
+from fmu_compensator.fit.points import choose_points
+from fmu_compensator.runtime.compensator import Compensator
+from fmu_compensator.runtime.modelfile import parse_model
+from measurement.errors import BadInput
+from measurement.rig import DirectRig, FivePointRig
+from measurement.runs import Run, read_run
+from tests.fmu_compensator.conftest import RIG, make_run
+
+RUNS = [make_run(name, seed) for seed, name in enumerate("abcd")]
+
+
+def changed(run: Run, **columns: Any) -> Run:
+    return Run(run.name, run.frame.assign(**columns))
+
+
+def test_grey_points_take_one_of_each_group(rig: FivePointRig) -> None:
+    table = fit_compensator(RUNS, rig, created="2026-01-31")
+    choice = table["provenance"]["figures"]["choice"]
+    # T2 copies T1; T3 shows noise only; T4 is slower.
+    assert choice["hardly_moving"] == ["T3"]
+    assert choice["groups"] == [["T1", "T2"], ["T4"]]
+    assert table["chosen"] in (["T1", "T4"], ["T2", "T4"])
+
+
+def test_the_fit_predicts_unseen_runs_with_its_noise(rig: FivePointRig) -> None:
+    left_out = fit_compensator(RUNS, rig)["provenance"]["figures"]["leave_one_run_out"]
+    for target, row in left_out["pooled"].items():
+        # 0.02 K of noise in reading and reference, times a few um/K.
+        assert row["model"]["rmse"] < 0.3, target
+        assert row["no_model"]["rmse"] > 1.0
+    assert [row["run"] for row in left_out["rmse_by_run"]] == list("abcd")
+    assert fit_compensator(RUNS[:2], rig)["provenance"]["figures"]["leave_one_run_out"] is None
+
+
+def test_the_file_compensates_an_unseen_run(rig: FivePointRig) -> None:
+    table = fit_compensator(RUNS, rig)
+    model = parse_model(compensator_text(table), "fitted")
+    compensator = Compensator(model)
+    unseen = make_run("new", 17, step_s=5.0)
+    readings = unseen.frame[[f"{sensor.name}_degC" for sensor in model.sensors]].to_numpy()
+    statuses, left = set(), []
+    for time, row, drift in zip(unseen.time_s, readings, -unseen.frame["S5_um"], strict=True):
+        output = compensator.step(time, 5.0, row.tolist(), 0.0, 150.0)
+        statuses.add(output.status)
+        left.append(output.dZ - drift)
+    assert statuses <= {0, 2}
+    assert np.sqrt(np.mean(np.square(left))) < 0.3
+
+
+def test_sampling_does_not_change_what_a_run_counts(direct_rig: DirectRig) -> None:
+    def run_of(name: str, slope: float, step_s: float) -> Run:
+        made = make_run(name, 5, step_s=step_s, noise=0.0)
+        rise = made.frame["T4_degC"] - 21.0
+        return changed(made, disp_x_um=slope * rise, disp_z_um=rise)
+
+    table = fit_compensator(
+        [run_of("dense", 1.0, 10.0), run_of("sparse", 3.0, 60.0)], direct_rig, points="T4"
+    )
+    assert table["error_model"]["coefficients"][0][0] == pytest.approx(2.0, abs=0.02)
+
+
+def test_equal_arguments_give_equal_bytes(rig: FivePointRig) -> None:
+    texts = {compensator_text(fit_compensator(RUNS, rig, created="2026-01-31")) for _ in range(2)}
+    assert len(texts) == 1
+    assert '"created": "2026-01-31"' in texts.pop()
+
+
+def test_the_rise_form_ignores_a_level_that_jumps_between_runs(rig: FivePointRig) -> None:
+    shifted = [*RUNS[:3], changed(RUNS[3], T4_degC=RUNS[3].frame["T4_degC"] + 31.0)]
+    plain, moved = (fit_compensator(runs, rig, points="T1,T4") for runs in (RUNS, shifted))
+    for one, other in zip(
+        plain["error_model"]["coefficients"], moved["error_model"]["coefficients"], strict=True
+    ):
+        assert one == pytest.approx(other, abs=1e-9)
+    # The usual level is against the median of all sensors, which the jump moves a little too.
+    assert any(re.match(r"T4 reads \+(2|3). K", note) for note in moved["provenance"]["notes"])
+    absolute = fit_compensator(shifted, rig, points="T1,T4", input_form="absolute")
+    assert any("WARNING" in note for note in absolute["provenance"]["notes"])
+
+
+def test_a_sensor_that_strays_within_a_run_is_not_used(rig: FivePointRig) -> None:
+    readings = RUNS[1].frame["T2_degC"].to_numpy().copy()
+    readings[200:] += 31.0
+    table = fit_compensator([RUNS[0], changed(RUNS[1], T2_degC=readings), *RUNS[2:]], rig)
+    assert table["chosen"] == ["T1", "T4"]
+    assert any("T2 is not used: in b it strayed +3" in n for n in table["provenance"]["notes"])
+
+
+def test_constant_and_missing_sensors_are_left_out_with_a_reason(rig: FivePointRig) -> None:
+    runs = [
+        changed(RUNS[0], T1_degC=25.0),
+        Run("b", RUNS[1].frame.drop(columns="T3_degC")),
+        RUNS[2],
+    ]
+    table = fit_compensator(runs, rig, points="all")
+    assert table["chosen"] == ["T2", "T4"]
+    assert [sensor["name"] for sensor in table["sensors"]] == ["T1", "T2", "T4"]
+    assert "T3 is left out: missing in b" in table["provenance"]["notes"]
+    assert "T1 is not used: constant in a" in table["provenance"]["notes"]
+
+
+def test_missing_rows_are_dropped_and_counted(rig: FivePointRig) -> None:
+    gappy = RUNS[0].frame["T1_degC"].to_numpy().copy()
+    gappy[10:30] = np.nan
+    table = fit_compensator([changed(RUNS[0], T1_degC=gappy), *RUNS[1:]], rig, points="T1,T4")
+    assert "a: 20 rows left out, a value is missing in them" in table["provenance"]["notes"]
+    assert table["provenance"]["runs"][0]["rows"] == len(gappy) - 20
+
+
+def test_frozen_displacement_is_not_learnt(rig: FivePointRig) -> None:
+    reading = RUNS[0].frame["S5_um"].to_numpy().copy()
+    reading[200:400] = reading[200]
+    damaged = [changed(RUNS[0], S5_um=reading), *RUNS[1:]]
+    table = fit_compensator(damaged, rig, points="T1,T4")
+    kept = fit_compensator(damaged, rig, points="T1,T4", leave_out_frozen=False)
+    note = next(note for note in table["provenance"]["notes"] if "S5_um" in note)
+    assert note.startswith("a: rows left out, S5_um is exactly")
+    wanted = fit_compensator(RUNS, rig, points="T1,T4")["error_model"]["coefficients"][0]
+    assert table["error_model"]["coefficients"][0] == pytest.approx(wanted, abs=0.05)
+    assert kept["error_model"]["coefficients"][0] != pytest.approx(wanted, abs=0.05)
+
+
+def test_limits_and_ranges_come_from_the_data(rig: FivePointRig) -> None:
+    table = fit_compensator(RUNS, rig, points="T1,T4", limits={"hold_s": 60.0})
+    largest = max(run.frame["S5_um"].abs().max() for run in RUNS)
+    assert table["limits"]["offset_um"] >= 2 * largest
+    assert table["limits"]["hold_s"] == 60.0
+    assert table["limits"]["tool_length_mm"] == [0.0, 260.0]
+    rise = max(run.frame["T1_degC"].max() - run.frame["T1_degC"].iloc[0] for run in RUNS)
+    first = table["sensors"][0]
+    assert rise < first["trained_high"] < 1.1 * rise
+    assert first["high"] > 21 + rise + 24
+    assert first["stale_after_s"] >= 900
+
+
+def test_the_geometry_comes_from_the_rig(rig: FivePointRig, direct_rig: DirectRig) -> None:
+    table = fit_compensator(RUNS, rig, geometry_form="pure_rotation", tool_length_mm=(50, 90))
+    assert table["geometry"] == {
+        "kind": "five_point",
+        "form": "pure_rotation",
+        "near_to_gauge_mm": 30.0,
+        "spacing_mm": 100.0,
+    }
+    assert table["limits"]["tool_length_mm"] == [50, 90]
+    runs = [
+        changed(run, disp_x_um=run.frame["S1_um"], disp_z_um=run.frame["S5_um"]) for run in RUNS
+    ]
+    direct = fit_compensator(runs, direct_rig)
+    assert direct["geometry"]["axes"]["disp_z"] == {"axis": "Z", "sign": 1}
+    assert direct["error_model"]["targets"] == ["disp_x", "disp_z"]
+
+
+def test_a_relational_score_chooses_too(rig: FivePointRig) -> None:
+    prepared = prepare(RUNS, rig)
+    choice = choose_points(prepared.runs, prepared.candidates, score="relational")
+    assert choice.groups == [[0, 1], [3]]
+    assert all(0.3 < score <= 1 for score in choice.scores.values())
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        ({"model": "magic"}, "model: 'magic' is not allowed: .*mlr"),
+        ({"input_form": "delta"}, "rise, absolute"),
+        ({"geometry_form": "bent"}, "rigid, pure_rotation"),
+        ({"points": "T1,T9"}, "points: 'T9' is not allowed"),
+        ({"points": ""}, "points: '' is not allowed"),
+        ({"grey": {"threshold": 1.5}}, "lambda: 1.5 is not allowed"),
+        ({"grey": {"score": "taste"}}, "score: 'taste' is not allowed"),
+        ({"grey": {"image": "blurred"}}, "image"),
+        ({"limits": {"speed": 1.0}}, "limits: speed: is not a known limit"),
+        ({"limits": {"hold_s": -1.0}}, "limits.hold_s"),
+        ({"tool_length_mm": (100.0, 50.0)}, "tool length: 100 50 is not allowed"),
+        ({"tool_length_mm": (0.0, float("nan"))}, "tool length: 0 nan is not allowed"),
+        ({"created": "yesterday"}, "created"),
+        ({"name": "two words"}, "name"),
+        ({"sensors": ["T7"]}, "none of T7 is in all runs"),
+        ({"speed_up": True}, "speed_up: is not a known option"),
+    ],
+)
+def test_wrong_options_are_refused_in_one_line(
+    rig: FivePointRig, options: dict[str, Any], told: str
+) -> None:
+    with pytest.raises(BadInput, match=told) as caught:
+        fit_compensator(RUNS[:1], rig, **options)
+    assert len(str(caught.value).splitlines()) == 1
+
+
+def test_runs_that_cannot_be_used_are_refused(rig: FivePointRig) -> None:
+    cases: list[tuple[list[Run], str]] = [
+        ([], "at least one run"),
+        ([RUNS[0], RUNS[0]], "a: is the same run as a"),
+        ([Run("x", RUNS[0].frame.drop(columns="S3_um"))], "x: distal_x"),
+        ([Run("x", RUNS[0].frame.head(4))], "x: is shorter than"),
+        ([changed(RUNS[0], **{f"T{k}_degC": 20.0 for k in (1, 2, 3, 4)})], "no temperature moves"),
+        ([Run("x", RUNS[0].frame.rename(columns={"T1_degC": "T 1_degC"}))], "signal's name"),
+        ([changed(RUNS[0], S1_um=np.nan)], "fewer than 2 rows"),
+    ]
+    for runs, told in cases:
+        with pytest.raises(BadInput, match=told) as caught:
+            fit_compensator(runs, rig)
+        assert len(str(caught.value).splitlines()) == 1
+
+
+@pytest.mark.real_data
+def test_measured_lathe_runs_unseen(lathe_runs: list[Path]) -> None:
+    runs = [read_run(path) for path in lathe_runs]
+    rig = DirectRig.model_validate({"axes": {"disp_x": {"axis": "X"}, "disp_z": {"axis": "Z"}}})
+    table = fit_compensator(runs, rig)
+    notes = " ".join(table["provenance"]["notes"])
+    assert "PT10 is not used: in 20200821 it strayed +3" in notes
+    assert "PT10" not in table["chosen"]
+    median = table["provenance"]["figures"]["leave_one_run_out"]["median_rmse_of_runs"]
+    for target in ("disp_x", "disp_z"):
+        assert median[target]["model"] < 0.7 * median[target]["no_model"]
+
+
+def test_the_rig_of_the_tests_is_the_documented_one() -> None:
+    assert RIG.axial_sign == -1

@@ -1,0 +1,112 @@
+"""Grey degrees of incidence."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fmu_compensator.fit.incidence import (
+    absolute_degree,
+    comprehensive_degree,
+    groups,
+    initial_value_image,
+    interval_image,
+    mean_image,
+    relational_degree,
+    relative_degree,
+)
+
+# Worked by hand: x = 1 3 4 7 starts at 0 2 3 6, so s = 2 + 3 + 3 = 8; y = 2 2 4 4 at 0 0 2 2,
+# so s = 0 + 2 + 1 = 3; z falls: 0 -1 -2 -3, so s = -1 - 2 - 1.5 = -4.5.
+SERIES = np.array([[1.0, 2.0, 5.0], [3.0, 2.0, 4.0], [4.0, 4.0, 3.0], [7.0, 4.0, 2.0]])
+
+
+def test_absolute_degree_by_hand() -> None:
+    degree = absolute_degree(SERIES)
+    assert degree[0, 1] == pytest.approx((1 + 8 + 3) / (1 + 8 + 3 + 5))
+    assert degree[0, 2] == pytest.approx((1 + 8 + 4.5) / (1 + 8 + 4.5 + 12.5))
+    assert degree[1, 2] == pytest.approx((1 + 3 + 4.5) / (1 + 3 + 4.5 + 7.5))
+    assert np.array_equal(degree, degree.T)
+    assert np.array_equal(np.diag(degree), np.ones(3))
+
+
+def test_images_by_hand() -> None:
+    assert initial_value_image(SERIES)[:, 1] == pytest.approx([1, 1, 2, 2])
+    assert mean_image(SERIES)[:, 1] == pytest.approx([2 / 3, 2 / 3, 4 / 3, 4 / 3])
+    assert interval_image(SERIES)[:, 0] == pytest.approx([0, 1 / 3, 0.5, 1])
+    assert interval_image(np.full((3, 1), 4.0)).tolist() == [[0.0]] * 3
+
+
+def test_relative_degree_by_hand() -> None:
+    # Images 1 3 4 7 (s = 8) and 1 1 2 2 (s = 0 + 1 + 0.5 = 1.5).
+    assert relative_degree(SERIES)[0, 1] == pytest.approx(10.5 / (10.5 + 6.5))
+    # Mean images: x / 3.75 (s = 8 / 3.75), y / 3 (s = 1).
+    x, y = 8 / 3.75, 1.0
+    assert relative_degree(SERIES, "mean")[0, 1] == pytest.approx((1 + x + y) / (1 + 2 * x))
+
+
+def test_comprehensive_degree_mixes_both() -> None:
+    mixed = comprehensive_degree(SERIES, theta=0.25)
+    assert mixed == pytest.approx(0.25 * absolute_degree(SERIES) + 0.75 * relative_degree(SERIES))
+    with pytest.raises(ValueError, match="theta"):
+        comprehensive_degree(SERIES, theta=1.5)
+
+
+def test_relational_degree_by_hand() -> None:
+    # Interval images: error 0 0.5 1; first column the same, second 1 0.5 0: distances 1 0 1.
+    error = np.array([0.0, 2.0, 4.0])
+    series = np.array([[10.0, 9.0], [11.0, 7.0], [12.0, 5.0]])
+    wanted = [1.0, (0.5 / 1.5 + 1.0 + 0.5 / 1.5) / 3]
+    assert relational_degree(error, series) == pytest.approx(wanted)
+    assert relational_degree(error, series[:, :1]) == pytest.approx([1.0])
+    with pytest.raises(ValueError, match="rho"):
+        relational_degree(error, series, rho=0.0)
+
+
+def test_degrees_depend_on_scale_and_sampling() -> None:
+    time = np.linspace(0.0, 1.0, 101)
+    curves = np.column_stack([time, time**2])
+    coarse, fine = absolute_degree(curves[::10])[0, 1], absolute_degree(curves)[0, 1]
+    small, large = (absolute_degree(k * curves)[0, 1] for k in (0.01, 1000.0))
+    assert coarse - fine > 0.01
+    assert small - fine > 0.05
+    # Without the constant 1 it would be 2 max(a, b) / (a + b + abs(a - b)): the limit is 0.83.
+    assert large == pytest.approx(5 / 6, abs=0.005)
+    # The relative degree does not feel a factor, but it feels the level: degC are no kelvin.
+    celsius = 20 + 10 * curves
+    assert relative_degree(2 * celsius) == pytest.approx(relative_degree(celsius))
+    assert abs(relative_degree(celsius + 273.15) - relative_degree(celsius))[0, 1] > 0.01
+
+
+@given(st.integers(2, 30), st.integers(1, 5), st.integers(0, 1000))
+def test_degrees_are_symmetric_and_in_range(samples: int, columns: int, seed: int) -> None:
+    series = 20 + np.random.default_rng(seed).standard_normal((samples, columns))
+    degree = comprehensive_degree(series)
+    assert np.array_equal(degree, degree.T)
+    assert np.all((degree > 0) & (degree <= 1))
+    assert np.all(np.diag(degree) == 1)
+
+
+def test_groups_are_closed_under_likeness() -> None:
+    degree = np.array(
+        [[1, 0.5, 0.95, 0.1], [0.5, 1, 0.2, 0.1], [0.95, 0.2, 1, 0.9], [0.1, 0.1, 0.9, 1]]
+    )
+    assert groups(degree, 0.9) == [[0, 2, 3], [1]]
+    assert groups(degree, 0.91) == [[0, 2], [1], [3]]
+    assert groups(degree, 0.5) == [[0, 1, 2, 3]]
+
+
+@pytest.mark.parametrize(
+    ("call", "told"),
+    [
+        (lambda: absolute_degree(np.ones((1, 2))), "2 samples"),
+        (lambda: absolute_degree(np.ones(4)), "in columns"),
+        (lambda: initial_value_image(np.array([[1.0, 0.0], [2.0, 2.0]])), "column 1 starts at 0"),
+        (lambda: mean_image(np.array([[-1.0], [1.0]])), "column 0 has mean 0"),
+    ],
+)
+def test_what_does_not_exist_is_refused(call: object, told: str) -> None:
+    with pytest.raises(ValueError, match=told):
+        call()  # type: ignore[operator]

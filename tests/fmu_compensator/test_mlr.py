@@ -1,0 +1,118 @@
+"""Multiple linear regression."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fmu_compensator.fit.error_models.base import Task
+from fmu_compensator.fit.error_models.mlr import MultipleLinearRegression
+from fmu_compensator.fit.training import TrainingRun, row_weights
+from measurement.errors import BadInput
+
+
+def task_of(
+    inputs: Any, targets: Any, form: str = "absolute", time_s: Any = None, names: str = "ABCD"
+) -> Task:
+    x, y = np.asarray(inputs, float), np.asarray(targets, float)
+    time = np.arange(float(len(x))) if time_s is None else np.asarray(time_s, float)
+    run = TrainingRun("r", time, x, y, np.full(len(x), np.nan), row_weights(time))
+    return Task([run], list(names[: x.shape[1]]), ["E", "F"][: y.shape[1]], form)
+
+
+def inputs_of(rows: int = 60, columns: int = 3, seed: int = 0) -> Any:
+    return np.random.default_rng(seed).standard_normal((rows, columns))
+
+
+def test_it_finds_the_coefficients_that_made_the_data() -> None:
+    x = inputs_of()
+    y = np.column_stack([3.0 + x @ [2.0, 0.0, -1.0], -1.0 + x @ [0.0, 5.0, 0.5]])
+    fitted = MultipleLinearRegression.fit(task_of(x, y))
+    assert fitted.intercept == pytest.approx([3.0, -1.0])
+    assert fitted.coefficients == pytest.approx(np.array([[2.0, 0.0, -1.0], [0.0, 5.0, 0.5]]))
+    assert fitted.report()["targets"]["E"]["r2"] == pytest.approx(1.0)
+
+
+def test_the_rise_form_has_no_constant_unless_asked() -> None:
+    x = inputs_of()
+    y = (4.0 + x @ [1.0, 2.0, 3.0])[:, None]
+    assert MultipleLinearRegression.fit(task_of(x, y, "rise")).intercept == [0.0]
+    asked = MultipleLinearRegression.fit(task_of(x, y, "rise"), intercept=True)
+    assert asked.intercept == pytest.approx([4.0])
+
+
+def test_rows_count_by_the_time_they_stand_for() -> None:
+    # The same straight line sampled densely where it is 1 K/um and sparsely where it is 3.
+    time = np.concatenate([np.arange(0.0, 100.0, 1.0), np.arange(100.0, 201.0, 5.0)])
+    x = np.ones_like(time)
+    y = np.where(time < 100, 1.0, 3.0)
+    weights = row_weights(time)
+    assert weights.sum() == pytest.approx(200.0)
+    fitted = MultipleLinearRegression.fit(
+        task_of(np.column_stack([x + 1e-3 * np.sin(time)]), y[:, None], "rise", time)
+    )
+    assert fitted.coefficients[0, 0] == pytest.approx(2.0, abs=0.03)
+
+
+def test_a_gap_does_not_weigh() -> None:
+    weights = row_weights(np.array([0.0, 1.0, 2.0, 1000.0, 1001.0, 1002.0]))
+    assert weights.tolist() == [0.5, 1.0, 3.0, 3.0, 1.0, 0.5]
+    assert row_weights(np.array([5.0])).tolist() == [1.0]
+
+
+def test_the_best_subset_leaves_out_what_does_not_help() -> None:
+    x = inputs_of(40, 4, seed=3)
+    y = x[:, [1]] * 2.0 + 0.5 * np.random.default_rng(4).standard_normal((40, 1))
+    chosen = MultipleLinearRegression.fit(task_of(x, y))
+    everything = MultipleLinearRegression.fit(task_of(x, y), subset=False)
+    figures, all_figures = (f.report()["targets"]["E"] for f in (chosen, everything))
+    assert "B" in figures["inputs"]
+    assert len(figures["inputs"]) < 4
+    assert figures["r2_adjusted"] > all_figures["r2_adjusted"]
+    assert figures["r2"] < all_figures["r2"]
+    left_out = [i for i, name in enumerate("ABCD") if name not in figures["inputs"]]
+    assert np.all(chosen.coefficients[0, left_out] == 0)
+
+
+def test_adjusted_r2_by_its_definition() -> None:
+    x = inputs_of(30, 2)
+    y = x[:, [0]] + np.random.default_rng(9).standard_normal((30, 1))
+    weighted = task_of(x, y)
+    figures = MultipleLinearRegression.fit(weighted, subset=False).report()["targets"]["E"]
+    n, k = 30, 2
+    assert figures["r2_adjusted"] == pytest.approx(1 - (1 - figures["r2"]) * (n - 1) / (n - k - 1))
+
+
+def test_variance_inflation_by_its_definition() -> None:
+    x = inputs_of(200, 2)
+    x[:, 1] = 0.9 * x[:, 0] + 0.1 * x[:, 1]
+    inflation = MultipleLinearRegression.fit(task_of(x, x[:, :1])).report()["variance_inflation"]
+    weights = row_weights(np.arange(200.0))
+    centred = x - np.average(x, axis=0, weights=weights)
+    cov = (weights[:, None] * centred).T @ centred
+    r2 = cov[0, 1] ** 2 / (cov[0, 0] * cov[1, 1])
+    assert inflation == pytest.approx({"A": 1 / (1 - r2), "B": 1 / (1 - r2)})
+
+
+@pytest.mark.parametrize(
+    ("inputs", "targets", "told"),
+    [
+        (inputs_of(9, 2), inputs_of(9, 1), "9 complete rows are too few: 15 are needed"),
+        (np.zeros((0, 2)), np.zeros((0, 1)), "0 complete rows are too few"),
+        (np.ones((50, 1)), inputs_of(50, 1), "A: is constant"),
+        (inputs_of(50, 1), np.full((50, 1), 2.0), "E: never changes"),
+        (inputs_of(50, 1)[:, [0, 0]], inputs_of(50, 1), "A, B: determine each other"),
+        (inputs_of(50, 3) @ [[1, 0, 1], [0, 1, 2], [0, 0, 0]], inputs_of(50, 1), "A, B, C: det"),
+    ],
+)
+def test_what_cannot_be_fitted_is_refused_in_one_line(inputs: Any, targets: Any, told: str) -> None:
+    with pytest.raises(BadInput, match=told) as caught:
+        MultipleLinearRegression.fit(task_of(inputs, targets))
+    assert len(str(caught.value).splitlines()) == 1
+
+
+def test_an_unknown_option_is_refused() -> None:
+    with pytest.raises(BadInput, match="ridge: is not a known option"):
+        MultipleLinearRegression.fit(task_of(inputs_of(), inputs_of()[:, :1]), ridge=1.0)

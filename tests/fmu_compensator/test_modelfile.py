@@ -1,0 +1,241 @@
+"""The compensator file is checked in every field."""
+
+from __future__ import annotations
+
+import copy
+import json
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from fmu_compensator.runtime.modelfile import (
+    LARGEST_FILE,
+    ModelFileError,
+    load_model,
+    model_text,
+    parse_model,
+)
+
+FREE = ("provenance.options", "provenance.figures")  # any table of JSON values may stand there
+
+
+def places(value: Any, at: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
+    """Yield the path of every field below *value*, free tables left out."""
+    entries: Any = ()
+    if isinstance(value, dict):
+        entries = value.items()
+    elif isinstance(value, list):
+        entries = enumerate(value)
+    for key, entry in entries:
+        path = (*at, key)
+        yield path
+        if ".".join(map(str, path)) not in FREE:
+            yield from places(entry, path)
+
+
+def parent_of(table: Any, path: tuple[Any, ...]) -> Any:
+    for key in path[:-1]:
+        table = table[key]
+    return table
+
+
+def assert_refused(table: Any) -> ModelFileError:
+    with pytest.raises(ModelFileError) as caught:
+        parse_model(json.dumps(table), "file.json")
+    text = str(caught.value)
+    assert "\n" not in text
+    assert text.startswith("file.json: ")
+    return caught.value
+
+
+def refusal_of(read: Callable[[], object]) -> str:
+    """Return what a refusal says; empty when there is none. Any other exception goes through."""
+    try:
+        read()
+    except ModelFileError as error:
+        return str(error)
+    return ""
+
+
+def test_a_written_file_is_read_back_the_same(
+    five_point_table: dict[str, Any], tmp_path: Path
+) -> None:
+    path = tmp_path / "c.json"
+    path.write_text(model_text(five_point_table), encoding="utf-8")
+    model = load_model(path)
+    assert model.table == five_point_table
+    assert model.chosen == (3, 0)
+    assert [one.name for one in model.sensors] == ["T1", "T2", "T3", "T4"]
+    assert model.limits.tool_length_mm == (0.0, 200.0)
+
+
+def test_every_field_is_needed(
+    five_point_table: dict[str, Any], direct_table: dict[str, Any]
+) -> None:
+    for table in (five_point_table, direct_table):
+        tried = 0
+        for path in places(table):
+            # Notes, runs and sensors that the model does not use may be any number.
+            if path[:2] in {("provenance", "notes"), ("provenance", "runs")} and len(path) == 3:
+                continue
+            if path in {("sensors", 1), ("sensors", 2)}:
+                continue
+            damaged = copy.deepcopy(table)
+            del parent_of(damaged, path)[path[-1]]
+            assert_refused(damaged)
+            tried += 1
+        assert tried > 50
+
+
+def may_hold(field: str, junk: Any) -> bool:
+    """Return whether the junk happens to be allowed in the field."""
+    if junk is None:
+        return field == "created" or field.endswith("stale_after_s")
+    if junk == []:
+        return field in {"provenance.runs", "provenance.notes"}
+    if junk == {"a": 1}:
+        return field in FREE
+    return isinstance(junk, str) and field.startswith("provenance.notes.")
+
+
+@pytest.mark.parametrize(
+    "junk", [None, True, "\x00", [], [[]], {"a": 1}, 1e400, -1e300, 10**400, "x" * 1000]
+)
+def test_every_field_refuses_what_it_cannot_hold(
+    five_point_table: dict[str, Any], direct_table: dict[str, Any], junk: Any
+) -> None:
+    for table in (five_point_table, direct_table):
+        for path in places(table):
+            if may_hold(".".join(map(str, path)), junk):
+                continue
+            damaged = copy.deepcopy(table)
+            parent_of(damaged, path)[path[-1]] = junk
+            # Infinity is no JSON: the whole file is refused. A renamed sensor shows in the choice.
+            assert assert_refused(damaged).place.split(".")[0] in {path[0], "", "chosen"}
+
+
+@settings(
+    max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
+@given(data=st.data())
+def test_any_change_gives_a_model_or_one_line(
+    five_point_table: dict[str, Any], data: st.DataObject
+) -> None:
+    damaged = copy.deepcopy(five_point_table)
+    for _ in range(data.draw(st.integers(1, 3))):
+        paths = list(places(damaged))
+        path = data.draw(st.sampled_from(paths))
+        json_value = st.recursive(
+            st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=20),
+            lambda inner: (
+                st.lists(inner, max_size=3) | st.dictionaries(st.text(), inner, max_size=3)
+            ),
+            max_leaves=4,
+        )
+        parent_of(damaged, path)[path[-1]] = data.draw(json_value)
+    told = refusal_of(lambda: parse_model(json.dumps(damaged), "f.json"))
+    assert "\n" not in told
+
+
+@settings(
+    max_examples=200, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
+@given(data=st.data())
+def test_any_damaged_bytes_give_a_model_or_one_line(
+    five_point_table: dict[str, Any], tmp_path: Path, data: st.DataObject
+) -> None:
+    content = bytearray(json.dumps(five_point_table).encode())
+    for _ in range(data.draw(st.integers(1, 4))):
+        at = data.draw(st.integers(0, len(content) - 1))
+        content[at : at + data.draw(st.integers(0, 3))] = data.draw(st.binary(max_size=3))
+    path = tmp_path / "damaged.json"
+    path.write_bytes(bytes(content))
+    told = refusal_of(lambda: load_model(path))
+    assert "\n" not in told
+    assert not told or told.startswith(f"{path}: ")
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "told"),
+    [
+        ("format", 2, "newer version"),
+        ("format", 0, "whole number"),
+        ("kind", "other", "spindle-drift compensator"),
+        ("extra", 1, "not a known field"),
+        ("created", "31.1.2026", "date"),
+        ("chosen", ["T9"], "one of the sensors"),
+        ("chosen", ["T1", "T1"], "different"),
+        ("chosen", [], "1 to 4"),
+        ("input_form", "delta", "rise, absolute"),
+        ("name", "no good", "a name"),
+    ],
+)
+def test_a_refusal_says_what_is_allowed(
+    five_point_table: dict[str, Any], field: str, value: Any, told: str
+) -> None:
+    five_point_table[field] = value
+    error = assert_refused(five_point_table)
+    assert error.place.split(".")[0].strip("'") == field
+    assert told in str(error)
+
+
+def test_a_refusal_names_the_place_of_a_number(five_point_table: dict[str, Any]) -> None:
+    five_point_table["error_model"]["coefficients"][0][1] = "2"
+    assert assert_refused(five_point_table).place == "error_model.coefficients.0.1"
+
+
+def test_coefficients_must_fit_the_chosen_sensors(five_point_table: dict[str, Any]) -> None:
+    five_point_table["chosen"] = ["T1"]
+    error = assert_refused(five_point_table)
+    assert error.place == "error_model.coefficients.0"
+    assert "a list of 1 numbers" in str(error)
+
+
+def test_two_columns_for_one_axis_are_refused(direct_table: dict[str, Any]) -> None:
+    direct_table["geometry"]["axes"]["disp_z"]["axis"] = "X"
+    assert assert_refused(direct_table).place == "geometry.axes.disp_z.axis"
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("", "not JSON"),
+        ("[]", "must be a table"),
+        ("{", "not JSON"),
+        ('{"a": NaN}', "not a number"),
+        ('{"a": 1, "a": 2}', "stands twice"),
+        ('{"a": ' + "9" * 5000 + "}", "not allowed"),
+        ("[" * 100_000, "nested too deeply"),
+        (" " * (LARGEST_FILE + 1), "is larger than"),
+    ],
+)
+def test_what_is_no_table_is_refused(text: str, told: str) -> None:
+    with pytest.raises(ModelFileError, match=told) as caught:
+        parse_model(text, "file.json")
+    assert len(str(caught.value).splitlines()) == 1
+
+
+def test_a_file_that_cannot_be_read_is_refused(tmp_path: Path) -> None:
+    for path in (tmp_path / "none.json", tmp_path):
+        with pytest.raises(ModelFileError, match="cannot be read"):
+            load_model(path)
+    path = tmp_path / "binary.json"
+    path.write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(ModelFileError, match="UTF-8"):
+        load_model(path)
+    path.write_bytes(b" " * (LARGEST_FILE + 1))
+    with pytest.raises(ModelFileError, match="larger"):
+        load_model(path)
+
+
+def test_nothing_is_written_that_could_not_be_read(five_point_table: dict[str, Any]) -> None:
+    five_point_table["limits"]["hold_s"] = float("nan")
+    with pytest.raises(ModelFileError):
+        model_text(five_point_table)
+    five_point_table["limits"]["hold_s"] = -1.0
+    with pytest.raises(ModelFileError, match=r"limits\.hold_s"):
+        model_text(five_point_table)
