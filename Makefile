@@ -5,7 +5,9 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 FMUS := dist/compensator.fmu dist/plant.fmu
 
-.PHONY: demo test lint build bench clean
+TRAINING := training_down training_random training_stops training_warm_hall
+
+.PHONY: demo test lint build compensator bench clean
 .DELETE_ON_ERROR:
 
 $(STAMP): pyproject.toml
@@ -20,6 +22,12 @@ build: $(STAMP)
 demo: $(STAMP)
 	$(BIN)/python build_fmu.py
 	$(BIN)/spindle-drift run step_speed --out results/step_speed
+
+# Fits the compensator that ships with the package anew; the result is the same file, byte for byte.
+compensator: $(STAMP)
+	for run in $(TRAINING); do $(BIN)/spindle-drift simulate $$run -o build/training/$$run.csv || exit; done
+	$(BIN)/spindle-drift fit $(TRAINING:%=build/training/%.csv) --machine jig_borer --model mlr \
+	    --name jig_borer_mlr -o fmu_compensator/library/jig_borer_mlr.json
 
 lint: $(STAMP)
 	$(BIN)/ruff check .
