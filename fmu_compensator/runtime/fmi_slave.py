@@ -1,0 +1,219 @@
+"""The compensator as an FMU."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from fmu_compensator.runtime.compensator import STATUS_TEXTS, WAITING, Compensator
+from fmu_compensator.runtime.modelfile import Model, ModelFileError, load_model, parse_model
+from fmu_packaging.slave import DriftSlave, FmuError
+from fmu_packaging.variables import Variable
+
+MODEL_FILE = "compensator.json"
+"""The bundled compensator file, in the FMU's resources."""
+
+REALS = ("dX", "dY", "dZ", "elongation", "yaw", "pitch")
+USUAL_TEMPERATURE, USUAL_TOOL = 20.0, 150.0  # start values [degC, mm]
+WIDEST_UM, LONGEST_MM = 1e5, 2000.0  # what any compensator file may ask for
+
+
+class CompensatorSlave(DriftSlave):
+    """Temperatures, speed and tool length in; axis offsets, pose and status out."""
+
+    def __init__(self, **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+        self._reals = [self.refs[name] for name in REALS]
+        self._valid, self._text = self.refs["valid"], self.refs["status_text"]
+        self._codes = [self.refs["status"], self.refs["status_sensor"]]
+
+    def declare(self) -> Sequence[Variable]:
+        """Return the variables that the bundled file asks for."""
+        self._bundled = parse_model(self.resource(MODEL_FILE), MODEL_FILE)
+        return variables(self._bundled)
+
+    def begin(self) -> None:
+        """Start from the bundled file, or from the one that the parameter names.
+
+        Raises
+        ------
+        FmuError
+            If that file cannot be used here.
+        """
+        path = str(self.parameters["model_file"])
+        model = _other_model(path, self._bundled) if path else self._bundled
+        known = [sensor.name for sensor in self._bundled.sensors]
+        places = [known.index(sensor.name) for sensor in model.sensors]
+        self._places = None if places == list(range(len(known))) else places
+        # A sensor is blamed by its number among this FMU's inputs, whichever file is in use.
+        self._numbers = [0, *(place + 1 for place in places)]
+        self._compensator = Compensator(model)
+        self.outputs.update(dict.fromkeys(self._reals, 0.0))
+        self.put("valid", False)
+        self.put("status", WAITING)
+        self.put("status_sensor", 0)
+        self.put("status_text", STATUS_TEXTS[WAITING])
+
+    def advance(self, time_s: float, step_s: float) -> None:
+        """Take in the sample at *time_s*; the outputs are those at the end of the step."""
+        *temperatures, speed, tool_length = self.inputs.values()
+        if self._places is not None:
+            temperatures = [temperatures[place] for place in self._places]
+        found = self._compensator.step(time_s, step_s, temperatures, speed, tool_length)
+        self.outputs.update(zip(self._reals, found[:6], strict=True))
+        codes = (found.status, self._numbers[found.status_sensor])
+        self.results["integer"].update(zip(self._codes, codes, strict=True))
+        self.results["boolean"][self._valid] = found.valid
+        self.results["string"][self._text] = found.status_text
+
+    def hidden(self) -> dict[str, Any]:
+        """Return the compensator's memory."""
+        return self._compensator.state()
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Continue from a memory."""
+        self._compensator.restore(state)
+
+
+def variables(model: Model) -> list[Variable]:
+    """Return the FMU's variables for a compensator file.
+
+    Parameters
+    ----------
+    model : Model
+        Its sensors become the temperature inputs, in its order.
+    """
+    used = {model.sensors[index].name for index in model.chosen}
+    low, high = model.limits.tool_length_mm
+    declared = [
+        Variable(
+            sensor.name,
+            "real",
+            "input",
+            f"Temperature {sensor.name}, "
+            + ("used by the error model" if sensor.name in used else "not used by the bundled file")
+            + "; NaN: missing",
+            unit="degC",
+            low=-60.0,
+            high=400.0,
+            nominal=20.0,
+            start=USUAL_TEMPERATURE,
+        )
+        for sensor in model.sensors
+    ]
+    declared += [
+        Variable(
+            "speed",
+            "real",
+            "input",
+            "Spindle speed; NaN: not known",
+            unit="rpm",
+            low=-1e6,
+            high=1e6,
+            nominal=1e4,
+        ),
+        Variable(
+            "tool_length",
+            "real",
+            "input",
+            f"From the gauge line to the tool tip; the bundled file allows {low:g} to {high:g} mm",
+            unit="mm",
+            low=-LONGEST_MM,
+            high=LONGEST_MM,
+            nominal=100.0,
+            start=min(max(USUAL_TOOL, low), high),
+        ),
+    ]
+    declared += [
+        _output(
+            f"d{axis}",
+            f"Offset to send to the {axis} axis: the drift of the tool tip with the opposite sign; "
+            f"the bundled file stays within {model.limits.offset_um:g} um",
+            "um",
+        )
+        for axis in "XYZ"
+    ]
+    return [
+        *declared,
+        _output(
+            "elongation", "Predicted growth of the spindle, its nose towards -Z positive", "um"
+        ),
+        _output("yaw", "Predicted tilt in the XZ plane", "urad"),
+        _output("pitch", "Predicted tilt in the YZ plane", "urad"),
+        Variable(
+            "valid",
+            "boolean",
+            "output",
+            "True while the offsets follow the model",
+            depends_at_start=(),
+        ),
+        Variable(
+            "status",
+            "integer",
+            "output",
+            "0 ok, 1 waiting, 2 outside training, 3 recovering, 11 to 14 holding, 21 to 24 ramping "
+            "to zero, 31 to 34 at zero; units: 1 missing, 2 implausible, 3 too fast, 4 stale",
+            low=0,
+            high=34,
+            depends_at_start=(),
+        ),
+        Variable(
+            "status_sensor",
+            "integer",
+            "output",
+            "Number of the temperature input to blame, from 1; 0: none",
+            low=0,
+            high=len(model.sensors),
+            depends_at_start=(),
+        ),
+        Variable(
+            "status_text",
+            "string",
+            "output",
+            "The status in words, with its cause",
+            depends_at_start=(),
+        ),
+        Variable(
+            "model_file",
+            "string",
+            "parameter",
+            "Path of another compensator file to use; empty: the bundled one. Its sensors must be "
+            "among this FMU's temperature inputs",
+        ),
+    ]
+
+
+def _output(name: str, description: str, unit: str) -> Variable:
+    return Variable(
+        name,
+        "real",
+        "output",
+        description,
+        unit=unit,
+        low=-WIDEST_UM,
+        high=WIDEST_UM,
+        nominal=10.0,
+        depends_at_start=(),
+    )
+
+
+def _other_model(path: str, bundled: Model) -> Model:
+    """Read the file that a user named.
+
+    Raises
+    ------
+    FmuError
+        If it cannot be read, or asks for a temperature that this FMU has no input for.
+    """
+    try:
+        model = load_model(path)
+    except ModelFileError as error:
+        raise FmuError(f"model_file: {error}") from None
+    known = [sensor.name for sensor in bundled.sensors]
+    for number, sensor in enumerate(model.sensors):
+        if sensor.name not in known:
+            raise FmuError(
+                f"model_file: {path}: sensors.{number}.name: {sensor.name!r} is not allowed: this"
+                f" FMU's temperature inputs are {', '.join(known)}"
+            )
+    return model

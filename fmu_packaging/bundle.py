@@ -1,0 +1,231 @@
+"""Copies of the modules that a slave needs, all under one root package of its own.
+
+Two FMUs in one process share `sys.modules`, and so does an FMU with the program that loads it. So
+every bundled module lives under a root package whose name holds a hash of the content, and the
+absolute imports of bundled packages are rewritten to that root. An import is located with `ast`;
+nothing else in a module changes.
+"""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+import importlib.util
+import re
+import sys
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+VENDORED = "pythonfmu"
+"""Travels under the root too, without its own ``__init__``, which would import its builder."""
+
+
+class BundleError(ValueError):
+    """A module that cannot be bundled; the text names file, line and import."""
+
+
+@dataclass(frozen=True)
+class _Import:
+    """One absolute import: where the module's name stands, and which modules it may mean."""
+
+    line: int
+    column: int
+    module: str
+    candidates: tuple[str, ...]
+    binds_top: bool = False
+
+
+@dataclass(frozen=True)
+class Bundle:
+    """Modules by their original dotted names, with the source as it stands in this project.
+
+    Attributes
+    ----------
+    sources : dict of str to str
+        Source by dotted name, packages included.
+    packages : frozenset of str
+        Those that are packages.
+    third_party : frozenset of str
+        Top-level names of other packages that they import.
+    """
+
+    sources: dict[str, str]
+    packages: frozenset[str]
+    third_party: frozenset[str] = frozenset()
+    roots: frozenset[str] = field(default=frozenset())
+
+    def digest(self) -> str:
+        """Return a hash of all names and sources."""
+        state = hashlib.sha256()
+        for name in sorted(self.sources):
+            state.update(f"{name}\0{self.sources[name]}\0".encode())
+        return state.hexdigest()
+
+    def files(self, root: str) -> dict[str, str]:
+        """Return the files of the bundle under the root package *root*, by path."""
+        found = {f"{root}/__init__.py": ""}
+        for name, source in self.sources.items():
+            path = name.replace(".", "/") + ("/__init__.py" if name in self.packages else ".py")
+            found[f"{root}/{path}"] = rewritten(source, root, self.roots, name)
+        return found
+
+
+def collect(
+    entry: str,
+    roots: Iterable[str],
+    whole: Iterable[str] = (),
+    allowed: Iterable[str] = (),
+) -> Bundle:
+    """Return the modules that *entry* needs, found by following its imports.
+
+    Parameters
+    ----------
+    entry : str
+        Dotted name of the module that holds the slave.
+    roots : iterable of str
+        Top-level packages to bundle. Imports of any other package but the standard library's and
+        *allowed* are refused.
+    whole : iterable of str
+        Packages of which every module is needed, because they are found by walking a folder.
+    allowed : iterable of str
+        Top-level packages that the host's Python must have.
+
+    Raises
+    ------
+    BundleError
+        For an import that the bundle could not satisfy.
+    """
+    ours = frozenset(roots) | {VENDORED}
+    sources: dict[str, str] = {}
+    packages: set[str] = set()
+    outside: set[str] = set()
+    waiting = [entry, *whole, *(name for package in whole for name in _modules_in(package))]
+    while waiting:
+        name = waiting.pop()
+        if name in sources:
+            continue
+        path = _path_of(name)
+        if path.name == "__init__.py":
+            packages.add(name)
+        empty = name == VENDORED
+        sources[name] = "" if empty else path.read_text(encoding="utf-8")
+        if "." in name:
+            waiting.append(name.rpartition(".")[0])
+        for found in _imports(sources[name], name, name in packages):
+            top = found.module.partition(".")[0]
+            if top in ours:
+                waiting += [module for module in found.candidates if _exists(module)]
+            elif top in set(allowed):
+                outside.add(top)
+            elif top not in sys.stdlib_module_names:
+                raise BundleError(
+                    f"{path}:{found.line}: imports {found.module}, which an FMU does not carry"
+                )
+    return Bundle(sources, frozenset(packages), frozenset(outside), ours)
+
+
+def rewritten(source: str, root: str, ours: Iterable[str], name: str = "<module>") -> str:
+    """Return *source* with absolute imports of the packages *ours* rewritten to lie under *root*.
+
+    Raises
+    ------
+    BundleError
+        For ``import a.b`` without ``as``, which binds the top-level name.
+    """
+    lines = source.encode().splitlines(keepends=True)  # ast counts columns in bytes
+    tops = frozenset(ours)
+    found = [
+        entry
+        for entry in _imports(source, name, is_package=False, relative=False, typing_too=True)
+        if entry.module.partition(".")[0] in tops
+    ]
+    for entry in sorted(found, key=lambda item: (item.line, item.column), reverse=True):
+        if entry.binds_top:
+            raise BundleError(f"{name}:{entry.line}: write `from ... import` for {entry.module}")
+        line = lines[entry.line - 1]
+        before, after = line[: entry.column], line[entry.column :]
+        lines[entry.line - 1] = before + f"{root}.".encode() + after
+    return b"".join(lines).decode()
+
+
+def _imports(
+    source: str,
+    name: str,
+    is_package: bool,
+    relative: bool = True,
+    typing_too: bool = False,
+) -> list[_Import]:
+    """Return the imports of a module; those for type checkers are left out unless asked for."""
+    tree = ast.parse(source)
+    skipped = set() if typing_too else _typing_only(tree)
+    found: list[_Import] = []
+    for node in ast.walk(tree):
+        if node in skipped:
+            continue
+        if isinstance(node, ast.Import):
+            found += [
+                _Import(
+                    alias.lineno,
+                    alias.col_offset,
+                    alias.name,
+                    (alias.name,),
+                    binds_top=alias.asname is None,
+                )
+                for alias in node.names
+            ]
+        elif isinstance(node, ast.ImportFrom) and (relative or node.level == 0):
+            module = _resolved(node, name, is_package)
+            candidates = (module, *(f"{module}.{alias.name}" for alias in node.names))
+            line, column = _module_position(source, node)
+            found.append(_Import(line, column, module, candidates))
+    return found
+
+
+def _resolved(node: ast.ImportFrom, name: str, is_package: bool) -> str:
+    if not node.level:
+        return node.module or ""
+    dots = "." * node.level + (node.module or "")
+    return importlib.util.resolve_name(dots, name if is_package else name.rpartition(".")[0])
+
+
+def _module_position(source: str, node: ast.ImportFrom) -> tuple[int, int]:
+    """Return line and byte column of the module's name in a ``from`` import."""
+    line = source.encode().splitlines()[node.lineno - 1]
+    match = re.compile(rb"from\s+").match(line, node.col_offset)
+    return node.lineno, match.end() if match else node.col_offset
+
+
+def _typing_only(tree: ast.Module) -> set[ast.AST]:
+    """Return the nodes that stand under ``if TYPE_CHECKING``."""
+    return {
+        inner
+        for node in ast.walk(tree)
+        if isinstance(node, ast.If) and ast.unparse(node.test).endswith("TYPE_CHECKING")
+        for statement in node.body
+        for inner in ast.walk(statement)
+    }
+
+
+def _spec_origin(name: str) -> Path | None:
+    try:
+        spec = importlib.util.find_spec(name)
+    except ModuleNotFoundError:
+        return None
+    return Path(spec.origin) if spec and spec.origin else None
+
+
+def _exists(name: str) -> bool:
+    return _spec_origin(name) is not None
+
+
+def _path_of(name: str) -> Path:
+    path = _spec_origin(name)
+    if path is None:
+        raise BundleError(f"there is no module {name}")
+    return path
+
+
+def _modules_in(package: str) -> list[str]:
+    folder = _path_of(package).parent
+    return [f"{package}.{path.stem}" for path in sorted(folder.glob("*.py")) if path.stem[0] != "_"]

@@ -1,0 +1,193 @@
+"""modelDescription.xml from the variables that a slave declares."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from xml.etree import ElementTree as ET
+
+from fmu_packaging.slave import DriftSlave
+from fmu_packaging.units import BASES, DISPLAY, base_unit
+from fmu_packaging.variables import ZERO, Value, Variable
+
+PINNED_DATE = "2024-01-01T00:00:00Z"
+"""The same content must give the same bytes, so the date says nothing about the day of a build."""
+
+CAPABILITIES = {
+    # The slave runs in the Python that the host provides.
+    "needsExecutionTool": "true",
+    "canHandleVariableCommunicationStepSize": "true",
+    "canInterpolateInputs": "false",
+    "maxOutputDerivativeOrder": "0",
+    "canRunAsynchronuously": "false",
+    "canBeInstantiatedOnlyOncePerProcess": "false",
+    "canNotUseMemoryManagementFunctions": "true",
+    "canGetAndSetFMUstate": "true",
+    "canSerializeFMUstate": "true",
+    "providesDirectionalDerivative": "false",
+}
+
+
+@dataclass(frozen=True)
+class Identity:
+    """Who an FMU is.
+
+    Attributes
+    ----------
+    name : str
+        Model identifier and model name; a C identifier.
+    title, description : str
+        What it is, in a few words and in a sentence.
+    version : str
+        Version of the project.
+    stop_s, step_s : float
+        The default experiment [s].
+    """
+
+    name: str
+    title: str
+    description: str
+    version: str
+    stop_s: float
+    step_s: float
+    author: str = "spindle-drift"
+    licence: str = "MIT"
+    copyright: str = "Copyright the spindle-drift authors"
+
+
+def model_description(slave: DriftSlave, identity: Identity, guid: str) -> bytes:
+    """Return modelDescription.xml.
+
+    Parameters
+    ----------
+    slave : DriftSlave
+        An instance; its variables are described.
+    identity : Identity
+    guid : str
+
+    Raises
+    ------
+    UnitError
+        For a variable with a unit that is not understood.
+    """
+    variables = slave.variables
+    root = ET.Element(
+        "fmiModelDescription",
+        {
+            "fmiVersion": "2.0",
+            "modelName": identity.name,
+            "guid": guid,
+            "description": identity.description,
+            "author": identity.author,
+            "version": identity.version,
+            "copyright": identity.copyright,
+            "license": identity.licence,
+            "generationTool": f"spindle-drift {identity.version} with pythonfmu",
+            "generationDateAndTime": PINNED_DATE,
+            "variableNamingConvention": "structured",
+            "numberOfEventIndicators": "0",
+        },
+    )
+    ET.SubElement(root, "CoSimulation", {"modelIdentifier": identity.name, **CAPABILITIES})
+    _unit_definitions(root, variables)
+    categories = ET.SubElement(root, "LogCategories")
+    for name, text in slave.log_categories.items():
+        ET.SubElement(categories, "Category", {"name": name, "description": text})
+    ET.SubElement(
+        root,
+        "DefaultExperiment",
+        {
+            "startTime": "0",
+            "stopTime": _number(identity.stop_s),
+            "stepSize": _number(identity.step_s),
+        },
+    )
+    listed = ET.SubElement(root, "ModelVariables")
+    for reference, variable in enumerate(variables):
+        listed.append(_scalar_variable(variable, reference))
+    root.append(_structure(variables))
+    ET.indent(root)
+    body: bytes = ET.tostring(root, encoding="UTF-8", xml_declaration=True)
+    return body + b"\n"
+
+
+def _unit_definitions(root: ET.Element, variables: Sequence[Variable]) -> None:
+    definitions = ET.SubElement(root, "UnitDefinitions")
+    for name in sorted({variable.unit for variable in variables if variable.kind == "real"}):
+        unit = ET.SubElement(definitions, "Unit", {"name": name})
+        base = base_unit(name)
+        attributes = {power: str(base.powers[power]) for power in BASES if power in base.powers}
+        if base.factor != 1.0:
+            attributes["factor"] = _number(base.factor)
+        if base.offset:
+            attributes["offset"] = _number(base.offset)
+        ET.SubElement(unit, "BaseUnit", attributes)
+        for shown, (factor, offset) in DISPLAY.get(name, {}).items():
+            display = {"name": shown, "factor": _number(factor)}
+            if offset:
+                display["offset"] = _number(offset)
+            ET.SubElement(unit, "DisplayUnit", display)
+
+
+def _scalar_variable(variable: Variable, reference: int) -> ET.Element:
+    element = ET.Element(
+        "ScalarVariable",
+        {
+            "name": variable.name,
+            "valueReference": str(reference),
+            "description": variable.description,
+            "causality": variable.causality,
+            "variability": str(variable.variability),
+            # An input has no such attribute: its start value is always exact.
+            **({"initial": "calculated"} if variable.is_output else {}),
+            **({"initial": "exact"} if variable.is_parameter else {}),
+        },
+    )
+    attributes: dict[str, str] = {}
+    if variable.kind == "real":
+        attributes["unit"] = variable.unit
+        if variable.display_unit:
+            attributes["displayUnit"] = variable.display_unit
+    for key, value in (("min", variable.low), ("max", variable.high)):
+        if value is not None and variable.kind in {"real", "integer"}:
+            attributes[key] = _number(value if variable.kind == "real" else int(value))
+    if variable.nominal is not None and variable.kind == "real":
+        attributes["nominal"] = _number(variable.nominal)
+    if not variable.is_output:
+        attributes["start"] = _number(
+            ZERO[variable.kind] if variable.start is None else variable.start
+        )
+    ET.SubElement(element, variable.kind.capitalize(), attributes)
+    return element
+
+
+def _structure(variables: Sequence[Variable]) -> ET.Element:
+    """Return the ModelStructure.
+
+    Outputs are computed in a step from inputs held during it, so at a communication point no
+    output depends on an input: the list of dependencies is empty. Before the first step each
+    depends on what its variable declares.
+    """
+    structure = ET.Element("ModelStructure")
+    positions = {variable.name: number for number, variable in enumerate(variables, start=1)}
+    outputs = [variable for variable in variables if variable.is_output]
+    for tag in ("Outputs", "InitialUnknowns") if outputs else ():
+        group = ET.SubElement(structure, tag)
+        for variable in outputs:
+            attributes = {"index": str(positions[variable.name])}
+            if tag == "Outputs":
+                attributes["dependencies"] = ""
+            elif variable.depends_at_start is not None:
+                known = sorted(positions[name] for name in variable.depends_at_start)
+                attributes["dependencies"] = " ".join(map(str, known))
+            ET.SubElement(group, "Unknown", attributes)
+    return structure
+
+
+def _number(value: Value) -> str:
+    """Return a value as XML writes it; floats in full."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, float):
+        return repr(int(value)) if value.is_integer() and abs(value) < 1e15 else repr(value)
+    return str(value)

@@ -1,0 +1,117 @@
+"""documentation/index.html: what the FMU does, its variables, how to use it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from html import escape
+
+from fmu_packaging.description import Identity
+from fmu_packaging.variables import Variable
+
+STYLE = """
+body { font: 16px/1.5 system-ui, sans-serif; max-width: 62rem; margin: 2rem auto; padding: 0 1rem;
+       color: #1c2733; background: #fff; }
+h1 { margin-bottom: 0; } h2 { margin-top: 2.2rem; border-bottom: 1px solid #d5dde5; }
+.lead { color: #4a5b6c; margin-top: .2rem; }
+table { border-collapse: collapse; width: 100%; font-size: .9rem; }
+th, td { text-align: left; vertical-align: top; padding: .3rem .6rem;
+         border-bottom: 1px solid #e4e9ee; }
+td.n { text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap; }
+code, pre { background: #f3f6f9; border-radius: 3px; } pre { padding: .8rem; overflow-x: auto; }
+"""
+
+HOSTS = """
+<p>Co-simulation, FMI 2.0, any communication step above zero. Outputs change only in a step: with
+inputs <i>u</i> held from <i>t</i> to <i>t + h</i>, the outputs read afterwards are those at
+<i>t + h</i>. State can be saved, restored and serialised, and a restored FMU continues bit for bit.
+An error inside a step is logged with its cause and the step is discarded.</p>
+<p>The FMU runs in Python 3.11 or newer, which the host provides{needs}. Binaries: linux64 and
+win64. A host that is not a Python program must have the Python library loaded first (on Linux:
+<code>LD_PRELOAD=libpython3.11.so</code>). Switch logging on in the host to see the FMU's messages;
+errors also go to standard error. Extract the FMU into a folder whose path has no characters that a
+URI would write as a percent code, spaces excepted: pythonfmu's binary cannot read them.</p>
+"""
+
+
+@dataclass(frozen=True)
+class Page:
+    """The parts of the page that belong to one FMU, as HTML; `sections` are (title, HTML)."""
+
+    lead: str
+    sections: tuple[tuple[str, str], ...]
+
+
+def index_page(
+    page: Page, identity: Identity, variables: Sequence[Variable], needs: Sequence[str]
+) -> str:
+    """Return the whole page.
+
+    Parameters
+    ----------
+    page : Page
+    identity : Identity
+    variables : sequence of Variable
+    needs : sequence of str
+        Packages that the host's Python must have.
+    """
+    parts = [f"<h2>{escape(title)}</h2>\n{body}" for title, body in page.sections]
+    for causality, title in (
+        ("input", "Inputs"),
+        ("output", "Outputs"),
+        ("parameter", "Parameters"),
+    ):
+        chosen = [variable for variable in variables if variable.causality == causality]
+        if chosen:
+            parts.append(f"<h2>{title}</h2>\n{_table(chosen)}")
+    needed = f", with {' and '.join(needs)} installed" if needs else " (standard library only)"
+    parts.append(f"<h2>Running it</h2>\n{HOSTS.format(needs=escape(needed))}")
+    parts.append(
+        "<h2>Licence</h2>\n<p>MIT; see <a href='licenses/LICENSE.txt'>LICENSE</a>. The binaries and"
+        " the base class come from pythonfmu, <a href='licenses/pythonfmu.txt'>MIT</a>.</p>"
+    )
+    return (
+        "<!DOCTYPE html>\n<html lang='en'>\n<head>\n<meta charset='utf-8'>\n"
+        "<meta name='viewport' content='width=device-width, initial-scale=1'>\n"
+        f"<title>{escape(identity.title)}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n"
+        f"<h1>{escape(identity.title)}</h1>\n<p class='lead'>{page.lead}</p>\n"
+        + "\n".join(parts)
+        + f"\n<p class='lead'>spindle-drift {escape(identity.version)}</p>\n</body>\n</html>\n"
+    )
+
+
+def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """Return an HTML table of plain text."""
+    first = "".join(f"<th>{escape(cell)}</th>" for cell in head)
+    body = "".join(
+        "<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>\n" for row in rows
+    )
+    return f"<table>\n<tr>{first}</tr>\n{body}</table>"
+
+
+def _table(variables: Sequence[Variable]) -> str:
+    rows = "".join(
+        f"<tr><td><code>{escape(variable.name)}</code></td><td>{variable.kind}</td>"
+        f"<td>{escape(variable.unit) if variable.kind == 'real' else ''}</td>"
+        f"<td class='n'>{_range(variable)}</td><td class='n'>{_start(variable)}</td>"
+        f"<td>{escape(variable.description)}</td></tr>\n"
+        for variable in variables
+    )
+    head = "".join(f"<th>{cell}</th>" for cell in ("Name", "Type", "Unit", "Range", "Start", ""))
+    return f"<table>\n<tr>{head}</tr>\n{rows}</table>"
+
+
+def _range(variable: Variable) -> str:
+    if variable.low is None and variable.high is None:
+        return ""
+    low = "-∞" if variable.low is None else f"{variable.low:g}"
+    high = "∞" if variable.high is None else f"{variable.high:g}"
+    return f"{low} … {high}"
+
+
+def _start(variable: Variable) -> str:
+    if variable.is_output or variable.start is None:
+        return ""
+    return escape(
+        f"{variable.start:g}" if isinstance(variable.start, float) else str(variable.start)
+    )

@@ -1,0 +1,184 @@
+"""A complete FMU as files, and as a zip whose bytes depend on its content only."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib
+import io
+import os
+import tempfile
+import uuid
+import zipfile
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import pythonfmu
+
+from fmu_packaging.bundle import collect
+from fmu_packaging.description import Identity, model_description
+from fmu_packaging.documentation import Page, index_page
+from fmu_packaging.slave import DriftSlave
+
+PINNED_TIME = (1980, 1, 1, 0, 0, 0)
+LICENCE = Path(__file__).resolve().parent.parent / "LICENSE"
+
+SCRIPT = """\
+import ctypes
+
+from {module} import {slave}
+
+__all__ = ["{slave}"]
+
+# pythonfmu's binary runs this file for every instance and then gives up a reference to its globals
+# that it never had. Without one more each time, the globals are freed while they are in use.
+ctypes.pythonapi.Py_IncRef(ctypes.py_object(globals()))
+"""
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """What an FMU is made of.
+
+    Attributes
+    ----------
+    identity : Identity
+    module, slave : str
+        Dotted name of the module that defines the slave, and the class's name.
+    roots : tuple of str
+        Top-level packages that may be bundled.
+    whole : tuple of str
+        Packages found by walking a folder, bundled in full.
+    third_party : dict of str to str
+        Packages that the host's Python must have, with a version for ``requirements.txt``.
+    data : dict of str to bytes
+        Files in the resources folder, by name.
+    page : Page
+        What the documentation says.
+    icon : bytes
+        The picture of the FMU, PNG.
+    """
+
+    identity: Identity
+    module: str
+    slave: str
+    roots: tuple[str, ...]
+    page: Page
+    icon: bytes
+    whole: tuple[str, ...] = ()
+    third_party: Mapping[str, str] = field(default_factory=dict)
+    data: Mapping[str, bytes] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Package:
+    """A built FMU: its files by path, its GUID, its bytes and an instance of its slave."""
+
+    name: str
+    guid: str
+    files: Mapping[str, bytes]
+    slave: DriftSlave
+
+    def zipped(self) -> bytes:
+        """Return the FMU; the same files give the same bytes."""
+        stream = io.BytesIO()
+        with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
+            for path in sorted(self.files):
+                entry = zipfile.ZipInfo(path, PINNED_TIME)
+                entry.compress_type = zipfile.ZIP_DEFLATED
+                entry.create_system = 3  # the same on every system
+                entry.external_attr = 0o644 << 16
+                archive.writestr(entry, self.files[path], compresslevel=9)
+        return stream.getvalue()
+
+
+def build(recipe: Recipe) -> Package:
+    """Return the FMU of a recipe.
+
+    Raises
+    ------
+    BundleError
+        For a module that imports what an FMU does not carry.
+    UnitError
+        For a variable with a unit that is not understood.
+    """
+    name = recipe.identity.name
+    bundle = collect(recipe.module, recipe.roots, recipe.whole, recipe.third_party)
+    content = hashlib.sha256(f"{bundle.digest()}\0{recipe.slave}\0{name}".encode())
+    for path in sorted(recipe.data):
+        content.update(path.encode() + b"\0" + hashlib.sha256(recipe.data[path]).digest())
+    root = f"drift_{name}_{content.hexdigest()[:16]}"
+    script = f"{root}_slave"
+
+    files = {f"resources/{path}": text.encode() for path, text in bundle.files(root).items()}
+    files |= {f"resources/{path}": data for path, data in recipe.data.items()}
+    files["resources/slavemodule.txt"] = script.encode()
+    files[f"resources/{script}.py"] = SCRIPT.format(
+        module=f"{root}.{recipe.module}", slave=recipe.slave
+    ).encode()
+    needed = sorted(bundle.third_party)
+    if needed:
+        lines = [f"{package}{recipe.third_party[package]}\n" for package in needed]
+        files["resources/requirements.txt"] = "".join(lines).encode()
+    files |= _binaries(name)
+    files["model.png"] = recipe.icon
+    files["documentation/licenses/LICENSE.txt"] = LICENCE.read_bytes()
+    files["documentation/licenses/pythonfmu.txt"] = _pythonfmu_licence()
+
+    slave = _instance(recipe)
+    page = index_page(recipe.page, recipe.identity, slave.variables, needed)
+    files["documentation/index.html"] = page.encode()
+    files["modelDescription.xml"] = model_description(slave, recipe.identity, guid="")
+    guid = _guid(files)
+    files["modelDescription.xml"] = model_description(slave, recipe.identity, guid)
+    return Package(name, guid, files, slave)
+
+
+def write_bytes(path: Path, data: bytes) -> None:
+    """Write a file under a temporary name, then rename it: nobody sees it half-written."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+    try:
+        with os.fdopen(handle, "wb") as stream:
+            stream.write(data)
+        Path(temporary).chmod(0o644)
+        Path(temporary).replace(path)
+    except BaseException:
+        Path(temporary).unlink(missing_ok=True)
+        raise
+
+
+def _instance(recipe: Recipe) -> DriftSlave:
+    """Return an instance of the slave as it stands in this project, with the recipe's data."""
+    kind: Any = getattr(importlib.import_module(recipe.module), recipe.slave)
+    with tempfile.TemporaryDirectory(prefix="fmu_") as folder:
+        for path, data in recipe.data.items():
+            (Path(folder) / path).write_bytes(data)
+        slave: DriftSlave = kind(instance_name=recipe.identity.name, resources=folder)
+    return slave
+
+
+def _binaries(name: str) -> dict[str, bytes]:
+    folder = Path(pythonfmu.__file__).parent / "resources" / "binaries"
+    return {
+        f"binaries/{path.parent.name}/{name}{path.suffix}": path.read_bytes()
+        for path in sorted(folder.glob("*/*"))
+        if path.suffix in {".so", ".dll", ".dylib"}
+    }
+
+
+def _pythonfmu_licence() -> bytes:
+    """Return the licence of the binaries and the base class that every FMU carries."""
+    for entry in metadata.files("pythonfmu") or ():
+        if entry.name.upper().startswith("LICEN"):
+            return entry.locate().read_bytes()  # type: ignore[attr-defined, no-any-return]
+    raise FileNotFoundError("the installed pythonfmu has no licence file")
+
+
+def _guid(files: Mapping[str, bytes]) -> str:
+    state = hashlib.sha256()
+    for path in sorted(files):
+        state.update(path.encode() + b"\0" + hashlib.sha256(files[path]).digest())
+    return "{" + str(uuid.UUID(bytes=state.digest()[:16], version=5)) + "}"

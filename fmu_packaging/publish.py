@@ -1,0 +1,77 @@
+"""Check a package and put it into a folder, with its reference results; all of it or nothing."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from fmpy.validation import validate_fmu
+
+from fmu_packaging.package import Package, write_bytes
+from fmu_packaging.reference import Profile, RunError, input_csv, options_text, run_apart
+
+
+class PublishError(RuntimeError):
+    """An FMU that is not fit to be handed out; the text says why, a line per problem."""
+
+
+@dataclass(frozen=True)
+class Reference:
+    """How the reference run is driven: inputs over time, length, step [s]."""
+
+    profiles: Mapping[str, Profile]
+    stop_s: float
+    step_s: float
+    every_s: float = 60.0
+
+
+def publish(package: Package, folder: Path, reference: Reference) -> tuple[Path, bool]:
+    """Validate an FMU, run it in a fresh process, and write it with its reference results.
+
+    Parameters
+    ----------
+    package : Package
+    folder : Path
+        Made if missing. What is there stays in place unless everything is in order.
+    reference : Reference
+
+    Returns
+    -------
+    path : Path
+        The FMU.
+    written : bool
+        False if the same FMU was there already.
+
+    Raises
+    ------
+    PublishError
+        If the validation finds a problem or the run fails.
+    """
+    target = folder / f"{package.name}.fmu"
+    data = package.zipped()
+    inputs = input_csv(reference.profiles, reference.stop_s, reference.every_s)
+    beside = {
+        folder / f"{package.name}_in.csv": inputs,
+        folder / f"{package.name}_ref.opt": options_text(reference.stop_s, reference.step_s),
+    }
+    result = folder / f"{package.name}_ref.csv"
+    same = target.is_file() and target.read_bytes() == data and result.is_file()
+    if same and all(path.is_file() and path.read_text() == text for path, text in beside.items()):
+        return target, False
+    with tempfile.TemporaryDirectory(prefix="fmu_check_") as apart:
+        candidate = Path(apart) / target.name
+        candidate.write_bytes(data)
+        problems = validate_fmu(str(candidate))
+        if problems:
+            raise PublishError("\n".join(problems))
+        try:
+            found = run_apart(candidate, inputs, reference.stop_s, reference.step_s)
+        except RunError as error:
+            raise PublishError(f"the reference run failed:\n{error}") from None
+    for path, text in {**beside, result: found}.items():
+        write_bytes(path, text.encode())
+    # Last, so that an FMU in the folder always has its own reference results beside it.
+    write_bytes(target, data)
+    return target, True

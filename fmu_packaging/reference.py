@@ -1,0 +1,121 @@
+"""A reference run of an FMU, in the form that the FMI cross-check rules ask for.
+
+Run as a program of its own, so that the FMU meets a process that knows nothing of this project:
+``python reference.py FMU INPUT.csv RESULT.csv STOP STEP``.
+"""
+
+from __future__ import annotations
+
+import math
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+Profile = Callable[[float], float]
+
+DECIMALS = 6
+"""Of a result. What lies below is rounding error, and that differs between processors."""
+
+
+class RunError(RuntimeError):
+    """The FMU did not get through its reference run; the text is what it printed."""
+
+
+def input_csv(profiles: Mapping[str, Profile], stop_s: float, every_s: float) -> str:
+    """Return ``<name>_in.csv``: inputs over time.
+
+    Parameters
+    ----------
+    profiles : dict of str to callable
+        The value of each input at a time [s].
+    stop_s, every_s : float
+        Length and spacing [s].
+    """
+    count = round(stop_s / every_s)
+    times = [index * every_s for index in range(count + 1)]
+    rows = [[time, *(profile(time) for profile in profiles.values())] for time in times]
+    return csv_text(["time", *profiles], rows)
+
+
+def csv_text(names: list[str], rows: list[list[float]]) -> str:
+    """Return a table in the cross-check form: quoted names, numbers in full."""
+    head = ",".join(f'"{name}"' for name in names)
+    return "\n".join([head, *(",".join(map(repr, row)) for row in rows)]) + "\n"
+
+
+def options_text(stop_s: float, step_s: float) -> str:
+    """Return ``<name>_ref.opt``."""
+    return f"StartTime, 0.0\nStopTime, {stop_s!r}\nStepSize, {step_s!r}\nRelTol, 1e-06\n"
+
+
+def run_apart(fmu: Path, inputs: str, stop_s: float, step_s: float) -> str:
+    """Run an FMU in a fresh process and return ``<name>_ref.csv``.
+
+    Raises
+    ------
+    RunError
+        If it fails or an output is not finite.
+    """
+    with tempfile.TemporaryDirectory(prefix="fmu_reference_") as folder:
+        given, result = Path(folder) / "in.csv", Path(folder) / "ref.csv"
+        given.write_text(inputs, encoding="utf-8")
+        arguments = [str(fmu.resolve()), str(given), str(result), repr(stop_s), repr(step_s)]
+        # -P keeps this folder off the path, -E the user's settings.
+        done = subprocess.run(
+            [sys.executable, "-P", "-E", __file__, *arguments],
+            capture_output=True,
+            text=True,
+            cwd=folder,
+            check=False,
+        )
+        if done.returncode or not result.is_file():
+            raise RunError((done.stderr + done.stdout).strip())
+        return result.read_text(encoding="utf-8")
+
+
+def _run(fmu: str, given: str, result: str, stop_s: float, step_s: float) -> None:
+    import fmpy
+    from fmpy.util import read_csv
+
+    description = fmpy.read_model_description(fmu)
+    outputs = [
+        variable
+        for variable in description.modelVariables
+        if variable.causality == "output" and variable.type != "String"
+    ]
+    found = fmpy.simulate_fmu(
+        fmu,
+        stop_time=stop_s,
+        output_interval=step_s,
+        input=read_csv(given),
+        output=[variable.name for variable in outputs],
+        debug_logging=True,
+    )
+    names = list(found.dtype.names)
+    reals = {"time"} | {variable.name for variable in outputs if variable.type == "Real"}
+    rows = [
+        [
+            # Adding zero turns -0.0 into 0.0.
+            round(float(row[name]), DECIMALS) + 0.0 if name in reals else int(row[name])
+            for name in names
+        ]
+        for row in found
+    ]
+    if len(rows) != round(stop_s / step_s) + 1:
+        raise SystemExit(f"the run has {len(rows)} rows")
+    bad = [
+        name
+        for row in rows
+        for name, value in zip(names, row, strict=True)
+        if not math.isfinite(value)
+    ]
+    if bad:
+        raise SystemExit(f"{bad[0]} is not finite")
+    Path(result).write_text(csv_text(names, rows), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    _, FMU, GIVEN, RESULT, STOP, STEP = sys.argv
+    _run(FMU, GIVEN, RESULT, float(STOP), float(STEP))

@@ -1,0 +1,368 @@
+"""The base of this project's FMUs: declared variables, flat storage, true states, causes.
+
+Facts about pythonfmu's binary that shape this module:
+
+- every call costs one Python call, so values lie in dicts by value reference and the four getters
+  and setters are overridden;
+- an exception that reaches the binary becomes ``fmi2Fatal``, the only failure status it can return
+  outside a step. It then gives up references to the instance, its class and its log queue that it
+  gives up again when the instance is freed, so `_fail` hands it one more of each;
+- a message is a format string for the host's logger, so a percent sign is doubled;
+- with logging off it drops every message, so the cause of an error goes to standard error too;
+- when the process ends it releases its static state twice, which now and then aborts a process that
+  had done its work, so `closing` releases it once, before.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import hashlib
+import json
+import sys
+import traceback
+from abc import abstractmethod
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NoReturn
+
+from pythonfmu.enums import Fmi2Status
+from pythonfmu.fmi2slave import Fmi2Slave
+
+from fmu_packaging.closing import close_in_order
+from fmu_packaging.variables import ZERO, Value, Variable
+
+STATE_FORMAT = 1
+KINDS = ("real", "integer", "boolean", "string")
+_resources: dict[tuple[str, str], str] = {}
+
+
+class FmuError(ValueError):
+    """Something the FMU cannot do; its text is one line that says what and why."""
+
+    def __repr__(self) -> str:
+        """Return the text alone: the binary logs an exception's representation."""
+        return str(self)
+
+
+class DriftSlave(Fmi2Slave):
+    """An FMU whose variables are declared as data.
+
+    A subclass says what its variables are (`declare`), how it starts (`begin`), how it advances
+    (`advance`), and what else its state is (`hidden`, `restore`). In these hooks it reads inputs
+    and parameters from `inputs`, `parameters` and sets outputs with `put`.
+
+    Attributes
+    ----------
+    variables : list of Variable
+        In the order of their value references.
+    refs : dict of str to int
+        Value reference of each variable.
+    inputs : dict of int to float
+        The real inputs by value reference, in the order declared.
+    outputs : dict of int to float
+        The real outputs by value reference.
+    settable, results : dict of str to dict
+        The same for every kind; `settable` holds the inputs, `results` the outputs.
+    parameters : dict of str to value
+        Parameters by name.
+    time_s : float
+        The time that has been reached [s].
+    """
+
+    def __init__(self, **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+        self.folder = Path(self.resources) if self.resources else Path()
+        close_in_order(self.folder)
+        self.variables: list[Variable] = list(self.declare())
+        self.refs = {variable.name: ref for ref, variable in enumerate(self.variables)}
+        self.parameters: dict[str, Value] = {}
+        self.settable: dict[str, dict[int, Any]] = {kind: {} for kind in KINDS}
+        self.results: dict[str, dict[int, Any]] = {kind: {} for kind in KINDS}
+        for ref, variable in enumerate(self.variables):
+            if variable.is_parameter:
+                self.parameters[variable.name] = _start(variable)
+            elif not variable.is_output:
+                self.settable[variable.kind][ref] = _start(variable)
+        self._counts = {kind: len(values) for kind, values in self.settable.items()}
+        self.inputs: dict[int, float] = self.settable["real"]
+        self.outputs: dict[int, float] = self.results["real"]
+        self._input_count = len(self.inputs)
+        self._input_starts = {kind: dict(values) for kind, values in self.settable.items()}
+        self.time_s = 0.0
+        self._running = False
+        self._broken = ""
+
+    # What a subclass says
+
+    @abstractmethod
+    def declare(self) -> Sequence[Variable]:
+        """Return the variables; *folder* holds the FMU's resources."""
+
+    @abstractmethod
+    def begin(self) -> None:
+        """Start from the inputs and parameters in force and set all outputs.
+
+        Raises
+        ------
+        FmuError
+            For a parameter that cannot be used.
+        """
+
+    @abstractmethod
+    def advance(self, time_s: float, step_s: float) -> None:
+        """Advance from *time_s* by *step_s* [s] with inputs held and set all outputs."""
+
+    def hidden(self) -> dict[str, Any]:
+        """Return the state that is in no variable, ready for JSON; not shared with later states."""
+        return {}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Continue from what `hidden` returned; `begin` has run with the same parameters."""
+
+    def resource(self, name: str) -> str:
+        """Return the text of a file in the FMU's resources.
+
+        Read once: a reset makes a new instance, and must not fail because a file has gone.
+        """
+        key = (str(self.folder), name)
+        if key not in _resources:
+            _resources[key] = (self.folder / name).read_text(encoding="utf-8")
+        return _resources[key]
+
+    def put(self, name: str, value: Value) -> None:
+        """Set one output."""
+        ref = self.refs[name]
+        self.results[self.variables[ref].kind][ref] = value
+
+    # Life of an instance
+
+    def setup_experiment(
+        self, start_time: float, stop_time: float | None = None, tolerance: float | None = None
+    ) -> None:
+        """Take the start time [s]."""
+        self.time_s = start_time
+
+    def exit_initialization_mode(self) -> None:
+        """Check the parameters and start; a failure is logged with its cause and is an error."""
+        if not self._started():
+            self._fail(self._broken)
+        self._running = True
+
+    def do_step(self, current_time: float, step_size: float) -> bool:
+        """Advance by a step; a failure is logged with its traceback and the step is discarded."""
+        try:
+            if not self._running:
+                raise FmuError(self._broken or "a step before the end of the initialisation")
+            if not step_size > 0.0:
+                raise FmuError(f"a step of {step_size:g} s: it must be above 0")
+            self.advance(current_time, step_size)
+        except Exception as error:
+            cause = traceback.format_exc() if not isinstance(error, FmuError) else str(error)
+            self.report(f"the step at {current_time:g} s failed: {cause}")
+            return False
+        self.time_s = current_time + step_size
+        return True
+
+    def _started(self) -> bool:
+        """Run `begin` unless it has run for the values in force; return whether it worked."""
+        if any(self.results.values()):
+            return True
+        try:
+            for name, value in self.parameters.items():
+                refusal = self.variables[self.refs[name]].refusal(value)
+                if refusal:
+                    raise FmuError(refusal)
+            self.begin()
+        except Exception as error:
+            for results in self.results.values():
+                results.clear()
+            self._broken = str(error) if isinstance(error, FmuError) else traceback.format_exc()
+            return False
+        self._broken = ""
+        return True
+
+    # Values
+
+    def get_real(self, vrs: list[int]) -> list[float]:
+        """Return real variables by value reference."""
+        try:
+            return list(map(self.outputs.__getitem__, vrs))
+        except KeyError:
+            return self._looked_up("real", vrs)
+
+    def get_integer(self, vrs: list[int]) -> list[int]:
+        """Return integer variables by value reference."""
+        return self._get("integer", vrs)
+
+    def get_boolean(self, vrs: list[int]) -> list[bool]:
+        """Return boolean variables by value reference."""
+        return self._get("boolean", vrs)
+
+    def get_string(self, vrs: list[int]) -> list[str]:
+        """Return string variables by value reference."""
+        return self._get("string", vrs)
+
+    def set_real(self, vrs: list[int], values: list[float]) -> None:
+        """Set real inputs and parameters by value reference."""
+        inputs = self.inputs
+        inputs.update(zip(vrs, values, strict=False))
+        if not self._running or len(inputs) != self._input_count:
+            self._settle("real", vrs, values)
+
+    def set_integer(self, vrs: list[int], values: list[int]) -> None:
+        """Set integer inputs and parameters by value reference."""
+        self._set("integer", vrs, values)
+
+    def set_boolean(self, vrs: list[int], values: list[bool]) -> None:
+        """Set boolean inputs and parameters by value reference."""
+        self._set("boolean", vrs, values)
+
+    def set_string(self, vrs: list[int], values: list[str]) -> None:
+        """Set string inputs and parameters by value reference."""
+        self._set("string", vrs, values)
+
+    def _get(self, kind: str, vrs: list[int]) -> list[Any]:
+        try:
+            return list(map(self.results[kind].__getitem__, vrs))
+        except KeyError:
+            return self._looked_up(kind, vrs)
+
+    def _looked_up(self, kind: str, vrs: list[int]) -> list[Any]:
+        """Return values of any causality; before the start, outputs are computed on demand."""
+        for ref in vrs:
+            self._known(kind, ref, "read")
+        if any(self.variables[ref].is_output for ref in vrs) and not self._started():
+            self.report(self._broken)
+        return [self._value(kind, ref) for ref in vrs]
+
+    def _value(self, kind: str, ref: int) -> Any:
+        variable = self.variables[ref]
+        if variable.is_parameter:
+            return self.parameters[variable.name]
+        if variable.is_output:
+            return self.results[kind].get(ref, float("nan") if kind == "real" else ZERO[kind])
+        return self.settable[kind][ref]
+
+    def _set(self, kind: str, vrs: list[int], values: list[Any]) -> None:
+        self.settable[kind].update(zip(vrs, values, strict=False))
+        if not self._running or len(self.settable[kind]) != self._counts[kind]:
+            self._settle(kind, vrs, values)
+
+    def _settle(self, kind: str, vrs: list[int], values: list[Any]) -> None:
+        """Sort out a set call that was not of inputs only, or came before the start."""
+        given = dict(zip(vrs, values, strict=False))
+        store = self.settable[kind]
+        for ref in set(store) - set(self._input_starts[kind]):
+            del store[ref]
+        for ref, value in given.items():
+            variable = self._known(kind, ref, "set")
+            if variable.is_output:
+                self._fail(f"{variable.name} cannot be set: it is an output")
+            if variable.is_parameter:
+                if self._running:
+                    self._fail(f"{variable.name} cannot be set after the start")
+                self.parameters[variable.name] = value
+        if not self._running:
+            for results in self.results.values():
+                results.clear()
+
+    def _known(self, kind: str, ref: int, verb: str) -> Variable:
+        """Return the variable of a kind and value reference, or fail."""
+        if not 0 <= ref < len(self.variables) or self.variables[ref].kind != kind:
+            self._fail(f"value reference {ref} cannot be {verb}: it is no {kind} variable")
+        return self.variables[ref]
+
+    # State
+
+    def _get_fmu_state(self) -> dict[str, Any]:
+        """Return everything that a continued trajectory needs."""
+        try:
+            hidden = json.dumps(self.hidden()) if self._running or self._started() else None
+        except Exception:
+            self._fail(f"the FMU state cannot be had: {traceback.format_exc()}")
+        return {
+            "format": STATE_FORMAT,
+            "model": f"{type(self).__module__}.{type(self).__name__}",
+            "time_s": self.time_s,
+            "running": self._running,
+            "parameters": dict(self.parameters),
+            "settable": {kind: list(values.values()) for kind, values in self.settable.items()},
+            "results": {kind: list(values.items()) for kind, values in self.results.items()},
+            "hidden": hidden,
+        }
+
+    def _set_fmu_state(self, state: dict[str, Any]) -> None:
+        """Continue from `_get_fmu_state`; a damaged or foreign state is refused unchanged."""
+        problem = self._state_problem(state)
+        if problem:
+            self._fail(f"the FMU state cannot be used: {problem}")
+        try:
+            if not self._running or state["parameters"] != self.parameters:
+                self.parameters = dict(state["parameters"])
+                self.begin()
+            if state["hidden"] is not None:
+                self.restore(json.loads(state["hidden"]))
+        except Exception:
+            self._fail(f"the FMU state cannot be used: {traceback.format_exc()}")
+        for kind in KINDS:
+            store = self.settable[kind]
+            store.update(zip(list(store), state["settable"][kind], strict=True))
+            results = self.results[kind]
+            results.clear()
+            results.update((int(ref), value) for ref, value in state["results"][kind])
+        self.time_s = state["time_s"]
+        self._running = state["running"]
+
+    def _state_problem(self, state: dict[str, Any]) -> str:
+        if "problem" in state:
+            return str(state["problem"])
+        own = f"{type(self).__module__}.{type(self).__name__}"
+        if state["format"] != STATE_FORMAT or state["model"] != own:
+            return f"it belongs to {state['model']}, format {state['format']}"
+        return ""
+
+    @staticmethod
+    def _fmu_state_to_bytes(state: dict[str, Any]) -> bytes:
+        """Return a state as bytes, a digest first; the same state gives the same bytes."""
+        body = json.dumps(state).encode()
+        return hashlib.sha256(body).digest() + body
+
+    @staticmethod
+    def _fmu_state_from_bytes(state: bytes) -> dict[str, Any]:
+        """Return a state from bytes; damaged bytes are refused when the state is set.
+
+        No exception here: no instance is at hand, so the binary could not be protected from it.
+        """
+        digest, body = state[:32], state[32:]
+        if hashlib.sha256(body).digest() != digest:
+            return {"problem": "its bytes are damaged"}
+        try:
+            table = json.loads(body)
+        except ValueError:
+            table = None
+        return table if isinstance(table, dict) and "model" in table else {"problem": "it is none"}
+
+    # Messages
+
+    def report(self, problem: str, status: Fmi2Status = Fmi2Status.error) -> None:
+        """Log a problem, and write it to standard error for hosts that have logging off."""
+        self.log(problem.strip().replace("%", "%%"), status)
+        if sys.stderr is not None:
+            print(f"{self.instance_name}: {problem.strip()}", file=sys.stderr, flush=True)
+
+    def _fail(self, problem: str) -> NoReturn:
+        """Refuse a call: the host sees a failure status and the cause in its log."""
+        pending = [entry.msg for entry in self.log_queue]
+        # The binary would log these while the exception is set, which loses them.
+        self.log_queue.clear()
+        if sys.stderr is not None:
+            print(f"{self.instance_name}: {problem.strip()}", file=sys.stderr, flush=True)
+        for shared in (self, type(self), self.log_queue):
+            ctypes.pythonapi.Py_IncRef(ctypes.py_object(shared))
+        raise FmuError("\n".join([*pending, problem.strip().replace("%", "%%")]))
+
+
+def _start(variable: Variable) -> Value:
+    """Return a start value in the type that the binary expects."""
+    start = ZERO[variable.kind] if variable.start is None else variable.start
+    return float(start) if variable.kind == "real" else start

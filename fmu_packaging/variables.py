@@ -1,0 +1,90 @@
+"""What an FMU declares about one variable."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+Value: TypeAlias = float | int | bool | str
+Kind: TypeAlias = Literal["real", "integer", "boolean", "string"]
+Causality: TypeAlias = Literal["input", "output", "parameter"]
+Variability: TypeAlias = Literal["continuous", "discrete", "fixed", "tunable"]
+
+ZERO: dict[str, Value] = {"real": 0.0, "integer": 0, "boolean": False, "string": ""}
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One variable of an FMU.
+
+    Attributes
+    ----------
+    name : str
+        Its name in the structured convention, for example ``links.front.conductance``.
+    kind : str
+        ``real``, ``integer``, ``boolean`` or ``string``.
+    causality : str
+        ``input``, ``output`` or ``parameter``.
+    description : str
+        What it is, in a line.
+    unit : str
+        Unit of a real variable, for example ``degC`` or ``W/K``; ``1`` for a pure number.
+    display_unit : str or None
+        The unit that a tool should show.
+    start : float, int, bool or str
+        Start value of an input or a parameter [unit].
+    low, high : float or int or None
+        The range of the values it may take [unit].
+    nominal : float or None
+        A typical magnitude [unit].
+    variability : str or None
+        None gives the usual one: a parameter is fixed, a real is continuous, the rest is discrete.
+    depends_at_start : tuple of str or None
+        For an output: the inputs and parameters that its initial value depends on; None means that
+        it may depend on all of them.
+    """
+
+    name: str
+    kind: Kind
+    causality: Causality
+    description: str
+    unit: str = "1"
+    display_unit: str | None = None
+    start: Value | None = None
+    low: float | None = None
+    high: float | None = None
+    nominal: float | None = None
+    variability: Variability | None = None
+    depends_at_start: tuple[str, ...] | None = None
+
+    def __post_init__(self) -> None:
+        """Complete what follows from the rest."""
+        if self.variability is None:
+            usual: Variability = "continuous" if self.kind == "real" else "discrete"
+            object.__setattr__(self, "variability", "fixed" if self.is_parameter else usual)
+        if self.start is None and not self.is_output:
+            object.__setattr__(self, "start", ZERO[self.kind])
+
+    @property
+    def is_output(self) -> bool:
+        """Whether the FMU computes it."""
+        return self.causality == "output"
+
+    @property
+    def is_parameter(self) -> bool:
+        """Whether it is set before the start and then stays."""
+        return self.causality == "parameter"
+
+    def refusal(self, value: Value) -> str:
+        """Return why *value* is not allowed, in a line; empty if it is.
+
+        NaN stands for a missing input, so only parameters must be finite.
+        """
+        if self.kind not in {"real", "integer"} or isinstance(value, str):
+            return ""
+        low = float("-inf") if self.low is None else self.low
+        high = float("inf") if self.high is None else self.high
+        if low <= value <= high:
+            return ""
+        unit = "" if self.unit == "1" else f" {self.unit}"
+        return f"{self.name}: {value:g} is not allowed: it must be {low:g} to {high:g}{unit}"

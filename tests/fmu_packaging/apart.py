@@ -1,0 +1,82 @@
+"""Runs a piece of Python in a fresh process that knows nothing of this project."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+PRELUDE = """
+import json, os, sys
+import fmpy
+from fmpy.fmi1 import FMICallException
+from fmpy.fmi2 import (FMU2Slave, fmi2CallbackAllocateMemoryTYPE, fmi2CallbackFreeMemoryTYPE,
+                       fmi2CallbackFunctions, fmi2CallbackLoggerTYPE)
+
+messages = []
+
+def _log(component, instance, status, category, message):
+    messages.append([status, message.decode()])
+
+callbacks = fmi2CallbackFunctions()
+callbacks.logger = fmi2CallbackLoggerTYPE(_log)
+callbacks.allocateMemory = fmi2CallbackAllocateMemoryTYPE(fmpy.calloc)
+callbacks.freeMemory = fmi2CallbackFreeMemoryTYPE(fmpy.free)
+from fmpy.logging import addLoggerProxy
+from ctypes import byref
+addLoggerProxy(byref(callbacks))
+
+def opened(path, folder=None):
+    description = fmpy.read_model_description(path)
+    # Unpacking over a binary that is loaded would end the process.
+    if folder is None or not os.path.isdir(folder):
+        folder = fmpy.extract(path, unzipdir=folder)
+    fmu = FMU2Slave(guid=description.guid, unzipDirectory=folder,
+                    modelIdentifier=description.coSimulation.modelIdentifier, instanceName="one")
+    fmu.instantiate(callbacks=callbacks, loggingOn=True)
+    fmu.setupExperiment(startTime=0.0)
+    fmu.refs = {v.name: v.valueReference for v in description.modelVariables}
+    fmu.outs = [v.valueReference for v in description.modelVariables
+                if v.causality == "output" and v.type == "Real"]
+    fmu.ins = [v.valueReference for v in description.modelVariables
+               if v.causality == "input" and v.type == "Real"]
+    return fmu
+
+def started(fmu, **reals):
+    fmu.enterInitializationMode()
+    fmu.setReal([fmu.refs[name] for name in reals], list(reals.values()))
+    fmu.exitInitializationMode()
+    return fmu
+
+def status_of(call, *args):
+    try:
+        call(*args)
+    except FMICallException as error:
+        return error.status
+    return 0
+
+def show(value):
+    print("RESULT" + json.dumps(value))
+"""
+
+
+def apart(code: str, *arguments: object, before: str = "", path: Path | None = None) -> Any:
+    """Return what *code* shows, run after the prelude; *before* runs first, *path* is importable.
+
+    The process must end well: a crash in the binary is a failure of the test.
+    """
+    flags = ["-P", "-E"]
+    where = f"import sys; sys.path.insert(0, {str(path)!r})\n" if path else ""
+    done = subprocess.run(
+        [sys.executable, *flags, "-c", where + before + PRELUDE + code, *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+    assert done.returncode == 0, f"exit code {done.returncode}\n{done.stderr}\n{done.stdout}"
+    lines = [line for line in done.stdout.splitlines() if line.startswith("RESULT")]
+    assert lines, done.stderr + done.stdout
+    return json.loads(lines[-1].removeprefix("RESULT"))

@@ -1,0 +1,45 @@
+"""The tiny FMUs of these tests."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from fmu_packaging.description import Identity
+from fmu_packaging.documentation import Page
+from fmu_packaging.package import Package, Recipe, build
+
+PAGE = Page("A test.", (("What it does", "<p>It adds up.</p>"),))
+
+
+def tiny_recipe(scale: float = 1.0, name: str = "tiny") -> Recipe:
+    """Return the recipe of the tiny FMU, whose sums are *scale* times the plain ones."""
+    return Recipe(
+        Identity(name, "Tiny", "A test.", "1.2.3", 10.0, 1.0),
+        "tests.fmu_packaging.tiny_slave",
+        "TinySlave",
+        roots=("tests", "fmu_packaging"),
+        page=PAGE,
+        icon=b"\x89PNG not looked at",
+        data={"scale.txt": str(scale).encode()},
+    )
+
+
+@pytest.fixture(scope="session")
+def tiny() -> Package:
+    """The tiny FMU."""
+    return build(tiny_recipe())
+
+
+@pytest.fixture
+def tiny_fmu(tmp_path: Path) -> Callable[..., str]:
+    """Return a function that writes a tiny FMU and returns its path."""
+
+    def write(scale: float = 1.0, name: str = "tiny") -> str:
+        path = tmp_path / f"{name}_{scale:g}.fmu"
+        path.write_bytes(build(tiny_recipe(scale, name)).zipped())
+        return str(path)
+
+    return write

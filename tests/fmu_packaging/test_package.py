@@ -1,0 +1,136 @@
+"""The package as files and bytes."""
+
+from __future__ import annotations
+
+import io
+import zipfile
+from pathlib import Path
+from xml.etree import ElementTree as ET
+
+import pytest
+from fmpy.validation import validate_fmu
+
+from fmu_packaging.package import Package, build
+from fmu_packaging.publish import PublishError, Reference, publish
+from tests.fmu_packaging.conftest import tiny_recipe
+
+
+def _description(package: Package) -> ET.Element:
+    return ET.fromstring(package.files["modelDescription.xml"])
+
+
+def test_validates_clean(tiny_fmu) -> None:  # type: ignore[no-untyped-def]
+    assert validate_fmu(tiny_fmu()) == []
+
+
+def test_the_same_content_gives_the_same_bytes(tiny: Package) -> None:
+    again = build(tiny_recipe())
+    assert again.guid == tiny.guid
+    assert again.zipped() == tiny.zipped()
+
+
+def test_other_content_gives_another_guid_and_other_modules(tiny: Package) -> None:
+    other = build(tiny_recipe(2.0))
+    assert other.guid != tiny.guid
+    names = [package.files["resources/slavemodule.txt"] for package in (tiny, other)]
+    assert names[0] != names[1]
+
+
+def test_holds_what_users_expect(tiny: Package) -> None:
+    names = set(zipfile.ZipFile(io.BytesIO(tiny.zipped())).namelist())
+    assert {
+        "modelDescription.xml",
+        "model.png",
+        "binaries/linux64/tiny.so",
+        "binaries/win64/tiny.dll",
+        "documentation/index.html",
+        "documentation/licenses/LICENSE.txt",
+        "documentation/licenses/pythonfmu.txt",
+    } <= names
+    assert not any(name.startswith("resources/pythonfmu/") for name in names)
+    assert b"MIT" in tiny.files["documentation/licenses/LICENSE.txt"]
+
+
+def test_every_variable_is_described(tiny: Package) -> None:
+    root = _description(tiny)
+    units = {unit.get("name") for unit in root.iter("Unit")}
+    for variable in root.iter("ScalarVariable"):
+        assert variable.get("description")
+        for real in variable.iter("Real"):
+            assert real.get("unit") in units
+    gain = next(v for v in root.iter("ScalarVariable") if v.get("name") == "gain")
+    assert gain.find("Real") is not None
+    assert gain[0].attrib == {"unit": "1", "min": "0", "max": "5", "start": "1"}
+    total = next(v for v in root.iter("ScalarVariable") if v.get("name") == "total")
+    assert total.get("initial") == "calculated"
+    assert "start" not in total[0].attrib
+
+
+def test_units_have_their_si_factors(tiny: Package) -> None:
+    units = {unit.get("name"): unit for unit in _description(tiny).iter("Unit")}
+    assert units["um"][0].attrib == {"m": "1", "factor": "1e-06"}
+    assert units["um/K"][0].attrib == {"m": "1", "K": "-1", "factor": "1e-06"}
+    assert [d.get("name") for d in units["um"].iter("DisplayUnit")] == ["mm"]
+
+
+def test_dependencies_are_what_the_slave_declares(tiny: Package) -> None:
+    root = _description(tiny)
+    names = [v.get("name") for v in root.iter("ScalarVariable")]
+
+    def listed(tag: str) -> dict[str, str | None]:
+        group = root.find(f"ModelStructure/{tag}")
+        assert group is not None
+        return {str(names[int(str(u.get("index"))) - 1]): u.get("dependencies") for u in group}
+
+    outputs = ["total", "count_out", "flag_out", "word_out"]
+    assert listed("Outputs") == dict.fromkeys(outputs, "")
+    assert listed("InitialUnknowns") == {
+        "total": None,
+        "count_out": None,
+        "flag_out": str(names.index("flag") + 1),
+        "word_out": "",
+    }
+
+
+def test_the_page_names_every_variable(tiny: Package) -> None:
+    page = tiny.files["documentation/index.html"].decode()
+    for variable in tiny.slave.variables:
+        assert f"<code>{variable.name}</code>" in page
+        assert variable.description in page
+
+
+REFERENCE = Reference({"u": lambda time_s: 1.0 + time_s}, 10.0, 1.0, 5.0)
+
+
+def test_publishes_with_reference_results_and_only_once(tiny: Package, tmp_path: Path) -> None:
+    path, written = publish(tiny, tmp_path, REFERENCE)
+    assert written
+    assert sorted(entry.name for entry in tmp_path.iterdir()) == [
+        "tiny.fmu",
+        "tiny_in.csv",
+        "tiny_ref.csv",
+        "tiny_ref.opt",
+    ]
+    rows = (tmp_path / "tiny_ref.csv").read_text().splitlines()
+    assert rows[0].startswith('"time","total"')
+    # u = 1 + t, held over each step of 1 s: the sum over t = 0..9 of 1 + t is 55.
+    assert rows[-1].split(",")[:2] == ["10.0", "55.0"]
+    before = path.stat().st_mtime_ns
+    assert publish(tiny, tmp_path, REFERENCE) == (path, False)
+    assert path.stat().st_mtime_ns == before
+
+
+def test_what_fails_leaves_the_old_one_in_place(tmp_path: Path) -> None:
+    (tmp_path / "tiny.fmu").write_bytes(b"the old one")
+    broken = build(tiny_recipe())
+    files = dict(broken.files)
+    text = files["modelDescription.xml"].decode()
+    files["modelDescription.xml"] = text.replace('name="count_out"', 'name="total"').encode()
+    with pytest.raises(PublishError, match="not unique"):
+        publish(Package(broken.name, broken.guid, files, broken.slave), tmp_path, REFERENCE)
+    script = next(path for path in files if path.endswith("_slave.py") and path.count("/") == 1)
+    files = dict(broken.files) | {script: b"import a_module_that_is_not_there\n"}
+    with pytest.raises(PublishError, match="reference run failed"):
+        publish(Package(broken.name, broken.guid, files, broken.slave), tmp_path, REFERENCE)
+    assert [entry.name for entry in tmp_path.iterdir()] == ["tiny.fmu"]
+    assert (tmp_path / "tiny.fmu").read_bytes() == b"the old one"

@@ -1,0 +1,176 @@
+"""build_fmu.py as a user runs it."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import fmpy
+import pytest
+from fmpy.util import read_csv, read_ref_opt_file
+from fmpy.validation import validate_fmu
+
+import build_fmu
+from fmu_packaging.units import base_unit
+from tests.fmus.conftest import Built
+from tests.fmus.models import five_point_text
+
+NAMES = ("compensator", "plant")
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_validation_is_clean(built: Built, name: str) -> None:
+    assert validate_fmu(str(built.folder / f"{name}.fmu")) == []
+
+
+def test_a_build_in_another_process_gives_the_same_bytes(built: Built, tmp_path: Path) -> None:
+    script = Path(build_fmu.__file__)
+    done = subprocess.run(
+        [sys.executable, str(script), "--model", str(built.model), "--out", str(tmp_path)],
+        capture_output=True,
+        text=True,
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONHASHSEED": "7", "TZ": "Asia/Tokyo"},
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(
+        path.name for path in built.folder.iterdir()
+    )
+    for path in built.folder.iterdir():
+        assert (tmp_path / path.name).read_bytes() == path.read_bytes(), path.name
+
+
+def test_a_second_build_reuses_what_is_there(
+    built: Built, capsys: pytest.CaptureFixture[str]
+) -> None:
+    times = {path: path.stat().st_mtime_ns for path in built.folder.iterdir()}
+    assert build_fmu.main(["--model", str(built.model), "--out", str(built.folder)]) == 0
+    assert capsys.readouterr().out.count("up to date") == 2
+    assert {path: path.stat().st_mtime_ns for path in built.folder.iterdir()} == times
+
+
+def test_another_model_is_another_fmu(built: Built, tmp_path: Path) -> None:
+    shutil.copytree(built.folder, tmp_path / "dist")
+    other = tmp_path / "other.json"
+    other.write_text(five_point_text(gain=2.0))
+    arguments = ["--only", "compensator", "--model", str(other), "--out", str(tmp_path / "dist")]
+    assert build_fmu.main(arguments) == 0
+    assert (tmp_path / "dist/compensator.fmu").read_bytes() != built.compensator.read_bytes()
+    assert (tmp_path / "dist/plant.fmu").read_bytes() == built.plant.read_bytes()
+    before, after = (
+        read_csv(folder / "compensator_ref.csv") for folder in (built.folder, tmp_path / "dist")
+    )
+    assert after["elongation"][-1] == pytest.approx(2 * before["elongation"][-1])
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_variable_says_what_it_is(built: Built, name: str) -> None:
+    description = fmpy.read_model_description(str(built.folder / f"{name}.fmu"))
+    units = {unit.name: unit for unit in description.unitDefinitions}
+    for variable in description.modelVariables:
+        assert variable.description, variable.name
+        if variable.type == "Real":
+            assert float(variable.min) < float(variable.max), variable.name
+            assert variable.nominal is None or float(variable.nominal) > 0.0
+            base = units[variable.unit].baseUnit
+            expected = base_unit(variable.unit)
+            assert float(base.factor or 1.0) == expected.factor
+            assert float(base.offset or 0.0) == expected.offset
+            if variable.start is not None:
+                assert float(variable.min) <= float(variable.start) <= float(variable.max)
+        if variable.type == "Integer":
+            assert int(variable.min) <= int(variable.max)
+    flags = description.coSimulation
+    assert flags.canGetAndSetFMUstate
+    assert flags.canSerializeFMUstate
+    assert flags.canHandleVariableCommunicationStepSize
+    assert not flags.canBeInstantiatedOnlyOncePerProcess
+    assert not flags.providesDirectionalDerivative
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_reference_results_are_those_of_the_fmu(built: Built, name: str) -> None:
+    options = read_ref_opt_file(built.folder / f"{name}_ref.opt")
+    reference = read_csv(built.folder / f"{name}_ref.csv")
+    found = fmpy.simulate_fmu(
+        str(built.folder / f"{name}.fmu"),
+        stop_time=options["StopTime"],
+        output_interval=options["StepSize"],
+        input=read_csv(built.folder / f"{name}_in.csv"),
+        output=list(reference.dtype.names[1:]),
+    )
+    for column in reference.dtype.names:
+        assert abs(found[column] - reference[column]).max() < 1e-5, column
+    moving = [column for column in reference.dtype.names[1:] if reference[column].std() > 0]
+    assert len(moving) > 5
+
+
+def test_the_folder_holds_nothing_else(built: Built) -> None:
+    endings = (".fmu", "_in.csv", "_ref.csv", "_ref.opt")
+    expected = sorted(name + ending for name in NAMES for ending in endings)
+    assert sorted(path.name for path in built.folder.iterdir()) == expected
+
+
+def test_the_summary_for_machines(
+    built: Built, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arguments = ["--only", "plant", "--name", "my_plant", "--out", str(tmp_path), "--json"]
+    assert build_fmu.main(arguments) == 0
+    (entry,) = json.loads(capsys.readouterr().out)
+    assert entry["name"] == "my_plant"
+    assert entry["bytes"] == (tmp_path / "my_plant.fmu").stat().st_size
+    description = fmpy.read_model_description(str(tmp_path / "my_plant.fmu"))
+    assert (description.guid, description.modelName) == (entry["guid"], "my_plant")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "named"),
+    [
+        (["--model", "absent.json"], "absent.json: cannot be read"),
+        (["--model", "broken.json"], "broken.json: line 1"),
+        (["--model", "wrong.json"], "wrong.json: limits.slew_um_per_s"),
+        (["--machine", "absent.toml"], "absent.toml"),
+        (["--machine", "no_such_machine"], "no_such_machine"),
+        (["--only", "both"], "--only"),
+        (["--name", "x"], "--name"),
+        (["--only", "plant", "--name", "2 words"], "--name: '2 words'"),
+        (["--out", "broken.json"], "--out: broken.json is not a folder"),
+        (["--frobnicate"], "--frobnicate"),
+    ],
+)
+def test_bad_input_is_one_line_and_exit_code_2(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    arguments: list[str],
+    named: str,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("broken.json").write_text("{ not JSON")
+    Path("wrong.json").write_text(
+        five_point_text().replace('"slew_um_per_s": 1.0', '"slew_um_per_s": -1')
+    )
+    Path("good.json").write_text(five_point_text())
+    given = ["--model", "good.json", "--out", "dist", *arguments]
+    try:
+        code = build_fmu.main(given)
+    except SystemExit as exit_:
+        code = int(exit_.code or 0)
+    assert code == 2
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert named in error
+    assert not Path("dist").exists()
+
+
+def test_no_number_in_the_reference_runs_is_lost(built: Built) -> None:
+    for name in NAMES:
+        table = read_csv(built.folder / f"{name}_ref.csv")
+        assert len(table) == 361
+        assert all(math.isfinite(value) for row in table for value in row)

@@ -1,0 +1,200 @@
+"""The compensator FMU, each test in a fresh process."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+import build_fmu
+from fmu_compensator.runtime.compensator import Compensator
+from fmu_compensator.runtime.modelfile import parse_model
+from tests.fmu_packaging.apart import apart
+from tests.fmus.conftest import Built
+from tests.fmus.models import five_point_table, five_point_text
+
+RUN = """
+import math
+def temperatures(k):
+    return [20.0 + (n + 1) * 0.01 * k for n in range(11)]
+
+def steps(fmu, first, count, missing=()):
+    rows = []
+    for k in range(first, first + count):
+        values = temperatures(k)
+        if k in missing: values[3] = math.nan
+        fmu.setReal(fmu.ins, [*values, 3000.0, 120.0])
+        fmu.doStep(float(k), 1.0)
+        rows.append([*fmu.getReal(fmu.outs), *fmu.getInteger([fmu.refs["status"],
+                    fmu.refs["status_sensor"]]), *fmu.getBoolean([fmu.refs["valid"]]),
+                    fmu.getString([fmu.refs["status_text"]])[0].decode()])
+    return rows
+"""
+
+
+def _expected(text: str, count: int, missing: range = range(0)) -> list[list[object]]:
+    """Return what the compensator itself gives, without any FMU."""
+    compensator = Compensator(parse_model(text, "test"))
+    rows: list[list[object]] = []
+    for k in range(count):
+        values = [20.0 + (n + 1) * 0.01 * k for n in range(11)]
+        if k in missing:
+            values[3] = float("nan")
+        out = compensator.step(float(k), 1.0, values, 3000.0, 120.0)
+        rows.append([*out[:6], out.status, out.status_sensor, out.valid, out.status_text])
+    return rows
+
+
+def test_gives_what_the_compensator_gives(built: Built) -> None:
+    code = "show(steps(started(opened(sys.argv[1])), 0, 120, range(40, 80)))"
+    found = apart(RUN + code, built.compensator)
+    assert found == _expected(five_point_text(), 120, range(40, 80))
+    assert {row[6] for row in found} >= {0, 11, 21}
+
+
+def test_two_models_in_one_process_each_give_their_own_numbers(
+    built: Built, tmp_path: Path
+) -> None:
+    model = tmp_path / "other.json"
+    model.write_text(five_point_text(gain=3.0))
+    arguments = ["--only", "compensator", "--model", str(model), "--out", str(tmp_path)]
+    assert build_fmu.main(arguments) == 0
+    found = apart(
+        RUN
+        + """
+one, two = (started(opened(path)) for path in sys.argv[1:])
+rows = [[], []]
+for k in range(60):
+    rows[0] += steps(one, k, 1); rows[1] += steps(two, k, 1)
+show(rows)
+""",
+        built.compensator,
+        tmp_path / "compensator.fmu",
+    )
+    assert found[0] == _expected(five_point_text(), 60)
+    assert found[1] == _expected(five_point_text(gain=3.0), 60)
+    assert found[0] != found[1]
+
+
+POISON = """
+import sys, types
+import fmu_compensator.runtime.compensator as c, fmu_compensator.runtime.error_models.mlr as m
+import fmu_compensator.runtime.fmi_slave, fmu_packaging.slave
+import plant_model.stepper, measurement.units
+def broken(*args, **kwargs): raise RuntimeError("the host's module ran")
+c.Compensator.step = broken
+c.Compensator.__init__ = broken
+m.MultipleLinearRegression.predict = broken
+fmu_packaging.slave.DriftSlave.get_real = broken
+plant_model.stepper.PlantStepper.step = broken
+sys.modules["fmu_compensator.runtime.limits"] = types.ModuleType("poison")
+sys.modules["pythonfmu"] = types.ModuleType("poison")
+sys.modules["pythonfmu.fmi2slave"] = types.ModuleType("poison")
+"""
+
+
+def test_what_the_host_has_imported_does_not_matter(built: Built) -> None:
+    code = (
+        "show([x if isinstance(x, str) else repr(x) for row in steps(started(opened(sys.argv[1]))"
+    )
+    code += ", 0, 50) for x in row])"
+    alone = apart(RUN + code, built.compensator)
+    root = Path(build_fmu.__file__).parent
+    poisoned = apart(RUN + code, built.compensator, before=POISON, path=root)
+    assert alone == poisoned
+    assert len(set(alone)) > 50
+
+
+def test_a_state_continues_bit_for_bit_from_inside_a_fault(built: Built) -> None:
+    found = apart(
+        RUN
+        + """
+fmu = started(opened(sys.argv[1]))
+faulty = range(40, 90)
+steps(fmu, 0, 60, faulty)
+data = fmu.serializeFMUstate(fmu.getFMUstate())
+truth = steps(fmu, 60, 100, faulty)
+other = opened(sys.argv[1])
+other.setFMUstate(other.deSerializeFMUstate(data))
+show([steps(other, 60, 100, faulty) == truth, sorted({row[6] for row in truth})])
+""",
+        built.compensator,
+    )
+    assert found[0]
+    assert len(found[1]) >= 3
+
+
+def test_reset_gives_the_first_run_again(built: Built) -> None:
+    found = apart(
+        RUN
+        + """
+fmu = started(opened(sys.argv[1]))
+first = steps(fmu, 0, 50)
+fmu.reset()
+started(fmu)
+show(first == steps(fmu, 0, 50))
+""",
+        built.compensator,
+    )
+    assert found is True
+
+
+OTHER_FILE = (
+    RUN
+    + """
+fmu = opened(sys.argv[1])
+fmu.setString([fmu.refs["model_file"]], [sys.argv[2]])
+fmu.enterInitializationMode()
+status = status_of(fmu.exitInitializationMode)
+rows = steps(fmu, 0, 60) if status == 0 else []
+said = [m[1].splitlines()[-1] for m in messages]
+fmu.freeInstance()
+show([status, rows, said])
+"""
+)
+
+
+def test_takes_another_file_with_fewer_sensors(built: Built, tmp_path: Path) -> None:
+    table = five_point_table(gain=0.5)
+    table["sensors"] = [table["sensors"][place] for place in (5, 3, 0)]
+    path = tmp_path / "fewer sensors.json"
+    path.write_text(json.dumps(table))
+    status, rows, _ = apart(OTHER_FILE, built.compensator, path)
+    assert status == 0
+    assert [row[:6] for row in rows] == [
+        row[:6] for row in _expected(five_point_text(gain=0.5), 60)
+    ]
+
+
+def test_blames_the_sensor_by_its_number_among_the_inputs(built: Built, tmp_path: Path) -> None:
+    table = five_point_table()
+    table["sensors"] = [table["sensors"][place] for place in (3, 0)]
+    path = tmp_path / "two.json"
+    path.write_text(json.dumps(table))
+    code = OTHER_FILE.replace("steps(fmu, 0, 60)", "steps(fmu, 0, 60, range(30, 60))")
+    _, rows, _ = apart(code, built.compensator, path)
+    assert rows[45][6:8] == [11, 4]
+
+
+@pytest.mark.parametrize(
+    ("text", "cause"),
+    [
+        (None, "cannot be read: No such file or directory"),
+        ("{ not JSON", "line 1, column 3"),
+        (five_point_text().replace('"hold_s": 30.0', '"hold_s": "long"'), "limits.hold_s"),
+        (five_point_text().replace('"format": 1', '"format": 9'), "newer version"),
+        (five_point_text(sensors=12), "sensors.11.name: 'T12' is not allowed"),
+    ],
+)
+def test_a_file_that_cannot_be_used_is_reported_and_the_host_lives(
+    built: Built, tmp_path: Path, text: str | None, cause: str
+) -> None:
+    path = tmp_path / "bad 100%.json"
+    if text is not None:
+        path.write_text(text)
+    status, _, said = apart(OTHER_FILE, built.compensator, path)
+    assert status > 2
+    assert said[-1].startswith("model_file: ")
+    assert str(path) in said[-1]
+    assert cause in said[-1]

@@ -1,0 +1,196 @@
+"""The plant FMU, each test in a fresh process."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import fmpy
+import pytest
+
+import build_fmu
+from plant_model.fmi_slave import variable_name
+from plant_model.machine_file import read_machine
+from plant_model.stepper import PlantStepper
+from tests.fmu_packaging.apart import apart
+from tests.fmus.conftest import Built
+
+RUN = """
+def steps(fmu, first, count, h=1.0):
+    rows = []
+    for k in range(first, first + count):
+        names = ["speed", "ambient", "coolant_inlet", "torque", "tool_length", "dX", "dY", "dZ"]
+        values = [8000.0 if k < 60 else 2000.0, 21.0 + 0.001 * k, 20.0, 3.0, 150.0, 4.0, -3.0, 2.0]
+        fmu.setReal([fmu.refs[n] for n in names], values)
+        fmu.doStep(k * h, h)
+        rows.append(fmu.getReal(fmu.outs))
+    return rows
+"""
+AT_START = {"speed": 8000.0, "ambient": 21.0, "coolant_inlet": 20.0}
+
+
+def _expected(count: int, parameters: dict[str, float] | None = None) -> list[list[float]]:
+    stepper = PlantStepper(read_machine("jig_borer"), parameters)
+    inputs = {**AT_START, "torque": 0.0, "tool_length": 150.0, "dX": 0.0, "dY": 0.0, "dZ": 0.0}
+    stepper.reset(inputs)
+    rows = []
+    for k in range(count):
+        inputs |= {"speed": 8000.0 if k < 60 else 2000.0, "ambient": 21.0 + 0.001 * k}
+        inputs |= {"torque": 3.0, "dX": 4.0, "dY": -3.0, "dZ": 2.0}
+        stepper.step(1.0, inputs)
+        rows.append(list(stepper.outputs().values()))
+    return rows
+
+
+def test_gives_what_the_stepper_gives(built: Built) -> None:
+    start = ", ".join(f"{name}={value}" for name, value in AT_START.items())
+    found = apart(RUN + f"show(steps(started(opened(sys.argv[1]), {start}), 0, 120))", built.plant)
+    assert found == _expected(120)
+
+
+def test_outputs_before_the_first_step_follow_the_inputs(built: Built) -> None:
+    found = apart(
+        """
+fmu = opened(sys.argv[1])
+t1 = fmu.refs["T1"]
+fmu.enterInitializationMode()
+rows = []
+for ambient in (18.0, 25.0):
+    fmu.setReal([fmu.refs[n] for n in ("ambient", "coolant_inlet")], [ambient, ambient])
+    rows.append(fmu.getReal([t1])[0])
+fmu.exitInitializationMode()
+show([*rows, fmu.getReal([t1])[0]])
+""",
+        built.plant,
+    )
+    assert found == pytest.approx([18.0, 25.0, 25.0])
+
+
+def test_the_machine_s_parameters_can_be_set(built: Built) -> None:
+    machine = read_machine("jig_borer")
+    name = next(n for n, p in machine.parameters.items() if p.calibrate and "-" in n)
+    value = machine.parameters[name].high
+    start = ", ".join(f"{key}={number}" for key, number in AT_START.items())
+    found = apart(
+        RUN
+        + "fmu = opened(sys.argv[1])\n"
+        + "fmu.setReal([fmu.refs[sys.argv[2]]], [float(sys.argv[3])])\n"
+        + f"show(steps(started(fmu, {start}), 0, 90))",
+        built.plant,
+        variable_name(name),
+        value,
+    )
+    assert found == _expected(90, {name: value})
+    assert found != _expected(90)
+
+
+def test_parameters_carry_unit_range_and_source(built: Built) -> None:
+    machine = read_machine("jig_borer")
+    declared = {v.name: v for v in fmpy.read_model_description(str(built.plant)).modelVariables}
+    movable = {n: p for n, p in machine.parameters.items() if p.calibrate}
+    assert movable
+    for name, parameter in movable.items():
+        variable = declared[variable_name(name)]
+        assert variable.unit == parameter.unit
+        assert (float(variable.min), float(variable.max)) == (parameter.low, parameter.high)
+        assert float(variable.start) == parameter.value
+        source = machine.references.get(parameter.source, parameter.source)
+        assert source in variable.description
+
+
+def test_a_parameter_out_of_range_is_reported(built: Built) -> None:
+    found = apart(
+        """
+fmu = opened(sys.argv[1])
+fmu.setInteger([fmu.refs["noise_seed"]], [-3])
+fmu.enterInitializationMode()
+status = status_of(fmu.exitInitializationMode)
+fmu.freeInstance()
+show([status, messages[-1][1].splitlines()[-1]])
+""",
+        built.plant,
+    )
+    assert found[0] > 2
+    assert found[1].startswith("noise_seed: -3 is not allowed: it must be 0 to")
+
+
+def test_an_input_out_of_range_discards_the_step_with_its_cause(built: Built) -> None:
+    found = apart(
+        """
+fmu = started(opened(sys.argv[1]), ambient=21.0)
+fmu.setReal([fmu.refs["speed"]], [1e6])
+status = status_of(fmu.doStep, 0.0, 1.0)
+show([status, messages[-1][1].splitlines()[-1]])
+""",
+        built.plant,
+    )
+    assert found[0] == 2
+    assert "speed: 1e+06 is outside 0..20000 rpm" in found[1]
+
+
+NOISE = """
+def noisy(seed):
+    fmu = opened(sys.argv[1])
+    fmu.setInteger([fmu.refs["noise_seed"]], [seed])
+    return started(fmu, ambient=21.0, coolant_inlet=20.0)
+"""
+
+
+def test_noise_belongs_to_its_seed(built: Built) -> None:
+    found = apart(
+        RUN + NOISE + "show([steps(noisy(seed), 0, 20) for seed in (0, 5, 5, 6)])", built.plant
+    )
+    assert found[1] == found[2]
+    assert found[1] != found[0]
+    assert found[1] != found[3]
+
+
+def test_a_state_continues_bit_for_bit_noise_included(built: Built) -> None:
+    found = apart(
+        RUN
+        + NOISE
+        + """
+fmu = noisy(5)
+steps(fmu, 0, 40)
+data = fmu.serializeFMUstate(fmu.getFMUstate())
+truth = steps(fmu, 40, 60)
+other = opened(sys.argv[1])
+other.setFMUstate(other.deSerializeFMUstate(data))
+show([steps(other, 40, 60) == truth, truth[-1] != truth[-2]])
+""",
+        built.plant,
+    )
+    assert found == [True, True]
+
+
+def test_reset_gives_the_first_run_again(built: Built) -> None:
+    found = apart(
+        RUN
+        + """
+fmu = started(opened(sys.argv[1]), ambient=21.0)
+first = steps(fmu, 0, 30)
+fmu.reset()
+started(fmu, ambient=21.0)
+show(first == steps(fmu, 0, 30))
+""",
+        built.plant,
+    )
+    assert found is True
+
+
+def test_what_the_host_has_imported_does_not_matter(built: Built) -> None:
+    code = RUN + "show(steps(started(opened(sys.argv[1]), ambient=21.0), 0, 80))"
+    poison = """
+import plant_model.stepper, plant_model.effects, plant_model.network
+def broken(*args, **kwargs): raise RuntimeError("the host's module ran")
+plant_model.stepper.PlantStepper.step = broken
+plant_model.effects.catalogue = broken
+plant_model.network.Network.heat = broken
+"""
+    root = Path(build_fmu.__file__).parent
+    assert apart(code, built.plant) == apart(code, built.plant, before=poison, path=root)
+
+
+def test_a_path_with_spaces_works(built: Built, tmp_path: Path) -> None:
+    code = "show(steps(started(opened(*sys.argv[1:]), ambient=21.0, speed=8000.0), 0, 5))"
+    found = apart(RUN + code, built.plant, tmp_path / "two words" / "and more")
+    assert found == apart(RUN + code, built.plant)
