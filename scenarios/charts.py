@@ -1,0 +1,130 @@
+"""What the figures show, apart from how they are drawn.
+
+A chart is a stack of panels over one time axis. :mod:`scenarios.figures` draws charts into PNG
+files, :mod:`scenarios.report` into an interactive page, from the same description.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from scenarios.signals.base import FloatArray
+
+BEFORE = "#8b929c"
+"""Colour of what is not compensated."""
+
+MEASURED = "#3a414b"
+"""Colour of what was measured."""
+
+LINES = ("#1d5fa8", "#d9822b", "#2f8f6b", "#8a5a9e", "#b8435c", "#5f7a30")
+"""Colours of what is to be told apart, in order."""
+
+MANY = (
+    "#332288",
+    "#cc6677",
+    "#ddaa33",
+    "#117733",
+    "#88ccee",
+    "#882255",
+    "#44aa99",
+    "#999933",
+    "#aa4499",
+    "#1d5fa8",
+    "#777777",
+    "#d9822b",
+)
+"""Colours of many thermometers."""
+
+
+@dataclass(frozen=True)
+class Line:
+    """One curve: *values* over *time_s*, both of shape (samples,).
+
+    *held* says that the value jumps and then stays; *rank* that lines of a higher one lie on top.
+    """
+
+    label: str
+    time_s: FloatArray
+    values: FloatArray
+    colour: str
+    held: bool = False
+    thin: bool = False
+    rank: int = 1
+
+
+@dataclass(frozen=True)
+class Panel:
+    """Curves with one vertical axis, whose label gives the unit; *from_zero* shows zero too."""
+
+    y_label: str
+    lines: tuple[Line, ...]
+    from_zero: bool = False
+
+
+@dataclass(frozen=True)
+class Chart:
+    """Panels over one time axis.
+
+    Attributes
+    ----------
+    name : str
+        Name of the file and of the element on the page.
+    title, note : str
+        What it shows, and what to look at.
+    panels : tuple of Panel
+        From top to bottom.
+    """
+
+    name: str
+    title: str
+    note: str
+    panels: tuple[Panel, ...]
+
+
+def kept(values: FloatArray, most: int = 2400) -> npt.NDArray[np.intp]:
+    """Return which samples a drawing needs: few, and no extreme lost.
+
+    The samples are cut into equal stretches; of each the smallest, the largest and the first
+    missing one stay, and the first and last of all.
+
+    Parameters
+    ----------
+    values : array, shape (samples,)
+        NaN marks a missing value.
+    most : int
+        About as many samples are kept; shorter arrays are kept whole.
+
+    Returns
+    -------
+    array of int
+        Increasing indices.
+    """
+    count = len(values)
+    if count <= most:
+        return np.arange(count)
+    width = -(-count // (most // 2))
+    rows = -(-count // width)
+    padded = np.full(rows * width, np.nan)
+    padded[:count] = values
+    table = padded.reshape(rows, width)
+    missing = np.isnan(table)
+    starts = np.arange(rows) * width
+    picked = [
+        np.where(missing, np.inf, table).argmin(axis=1) + starts,
+        np.where(missing, -np.inf, table).argmax(axis=1) + starts,
+        (missing.argmax(axis=1) + starts)[missing.any(axis=1)],
+        np.array([0, count - 1]),
+    ]
+    found = np.unique(np.concatenate(picked))
+    return found[found < count]
+
+
+def kept_steps(values: FloatArray, most: int = 2400) -> npt.NDArray[np.intp]:
+    """Return which samples a drawing of a held value needs: each one that begins a new level."""
+    changes = np.flatnonzero(np.diff(values) != 0.0) + 1
+    if len(changes) > most:
+        return kept(values, most)
+    return np.unique(np.concatenate(([0], changes, [len(values) - 1])))

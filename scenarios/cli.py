@@ -1,0 +1,153 @@
+"""The command line: ``spindle-drift COMMAND``.
+
+A command is a file in ``commands/`` with ``NAME``, ``HELP``, ``add_arguments(parser)`` and
+``run(args)``, which returns the exit code. NAME and HELP are read without importing the file, so
+that help is quick whatever the commands import.
+
+Exit codes: 0; 2 for input that cannot be used (one line on standard error); 1 for an FMU that
+failed (one line) or a mistake in this program (a traceback); 130 when interrupted.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ast
+import os
+import sys
+import traceback
+from collections.abc import Sequence
+from importlib import import_module, metadata
+from pathlib import Path
+from typing import Any
+
+PROGRAM = "spindle-drift"
+COMMANDS = Path(__file__).parent / "commands"
+DESCRIPTION = """\
+Measures, models and compensates the thermal drift of machine-tool spindles.
+
+A spindle warms up and its nose moves. A compensator takes temperatures and the speed and sends
+offsets to the axes. Here both are FMUs, and scenarios run them in a loop.
+"""
+EXAMPLES = """\
+examples:
+  spindle-drift list
+  spindle-drift run step_speed --out results/step_speed
+  spindle-drift fit RUN.csv RUN.csv -o compensator.json
+  spindle-drift replay compensator.json OTHER_RUN.csv --out results/replay
+
+'spindle-drift COMMAND --help' says what a command takes.
+"""
+
+
+class UsageError(Exception):
+    """A command line that cannot be understood; the text is one line."""
+
+
+class _Parser(argparse.ArgumentParser):
+    """A parser whose refusals look like all others."""
+
+    def error(self, message: str) -> Any:
+        """Refuse the command line."""
+        raise UsageError(f"{message} (see '{self.prog} --help')")
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command line and return the exit code.
+
+    Parameters
+    ----------
+    argv : sequence of str, optional
+        The arguments without the program's name; by default those of the process.
+    """
+    try:
+        return _run(list(sys.argv[1:] if argv is None else argv))
+    except SystemExit as end:  # --help and --version
+        return int(end.code or 0)
+    except KeyboardInterrupt:
+        return _say("interrupted; nothing was written", 130)
+    except BrokenPipeError:
+        # The reader of a pipe has gone; a second failure on closing must stay silent.
+        sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
+        return 0
+    except Exception as error:
+        code = _code(error)
+        if code is None:
+            traceback.print_exc()
+            return _say(f"this is a mistake in {PROGRAM}, not in your input", 1)
+        return _say(str(error), code)
+
+
+def _run(argv: list[str]) -> int:
+    known = _commands()
+    parser = _Parser(
+        PROGRAM,
+        description=DESCRIPTION,
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--version", action="version", version=f"{PROGRAM} {version()}")
+    inner = parser.add_subparsers(dest="command", metavar="COMMAND", title="commands")
+    for name, (_, text) in known.items():
+        command = inner.add_parser(name, help=text)
+        if argv and argv[0] == name:
+            module = import_module(known[name][0])
+            command.description = module.__doc__
+            module.add_arguments(command)
+    if not argv:
+        parser.print_help()
+        return 0
+    args = parser.parse_args(argv)
+    if not args.command:
+        raise UsageError(f"a command is needed: {', '.join(known)} (see '{PROGRAM} --help')")
+    code: int = module.run(args)
+    return code
+
+
+def _commands() -> dict[str, tuple[str, str]]:
+    """Return every command's module and one line of help, without importing it."""
+    found = {}
+    for path in sorted(COMMANDS.glob("[a-z]*.py")):
+        constants = {
+            statement.targets[0].id: ast.literal_eval(statement.value)
+            for statement in ast.parse(path.read_text(encoding="utf-8")).body
+            if isinstance(statement, ast.Assign)
+            and isinstance(statement.targets[0], ast.Name)
+            and statement.targets[0].id in ("NAME", "HELP")
+        }
+        found[constants["NAME"]] = (f"scenarios.commands.{path.stem}", constants["HELP"])
+    return found
+
+
+def _code(error: Exception) -> int | None:
+    """Return the exit code of an error that is told in one line; None for a bug."""
+    if isinstance(error, UsageError):
+        return 2
+    # By name, so that nothing heavy is imported to compare with: these modules are loaded already
+    # if such an error exists.
+    for module, name, code in (
+        ("measurement.errors", "BadInput", 2),
+        ("fmu_compensator.runtime.fields", "ModelFileError", 2),
+        ("plant_model.parameters", "ParameterError", 2),
+        ("scenarios.fmu", "FmuError", 1),
+    ):
+        kind = getattr(sys.modules.get(module), name, None)
+        if kind is not None and isinstance(error, kind):
+            return code
+    return None
+
+
+def _say(text: str, code: int) -> int:
+    print(f"{PROGRAM}: error: {' '.join(text.split())}", file=sys.stderr)
+    return code
+
+
+def version() -> str:
+    """Return the installed version."""
+    try:
+        return metadata.version(PROGRAM)
+    except metadata.PackageNotFoundError:
+        return "(not installed)"
+
+
+if __name__ == "__main__":
+    sys.exit(main())

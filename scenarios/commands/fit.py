@@ -1,0 +1,150 @@
+"""``spindle-drift fit``: a compensator file from measured or simulated runs."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+from typing import Any
+
+from fmu_compensator.fit.fitting import compensator_text, fit_compensator
+from measurement.files import write_atomically
+from measurement.rig import Rig, default_rig, rig_from_table
+from measurement.runs import Run, read_run
+from plant_model.machine_file import read_machine
+
+NAME = "fit"
+HELP = "fit a compensator to runs and write its file"
+USUAL_MACHINE = "jig_borer"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the command's arguments."""
+    parser.add_argument("runs", nargs="+", metavar="RUN", type=Path, help="run file (CSV)")
+    parser.add_argument("--model", default="mlr", help="error model (default: mlr)")
+    parser.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        required=True,
+        metavar="FILE",
+        help="compensator file to write",
+    )
+    parser.add_argument(
+        "--machine",
+        help="machine file, or name of a shipped machine, that says which sensors the runs hold; "
+        f"without it the five-point rig of {USUAL_MACHINE} is taken where the runs have its "
+        "columns, else displacement columns tell their axis by their name",
+    )
+    parser.add_argument(
+        "--points",
+        default="grey",
+        metavar="grey|all|NAME,NAME...",
+        help="temperatures to use: one per group of the grey clustering (default), every one, "
+        "or those named",
+    )
+    parser.add_argument(
+        "--lambda",
+        dest="threshold",
+        type=float,
+        default=0.9,
+        metavar="LAMBDA",
+        help="grey degree from which two temperatures form one group (default: 0.9)",
+    )
+    parser.add_argument(
+        "--score",
+        default="correlation",
+        metavar="correlation|relational",
+        help="what makes a temperature the best of its group (default: correlation)",
+    )
+    parser.add_argument(
+        "--input-form",
+        default="rise",
+        metavar="rise|absolute",
+        help="temperatures relative to their first valid reading (default), or as read",
+    )
+    parser.add_argument(
+        "--form",
+        default="rigid",
+        metavar="rigid|pure_rotation",
+        help="how a five-point rig's tilt moves the tool tip (default: rigid)",
+    )
+    parser.add_argument(
+        "--tool-length",
+        type=float,
+        nargs=2,
+        metavar=("SHORTEST", "LONGEST"),
+        help="tools that the compensator may be used with [mm]",
+    )
+    parser.add_argument("--name", help="name in the file")
+    parser.add_argument("--title", help="title in the file")
+    parser.add_argument("--created", metavar="YYYY-MM-DD", help="date in the file (default: none)")
+    parser.add_argument("--json", action="store_true", help="print the figures as JSON")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Fit, write the file, and print how well it does."""
+    runs = [read_run(path) for path in args.runs]
+    rig, sensors = _rig(runs[0], args.machine)
+    table = fit_compensator(
+        runs,
+        rig,
+        args.model,
+        points=args.points,
+        input_form=args.input_form,
+        grey={"threshold": args.threshold, "score": args.score},
+        sensors=sensors,
+        geometry_form=args.form,
+        tool_length_mm=None if args.tool_length is None else tuple(args.tool_length),
+        name=args.name,
+        title=args.title,
+        created=args.created,
+    )
+    path = write_atomically(args.output, compensator_text(table))
+    if args.json:
+        shown = {"file": str(path), "chosen": table["chosen"], **table["provenance"]}
+        print(json.dumps(shown, indent=1))
+    else:
+        print("\n".join(_report(table, path)))
+    return 0
+
+
+def _rig(run: Run, machine: str | None) -> tuple[Rig, list[str] | None]:
+    """Return the rig, and the temperatures of the machine where one is given."""
+    if machine is None:
+        return default_rig(run, read_machine(USUAL_MACHINE).rig), None
+    given = read_machine(machine)
+    sensors = [sensor.name for sensor in given.sensors if sensor.unit == "degC"]
+    return rig_from_table(given.rig, machine), sensors
+
+
+def _report(table: dict[str, Any], path: Path) -> list[str]:
+    """Return what a person wants to know of a fit, as lines."""
+    provenance, figures = table["provenance"], table["provenance"]["figures"]
+    lines = list(provenance["notes"])
+    choice = figures["choice"]
+    for number, group in enumerate(choice.get("groups", ()), 1):
+        scores = [f"{name} {choice['scores'][name]:.2f}" for name in group]
+        lines.append(f"group {number}, score to the drift: {', '.join(scores)}")
+    if choice.get("hardly_moving"):
+        lines.append(f"hardly moving: {', '.join(choice['hardly_moving'])}")
+    lines.append(f"temperatures used: {', '.join(table['chosen'])}")
+    fit = figures["fit"]
+    if "condition_number" in fit:
+        inflation = max(fit["variance_inflation"].values())
+        lines.append(
+            f"condition number {fit['condition_number']:.1f}, "
+            f"largest variance inflation {inflation:.1f}"
+        )
+    lines += [
+        "",
+        f"{'RMSE [um, urad]':<18}{'no model':>12}{'training':>12}{'unseen run':>12}",
+    ]
+    unseen = (figures["leave_one_run_out"] or {}).get("pooled", {})
+    for target, row in figures["training"].items():
+        other = f"{unseen[target]['model']['rmse']:.2f}" if target in unseen else "-"
+        lines.append(
+            f"{target:<18}{row['no_model']['rmse']:>12.2f}{row['model']['rmse']:>12.2f}{other:>12}"
+        )
+    why = "each run predicted by a model of the others" if unseen else "needs at least three runs"
+    return [*lines, f"unseen run: {why}", f"wrote {path}"]

@@ -1,0 +1,113 @@
+"""Simulate a scenario: plant and compensator FMU in a loop, a table and a results folder."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import tomllib
+from pathlib import Path
+from typing import Any
+
+NAME = "run"
+HELP = "simulate a scenario"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the command's arguments."""
+    parser.add_argument("scenario", metavar="SCENARIO", help="a name from 'list', or a TOML file")
+    parser.add_argument(
+        "--out", type=Path, metavar="DIR", help="results folder (results/<scenario>)"
+    )
+    parser.add_argument(
+        "--fmu-dir", type=Path, default=Path("dist"), metavar="DIR", help="where FMUs are (dist)"
+    )
+    parser.add_argument("--plant", metavar="FILE", help="another plant: an FMU or a machine file")
+    parser.add_argument(
+        "--compensator", metavar="FILE", help="another compensator: an FMU or a compensator file"
+    )
+    parser.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="set a key of the scenario, for example duration_s=3600 or signals.speed=6000",
+    )
+    parser.add_argument("--json", action="store_true", help="print table.json instead of a table")
+    parser.add_argument("--quiet", action="store_true", help="no progress bar, no table")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Simulate, write the folder, print the table."""
+    from scenarios.runner import run_scenario
+    from scenarios.scenario import read_scenario
+    from scenarios.table import as_text
+
+    scenario = read_scenario(args.scenario, [_override(text) for text in args.set])
+    settings = scenario.settings
+    out = args.out or Path("results") / settings.name
+    pace = ""
+    notes: list[str] = []
+    if settings.replay is not None:
+        table, groups, notes = _replay(scenario, args, out)
+    else:
+        table, groups, speed = run_scenario(
+            scenario,
+            out,
+            args.fmu_dir,
+            plant=args.plant,
+            compensator=args.compensator,
+            quiet=args.quiet or args.json,
+        )
+        pace = f"{speed:,.0f} simulated seconds a second; "
+    if args.json:
+        print(json.dumps(table, indent=1, ensure_ascii=False))
+    elif not args.quiet:
+        print(f"{settings.title}\n\n{as_text(groups)}\n", *notes, sep="\n")
+        print(f"{pace}results in {out}, report: {out / 'report.html'}")
+    return 0
+
+
+def _replay(scenario: Any, args: argparse.Namespace, out: Path) -> Any:
+    from measurement.errors import BadInput
+    from scenarios.replay_runner import run_replay
+
+    settings = scenario.settings
+    near = scenario.path.resolve().parent
+    if not settings.replay.runs:
+        raise BadInput(
+            scenario.path,
+            "replay.runs",
+            "names no run: --set 'replay.runs=[\"RUN.csv\"]', or use spindle-drift replay",
+        )
+    if args.plant:
+        raise BadInput("--plant", "", "has no meaning in a replay: no plant is simulated")
+    return run_replay(
+        args.compensator or settings.compensator.fmu,
+        [_near(near, name) for name in settings.replay.runs],
+        out,
+        args.fmu_dir,
+        near=near,
+        tool_length_mm=settings.replay.tool_length_mm,
+        title=settings.title,
+        description=settings.description,
+        quiet=args.quiet or args.json,
+    )
+
+
+def _near(folder: Path, name: str) -> Path:
+    """Return a run's path: from the scenario's folder, or else from the working folder."""
+    path = Path(name).expanduser()
+    return folder / path if (folder / path).is_file() else path
+
+
+def _override(text: str) -> tuple[str, Any]:
+    """Return key and value of ``key=value``; the value is TOML, or else a plain text."""
+    from measurement.errors import BadInput
+
+    key, mark, value = text.partition("=")
+    if not mark or not key.strip():
+        raise BadInput("--set", "", f"{text!r} is not of the form KEY=VALUE")
+    try:
+        return key.strip(), tomllib.loads(f"value = {value}")["value"]
+    except (tomllib.TOMLDecodeError, RecursionError, ValueError):
+        return key.strip(), value.strip()

@@ -1,0 +1,342 @@
+"""The master: a plant FMU and a compensator FMU in a loop.
+
+Step order
+----------
+At every communication point t both FMUs stand at t, and then, with a step of h:
+
+1. the plant's outputs y(t) (readings of the sensors) are taken, faults of sensors are applied, and
+   with the signals u(t) they become the compensator's inputs;
+2. the signals u(t) and the offsets c(t), which the compensator gave at t, become the inputs of the
+   plant;
+3. both FMUs step from t to t + h. The compensator's new offsets c(t + h) come from y(t).
+
+Inputs hold during a step. Neither FMU uses what the other computes in the same step (the Jacobi
+scheme), so the order of the two is of no consequence and nothing is iterated.
+
+The delay this makes is one step from a reading to the offset that answers it, and one more until
+the plant's outputs show it: c(t + h) from y(t) acts from t + h on and is seen in y(t + 2h). A real
+control has the same delay: in one cycle it reads the thermometers and computes, in the next the
+axes move. Letting the plant use the new offsets in the same step (Gauss-Seidel) would save one
+cycle that no control saves. With h = 1 s and drift of at most some um a minute it is of no weight.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import sys
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from tqdm import tqdm
+
+from measurement.errors import BadInput
+from scenarios.faults import Fault, FaultLine
+from scenarios.fmu import Port, Slave, interruptible
+from scenarios.recording import Event, Recording, facts_of
+from scenarios.scenario import Case, signal_setting
+from scenarios.signals.base import FloatArray
+
+TOOL_LENGTH = "tool_length"
+NOISE_SEED = "noise_seed"
+STATUS, STATUS_SENSOR, STATUS_TEXT = "status", "status_sensor", "status_text"
+LOOK_EVERY = 256  # steps between two looks at the progress bar and at Ctrl-C
+
+
+def simulate(
+    case: Case, plant_fmu: Path, compensator_fmu: Path | None, *, quiet: bool = False
+) -> Recording:
+    """Run one case from beginning to end.
+
+    Parameters
+    ----------
+    case : Case
+        A variant of a scenario.
+    plant_fmu : Path
+        The plant.
+    compensator_fmu : Path or None
+        The compensator; None, or a case that does not enable it, leaves the offsets at zero.
+    quiet : bool
+        No progress bar and no messages.
+
+    Raises
+    ------
+    BadInput
+        If the case does not fit the FMUs.
+    FmuError
+        If an FMU fails; nothing of the run is returned then.
+    """
+    stderr, printed = sys.stderr, io.StringIO()
+
+    def show(line: str) -> None:
+        if not quiet:
+            tqdm.write(line, file=stderr)
+
+    # A Python FMU shares this process's standard error; its complaints come through its log.
+    with contextlib.redirect_stderr(printed), contextlib.ExitStack() as stack:
+        plant = stack.enter_context(Slave(plant_fmu, "plant", show, printed))
+        compensator = None
+        if compensator_fmu is not None and case.settings.compensator.enabled:
+            compensator = stack.enter_context(Slave(compensator_fmu, "compensator", show, printed))
+        loop = _Loop(case, plant, compensator)
+        hidden = quiet or not stderr.isatty()
+        bar: tqdm[Any] = tqdm(
+            total=case.settings.steps, desc=case.name, file=stderr, disable=hidden, leave=False
+        )
+        check = stack.enter_context(interruptible())
+        return loop.run(stack.enter_context(bar), check)
+
+
+class _Loop:
+    """The two FMUs connected, and the tables that the run fills."""
+
+    def __init__(self, case: Case, plant: Slave, compensator: Slave | None) -> None:
+        settings = case.settings
+        self.case, self.plant, self.compensator = case, plant, compensator
+        self.step_s = settings.step_s
+        self.time_s: FloatArray = np.arange(settings.steps + 1, dtype=np.float64) * settings.step_s
+        self.signals = self._signals()
+        self.plant_out = Port(plant, plant.names("output"))
+        offered = set(compensator.names("output")) if compensator else set()
+        self.offsets = [name for name in plant.names("input") if name in offered]
+        self._no_clash()
+        driven = [name for name in plant.names("input") if name in self.signals]
+        self.plant_in = Port(plant, [*driven, *self.offsets])
+        self.plant_rows = self._rows(driven)
+        self.told: FloatArray | None = None
+        if compensator:
+            self._connect_compensator(compensator)
+        self.events: list[Event] = []
+
+    def _signals(self) -> dict[str, FloatArray]:
+        """Return every signal of the case over the whole run."""
+        known = {*self.plant.names("input")}
+        if self.compensator:
+            known |= {*self.compensator.names("input")}
+        found = {}
+        for name, signal in self.case.signals.items():
+            if name not in known:
+                raise BadInput(
+                    self.case.setting.source,
+                    f"signals.{name}",
+                    f"is not an input of the plant FMU: {', '.join(self.plant.names('input'))}",
+                )
+            found[name] = signal.values(self.time_s, signal_setting(self.case.setting, name))
+        return found | self._unsaid(found)
+
+    def _unsaid(self, given: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
+        """Return the plant's start values of inputs that both FMUs have and no signal drives.
+
+        Each FMU has its own start value; both must be told the same tool, for example.
+        """
+        wanted = self.compensator.names("input") if self.compensator else []
+        both = [name for name in self.plant.names("input") if name in wanted and name not in given]
+        start = {name: float(self.plant.variables[name].start or 0.0) for name in both}
+        return {name: np.full(len(self.time_s), value) for name, value in start.items()}
+
+    def _no_clash(self) -> None:
+        for name in self.offsets:
+            if name in self.signals:
+                raise BadInput(
+                    self.case.setting.source,
+                    f"signals.{name}",
+                    "is what the compensator sends; disable the compensator to set it by hand",
+                )
+
+    def _rows(self, names: Sequence[str]) -> FloatArray:
+        rows = np.empty((len(self.time_s), len(names)))
+        for place, name in enumerate(names):
+            rows[:, place] = self.signals[name]
+        return rows
+
+    def _connect_compensator(self, compensator: Slave) -> None:
+        inputs = compensator.names("input")
+        outputs = set(self.plant_out.names)
+        measured = [name for name in inputs if name in outputs and name not in self.signals]
+        driven = [name for name in inputs if name in self.signals]
+        lost = [name for name in inputs if name not in {*measured, *driven}]
+        if lost:
+            raise BadInput(
+                self.case.setting.source,
+                "compensator.fmu",
+                f"needs {', '.join(lost)}, which is neither an output of the plant nor a signal",
+            )
+        self._same_units(measured)
+        self.seen_in = Port(compensator, [*measured, *driven])
+        self.seen_rows = self._rows(driven)
+        told = self.case.settings.compensator.tool_length_mm
+        if told is not None:
+            if TOOL_LENGTH not in driven:
+                place = "compensator.tool_length_mm"
+                raise BadInput(self.case.setting.source, place, f"there is no signal {TOOL_LENGTH}")
+            self.seen_rows[:, driven.index(TOOL_LENGTH)] = told
+        self.take = np.array([self.plant_out.names.index(name) for name in measured], dtype=int)
+        self.faults = FaultLine(self._known_faults(), self.seen_in.names)
+        self.sent = Port(compensator, compensator.names("output"))
+        self.give = np.array([self.sent.names.index(name) for name in self.offsets], dtype=int)
+        codes = compensator.names("output", "Integer")
+        self.codes = Port(compensator, codes, "Integer")
+        self.flags = Port(compensator, compensator.names("output", "Boolean"), "Boolean")
+        self.has_text = STATUS_TEXT in compensator.names("output", "String")
+
+    def _known_faults(self) -> Iterable[Fault]:
+        for i, fault in enumerate(self.case.settings.faults):
+            if fault.sensor not in self.seen_in.names:
+                known = ", ".join(self.seen_in.names)
+                raise BadInput(
+                    self.case.setting.source,
+                    f"faults.{i}.sensor",
+                    f"{fault.sensor!r} is not an input of the compensator: {known}",
+                )
+        return self.case.settings.faults
+
+    def _same_units(self, names: Iterable[str]) -> None:
+        assert self.compensator is not None
+        pairs = [(name, self.plant, self.compensator) for name in names]
+        pairs += [(name, self.compensator, self.plant) for name in self.offsets]
+        for name, source, target in pairs:
+            units = source.variables[name].unit, target.variables[name].unit
+            if all(units) and units[0] != units[1]:
+                raise BadInput(
+                    self.case.setting.source,
+                    "compensator.fmu",
+                    f"{name} is in {units[0]} in the {source.label} and "
+                    f"in {units[1]} in the {target.label}",
+                )
+
+    # The run
+
+    def run(self, bar: tqdm[Any], check: Callable[[], None]) -> Recording:
+        """Initialise, step to the end, and return everything."""
+        self._start()
+        points, steps = len(self.time_s), self.case.settings.steps
+        self.plant_table = np.full((points, len(self.plant_out.names)), np.nan)
+        if self.compensator:
+            self.seen_table = np.full((points, len(self.seen_in.names)), np.nan)
+            self.sent_table = np.full((points, len(self.sent.names)), np.nan)
+            self.code_table = np.zeros((points, len(self.codes.names) + len(self.flags.names)))
+        begun = time.perf_counter()
+        for k in range(steps):
+            self._gather(k)
+            now = float(self.time_s[k])
+            if self.compensator:
+                self.compensator.step(now, self.step_s)
+            self.plant.step(now, self.step_s)
+            self._read()
+            if k % LOOK_EVERY == LOOK_EVERY - 1:
+                check()
+                bar.update(LOOK_EVERY)
+        self._gather(steps, last=True)
+        bar.update(steps - bar.n)
+        return self._recording(time.perf_counter() - begun)
+
+    def _start(self) -> None:
+        settings, source = self.case.settings, self.case.setting.source
+        for name, value in settings.plant.parameters.items():
+            self.plant.set_parameter(name, value, source, "plant.parameters")
+        if NOISE_SEED in self.plant.variables and NOISE_SEED not in settings.plant.parameters:
+            seed = max(settings.seed, 1) if settings.plant.noise else 0
+            self.plant.set_parameter(NOISE_SEED, seed, source, "plant.parameters")
+        stop_s = float(self.time_s[-1])
+        driven = self.plant_rows.shape[1]
+        with self.plant.starting(stop_s):
+            self.plant_in.values[:driven] = self.plant_rows[0]
+            self.plant_in.set()
+        self.plant_out.get()
+        if self.compensator:
+            with self.compensator.starting(stop_s):
+                self._see(0)
+            self._read_compensator()
+
+    def _see(self, k: int) -> None:
+        """Give the compensator what it sees at point *k*."""
+        count = len(self.take)
+        values = self.seen_in.values
+        values[:count] = self.plant_out.values[self.take]
+        values[count:] = self.seen_rows[k]
+        self.faults.apply(float(self.time_s[k]), self.step_s, values)
+        self.seen_in.set()
+
+    def _gather(self, k: int, *, last: bool = False) -> None:
+        """Record point *k* and set the inputs of the step that begins there."""
+        self.plant_table[k] = self.plant_out.values
+        driven = self.plant_rows.shape[1]
+        self.plant_in.values[:driven] = self.plant_rows[k]
+        if self.compensator:
+            self.sent_table[k] = self.sent.values
+            count = len(self.codes.names)
+            self.code_table[k, :count] = self.codes.values
+            self.code_table[k, count:] = self.flags.values
+            self._notice(k)
+            self._see(k)
+            self.seen_table[k] = self.seen_in.values
+            self.plant_in.values[driven:] = self.sent.values[self.give]
+        if not last:
+            self.plant_in.set()
+
+    def _notice(self, k: int) -> None:
+        """Keep the moment if the status has changed."""
+        assert self.compensator is not None
+        code = self._code(STATUS)
+        sensor = self._code(STATUS_SENSOR)
+        if self.events and (self.events[-1].code, self.events[-1].sensor) == (code, sensor):
+            return
+        text = self.compensator.text(STATUS_TEXT) if self.has_text else ""
+        self.events.append(Event(float(self.time_s[k]), code, sensor, text))
+
+    def _code(self, name: str) -> int:
+        names = self.codes.names
+        return int(self.codes.values[names.index(name)]) if name in names else 0
+
+    def _read(self) -> None:
+        self.plant_out.get()
+        if self.compensator:
+            self._read_compensator()
+
+    def _read_compensator(self) -> None:
+        self.sent.get()
+        self.codes.get()
+        self.flags.get()
+
+    # What remains
+
+    def _recording(self, wall_s: float) -> Recording:
+        columns: dict[str, FloatArray] = {"time_s": self.time_s}
+        for name, values in self.signals.items():
+            owner = self.plant if name in self.plant.variables else self.compensator
+            assert owner is not None
+            columns[owner.column(name)] = values
+        sensors = []
+        for place, name in enumerate(self.plant_out.names):
+            column = self.plant.column(name)
+            columns[column] = self.plant_table[:, place]
+            if not name.startswith(("drift_", "offset_", "error_")):
+                sensors.append(column)
+        if self.compensator:
+            columns |= dict(self._compensator_columns(self.compensator))
+        facts = [facts_of(slave) for slave in (self.plant, self.compensator) if slave]
+        return Recording(
+            self.case,
+            pd.DataFrame(columns),
+            tuple(sensors),
+            tuple(self.events),
+            tuple(facts),
+            wall_s,
+        )
+
+    def _compensator_columns(self, compensator: Slave) -> Iterator[tuple[str, FloatArray]]:
+        disturbed = {fault.sensor for fault in self.case.settings.faults}
+        for place, name in enumerate(self.seen_in.names):
+            blind = name == TOOL_LENGTH and self.case.settings.compensator.tool_length_mm
+            if name in disturbed or blind:
+                source = self.plant if name in self.plant.variables else compensator
+                signal, _, unit = source.column(name).rpartition("_")
+                yield f"{signal}_seen_{unit}", self.seen_table[:, place]
+        for place, name in enumerate(self.sent.names):
+            yield compensator.column(name), self.sent_table[:, place]
+        for place, name in enumerate((*self.codes.names, *self.flags.names)):
+            yield f"{name}_1", self.code_table[:, place]

@@ -1,0 +1,99 @@
+"""Sensors that fail: what happens to a reading between the plant and the compensator."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from typing import Annotated, Any, Literal
+
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from scenarios.signals.base import Duration, Seconds, Value
+
+Kind = Literal["missing", "frozen", "offset", "spike", "drift", "stuck-at"]
+NEEDS_VALUE = ("offset", "spike", "drift", "stuck-at")
+
+
+class Fault(BaseModel):
+    """One fault of one sensor, in force from *start_s* until just before *end_s*.
+
+    Attributes
+    ----------
+    sensor : str
+        The compensator's input that is disturbed, for example ``T1``.
+    kind : str
+        ``missing``: no value (NaN). ``frozen``: the reading of *start_s* for as long as it lasts.
+        ``offset``: *value* too high. ``spike``: *value* too high for one step, at *start_s* and
+        then every *every_s*. ``drift``: runs away by *value* an hour. ``stuck-at``: reads *value*.
+    start_s, end_s : float
+        When it begins and ends; without *end_s* it stays to the end of the run [s].
+    value : float
+        See *kind* [the sensor's unit, or unit/h for a drift].
+    every_s : float
+        Time between two spikes [s].
+    """
+
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
+
+    sensor: Annotated[str, Field(min_length=1, max_length=100)]
+    kind: Kind
+    start_s: Seconds
+    end_s: Duration | None = None
+    value: Value | None = None
+    every_s: Duration | None = None
+
+    @model_validator(mode="after")
+    def _fits(self) -> Fault:
+        if self.end_s is not None and self.end_s <= self.start_s:
+            raise ValueError(f"end_s, {self.end_s:g}, must be after start_s, {self.start_s:g}")
+        if (self.value is None) == (self.kind in NEEDS_VALUE):
+            word = "needs" if self.value is None else "takes no"
+            raise ValueError(f"a fault of kind {self.kind} {word} value")
+        if self.every_s is not None and self.kind != "spike":
+            raise ValueError(f"a fault of kind {self.kind} takes no every_s")
+        return self
+
+
+class FaultLine:
+    """Applies faults to the compensator's inputs at each communication point.
+
+    Parameters
+    ----------
+    faults : iterable of Fault
+        In the order in which they act on a sensor that several of them name.
+    names : sequence of str
+        The compensator's inputs, in the order of the values.
+    """
+
+    def __init__(self, faults: Iterable[Fault], names: Sequence[str]) -> None:
+        self._faults = [(names.index(fault.sensor), fault) for fault in faults]
+        self._frozen: dict[int, float] = {}
+
+    def apply(self, time_s: float, step_s: float, values: NDArray[Any]) -> None:
+        """Disturb *values* in place, as seen at *time_s* with a step of *step_s* [s]."""
+        for number, (place, fault) in enumerate(self._faults):
+            end_s = math.inf if fault.end_s is None else fault.end_s
+            if not fault.start_s <= time_s < end_s:
+                continue
+            values[place] = self._disturbed(number, fault, time_s, step_s, float(values[place]))
+
+    def _disturbed(
+        self, number: int, fault: Fault, time_s: float, step_s: float, reading: float
+    ) -> float:
+        value = fault.value or 0.0
+        elapsed = time_s - fault.start_s
+        match fault.kind:
+            case "missing":
+                return math.nan
+            case "frozen":
+                return self._frozen.setdefault(number, reading)
+            case "offset":
+                return reading + value
+            case "drift":
+                return reading + value * elapsed / 3600.0
+            case "stuck-at":
+                return value
+        # A spike: one step long, so its phase within the repetition is less than one step.
+        phase = elapsed if fault.every_s is None else math.fmod(elapsed, fault.every_s)
+        return reading + value if phase < step_s * (1.0 - 1e-9) else reading

@@ -1,0 +1,74 @@
+"""Charts as PNG files (matplotlib, without a screen)."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from scenarios.charts import Chart, Line, Panel, kept, kept_steps
+
+WIDTH_IN, PANEL_IN, DPI = 9.0, 2.3, 130
+
+
+def draw(chart: Chart, folder: Path) -> Path:
+    """Write a chart to ``<name>.png`` in *folder* and return the file."""
+    count = len(chart.panels)
+    height = 1.3 + PANEL_IN * count + (0.9 if count == 1 else 0.0)
+    figure = Figure(figsize=(WIDTH_IN, height), layout="constrained")
+    FigureCanvasAgg(figure)
+    figure.suptitle(chart.title, fontsize=12, x=0.01, ha="left")
+    axes = figure.subplots(count, 1, sharex=True, squeeze=False)[:, 0]
+    for panel, ax in zip(chart.panels, axes, strict=True):
+        _draw_panel(panel, ax)
+    axes[-1].set_xlabel("time [h]")
+    _legend(figure, chart)
+    path = folder / f"{chart.name}.png"
+    figure.savefig(path, dpi=DPI, metadata={"Software": None})
+    return path
+
+
+def _draw_panel(panel: Panel, ax: Axes) -> None:
+    for line in panel.lines:
+        places = kept_steps(line.values) if line.held else kept(line.values)
+        ax.plot(
+            line.time_s[places] / 3600.0,
+            line.values[places],
+            color=line.colour,
+            linewidth=0.7 if line.thin else 1.4,
+            zorder=2.0 + 0.1 * line.rank,
+            drawstyle="steps-post" if line.held else "default",
+            label=line.label,
+        )
+    ax.set_ylabel(panel.y_label)
+    ax.grid(True, color="#e3e6ea", linewidth=0.8)
+    ax.margins(x=0.0)
+    if panel.from_zero:
+        ax.set_ylim(bottom=min(0.0, ax.get_ylim()[0] if ax.dataLim.y0 < 0.0 else 0.0))
+    ax.spines[["top", "right"]].set_visible(False)
+    ax.spines[["left", "bottom"]].set_color("#9aa1ab")
+    ax.tick_params(colors="#4a505a", labelsize=9)
+
+
+def _legend(figure: Figure, chart: Chart) -> None:
+    """Put one legend under the whole figure: each label once."""
+    lines: dict[str, Line] = {
+        line.label: line for panel in chart.panels for line in panel.lines if line.label
+    }
+    if len(lines) < 2:
+        return
+    handles = {
+        label: handle
+        for ax in figure.axes
+        for handle, label in zip(*ax.get_legend_handles_labels(), strict=True)
+    }
+    figure.legend(
+        handles.values(),
+        handles.keys(),
+        loc="outside lower center",
+        ncols=min(len(handles), 6 if len(handles) > 4 else 3),
+        frameon=False,
+        fontsize=9,
+    )

@@ -1,0 +1,347 @@
+"""One FMU as the master uses it: opened, connected by name, stepped with little overhead.
+
+The arrays that cross into C are made once: a port is a numpy array whose memory the FMU reads or
+writes, so a step costs no conversion.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import difflib
+import io
+import shutil
+import signal
+import tempfile
+import threading
+import urllib.parse
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+import fmpy
+import numpy as np
+from fmpy.fmi1 import FMICallException, printLogMessage
+from fmpy.fmi2 import (
+    FMU2Slave,
+    fmi2CallbackAllocateMemoryTYPE,
+    fmi2CallbackFreeMemoryTYPE,
+    fmi2CallbackFunctions,
+    fmi2CallbackLoggerTYPE,
+)
+from fmpy.logging import addLoggerProxy
+from numpy.typing import NDArray
+
+from measurement.errors import BadInput, shown
+from measurement.files import sha256_of
+from measurement.units import UNITS
+
+OK, WARNING, DISCARD = 0, 1, 2
+STATUS = ("ok", "warning", "discard", "error", "fatal", "pending")
+_logs: dict[str, Callable[[int, str], None]] = {}
+
+
+class FmuError(Exception):
+    """An FMU failed while it ran; the text is one line: which, when, and the cause it logged."""
+
+
+def _dispatch(component: Any, instance: bytes, status: int, category: bytes, text: bytes) -> None:
+    """Give a message to the slave that it comes from."""
+    log = _logs.get(instance.decode("utf-8", "replace") if instance else "")
+    if log is None:
+        printLogMessage(component, instance, status, category, text)
+    else:
+        log(status, text.decode("utf-8", "replace"))
+
+
+def _new_callbacks() -> Any:
+    callbacks = fmi2CallbackFunctions()
+    callbacks.logger = fmi2CallbackLoggerTYPE(_dispatch)
+    callbacks.allocateMemory = fmi2CallbackAllocateMemoryTYPE(fmpy.calloc)
+    callbacks.freeMemory = fmi2CallbackFreeMemoryTYPE(fmpy.free)
+    # The proxy fills in a message's arguments, which Python cannot; it knows one logger a process.
+    addLoggerProxy(ctypes.byref(callbacks))
+    return callbacks
+
+
+_callbacks = _new_callbacks()
+
+
+class Port:
+    """Some variables of one type, moved together.
+
+    Attributes
+    ----------
+    names : tuple of str
+        The variables.
+    values : ndarray
+        What was read last, or what is to be set; shape (variables,).
+    """
+
+    def __init__(self, slave: Slave, names: Sequence[str], kind: str = "Real") -> None:
+        self.names = tuple(names)
+        number, element = (
+            (np.float64, ctypes.c_double) if kind == "Real" else (np.int32, ctypes.c_int)
+        )
+        self.values: NDArray[Any] = np.zeros(len(self.names), dtype=number)
+        self._slave, self._kind = slave, kind
+        count = len(self.names)
+        references = [int(slave.variables[name].valueReference) for name in self.names]
+        memory = (element * count).from_buffer(self.values.data) if count else None
+        self._call = (slave.component, (ctypes.c_uint * count)(*references), count, memory)
+        self._getter = getattr(slave.library, f"fmi2Get{kind}")
+        self._setter = getattr(slave.library, f"fmi2Set{kind}")
+
+    def get(self) -> None:
+        """Read the FMU's values into *values*."""
+        if self.names and self._getter(*self._call) > WARNING:
+            raise self._slave.failure(f"{', '.join(self.names[:3])} … could not be read")
+
+    def set(self) -> None:
+        """Give *values* to the FMU."""
+        if self.names and self._setter(*self._call) > WARNING:
+            raise self._slave.failure(f"{', '.join(self.names[:3])} … could not be set")
+
+
+class Slave:
+    """An FMU for co-simulation (FMI 2.0), unpacked and instantiated; use it in a ``with``.
+
+    Parameters
+    ----------
+    path : Path
+        The ``.fmu`` file.
+    label : str
+        What messages call it: ``plant`` or ``compensator``.
+    show : callable
+        Takes each warning of the FMU, as a line.
+    printed : StringIO
+        What the process prints on standard error meanwhile: where an FMU that logs nothing may
+        have left a cause.
+
+    Raises
+    ------
+    BadInput
+        If the file is no such FMU.
+    FmuError
+        If it cannot be instantiated.
+    """
+
+    def __init__(
+        self, path: Path, label: str, show: Callable[[str], None], printed: io.StringIO
+    ) -> None:
+        self.path, self.label, self._show = path, label, show
+        self.description = read_description(path)
+        self.variables = {variable.name: variable for variable in self.description.modelVariables}
+        self.time_s = 0.0
+        self.sha256 = sha256_of(path)
+        self._messages: list[str] = []
+        self._folder = _unpacked(path)
+        self._instance = f"{label}-{id(self)}"
+        _logs[self._instance] = self._log
+        self._printed = printed
+        try:
+            self._fmu = FMU2Slave(
+                guid=self.description.guid,
+                modelIdentifier=self.description.coSimulation.modelIdentifier,
+                unzipDirectory=str(self._folder),
+                instanceName=self._instance,
+            )
+            self._fmu.instantiate(callbacks=_callbacks, loggingOn=True)
+        except Exception as error:
+            cause = self._cause() or " ".join(str(error).split())
+            self._forget()
+            raise FmuError(f"{label} ({path}) cannot be started: {cause}") from None
+        self.component, self.library = self._fmu.component, self._fmu.dll
+        self._do_step = self.library.fmi2DoStep
+
+    def __enter__(self) -> Slave:
+        """Return the slave."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """End the simulation and remove what was unpacked."""
+        with contextlib.suppress(FMICallException):
+            if error is None:
+                self._fmu.terminate()
+        self._fmu.freeInstance()
+        self._forget()
+
+    def _forget(self) -> None:
+        _logs.pop(self._instance, None)
+        shutil.rmtree(self._folder, ignore_errors=True)
+
+    # What it offers
+
+    def names(self, causality: str, kind: str = "Real") -> list[str]:
+        """Return the variables of a causality and a type, in the FMU's order."""
+        return [
+            name
+            for name, variable in self.variables.items()
+            if variable.causality == causality and variable.type == kind
+        ]
+
+    def column(self, name: str) -> str:
+        """Return the column that holds a variable in a table: its name and its unit."""
+        unit = self.variables[name].unit
+        return f"{name}_{unit if unit in UNITS else '1'}"
+
+    # Its life
+
+    def set_parameter(self, name: str, value: float, source: str | Path, place: str) -> None:
+        """Set a parameter before the start.
+
+        Raises
+        ------
+        BadInput
+            For a name that is no parameter of this FMU.
+        """
+        variable = self.variables.get(name)
+        if variable is None or variable.causality != "parameter" or variable.type == "String":
+            known = [n for n, v in self.variables.items() if v.causality == "parameter"]
+            near = difflib.get_close_matches(name, known, 1)
+            hint = f"; did you mean {near[0]}?" if near else ""
+            raise BadInput(
+                source, f"{place}.{name}", f"the {self.label} FMU has no such parameter{hint}"
+            )
+        low, high = variable.min, variable.max
+        too_low = low is not None and value < float(low)
+        if too_low or (high is not None and value > float(high)):
+            raise BadInput(
+                source,
+                f"{place}.{name}",
+                f"{shown(value)} is not allowed: the {self.label} FMU takes {low} to {high}",
+            )
+        kind = "Real" if variable.type == "Real" else "Integer"
+        if variable.type == "Boolean":
+            kind = "Boolean"
+        if kind != "Real" and value != int(value):
+            raise BadInput(source, f"{place}.{name}", f"{shown(value)} is not a whole number")
+        port = Port(self, [name], kind)
+        port.values[0] = value
+        port.set()
+
+    @contextlib.contextmanager
+    def starting(self, stop_s: float) -> Iterator[None]:
+        """Initialise: what is done inside happens in initialisation mode.
+
+        Raises
+        ------
+        FmuError
+            If the FMU refuses its parameters or its first inputs.
+        """
+        try:
+            self._fmu.setupExperiment(startTime=0.0, stopTime=stop_s)
+            self._fmu.enterInitializationMode()
+            yield
+            self._fmu.exitInitializationMode()
+        except FMICallException as error:
+            raise self.failure(f"it did not start ({error.function})") from None
+
+    def step(self, time_s: float, step_s: float) -> None:
+        """Advance from *time_s* by *step_s* [s].
+
+        Raises
+        ------
+        FmuError
+            If the FMU cannot.
+        """
+        self.time_s = time_s
+        status = self._do_step(self.component, time_s, step_s, 1)
+        if status > WARNING:
+            word = STATUS[status] if status < len(STATUS) else str(status)
+            raise self.failure(f"the step failed ({word})")
+
+    def text(self, name: str) -> str:
+        """Return the value of a string variable."""
+        reference = int(self.variables[name].valueReference)
+        found: list[bytes | None] = self._fmu.getString([reference])
+        return (found[0] or b"").decode("utf-8", "replace")
+
+    # What it says
+
+    def failure(self, what: str) -> FmuError:
+        """Return the error that tells what failed, when, and why."""
+        cause = self._cause() or "it gave no reason"
+        return FmuError(f"{self.label} FMU at {self.time_s:g} s: {what}: {cause}")
+
+    def _log(self, status: int, text: str) -> None:
+        if status >= WARNING and text.strip():
+            self._messages.append(text.strip())
+            word = STATUS[status] if status < len(STATUS) else str(status)
+            if status == WARNING:
+                self._show(f"{self.label} FMU at {self.time_s:g} s, {word}: {text.strip()}")
+
+    def _cause(self) -> str:
+        # Of a traceback the last line says what it was; all of it is for whoever mends it.
+        said = self._messages[-1:] or [self._printed.getvalue()]
+        lines = [line.strip() for line in said[0].splitlines() if line.strip()]
+        if not lines:
+            return ""
+        return lines[-1] if any(line.startswith("Traceback") for line in lines) else lines[0]
+
+    def said(self) -> str:
+        """Return everything that the FMU has complained about, tracebacks included."""
+        return "\n".join(self._messages) or self._printed.getvalue().strip()
+
+
+@contextlib.contextmanager
+def interruptible() -> Iterator[Callable[[], None]]:
+    """Keep Ctrl-C out of FMUs: give a function that raises KeyboardInterrupt if it was pressed.
+
+    A Python FMU in the same process would take the interruption for a failure of its own.
+    """
+    pressed: list[int] = []
+
+    def check() -> None:
+        if pressed:
+            raise KeyboardInterrupt
+
+    if threading.current_thread() is not threading.main_thread():
+        yield check
+        return
+    usual = signal.signal(signal.SIGINT, lambda number, frame: pressed.append(number))
+    try:
+        yield check
+    finally:
+        signal.signal(signal.SIGINT, usual)
+    check()
+
+
+def read_description(path: Path) -> Any:
+    """Return the model description of an FMU.
+
+    Raises
+    ------
+    BadInput
+        If the file is no FMU for co-simulation by FMI 2.0.
+    """
+    if not path.is_file():
+        raise BadInput(path, "", "there is no such file")
+    try:
+        description = fmpy.read_model_description(str(path), validate=False)
+    except Exception as error:  # fmpy raises whatever its zip and XML readers raise
+        problem = " ".join(str(error).split()) or type(error).__name__
+        raise BadInput(path, "", f"is not an FMU: {problem[:200]}") from None
+    if description.fmiVersion != "2.0" or description.coSimulation is None:
+        raise BadInput(path, "", "is not an FMU for co-simulation by FMI 2.0")
+    return description
+
+
+def _unpacked(path: Path) -> Path:
+    """Unpack into a folder of its own, whose name every FMU can read from a URI."""
+    folder = Path(tempfile.mkdtemp(prefix="spindle-drift-"))
+    if urllib.parse.quote(folder.as_posix().replace(" ", "")) != folder.as_posix().replace(" ", ""):
+        folder.rmdir()
+        raise BadInput(
+            folder.parent,
+            "",
+            "is not fit for unpacking FMUs: set TMPDIR to a folder whose path is plain ASCII",
+        )
+    fmpy.extract(str(path), unzipdir=str(folder))
+    return folder

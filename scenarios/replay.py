@@ -1,0 +1,228 @@
+"""The replay: a compensator FMU driven by a measured run instead of the plant.
+
+Each row of the run is one step: the compensator takes in the row's temperatures and speed, and its
+offsets stand against the drift that the *next* row shows. So every offset answers an older sample,
+as in a real control, and nothing is interpolated.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import math
+import sys
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from fmu_compensator.runtime.fmi_slave import MODEL_FILE
+from fmu_compensator.runtime.geometry import FivePoint
+from fmu_compensator.runtime.modelfile import Model, ModelFileError, parse_model
+from measurement.errors import BadInput
+from measurement.quality import look_over
+from measurement.rig import FivePointRig, Rig, rig_from_table
+from measurement.runs import Run
+from scenarios.charts import BEFORE, LINES, Chart, Line, Panel
+from scenarios.drift import measured_drift
+from scenarios.fmu import Port, Slave, interruptible
+from scenarios.recording import Event, FmuFacts, facts_of
+from scenarios.table import NO_COMPENSATION
+
+AXES = ("X", "Y", "Z")
+LABEL = "Compensated"
+
+
+@dataclass(frozen=True)
+class Replay:
+    """One run replayed.
+
+    Attributes
+    ----------
+    run : Run
+        What was measured.
+    frame : DataFrame
+        ``time_s``, ``drift_X_um`` ... as measured, ``dX_um`` ... as sent, ``error_X_um`` ... what
+        is left, and the status.
+    left_out : int
+        Rows that do not count, since a displacement sensor was frozen or at the end of its range.
+    events : tuple of Event
+        Changes of the status.
+    fmu : FmuFacts
+        The compensator.
+    """
+
+    run: Run
+    frame: pd.DataFrame
+    left_out: int
+    events: tuple[Event, ...]
+    fmu: FmuFacts
+
+
+def model_of(fmu: Path) -> Model:
+    """Return the compensator file inside a compensator FMU.
+
+    Raises
+    ------
+    BadInput
+        If there is none in it.
+    ModelFileError
+        If it cannot be used.
+    """
+    try:
+        with zipfile.ZipFile(fmu) as archive:
+            text = archive.read(f"resources/{MODEL_FILE}").decode("utf-8")
+    except (OSError, KeyError, UnicodeDecodeError, zipfile.BadZipFile):
+        problem = "holds no compensator file, so nothing says what its offsets stand for"
+        raise BadInput(fmu, "", problem) from None
+    return parse_model(text, f"{fmu}: {MODEL_FILE}")
+
+
+def rig_of_model(model: Model, machine_rig: FivePointRig | None = None) -> Rig:
+    """Return the rig that measures what a compensator predicts.
+
+    A direct geometry names its columns. A five-point geometry knows distances, not sensors: their
+    names and signs come from *machine_rig*, by default S1 to S5 with S5 along +Z.
+    """
+    geometry = model.table["geometry"]
+    if not isinstance(model.geometry, FivePoint):
+        return rig_from_table({"kind": "direct", "axes": geometry["axes"]}, model.source)
+    distances = {name: geometry[name] for name in ("spacing_mm", "near_to_gauge_mm")}
+    named = {} if machine_rig is None else machine_rig.model_dump()
+    return rig_from_table({**named, "kind": "five_point", **distances}, model.source)
+
+
+def replay(
+    fmu: Path,
+    model: Model,
+    run: Run,
+    rig: Rig,
+    tool_length_mm: float | None = None,
+    *,
+    keep_frozen: bool = False,
+) -> Replay:
+    """Drive a compensator FMU with a run.
+
+    Parameters
+    ----------
+    fmu : Path
+        The compensator.
+    model : Model
+        Its compensator file.
+    run : Run
+        Temperatures by the FMU's names, speed where there is one, and the rig's displacements.
+    rig : Rig
+        What the displacements are.
+    tool_length_mm : float, optional
+        By default the FMU's own start value [mm].
+    keep_frozen : bool
+        Count the rows in which a displacement sensor was frozen or at the end of its range.
+
+    Raises
+    ------
+    BadInput
+        If the run lacks a column that the error model uses, or the rig's.
+    FmuError
+        If the FMU fails.
+    """
+    _check_columns(model, run)
+    printed = io.StringIO()
+    stderr = sys.stderr
+    with contextlib.redirect_stderr(printed):
+        slave = Slave(fmu, "compensator", lambda line: print(line, file=stderr), printed)
+        with slave, interruptible():
+            length = tool_length_mm
+            if length is None:
+                length = float(slave.variables["tool_length"].start)
+            sent, codes, events = _drive(slave, run, length)
+            facts = facts_of(slave)
+    drift = measured_drift(run, rig, length, from_first=model.input_form == "rise")
+    frozen = _frozen(run, rig)
+    if frozen.any() and not keep_frozen:
+        drift[frozen] = np.nan
+    columns: dict[str, object] = {"time_s": run.time_s} | {
+        str(name): drift[name] for name in drift.columns
+    }
+    for axis in AXES:
+        if f"drift_{axis}_um" in drift:
+            columns[f"d{axis}_um"] = sent[f"d{axis}"]
+            columns[f"error_{axis}_um"] = drift[f"drift_{axis}_um"] + sent[f"d{axis}"]
+    frame = pd.DataFrame({**columns, "status_1": codes})
+    return Replay(run, frame, 0 if keep_frozen else int(frozen.sum()), tuple(events), facts)
+
+
+def _check_columns(model: Model, run: Run) -> None:
+    wanted = [model.sensors[index].name for index in model.chosen]
+    lost = [name for name in wanted if f"{name}_degC" not in run.frame.columns]
+    if lost:
+        known = ", ".join(run.temperatures) or "none"
+        raise BadInput(
+            run.path or run.name,
+            "",
+            f"has no column {lost[0]}_degC, which the compensator uses; its temperatures: {known}",
+        )
+
+
+def _drive(
+    slave: Slave, run: Run, length: float
+) -> tuple[dict[str, np.ndarray], np.ndarray, list[Event]]:
+    """Step through the run; return offsets in force at each row, status codes, and events."""
+    seen = Port(slave, slave.names("input"))
+    rows = np.full((len(run.time_s), len(seen.names)), math.nan)
+    for place, name in enumerate(seen.names):
+        column = slave.column(name)
+        if name == "tool_length":
+            rows[:, place] = length
+        elif column in run.frame.columns:
+            rows[:, place] = run.frame[column].to_numpy()
+    sent = Port(slave, [f"d{axis}" for axis in AXES])
+    codes = Port(slave, ["status", "status_sensor"], "Integer")
+    table = np.zeros((len(rows), 3))
+    status = np.zeros(len(rows))
+    events: list[Event] = []
+    time_s = run.time_s - run.time_s[0]
+    with slave.starting(float(time_s[-1])):
+        seen.values[:] = rows[0]
+        seen.set()
+    for k in range(len(rows)):
+        if k:
+            seen.values[:] = rows[k - 1]
+            seen.set()
+            slave.step(float(time_s[k - 1]), float(time_s[k] - time_s[k - 1]))
+        sent.get()
+        codes.get()
+        table[k], status[k] = sent.values, codes.values[0]
+        code, sensor = (int(value) for value in codes.values)
+        if not events or (events[-1].code, events[-1].sensor) != (code, sensor):
+            events.append(Event(float(time_s[k]), code, sensor, slave.text("status_text")))
+    return dict(zip(sent.names, table.T, strict=True)), status, events
+
+
+def _frozen(run: Run, rig: Rig) -> np.ndarray:
+    """Return which rows show a displacement that is frozen or at the end of its range."""
+    dead = np.zeros(len(run.time_s), dtype=bool)
+    for finding in look_over(run):
+        if finding.kind in ("frozen", "saturated") and finding.column in rig.columns:
+            dead |= (run.time_s >= finding.start_s) & (run.time_s <= finding.end_s)
+    return dead
+
+
+def chart_of(found: Replay, name: str) -> Chart:
+    """Return the drift before and after, an axis a panel."""
+    frame = found.frame
+    time_s = frame["time_s"].to_numpy() - frame["time_s"].iloc[0]
+    panels = []
+    for axis in AXES:
+        if f"drift_{axis}_um" in frame:
+            before, after = (frame[f"{what}_{axis}_um"].to_numpy() for what in ("drift", "error"))
+            lines = (
+                Line(NO_COMPENSATION, time_s, before, BEFORE),
+                Line(LABEL, time_s, after, LINES[0], rank=2),
+            )
+            panels.append(Panel(f"{axis} [µm]", lines))
+    return Chart(name, f"Drift before and after compensation: {found.run.name}", "", tuple(panels))
+
+
+__all__ = ["ModelFileError", "Replay", "chart_of", "model_of", "replay", "rig_of_model"]

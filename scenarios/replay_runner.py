@@ -1,0 +1,199 @@
+"""From a compensator and measured runs to the results folder of a replay."""
+
+from __future__ import annotations
+
+import re
+import sys
+import tempfile
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from tqdm import tqdm
+
+from measurement.errors import BadInput
+from measurement.rig import FivePointRig, rig_from_table
+from measurement.runs import read_run, write_run
+from plant_model.machine_file import read_machine
+from scenarios.fmu_files import find_fmu
+from scenarios.replay import LABEL, Replay, chart_of, model_of, replay, rig_of_model
+from scenarios.report import Page, write_report
+from scenarios.results import (
+    DIGITS,
+    REPORT,
+    check_folder,
+    results_folder,
+    write_charts,
+    write_table,
+)
+from scenarios.runner import fmu_facts, versions
+from scenarios.table import Group, group_of, overall
+
+ALL = "All runs together"
+NOTE = (
+    "Largest and mean absolute drift, as the run's own displacement sensors show it, and what is "
+    "left of it with the offsets that the compensator sent. Better by: 1 - mean with / mean "
+    "without compensation."
+)
+
+
+def run_replay(
+    compensator: str,
+    runs: Sequence[Path],
+    out: Path,
+    fmu_dir: Path,
+    *,
+    near: Path,
+    tool_length_mm: float | None = None,
+    machine: str | None = None,
+    keep_frozen: bool = False,
+    title: str = "Replay of measured runs",
+    description: str = "",
+    quiet: bool = False,
+) -> tuple[dict[str, Any], list[Group], list[str]]:
+    """Replay runs and write the results folder.
+
+    Parameters
+    ----------
+    compensator : str
+        An FMU or a compensator file.
+    runs : sequence of Path
+        At least one run file.
+    out, fmu_dir, near : Path
+        Results folder; FMU folder; folder that the compensator's path may start from.
+    tool_length_mm : float, optional
+        For a five-point rig; by default the FMU's own start value [mm].
+    machine : str, optional
+        Machine file or name whose rig names the five-point sensors and their signs.
+    keep_frozen : bool
+        Count rows with a frozen or saturated displacement sensor.
+    title, description : str
+        For the report.
+    quiet : bool
+        No progress bar.
+
+    Returns
+    -------
+    table : dict
+        What ``table.json`` holds.
+    groups : list of Group
+        The headline table: all runs together first, where there are several.
+    notes : list of str
+        What a reader must know, a line each.
+
+    Raises
+    ------
+    BadInput, ModelFileError
+        If the compensator or a run cannot be used; no folder is left then.
+    FmuError
+        If the FMU fails; no folder is left then.
+    """
+    check_folder(out)
+    found = [read_run(path) for path in runs]
+    names = _file_names([run.name for run in found])
+    with tempfile.TemporaryDirectory(prefix="spindle-drift-built-") as work:
+        fmu = find_fmu(compensator, fmu_dir, near, Path(work), quiet=quiet)
+        model = model_of(fmu)
+        rig = rig_of_model(model, _five_point(machine))
+        hidden = quiet or not sys.stderr.isatty()
+        replays = [
+            replay(fmu, model, run, rig, tool_length_mm, keep_frozen=keep_frozen)
+            for run in tqdm(found, desc="replay", disable=hidden, leave=False)
+        ]
+    groups = [group_of(entry.run.name, [(entry.run.name, LABEL, entry.frame)]) for entry in replays]
+    if len(groups) > 1:
+        groups.insert(0, overall(groups, ALL, LABEL))
+    notes = _notes(replays)
+    with results_folder(out) as folder:
+        files = {}
+        for entry, name in zip(replays, names, strict=True):
+            files[entry.run.name] = f"results_{name}.csv"
+            write_run(entry.frame.round(DIGITS), folder / f"results_{name}.csv")
+        charts = [
+            chart_of(entry, f"drift_{name}") for entry, name in zip(replays, names, strict=True)
+        ]
+        write_charts(charts, folder)
+        facts = {
+            "compensator": {"name": model.name, "title": model.title},
+            "fmus": [asdict(replays[0].fmu)],
+            "runs": [_run_facts(entry, files[entry.run.name]) for entry in replays],
+            "notes": notes,
+            "versions": versions(),
+        }
+        table = write_table(groups, facts, folder)
+        page = Page(
+            title=title,
+            kicker="spindle-drift replay",
+            description=description or f"{model.title}, driven by measured runs.",
+            groups=groups,
+            table_note=" ".join([NOTE, *notes]),
+            charts=charts,
+            timelines=[_timeline(entry) for entry in replays],
+            facts=[
+                ("Compensator", f"{model.title} ({model.name}), fitted on {_fitted(model)}"),
+                *fmu_facts([replays[0].fmu]),
+                *(("Run", f"{run.name}: SHA-256 {run.sha256}") for run in found),
+            ],
+            files=[name for name in table["files"] if name != REPORT],
+        )
+        write_report(page, folder / REPORT)
+    return table, groups, notes
+
+
+def _five_point(machine: str | None) -> FivePointRig | None:
+    if machine is None:
+        return None
+    rig = rig_from_table(read_machine(machine).rig, machine)
+    return rig if isinstance(rig, FivePointRig) else None
+
+
+def _fitted(model: Any) -> str:
+    runs = [str(run["name"]) for run in model.provenance.get("runs", [])]
+    return ", ".join(runs) if runs else "runs that the file does not name"
+
+
+def _notes(replays: Sequence[Replay]) -> list[str]:
+    notes = []
+    left_out = sum(entry.left_out for entry in replays)
+    if left_out:
+        rows = sum(len(entry.frame) for entry in replays)
+        notes.append(
+            f"{left_out} of {rows} rows do not count: a displacement sensor was frozen or at the "
+            "end of its range."
+        )
+    return notes
+
+
+def _run_facts(entry: Replay, file: str) -> dict[str, Any]:
+    return {
+        "name": entry.run.name,
+        "sha256": entry.run.sha256,
+        "rows": len(entry.frame),
+        "left_out": entry.left_out,
+        "file": file,
+        "events": [asdict(event) for event in entry.events],
+    }
+
+
+def _timeline(entry: Replay) -> tuple[str, Sequence[Any], float]:
+    time_s = entry.run.time_s
+    return entry.run.name, entry.events, float(time_s[-1] - time_s[0])
+
+
+def _file_names(names: Sequence[str]) -> list[str]:
+    """Return names fit for files and for elements of a page, one a run.
+
+    Raises
+    ------
+    BadInput
+        If two runs have the same name, so that nobody could tell their results apart.
+    """
+    twice = next((name for name in names if list(names).count(name) > 1), None)
+    if twice is not None:
+        raise BadInput(twice, "", "is the name of two of the runs; rename one")
+    plain = [re.sub(r"[^A-Za-z0-9_-]+", "_", name) or "run" for name in names]
+    return [
+        name if plain.count(name) == 1 else f"{name}_{number}"
+        for number, name in enumerate(plain, 1)
+    ]

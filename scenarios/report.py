@@ -1,0 +1,200 @@
+"""The report: one HTML file that needs nothing else, with interactive figures."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import jinja2
+import plotly.graph_objects as go
+from plotly.offline import get_plotlyjs
+from plotly.subplots import make_subplots
+
+from measurement.files import write_atomically
+from scenarios.charts import Chart, Line, kept, kept_steps
+from scenarios.recording import Event
+from scenarios.table import Group, number, percent
+
+TEMPLATES = Path(__file__).parent / "templates"
+PANEL_PX, CHART_PX = 230, 80
+TEXT, GRID = "#333a44", "#e3e6ea"
+MOST_EVENTS = 200
+
+STATES = (
+    ("ok", "#4f9d69", "following the model"),
+    ("outside training", "#c9b458", "following the model outside what it was trained on"),
+    ("waiting", "#b9bec6", "waiting for the first valid sample"),
+    ("recovering", "#6f9fd0", "moving back to the wanted offset after a fault"),
+    ("holding", "#e0a050", "holding the last good offset"),
+    ("ramping to zero", "#cf6f45", "giving the offset up slowly"),
+    ("at zero", "#a83c4a", "no compensation"),
+)
+
+
+@dataclass(frozen=True)
+class Page:
+    """What a report shows.
+
+    Attributes
+    ----------
+    title, kicker, description : str
+        The heading, what stands above it, and the paragraph below.
+    groups : sequence of Group
+        The headline table.
+    table_note : str
+        A sentence under the table.
+    charts : sequence of Chart
+        In order.
+    timelines : sequence of (label, events, end)
+        The compensator's status over time, by variant or run; the end in seconds.
+    facts : sequence of (str, str)
+        Where it all comes from.
+    files : sequence of str
+        Files beside the report.
+    """
+
+    title: str
+    kicker: str
+    description: str
+    groups: Sequence[Group]
+    table_note: str
+    charts: Sequence[Chart]
+    timelines: Sequence[tuple[str, Sequence[Event], float]] = ()
+    facts: Sequence[tuple[str, str]] = ()
+    files: Sequence[str] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class Span:
+    """A stretch of a timeline: where it begins, how wide it is [% of the whole], its looks."""
+
+    left: float
+    width: float
+    colour: str
+    text: str
+
+
+def write_report(page: Page, path: Path) -> Path:
+    """Write the report; see :class:`Page`."""
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(TEMPLATES),
+        autoescape=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        undefined=jinja2.StrictUndefined,
+    )
+    environment.filters |= {"number": number, "percent": percent, "clock": clock}
+    axes = sorted({axis for group in page.groups for row in group.rows for axis in row.axes})
+    text = environment.get_template("report.html").render(
+        page=page,
+        axes=axes,
+        charts=[(chart, _html(_figure(chart), chart.name)) for chart in page.charts],
+        states=STATES,
+        timelines=[
+            (label, _spans(events, end_s), end_s, *_cut(events))
+            for label, events, end_s in page.timelines
+        ],
+        plotly=get_plotlyjs(),
+    )
+    return write_atomically(path, text)
+
+
+def clock(seconds: float) -> str:
+    """Return a moment as hours, minutes and seconds.
+
+    >>> clock(3725)
+    '1:02:05'
+    """
+    whole = round(seconds)
+    return f"{whole // 3600}:{whole // 60 % 60:02d}:{whole % 60:02d}"
+
+
+def _cut(events: Sequence[Event]) -> tuple[list[Event], int]:
+    return list(events[:MOST_EVENTS]), max(len(events) - MOST_EVENTS, 0)
+
+
+def _html(figure: go.Figure, name: str) -> str:
+    html: str = figure.to_html(
+        full_html=False,
+        include_plotlyjs=False,
+        div_id=f"chart-{name}",
+        config={"responsive": True, "displaylogo": False, "displayModeBar": False},
+    )
+    return html
+
+
+def _figure(chart: Chart) -> go.Figure:
+    """Return a chart for the page: its panels stacked over one time axis."""
+    count = len(chart.panels)
+    figure = make_subplots(rows=count, cols=1, shared_xaxes=True, vertical_spacing=0.06)
+    shown: set[str] = set()
+    for row, panel in enumerate(chart.panels, 1):
+        for line in panel.lines:
+            figure.add_trace(_trace(line, first=line.label not in shown), row=row, col=1)
+            shown.add(line.label)
+        mode = "tozero" if panel.from_zero else "normal"
+        figure.update_yaxes(title_text=panel.y_label, rangemode=mode, row=row, col=1)
+    figure.update_xaxes(title_text="time [h]", row=count, col=1)
+    labels = shown - {""}
+    _dress(figure, PANEL_PX * count + CHART_PX + 10 * len(labels))
+    figure.update_layout(showlegend=len(labels) > 1)
+    return figure
+
+
+def _trace(line: Line, *, first: bool) -> go.Scatter:
+    places = kept_steps(line.values) if line.held else kept(line.values)
+    return go.Scatter(
+        x=(line.time_s[places] / 3600.0).round(5).tolist(),
+        y=[None if value != value else value for value in line.values[places].round(3).tolist()],
+        name=line.label,
+        legendgroup=line.label,
+        showlegend=first and bool(line.label),
+        mode="lines",
+        line={
+            "color": line.colour,
+            "width": 1.0 if line.thin else 1.8,
+            "shape": "hv" if line.held else "linear",
+        },
+        zorder=line.rank,
+        hovertemplate="%{y:.2f}" + ("" if line.label else "<extra></extra>"),
+    )
+
+
+def _dress(figure: go.Figure, height: int) -> None:
+    """Give a figure the page's looks: light, few lines, the legend on top."""
+    figure.update_layout(
+        height=height,
+        margin={"l": 58, "r": 14, "t": 12, "b": 44},
+        paper_bgcolor="rgba(0,0,0,0)",
+        plot_bgcolor="#ffffff",
+        font={"family": "system-ui, sans-serif", "size": 12, "color": TEXT},
+        hovermode="x unified",
+        hoverlabel={"namelength": -1},
+        legend={"orientation": "h", "yanchor": "bottom", "y": 1.0, "x": 0, "xanchor": "left"},
+    )
+    axes: dict[str, Any] = {"gridcolor": GRID, "linecolor": "#9aa1ab", "zerolinecolor": "#c6cbd2"}
+    figure.update_xaxes(**axes, showline=True)
+    figure.update_yaxes(**axes, automargin=True, exponentformat="none", separatethousands=True)
+
+
+def state_of(code: int) -> int:
+    """Return which of STATES a status code of the compensator belongs to."""
+    if code < 10:
+        return {0: 0, 1: 2, 2: 1, 3: 3}.get(code, 3)
+    return min(code // 10, 3) + 3
+
+
+def _spans(events: Sequence[Event], end_s: float) -> list[Span]:
+    """Return the stretches of one state that a timeline shows."""
+    spans = []
+    stops = [event.time_s for event in events[1:]] + [end_s]
+    for event, stop in zip(events, stops, strict=True):
+        if end_s <= 0.0:
+            break
+        name, colour, _ = STATES[state_of(event.code)]
+        text = f"{clock(event.time_s)} to {clock(stop)}, {name}: {event.text or 'no message'}"
+        left, width = (100.0 * part / end_s for part in (event.time_s, stop - event.time_s))
+        spans.append(Span(round(left, 3), round(width, 3), colour, text))
+    return spans

@@ -1,0 +1,175 @@
+"""The results folder: written beside its place, then put there whole.
+
+A folder of results holds ``table.json``, which lists its files. A folder that holds nothing else is
+known as results and may be replaced.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import secrets
+import shutil
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from measurement.errors import BadInput
+from measurement.runs import write_run
+from scenarios.charts import Chart
+from scenarios.figures import draw
+from scenarios.recording import Recording
+from scenarios.scenario import Scenario
+from scenarios.table import Group, as_list
+from scenarios.views import seen
+
+TABLE, REPORT = "table.json", "report.html"
+KIND = "spindle-drift results"
+FORMAT = 1
+DIGITS = 6
+"""Decimals of the numbers in ``results.csv``: far below every sensor's noise."""
+
+
+def check_folder(folder: Path) -> None:
+    """Check that results may go to *folder*: a new or an empty folder, or one of results.
+
+    Raises
+    ------
+    BadInput
+        If it is a file, or a folder that holds something else.
+    """
+    try:
+        if not folder.exists():
+            return
+        if not folder.is_dir():
+            raise BadInput(folder, "", "is a file; a folder for the results is needed")
+        strange = _strange(folder)
+        if strange is not None:
+            raise BadInput(folder, "", f"holds {strange}: choose another folder with --out")
+    except OSError as error:
+        raise BadInput(folder, "", f"cannot be used: {error.strerror}") from None
+
+
+def _strange(folder: Path) -> str | None:
+    """Return what in a folder is not of our making; None if all of it may be replaced."""
+    names = sorted(path.name for path in folder.iterdir())
+    if not names:
+        return None
+    try:
+        table = json.loads((folder / TABLE).read_text(encoding="utf-8"))
+        ours = set(table["files"]) if table["kind"] == KIND else set()
+    except (OSError, ValueError, RecursionError, KeyError, TypeError):
+        ours = set()
+    if not ours:
+        return "files and no results"
+    return next((f"{name}, which is no result" for name in names if name not in ours), None)
+
+
+@contextlib.contextmanager
+def results_folder(folder: Path) -> Iterator[Path]:
+    """Give a temporary folder that takes the place of *folder* when the block ends well.
+
+    If the block fails, or is interrupted, nothing of it stays and what was there is untouched.
+
+    Raises
+    ------
+    BadInput
+        See `check_folder`; or if the folder cannot be made.
+    """
+    check_folder(folder)
+    target = folder.resolve()
+    mark = secrets.token_hex(4)
+    beside, old = (target.parent / f".{target.name}.{mark}.{end}" for end in ("new", "old"))
+    try:
+        beside.mkdir(parents=True)
+    except OSError as error:
+        raise BadInput(folder, "", f"cannot be made: {error.strerror}") from None
+    try:
+        yield beside
+        if target.exists():
+            target.rename(old)
+        try:
+            beside.rename(target)
+        except OSError as error:
+            if old.exists():
+                old.rename(target)
+            raise BadInput(folder, "", f"cannot be replaced: {error.strerror}") from None
+    finally:
+        shutil.rmtree(beside, ignore_errors=True)
+        shutil.rmtree(old, ignore_errors=True)
+
+
+def write_recordings(recordings: Sequence[Recording], folder: Path) -> dict[str, dict[str, str]]:
+    """Write the time series, and return the names of the files by variant.
+
+    The first variant has ``results.csv`` and ``run.csv``, the others ``results_<variant>.csv`` and,
+    where their machine showed something else, ``run_<variant>.csv``.
+    """
+    files: dict[str, dict[str, str]] = {}
+    first: pd.DataFrame | None = None
+    for recording in recordings:
+        end = "" if first is None else f"_{recording.case.name}"
+        rows = recorded(recording)
+        names = {"results": f"results{end}.csv"}
+        numbers = rows.round(DIGITS)
+        write_run(numbers.replace([np.inf, -np.inf], np.nan), folder / names["results"])
+        run = machine_run(recording, rows)
+        if first is None or not run.equals(first):
+            names["run"] = f"run{end}.csv"
+            write_run(run, folder / names["run"])
+        else:
+            names["run"] = "run.csv"
+        first = run if first is None else first
+        files[recording.case.name] = names
+    return files
+
+
+def recorded(recording: Recording) -> pd.DataFrame:
+    """Return the rows that the scenario wants recorded, the first and every *record_s* [s]."""
+    settings = recording.case.settings
+    every = round(settings.record_s / settings.step_s)
+    return recording.frame.iloc[::every].reset_index(drop=True)
+
+
+def machine_run(recording: Recording, rows: pd.DataFrame) -> pd.DataFrame:
+    """Return what the machine itself would have written down: a run file like a measured one.
+
+    Commands (speed, feed, torque) and the readings of its sensors with noise and faults; not the
+    boundary temperatures of the model, nor drift and error at the tool tip, which nobody measures.
+    """
+    commands = [
+        str(name)
+        for name in rows.columns
+        if str(name).endswith(("_rpm", "_mm_min", "_Nm", "_W", "_lpm"))
+        and str(name) not in recording.sensors
+    ]
+    columns = {name: rows[name].to_numpy() for name in ["time_s", *commands]}
+    columns |= {name: seen(rows, name) for name in recording.sensors}
+    return pd.DataFrame(columns).round(DIGITS)
+
+
+def write_table(groups: Sequence[Group], facts: dict[str, Any], folder: Path) -> dict[str, Any]:
+    """Write ``table.json`` beside what is in *folder* already, and return its content."""
+    files = sorted({*(path.name for path in folder.iterdir()), TABLE, REPORT})
+    head = {"kind": KIND, "format": FORMAT, **facts}
+    table = {**head, "files": files, "table": as_list(groups)}
+    text = json.dumps(table, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
+    (folder / TABLE).write_text(text, encoding="utf-8")
+    return table
+
+
+def write_scenario(scenario: Scenario, folder: Path) -> None:
+    """Write a copy of the scenario, with what the command line set as comments on top."""
+    lines = [
+        f"# set on the command line: {key} = {json.dumps(value, default=str)}\n"
+        for key, value in scenario.overrides
+    ]
+    (folder / "scenario.toml").write_text("".join(lines) + scenario.text, encoding="utf-8")
+
+
+def write_charts(charts: Sequence[Chart], folder: Path) -> list[str]:
+    """Draw all charts and return the names of the files."""
+    return [draw(chart, folder).name for chart in charts]

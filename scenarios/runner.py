@@ -1,0 +1,174 @@
+"""From a scenario to its results folder."""
+
+from __future__ import annotations
+
+import platform
+import tempfile
+from collections.abc import Sequence
+from dataclasses import asdict
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+from scenarios.cli import PROGRAM, version
+from scenarios.cosimulation import simulate
+from scenarios.fmu_files import find_fmu
+from scenarios.recording import FmuFacts, Recording
+from scenarios.report import Page, write_report
+from scenarios.results import (
+    REPORT,
+    check_folder,
+    results_folder,
+    write_charts,
+    write_recordings,
+    write_scenario,
+    write_table,
+)
+from scenarios.scenario import Scenario
+from scenarios.table import Group
+from scenarios.views import charts_of, full_label_of, is_compensated, label_of, rig_of, table_of
+
+TABLE_NOTE = (
+    "Largest and mean absolute drift of the tool tip over the whole run, counted at every "
+    "communication step. Better by: 1 - mean with / mean without compensation."
+)
+
+
+def run_scenario(
+    scenario: Scenario,
+    out: Path,
+    fmu_dir: Path,
+    *,
+    plant: str | None = None,
+    compensator: str | None = None,
+    quiet: bool = False,
+) -> tuple[dict[str, Any], list[Group], float]:
+    """Simulate every variant of a scenario and write the results folder.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        With at least one case.
+    out : Path
+        The results folder; see `scenarios.results.check_folder` for what may be there.
+    fmu_dir : Path
+        Where FMUs named without a folder are.
+    plant, compensator : str, optional
+        FMUs to use in all variants instead of the scenario's.
+    quiet : bool
+        No progress bar, no messages.
+
+    Returns
+    -------
+    table : dict
+        What ``table.json`` holds.
+    groups : list of Group
+        The headline table.
+    pace : float
+        Simulated seconds per second of the loop.
+
+    Raises
+    ------
+    BadInput
+        If something in the scenario does not fit; no folder is left then.
+    FmuError
+        If an FMU fails; no folder is left then.
+    """
+    check_folder(out)
+    recordings: list[Recording] = []
+    with tempfile.TemporaryDirectory(prefix="spindle-drift-built-") as work:
+        near = scenario.path.resolve().parent
+        for case in scenario.cases:
+            settings = case.settings
+            fmus = [
+                find_fmu(given or usual, fmu_dir, near, Path(work), quiet=quiet)
+                for given, usual, needed in (
+                    (plant, settings.plant.fmu, True),
+                    (compensator, settings.compensator.fmu, settings.compensator.enabled),
+                )
+                if needed
+            ]
+            plant_fmu, compensator_fmu = fmus[0], fmus[1] if len(fmus) > 1 else None
+            recordings.append(simulate(case, plant_fmu, compensator_fmu, quiet=quiet))
+        rig = rig_of(plant_fmu)
+    groups = table_of(recordings)
+    with results_folder(out) as folder:
+        files = write_recordings(recordings, folder)
+        write_scenario(scenario, folder)
+        charts = charts_of(recordings, rig)
+        write_charts(charts, folder)
+        table = write_table(groups, _facts(scenario, recordings, files), folder)
+        page = Page(
+            title=scenario.settings.title,
+            kicker=f"spindle-drift scenario: {scenario.settings.name}",
+            description=scenario.settings.description,
+            groups=groups,
+            table_note=TABLE_NOTE,
+            charts=charts,
+            timelines=[
+                (full_label_of(entry), entry.events, entry.case.settings.duration_s)
+                for entry in recordings
+                if is_compensated(entry)
+            ],
+            facts=_shown_facts(scenario, recordings),
+            files=[name for name in table["files"] if name != REPORT],
+        )
+        write_report(page, folder / REPORT)
+    simulated = sum(entry.case.settings.duration_s for entry in recordings)
+    return (table, groups, simulated / max(sum(entry.wall_s for entry in recordings), 1e-9))
+
+
+def versions() -> dict[str, str]:
+    """Return the versions of what computed the results."""
+    found = {PROGRAM: version(), "Python": platform.python_version()}
+    return found | {name: metadata.version(name) for name in ("fmpy", "numpy")}
+
+
+def _facts(
+    scenario: Scenario, recordings: Sequence[Recording], files: dict[str, dict[str, str]]
+) -> dict[str, Any]:
+    settings = scenario.settings
+    return {
+        "scenario": {
+            "name": settings.name,
+            "title": settings.title,
+            "duration_s": settings.duration_s,
+            "step_s": settings.step_s,
+            "seed": settings.seed,
+            "overrides": dict(scenario.overrides),
+        },
+        "variants": [
+            {
+                "name": entry.case.name,
+                "title": label_of(entry),
+                "compensated": is_compensated(entry),
+                "files": files[entry.case.name],
+                "fmus": [asdict(fmu) for fmu in entry.fmus],
+                "events": [asdict(event) for event in entry.events],
+            }
+            for entry in recordings
+        ],
+        "versions": versions(),
+    }
+
+
+def _shown_facts(scenario: Scenario, recordings: Sequence[Recording]) -> list[tuple[str, str]]:
+    settings = scenario.settings
+    steps = f"{settings.duration_s:g} s in steps of {settings.step_s:g} s, seed {settings.seed}"
+    facts = [("Scenario", f"{scenario.path.name}: {steps}")]
+    facts += [("Set on the command line", f"{key} = {value}") for key, value in scenario.overrides]
+    return facts + fmu_facts([fmu for entry in recordings for fmu in entry.fmus])
+
+
+def fmu_facts(fmus: Sequence[FmuFacts]) -> list[tuple[str, str]]:
+    """Return what a report says about FMUs and versions; each FMU once."""
+    shown = {
+        fmu.guid: (
+            f"{fmu.label.capitalize()} FMU",
+            f"{fmu.file} ({fmu.model}), GUID {fmu.guid}, SHA-256 {fmu.sha256}"
+            + (f", by {fmu.tool}" if fmu.tool else ""),
+        )
+        for fmu in fmus
+    }
+    named = ", ".join(f"{name} {number}" for name, number in versions().items())
+    return [*shown.values(), ("Computed by", named)]

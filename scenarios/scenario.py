@@ -1,0 +1,302 @@
+"""Scenario files: TOML in, checked cases out.
+
+The form of the file is declared here as pydantic models; the files of ``library/`` show it in use.
+A refusal is one line: file, place, value, what is allowed.
+"""
+
+from __future__ import annotations
+
+import copy
+import difflib
+import tomllib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from measurement.errors import BadInput, checked, shown
+from scenarios.faults import Fault
+from scenarios.signals import build
+from scenarios.signals.base import Duration, Setting, Signal, Value
+
+LIBRARY = Path(__file__).parent / "library"
+MOST_STEPS = 1_000_000
+
+Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]*$", max_length=60)]
+SignalName = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_.\[\]]*$", max_length=100)]
+ParameterName = Annotated[str, Field(min_length=1, max_length=200)]
+Text = Annotated[str, Field(max_length=4000)]
+FileName = Annotated[str, Field(min_length=1, max_length=4096)]
+Length = Annotated[float, Field(ge=-1e4, le=1e4, allow_inf_nan=False)]
+
+
+class _Form(BaseModel):
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
+
+
+class Plant(_Form):
+    """The machine: an FMU, sensor noise, parameters by name.
+
+    *fmu* is a path, a name in the FMU folder, or a machine file (``.toml``).
+    """
+
+    fmu: FileName = "plant.fmu"
+    noise: bool = True
+    parameters: dict[ParameterName, Value] = Field(default_factory=dict, max_length=500)
+
+
+class Compensator(_Form):
+    """The compensator: an FMU or a compensator file (``.json``), and what it is told.
+
+    *tool_length_mm* is a length that the compensator is told in place of the real one: so a control
+    that knows nothing of tools can be shown.
+    """
+
+    fmu: FileName = "compensator.fmu"
+    enabled: bool = True
+    tool_length_mm: Length | None = None
+
+
+class Variant(_Form):
+    """The scenario once more, with some keys set otherwise."""
+
+    name: Name
+    title: Text = ""
+    set: dict[str, Any] = Field(default_factory=dict, max_length=100)
+
+
+class Replay(_Form):
+    """A compensator driven by measured runs instead of the plant."""
+
+    runs: list[FileName] = Field(default_factory=list, max_length=1000)
+    tool_length_mm: Length | None = None
+
+
+class Settings(_Form):
+    """A whole scenario file."""
+
+    format: Literal[1]
+    name: Name
+    title: Text = Field(min_length=1)
+    description: Text = ""
+    duration_s: Duration = 28800.0
+    step_s: Annotated[float, Field(ge=1e-3, le=3600.0)] = 1.0
+    record_s: Annotated[float, Field(ge=1e-3, le=1e6)] = 10.0
+    seed: Annotated[int, Field(ge=0, le=2**31 - 1)] = 1
+    plant: Plant = Plant()
+    compensator: Compensator = Compensator()
+    signals: dict[SignalName, Any] = Field(default_factory=dict, max_length=200)
+    faults: list[Fault] = Field(default_factory=list, max_length=100)
+    variants: list[Variant] = Field(default_factory=list, max_length=50)
+    replay: Replay | None = None
+
+    @model_validator(mode="after")
+    def _fits(self) -> Settings:
+        if self.duration_s / self.step_s > MOST_STEPS:
+            raise ValueError(
+                f"duration_s / step_s is more than {MOST_STEPS} steps: make step_s longer"
+            )
+        for name in ("duration_s", "record_s"):
+            count = getattr(self, name) / self.step_s
+            if round(count) < 1 or abs(count - round(count)) > 1e-6 * count:
+                raise ValueError(
+                    f"{name}, {getattr(self, name):g}, must be a multiple of "
+                    f"step_s, {self.step_s:g}"
+                )
+        names = [variant.name for variant in self.variants]
+        if len(set(names)) < len(names):
+            raise ValueError("two variants have the same name")
+        return self
+
+    @property
+    def steps(self) -> int:
+        """Number of communication steps."""
+        return round(self.duration_s / self.step_s)
+
+
+@dataclass(frozen=True)
+class Case:
+    """One variant of a scenario, ready to run.
+
+    Attributes
+    ----------
+    name, title : str
+        The variant's; ``main`` for a scenario without variants.
+    settings : Settings
+        Everything but the signals.
+    signals : dict of str to Signal
+        What drives the plant, by input.
+    setting : Setting
+        What the signals need to give values.
+    """
+
+    name: str
+    title: str
+    settings: Settings
+    signals: dict[str, Signal]
+    setting: Setting
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """A scenario file, read and checked.
+
+    Attributes
+    ----------
+    settings : Settings
+        The file as it stands, with the overrides of the command line.
+    cases : tuple of Case
+        What is to be simulated: the variants, or the file itself where it has none.
+    path : Path
+        The file.
+    text : str
+        Its content, unchanged.
+    overrides : tuple of (str, object)
+        What the caller set otherwise.
+    """
+
+    settings: Settings
+    cases: tuple[Case, ...]
+    path: Path
+    text: str
+    overrides: tuple[tuple[str, Any], ...] = ()
+
+
+def library() -> list[Path]:
+    """Return the scenario files that come with the package."""
+    return sorted(LIBRARY.glob("*.toml"))
+
+
+def scenario_path(name_or_path: str | Path) -> Path:
+    """Return the file of a shipped scenario's name, or the path as given.
+
+    Raises
+    ------
+    BadInput
+        When there is neither such a file nor such a scenario; the nearest name is proposed.
+    """
+    text = str(name_or_path)
+    known = {path.stem: path for path in library()}
+    if text in known:
+        return known[text]
+    try:
+        path = Path(text).expanduser()
+        if path.is_file():
+            return path
+    except (OSError, ValueError, RuntimeError) as error:
+        raise BadInput(text, "", f"is not a path: {error}") from None
+    near = difflib.get_close_matches(text.removesuffix(".toml"), known, 1)
+    hint = f"; did you mean {near[0]}?" if near else ""
+    raise BadInput(text, "", f"is neither a file nor one of the scenarios {', '.join(known)}{hint}")
+
+
+def read_scenario(name_or_path: str | Path, overrides: Sequence[tuple[str, Any]] = ()) -> Scenario:
+    """Read a scenario file, or a shipped scenario by its name.
+
+    Parameters
+    ----------
+    name_or_path : str or path
+        For example ``step_speed`` or ``my_scenario.toml``.
+    overrides : sequence of (key, value)
+        Keys to set otherwise, dotted: ``("compensator.enabled", False)``.
+
+    Raises
+    ------
+    BadInput
+        For the first thing wrong in it, in one line.
+    """
+    path = scenario_path(name_or_path)
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise BadInput(path, "", f"cannot be read: {' '.join(str(error).split())}") from None
+    return scenario_from_text(text, path, overrides)
+
+
+def scenario_from_text(
+    text: str, path: Path, overrides: Sequence[tuple[str, Any]] = ()
+) -> Scenario:
+    """Check a scenario given as text; see :func:`read_scenario`."""
+    try:
+        table = tomllib.loads(text)
+    except (tomllib.TOMLDecodeError, RecursionError, ValueError) as error:
+        raise BadInput(path, "", f"is not TOML: {error}") from None
+    for key, value in overrides:
+        table = changed(table, key, value, path, "--set")
+    settings = checked(Settings, table, path)
+    if settings.replay is not None:
+        _check_replay(table, settings, path)
+        return Scenario(settings, (), path, text, tuple(overrides))
+    base = {key: value for key, value in table.items() if key != "variants"}
+    cases = [
+        _variant(base, variant, path, f"variants.{i}.set")
+        for i, variant in enumerate(settings.variants)
+    ]
+    if not cases:
+        cases = [_case(base, "main", settings.title, path)]
+    return Scenario(settings, tuple(cases), path, text, tuple(overrides))
+
+
+def changed(
+    table: dict[str, Any], key: str, value: Any, source: str | Path, place: str
+) -> dict[str, Any]:
+    """Return a copy of *table* in which the dotted *key* has another value.
+
+    What follows ``plant.parameters.`` is one name, since a parameter's name may hold dots.
+
+    Raises
+    ------
+    BadInput
+        If the key leads into something that is not a table.
+    """
+    table = copy.deepcopy(table)
+    *parents, last = key.split(".", 2 if key.startswith("plant.parameters.") else -1)
+    inner: Any = table
+    for step in parents:
+        if isinstance(inner, list) and step.isdigit() and int(step) < len(inner):
+            inner = inner[int(step)]
+            continue
+        # A number may stand for a constant signal, so there is nothing to enter.
+        inner = inner.setdefault(step, {}) if isinstance(inner, dict) else None
+    if not isinstance(inner, dict) or not key.strip():
+        raise BadInput(source, place, f"{shown(key)} does not name a key of the scenario")
+    inner[last] = value
+    return table
+
+
+def _check_replay(table: dict[str, Any], settings: Settings, path: Path) -> None:
+    clash = sorted({"plant", "signals", "faults", "variants"} & table.keys())
+    if clash:
+        raise BadInput(path, clash[0], "has no meaning beside [replay]: no plant is simulated")
+    if not settings.compensator.enabled:
+        raise BadInput(path, "compensator.enabled", "a replay needs the compensator")
+
+
+def _variant(base: dict[str, Any], variant: Variant, path: Path, place: str) -> Case:
+    table = base
+    for key, value in variant.set.items():
+        if key.split(".")[0] in ("variants", "replay", "format", "name"):
+            raise BadInput(path, place, f"{shown(key)} cannot differ between variants")
+        table = changed(table, key, value, path, place)
+    try:
+        return _case(table, variant.name, variant.title or variant.name, path)
+    except BadInput as error:
+        if str(error.source) != str(path):
+            raise
+        raise BadInput(path, f"{place} ({variant.name}): {error.place}", error.problem) from None
+
+
+def _case(table: dict[str, Any], name: str, title: str, path: Path) -> Case:
+    settings = checked(Settings, table, path)
+    setting = Setting(path, "signals", path.resolve().parent, settings.seed)
+    signals = {
+        key: build(entry, signal_setting(setting, key)) for key, entry in settings.signals.items()
+    }
+    return Case(name, title, settings, signals, setting)
+
+
+def signal_setting(setting: Setting, name: str) -> Setting:
+    """Return where the signal *name* of a case stands."""
+    return Setting(setting.source, f"signals.{name}", setting.folder, setting.seed)

@@ -1,0 +1,75 @@
+"""The signals that drive a scenario: one file, one kind, found by walking this folder.
+
+A new kind is a new file with one class derived from :class:`~scenarios.signals.base.Signal`; its
+fields, with their bounds, are what a scenario file may say about it.
+"""
+
+from __future__ import annotations
+
+import difflib
+import importlib
+import pkgutil
+from functools import cache
+from typing import get_args
+
+from measurement.errors import BadInput, checked, shown
+from scenarios.signals.base import Setting, Signal
+
+DEEPEST = 5
+
+
+@cache
+def kinds() -> dict[str, type[Signal]]:
+    """Return every kind of signal by its name."""
+    found: dict[str, type[Signal]] = {}
+    for module in pkgutil.iter_modules(__path__):
+        namespace = vars(importlib.import_module(f"{__name__}.{module.name}"))
+        for entry in namespace.values():
+            if isinstance(entry, type) and issubclass(entry, Signal) and entry is not Signal:
+                (name,) = get_args(entry.model_fields["kind"].annotation)
+                found[name] = entry
+    return found
+
+
+def build(entry: object, setting: Setting) -> Signal:
+    """Return the signal that an entry of a scenario file describes.
+
+    Parameters
+    ----------
+    entry : object
+        A number, or a table with a ``kind``.
+    setting : Setting
+        Where it stands.
+
+    Raises
+    ------
+    BadInput
+        If it is neither, of an unknown kind, or wrong in a field.
+    """
+    if setting.depth > DEEPEST:
+        raise BadInput(setting.source, setting.place, f"sums nest at most {DEEPEST} deep")
+    if isinstance(entry, int | float) and not isinstance(entry, bool):
+        entry = {"kind": "constant", "value": entry}
+    if not isinstance(entry, dict):
+        raise BadInput(
+            setting.source,
+            setting.place,
+            f"{shown(entry)} is not allowed: a number, or a table with a kind, is needed",
+        )
+    kind = entry.get("kind")
+    if not isinstance(kind, str) or kind not in kinds():
+        near = difflib.get_close_matches(str(kind), kinds(), 1)
+        hint = f"; did you mean {near[0]}?" if near else ""
+        problem = "is missing" if kind is None else f"{shown(kind)} is not a kind of signal"
+        raise BadInput(
+            setting.source,
+            f"{setting.place}.kind",
+            f"{problem}: {', '.join(sorted(kinds()))}{hint}",
+        )
+    try:
+        signal = checked(kinds()[kind], entry, setting.source)
+    except BadInput as error:
+        place = ".".join(part for part in (setting.place, error.place) if part)
+        raise BadInput(setting.source, place, error.problem) from None
+    kinds()[kind].place(setting, entry)
+    return signal

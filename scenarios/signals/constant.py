@@ -1,0 +1,20 @@
+"""A value that never changes."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+
+from scenarios.signals.base import FloatArray, Setting, Signal, Value
+
+
+class Constant(Signal):
+    """``kind = "constant"``: the same *value* for ever. A bare number means the same."""
+
+    kind: Literal["constant"]
+    value: Value
+
+    def values(self, time_s: FloatArray, setting: Setting) -> FloatArray:
+        """Return the value, once for every moment."""
+        return np.full(time_s.shape, float(self.value))

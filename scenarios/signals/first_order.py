@@ -1,0 +1,30 @@
+"""A value that approaches another, ever more slowly."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+
+from scenarios.signals.base import Duration, FloatArray, Seconds, Setting, Signal, Value
+
+
+class FirstOrder(Signal):
+    """``kind = "first_order"``: from *start_s* on, *start* + (*end* - *start*) (1 - exp(-t/tau)).
+
+    tau is *time_constant_s*: after one of them 63 % of the way is done, after three 95 %.
+    """
+
+    kind: Literal["first_order"]
+    start: Value
+    end: Value
+    time_constant_s: Duration
+    start_s: Seconds = 0.0
+
+    def values(self, time_s: FloatArray, setting: Setting) -> FloatArray:
+        """Return the value on its way."""
+        elapsed = np.maximum(time_s - self.start_s, 0.0)
+        way: FloatArray = self.start - (self.end - self.start) * np.expm1(
+            -elapsed / self.time_constant_s
+        )
+        return way

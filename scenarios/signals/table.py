@@ -1,0 +1,50 @@
+"""A value read from a run file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import Field
+
+from measurement.errors import BadInput
+from measurement.runs import read_run
+from measurement.units import UNITS, split_column
+from scenarios.signals.base import FloatArray, Setting, Signal
+
+
+class Table(Signal):
+    """``kind = "table"``: the *column* of the run file *file*, a path from the scenario's folder.
+
+    Commands such as a speed hold until the next row, measured quantities run straight between rows.
+    Before the first row and after the last the nearest value holds.
+    """
+
+    kind: Literal["table"]
+    file: Annotated[str, Field(min_length=1, max_length=4096)]
+    column: Annotated[str, Field(min_length=1, max_length=200)]
+
+    def values(self, time_s: FloatArray, setting: Setting) -> FloatArray:
+        """Return the column at every moment, counted from the run's first row."""
+        path = setting.folder / Path(self.file).expanduser()
+        run = read_run(path)
+        if self.column not in run.frame.columns or self.column == "time_s":
+            known = ", ".join(name for name in run.frame.columns if name != "time_s")
+            raise BadInput(
+                setting.source,
+                f"{setting.place}.column",
+                f"{self.column!r} is not a column of {path}: {known}",
+            )
+        values = run.frame[self.column].to_numpy(dtype=float)
+        good = np.isfinite(values)
+        if not good.any():
+            raise BadInput(path, f"column {self.column}", "holds no value at all")
+        moments, values = (run.time_s - run.time_s[0])[good], values[good]
+        if UNITS[split_column(self.column)[1]].switches:
+            held: FloatArray = values[
+                np.maximum(np.searchsorted(moments, time_s, side="right") - 1, 0)
+            ]
+            return held
+        line: FloatArray = np.interp(time_s, moments, values)
+        return line

@@ -1,0 +1,173 @@
+"""The headline: drift of the tool tip before and after compensation, like the studies' tables."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import pandas as pd
+
+from measurement.figures import CompensationRow, compensation_table
+
+NO_COMPENSATION = "No compensation"
+
+
+@dataclass(frozen=True)
+class Row:
+    """One line of the table.
+
+    Attributes
+    ----------
+    name : str
+        The variant or the run; empty for the line without compensation.
+    label : str
+        What the table shows.
+    axes : dict of str to CompensationRow
+        By axis: X, Y, Z, as far as they are known.
+    """
+
+    name: str
+    label: str
+    axes: dict[str, CompensationRow]
+
+    @property
+    def is_reference(self) -> bool:
+        """Whether this is the line without compensation."""
+        return not self.name
+
+
+@dataclass(frozen=True)
+class Group:
+    """Lines that share one drift, the one without compensation first."""
+
+    title: str
+    rows: tuple[Row, ...]
+
+    def with_only(self, names: Iterable[str]) -> Group:
+        """Return the group with the reference line and the lines of these names alone."""
+        wanted = set(names)
+        rows = tuple(row for row in self.rows if row.is_reference or row.name in wanted)
+        return Group(self.title, rows)
+
+
+def group_of(title: str, results: Iterable[tuple[str, str, pd.DataFrame]]) -> Group:
+    """Return the lines of several results that share one drift.
+
+    Parameters
+    ----------
+    title : str
+        What they share, for example the tool length.
+    results : iterable of (name, label, frame)
+        Frames with ``drift_X_um`` ... and ``error_X_um`` ... [um].
+    """
+    rows: list[Row] = []
+    for name, label, frame in results:
+        before, after = _named(frame, "drift_"), _named(frame, "error_")
+        if not rows:
+            rows.append(Row("", NO_COMPENSATION, _by_axis(before, before)))
+        rows.append(Row(name, label, _by_axis(before, after)))
+    return Group(title, tuple(rows))
+
+
+def overall(groups: Sequence[Group], title: str, label: str) -> Group:
+    """Return all groups' lines taken together: largest maximum, mean over all samples.
+
+    Each group must have the line without compensation and one line with.
+    """
+    axes = sorted({axis for group in groups for axis in group.rows[0].axes})
+    found: dict[str, tuple[CompensationRow, CompensationRow]] = {}
+    for axis in axes:
+        rows = [group.rows[-1].axes[axis] for group in groups if axis in group.rows[-1].axes]
+        rows = [row for row in rows if row.samples]
+        if rows:
+            found[axis] = _taken_together(axis, rows)
+    reference = Row("", NO_COMPENSATION, {axis: pair[0] for axis, pair in found.items()})
+    return Group(
+        title, (reference, Row("overall", label, {axis: pair[1] for axis, pair in found.items()}))
+    )
+
+
+def _taken_together(
+    axis: str, rows: Sequence[CompensationRow]
+) -> tuple[CompensationRow, CompensationRow]:
+    samples = sum(row.samples for row in rows)
+    before = sum(row.before_mean_um * row.samples for row in rows) / samples
+    after = sum(row.after_mean_um * row.samples for row in rows) / samples
+    before_max = max(row.before_max_um for row in rows)
+    after_max = max(row.after_max_um for row in rows)
+    gain = 100.0 * (1.0 - after / before) if before > 0.0 else math.nan
+    return (
+        CompensationRow(axis, before_max, before, before_max, before, 0.0, samples),
+        CompensationRow(axis, before_max, before, after_max, after, gain, samples),
+    )
+
+
+def _named(frame: pd.DataFrame, prefix: str) -> pd.DataFrame:
+    return frame[[name for name in frame.columns if str(name).startswith(prefix)]]
+
+
+def _by_axis(before: pd.DataFrame, after: pd.DataFrame) -> dict[str, CompensationRow]:
+    return {row.axis: row for row in compensation_table(before, after)}
+
+
+def as_text(groups: Sequence[Group]) -> str:
+    """Return the table as fixed-width text: after-values per axis, the reference line on top."""
+    axes = sorted({axis for group in groups for row in group.rows for axis in row.axes})
+    labels = [row.label for group in groups for row in group.rows] + [g.title for g in groups]
+    width = max(len(label) for label in labels) + 3
+    cells = "max    mean  better"
+    lines = [
+        " " * width + "".join(f"{axis + ' [um]':^24}" for axis in axes),
+        " " * width + "".join(f"{cells:>22}  " for _ in axes),
+    ]
+    for group in groups:
+        lines.append(group.title)
+        for row in group.rows:
+            found = "".join(_cells(row.axes.get(axis), row.is_reference) for axis in axes)
+            lines.append(f"  {row.label}".ljust(width) + found)
+    return "\n".join(line.rstrip() for line in lines)
+
+
+def _cells(row: CompensationRow | None, reference: bool) -> str:
+    if row is None:
+        return f"{'-':>7}{'-':>8}{'-':>8} "
+    better = "" if reference else percent(row.improvement_percent)
+    return f"{number(row.after_max_um):>7}{number(row.after_mean_um):>8}{better:>8} "
+
+
+def number(value: float) -> str:
+    """Return a displacement as the tables show it [um]."""
+    return "-" if math.isnan(value) else f"{value:.1f}"
+
+
+def percent(value: float) -> str:
+    """Return an improvement as the tables show it [%]."""
+    return "-" if math.isnan(value) else f"{value:.0f} %"
+
+
+def as_list(groups: Sequence[Group]) -> list[dict[str, Any]]:
+    """Return the table ready for JSON; a figure that is not defined is null."""
+    return [
+        {
+            "title": group.title,
+            "rows": [
+                {
+                    "name": row.name,
+                    "label": row.label,
+                    "axes": {axis: _finite(entry.to_dict()) for axis, entry in row.axes.items()},
+                }
+                for row in group.rows
+            ],
+        }
+        for group in groups
+    ]
+
+
+def _finite(table: dict[str, Any]) -> dict[str, Any]:
+    return {
+        key: None if isinstance(value, float) and not math.isfinite(value) else value
+        for key, value in table.items()
+        if key != "axis"
+    }

@@ -1,0 +1,233 @@
+"""From recordings to the table and the charts of a results folder."""
+
+from __future__ import annotations
+
+import json
+import zipfile
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from measurement.errors import BadInput
+from measurement.rig import FivePointRig, rig_from_table
+from measurement.units import UNITS, split_column
+from scenarios.charts import BEFORE, LINES, MANY, MEASURED, Chart, Line, Panel
+from scenarios.recording import Recording
+from scenarios.signals.base import FloatArray
+from scenarios.table import NO_COMPENSATION, Group, group_of
+
+AXES = ("X", "Y", "Z")
+TOOL = "tool_length_mm"
+AVERAGE_S = 60.0
+
+
+def grouped(recordings: Sequence[Recording]) -> list[list[Recording]]:
+    """Return the recordings in groups that share one drift, in the order of the scenario.
+
+    Only then does one line without compensation stand for all of them.
+    """
+    groups: list[list[Recording]] = []
+    for recording in recordings:
+        drift = _drift(recording.frame)
+        for group in groups:
+            if np.array_equal(drift, _drift(group[0].frame), equal_nan=True):
+                group.append(recording)
+                break
+        else:
+            groups.append([recording])
+    return groups
+
+
+def _drift(frame: pd.DataFrame) -> np.ndarray:
+    return frame[[f"drift_{axis}_um" for axis in AXES if f"drift_{axis}_um" in frame]].to_numpy()
+
+
+def group_title(group: Sequence[Recording]) -> str:
+    """Return what the variants of a group share, as the table and the figures say it."""
+    frame = group[0].frame
+    if TOOL not in frame:
+        return group[0].case.title if len(group) == 1 else "All variants"
+    lengths = frame[TOOL].unique()
+    if len(lengths) == 1:
+        return f"Tool length {lengths[0]:g} mm"
+    return "Tools of " + ", ".join(f"{length:g}" for length in lengths) + " mm in turn"
+
+
+def table_of(recordings: Sequence[Recording]) -> list[Group]:
+    """Return the headline table; a variant without compensator is the line without compensation."""
+    return [
+        group_of(
+            group_title(group), [(entry.case.name, label_of(entry), entry.frame) for entry in group]
+        ).with_only(entry.case.name for entry in group if is_compensated(entry))
+        for group in grouped(recordings)
+    ]
+
+
+def label_of(recording: Recording) -> str:
+    """Return a variant's name for people."""
+    case = recording.case
+    return "Compensated" if case.name == "main" else case.title
+
+
+def full_label_of(recording: Recording) -> str:
+    """Return a variant's name for people, where no heading says what its group is."""
+    title, label = group_title([recording]), label_of(recording)
+    return label if title == recording.case.title else f"{label}, {lowered(title)}"
+
+
+def is_compensated(recording: Recording) -> bool:
+    """Return whether a compensator took part."""
+    return any(fmu.label == "compensator" for fmu in recording.fmus)
+
+
+def rig_of(plant_fmu: Path) -> FivePointRig | None:
+    """Return the five-point rig of the machine in a plant FMU, or None if it says of none."""
+    try:
+        with zipfile.ZipFile(plant_fmu) as archive:
+            rig = json.loads(archive.read("resources/machine.json"))["rig"]
+        found = rig_from_table(rig, plant_fmu)
+    except (OSError, KeyError, TypeError, ValueError, AttributeError, BadInput):
+        return None
+    return found if isinstance(found, FivePointRig) else None
+
+
+def charts_of(recordings: Sequence[Recording], rig: FivePointRig | None) -> list[Chart]:
+    """Return the charts of a scenario.
+
+    Parameters
+    ----------
+    recordings : sequence of Recording
+        At least one.
+    rig : FivePointRig or None
+        Turns the machine's displacement readings into the measured tilt, where it is known.
+    """
+    main = recordings[0]
+    groups = grouped(recordings)
+    charts = [_speed(main), _temperatures(main)]
+    for number, group in enumerate(groups):
+        name = "drift" if number == 0 else f"drift_{number + 1}"
+        charts.append(drift_chart(name, group_title(group), group))
+    compensated = [entry for entry in recordings if is_compensated(entry)]
+    charts += _tilt(compensated[0] if compensated else main, rig)
+    if compensated:
+        charts += _offsets(compensated[0])
+    return charts
+
+
+def _speed(main: Recording) -> Chart:
+    frame = main.frame
+    time_s: FloatArray = frame["time_s"].to_numpy(dtype=np.float64)
+    panels = []
+    for column in ("speed_rpm", "feed_mm_min", "torque_Nm", TOOL):
+        # A tool that is never changed, or a torque that is always zero, tells nothing.
+        if column not in frame or (column != "speed_rpm" and frame[column].nunique() < 2):
+            continue
+        name, unit = split_column(column)
+        line = Line("", time_s, frame[column].to_numpy(), LINES[0], held=True)
+        label = f"{name.replace('_', ' ')} [{UNITS[unit].label}]"
+        panels.append(Panel(label, (line,), from_zero=True))
+    return Chart("speed", "Spindle speed", "", tuple(panels))
+
+
+def _temperatures(main: Recording) -> Chart:
+    frame = main.frame
+    time_s: FloatArray = frame["time_s"].to_numpy(dtype=np.float64)
+    columns = [name for name in main.sensors if name.endswith("_degC")]
+    lines = [
+        Line(split_column(column)[0], time_s, seen(frame, column), MANY[i % len(MANY)], thin=True)
+        for i, column in enumerate(columns)
+    ]
+    note = "As the compensator saw them: with sensor noise, and with faults where there are any."
+    return Chart("temperatures", "Temperatures", note, (Panel("temperature [°C]", tuple(lines)),))
+
+
+def seen(frame: pd.DataFrame, column: str) -> FloatArray:
+    """Return a sensor's column as the machine showed it, faults included."""
+    signal, _, unit = column.rpartition("_")
+    disturbed = f"{signal}_seen_{unit}"
+    found: FloatArray = frame[disturbed if disturbed in frame else column].to_numpy(
+        dtype=np.float64
+    )
+    return found
+
+
+def drift_chart(name: str, what: str, group: Sequence[Recording]) -> Chart:
+    """Return the drift before and after compensation, an axis a panel."""
+    first = group[0].frame
+    time_s = first["time_s"].to_numpy()
+    panels = []
+    for axis in AXES:
+        if f"drift_{axis}_um" not in first:
+            continue
+        lines = [Line(NO_COMPENSATION, time_s, first[f"drift_{axis}_um"].to_numpy(), BEFORE)]
+        after = [entry for entry in group if is_compensated(entry)]
+        for number, entry in enumerate(after):
+            error: FloatArray = entry.frame[f"error_{axis}_um"].to_numpy(dtype=np.float64)
+            colour, rank = LINES[number % len(LINES)], len(after) - number
+            lines.append(Line(label_of(entry), time_s, error, colour, thin=True, rank=rank))
+        panels.append(Panel(f"{axis} [µm]", tuple(lines)))
+    title = f"Drift of the tool tip before and after compensation: {lowered(what)}"
+    return Chart(name, title, "", tuple(panels))
+
+
+def _tilt(recording: Recording, rig: FivePointRig | None) -> list[Chart]:
+    frame = recording.frame
+    time_s: FloatArray = frame["time_s"].to_numpy(dtype=np.float64)
+    pose = None
+    if rig is not None and all(column in frame for column in rig.columns):
+        pose = rig.pose(frame)
+    panels = []
+    for name, plane in (("yaw", "XZ"), ("pitch", "YZ")):
+        column, lines = f"{name}_urad", []
+        if pose is not None:
+            measured: FloatArray = pose[column].to_numpy(dtype=np.float64)
+            lines.append(
+                Line("Measured by the rig", *minute_means(time_s, measured), MEASURED, rank=2)
+            )
+        if column in frame:
+            predicted: FloatArray = frame[column].to_numpy(dtype=np.float64)
+            lines.append(
+                Line("Predicted by the compensator", time_s, predicted, LINES[0], thin=True)
+            )
+        if lines:
+            panels.append(Panel(f"{name}, {plane} [µrad]", tuple(lines)))
+    note = (
+        "The tilt is what makes the drift in X and Y grow with the tool's length. "
+        "Measured: means of a minute."
+    )
+    return [Chart("tilt", "Tilt of the spindle", note, tuple(panels))] if panels else []
+
+
+def _offsets(recording: Recording) -> list[Chart]:
+    frame = recording.frame
+    time_s: FloatArray = frame["time_s"].to_numpy(dtype=np.float64)
+    columns = [f"offset_{axis}_um" for axis in AXES]
+    lines = tuple(
+        Line(axis, time_s, frame[column].to_numpy(), LINES[number], thin=True)
+        for number, (axis, column) in enumerate(zip(AXES, columns, strict=True))
+        if column in frame
+    )
+    title = f"Axis offsets in force: {lowered(full_label_of(recording))}"
+    note = "What the control makes of the offsets sent: slew limit, saturation, resolution."
+    return [Chart("offsets", title, note, (Panel("offset [µm]", lines),))] if lines else []
+
+
+def lowered(text: str) -> str:
+    """Return a title as it stands within a sentence."""
+    return text[:1].lower() + text[1:]
+
+
+def minute_means(time_s: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return moments and means of each minute: a curve without the noise of single samples."""
+    # The last sample, at the end of the last minute, makes no minute of its own.
+    last = max(int(np.ceil(time_s[-1] / AVERAGE_S)) - 1, 0)
+    minute = np.minimum(np.floor(time_s / AVERAGE_S).astype(int), last)
+    there = np.isfinite(values)
+    counts = np.bincount(minute[there], minlength=last + 1).astype(float)
+    sums = np.bincount(minute[there], values[there], minlength=last + 1)
+    # A minute without any valid sample stays a gap.
+    means = np.divide(sums, counts, out=np.full(counts.shape, np.nan), where=counts > 0)
+    middles = (np.arange(len(counts)) + 0.5) * AVERAGE_S
+    return np.minimum(middles, time_s[-1]), means

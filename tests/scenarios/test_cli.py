@@ -1,0 +1,156 @@
+"""The command line: exit codes, one line of error, help that is quick."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from scenarios import cli
+from scenarios.cli import main
+from scenarios.scenario import library
+
+
+def one_line(text: str) -> str:
+    lines = text.splitlines()
+    assert len(lines) == 1, text
+    return lines[0]
+
+
+def test_help_lists_every_command_and_is_quick() -> None:
+    begun = time.perf_counter()
+    done = subprocess.run(
+        [sys.executable, "-m", "scenarios.cli", "--help"],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert time.perf_counter() - begun < 2.0  # 0.1 s on an idle machine
+    for command in ("run", "list", "replay", "fit", "summary"):
+        assert f"\n    {command} " in done.stdout
+
+
+def test_help_imports_nothing_heavy() -> None:
+    code = (
+        "import sys; from scenarios.cli import main; main(['--help']);"
+        "heavy = {'numpy', 'pandas', 'fmpy', 'plotly', 'matplotlib', 'pydantic'};"
+        "print(sorted(heavy & set(sys.modules)))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "[]"
+
+
+def test_no_command_shows_the_help(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([]) == 0
+    assert "examples:" in capsys.readouterr().out
+
+
+def test_version(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--version"]) == 0
+    assert capsys.readouterr().out.startswith("spindle-drift ")
+
+
+@pytest.mark.parametrize(
+    ("argv", "message"),
+    [
+        (["rum"], "invalid choice: 'rum'"),
+        (["run"], "required: SCENARIO"),
+        (["list", "--jsno"], "unrecognized arguments"),
+        (["run", "step_sped"], "did you mean step_speed?"),
+        (["run", "step_speed", "--set", "duration_s"], "is not of the form KEY=VALUE"),
+        (["run", "step_speed", "--set", "duration=5"], "duration: is not a known field"),
+        (["run", "step_speed", "--plant", "no.fmu"], "no.fmu: there is no such file"),
+        (["run", "replay"], "replay.runs: names no run"),
+        (["replay", "no.json", "no.csv"], "no.csv: no such file"),
+    ],
+)
+def test_wrong_input_is_one_line_and_exit_code_2(
+    argv: list[str],
+    message: str,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(argv) == 2
+    said = one_line(capsys.readouterr().err)
+    assert said.startswith("spindle-drift: error: ")
+    assert message in said
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_list_names_every_scenario(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["list"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split()[0] for line in lines] == [path.stem for path in library()]
+    assert main(["list", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert [entry["name"] for entry in found] == [path.stem for path in library()]
+
+
+def test_run_prints_a_table_and_writes_the_folder(
+    tiny_scenario: Path, tiny_folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "out"
+    argv = ["run", str(tiny_scenario), "--fmu-dir", str(tiny_folder), "--out", str(out)]
+    assert main(argv) == 0
+    shown = capsys.readouterr()
+    assert "No compensation" in shown.out
+    assert str(out / "report.html") in shown.out
+    assert shown.err == ""
+    assert main([*argv, "--json", "--set", "duration_s=10"]) == 0
+    table = json.loads(capsys.readouterr().out)
+    assert table["scenario"]["overrides"] == {"duration_s": 10}
+    assert table == json.loads((out / "table.json").read_text())
+    assert main([*argv, "--quiet"]) == 0
+    assert capsys.readouterr().out == ""
+
+
+def test_a_failing_fmu_is_one_line_and_exit_code_1(
+    tiny_scenario: Path, tiny_folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "out"
+    argv = ["run", str(tiny_scenario), "--fmu-dir", str(tiny_folder), "--out", str(out)]
+    assert main([*argv, "--set", "signals.speed=9500"]) == 1
+    assert one_line(capsys.readouterr().err) == (
+        "spindle-drift: error: plant FMU at 0 s: the step failed (discard): "
+        "this plant bursts at 9000 r/min"
+    )
+    assert not out.exists()
+
+
+def test_a_foreign_folder_is_refused_before_anything_is_simulated(
+    tiny_scenario: Path, tiny_folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    argv = ["run", str(tiny_scenario), "--fmu-dir", str(tiny_folder), "--out", str(tmp_path)]
+    assert main(argv) == 2
+    assert "holds files and no results" in one_line(capsys.readouterr().err)
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "lines"),
+    [(KeyboardInterrupt(), 130, 1), (ZeroDivisionError("oops"), 1, None)],
+)
+def test_interruption_and_bugs(
+    error: BaseException,
+    code: int,
+    lines: int | None,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    def fail(argv: list[str]) -> int:
+        raise error
+
+    monkeypatch.setattr(cli, "_run", fail)
+    assert main(["list"]) == code
+    said = capsys.readouterr().err
+    if lines is None:
+        assert "Traceback" in said
+        assert "ZeroDivisionError: oops" in said
+    else:
+        assert len(said.splitlines()) == lines
+        assert "Traceback" not in said

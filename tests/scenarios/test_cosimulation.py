@@ -1,0 +1,196 @@
+"""The master on two small FMUs, against the same loop written out by hand."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from measurement.errors import BadInput
+from scenarios.cosimulation import simulate
+from scenarios.fmu import FmuError, read_description
+from scenarios.recording import Recording
+from scenarios.scenario import read_scenario
+
+
+def run(
+    scenario: Path, plant: Path, compensator: Path | None, *overrides: tuple[str, Any]
+) -> Recording:
+    (case,) = read_scenario(scenario, overrides).cases
+    return simulate(case, plant, compensator, quiet=True)
+
+
+def by_hand(steps: int, h: float, speed: list[float]) -> dict[str, list[float]]:
+    """The documented step order: both step from t to t + h with what was there at t."""
+    temperature, sent, in_force = 20.0, 0.0, 0.0
+    table: dict[str, list[float]] = {"T1_degC": [], "dX_um": [], "offset_X_um": []}
+    for k in range(steps + 1):
+        table["T1_degC"].append(temperature)
+        table["dX_um"].append(sent)
+        table["offset_X_um"].append(in_force)
+        seen, given = temperature, sent
+        sent = -10.0 * (seen - 20.0)
+        temperature += 1e-3 * speed[k] * h
+        in_force = given
+    return table
+
+
+@pytest.mark.parametrize("h", [1.0, 0.5])
+def test_the_loop_equals_the_one_by_hand(
+    tiny_scenario: Path, tiny_plant: Path, tiny_compensator: Path, h: float
+) -> None:
+    found = run(tiny_scenario, tiny_plant, tiny_compensator, ("step_s", h)).frame
+    steps = round(20 / h)
+    speed = [1000.0 if k * h < 10 else 2000.0 for k in range(steps + 1)]
+    assert found["time_s"].tolist() == [k * h for k in range(steps + 1)]
+    assert found["speed_rpm"].tolist() == speed
+    for name, values in by_hand(steps, h, speed).items():
+        assert found[name].to_numpy() == pytest.approx(values), name
+
+
+def test_a_reading_is_answered_one_step_later_and_seen_after_another(
+    tiny_scenario: Path, tiny_plant: Path, tiny_compensator: Path
+) -> None:
+    frame = run(tiny_scenario, tiny_plant, tiny_compensator).frame
+    wanted = -10.0 * (frame["T1_degC"].to_numpy() - 20.0)
+    assert frame["dX_um"].to_numpy()[1:] == pytest.approx(wanted[:-1])
+    assert frame["offset_X_um"].to_numpy()[2:] == pytest.approx(wanted[:-2])
+    assert frame["error_X_um"].to_numpy() == pytest.approx(
+        (frame["drift_X_um"] + frame["offset_X_um"]).to_numpy()
+    )
+
+
+def test_without_a_compensator_the_offsets_stay_zero(
+    tiny_scenario: Path, tiny_plant: Path, tiny_compensator: Path
+) -> None:
+    for recording in (
+        run(tiny_scenario, tiny_plant, None),
+        run(tiny_scenario, tiny_plant, tiny_compensator, ("compensator.enabled", False)),
+    ):
+        assert not recording.frame["offset_X_um"].any()
+        assert [fmu.label for fmu in recording.fmus] == ["plant"]
+        assert recording.frame["error_X_um"].iloc[-1] == pytest.approx(300.0)
+
+
+def test_a_missing_reading_reaches_the_compensator_and_its_status_is_kept(
+    tiny_scenario: Path, tiny_plant: Path, tiny_compensator: Path
+) -> None:
+    text = '\n[[faults]]\nsensor = "T1"\nkind = "missing"\nstart_s = 5\nend_s = 8\n'
+    tiny_scenario.write_text(tiny_scenario.read_text() + text)
+    recording = run(tiny_scenario, tiny_plant, tiny_compensator)
+    seen = recording.frame["T1_seen_degC"]
+    assert seen.index[seen.isna()].tolist() == [5, 6, 7]
+    assert recording.frame["T1_degC"].notna().all()
+    held = recording.frame["dX_um"].iloc[5:9]
+    assert held.tolist() == [held.iloc[0]] * 4
+    assert [(event.time_s, event.code, event.text) for event in recording.events] == [
+        (0.0, 0, "ok"),
+        (6.0, 11, "holding: T1 is missing"),
+        (9.0, 0, "ok"),
+    ]
+
+
+def test_parameters_and_the_noise_seed_reach_the_plant(
+    tiny_scenario: Path, tiny_plant: Path
+) -> None:
+    frame = run(tiny_scenario, tiny_plant, None, ("plant.parameters.gain", 0.0)).frame
+    assert set(frame["T1_degC"]) == {20.0}
+
+
+def test_a_length_blind_compensator_is_told_another_length(
+    tiny_scenario: Path, tiny_plant: Path, tiny_compensator: Path
+) -> None:
+    override = ("compensator.tool_length_mm", 30.0)
+    frame = run(tiny_scenario, tiny_plant, tiny_compensator, override).frame
+    assert set(frame["tool_length_seen_mm"]) == {30.0}
+    assert set(frame["tool_length_mm"]) == {100.0}
+
+
+@pytest.mark.parametrize(
+    ("override", "message"),
+    [
+        (("signals.speeed", 1.0), "signals.speeed: is not an input of the plant FMU: speed"),
+        (("signals.dX", 1.0), "signals.dX: is what the compensator sends"),
+        (("plant.parameters.gian", 1.0), "no such parameter; did you mean gain?"),
+        (("plant.parameters.speed", 1.0), "no such parameter"),
+        (("plant.parameters.noise_seed", 1.5), "not a whole number"),
+    ],
+)
+def test_a_scenario_that_does_not_fit_the_fmus_is_refused(
+    tiny_scenario: Path,
+    tiny_plant: Path,
+    tiny_compensator: Path,
+    override: tuple[str, Any],
+    message: str,
+) -> None:
+    with pytest.raises(BadInput, match=message.replace("?", r"\?")):
+        run(tiny_scenario, tiny_plant, tiny_compensator, override)
+
+
+def test_a_fault_of_a_sensor_that_is_not_there_is_refused(
+    tiny_scenario: Path, tiny_plant: Path, tiny_compensator: Path
+) -> None:
+    text = '\n[[faults]]\nsensor = "T7"\nkind = "missing"\nstart_s = 5\n'
+    tiny_scenario.write_text(tiny_scenario.read_text() + text)
+    with pytest.raises(BadInput, match=r"faults.0.sensor: 'T7' is not an input .*: T1"):
+        run(tiny_scenario, tiny_plant, tiny_compensator)
+
+
+def test_an_input_of_both_without_a_signal_has_the_plants_start_value(
+    tiny_scenario: Path, tiny_plant: Path, tiny_compensator: Path
+) -> None:
+    text = tiny_scenario.read_text().replace("tool_length = 100.0", "")
+    tiny_scenario.write_text(text)
+    frame = run(tiny_scenario, tiny_plant, tiny_compensator).frame
+    assert set(frame["tool_length_mm"]) == {70.0}
+
+
+def test_a_failing_step_is_one_line_with_time_and_cause(
+    tiny_scenario: Path, tiny_plant: Path, tiny_compensator: Path
+) -> None:
+    override = ("signals.speed", {"kind": "steps", "times_s": [0, 7], "values": [0, 9500]})
+    with pytest.raises(FmuError) as caught:
+        run(tiny_scenario, tiny_plant, tiny_compensator, override)
+    assert str(caught.value) == (
+        "plant FMU at 7 s: the step failed (discard): this plant bursts at 9000 r/min"
+    )
+
+
+def test_two_runs_in_one_process_are_equal(
+    tiny_scenario: Path, tiny_plant: Path, tiny_compensator: Path
+) -> None:
+    first, second = (run(tiny_scenario, tiny_plant, tiny_compensator) for _ in range(2))
+    assert first.frame.equals(second.frame)
+    assert np.isfinite(first.frame.to_numpy()).all()
+
+
+def test_what_is_no_fmu_is_refused_in_one_line(tmp_path: Path) -> None:
+    path = tmp_path / "a.fmu"
+    with pytest.raises(BadInput, match="no such file"):
+        read_description(path)
+    path.write_bytes(b"PK nonsense")
+    with pytest.raises(BadInput, match="is not an FMU") as caught:
+        read_description(path)
+    assert "\n" not in str(caught.value)
+
+
+def test_ctrl_c_is_an_interruption_and_not_a_failure_of_an_fmu(
+    tiny_scenario: Path, tiny_plant: Path, tiny_compensator: Path
+) -> None:
+    usual = signal.getsignal(signal.SIGINT)
+    timer = threading.Timer(0.5, signal.raise_signal, [signal.SIGINT])
+    timer.start()
+    with pytest.raises(KeyboardInterrupt):
+        run(
+            tiny_scenario,
+            tiny_plant,
+            tiny_compensator,
+            ("duration_s", 900_000),
+            ("signals.speed", 0.0),
+        )
+    timer.join()
+    assert signal.getsignal(signal.SIGINT) is usual

@@ -1,0 +1,74 @@
+"""Faults of sensors, each against readings worked out by hand."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from scenarios.faults import Fault, FaultLine
+
+
+def seen(fault: dict[str, Any], readings: list[float], step_s: float = 1.0) -> list[float]:
+    line = FaultLine([Fault(sensor="T2", **fault)], ["T1", "T2"])
+    found = []
+    for k, reading in enumerate(readings):
+        values = np.array([7.0, reading])
+        line.apply(k * step_s, step_s, values)
+        assert values[0] == 7.0
+        found.append(float(values[1]))
+    return found
+
+
+RAMP = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0]
+CASES = [
+    ({"kind": "missing", "start_s": 2, "end_s": 4}, [0, 1, math.nan, math.nan, 4, 5]),
+    ({"kind": "frozen", "start_s": 2, "end_s": 5}, [0, 1, 2, 2, 2, 5]),
+    ({"kind": "offset", "value": 10.0, "start_s": 4}, [0, 1, 2, 3, 14, 15]),
+    ({"kind": "stuck-at", "value": -3.0, "start_s": 1, "end_s": 3}, [0, -3, -3, 3, 4, 5]),
+    ({"kind": "drift", "value": 3600.0, "start_s": 1, "end_s": 4}, [0, 1, 3, 5, 4, 5]),
+    ({"kind": "spike", "value": 10.0, "start_s": 1}, [0, 11, 2, 3, 4, 5]),
+    ({"kind": "spike", "value": 10.0, "start_s": 1, "every_s": 2.0}, [0, 11, 2, 13, 4, 15]),
+]
+
+
+@pytest.mark.parametrize(("fault", "expected"), CASES)
+def test_what_the_compensator_sees(fault: dict[str, Any], expected: list[float]) -> None:
+    assert seen(fault, RAMP) == pytest.approx(expected, nan_ok=True)
+
+
+def test_a_spike_lasts_one_step_whatever_its_length() -> None:
+    spike = {"kind": "spike", "value": 10.0, "start_s": 1.0}
+    assert seen(spike, RAMP, step_s=0.5) == [0, 1, 12, 3, 4, 5]
+
+
+def test_faults_act_one_after_the_other() -> None:
+    faults = [
+        Fault(sensor="T1", kind="offset", value=1.0, start_s=0),
+        Fault(sensor="T1", kind="frozen", start_s=1),
+    ]
+    line = FaultLine(faults, ["T1"])
+    found = []
+    for k in range(3):
+        values = np.array([float(k)])
+        line.apply(float(k), 1.0, values)
+        found.append(float(values[0]))
+    assert found == [1.0, 2.0, 2.0]
+
+
+@pytest.mark.parametrize(
+    ("fault", "message"),
+    [
+        ({"kind": "offset", "start_s": 0}, "needs value"),
+        ({"kind": "missing", "value": 1.0, "start_s": 0}, "takes no value"),
+        ({"kind": "frozen", "start_s": 0, "every_s": 1.0}, "takes no every_s"),
+        ({"kind": "missing", "start_s": 5, "end_s": 5}, "must be after"),
+        ({"kind": "melted", "start_s": 5}, "missing"),
+    ],
+)
+def test_faults_that_make_no_sense_are_refused(fault: dict[str, Any], message: str) -> None:
+    with pytest.raises(ValidationError, match=message):
+        Fault(sensor="T1", **fault)

@@ -1,0 +1,147 @@
+"""Every shipped scenario, shortened, with the project's own FMUs; and what the FMU finder does."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from measurement.errors import BadInput
+from scenarios.cli import main
+from scenarios.cosimulation import simulate
+from scenarios.fmu_files import build_shipped, find_fmu
+from scenarios.runner import run_scenario
+from scenarios.scenario import library, read_scenario
+from scenarios.signals.base import Setting
+from scenarios.views import rig_of
+
+SIMULATED = [path.stem for path in library() if read_scenario(path).cases]
+
+
+@pytest.fixture(scope="session")
+def fmu_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The project's plant and compensator FMU."""
+    folder = tmp_path_factory.mktemp("dist")
+    for kind in ("plant", "compensator"):
+        build_shipped(kind, folder, quiet=True)
+    return folder
+
+
+@pytest.mark.parametrize("name", SIMULATED)
+def test_every_scenario_runs(name: str, fmu_folder: Path) -> None:
+    for case in read_scenario(name, [("duration_s", 300)]).cases:
+        found = simulate(case, fmu_folder / "plant.fmu", fmu_folder / "compensator.fmu", quiet=True)
+        frame = found.frame
+        for axis in "XYZ":
+            total = (frame[f"drift_{axis}_um"] + frame[f"offset_{axis}_um"]).to_numpy()
+            assert frame[f"error_{axis}_um"].to_numpy() == pytest.approx(total, abs=1e-9)
+        assert len(frame) == 301
+
+
+@pytest.mark.parametrize("name", SIMULATED)
+def test_every_scenario_keeps_to_what_its_machine_is_meant_for(name: str) -> None:
+    for case in read_scenario(name).cases:
+        time = np.arange(0.0, case.settings.duration_s, 10.0)
+        for key, low, high in (
+            ("speed", 0.0, 20_000.0),
+            ("ambient", 10.0, 40.0),
+            ("coolant_inlet", 10.0, 40.0),
+            ("tool_length", 0.0, 260.0),
+        ):
+            if key in case.signals:
+                setting = Setting("x", f"signals.{key}", Path(), case.settings.seed)
+                values = case.signals[key].values(time, setting)
+                assert low <= values.min() <= values.max() <= high, key
+        for fault in case.settings.faults:
+            assert fault.start_s < case.settings.duration_s
+
+
+@pytest.mark.slow
+def test_the_main_scenario_shows_what_it_is_for(fmu_folder: Path, tmp_path: Path) -> None:
+    scenario = read_scenario("step_speed")
+    table, groups, _ = run_scenario(scenario, tmp_path / "out", fmu_folder, quiet=True)
+    short, long = groups
+    for group in groups:
+        reference, known, blind = group.rows
+        for axis in "XYZ":
+            assert known.axes[axis].after_mean_um < 0.6 * reference.axes[axis].after_mean_um
+        # What the tilt does to X and Y is left over by a compensator that knows no length.
+        for axis in "XY":
+            assert known.axes[axis].after_mean_um < blind.axes[axis].after_mean_um
+    for axis in "XY":
+        left = [group.rows[2].axes[axis].after_mean_um for group in (short, long)]
+        assert left[1] > left[0]
+    assert {row["name"] for group in table["table"] for row in group["rows"]} >= {"long_tool"}
+
+
+def test_a_missing_thermometer_never_makes_the_offsets_jump(fmu_folder: Path) -> None:
+    overrides = [("duration_s", 1800), ("record_s", 10)]
+    faults = [{"sensor": "T1", "kind": "missing", "start_s": 600, "end_s": 1200}]
+    (case,) = read_scenario("sensor_failure", [*overrides, ("faults", faults)]).cases
+    found = simulate(case, fmu_folder / "plant.fmu", fmu_folder / "compensator.fmu", quiet=True)
+    slew = json_of(fmu_folder / "compensator.fmu")["limits"]["slew_um_per_s"]
+    for axis in "XYZ":
+        assert found.frame[f"d{axis}_um"].diff().abs().max() <= slew * 1.0001
+    codes = [event.code for event in found.events]
+    assert codes[:2] == [1, 0]
+    assert 11 in codes
+    assert "T1 is missing" in next(event.text for event in found.events if event.code == 11)
+    assert found.events[-1].code in (0, 2)
+
+
+def json_of(fmu: Path) -> dict[str, dict[str, float]]:
+    import zipfile
+
+    with zipfile.ZipFile(fmu) as archive:
+        table: dict[str, dict[str, float]] = json.loads(archive.read("resources/compensator.json"))
+    return table
+
+
+def test_the_rig_comes_from_the_plant(fmu_folder: Path, tiny_plant: Path) -> None:
+    rig = rig_of(fmu_folder / "plant.fmu")
+    assert rig is not None
+    assert rig.columns == [f"S{i}_um" for i in range(1, 6)]
+    assert rig_of(tiny_plant) is None
+
+
+def test_missing_fmus_are_built(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out, dist = tmp_path / "out", tmp_path / "dist"
+    argv = ["run", "iso230_3", "--fmu-dir", str(dist), "--out", str(out), "--set", "duration_s=60"]
+    assert main([*argv, "--json"]) == 0
+    shown = capsys.readouterr()
+    assert json.loads(shown.out)["scenario"]["name"] == "iso230_3"
+    assert (dist / "plant.fmu").is_file()
+    assert (dist / "compensator.fmu").is_file()
+    before = (dist / "plant.fmu").stat().st_mtime_ns
+    assert main([*argv, "--quiet"]) == 0
+    assert (dist / "plant.fmu").stat().st_mtime_ns == before
+
+
+def test_an_fmu_that_is_not_there_is_refused_with_the_nearest_name(
+    tiny_folder: Path, tmp_path: Path
+) -> None:
+    with pytest.raises(BadInput, match=r"did you mean plant\.fmu\?"):
+        find_fmu("plannt.fmu", tiny_folder, tmp_path, tmp_path)
+    with pytest.raises(BadInput, match=r"is not a path|there is no such file"):
+        find_fmu("a\0b", tiny_folder, tmp_path, tmp_path)
+
+
+def test_a_compensator_that_needs_what_nobody_gives_is_refused(
+    fmu_folder: Path, tiny_plant: Path, tiny_scenario: Path
+) -> None:
+    (case,) = read_scenario(tiny_scenario).cases
+    with pytest.raises(BadInput, match=r"needs T2, .*T11, which is neither an output"):
+        simulate(case, tiny_plant, fmu_folder / "compensator.fmu", quiet=True)
+
+
+def test_a_machine_file_is_built_into_a_plant(fmu_folder: Path, tmp_path: Path) -> None:
+    import plant_model
+
+    machine = Path(plant_model.__file__).parent / "machines" / "jig_borer.toml"
+    argv = ["run", "iso230_3", "--fmu-dir", str(fmu_folder), "--out", str(tmp_path / "out")]
+    assert main([*argv, "--plant", str(machine), "--set", "duration_s=60", "--quiet"]) == 0
+    table = json.loads((tmp_path / "out" / "table.json").read_text())
+    assert math.isfinite(table["table"][0]["rows"][0]["axes"]["Z"]["before_max_um"])

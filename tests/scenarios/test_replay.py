@@ -1,0 +1,208 @@
+"""The replay: a compensator FMU against runs whose drift is known."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from fmu_compensator.fit.fitting import compensator_text, fit_compensator
+from measurement.errors import BadInput
+from measurement.rig import DirectRig, FivePointRig, rig_from_table
+from measurement.runs import Run, read_run, write_run
+from scenarios.cli import main
+from scenarios.drift import measured_drift
+from scenarios.fmu_files import build_compensator
+from scenarios.replay import model_of, replay, rig_of_model
+
+DIRECT = {"kind": "direct", "axes": {"disp_x": {"axis": "X", "sign": -1}, "growth": {"axis": "Z"}}}
+RUNS = [("monday", 7), ("tuesday", 8)]
+FIVE = {"kind": "five_point", "spacing_mm": 100.0, "near_to_gauge_mm": 30.0, "axial_sign": -1}
+
+
+def warming(name: str, seed: int, step_s: float = 20.0) -> Run:
+    """A run of 2 h in which two temperatures rise and fall, and drift is a mix of them."""
+    random = np.random.default_rng(seed)
+    time = np.arange(0.0, 7200.0, step_s)
+    speed = np.repeat(random.integers(0, 8, 12) * 1000.0, len(time) // 12)[: len(time)]
+    a = np.zeros(len(time))
+    b = np.zeros(len(time))
+    for k in range(1, len(time)):
+        a[k] = a[k - 1] + step_s / 900.0 * (speed[k - 1] / 800.0 - a[k - 1])
+        b[k] = b[k - 1] + step_s / 2400.0 * (speed[k - 1] / 1600.0 - b[k - 1])
+    drift_x, drift_z, yaw = 2.0 * a - b, -4.0 * a - 1.0 * b, (a - b) * 5e-6
+    columns = {
+        "time_s": 50.0 + time,
+        "speed_rpm": speed,
+        "T1_degC": 20.0 + a,
+        "T2_degC": 21.0 + b,
+        "disp_x_um": -drift_x,
+        "growth_um": drift_z,
+        "S1_um": drift_x,
+        "S2_um": 0.3 * a,
+        "S3_um": drift_x + 1e5 * np.tan(yaw),
+        "S4_um": 0.3 * a + 1e5 * np.tan(2e-6 * b),
+        "S5_um": drift_z,
+    }
+    return Run(name, pd.DataFrame(columns))
+
+
+def built(rig: DirectRig | FivePointRig, folder: Path, **options: Any) -> Path:
+    runs = [warming(f"training_{seed}", seed) for seed in (1, 2, 3)]
+    table = fit_compensator(runs, rig, "mlr", points="all", sensors=["T1", "T2"], **options)
+    model = folder / "model.json"
+    model.write_text(compensator_text(table), encoding="utf-8")
+    return model
+
+
+@pytest.fixture(scope="module")
+def direct_model(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return built(rig_from_table(DIRECT, "rig"), tmp_path_factory.mktemp("direct"))
+
+
+@pytest.fixture(scope="module")
+def direct_fmu(direct_model: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return build_compensator(direct_model, tmp_path_factory.mktemp("direct_fmu"))
+
+
+def test_directions_come_from_the_compensator_file(direct_fmu: Path) -> None:
+    model = model_of(direct_fmu)
+    run = warming("unseen", 9)
+    found = replay(direct_fmu, model, run, rig_of_model(model))
+    frame = found.frame
+    assert frame["drift_X_um"].to_numpy() == pytest.approx(-run.frame["disp_x_um"].to_numpy())
+    assert frame["drift_Z_um"].to_numpy() == pytest.approx(run.frame["growth_um"].to_numpy())
+    assert "drift_Y_um" not in frame
+    for axis in "XZ":
+        before, after = (frame[f"{what}_{axis}_um"].abs().mean() for what in ("drift", "error"))
+        assert after < 0.15 * before
+        total = (frame[f"drift_{axis}_um"] + frame[f"d{axis}_um"]).to_numpy()
+        assert frame[f"error_{axis}_um"].to_numpy() == pytest.approx(total)
+
+
+def test_an_offset_answers_the_row_before(direct_fmu: Path) -> None:
+    """A jump in the last row's temperatures cannot change the last row's offset."""
+    model = model_of(direct_fmu)
+    run = warming("unseen", 9)
+    frame = run.frame.copy()
+    frame.loc[frame.index[-1], ["T1_degC", "T2_degC"]] = 60.0
+    jumped = Run("jumped", frame)
+    offsets = [
+        replay(direct_fmu, model, entry, rig_of_model(model)).frame["dZ_um"].to_numpy()
+        for entry in (run, jumped)
+    ]
+    assert np.array_equal(*offsets)
+    # The first row finds no offset, since nothing had been read before it.
+    assert offsets[0][0] == 0.0
+
+
+def test_the_tilt_counts_at_the_tool_length(tmp_path: Path) -> None:
+    rig = rig_from_table(FIVE, "rig")
+    fmu = build_compensator(built(rig, tmp_path, tool_length_mm=(0.0, 300.0)), tmp_path)
+    model = model_of(fmu)
+    run = warming("unseen", 9)
+    for length in (30.0, 250.0):
+        frame = replay(fmu, model, run, rig_of_model(model), length).frame
+        s1, s3 = run.frame["S1_um"].to_numpy(), run.frame["S3_um"].to_numpy()
+        expected = s1 + (length - 30.0) * (s3 - s1) / 100.0
+        assert frame["drift_X_um"].to_numpy() == pytest.approx(expected, abs=1e-6)
+        assert frame["error_X_um"].abs().mean() < 0.15 * frame["drift_X_um"].abs().mean()
+
+
+def test_drift_of_a_tilted_tool_keeps_the_exact_cosine() -> None:
+    columns = {
+        "time_s": [0.0],
+        "S1_um": 0.0,
+        "S2_um": 0.0,
+        "S3_um": 2e4,
+        "S4_um": 0.0,
+        "S5_um": 0.0,
+    }
+    rig = rig_from_table(FIVE, "rig")
+    run = Run("tilted", pd.DataFrame(columns))
+    drift = measured_drift(run, rig, 130.0, from_first=False)
+    assert drift["drift_X_um"][0] == pytest.approx(2e4)
+    # A tool of 130 mm along a line that leans 0.2 in 1 is shorter along Z.
+    assert drift["drift_Z_um"][0] == pytest.approx(130e3 * (1.0 - 1.0 / np.hypot(1.0, 0.2)))
+
+
+def test_rows_with_a_frozen_sensor_do_not_count_unless_asked(direct_fmu: Path) -> None:
+    model = model_of(direct_fmu)
+    run = warming("frozen", 9)
+    frame = run.frame.copy()
+    frame.loc[100:250, "disp_x_um"] = frame.loc[100, "disp_x_um"]
+    frozen = Run("frozen", frame)
+    found = replay(direct_fmu, model, frozen, rig_of_model(model))
+    assert found.left_out >= 140
+    assert found.frame["drift_X_um"].isna().sum() == found.left_out
+    kept = replay(direct_fmu, model, frozen, rig_of_model(model), keep_frozen=True)
+    assert kept.left_out == 0
+    assert kept.frame["drift_X_um"].notna().all()
+
+
+def test_a_run_without_a_chosen_temperature_is_refused(direct_fmu: Path) -> None:
+    model = model_of(direct_fmu)
+    run = Run("poor", warming("unseen", 9).frame.drop(columns="T2_degC"))
+    with pytest.raises(BadInput, match="has no column T2_degC"):
+        replay(direct_fmu, model, run, rig_of_model(model))
+
+
+def test_an_fmu_without_a_compensator_file_is_refused(tiny_compensator: Path) -> None:
+    with pytest.raises(BadInput, match="holds no compensator file"):
+        model_of(tiny_compensator)
+
+
+def test_the_command_replays_several_runs(
+    direct_model: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    paths = [write_run(warming(name, seed), tmp_path / f"{name}.csv") for name, seed in RUNS]
+    out = tmp_path / "out"
+    argv = ["replay", str(direct_model), *map(str, paths), "--out", str(out)]
+    assert main(argv) == 0
+    shown = capsys.readouterr().out
+    for title in ("All runs together", "monday", "tuesday", "No compensation"):
+        assert title in shown
+    table = json.loads((out / "table.json").read_text())
+    assert sorted(table["files"]) == sorted(path.name for path in out.iterdir())
+    assert [group["title"] for group in table["table"]] == ["All runs together", *dict(RUNS)]
+    whole, *single = (group["rows"][1]["axes"]["Z"] for group in table["table"])
+    assert whole["samples"] == sum(axis["samples"] for axis in single)
+    assert whole["improvement_percent"] > 80
+    assert read_run(out / "results_monday.csv").frame["time_s"].iloc[0] == 50.0
+    assert main([*argv[:3], str(paths[0]), *argv[2:]]) == 2
+    assert "monday: is the name of two of the runs" in capsys.readouterr().err
+
+
+def test_a_replay_scenario_finds_its_files_beside_it(
+    direct_model: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    write_run(warming("monday", 7), tmp_path / "monday.csv")
+    (tmp_path / "model.json").write_bytes(direct_model.read_bytes())
+    scenario = tmp_path / "again.toml"
+    scenario.write_text(
+        'format = 1\nname = "again"\ntitle = "Again"\n'
+        '[compensator]\nfmu = "model.json"\n[replay]\nruns = ["monday.csv"]\n'
+    )
+    assert main(["run", str(scenario), "--out", str(tmp_path / "out"), "--json"]) == 0
+    table = json.loads(capsys.readouterr().out)
+    assert [group["title"] for group in table["table"]] == ["monday"]
+
+
+@pytest.mark.real_data
+@pytest.mark.slow
+def test_a_compensator_of_measured_runs_helps_on_runs_it_never_saw(
+    lathe_runs: list[Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    model, out = tmp_path / "lathe.json", tmp_path / "out"
+    training, unseen = lathe_runs[:-6], lathe_runs[-6:]
+    assert main(["fit", *map(str, training), "--points", "all", "-o", str(model)]) == 0
+    assert main(["replay", str(model), *map(str, unseen), "--out", str(out)]) == 0
+    assert "All runs together" in capsys.readouterr().out
+    whole = json.loads((out / "table.json").read_text())["table"][0]["rows"][1]["axes"]
+    assert set(whole) == {"X", "Z"}
+    for axis in whole.values():
+        assert axis["improvement_percent"] > 25

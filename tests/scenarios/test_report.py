@@ -1,0 +1,124 @@
+"""The report in a browser: figures drawn, nothing to complain about, nothing fetched."""
+
+from __future__ import annotations
+
+import base64
+import os
+import re
+import shutil
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from scenarios.report import STATES, clock, state_of
+from scenarios.runner import run_scenario
+from scenarios.scenario import read_scenario
+
+FLAGS = [
+    "--headless=new",
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+]
+FAULT = '\n[[faults]]\nsensor = "T1"\nkind = "missing"\nstart_s = 5\nend_s = 8\n'
+VARIANTS = (
+    '\n[[variants]]\nname = "on"\ntitle = "With <b>offsets</b> & care"\n'
+    '[[variants]]\nname = "off"\nset = { "compensator.enabled" = false }\n'
+)
+
+
+@pytest.fixture
+def report(tiny_scenario: Path, tiny_folder: Path, tmp_path: Path) -> Path:
+    """A report of the tiny scenario with a fault and two variants."""
+    tiny_scenario.write_text(tiny_scenario.read_text() + FAULT + VARIANTS)
+    out = tmp_path / "out"
+    run_scenario(read_scenario(tiny_scenario), out, tiny_folder, quiet=True)
+    return out / "report.html"
+
+
+@pytest.fixture(scope="session")
+def browser() -> Iterator[Any]:
+    """Headless Chromium; absent it is a skip, on a build server a failure."""
+    binary = shutil.which("chromium") or shutil.which("google-chrome")
+    driver = shutil.which("chromedriver")
+    if binary is None or driver is None:
+        problem = "chromium and chromedriver are not installed"
+        pytest.fail(problem) if os.environ.get("CI") else pytest.skip(problem)
+    from selenium import webdriver
+    from selenium.webdriver.chrome.service import Service
+
+    options = webdriver.ChromeOptions()
+    options.binary_location = binary
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
+        for flag in (*FLAGS, f"--user-data-dir={profile}"):
+            options.add_argument(flag)
+        session = webdriver.Chrome(options=options, service=Service(driver))
+        yield session
+        session.quit()
+
+
+def test_the_report_names_what_a_reader_needs(report: Path) -> None:
+    text = report.read_text(encoding="utf-8")
+    page = re.sub(r"<script.*?</script>", "", text, flags=re.DOTALL)
+    for needed in ("A tiny scenario", "No compensation", "GUID", "SHA-256", "run.csv", "µm"):
+        assert needed in page
+    assert "With &lt;b&gt;offsets&lt;/b&gt; &amp; care" in page
+    assert "holding: T1 is missing" in page
+    # Nothing to be fetched: no address in an attribute that a browser follows.
+    assert not re.findall(r'(?:src|href)="(?!data:)[^"]*"', page)
+
+
+@pytest.mark.browser
+@pytest.mark.parametrize("width", [1280, 390])
+def test_the_report_draws_its_figures_without_complaint(
+    report: Path, browser: Any, width: int
+) -> None:
+    metrics = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": width < 500}
+    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
+    browser.get(report.as_uri())
+    charts = browser.execute_script(
+        "return [...document.querySelectorAll('.plotly-graph-div')].map(chart => ({"
+        "  name: chart.id, traces: chart.data.length, right: chart.getBoundingClientRect().right,"
+        "  drawn: [...chart.querySelectorAll('.scatterlayer .trace')].filter(trace =>"
+        "    [...trace.querySelectorAll('path.js-line')].some(path =>"
+        "      path.getAttribute('d').length > 10)).length,"
+        "  titles: [...chart.querySelectorAll('.ytitle, .y2title, .y3title')]"
+        "    .map(title => title.textContent)}))"
+    )
+    named = {chart["name"] for chart in charts}
+    assert {"chart-speed", "chart-temperatures", "chart-drift", "chart-tilt"} <= named
+    for chart in charts:
+        assert chart["traces"] > 0, chart
+        assert chart["drawn"] == chart["traces"], chart
+        assert chart["right"] <= width, chart
+        assert chart["titles"], chart
+        assert all("[" in title for title in chart["titles"]), chart
+    assert browser.get_log("browser") == []
+    wide = browser.execute_script("return document.documentElement.scrollWidth")
+    assert wide <= width
+    cells = browser.execute_script("return document.querySelectorAll('.headline tr.row').length")
+    assert cells == 2
+    shot = browser.execute_cdp_cmd("Page.captureScreenshot", {"format": "png"})
+    assert len(base64.b64decode(shot["data"])) > 10_000
+
+
+def test_every_status_code_has_a_state() -> None:
+    named = [STATES[state_of(code)][0] for code in (0, 1, 2, 3, 11, 14, 21, 24, 31, 34)]
+    assert named == [
+        "ok",
+        "waiting",
+        "outside training",
+        "recovering",
+        *["holding"] * 2,
+        *["ramping to zero"] * 2,
+        *["at zero"] * 2,
+    ]
+    assert clock(7201.4) == "2:00:01"

@@ -1,0 +1,164 @@
+"""The results folder: whole or not at all, and never somebody else's."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from measurement.errors import BadInput
+from measurement.runs import read_run
+from scenarios import runner
+from scenarios.results import KIND, TABLE, check_folder, results_folder
+from scenarios.runner import run_scenario
+from scenarios.scenario import read_scenario
+
+TABLE_TEXT = json.dumps({"kind": KIND, "files": [TABLE, "new.txt"]})
+
+
+def fill(folder: Path, text: str = "new") -> None:
+    (folder / "new.txt").write_text(text)
+    (folder / TABLE).write_text(TABLE_TEXT)
+
+
+def write_half(target: Path, error: type[BaseException]) -> None:
+    with results_folder(target) as folder:
+        fill(folder)
+        raise error
+
+
+def names(folder: Path) -> list[str]:
+    return sorted(path.name for path in folder.iterdir())
+
+
+def test_a_folder_appears_whole(tmp_path: Path) -> None:
+    target = tmp_path / "deep" / "results"
+    with results_folder(target) as folder:
+        fill(folder)
+        assert not target.exists()
+    assert names(target) == ["new.txt", TABLE]
+    assert names(target.parent) == ["results"]
+
+
+@pytest.mark.parametrize("error", [RuntimeError, KeyboardInterrupt])
+def test_a_failure_half_way_leaves_nothing(tmp_path: Path, error: type[BaseException]) -> None:
+    target = tmp_path / "results"
+    with pytest.raises(error):
+        write_half(target, error)
+    assert names(tmp_path) == []
+
+
+def test_a_failure_half_way_leaves_what_was_there(tmp_path: Path) -> None:
+    target = tmp_path / "results"
+    with results_folder(target) as folder:
+        fill(folder, "old")
+    with pytest.raises(RuntimeError):
+        write_half(target, RuntimeError)
+    assert (target / "new.txt").read_text() == "old"
+    assert names(tmp_path) == ["results"]
+
+
+def test_results_are_replaced_by_results(tmp_path: Path) -> None:
+    target = tmp_path / "results"
+    for text in ("old", "new"):
+        with results_folder(target) as folder:
+            fill(folder, text)
+    assert (target / "new.txt").read_text() == "new"
+    assert names(tmp_path) == ["results"]
+
+
+def test_a_foreign_folder_or_a_file_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "thesis.tex").write_text("x")
+    with pytest.raises(BadInput, match="holds files and no results"):
+        check_folder(tmp_path)
+    with pytest.raises(BadInput, match="is a file"):
+        check_folder(tmp_path / "thesis.tex")
+    (tmp_path / TABLE).write_text("[[[")
+    with pytest.raises(BadInput, match="no results"):
+        check_folder(tmp_path)
+    (tmp_path / TABLE).write_text(TABLE_TEXT)
+    with pytest.raises(BadInput, match=r"holds thesis\.tex"):
+        check_folder(tmp_path)
+    assert (tmp_path / "thesis.tex").read_text() == "x"
+
+
+def test_a_scenario_leaves_everything_it_promises(
+    tmp_path: Path, tiny_scenario: Path, tiny_folder: Path
+) -> None:
+    text = tiny_scenario.read_text() + (
+        '\n[[variants]]\nname = "on"\ntitle = "On"\n'
+        '[[variants]]\nname = "off"\nset = { "compensator.enabled" = false }\n'
+        '[[variants]]\nname = "slow"\nset = { "plant.parameters.gain" = 1e-4 }\n'
+    )
+    tiny_scenario.write_text(text)
+    out = tmp_path / "out"
+    scenario = read_scenario(tiny_scenario, [("record_s", 5)])
+    table, groups, pace = run_scenario(scenario, out, tiny_folder, quiet=True)
+    assert names(out) == sorted(table["files"])
+    assert {"drift.png", "speed.png", "temperatures.png", "tilt.png", "report.html"} <= {
+        *table["files"]
+    }
+    assert json.loads((out / TABLE).read_text()) == table
+    assert pace > 0
+
+    # The drift of "on" and "off" is one and the same, that of "slow" another.
+    assert [[row.name for row in group.rows] for group in groups] == [["", "on"], ["", "slow"]]
+    results = read_run(out / "results.csv").frame
+    assert results["time_s"].tolist() == [0, 5, 10, 15, 20]
+    assert read_run(out / "results_off.csv").frame["offset_X_um"].tolist() == [0] * 5
+
+    # Figures count every step, not every row written.
+    axis = groups[0].rows[0].axes["X"]
+    assert axis.samples == 21
+    assert axis.before_max_um == pytest.approx(300.0)
+
+    run = read_run(out / "run.csv").frame
+    assert list(run.columns) == [
+        "time_s",
+        "speed_rpm",
+        "T1_degC",
+        *(f"S{i}_um" for i in range(1, 6)),
+    ]
+    assert not (out / "run_off.csv").exists()
+    assert (out / "run_slow.csv").exists()
+    copy = (out / "scenario.toml").read_text()
+    assert copy == "# set on the command line: record_s = 5\n" + text
+
+
+def test_run_files_show_what_a_faulty_sensor_showed(
+    tmp_path: Path, tiny_scenario: Path, tiny_folder: Path
+) -> None:
+    fault = '\n[[faults]]\nsensor = "T1"\nkind = "missing"\nstart_s = 5\nend_s = 8\n'
+    tiny_scenario.write_text(tiny_scenario.read_text() + fault)
+    run_scenario(read_scenario(tiny_scenario), tmp_path / "out", tiny_folder, quiet=True)
+    run = read_run(tmp_path / "out" / "run.csv").frame
+    assert run.index[run["T1_degC"].isna()].tolist() == [5, 6, 7]
+
+
+def test_a_failure_while_writing_leaves_no_folder(
+    tmp_path: Path,
+    tiny_scenario: Path,
+    tiny_folder: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def fail(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(runner, "write_report", fail)
+    out = tmp_path / "out"
+    with pytest.raises(OSError, match="No space"):
+        run_scenario(read_scenario(tiny_scenario), out, tiny_folder, quiet=True)
+    assert names(tmp_path) == ["fmus", "tiny.toml"]
+
+
+def test_the_same_scenario_gives_the_same_bytes(
+    tmp_path: Path, tiny_scenario: Path, tiny_folder: Path
+) -> None:
+    found = []
+    for name in ("a", "b"):
+        run_scenario(read_scenario(tiny_scenario), tmp_path / name, tiny_folder, quiet=True)
+        found.append({path.name: path.read_bytes() for path in (tmp_path / name).iterdir()})
+    assert found[0] == found[1]
+    assert isinstance(pd.read_csv(tmp_path / "a" / "results.csv"), pd.DataFrame)

@@ -1,0 +1,220 @@
+"""Scenario files: what is read, and that anything wrong is one line."""
+
+from __future__ import annotations
+
+import copy
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from measurement.errors import BadInput
+from scenarios.scenario import (
+    Scenario,
+    library,
+    read_scenario,
+    scenario_from_text,
+    scenario_path,
+)
+
+TEXT = """
+format = 1
+name = "small"
+title = "A small one"
+duration_s = 20
+record_s = 2
+
+[plant]
+fmu = "p.fmu"
+parameters = { "links.front.conductance" = 3.0 }
+
+[compensator]
+tool_length_mm = 0.0
+
+[signals]
+ambient = 20.0
+speed = { kind = "steps", times_s = [0, 10], values = [0, 1000] }
+
+[[faults]]
+sensor = "T1"
+kind = "missing"
+start_s = 5
+
+[[variants]]
+name = "one"
+title = "One"
+
+[[variants]]
+name = "two"
+set = { "compensator.enabled" = false, "signals.speed" = 500, "plant.parameters.a.b" = 1 }
+"""
+PATH = Path("small.toml")
+
+
+def read(text: str = TEXT, *overrides: tuple[str, Any]) -> Scenario:
+    return scenario_from_text(text, PATH, overrides)
+
+
+def test_variants_change_only_what_they_name() -> None:
+    one, two = read().cases
+    assert (one.name, one.title) == ("one", "One")
+    assert (two.name, two.title) == ("two", "two")
+    assert one.settings.compensator.enabled
+    assert not two.settings.compensator.enabled
+    assert two.settings.compensator.tool_length_mm == 0.0
+    assert one.signals["speed"].kind == "steps"
+    assert two.signals["speed"].kind == "constant"
+    assert two.settings.plant.parameters == {"links.front.conductance": 3.0, "a.b": 1.0}
+    assert one.settings.plant.parameters == {"links.front.conductance": 3.0}
+
+
+def test_a_scenario_without_variants_is_one_case() -> None:
+    text = TEXT[: TEXT.index("[[variants]]")]
+    (case,) = read(text).cases
+    assert (case.name, case.title, case.settings.steps) == ("main", "A small one", 20)
+
+
+def test_overrides_reach_every_variant_unless_it_says_otherwise() -> None:
+    one, two = read(TEXT, ("duration_s", 40), ("compensator.enabled", True)).cases
+    assert (one.settings.steps, two.settings.steps) == (40, 40)
+    assert one.settings.compensator.enabled
+    assert not two.settings.compensator.enabled
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("format = 1", "format = 2", "small.toml: format: 2 is not allowed"),
+        ('name = "small"', "", "small.toml: name: is missing"),
+        ("duration_s = 20", "duration_s = 20.5", "must be a multiple of step_s"),
+        ("duration_s = 20", "duration_s = -1", "duration_s: -1"),
+        ("duration_s = 20", "duration_s = true", "duration_s: True"),
+        ("duration_s = 20", "duration_s = 1e8", "more than 1000000 steps"),
+        ("record_s = 2", "record_s = 1.5", "record_s, 1.5, must be a multiple"),
+        ("record_s = 2", "recordings = 2", "recordings: is not a known field"),
+        ('kind = "missing"', 'kind = "lost"', "faults.0.kind: 'lost'"),
+        ("ambient = 20.0", "ambient = nan", "signals.ambient.value: nan"),
+        ('name = "two"', 'name = "one"', "two variants have the same name"),
+        ('"compensator.enabled" = false', '"compensator.enable" = false', r"two\): compensator"),
+        ('"signals.speed" = 500', '"signals.speed" = "fast"', r"two\): signals.speed: 'fast'"),
+        ('"signals.speed" = 500', '"name" = "x"', "cannot differ between variants"),
+        ('"signals.speed" = 500', '"duration_s.x" = 1', "does not name a key"),
+        ("[plant]", "[plant", "is not TOML"),
+        ("[[faults]]", "[replay]\n[[faults]]", "faults: has no meaning beside"),
+    ],
+)
+def test_a_mistake_is_one_line_that_names_the_place(old: str, new: str, message: str) -> None:
+    assert old in TEXT
+    text = TEXT.replace(old, new, 1)
+    if "replay" in new:
+        text = text[: text.index("[plant]")] + text[text.index("[replay]") :]
+        text = text[: text.index("[[variants]]")]
+    with pytest.raises(BadInput, match=message) as caught:
+        read(text)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_replay_needs_nothing_else() -> None:
+    head = TEXT[: TEXT.index("[plant]")]
+    found = read(head + '[replay]\nruns = ["a.csv"]\n')
+    assert found.cases == ()
+    assert found.settings.replay is not None
+    assert found.settings.replay.runs == ["a.csv"]
+
+
+def test_a_typo_is_told_the_nearest_name() -> None:
+    with pytest.raises(BadInput, match="did you mean step_speed"):
+        scenario_path("step_sped")
+    with pytest.raises(BadInput, match="neither a file nor"):
+        scenario_path("\0")
+
+
+def test_a_folder_or_a_binary_file_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(BadInput, match="neither a file nor"):
+        read_scenario(tmp_path)
+    (tmp_path / "b.toml").write_bytes(b"\xff\xfe")
+    with pytest.raises(BadInput, match="cannot be read"):
+        read_scenario(tmp_path / "b.toml")
+
+
+@pytest.mark.parametrize("path", library(), ids=lambda path: path.stem)
+def test_every_shipped_scenario_reads_and_is_named_like_its_file(path: Path) -> None:
+    assert read_scenario(path.stem).settings.name == path.stem
+
+
+TABLE = tomllib.loads(TEXT)
+ODD = st.one_of(
+    st.just(10**400),
+    st.none(),
+    st.booleans(),
+    st.integers(),
+    st.floats(),
+    st.text(max_size=5),
+    st.lists(st.integers(), max_size=3),
+    st.dictionaries(st.text(max_size=3), st.integers(), max_size=2),
+)
+
+
+def places(table: object, at: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
+    found = [at] if at else []
+    items = table.items() if isinstance(table, dict) else enumerate(table)  # type: ignore[arg-type]
+    for key, value in items:
+        if isinstance(value, dict | list):
+            found += places(value, (*at, key))
+        else:
+            found.append((*at, key))
+    return found
+
+
+def as_toml(value: object) -> str:
+    """Write a table as TOML: inline, so that any shape can be written."""
+    if isinstance(value, dict):
+        inner = ", ".join(f"{as_toml(str(key))} = {as_toml(entry)}" for key, entry in value.items())
+        return "{" + inner + "}"
+    if isinstance(value, list):
+        return "[" + ", ".join(as_toml(entry) for entry in value) + "]"
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, str):
+        return '"' + "".join(f"\\U{ord(char):08x}" for char in value) + '"'
+    return "[]" if value is None else repr(value)
+
+
+def refusal_of(text: str, *overrides: tuple[str, Any]) -> str | None:
+    """Return the one line of a refusal, or None for a scenario that can be read."""
+    try:
+        read(text, *overrides)
+    except BadInput as error:
+        lines = str(error).splitlines()
+        return lines[0] if len(lines) == 1 else ""
+    return None
+
+
+@given(place=st.sampled_from(places(TABLE)), odd=ODD)
+def test_any_mangled_field_is_read_or_refused_in_one_line(
+    place: tuple[Any, ...], odd: object
+) -> None:
+    table: Any = copy.deepcopy(TABLE)
+    inner = table
+    for step in place[:-1]:
+        inner = inner[step]
+    inner[place[-1]] = odd
+    text = "\n".join(f"{as_toml(key)} = {as_toml(value)}" for key, value in table.items())
+    refusal = refusal_of(text)
+    assert refusal is None or refusal.startswith("small.toml")
+
+
+@given(st.text(max_size=200))
+def test_any_text_is_refused_in_one_line(text: str) -> None:
+    with pytest.raises(BadInput) as caught:
+        read(text)
+    assert "\n" not in str(caught.value)
+
+
+@given(key=st.text(max_size=20), value=ODD)
+def test_any_override_is_taken_or_refused_in_one_line(key: str, value: object) -> None:
+    refusal = refusal_of(TEXT, (key, value))
+    assert refusal is None or refusal.startswith("small.toml")
