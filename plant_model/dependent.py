@@ -26,7 +26,7 @@ class DependentStepper:
 
     def __init__(self, network: Network, modes: Modes, tolerance: float = TOLERANCE) -> None:
         self.network, self.modes = network, modes
-        self._scheme = ExponentialRungeKutta(modes, tolerance)
+        self._scheme = ExponentialRungeKutta(modes, tolerance, network.error_scale)
 
     def advance(
         self,

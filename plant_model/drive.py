@@ -40,6 +40,8 @@ class Drive:
         Boundary temperatures at the start and end of each step [degC].
     rows : dict of str to array, shape (T,)
         All inputs at the rows that were given, gaps bridged.
+    row_times : array, shape (T,)
+        The rows [s].
     """
 
     grid: FloatArray
@@ -47,6 +49,17 @@ class Drive:
     first: dict[str, FloatArray]
     last: dict[str, FloatArray]
     rows: dict[str, FloatArray]
+    row_times: FloatArray
+
+    def inputs_at(self, time_s: FloatArray) -> dict[str, FloatArray]:
+        """Return all inputs at other instants: held ones as in force, boundaries by lines."""
+        row = np.clip(
+            np.searchsorted(self.row_times, time_s, side="right") - 1, 0, len(self.row_times) - 1
+        )
+        return {
+            name: values[row] if name in self.held else np.interp(time_s, self.row_times, values)
+            for name, values in self.rows.items()
+        }
 
 
 def _series(frame: pd.DataFrame, entry: Input) -> FloatArray:
@@ -130,7 +143,7 @@ def drive_from(
         else:
             on_grid = np.interp(grid, time, values)
             first[entry.name], last[entry.name] = on_grid[:-1], on_grid[1:]
-    return Drive(grid, held, first, last, series)
+    return Drive(grid, held, first, last, series, time)
 
 
 def _step_means(time: FloatArray, values: FloatArray, grid: FloatArray) -> FloatArray:

@@ -139,12 +139,17 @@ class ExponentialRungeKutta:
     modes : Modes
         Of the linear part.
     tolerance : float
-        Local error allowed [K, or the unit of an own state].
+        Local error allowed [K].
+    scale : array, shape (size,), optional
+        What counts like 1 K in the state, for own states in other units.
     """
 
-    def __init__(self, modes: Modes, tolerance: float = TOLERANCE) -> None:
+    def __init__(
+        self, modes: Modes, tolerance: float = TOLERANCE, scale: FloatArray | float = 1.0
+    ) -> None:
         self.modes = modes
         self.tolerance = tolerance
+        self._scale = scale
         self._weights: dict[float, tuple[FloatArray, ...]] = {}
         self._part = 1.0
 
@@ -193,7 +198,7 @@ class ExponentialRungeKutta:
         while at < 1.0:
             part = min(self._part, 1.0 - at)
             end, error = self.once(state, length * part, forcing, at, part)
-            worst = float(np.max(np.abs(apply(self.modes.to_state, error))))
+            worst = float(np.max(np.abs(apply(self.modes.to_state, error) / self._scale)))
             if worst <= self.tolerance:
                 at, state = at + part, end
                 if worst < self.tolerance / 16.0:

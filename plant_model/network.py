@@ -12,6 +12,7 @@ import numpy as np
 
 from plant_model.effects import Effect, catalogue
 from plant_model.effects.base import Exchange, Inputs
+from plant_model.integrate import Modes, linear_steps
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray, Values
 
@@ -35,7 +36,10 @@ class Network:
     capacity : array, shape (sets, nodes)
         Heat capacities [J/K].
     linear : bool
-        Whether nothing depends on temperature, so that stepping is exact.
+        Whether nothing depends on temperature, so that stepping is exact; own states then only
+        follow (:meth:`followed`).
+    error_scale : array, shape (nodes + own states,)
+        What error control takes like 1 K.
     state_count : int
         Number of the effects' own states.
     """
@@ -61,7 +65,11 @@ class Network:
         self._one_way = [
             entry for entry in self._exchanges(probe) if entry.one_way and not entry.boundary
         ]
-        self.linear = not (self._dependent or self._with_states or self._one_way)
+        follow_only = all(effect.lags for effect in self._with_states)
+        self.linear = follow_only and not (self._dependent or self._one_way)
+        scales = [effect.state_scales or (1.0,) * len(effect.states) for effect in effects]
+        self.error_scale = np.concatenate([np.ones(self.node_count), *scales])
+        self._slices = self._state_slices()
 
     def _exchanges(self, inputs: Inputs) -> Iterable[Exchange]:
         for effect in self._plain:
@@ -119,9 +127,8 @@ class Network:
         rates = np.zeros_like(states)
         for entry in self._one_way:
             out[..., entry.node] += entry.conductance * temperatures[..., entry.other]
-        slices = self.state_slices()
         for effect in self._dependent:
-            own = states[..., slices[effect.key]] if effect.states else None
+            own = states[..., self._slices[effect.key]] if effect.states else None
             effect.heat(inputs, temperatures, own, out)
             for entry in effect.conductance(inputs, temperatures, own):
                 other = (
@@ -134,7 +141,7 @@ class Network:
                 if not (entry.boundary or entry.one_way):
                     out[..., entry.other] -= flow
         for effect in self._with_states:
-            part = slices[effect.key]
+            part = self._slices[effect.key]
             rates[..., part] = effect.rate(inputs, temperatures, states[..., part])
         return out, rates
 
@@ -147,13 +154,50 @@ class Network:
 
     def state_slices(self) -> dict[str, slice]:
         """Return where the own states of each effect stand."""
+        return self._slices
+
+    def _state_slices(self) -> dict[str, slice]:
         slices, at = {}, 0
         for effect in self._with_states:
             slices[effect.key] = slice(at, at + len(effect.states))
             at += len(effect.states)
         return slices
 
-    def start_states(self, temperatures: FloatArray) -> FloatArray:
+    def start_states(self, temperatures: FloatArray, inputs: Inputs) -> FloatArray:
         """Return the own states at the start, shape (sets, own states)."""
-        parts = [effect.start_states(temperatures) for effect in self._with_states]
-        return np.concatenate(parts, axis=1) if parts else np.zeros((self.sets, 0))
+        out = np.zeros((temperatures.shape[0], self.state_count))
+        for effect in self._with_states:
+            out[:, self._slices[effect.key]] = effect.start_states(temperatures, inputs)
+        return out
+
+    def followed(
+        self,
+        states: FloatArray,
+        steps: FloatArray,
+        first: tuple[Inputs, FloatArray],
+        last: tuple[Inputs, FloatArray],
+    ) -> FloatArray:
+        """Return the own states of a linear network at the end of each step, exactly.
+
+        Parameters
+        ----------
+        states : array, shape (sets, own states)
+            At the start.
+        steps : array, shape (K,)
+            Lengths of the steps [s].
+        first, last : inputs and temperatures
+            At the start and the end of each step, shapes (K,) and (sets, K, nodes); what is
+            followed is taken as linear between.
+        """
+        out = np.zeros((states.shape[0], len(steps), self.state_count))
+        for effect in self._with_states:
+            part = self._slices[effect.key]
+            start = states[:, part]
+            decay = np.broadcast_to(1.0 / effect.time_constants(), start.shape)
+            none = np.zeros((len(decay), 0, 0))
+            ends = [
+                np.broadcast_to(decay[:, None, :] * effect.target(*end), out[..., part].shape)
+                for end in (first, last)
+            ]
+            out[..., part] = linear_steps(Modes(decay, none, none), start, steps, *ends)
+        return out

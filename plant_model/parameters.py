@@ -102,6 +102,18 @@ class Values:
         """Return one parameter, shape (sets, 1), or (1, 1) where it is the same in all sets."""
         return self._columns[name]
 
+    def widen(self, sets: int) -> None:
+        """Stand for at least *sets* parameter sets, where something else differs between them.
+
+        Raises
+        ------
+        ParameterError
+            When there are several sets of parameters already, and of another number.
+        """
+        if sets > 1 and self.sets not in {1, sets}:
+            raise ParameterError(f"{sets} starts, but {self.sets} parameter sets")
+        self.sets = max(self.sets, sets)
+
     def is_off(self, name: str, off: float) -> bool:
         """Return whether the parameter is exactly *off* in every set."""
         return bool(np.all(self._columns[name] == off))

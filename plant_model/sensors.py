@@ -59,7 +59,8 @@ def readings(
         else:
             shown[sensor.name] = np.broadcast_to(inputs[sensor.of], shape).copy()
     shown.update(displacements(machine, pose_now))
-    for effect in effects:
+    # A sensor that lags replaces its reading, so it comes before errors that are added to it.
+    for effect in sorted(effects, key=lambda entry: not entry.states):
         own = states[..., slices[effect.key]] if effect.states else None
         effect.reading(inputs, own, time_s, shown)
     return shown

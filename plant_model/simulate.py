@@ -74,6 +74,8 @@ def simulate(
     boundary: Literal["linear", "held"] = "linear",
     noise_seed: int | None = None,
     tolerance: float = TOLERANCE,
+    at: FloatArray | None = None,
+    start: FloatArray | None = None,
 ) -> Simulation:
     """Simulate a machine over the rows of *inputs*.
 
@@ -94,6 +96,10 @@ def simulate(
         Adds each sensor's noise and resolution; without it the readings are exact.
     tolerance : float
         Local error where a step is not exact [K].
+    at : array, shape (T,), optional
+        Instants at which results are wanted, instead of the rows [s].
+    start : array, shape (sets or 1, nodes), optional
+        Temperatures to start from, instead of those that the inputs give [degC].
 
     Raises
     ------
@@ -106,18 +112,23 @@ def simulate(
     """
     everything = Values(machine.parameters, parameters)
     drive = drive_from(machine, inputs, step_s, boundary)
-    starts = start_temperatures(machine, inputs, drive)
+    starts = start_temperatures(machine, inputs, drive)[None, :] if start is None else start
+    everything.widen(len(starts))
+    time = inputs["time_s"].to_numpy(dtype=np.float64) if at is None else at
+    shown = drive.rows if at is None else drive.inputs_at(at)
     per_turn = max(1, CHUNK_NUMBERS // (len(drive.grid) * len(machine.nodes)))
     parts = []
-    for at in range(0, everything.sets, per_turn):
+    for at_set in range(0, everything.sets, per_turn):
         chosen = {
             name: np.ravel(np.broadcast_to(np.asarray(given, float), (everything.sets,)))[
-                at : at + per_turn
+                at_set : at_set + per_turn
             ]
             for name, given in (parameters or {}).items()
         }
         values = Values(machine.parameters, chosen) if everything.sets > per_turn else everything
-        parts.append(_simulate_some(machine, values, drive, starts, inputs, tolerance))
+        some = starts if len(starts) == 1 else starts[at_set : at_set + per_turn]
+        values.widen(len(some))
+        parts.append(_simulate_some(machine, values, drive, some, time, shown, tolerance))
     whole = parts[0] if len(parts) == 1 else _joined(parts)
     if noise_seed is None:
         return whole
@@ -161,22 +172,21 @@ def _simulate_some(
     values: Values,
     drive: Drive,
     starts: FloatArray,
-    inputs: pd.DataFrame,
+    time: FloatArray,
+    row_inputs: dict[str, FloatArray],
     tolerance: float,
 ) -> Simulation:
     effects = effects_in_force(machine, values)
     network = Network(machine, values, effects)
     start = np.broadcast_to(starts, (values.sets, network.node_count))
     on_grid = trajectory(machine, network, drive, start, tolerance)
-    time = inputs["time_s"].to_numpy(dtype=np.float64)
     at_rows = _at_rows(drive.grid, on_grid, time)
     temperatures = at_rows[..., : network.node_count]
     states = at_rows[..., network.node_count :]
-    row_inputs = drive.rows
     slices = network.state_slices()
     pose_now = pose(effects, slices, row_inputs, temperatures - start[:, None, :], states)
     shown = readings(
-        machine, effects, slices, row_inputs, time - time[0], temperatures, states, pose_now
+        machine, effects, slices, row_inputs, time - drive.grid[0], temperatures, states, pose_now
     )
     return Simulation(machine, time, row_inputs, shown, temperatures, pose_now)
 
@@ -204,10 +214,11 @@ def trajectory(
     names = list(machine.boundary_index)
     first = np.stack([drive.first[name] for name in names], axis=-1)
     last = np.stack([drive.last[name] for name in names], axis=-1)
-    own = network.start_states(start)
-    state = np.concatenate([start, own], axis=1)
-    out = np.empty((state.shape[0], len(drive.grid), state.shape[1]))
-    out[:, 0] = state
+    nodes = network.node_count
+    at_start, at_end = (drive.held | ends for ends in (drive.first, drive.last))
+    own = network.start_states(start, {name: values[:1] for name, values in at_start.items()})
+    out = np.empty((len(start), len(drive.grid), nodes + network.state_count))
+    out[:, 0] = np.concatenate([start, own], axis=1)
     known: dict[tuple[float, ...], tuple[Modes, FloatArray]] = {}
     steps = np.diff(drive.grid)
     changes = np.flatnonzero(np.any(np.diff(levels, axis=0) != 0.0, axis=1)) + 1
@@ -221,7 +232,8 @@ def trajectory(
                 for name, value in zip(network.conductance_inputs, key, strict=True)
             }
             matrix, boundary = network.conductances(level)
-            known[key] = (Modes.of(matrix, network.capacity, network.state_count), boundary)
+            with_states = 0 if network.linear else network.state_count
+            known[key] = (Modes.of(matrix, network.capacity, with_states), boundary)
         modes, boundary = known[key]
         piece = slice(a, b)
         force = [
@@ -229,12 +241,15 @@ def trajectory(
         ]
         if network.linear:
             divided = [_to_modes(modes, f / network.capacity[:, None, :]) for f in force]
-            ends = linear_steps(modes, apply(modes.to_modes, state), steps[piece], *divided)
-            out[:, a + 1 : b + 1] = np.matmul(ends, np.swapaxes(modes.to_state, 1, 2))
+            before = apply(modes.to_modes, out[:, a, :nodes])
+            ends = linear_steps(modes, before, steps[piece], *divided)
+            out[:, a + 1 : b + 1, :nodes] = np.matmul(ends, np.swapaxes(modes.to_state, 1, 2))
         else:
             stepper = DependentStepper(network, modes, tolerance)
             _dependent_steps(drive, stepper, piece, force, (first, last), out)
-        state = out[:, b]
+    if network.linear and network.state_count:
+        ends_of_steps = ((at_start, out[:, :-1, :nodes]), (at_end, out[:, 1:, :nodes]))
+        out[:, 1:, nodes:] = network.followed(own, steps, *ends_of_steps)
     return out
 
 

@@ -73,7 +73,8 @@ class PlantStepper:
         self._start = np.array(
             [[inputs[node.start] if node.start in names else first for node in self.machine.nodes]]
         )
-        own = self.network.start_states(self._start)
+        arrays = {name: np.array([inputs[name]]) for name in self._names}
+        own = self.network.start_states(self._start, arrays)
         self._state = np.concatenate([self._start, own], axis=1)
         self._time = 0.0
         self._noise = SensorNoise(self.machine, self._seed)
@@ -120,12 +121,19 @@ class PlantStepper:
         modes, boundary, stepper = self._modes_at(level)
         outside = np.array([inputs[name] for name in self.machine.boundary_index])
         force = self._heat_at(inputs) + boundary @ outside
+        held = {name: np.array([inputs[name]]) for name in self._names}
         if network.linear:
             keep, gain = self._propagator(level, step_s, modes)
-            return apply(keep, self._state) + apply(gain, force)
-        held = {name: np.array([inputs[name]]) for name in self._names}
-        ends = (force, force), (outside, outside)
-        return stepper.advance(self._state, step_s, held, *ends)
+            before = self._state[:, : network.node_count]
+            after = apply(keep, before) + apply(gain, force)
+            if not network.state_count:
+                return after
+            ends = (held, before[:, None]), (held, after[:, None])
+            own = self._state[:, network.node_count :]
+            followed = network.followed(own, np.array([step_s]), *ends)[:, 0]
+            return np.concatenate([after, followed], axis=1)
+        between = (force, force), (outside, outside)
+        return stepper.advance(self._state, step_s, held, *between)
 
     def _modes_at(self, level: tuple[float, ...]) -> tuple[Modes, FloatArray, DependentStepper]:
         known = self._modes.get(level)
@@ -135,7 +143,8 @@ class PlantStepper:
             for name, value in zip(network.conductance_inputs, level, strict=True):
                 inputs[name] = np.array([value])
             matrix, boundary = network.conductances(inputs)
-            modes = Modes.of(matrix, network.capacity, network.state_count)
+            with_states = 0 if network.linear else network.state_count
+            modes = Modes.of(matrix, network.capacity, with_states)
             known = (modes, boundary, DependentStepper(network, modes))
             _keep(self._modes, level, known)
         return known

@@ -10,6 +10,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import ClassVar
 
+import numpy as np
+
 from plant_model.machine import Item, Machine
 from plant_model.parameters import FloatArray, Parameter, Values
 
@@ -97,6 +99,12 @@ class Effect:
         ``[effects."sensor_offset:T1"]``. It may then be in force for several sensors.
     states : tuple of str
         Names of its own states.
+    state_scales : tuple of float
+        What error control takes like 1 K, for each own state in its unit; 1 where empty.
+    lags : bool
+        Whether its own states only follow something, dx/dt = (target - x) / tau, and change no
+        temperature. It then gives ``target`` and ``time_constants`` instead of ``rate``, and beside
+        a linear network it is stepped as exactly and as fast as that.
     """
 
     name: ClassVar[str]
@@ -111,6 +119,8 @@ class Effect:
     needs: ClassVar[tuple[str, ...]] = ()
     on_channel: ClassVar[bool] = False
     states: ClassVar[tuple[str, ...]] = ()
+    state_scales: ClassVar[tuple[float, ...]] = ()
+    lags: ClassVar[bool] = False
 
     def __init__(self, machine: Machine, values: Values, channel: str = "") -> None:
         self.machine = machine
@@ -137,6 +147,18 @@ class Effect:
         """Return the positions of the nodes in a role of an item."""
         return [self.machine.node_index[name] for name in item.refs.get(role, ())]
 
+    def scale_of(self, other: str) -> FloatArray:
+        """Return the ``scale`` of another effect, (sets or 1, 1), zero if it is not in force."""
+        if other not in self.machine.effects:
+            return np.zeros((1, 1))
+        return self.values[f"effects.{other}.scale"]
+
+    def table(self, columns: Sequence[FloatArray]) -> FloatArray:
+        """Return numbers of several items, each (sets or 1, 1), as one array (sets, 1, items)."""
+        if not columns:
+            return np.zeros((1, 1, 0))
+        return np.stack(np.broadcast_arrays(*columns), axis=-1)
+
     def conductance(
         self, inputs: Inputs, temperatures: FloatArray | None, states: FloatArray | None
     ) -> Sequence[Exchange]:
@@ -154,11 +176,33 @@ class Effect:
 
     def rate(self, inputs: Inputs, temperatures: FloatArray, states: FloatArray) -> FloatArray:
         """Return d(states)/dt, shape (sets, times, own states)."""
-        raise TypeError(f"{self.name} has states but no rate")
+        if not self.lags:
+            raise TypeError(f"{self.name} has states but no rate")
+        return (self.target(inputs, temperatures) - states) / self.time_constants()[:, None, :]
 
-    def start_states(self, temperatures: FloatArray) -> FloatArray:
-        """Return the own states at the start, shape (sets, own states), from (sets, nodes)."""
-        raise TypeError(f"{self.name} has states but no start")
+    def target(self, inputs: Inputs, temperatures: FloatArray) -> FloatArray:
+        """Return what lagging own states follow, shape (sets or 1, times, own states)."""
+        raise TypeError(f"{self.name} lags behind nothing")
+
+    def time_constants(self) -> FloatArray:
+        """Return those of lagging own states [s], (sets or 1, own states); infinite: it stays."""
+        raise TypeError(f"{self.name} has no time constants")
+
+    def start_states(self, temperatures: FloatArray, inputs: Inputs) -> FloatArray:
+        """Return the own states at the start, shape (sets or 1, own states).
+
+        Parameters
+        ----------
+        temperatures : array, shape (sets, nodes)
+        inputs : mapping of str to array, shape (1,)
+
+        Notes
+        -----
+        A lag starts where it would stay: the machine has been as it is for long.
+        """
+        if not self.lags:
+            raise TypeError(f"{self.name} has states but no start")
+        return self.target(inputs, temperatures[:, None, :])[:, 0]
 
     def displacement(
         self, inputs: Inputs, rise: FloatArray, states: FloatArray | None, out: FloatArray

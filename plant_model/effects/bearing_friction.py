@@ -7,6 +7,7 @@ from typing import ClassVar
 import numpy as np
 
 from plant_model.effects.base import Effect, Inputs, ItemSpec, NumberSpec, amplitude
+from plant_model.machine import Item
 from plant_model.parameters import FloatArray, Parameter
 
 
@@ -38,6 +39,22 @@ def viscous_torque(
 def friction_heat(speed: FloatArray, torque: FloatArray) -> FloatArray:
     """Return H = 1.047e-4 n M [W] from speed n [r/min] and torque M [N mm]."""
     return 1.047e-4 * np.abs(speed) * torque
+
+
+def bearing_heat(effect: Effect, item: Item, speed: FloatArray) -> FloatArray:
+    """Return the heat of a bearing set [W] at speeds [r/min], viscosity and preload as given."""
+    diameter = effect.of(item, "mean_diameter")
+    torque = viscous_torque(effect.of(item, "f0"), effect.of(item, "viscosity"), speed, diameter)
+    torque = torque + effect.of(item, "f1") * effect.of(item, "preload") * diameter
+    factor = effect.scale_of("bearing_friction") * effect.of(item, "count")
+    return np.asarray(factor * friction_heat(speed, torque))
+
+
+def add_to_sides(effect: Effect, item: Item, power: FloatArray, out: FloatArray) -> None:
+    """Add a bearing's heat [W] to its inner and outer side."""
+    share = effect.of(item, "inner_share")
+    out[..., effect.nodes(item, "inner")[0]] += share * power
+    out[..., effect.nodes(item, "outer")[0]] += (1.0 - share) * power
 
 
 class BearingFriction(Effect):
@@ -79,13 +96,5 @@ class BearingFriction(Effect):
     ) -> None:
         """Add every bearing's heat to its two sides."""
         for item in self.items:
-            speed = inputs[item.refs["driven_by"][0]]
-            diameter = self.of(item, "mean_diameter")
-            torque = viscous_torque(
-                self.of(item, "f0"), self.of(item, "viscosity"), speed, diameter
-            )
-            torque = torque + self.of(item, "f1") * self.of(item, "preload") * diameter
-            power = self.own("scale") * self.of(item, "count") * friction_heat(speed, torque)
-            share = self.of(item, "inner_share")
-            out[..., self.nodes(item, "inner")[0]] += share * power
-            out[..., self.nodes(item, "outer")[0]] += (1.0 - share) * power
+            power = bearing_heat(self, item, inputs[item.refs["driven_by"][0]])
+            add_to_sides(self, item, power, out)

@@ -166,7 +166,7 @@ def test_own_states_are_stepped_with_the_temperatures(jig_borer: Machine) -> Non
         parameters = {}  # noqa: RUF012
         states = ("lagged",)
 
-        def start_states(self, temperatures: FloatArray) -> FloatArray:
+        def start_states(self, temperatures: FloatArray, inputs: object) -> FloatArray:
             return temperatures[:, :1]
 
         def rate(self, inputs: object, temperatures: FloatArray, states: FloatArray) -> FloatArray:

@@ -1,0 +1,67 @@
+"""What effects act on, found by kind and unit and never by a machine's own names."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+
+import numpy as np
+
+from plant_model.machine import Input, Item, Machine
+from plant_model.parameters import FloatArray
+
+
+def input_in(machine: Machine, unit: str) -> Input | None:
+    """Return the first input in a unit: ``rpm`` the spindle's speed, ``Nm`` its torque."""
+    return next((entry for entry in machine.inputs if entry.unit == unit), None)
+
+
+def outside(machine: Machine) -> str:
+    """Return the boundary temperature that most surfaces face, or else the first there is."""
+    facing = Counter(item.refs["between"][1] for item in machine.of_kind("links", "convection"))
+    return facing.most_common(1)[0][0] if facing else next(iter(machine.boundary_index))
+
+
+def bearings(machine: Machine) -> list[Item]:
+    """Return the bearings that friction heats."""
+    return machine.of_kind("sources", "bearing")
+
+
+def foremost(machine: Machine, kind: str) -> int | None:
+    """Return the node at the nose end of the ``shaft`` or the ``housing``, if there is one."""
+    parts = machine.of_kind("structure", kind)
+    if not parts:
+        return None
+    front = max(parts, key=lambda item: item.parameters["end"].value)
+    return machine.node_index[front.refs["nodes"][-1]]
+
+
+def nose(machine: Machine) -> int | None:
+    """Return the node nearest to the tool: the shaft's end, or else a bearing's inner side."""
+    end = foremost(machine, "shaft")
+    if end is None and bearings(machine):
+        end = machine.node_index[bearings(machine)[0].refs["inner"][0]]
+    return end
+
+
+def spindle_nodes(machine: Machine) -> set[str]:
+    """Return the nodes of shaft, housing, tool, bearings and motors."""
+    parts = machine.of_kind("structure", "shaft", "housing", "tool")
+    parts = parts + machine.of_kind("sources", "bearing", "motor")
+    roles = ("nodes", "inner", "outer", "rotor", "stator")
+    return {name for item in parts for role in roles for name in item.refs.get(role, ())}
+
+
+def base_node(machine: Machine) -> int:
+    """Return the heaviest node that gives heat to the hall: the column, or else the heaviest."""
+    index = machine.node_index
+    open_to_air = {item.refs["between"][0] for item in machine.of_kind("links", "convection")}
+    chosen = [node for node in machine.nodes if node.name in open_to_air] or machine.nodes
+    return index[max(chosen, key=lambda node: node.capacity.value).name]
+
+
+def incidence(nodes: Sequence[int], count: int) -> FloatArray:
+    """Return the matrix, shape (len(nodes), count), that brings each row to its node."""
+    matrix = np.zeros((len(nodes), count))
+    matrix[np.arange(len(nodes)), list(nodes)] = 1.0
+    return matrix

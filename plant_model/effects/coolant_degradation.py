@@ -1,0 +1,78 @@
+"""Jackets that cool less and less during a run."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+
+from plant_model.effects.base import Effect, Inputs
+from plant_model.parameters import FloatArray, Parameter
+
+
+class CoolantDegradation(Effect):
+    """Wall conductance UA (1 - d min(t / t_end, 1)), t the time since the run began.
+
+    A clogging filter, air in the circuit or a warm pump lowers flow, and film coefficients of
+    turbulent flow go with flow^0.8 (Gnielinski, VDI Heat Atlas, 2nd ed., part G1): a loss of UA
+    of 5 to 70 % for a loss of flow of 6 to 78 %. The walls' differences around the circumference
+    fall with them. Where a machine file has no jacket walls, the flows fall instead.
+    """
+
+    name: ClassVar[str] = "coolant_degradation"
+    title: ClassVar[str] = "Cooling that gets worse over the run"
+    explanation: ClassVar[str] = "The jackets take away less heat from hour to hour."
+    parameters: ClassVar[dict[str, Parameter]] = {
+        "loss": Parameter(0.3, "1", 0.0, 0.7, "flow^0.8: VDI Heat Atlas, part G1"),
+        "hours": Parameter(8.0, "h", 2.0, 24.0, "judgement: a shift to a day"),
+    }
+    amplitude: ClassVar[str] = "loss"
+    temperature_dependent: ClassVar[bool] = True
+    states: ClassVar[tuple[str, ...]] = ("hours_elapsed",)
+
+    def prepare(self) -> None:
+        """Collect what the walls exchange per kelvin, as a matrix on the nodes [W/K]."""
+        machine, size = self.machine, len(self.machine.nodes)
+        self._matrix = np.zeros((self.values.sets, size, size))
+        self._flows: list[tuple[int, str, FloatArray]] = []
+        walls = machine.of_kind("links", "coolant_wall", "coolant_unevenness")
+        for item in walls:
+            effect, number = (
+                ("coolant_jacket", "conductance")
+                if item.kind == "coolant_wall"
+                else ("uneven_cooling", "difference")
+            )
+            a, b = (machine.node_index[name] for name in item.refs["between"])
+            g = (self.scale_of(effect) * self.of(item, number))[:, 0]
+            for node, other in ((a, b), (b, a)):
+                self._matrix[:, node, node] += g
+                self._matrix[:, other, node] -= g
+        for item in [] if walls else machine.of_kind("links", "coolant_flow"):
+            node, feed = machine.node_index[item.refs["between"][0]], item.refs["between"][1]
+            g = self.of(item, "flow") / 60.0 * self.of(item, "heat_capacity")
+            self._flows.append((node, feed, self.scale_of("coolant_jacket") * g))
+
+    def start_states(self, temperatures: FloatArray, inputs: Inputs) -> FloatArray:
+        """Start the clock."""
+        return np.zeros((len(temperatures), 1))
+
+    def rate(self, inputs: Inputs, temperatures: FloatArray, states: FloatArray) -> FloatArray:
+        """Return an hour in 3600 s."""
+        return np.full_like(states, 1.0 / 3600.0)
+
+    def heat(
+        self,
+        inputs: Inputs,
+        temperatures: FloatArray | None,
+        states: FloatArray | None,
+        out: FloatArray,
+    ) -> None:
+        """Take back the part of the exchange that is lost."""
+        assert temperatures is not None
+        assert states is not None
+        lost = self.own("loss") * np.minimum(states[..., 0] / self.own("hours"), 1.0)
+        out += lost[..., None] * (temperatures @ self._matrix)
+        index = self.machine.node_index
+        for node, feed, g in self._flows:
+            source = temperatures[..., index[feed]] if feed in index else inputs[feed]
+            out[..., node] -= lost * g * (source - temperatures[..., node])

@@ -1,0 +1,52 @@
+"""Air that a turning spindle stirs around itself."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import ClassVar
+
+import numpy as np
+
+from plant_model.anatomy import input_in, spindle_nodes
+from plant_model.effects.base import Effect, Exchange, Inputs, exchange
+from plant_model.parameters import FloatArray, Parameter
+
+
+class ForcedConvection(Effect):
+    """Film coefficient outside h = h0 (1 + c (n / n_ref)^0.7), n_ref the highest speed.
+
+    It acts on the surfaces of the spindle: shaft, housing, tool, bearings and motor; where a
+    machine file gives none of these a surface, on all. The exponent is that of a cylinder turning
+    in still air, Nu = 0.095 (0.5 Re^2 + Gr)^0.35: Kays and Bjorklund, Trans. ASME 80 (1958) 70-78.
+    """
+
+    name: ClassVar[str] = "forced_convection"
+    title: ClassVar[str] = "Convection outside growing with speed"
+    explanation: ClassVar[str] = (
+        "The turning spindle stirs the air and cools its own outside; at standstill that stops."
+    )
+    parameters: ClassVar[dict[str, Parameter]] = {
+        "gain": Parameter(1.5, "1", 0.0, 4.0, "5 to 45 W/(m2 K) beside a turning spindle")
+    }
+    amplitude: ClassVar[str] = "gain"
+    conductance_inputs: ClassVar[tuple[str, ...]] = ("speed",)
+
+    def prepare(self) -> None:
+        """Find the surfaces and what each has at standstill [W/K]."""
+        surfaces = self.machine.of_kind("links", "convection")
+        spindle = spindle_nodes(self.machine)
+        near = [item for item in surfaces if item.refs["between"][0] in spindle]
+        scale = self.own("gain") * self.scale_of("surface_convection")
+        self._surfaces = [
+            (item, scale * self.of(item, "area") * self.of(item, "coefficient"))
+            for item in near or surfaces
+        ]
+        speed = input_in(self.machine, "rpm")
+        self._reference = max(speed.high, -speed.low) if speed else 1.0
+
+    def conductance(
+        self, inputs: Inputs, temperatures: FloatArray | None, states: FloatArray | None
+    ) -> Sequence[Exchange]:
+        """Return the exchange that speed adds."""
+        stirred = (np.abs(inputs["speed"]) / self._reference) ** 0.7
+        return [exchange(self, item, g * stirred) for item, g in self._surfaces]

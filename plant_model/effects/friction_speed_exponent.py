@@ -1,0 +1,56 @@
+"""Bearing friction that grows with another power of speed than Palmgren's."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+
+from plant_model.anatomy import bearings
+from plant_model.effects.base import Effect, Inputs
+from plant_model.effects.bearing_friction import add_to_sides, bearing_heat
+from plant_model.parameters import FloatArray, Parameter
+
+
+class FrictionSpeedExponent(Effect):
+    """Heat of the bearings Q = Q_Palmgren (n / n_ref)^d, n_ref half of the highest speed.
+
+    Palmgren's viscous part goes with n^(5/3), its load part with n. Measured exponents are lower
+    where oil is scarce (starvation, oil and air) and higher with grease that churns and with the
+    balls' centrifugal load: 1 to 2.5 in all (Harris and Kotzalas, Advanced Concepts of Bearing
+    Technology, 5th ed., ch. 2; Bossmanns and Tu, J. Manuf. Sci. Eng. 123 (2001) 494-505,
+    doi:10.1115/1.1349555). At n_ref the heat stays as it is, so d changes nothing but the slope.
+    """
+
+    name: ClassVar[str] = "friction_speed_exponent"
+    title: ClassVar[str] = "Friction growing with another power of speed"
+    explanation: ClassVar[str] = (
+        "The bearings' heat rises with speed more steeply, or less, than the usual law says."
+    )
+    parameters: ClassVar[dict[str, Parameter]] = {
+        "deviation": Parameter(0.4, "1", -0.7, 0.9, "exponents of 1 to 2.5 against Palmgren's 5/3")
+    }
+    amplitude: ClassVar[str] = "deviation"
+    needs: ClassVar[tuple[str, ...]] = ("bearing_friction",)
+
+    def prepare(self) -> None:
+        """Find the bearings and the reference speed of each [r/min]."""
+        highest = {entry.name: max(entry.high, -entry.low) for entry in self.machine.inputs}
+        self._bearings = [
+            (item, item.refs["driven_by"][0], highest[item.refs["driven_by"][0]] / 2.0)
+            for item in bearings(self.machine)
+        ]
+
+    def heat(
+        self,
+        inputs: Inputs,
+        temperatures: FloatArray | None,
+        states: FloatArray | None,
+        out: FloatArray,
+    ) -> None:
+        """Add the difference to Palmgren's heat."""
+        for item, driver, reference in self._bearings:
+            speed = np.abs(inputs[driver])
+            relative = np.where(speed > 0.0, speed / reference, 1.0)
+            change = relative ** self.own("deviation") - 1.0
+            add_to_sides(self, item, change * bearing_heat(self, item, speed), out)

@@ -1,0 +1,55 @@
+"""Still air that rises along warm surfaces."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+
+from plant_model.anatomy import incidence
+from plant_model.effects.base import Effect, Inputs
+from plant_model.parameters import FloatArray, Parameter
+
+
+class NaturalConvection(Effect):
+    """Film coefficient beyond the constant one, h = h1 (|T - T_air| / 10 K)^(1/4).
+
+    Laminar free convection along a plate of height L, 1.42 (dT / L)^(1/4) W/(m2 K) in air, gives
+    2.5 to 6 W/(m2 K) at 10 K for 1 to 0.03 m (Holman, Heat Transfer, 10th ed., table 7-2; VDI Heat
+    Atlas, 2nd ed., part F2). The range covers 0 to 8.
+    """
+
+    name: ClassVar[str] = "natural_convection"
+    title: ClassVar[str] = "Convection outside growing with temperature"
+    explanation: ClassVar[str] = (
+        "Warm surfaces make the air rise and lose more heat the warmer they are."
+    )
+    parameters: ClassVar[dict[str, Parameter]] = {
+        "film_at_10_K": Parameter(4.0, "W/(m2 K)", 0.0, 8.0, "1.42 (dT/L)^(1/4): Holman, table 7-2")
+    }
+    amplitude: ClassVar[str] = "film_at_10_K"
+    temperature_dependent: ClassVar[bool] = True
+
+    def prepare(self) -> None:
+        """Collect the surfaces."""
+        surfaces = self.machine.of_kind("links", "convection")
+        self._nodes = [self.machine.node_index[item.refs["between"][0]] for item in surfaces]
+        self._outside = [item.refs["between"][1] for item in surfaces]
+        self._areas = self.table([self.of(item, "area") for item in surfaces])
+        self._to_nodes = incidence(self._nodes, len(self.machine.nodes))
+
+    def heat(
+        self,
+        inputs: Inputs,
+        temperatures: FloatArray | None,
+        states: FloatArray | None,
+        out: FloatArray,
+    ) -> None:
+        """Add what every surface receives."""
+        assert temperatures is not None
+        if not self._nodes:
+            return
+        air = np.stack([inputs[name] for name in self._outside], axis=-1)
+        colder = air - temperatures[..., self._nodes]
+        film = self.own("film_at_10_K")[..., None] * np.sqrt(np.sqrt(np.abs(colder) / 10.0))
+        out += (film * self._areas * colder) @ self._to_nodes

@@ -1,0 +1,65 @@
+"""A thermometer that follows late."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+
+from plant_model.effects.base import Effect, Inputs
+from plant_model.parameters import FloatArray, Parameter
+
+
+class SensorLag(Effect):
+    """Reading y of one thermometer, tau dy/dt = T - y.
+
+    A loose sensor in a thick pocket needs minutes (first-order response: ASTM E644; VDI/VDE 3522),
+    a clamped one seconds. Below 30 s the state lags by 30 s and the reading takes tau / 30 s of its
+    distance, the same for anything slow, so that the reading returns to T as tau goes to zero. It
+    does nothing for a displacement sensor.
+    """
+
+    name: ClassVar[str] = "sensor_lag"
+    title: ClassVar[str] = "Thermometer that follows late"
+    explanation: ClassVar[str] = "One thermometer lags behind its part whenever that changes."
+    parameters: ClassVar[dict[str, Parameter]] = {
+        "minutes": Parameter(5.0, "min", 0.0, 20.0, "sensors in pockets: VDI/VDE 3522")
+    }
+    amplitude: ClassVar[str] = "minutes"
+    on_channel: ClassVar[bool] = True
+    states: ClassVar[tuple[str, ...]] = ("reading",)
+    lags: ClassVar[bool] = True
+    shortest_s: ClassVar[float] = 30.0
+
+    def prepare(self) -> None:
+        """Find what the sensor reads."""
+        found = [sensor.of for sensor in self.machine.sensors if sensor.name == self.channel]
+        self._of = found[0] if found else None
+        self._lag_s = 60.0 * self.own("minutes")
+
+    def target(self, inputs: Inputs, temperatures: FloatArray) -> FloatArray:
+        """Return the temperature of what the sensor sits on."""
+        read = np.zeros(temperatures.shape[:2])
+        if self._of in self.machine.node_index:
+            read = temperatures[..., self.machine.node_index[self._of]]
+        elif self._of is not None:
+            read = read + inputs[self._of]
+        return read[..., None]
+
+    def time_constants(self) -> FloatArray:
+        """Return the lag, no shorter than a step that error control takes with ease."""
+        return np.maximum(self._lag_s, self.shortest_s)
+
+    def reading(
+        self,
+        inputs: Inputs,
+        states: FloatArray | None,
+        time_s: FloatArray,
+        readings: dict[str, FloatArray],
+    ) -> None:
+        """Show the lagging temperature."""
+        assert states is not None
+        if self._of is not None:
+            share = np.minimum(self._lag_s / self.shortest_s, 1.0)
+            shown = readings[self.channel]
+            readings[self.channel] = shown + share * (states[..., 0] - shown)

@@ -1,0 +1,66 @@
+"""A bed that follows the hall over many hours."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+
+from plant_model.anatomy import outside
+from plant_model.effects.base import POSE, Effect, Inputs
+from plant_model.parameters import FloatArray, Parameter
+
+
+class SlowStructure(Effect):
+    """Growth k y with tau dy/dt = (T_hall - T_hall at the start) - y.
+
+    Bed and column between tool and work are metres of iron (11 um/(m K)) with hours of lag: 3 h
+    for a column in moving air to 20 h for a bed on its foundation (environmental variation error:
+    ISO 230-3; Mayr et al., CIRP Annals 61 (2012) 771-791, doi:10.1016/j.cirp.2012.05.008).
+    ``direction`` turns the growth from the elongation (0) to the radial drift (90), ``azimuth``
+    turns that drift from X (0) to Y (90).
+    """
+
+    name: ClassVar[str] = "slow_structure"
+    title: ClassVar[str] = "Bed following the hall slowly"
+    explanation: ClassVar[str] = (
+        "Bed and column grow with the hall hours later, so drift never settles."
+    )
+    parameters: ClassVar[dict[str, Parameter]] = {
+        "growth": Parameter(8.0, "um/K", 0.0, 30.0, "0.1 to 3 m of iron"),
+        "hours": Parameter(8.0, "h", 3.0, 20.0, "column in moving air to bed on its foundation"),
+        "direction": Parameter(0.0, "deg", -180.0, 180.0, "0 is elongation, 90 radial"),
+        "azimuth": Parameter(90.0, "deg", -90.0, 90.0, "0 is X, 90 is Y"),
+    }
+    amplitude: ClassVar[str] = "growth"
+    states: ClassVar[tuple[str, ...]] = ("hall", "at_start")
+    lags: ClassVar[bool] = True
+
+    def prepare(self) -> None:
+        """Find the hall, and where the growth goes."""
+        self._hall = outside(self.machine)
+        direction, azimuth = (np.radians(self.own(name)) for name in ("direction", "azimuth"))
+        self._shares = {
+            "elongation": np.cos(direction),
+            "x": np.sin(direction) * np.cos(azimuth),
+            "y": np.sin(direction) * np.sin(azimuth),
+        }
+
+    def target(self, inputs: Inputs, temperatures: FloatArray) -> FloatArray:
+        """Return the hall's temperature, twice."""
+        hall = np.asarray(inputs[self._hall])[None, :]
+        return np.stack([hall, hall], axis=-1)
+
+    def time_constants(self) -> FloatArray:
+        """Return the lag of the bed; the value at the start stays."""
+        hours = self.own("hours")
+        return np.concatenate([3600.0 * hours, np.full_like(hours, np.inf)], axis=1)
+
+    def displacement(
+        self, inputs: Inputs, rise: FloatArray, states: FloatArray | None, out: FloatArray
+    ) -> None:
+        """Add the growth."""
+        assert states is not None
+        growth = self.own("growth") * (states[..., 0] - states[..., 1])
+        for axis, share in self._shares.items():
+            out[..., POSE.index(axis)] += growth * share

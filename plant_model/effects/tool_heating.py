@@ -1,0 +1,87 @@
+"""Holder and tool that the nose warms."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+
+from plant_model.anatomy import nose, outside
+from plant_model.effects.base import POSE, Effect, Inputs
+from plant_model.parameters import FloatArray, Parameter
+
+
+class ToolHeating(Effect):
+    """Heat G (T_nose - T_holder) into the holder, on into the tool, and from both to the hall.
+
+    Own states are the excess of holder and tool over the hall. The holder's growth adds to the
+    elongation over its length, the tool's to its growth per length, beyond what the structure
+    already has. G: an HSK or SK taper has 2 to 20 W/K across its joint, and carries what it takes
+    along some 50 mm of shank, 1 to 8 W/K in all (k A / L, steel 48 W/(m K); joints: VDI Heat Atlas,
+    2nd ed., part G). Half of the capacity is the holder's. The tool comes out of the magazine at
+    the hall's temperature.
+    """
+
+    name: ClassVar[str] = "tool_heating"
+    title: ClassVar[str] = "Holder and tool warming"
+    explanation: ClassVar[str] = (
+        "The warm nose heats holder and tool, which go on growing after it."
+    )
+    parameters: ClassVar[dict[str, Parameter]] = {
+        "conductance": Parameter(2.0, "W/K", 0.0, 8.0, "taper joint and shank, k A / L"),
+        "capacity": Parameter(900.0, "J/K", 200.0, 3000.0, "0.4 to 6 kg of steel"),
+        "holder_length": Parameter(80.0, "mm", 20.0, 250.0, "holders by DIN 69893 and ISO 7388"),
+        "loss": Parameter(0.8, "W/K", 0.1, 3.0, "20 to 60 W/(m2 K) on 0.005 to 0.05 m2, turning"),
+    }
+    amplitude: ClassVar[str] = "conductance"
+    temperature_dependent: ClassVar[bool] = True
+    states: ClassVar[tuple[str, ...]] = ("holder", "tool")
+    expansion: ClassVar[float] = 11.5  # 1e-6/K, steel
+    shank: ClassVar[float] = 0.5  # W/K, from the holder into a tool of 20 to 30 mm
+
+    def prepare(self) -> None:
+        """Find the nose and the hall."""
+        self._nose, self._hall = nose(self.machine), outside(self.machine)
+
+    def start_states(self, temperatures: FloatArray, inputs: Inputs) -> FloatArray:
+        """Start at the hall's temperature."""
+        return np.zeros((len(temperatures), 2))
+
+    def _taken(self, inputs: Inputs, temperatures: FloatArray, states: FloatArray) -> FloatArray:
+        """Return what the holder takes from the nose [W]."""
+        if self._nose is None:
+            return np.zeros(states.shape[:-1])
+        excess = temperatures[..., self._nose] - inputs[self._hall]
+        return np.asarray(self.own("conductance") * (excess - states[..., 0]))
+
+    def rate(self, inputs: Inputs, temperatures: FloatArray, states: FloatArray) -> FloatArray:
+        """Return how fast holder and tool warm."""
+        holder, tool = states[..., 0], states[..., 1]
+        on = self.shank * (holder - tool)
+        lost = 0.5 * self.own("loss")
+        half = 0.5 * self.own("capacity")
+        taken = self._taken(inputs, temperatures, states)
+        return np.stack([(taken - on - lost * holder) / half, (on - lost * tool) / half], axis=-1)
+
+    def heat(
+        self,
+        inputs: Inputs,
+        temperatures: FloatArray | None,
+        states: FloatArray | None,
+        out: FloatArray,
+    ) -> None:
+        """Take the holder's heat from the nose."""
+        assert temperatures is not None
+        assert states is not None
+        if self._nose is not None:
+            out[..., self._nose] -= self._taken(inputs, temperatures, states)
+
+    def displacement(
+        self, inputs: Inputs, rise: FloatArray, states: FloatArray | None, out: FloatArray
+    ) -> None:
+        """Add the growth of holder and tool."""
+        assert states is not None
+        per_mm = self.expansion * 1e-3
+        holder = per_mm * self.own("holder_length") * states[..., 0]
+        out[..., POSE.index("elongation")] += holder
+        out[..., POSE.index("tool_strain")] += per_mm * states[..., 1]

@@ -1,0 +1,198 @@
+"""The catalogue of missing effects: on any machine, in the stepper, and in time."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from plant_model.drive import drive_from
+from plant_model.effects import catalogue
+from plant_model.machine import Machine
+from plant_model.network import Network, effects_in_force
+from plant_model.parameters import Values
+from plant_model.simulate import simulate, trajectory
+from plant_model.stepper import PlantStepper
+from tests.plant_model.catalogue_machines import bare, lathe
+from tests.plant_model.conftest import inputs_over, key_of, with_effects
+
+CATALOGUE = {
+    "bearing_run_in",
+    "bearing_stick_slip",
+    "centrifugal_shift",
+    "column_bending",
+    "coolant_degradation",
+    "coolant_supply_offset",
+    "coolant_thermostat",
+    "copper_loss",
+    "cutting_heat",
+    "fixture_warming",
+    "forced_convection",
+    "friction_speed_exponent",
+    "joint_resistance",
+    "motor_iron_loss",
+    "natural_convection",
+    "radiation",
+    "sensor_drift",
+    "sensor_lag",
+    "sensor_offset",
+    "slow_structure",
+    "thermal_preload",
+    "tool_heating",
+    "uneven_bearing_heating",
+    "viscosity_temperature",
+    "windage",
+}
+NAMES = sorted(CATALOGUE)
+NEEDS_TORQUE_OR_COOLANT = {
+    "copper_loss",
+    "cutting_heat",
+    "coolant_degradation",
+    "coolant_supply_offset",
+    "coolant_thermostat",
+}
+NEEDS_NO_PART = {  # the hall, a thermometer and the speed are enough for these
+    "centrifugal_shift",
+    "column_bending",
+    "fixture_warming",
+    "sensor_drift",
+    "sensor_offset",
+    "slow_structure",
+}
+
+
+def hall_run(hours: float = 1.0) -> pd.DataFrame:
+    time_s = np.arange(0.0, hours * 3600.0 + 1.0, 30.0)
+    return pd.DataFrame(
+        {
+            "time_s": time_s,
+            "speed_rpm": np.where(time_s < 1800.0, 3000.0, 1000.0),
+            "hall_degC": 21.0 + np.sin(time_s / 1500.0),
+        }
+    )
+
+
+def shown(machine: Machine, inputs: pd.DataFrame) -> pd.DataFrame:
+    return simulate(machine, inputs).run_frame()
+
+
+def test_the_catalogue_is_complete() -> None:
+    assert set(catalogue()) >= CATALOGUE
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_acts_on_a_machine_of_other_names_or_does_nothing(name: str) -> None:
+    machine, inputs = lathe(), hall_run()
+    without, with_it = shown(machine, inputs), shown(with_effects(machine, name), inputs)
+    change = np.abs((with_it - without).to_numpy()).max()
+    assert np.isfinite(with_it.to_numpy()).all()
+    assert change < 1e-3 if name in NEEDS_TORQUE_OR_COOLANT else change > 1e-3
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_does_nothing_where_there_is_nothing_to_act_on(name: str) -> None:
+    machine, inputs = bare(), hall_run(0.3)
+    without, with_it = shown(machine, inputs), shown(with_effects(machine, name), inputs)
+    change = np.abs((with_it - without).to_numpy()).max()
+    assert change > 1e-3 if name in NEEDS_NO_PART else change < 1e-9
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_sets_in_which_it_is_off_are_as_without_it(name: str, jig_borer: Machine) -> None:
+    effect = catalogue()[name]
+    inputs = inputs_over(1.0, every_s=60.0)
+    parameter = f"effects.{key_of(name)}.{effect.amplitude}"
+    nominal = effect.parameters[effect.amplitude].value
+    machine = with_effects(jig_borer, name)
+    both = simulate(machine, inputs, {parameter: [effect.off, nominal]})
+    without = simulate(jig_borer, inputs)
+    alone = simulate(machine, inputs)
+    for key, series in without.readings.items():
+        np.testing.assert_allclose(both.readings[key][0], series[0], atol=1e-8, err_msg=key)
+        np.testing.assert_allclose(both.readings[key][1], alone.readings[key][0], atol=5e-2)
+    np.testing.assert_allclose(both.pose[0], without.pose[0], atol=1e-8)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_stepper_equals_the_simulation(name: str, jig_borer: Machine) -> None:
+    machine = with_effects(jig_borer, name)
+    time_s = np.arange(0.0, 1801.0, 10.0)
+    inputs = pd.DataFrame(
+        {
+            "time_s": time_s,
+            "speed_rpm": np.where(time_s < 900.0, 9000.0, 3000.0),
+            "T5_degC": 24.0,
+            "T9_degC": 22.0,
+            "torque_Nm": 8.0,
+        }
+    )
+    columns = {entry.name: inputs[entry.column].to_numpy() for entry in machine.inputs}
+    rows = [{key: float(column[k]) for key, column in columns.items()} for k in range(len(time_s))]
+    stepper = PlantStepper(machine)
+    stepper.reset(rows[0])
+    for row in rows[:-1]:
+        stepper.step(10.0, row)
+    expected = simulate(machine, inputs)
+    for key, series in expected.readings.items():
+        assert stepper.outputs()[key] == pytest.approx(series[0, -1], abs=2e-3), key
+    tip = [stepper.outputs()[f"drift_{axis}"] for axis in "XYZ"]
+    assert tip == pytest.approx(expected.drift(0.0)[0, -1].tolist(), abs=5e-3)
+    values = Values(machine.parameters)
+    network = Network(machine, values, effects_in_force(machine, values))
+    start = expected.temperatures[:, 0]
+    end = trajectory(machine, network, drive_from(machine, inputs, 10.0), start)[0, -1]
+    np.testing.assert_allclose(stepper.state()["state"], end, atol=2e-3)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_takes_no_more_than_some_twenty_linear_simulations(name: str, jig_borer: Machine) -> None:
+    inputs = inputs_over(2.0)
+
+    def seconds(machine: Machine) -> float:
+        began = time.process_time()
+        simulate(machine, inputs)
+        return time.process_time() - began
+
+    machine = with_effects(jig_borer, name)
+    seconds(jig_borer)
+    # Processor time, and the best of a few: others use the same processor and its caches.
+    ratios = (seconds(machine) / max(seconds(jig_borer) for _ in range(2)) for _ in range(6))
+    assert any(ratio < 25.0 for ratio in ratios)
+
+
+@pytest.mark.parametrize("name", ["sensor_lag", "sensor_offset", "sensor_drift"])
+def test_a_thermometer_s_error_leaves_displacement_sensors_alone(
+    name: str, jig_borer: Machine
+) -> None:
+    key = f"{name}:S1"
+    effects = jig_borer.effects | {key: dict(catalogue()[name].parameters)}
+    inputs = inputs_over(0.2)
+    with_it = shown(replace(jig_borer, effects=effects), inputs)
+    np.testing.assert_allclose(with_it, shown(jig_borer, inputs), atol=1e-12)
+
+
+def test_a_lag_is_the_same_whether_or_not_it_stands_beside_something_nonlinear(
+    jig_borer: Machine,
+) -> None:
+    inputs = inputs_over(2.0)
+    lags = ["column_bending", "slow_structure", "sensor_lag", "uneven_bearing_heating"]
+    apart = simulate(with_effects(jig_borer, *lags), inputs)
+    beside = with_effects(jig_borer, *lags, "radiation").with_values(
+        {"effects.radiation.emissivity": 1e-12}
+    )
+    together = simulate(beside, inputs, tolerance=1e-5)
+    for key, series in apart.readings.items():
+        # Beside a linear network a temperature counts as linear within a step of 10 s.
+        np.testing.assert_allclose(together.readings[key], series, atol=6e-3, err_msg=key)
+
+
+def test_a_lag_s_error_comes_before_an_offset_in_whatever_order(jig_borer: Machine) -> None:
+    inputs = inputs_over(0.5)
+    one = shown(with_effects(jig_borer, "sensor_lag", "sensor_offset"), inputs)
+    other = shown(with_effects(jig_borer, "sensor_offset", "sensor_lag"), inputs)
+    np.testing.assert_allclose(one["T1_degC"], other["T1_degC"], atol=1e-12)
+    only_lag = shown(with_effects(jig_borer, "sensor_lag"), inputs)
+    np.testing.assert_allclose(one["T1_degC"] - only_lag["T1_degC"], 1.0, atol=1e-9)

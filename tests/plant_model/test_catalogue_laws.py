@@ -1,0 +1,213 @@
+"""Effects of the catalogue that move heat, against hand calculations and what marks them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from plant_model.effects.bearing_friction import viscous_torque
+from plant_model.machine import Machine
+from plant_model.simulate import simulate
+from tests.plant_model.catalogue_machines import (
+    TEMPERATURES,
+    change,
+    heat_of,
+    lathe,
+    made,
+    steady,
+)
+
+
+def test_thermal_preload_adds_load_torque_with_the_difference() -> None:
+    _, effect = made(lathe(), "thermal_preload", gain=0.2)
+    # M1 = 0.001 * 1000 * 120 = 120 N mm; times 0.2 * 10; H = 1.047e-4 * 3000 * 240 = 75.4 W.
+    heat = heat_of(effect, 3000.0, {"ring": 40.0, "race": 30.0})
+    assert heat["ring"] == heat["race"] == pytest.approx(75.384 / 2.0, rel=1e-9)
+    assert sum(heat_of(effect, 3000.0, {"race": 30.0}).values()) == 0.0
+    # 1.047e-4 * 3000 * 120 * 9 = 339.2 W is all that a seizing bearing may add.
+    assert sum(heat_of(effect, 3000.0, {"ring": 200.0}).values()) == pytest.approx(339.228)
+
+
+def test_thermal_preload_overshoots_after_a_speed_up() -> None:
+    # A shaft that its chuck cools, in a headstock that warms for hours: first the ring is ahead.
+    machine = lathe()
+    headstock = machine.of_kind("links", "convection")[0]
+    chuck = replace(
+        headstock,
+        name="chuck",
+        refs={"between": ("quill", "hall")},
+        parameters=headstock.parameters
+        | {"coefficient": replace(headstock.parameters["coefficient"], value=12.5)},
+    )
+    foot = next(item for item in machine.items if item.name == "headstock-bed")
+    loose = {"conductance": replace(foot.parameters["conductance"], value=5.0, low=5.0)}
+    others = (item for item in machine.items if item is not foot)
+    machine = replace(machine, items=(*others, replace(foot, parameters=loose), chuck))
+    time = np.arange(0.0, 10 * 3600.0 + 1.0, 60.0)
+    inputs = pd.DataFrame({"time_s": time, "speed_rpm": 3000.0, "hall_degC": 21.0})
+    moved, *_ = change(machine, "thermal_preload", inputs, gain=0.3)
+    assert moved["T1"].max() > 0.5
+    assert time[np.argmax(moved["T1"])] < 4 * 3600.0
+    assert abs(moved["T1"][-1]) < 0.3 * moved["T1"].max(), "the housing has caught up"
+
+
+def test_friction_speed_exponent_turns_about_half_the_highest_speed(jig_borer: Machine) -> None:
+    _, effect = made(jig_borer, "friction_speed_exponent", deviation=0.5)
+    item = jig_borer.of_kind("sources", "bearing")[0]
+    numbers = {key: np.array([p.value]) for key, p in item.parameters.items()}
+    torque = viscous_torque(
+        numbers["f0"], numbers["viscosity"], np.array([5000.0]), numbers["mean_diameter"]
+    )
+    load = numbers["f1"] * numbers["preload"] * numbers["mean_diameter"]
+    palmgren = 1.047e-4 * 5000.0 * 2.0 * (torque + load)[0]
+    assert heat_of(effect, 10000.0)["front_inner"] == pytest.approx(0.0, abs=1e-9)
+    slow = heat_of(effect, 5000.0)
+    expected = palmgren * (0.5**0.5 - 1.0)
+    assert slow["front_inner"] + slow["front_outer"] == pytest.approx(expected, rel=1e-9)
+    assert sum(heat_of(effect, 0.0).values()) == 0.0
+
+
+def test_forced_convection_grows_with_speed_and_vanishes_at_stop(jig_borer: Machine) -> None:
+    _, effect = made(jig_borer, "forced_convection", gain=2.0)
+
+    def added(speed: float) -> dict[str, float]:
+        pairs = effect.conductance({"speed": np.array([speed])}, None, None)
+        return {jig_borer.nodes[e.node].name: float(e.conductance[0, 0]) for e in pairs}
+
+    # 0.06 m2 * 9 W/(m2 K) * 2 * (10000 / 20000)^0.7.
+    assert added(10000.0)["housing_rear"] == pytest.approx(0.06 * 9.0 * 2.0 * 0.5**0.7)
+    assert set(added(0.0).values()) == {0.0}
+    assert "column" not in added(20000.0), "the spindle does not stir the air around the column"
+    moved, *_ = change(jig_borer, "forced_convection", steady(0.0, 1.0, hall=25.0))
+    assert max(np.abs(series).max() for series in moved.values()) < 1e-9
+
+
+def test_natural_convection_is_the_fourth_root_of_the_difference() -> None:
+    _, effect = made(lathe(), "natural_convection", film_at_10_K=3.0)
+    # 3 W/(m2 K) * 0.8 m2 * 10 K; at 160 K twice the film.
+    assert heat_of(effect, 0.0, {"headstock": 30.0})["headstock"] == pytest.approx(-24.0)
+    assert heat_of(effect, 0.0, {"headstock": 180.0})["headstock"] == pytest.approx(-768.0)
+    assert heat_of(effect, 0.0, {"headstock": 10.0})["headstock"] == pytest.approx(24.0)
+
+
+def test_motor_iron_loss_has_a_linear_and_a_square_part() -> None:
+    _, effect = made(lathe(), "motor_iron_loss", power=400.0, eddy_share=0.75, stator_share=0.9)
+    heat = heat_of(effect, 2000.0)
+    # Half speed: 400 * (0.25 / 2 + 0.75 / 4) = 125 W.
+    assert heat["winding"] == pytest.approx(112.5)
+    assert heat["cage"] == pytest.approx(12.5)
+    assert sum(heat_of(effect, 4000.0).values()) == pytest.approx(400.0)
+
+
+def test_windage_is_the_cube_of_speed_and_shared_by_the_gaps(jig_borer: Machine) -> None:
+    _, effect = made(jig_borer, "windage", power=160.0)
+    full, half = heat_of(effect, 20000.0), heat_of(effect, 10000.0)
+    assert sum(full.values()) == pytest.approx(160.0)
+    assert sum(half.values()) == pytest.approx(20.0)
+    # Area times radius cubed: 0.057 * 50^3 of 0.057 * 50^3 + 4 * 0.008 * 36^3 + 0.025 * 33^3.
+    share = 7125.0 / (7125.0 + 1492.992 + 898.425)
+    assert full["rotor"] == full["stator"] == pytest.approx(80.0 * share)
+    without_gaps = heat_of(made(lathe(), "windage", power=160.0)[1], 4000.0)
+    assert without_gaps["cage"] == without_gaps["winding"] == pytest.approx(80.0)
+
+
+def test_copper_loss_follows_torque_squared_and_the_winding(jig_borer: Machine) -> None:
+    _, effect = made(jig_borer, "copper_loss", power=100.0)
+    # The highest torque is 200 N m, so 20 N m is the reference; at 275 degC copper has doubled.
+    assert heat_of(effect, 0.0, torque=-20.0)["stator"] == pytest.approx(100.0)
+    assert heat_of(effect, 0.0, torque=10.0)["stator"] == pytest.approx(25.0)
+    assert heat_of(effect, 0.0, {"stator": 275.0}, torque=20.0)["stator"] == pytest.approx(200.0)
+
+
+def test_cutting_heat_is_a_share_of_torque_times_speed(jig_borer: Machine) -> None:
+    _, effect = made(jig_borer, "cutting_heat", share=0.05, tool_share=0.4)
+    # 10 N m at 6000 r/min is 6283 W; 5 % of it 314.2 W.
+    heat = heat_of(effect, 6000.0, torque=10.0)
+    assert heat["test_bar"] == pytest.approx(0.4 * 314.159, rel=1e-5)
+    assert heat["shaft_front"] == pytest.approx(0.6 * 314.159, rel=1e-5)
+    assert sum(heat_of(effect, 6000.0).values()) == 0.0
+
+
+def test_bearing_run_in_counts_turning_hours_only(jig_borer: Machine) -> None:
+    _, effect = made(jig_borer, "bearing_run_in", excess=1.0, hours=2.0)
+    inputs = steady(0.0, 6.0)
+    turning = inputs["time_s"] >= 3 * 3600.0
+    inputs["speed_rpm"] = np.where(turning, 9000.0, 0.0)
+    moved, with_it, without = change(jig_borer, "bearing_run_in", inputs, excess=1.0, hours=2.0)
+    assert np.abs(moved["T1"][~turning]).max() < 1e-9
+    peak = np.argmax(moved["T1"])
+    assert inputs["time_s"][peak] < 4.0 * 3600.0
+    assert moved["T1"][-1] < 0.5 * moved["T1"][peak], "it is gone with the hours"
+    fresh, later = heat_of(effect, 9000.0, states=[0.0]), heat_of(effect, 9000.0, states=[2.0])
+    assert later["rear_outer"] / fresh["rear_outer"] == pytest.approx(np.exp(-1.0))
+    assert with_it.temperatures.shape == without.temperatures.shape
+
+
+def test_coolant_thermostat_swings_with_its_band_and_period(jig_borer: Machine) -> None:
+    inputs = steady(0.0, 3.0)
+    moved, *_ = change(jig_borer, "coolant_thermostat", inputs, band=1.0, period=20.0)
+    late = inputs["time_s"] > 3600.0
+    # A jacket follows within a minute or so, walls included, so it shows a little less than 1 K.
+    assert 0.4 < moved["T3"][late].max() < 1.05
+    assert moved["T3"][late].min() == pytest.approx(-moved["T3"][late].max(), abs=0.15)
+    series = moved["T3"][late]
+    rising = np.flatnonzero((series[:-1] < 0.0) & (series[1:] >= 0.0))
+    assert np.diff(rising).mean() == pytest.approx(20.0, rel=0.05)
+    _, effect = made(jig_borer, "coolant_thermostat", band=1.0)
+    swing = heat_of(effect, 0.0, states=[0.5, 1.0])["jacket_front"]
+    assert swing == pytest.approx(0.5 * 3.0 / 60.0 * 3700.0)
+
+
+def test_coolant_thermostat_begins_where_its_phase_says(jig_borer: Machine) -> None:
+    inputs = steady(0.0, 1.0)
+    first = change(jig_borer, "coolant_thermostat", inputs, phase=0.0)[0]["T3"]
+    other = change(jig_borer, "coolant_thermostat", inputs, phase=0.5)[0]["T3"]
+    np.testing.assert_allclose(first, -other, atol=2e-2)
+    assert first[2] < -0.1, "phase 0 is the coldest instant"
+
+
+def test_coolant_degradation_ends_as_a_machine_of_weaker_walls(jig_borer: Machine) -> None:
+    inputs = steady(9000.0, 20.0)
+    halves = {
+        item.parameter_name(key): 0.5 * parameter.value
+        for item in jig_borer.of_kind("links", "coolant_wall", "coolant_unevenness")
+        for key, parameter in item.parameters.items()
+    }
+    weaker = simulate(jig_borer.with_values(halves), inputs)
+    moved, with_it, _ = change(jig_borer, "coolant_degradation", inputs, loss=0.5, hours=2.0)
+    np.testing.assert_allclose(with_it.temperatures[0, -1], weaker.temperatures[0, -1], atol=0.05)
+    assert moved["T1"][-1] > 0.3
+    assert abs(moved["T1"][5]) < 0.1 * moved["T1"][-1], "at first the jackets are sound"
+
+
+def test_coolant_supply_offset_is_coolant_of_another_temperature(jig_borer: Machine) -> None:
+    inputs = steady(6000.0, 3.0)
+    warmer = simulate(jig_borer, inputs.assign(T9_degC=inputs["T9_degC"] + 0.7))
+    moved, with_it, _ = change(jig_borer, "coolant_supply_offset", inputs, offset=0.7)
+    np.testing.assert_allclose(with_it.temperatures, warmer.temperatures, atol=1e-9)
+    assert np.all(moved["T9"] == 0.0)
+
+
+def test_joint_resistance_tightens_the_seat_by_its_law() -> None:
+    _, effect = made(lathe(), "joint_resistance", gain=0.1)
+    # 60 W/K * ((1 + 0.1 * 5)^0.95 - 1) * 5 K.
+    heat = heat_of(effect, 0.0, {"race": 25.0})
+    assert heat["headstock"] == pytest.approx(60.0 * (1.5**0.95 - 1.0) * 5.0)
+    assert heat["race"] == pytest.approx(-heat["headstock"])
+    assert heat["ring"] == 0.0
+    # No looser than a fifth of the pressure, however hot.
+    loose = heat_of(made(lathe(), "joint_resistance", gain=-0.3)[1], 0.0, {"race": 120.0})
+    assert loose["headstock"] == pytest.approx(60.0 * (0.2**0.95 - 1.0) * 100.0)
+
+
+def test_joint_resistance_shows_at_the_bearing_and_little_in_the_elongation(
+    jig_borer: Machine,
+) -> None:
+    moved, *_ = change(jig_borer, "joint_resistance", steady(12000.0, 3.0), gain=0.25)
+    largest = max(TEMPERATURES, key=lambda name: np.abs(moved[name]).max())
+    assert largest == "T1", "the rear bearing's own thermometer"
+    assert moved["T1"][-1] < -0.3
+    assert abs(moved["S5"][-1]) < 1.0
