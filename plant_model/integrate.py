@@ -10,6 +10,7 @@ doi:10.1006/jcph.2002.6995), with its second-order member as the error estimate.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -44,12 +45,8 @@ def phi(order: int, x: FloatArray) -> FloatArray:
         value = (value - 1.0 / factorial) / safe
     series = np.zeros_like(x)
     for j in range(15, -1, -1):
-        series = series * x + 1.0 / _factorial(j + order)
+        series = series * x + 1.0 / math.factorial(j + order)
     return np.asarray(np.where(small, series, value))
-
-
-def _factorial(n: int) -> float:
-    return float(np.prod(np.arange(1, n + 1, dtype=np.float64)))
 
 
 @dataclass(frozen=True)
@@ -154,6 +151,8 @@ class ExponentialRungeKutta:
         self._part = 1.0
 
     def _weights_of(self, h: float) -> tuple[FloatArray, ...]:
+        # Instants of a grid differ in their last digits; a step is the same to a microsecond.
+        h = round(h, 6)
         known = self._weights.get(h)
         if known is None:
             x = -self.modes.decay * h

@@ -219,7 +219,7 @@ def trajectory(
     own = network.start_states(start, {name: values[:1] for name, values in at_start.items()})
     out = np.empty((len(start), len(drive.grid), nodes + network.state_count))
     out[:, 0] = np.concatenate([start, own], axis=1)
-    known: dict[tuple[float, ...], tuple[Modes, FloatArray]] = {}
+    known: dict[tuple[float, ...], tuple[Modes, FloatArray, DependentStepper]] = {}
     steps = np.diff(drive.grid)
     changes = np.flatnonzero(np.any(np.diff(levels, axis=0) != 0.0, axis=1)) + 1
     bounds = [0, *changes.tolist(), len(steps)]
@@ -233,8 +233,9 @@ def trajectory(
             }
             matrix, boundary = network.conductances(level)
             with_states = 0 if network.linear else network.state_count
-            known[key] = (Modes.of(matrix, network.capacity, with_states), boundary)
-        modes, boundary = known[key]
+            modes = Modes.of(matrix, network.capacity, with_states)
+            known[key] = modes, boundary, DependentStepper(network, modes, tolerance)
+        modes, boundary, stepper = known[key]
         piece = slice(a, b)
         force = [
             heat[:, piece] + np.einsum("snb,kb->skn", boundary, u[piece]) for u in (first, last)
@@ -245,7 +246,6 @@ def trajectory(
             ends = linear_steps(modes, before, steps[piece], *divided)
             out[:, a + 1 : b + 1, :nodes] = np.matmul(ends, np.swapaxes(modes.to_state, 1, 2))
         else:
-            stepper = DependentStepper(network, modes, tolerance)
             _dependent_steps(drive, stepper, piece, force, (first, last), out)
     if network.linear and network.state_count:
         ends_of_steps = ((at_start, out[:, :-1, :nodes]), (at_end, out[:, 1:, :nodes]))

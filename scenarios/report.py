@@ -78,6 +78,23 @@ class Span:
 
 def write_report(page: Page, path: Path) -> Path:
     """Write the report; see :class:`Page`."""
+    axes = sorted({axis for group in page.groups for row in group.rows for axis in row.axes})
+    return write_page(
+        "report.html",
+        path,
+        page=page,
+        axes=axes,
+        charts=[(chart, chart_html(chart)) for chart in page.charts],
+        states=STATES,
+        timelines=[
+            (label, _spans(events, end_s), end_s, *_cut(events))
+            for label, events, end_s in page.timelines
+        ],
+    )
+
+
+def write_page(template: str, path: Path, **values: Any) -> Path:
+    """Write a page from a template of this room; plotly's script comes with it."""
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(TEMPLATES),
         autoescape=True,
@@ -86,19 +103,13 @@ def write_report(page: Page, path: Path) -> Path:
         undefined=jinja2.StrictUndefined,
     )
     environment.filters |= {"number": number, "percent": percent, "clock": clock}
-    axes = sorted({axis for group in page.groups for row in group.rows for axis in row.axes})
-    text = environment.get_template("report.html").render(
-        page=page,
-        axes=axes,
-        charts=[(chart, _html(_figure(chart), chart.name)) for chart in page.charts],
-        states=STATES,
-        timelines=[
-            (label, _spans(events, end_s), end_s, *_cut(events))
-            for label, events, end_s in page.timelines
-        ],
-        plotly=get_plotlyjs(),
-    )
+    text = environment.get_template(template).render(plotly=get_plotlyjs(), **values)
     return write_atomically(path, text)
+
+
+def chart_html(chart: Chart) -> str:
+    """Return a chart as a part of a page that holds plotly's script."""
+    return _html(_figure(chart), chart.name)
 
 
 def clock(seconds: float) -> str:

@@ -1,0 +1,126 @@
+"""The effects that may be missing, and what each would change in every run."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+
+import numpy as np
+
+from plant_model.effects import Effect, catalogue
+from plant_model.effects.base import effect_key
+from plant_model.gap.linearise import modelled, simulate_at
+from plant_model.gap.observations import Observations
+from plant_model.integrate import IntegrationError
+from plant_model.machine import Machine
+from plant_model.parameters import FloatArray, Parameter
+from plant_model.sensors import displacement_names
+
+SIZES = (0.12, 0.4, 1.0)
+"""Amplitudes tried, as shares of the way from off to each end of the range."""
+
+LEAST, MOST = 0.35, 2.5
+"""An answer may be scaled by this much, which joins the sizes tried into a whole range."""
+
+SHAPES = (0.2, 0.8)
+"""Shape parameters tried beside the nominal value, as shares of their range."""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """One effect at one size and shape.
+
+    Attributes
+    ----------
+    key : str
+        As a machine file names it.
+    values : dict of str to float
+        Its parameters.
+    answers : tuple of array, each (N,)
+        What it changes in every run, weighted (not robust).
+    """
+
+    key: str
+    values: dict[str, float]
+    answers: tuple[FloatArray, ...]
+
+
+def missing_effects(machine: Machine, without: Sequence[str] = ()) -> list[type[Effect]]:
+    """Return the effects of the catalogue that are not in force, other than *without*."""
+    return [
+        effect
+        for name, effect in catalogue().items()
+        if name not in machine.effects
+        and name not in without
+        and not effect.handles
+        and all(needed in machine.effects for needed in effect.needs)
+    ]
+
+
+def with_effect(machine: Machine, key: str, values: dict[str, float] | None = None) -> Machine:
+    """Return the machine with an effect in force, its parameters free to be calibrated."""
+    effect = catalogue()[key.partition(":")[0]]
+    parameters = {name: replace(p, calibrate=True) for name, p in effect.parameters.items()}
+    grown = replace(machine, effects=machine.effects | {key: parameters})
+    return grown.with_values({f"effects.{key}.{name}": v for name, v in (values or {}).items()})
+
+
+def grid(effect: type[Effect]) -> list[dict[str, float]]:
+    """Return the sizes and shapes at which an effect is tried."""
+    size = effect.parameters[effect.amplitude]
+    ends = [end for end in (size.low, size.high) if end != effect.off]
+    sizes = [effect.off + share * (end - effect.off) for end in ends for share in SIZES]
+    nominal = {name: p.value for name, p in effect.parameters.items()}
+    shapes = [nominal]
+    for name, parameter in effect.parameters.items():
+        if name != effect.amplitude and parameter.high > parameter.low:
+            shapes += [nominal | {name: _between(parameter, share)} for share in SHAPES]
+    return [shape | {effect.amplitude: value} for shape, value in product(shapes, sizes)]
+
+
+def _between(parameter: Parameter, share: float) -> float:
+    low, high = parameter.low, parameter.high
+    if low > 0.0 and high > 5.0 * low:
+        return float(low * (high / low) ** share)
+    return low + share * (high - low)
+
+
+def keys_of(machine: Machine, effect: type[Effect], observed: Sequence[Observations]) -> list[str]:
+    """Return the effect's keys: one, or one for every thermometer."""
+    if not effect.on_channel:
+        return [effect.name]
+    lengths = displacement_names(machine)
+    channels = [name for name in observed[0].channels if name not in lengths]
+    return [effect_key(effect.name, channel) for channel in channels]
+
+
+def candidates(
+    machine: Machine, observed: Sequence[Observations], effect: type[Effect]
+) -> Iterator[Candidate]:
+    """Return an effect at every size and shape, leaving out what cannot be simulated."""
+    tried = grid(effect)
+    bases = [modelled(simulate_at(machine, one), one) for one in observed]
+    for key in keys_of(machine, effect, observed):
+        grown = with_effect(machine, key)
+        sets = {
+            f"effects.{key}.{name}": np.array([entry[name] for entry in tried])
+            for name in effect.parameters
+        }
+        try:
+            answers = [
+                _answer(grown, one, sets, base) for one, base in zip(observed, bases, strict=True)
+            ]
+        except IntegrationError:
+            continue
+        for i, values in enumerate(tried):
+            of_runs = tuple(answer[i] for answer in answers)
+            if max(float(np.max(np.abs(answer))) for answer in of_runs) > 1e-6:
+                yield Candidate(key, values, of_runs)
+
+
+def _answer(
+    grown: Machine, observed: Observations, sets: dict[str, FloatArray], base: FloatArray
+) -> FloatArray:
+    change = modelled(simulate_at(grown, observed, sets), observed) - base
+    return (change * observed.weights).reshape(len(change), -1)

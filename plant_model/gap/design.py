@@ -1,0 +1,177 @@
+"""The answers of the runs to everything that may be wrong, gathered once as normal matrices.
+
+Columns, each scaled to one prior standard deviation: parameters that calibration moves; parameters
+that it does not move but that are known only to a range; thermometers' constant errors; where in a
+part a thermometer sits; how much each part's warming moves each displacement. What belongs to one
+run alone (zeros, starting temperatures) is minimised over inside that run.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from plant_model.gap.calibrate import robust_weights
+from plant_model.gap.linearise import (
+    bias_columns,
+    linear_about,
+    modelled,
+    own_columns,
+    simulate_at,
+)
+from plant_model.gap.observations import Observations
+from plant_model.gap.priors import Priors
+from plant_model.machine import Machine
+from plant_model.parameters import FloatArray
+from plant_model.sensors import displacement_names
+
+PLACE = 0.1
+"""Share of the difference to a neighbouring part that a thermometer may read (one sd) [1]."""
+
+OUTLIER = 6.0
+"""Weighted residuals beyond this many root mean squares count linearly."""
+
+LEVER = 0.03
+"""Share of a displacement's spread that each part's warming may be wrong by (one sd) [1]."""
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """What one run answers to that no effect changes much; computed once, weighted.
+
+    Attributes
+    ----------
+    own : array, shape (N, O)
+        What belongs to the run alone.
+    bias : array, shape (N, C)
+        Thermometers' errors.
+    other : array, shape (N, Q)
+        Parameters that calibration does not move, errors, places and levers.
+    moved : dict of str to array, each (N,)
+        Parameters that calibration moves.
+    weight : array, shape (N,)
+        Robust square-root weight.
+    """
+
+    own: FloatArray
+    bias: FloatArray
+    other: FloatArray
+    moved: dict[str, FloatArray]
+    weight: FloatArray
+
+
+def surroundings_of(
+    machine: Machine, observed: Observations, moved: Priors, fixed: Priors
+) -> Surroundings:
+    """Compute what a run answers to, about a calibrated machine."""
+    by_moved = linear_about(machine, observed, moved, moved.position(machine))
+    by_fixed = linear_about(machine, observed, fixed, fixed.position(machine))
+    bias = bias_columns(machine, observed)
+    places, levers = _place_columns(machine, observed), _lever_columns(machine, observed)
+    return Surroundings(
+        own_columns(machine, observed),
+        bias,
+        np.hstack([by_fixed.by_parameter, bias, places, levers]),
+        dict(zip(moved.names, by_moved.by_parameter.T, strict=True)),
+        robust_weights(by_moved.residual, OUTLIER),
+    )
+
+
+def all_surroundings(
+    base: Machine, calibrated: Machine, observed: Sequence[Observations]
+) -> list[Surroundings]:
+    """Compute what every run answers to, about a calibrated machine whose priors are *base*'s."""
+    moved, fixed = Priors.of(base, calibrated=True), Priors.of(calibrated, calibrated=False)
+    return [surroundings_of(calibrated, one, moved, fixed) for one in observed]
+
+
+@dataclass(frozen=True)
+class RunDesign:
+    """One run: residual and columns, weighted and robust, the run's own unknowns beside them.
+
+    Attributes
+    ----------
+    residual : array, shape (N,)
+    shared : array, shape (N, Q)
+        Columns that mean the same in every run; those that calibration moves come first.
+    own : array, shape (N, O)
+    weight : array, shape (N,)
+        Robust square-root weight, already in all of them.
+    """
+
+    residual: FloatArray
+    shared: FloatArray
+    own: FloatArray
+    weight: FloatArray
+
+    def cleaned(self, columns: FloatArray) -> FloatArray:
+        """Return columns (N, m) less what the run's own unknowns can imitate under their prior."""
+        inner = self.own.T @ self.own + np.eye(self.own.shape[1])
+        return columns - self.own @ np.linalg.solve(inner, self.own.T @ columns)
+
+
+def design_of(
+    machine: Machine,
+    observed: Sequence[Observations],
+    moved: Priors,
+    around: Sequence[Surroundings],
+) -> list[RunDesign]:
+    """Gather the design of all runs about a calibrated machine."""
+    found = []
+    for one, known in zip(observed, around, strict=True):
+        linear = linear_about(machine, one, moved, moved.position(machine), known.moved)
+        weight = known.weight
+        shared = np.hstack([linear.by_parameter, known.other])
+        found.append(
+            RunDesign(
+                linear.residual * weight,
+                shared * weight[:, None],
+                known.own * weight[:, None],
+                weight,
+            )
+        )
+    return found
+
+
+def _column(observed: Observations, channel: int, series: FloatArray) -> FloatArray:
+    out = np.zeros((len(observed.time_s), len(observed.channels)))
+    out[:, channel] = series * observed.weights[:, channel]
+    return out.reshape(-1)
+
+
+def _place_columns(machine: Machine, observed: Observations) -> FloatArray:
+    """Return the answer to a thermometer that reads partly a neighbour of its part, (N, m)."""
+    index = machine.node_index
+    temperatures = simulate_at(machine, observed).temperatures[0]
+    columns = []
+    for sensor in machine.sensors:
+        if sensor.of not in index or sensor.name not in observed.channels:
+            continue
+        channel = observed.channels.index(sensor.name)
+        for item in machine.items:
+            pair = item.refs.get("between", ())
+            if sensor.of not in pair or item.kind == "coolant_unevenness":
+                continue
+            (other,) = (name for name in pair if name != sensor.of)
+            if other in index:
+                difference = temperatures[:, index[other]] - temperatures[:, index[sensor.of]]
+                columns.append(_column(observed, channel, PLACE * difference))
+    return np.array(columns).reshape(len(columns), -1).T
+
+
+def _lever_columns(machine: Machine, observed: Observations) -> FloatArray:
+    """Return the answer to a part that moves a displacement more or less than modelled, (N, m)."""
+    result = simulate_at(machine, observed)
+    base = modelled(result, observed)[0]
+    rise = result.temperatures[0] - result.temperatures[0, 0]
+    columns = []
+    for channel, name in enumerate(observed.channels):
+        if name not in displacement_names(machine):
+            continue
+        spread = np.ptp(base[:, channel])
+        for node in range(rise.shape[1]):
+            size = max(float(np.max(np.abs(rise[:, node]))), 1e-3)
+            columns.append(_column(observed, channel, rise[:, node] / size * LEVER * spread))
+    return np.array(columns).reshape(len(columns), -1).T

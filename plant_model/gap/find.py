@@ -1,0 +1,165 @@
+"""The gap finder: calibrate, screen what may be missing, refit the best, judge, answer."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+
+from measurement.errors import BadInput
+from measurement.runs import Run
+from plant_model.effects import Effect
+from plant_model.gap.calibrate import Progress, calibrate, quiet
+from plant_model.gap.candidates import Candidate, candidates, missing_effects
+from plant_model.gap.design import Surroundings, all_surroundings
+from plant_model.gap.judge import Judged, judge
+from plant_model.gap.nothing_missing import chance_share
+from plant_model.gap.observations import Observations, observe
+from plant_model.gap.refit import Explained, explain_with, refined, scored
+from plant_model.gap.screen import Data, Grams, Screen
+from plant_model.machine import Machine
+
+REFITTED = 4
+"""Candidates that are calibrated in full, best of the screening first."""
+
+MOST_ADDED = 2
+"""Effects added at most, one after another."""
+
+FEWEST_RUNS = 3
+"""Runs needed to predict each from the others and still see whether that is chance."""
+
+
+@dataclass(frozen=True)
+class Found:
+    """What the gap finder found.
+
+    Attributes
+    ----------
+    before, after : Explained
+        The calibrated machine as it was given, and with what was added (the same if nothing was).
+    rounds : tuple of Judged
+        One judgement for each effect asked for.
+    observed : tuple of Observations
+    """
+
+    before: Explained
+    after: Explained
+    rounds: tuple[Judged, ...]
+    observed: tuple[Observations, ...]
+
+    @property
+    def verdict(self) -> str:
+        """``effect``, ``one_of``, ``none_missing`` or ``unknown``."""
+        first = self.rounds[0]
+        if not first.named:
+            return "unknown" if first.above_tolerance else "none_missing"
+        return "one_of" if any(len(entry.one_of) > 1 for entry in self.rounds) else "effect"
+
+
+def find_gap(
+    machine: Machine,
+    runs: Sequence[Run],
+    *,
+    without: Sequence[str] = (),
+    bad: dict[str, list[tuple[str, float, float]]] | None = None,
+    seed: int = 0,
+    workers: int | None = None,
+    progress: Progress = quiet,
+) -> Found:
+    """Find what is missing in a machine's model.
+
+    Parameters
+    ----------
+    machine : Machine
+    runs : sequence of Run
+        At least three, of different speeds; their order does not matter.
+    without : sequence of str
+        Effects that are not to be considered.
+    bad : dict of run name to list of (channel, start, end), optional
+        Spans of data to leave out [s].
+    seed : int
+        Of starting points and of the runs drawn with nothing missing.
+    workers : int, optional
+        Processes; by default one for each core.
+    progress : callable
+        Told what is being done.
+
+    Raises
+    ------
+    BadInput
+        When there are too few runs, or nothing in them excites the machine.
+    """
+    if len(runs) < FEWEST_RUNS:
+        raise BadInput(
+            "--runs", "", f"{len(runs)} given; {FEWEST_RUNS} or more are needed to name an effect"
+        )
+    ordered = sorted(runs, key=lambda run: run.name)
+    observed = observe(machine, ordered, bad)
+    _need_excitation(machine, ordered)
+    calibration = calibrate(machine, observed, seed=seed, progress=progress)
+    progress("what else may be wrong")
+    around = all_surroundings(machine, calibration.machine, observed)
+    before = after = scored(machine, (), observed, calibration, around)
+    rounds: list[Judged] = []
+    with ProcessPoolExecutor(workers or os.cpu_count()) as pool:
+        for _ in range(MOST_ADDED):
+            judged = _round(pool, after, observed, around, without, seed, progress)
+            rounds.append(judged)
+            if not judged.named:
+                break
+            progress("calibrating the named effect in full")
+            after, around = refined(judged.best, observed)
+    return Found(before, after, tuple(rounds), tuple(observed))
+
+
+def _need_excitation(machine: Machine, runs: Sequence[Run]) -> None:
+    """Refuse runs in which nothing but the surroundings changes."""
+    for entry in machine.inputs:
+        if entry.is_boundary or entry.default is not None:
+            continue
+        still = entry.low + 0.01 * (entry.high - entry.low)
+        for run in runs:
+            if entry.column in run.frame.columns and run.frame[entry.column].max() > still:
+                return
+    raise BadInput("--runs", "", "the machine stands still in all of them: nothing can be told")
+
+
+def _round(
+    pool: ProcessPoolExecutor,
+    now: Explained,
+    observed: Sequence[Observations],
+    around: Sequence[Surroundings],
+    without: Sequence[str],
+    seed: int,
+    progress: Progress,
+) -> Judged:
+    """Look for one more effect."""
+    effects = missing_effects(now.machine, without)
+    tried: list[Candidate] = []
+    jobs = [pool.submit(_candidates, now.machine, observed, effect.name) for effect in effects]
+    for effect, job in zip(effects, jobs, strict=True):
+        progress(f"screening {effect.name}")
+        tried += job.result()
+    screen = Screen(Grams.of(now.designs, tried))
+    residuals = [design.residual[None] for design in now.designs]
+    scores = screen.scores(Data.of(now.designs, tried, residuals, now.pull()))
+    gain = scores.unseen[0].sum(axis=0)
+    best: dict[str, int] = {}
+    for i in np.argsort(-gain):
+        best.setdefault(tried[i].key, int(i))
+    chosen = [tried[i] for i in list(best.values())[:REFITTED]]
+    chance = chance_share(screen, now.designs, observed, tried, float(now.unseen.sum()), seed)
+    refits = [pool.submit(explain_with, now, one, observed, around) for one in chosen]
+    explained = []
+    for one, refit in zip(chosen, refits, strict=True):
+        progress(f"calibrating with {one.key}")
+        explained.append(refit.result())
+    return judge(now, explained, chance, len(observed[0].channels))
+
+
+def _candidates(machine: Machine, observed: Sequence[Observations], name: str) -> list[Candidate]:
+    effect: type[Effect] = next(e for e in missing_effects(machine) if e.name == name)
+    return list(candidates(machine, observed, effect))

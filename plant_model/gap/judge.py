@@ -1,0 +1,95 @@
+"""From scores to an answer: named, one of a few, something unknown, or nothing missing."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from plant_model.gap.refit import Explained
+
+LEAST_SHARE = 0.15
+"""Share of what is left on unseen runs that an effect must explain to be named [1]."""
+
+ABOVE_TOLERANCE = 4.0
+"""Cost per run and channel from which something is wrong even if no effect explains it: twice the
+tolerance, all the time."""
+
+RIVAL = 0.05
+"""An effect with this share of the best one's probability or more cannot be excluded."""
+
+
+@dataclass(frozen=True)
+class Judged:
+    """One judgement.
+
+    Attributes
+    ----------
+    now : Explained
+        What was there before.
+    tried : tuple of Explained
+        Each with one more effect, best first.
+    probability : tuple of float
+        Of each, of being the one that is missing among these.
+    share : float
+        What the best one explains of the cost on unseen runs [1].
+    chance : float
+        What the best of all candidates explains by chance in 99 of 100 cases [1].
+    one_of : tuple of str
+        Names that the data cannot tell apart, the best first; empty if none is named.
+    above_tolerance : bool
+        Whether what was left before is more than the tolerance.
+    """
+
+    now: Explained
+    tried: tuple[Explained, ...]
+    probability: tuple[float, ...]
+    share: float
+    chance: float
+    one_of: tuple[str, ...]
+    above_tolerance: bool
+
+    @property
+    def named(self) -> bool:
+        """Whether an effect is named."""
+        return bool(self.one_of)
+
+    @property
+    def best(self) -> Explained:
+        """The best explanation."""
+        return self.tried[0]
+
+
+def judge(now: Explained, tried: Sequence[Explained], chance: float, channels: int) -> Judged:
+    """Judge explanations by how well each predicts runs from the others.
+
+    Notes
+    -----
+    A run's channel is the unit of evidence. Costs are compared in units of what the best
+    explanation leaves per run and channel, and never in less than one: a model that is wrong by
+    more than its tolerance cannot be sure of small differences.
+    """
+    ranked = sorted(tried, key=lambda one: float(one.unseen.sum()))
+    costs = np.array([float(one.unseen.sum()) for one in ranked])
+    before = float(now.unseen.sum())
+    pieces = len(now.unseen) * channels
+    unit = max(1.0, costs[0] / pieces) if len(costs) else 1.0
+    odds = np.exp(-(costs - costs[0]) / (2.0 * unit)) if len(costs) else costs
+    share = 1.0 - costs[0] / before if len(costs) else 0.0
+    enough = share >= max(LEAST_SHARE, chance) and before - costs[0] > 12.0 * unit
+    helped = enough and bool(np.mean(ranked[0].unseen < now.unseen) >= 0.75)
+    rivals = [
+        one.added[-1]
+        for one, odd, cost in zip(ranked, odds, costs, strict=True)
+        if odd >= RIVAL and 1.0 - cost / before >= chance
+    ]
+    return Judged(
+        now,
+        tuple(ranked),
+        tuple(float(odd) for odd in odds / max(odds.sum(), 1e-300)),
+        float(share),
+        chance,
+        tuple(rivals) if helped else (),
+        before / pieces > ABOVE_TOLERANCE,
+    )

@@ -1,0 +1,144 @@
+"""How observations answer to parameters: weighted residuals and their derivatives."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from plant_model.gap.observations import Observations
+from plant_model.gap.priors import Priors
+from plant_model.machine import Machine
+from plant_model.parameters import FloatArray
+from plant_model.sensors import displacement_names
+from plant_model.simulate import Simulation, simulate
+
+STEP_S = 60.0
+"""Longest step while fitting [s]; exact where the network is linear."""
+
+TOLERANCE = 3e-3
+"""Local error while fitting where it is not [K]: far below what misfits are judged by."""
+
+DIFFERENCE = 0.05
+"""Step of the numerical derivative, in prior standard deviations."""
+
+OFFSET_UM = 1.0
+"""How well the zero of a displacement channel is known in each run [um]."""
+
+START_K = 0.3
+"""How well the temperature of each node is known when a run starts [K]."""
+
+BIAS_K = 0.15
+"""How well a thermometer is known over all runs, fitting and calibration [K]."""
+
+
+def simulate_at(
+    machine: Machine,
+    observed: Observations,
+    parameters: Mapping[str, FloatArray] | None = None,
+    start: FloatArray | None = None,
+) -> Simulation:
+    """Simulate a run at its observations' instants."""
+    return simulate(
+        machine,
+        observed.run.frame,
+        parameters,
+        step_s=STEP_S,
+        tolerance=TOLERANCE,
+        at=observed.time_s,
+        start=start,
+    )
+
+
+def modelled(simulation: Simulation, observed: Observations) -> FloatArray:
+    """Return the channels of a simulation, shape (sets, K, C)."""
+    return np.stack([simulation.readings[name] for name in observed.channels], axis=-1)
+
+
+@dataclass(frozen=True)
+class Linear:
+    """One run about one point: residual and derivatives, weighted.
+
+    Attributes
+    ----------
+    residual : array, shape (N,)
+        Model minus measurement.
+    by_parameter : array, shape (N, P)
+        Derivative by the fitting scale of the priors.
+    """
+
+    residual: FloatArray
+    by_parameter: FloatArray
+
+
+def residual_of(
+    machine: Machine, observed: Observations, parameters: Mapping[str, FloatArray]
+) -> FloatArray:
+    """Return weighted residuals, shape (sets, N)."""
+    return observed.weighted(modelled(simulate_at(machine, observed, parameters), observed))
+
+
+def linear_about(
+    machine: Machine,
+    observed: Observations,
+    priors: Priors,
+    x: FloatArray,
+    known: Mapping[str, FloatArray] | None = None,
+) -> Linear:
+    """Linearise one run about x, shape (P,), in the priors' fitting scale.
+
+    *known* holds derivatives, each (N,), that need not be computed again: adding an effect hardly
+    changes how the rest answers, and a descent with such derivatives ends at the same place.
+    """
+    known = known or {}
+    asked = [i for i, name in enumerate(priors.names) if name not in known]
+    # A difference that would leave the range goes the other way.
+    sign = np.where(x + DIFFERENCE > priors.high, -1.0, 1.0)
+    points = np.tile(x, (len(asked) + 1, 1))
+    points[np.arange(len(asked)) + 1, asked] += sign[asked] * DIFFERENCE
+    residual = residual_of(machine, observed, priors.values(points))
+    columns = np.empty((len(priors.names), residual.shape[1]))
+    columns[asked] = (residual[1:] - residual[0]) / (sign[asked] * DIFFERENCE)[:, None]
+    for i, name in enumerate(priors.names):
+        if name in known:
+            columns[i] = known[name]
+    return Linear(residual[0], columns.T)
+
+
+def own_columns(machine: Machine, observed: Observations) -> FloatArray:
+    """Return what only this run has: zeros of displacement channels and starting temperatures.
+
+    Returns
+    -------
+    array, shape (N, channels + nodes)
+        Weighted answers, each for one prior standard deviation.
+    """
+    lengths = set(displacement_names(machine))
+    count = len(observed.channels)
+    columns = []
+    for i, name in enumerate(observed.channels):
+        if name in lengths:
+            column = np.zeros((len(observed.time_s), count))
+            column[:, i] = OFFSET_UM * observed.weights[:, i]
+            columns.append(column.reshape(-1))
+    base = simulate_at(machine, observed)
+    at_start = base.temperatures[0, 0]
+    starts = np.tile(at_start, (len(machine.nodes) + 1, 1))
+    starts[1:] += START_K * np.eye(len(machine.nodes))
+    answers = modelled(simulate_at(machine, observed, start=starts), observed)
+    change = (answers[1:] - answers[0]) * observed.weights
+    return np.concatenate(
+        [np.array(columns).reshape(len(columns), -1), change.reshape(len(change), -1)]
+    ).T
+
+
+def bias_columns(machine: Machine, observed: Observations) -> FloatArray:
+    """Return the answer to every thermometer's constant error, shape (N, channels)."""
+    lengths = set(displacement_names(machine))
+    count = len(observed.channels)
+    out = np.zeros((len(observed.time_s), count, count))
+    for i, name in enumerate(observed.channels):
+        if name not in lengths:
+            out[:, i, i] = BIAS_K * observed.weights[:, i]
+    return out.reshape(-1, count)

@@ -1,0 +1,85 @@
+"""What is known of parameters before any run: a range, taken as a normal law in a fitting scale.
+
+A positive parameter is fitted in its logarithm, any other as it is; its range is taken as two
+standard deviations to either side, and it never leaves the range.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from plant_model.machine import Machine
+from plant_model.parameters import FloatArray
+
+
+@dataclass(frozen=True)
+class Priors:
+    """Some parameters of a machine in their fitting scale: prior mean 0, standard deviation 1.
+
+    Attributes
+    ----------
+    names : tuple of str
+    low, high : array, shape (P,)
+        Bounds in the fitting scale.
+    """
+
+    names: tuple[str, ...]
+    _centre: FloatArray
+    _width: FloatArray
+    _log: npt.NDArray[np.bool_]
+    low: FloatArray
+    high: FloatArray
+    _bottom: FloatArray
+    _top: FloatArray
+
+    @classmethod
+    def of(cls, machine: Machine, *, calibrated: bool) -> Priors:
+        """Return the parameters that calibration may move, or those that it may not.
+
+        Parameters without a range are in neither; nor are the numbers of effects that calibration
+        may not move, whose range says how far an effect can go and not how well it is known.
+        """
+        return cls.of_names(
+            machine,
+            [
+                name
+                for name, p in machine.parameters.items()
+                if p.high > p.low
+                and p.calibrate == calibrated
+                and (calibrated or not name.startswith("effects."))
+            ],
+        )
+
+    @classmethod
+    def of_names(cls, machine: Machine, names: list[str]) -> Priors:
+        """Return some parameters by name; the machine's values are the prior's centre."""
+        chosen = [machine.parameters[name] for name in names]
+        value, low, high = (
+            np.array([getattr(p, part) for p in chosen], dtype=np.float64).reshape(-1)
+            for part in ("value", "low", "high")
+        )
+        log = (low > 0.0) & (high > 1.2 * low)
+        scale = [
+            np.where(log, np.log(np.where(log, part, 1.0)), part) for part in (value, low, high)
+        ]
+        centre, bottom, top = scale
+        width = np.maximum((top - bottom) / 4.0, 1e-300)
+        bounds = (bottom - centre) / width, (top - centre) / width
+        return cls(tuple(names), centre, width, log, *bounds, low, high)
+
+    def position(self, machine: Machine) -> FloatArray:
+        """Return where a machine's values lie in the fitting scale, shape (P,)."""
+        value = np.array([machine.parameters[name].value for name in self.names])
+        plain = np.where(self._log, np.log(np.where(self._log, value, 1.0)), value)
+        return np.asarray((plain - self._centre) / self._width)
+
+    def values(self, x: FloatArray) -> dict[str, FloatArray]:
+        """Return parameter values, each (sets,), from the fitting scale, shape (sets, P)."""
+        plain = self._centre + np.clip(x, self.low, self.high) * self._width
+        plain = np.where(self._log, np.exp(np.where(self._log, plain, 0.0)), plain)
+        # Rounding in the logarithm must not lead out of the range.
+        plain = np.clip(plain, self._bottom, self._top)
+        return {name: plain[:, i] for i, name in enumerate(self.names)}

@@ -1,0 +1,123 @@
+"""Calibrating anew with an effect in force, and how well that predicts runs it has not seen."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from plant_model.gap.calibrate import Calibration, calibrate, intervals
+from plant_model.gap.candidates import Candidate, with_effect
+from plant_model.gap.design import RunDesign, Surroundings, all_surroundings, design_of
+from plant_model.gap.observations import Observations
+from plant_model.gap.priors import Priors
+from plant_model.gap.screen import Data, Grams, Screen
+from plant_model.machine import Machine
+from plant_model.parameters import FloatArray
+
+REFITS = 4
+"""Iterations of a calibration that starts from a calibrated machine."""
+
+
+@dataclass(frozen=True)
+class Explained:
+    """A machine with some effects added, calibrated.
+
+    Attributes
+    ----------
+    added : tuple of str
+        Keys of the effects.
+    base : Machine
+        With the effects in force, before calibration: its values are the prior's centre.
+    calibration : Calibration
+    designs : tuple of RunDesign
+        About the calibrated machine.
+    cost : float
+        What recalibration within all that is uncertain leaves.
+    unseen : array, shape (R,)
+        The same in each run, predicted from the others.
+    """
+
+    added: tuple[str, ...]
+    base: Machine
+    calibration: Calibration
+    designs: tuple[RunDesign, ...]
+    cost: float
+    unseen: FloatArray
+
+    @property
+    def machine(self) -> Machine:
+        """The calibrated machine."""
+        return self.calibration.machine
+
+    def pull(self) -> FloatArray:
+        """Return where calibration left its parameters, in the fitting scale, shape (P,)."""
+        return Priors.of(self.base, calibrated=True).position(self.machine)
+
+
+def explain(
+    base: Machine,
+    added: Sequence[str],
+    observed: Sequence[Observations],
+    start_from: Machine,
+    around: Sequence[Surroundings],
+) -> Explained:
+    """Calibrate a machine with effects added, and score it run by run."""
+    calibration = calibrate(
+        base, observed, starts=1, iterations=REFITS, start_from=start_from, around=around
+    )
+    return scored(base, added, observed, calibration, around)
+
+
+def scored(
+    base: Machine,
+    added: Sequence[str],
+    observed: Sequence[Observations],
+    calibration: Calibration,
+    around: Sequence[Surroundings],
+) -> Explained:
+    """Score a calibrated machine run by run."""
+    moved = Priors.of(base, calibrated=True)
+    designs = design_of(calibration.machine, observed, moved, around)
+    grams = Grams.of(designs, ())
+    screen = Screen(grams)
+    residuals = [design.residual[None] for design in designs]
+    scores = screen.scores(Data.of(designs, (), residuals, moved.position(calibration.machine)))
+    # What calibration does not move makes what it moves less certain.
+    covariance = np.linalg.inv(grams.shared.sum(axis=0) + np.eye(grams.shared.shape[1]))
+    spread = np.sqrt(np.diag(covariance))[: len(moved.names)]
+    told = intervals(base, moved, moved.position(calibration.machine), spread)
+    return Explained(
+        tuple(added),
+        base,
+        replace(calibration, parameters=told),
+        tuple(designs),
+        float(scores.cost[0]),
+        np.asarray(scores.unseen_cost[0]),
+    )
+
+
+def explain_with(
+    before: Explained,
+    candidate: Candidate,
+    observed: Sequence[Observations],
+    around: Sequence[Surroundings],
+) -> Explained:
+    """Add a candidate to what is explained so far and calibrate everything anew."""
+    base = with_effect(before.base, candidate.key)
+    grown = with_effect(before.machine, candidate.key, candidate.values)
+    return explain(base, (*before.added, candidate.key), observed, grown, around)
+
+
+def refined(
+    best: Explained, observed: Sequence[Observations]
+) -> tuple[Explained, list[Surroundings]]:
+    """Calibrate an explanation with derivatives of its own, and score it anew.
+
+    Screening borrows the derivatives of the machine without the effect, which is enough to compare;
+    a strong effect changes them.
+    """
+    calibration = calibrate(best.base, observed, starts=1, start_from=best.machine)
+    around = all_surroundings(best.base, calibration.machine, observed)
+    return scored(best.base, best.added, observed, calibration, around), around

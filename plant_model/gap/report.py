@@ -1,0 +1,196 @@
+"""The gap finder's answer as data: what ``gap.json`` holds, and five lines for a person."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+
+from plant_model.effects import catalogue
+from plant_model.gap.find import Found
+from plant_model.gap.further_run import further_run
+from plant_model.gap.judge import Judged
+from plant_model.gap.observations import Observations
+from plant_model.gap.regimes import (
+    Residuals,
+    by_channel,
+    floor_of,
+    gap_of,
+    noise_of,
+    places,
+    residuals,
+)
+from plant_model.machine import Machine
+from plant_model.sensors import displacement_names
+
+MACHINE_AFTER = "machine_after.toml"
+
+
+class Comparison:
+    """Residuals of the machine before and after, on some runs.
+
+    Parameters
+    ----------
+    before, after : Machine
+    observed : sequence of Observations
+    """
+
+    def __init__(self, before: Machine, after: Machine, observed: Sequence[Observations]) -> None:
+        self.machine = before
+        self.before: list[Residuals] = [residuals(before, one) for one in observed]
+        self.after = self.before
+        if after is not before:
+            self.after = [residuals(after, one) for one in observed]
+
+    def gap(self) -> dict[str, float]:
+        """Return the gap before and after and its floor [1]."""
+        return {
+            "before": gap_of(self.machine, self.before),
+            "after": gap_of(self.machine, self.after),
+            "floor": floor_of(self.before),
+        }
+
+    def channels(self) -> dict[str, dict[str, Any]]:
+        """Return every channel's residual before and after, and what noise alone leaves."""
+        names = self.before[0].observed.channels
+        lengths = set(displacement_names(self.machine))
+        noise = noise_of(self.machine, names) * floor_of(self.before)
+        first, last = (by_channel(self.machine, part) for part in (self.before, self.after))
+        return {
+            name: {
+                "before": first[name],
+                "after": last[name],
+                "floor": float(noise[i]),
+                "unit": "um" if name in lengths else "K",
+            }
+            for i, name in enumerate(names)
+        }
+
+
+def report_of(found: Found, holdout: Sequence[Observations]) -> dict[str, Any]:
+    """Return the content of ``gap.json``.
+
+    Parameters
+    ----------
+    found : Found
+    holdout : sequence of Observations
+        Of the runs that were not used; the channels' table is of these.
+    """
+    before, after = found.before.machine, found.after.machine
+    calibration = Comparison(before, after, found.observed)
+    unseen = Comparison(before, after, holdout)
+    first = found.rounds[0]
+    return {
+        "verdict": found.verdict,
+        "effects": [_effect(judged, found) for judged in found.rounds if judged.named],
+        "one_of": list(first.one_of) if first.named else [],
+        "separate_by": _separate(first, found),
+        "runners_up": [
+            {"name": _name(one.added[-1]), "probability": p}
+            for one, p in zip(first.tried, first.probability, strict=True)
+            if not first.named or one is not first.best
+        ],
+        "where": [_place(asdict(place)) for place in places(before, calibration.before)],
+        "gap": {"calibration": calibration.gap(), "holdout": unseen.gap()},
+        "channels": unseen.channels(),
+        "machine": MACHINE_AFTER,
+        "evidence": {
+            "share_explained": first.share,
+            "share_by_chance": first.chance,
+            "cost_per_run_and_channel": float(
+                first.now.unseen.sum() / (len(found.observed) * len(found.observed[0].channels))
+            ),
+        },
+    }
+
+
+def _name(key: str) -> str:
+    return key.partition(":")[0]
+
+
+def _place(table: dict[str, Any]) -> dict[str, Any]:
+    table.pop("tolerances")
+    return table
+
+
+def _effect(judged: Judged, found: Found) -> dict[str, Any]:
+    key = judged.best.added[-1]
+    name, _, channel = key.partition(":")
+    prefix = f"effects.{key}."
+    entry: dict[str, Any] = {"name": name, "title": catalogue()[name].title}
+    if channel:
+        entry["channel"] = channel
+    entry["parameters"] = {
+        one.name.removeprefix(prefix): {
+            "value": one.value,
+            "low": one.low,
+            "high": one.high,
+            "unit": one.unit,
+        }
+        for one in found.after.calibration.parameters
+        if one.name.startswith(prefix)
+    }
+    entry["probability"] = judged.probability[0]
+    entry["evidence"] = (
+        f"explains {judged.share:.0%} of what is left on runs predicted from the others; "
+        f"chance explains {judged.chance:.0%} or less in 99 of 100 cases"
+    )
+    return entry
+
+
+def _separate(first: Judged, found: Found) -> str:
+    """Return the further run that would tell the two best explanations apart."""
+    if len(first.one_of) < 2:
+        return ""
+    rival = next(one for one in first.tried if one.added[-1] == first.one_of[1])
+    return further_run(first.best.machine, rival.machine, list(found.observed))
+
+
+def five_lines(table: dict[str, Any]) -> list[str]:
+    """Return what a machine engineer wants to know, in five lines."""
+    where = table["where"]
+    worst = "nowhere by more than the tolerance"
+    if where:
+        worst = "; ".join(
+            f"{p['channel']} {p['regime']} ({p['run']}, {p['rms']:.2g} {p['unit']})"
+            for p in where[:3]
+        )
+    evidence = table["evidence"]
+    lines = [f"Where the model is wrong: {worst}."]
+    if table["effects"]:
+        titles = " and ".join(
+            entry["title"] + (f" on {entry['channel']}" if "channel" in entry else "")
+            for entry in table["effects"]
+        )
+        sure = table["effects"][0]
+        lines.append(f"What is missing: {titles}; {sure['evidence']}.")
+    elif table["verdict"] == "unknown":
+        lines.append(
+            "What is missing: something that no effect of the catalogue explains; the best of them "
+            f"explains {max(evidence['share_explained'], 0.0):.0%}."
+        )
+    else:
+        lines.append("What is missing: nothing that stands out of the tolerance.")
+    if len(table["one_of"]) > 1:
+        lines.append(f"Rivals: {', '.join(table['one_of'][1:])}. To tell: {table['separate_by']}.")
+    else:
+        rivals = ", ".join(f"{r['name']} ({r['probability']:.0%})" for r in table["runners_up"][:2])
+        lines.append(f"Rivals: none that the data leaves open; next were {rivals or 'none'}.")
+    added = "; ".join(
+        f"{entry['name']}: "
+        + ", ".join(
+            f"{name} = {p['value']:.3g} ({p['low']:.3g} to {p['high']:.3g}) {p['unit']}"
+            for name, p in entry["parameters"].items()
+        )
+        for entry in table["effects"]
+    )
+    lines.append(f"Added: {added or 'nothing; the machine is calibrated'} -> {table['machine']}.")
+    gap = table["gap"]["holdout"]
+    lines.append(
+        f"Gap on the run never used: {gap['before']:.2f} before, {gap['after']:.2f} after, in "
+        f"units of sensor noise; noise alone would leave {gap['floor']:.2f}."
+    )
+    assert all(np.isfinite([gap["before"], gap["after"]]))
+    return lines

@@ -1,0 +1,205 @@
+"""How well each missing effect explains what calibration leaves, run by run.
+
+Everything is done on normal matrices, so that leaving out a run, recalibrating within each fold and
+drawing runs in which nothing is missing cost no simulation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve
+
+from plant_model.gap.candidates import LEAST, MOST, Candidate
+from plant_model.gap.design import RunDesign
+from plant_model.parameters import FloatArray
+
+
+@dataclass(frozen=True)
+class Grams:
+    """Normal matrices of every run, its own unknowns minimised over.
+
+    Attributes
+    ----------
+    shared : array, shape (R, Q, Q)
+        Between the shared columns.
+    cross : array, shape (R, Q, m)
+        Shared columns against candidates' answers.
+    answers : array, shape (R, m, m)
+        Between the answers.
+    """
+
+    shared: FloatArray
+    cross: FloatArray
+    answers: FloatArray
+
+    @classmethod
+    def of(cls, designs: Sequence[RunDesign], tried: Sequence[Candidate]) -> Grams:
+        """Gather the matrices."""
+        shared, cross, answers = [], [], []
+        for i, design in enumerate(designs):
+            columns = _answers_of(tried, i, len(design.weight)).T * design.weight[:, None]
+            clean_shared = design.cleaned(design.shared)
+            clean = design.cleaned(columns)
+            shared.append(design.shared.T @ clean_shared)
+            cross.append(design.shared.T @ clean)
+            answers.append(columns.T @ clean)
+        return cls(np.array(shared), np.array(cross), np.array(answers))
+
+
+@dataclass(frozen=True)
+class Data:
+    """Residuals of one or many data sets against the same design.
+
+    Attributes
+    ----------
+    against_shared : array, shape (D, R, Q)
+    against_answers : array, shape (D, R, m)
+    squares : array, shape (D, R)
+    pull : array, shape (D, Q)
+        Where the shared unknowns stand from their prior's centre already.
+    """
+
+    against_shared: FloatArray
+    against_answers: FloatArray
+    squares: FloatArray
+    pull: FloatArray
+
+    @classmethod
+    def of(
+        cls,
+        designs: Sequence[RunDesign],
+        tried: Sequence[Candidate],
+        residuals: Sequence[FloatArray],
+        moved: FloatArray | None = None,
+    ) -> Data:
+        """Gather from residuals, one array (D, N) for each run.
+
+        *moved*, shape (P,), is where calibration left its parameters, in the fitting scale.
+        """
+        parts = []
+        for i, (design, residual) in enumerate(zip(designs, residuals, strict=True)):
+            clean = design.cleaned(residual.T)
+            columns = _answers_of(tried, i, len(design.weight))
+            parts.append(
+                (
+                    clean.T @ design.shared,
+                    clean.T @ (columns * design.weight).T,
+                    np.sum(residual.T * clean, axis=0),
+                )
+            )
+        shared, answers, squares = (np.stack(list(x), axis=1) for x in zip(*parts, strict=True))
+        pull = np.zeros((len(squares), shared.shape[2]))
+        if moved is not None:
+            pull[:, : len(moved)] = moved
+        return cls(shared, answers, squares, pull)
+
+
+def _answers_of(tried: Sequence[Candidate], run: int, length: int) -> FloatArray:
+    """Return the candidates' answers in a run, shape (m, N)."""
+    return np.array([c.answers[run] for c in tried]).reshape(len(tried), length)
+
+
+@dataclass(frozen=True)
+class Scores:
+    """What each candidate gains, for each data set.
+
+    Attributes
+    ----------
+    gain : array, shape (D, m)
+        Fall of the cost over all runs, recalibrated (in sample).
+    scale : array, shape (D, m)
+        By how much the candidate's answer is scaled.
+    unseen : array, shape (D, R, m)
+        Fall of the cost in each run when it is predicted from the others.
+    cost : array, shape (D,)
+        Cost that recalibration without any effect leaves.
+    unseen_cost : array, shape (D, R)
+        The same, each run predicted from the others.
+    """
+
+    gain: FloatArray
+    scale: FloatArray
+    unseen: FloatArray
+    cost: FloatArray
+    unseen_cost: FloatArray
+
+
+class Screen:
+    """Scores candidates against data sets that share a design.
+
+    Parameters
+    ----------
+    grams : Grams
+    """
+
+    def __init__(self, grams: Grams) -> None:
+        self.grams = grams
+        self.runs = len(grams.shared)
+
+    @cached_property
+    def _whole(self) -> _Fold:
+        return _Fold(self.grams, list(range(self.runs)))
+
+    @cached_property
+    def _folds(self) -> list[_Fold]:
+        everything = range(self.runs)
+        return [_Fold(self.grams, [j for j in everything if j != k]) for k in everything]
+
+    def scores(self, data: Data) -> Scores:
+        """Score every candidate on every data set."""
+        gain, scale, cost, _ = self._whole.fit(data)
+        unseen, unseen_cost = [], []
+        for k, fold in enumerate(self._folds):
+            with_it, without = fold.predict(self.grams, data, k)
+            unseen.append(without[:, None] - with_it)
+            unseen_cost.append(without)
+        return Scores(gain, scale, np.stack(unseen, axis=1), cost, np.stack(unseen_cost, axis=1))
+
+
+class _Fold:
+    """Recalibration on some runs, with and without each candidate."""
+
+    def __init__(self, grams: Grams, runs: list[int]) -> None:
+        self.runs = runs
+        matrix = grams.shared[runs].sum(axis=0)
+        self._factor = cho_factor(matrix + np.eye(len(matrix)))
+        cross = grams.cross[runs].sum(axis=0)
+        # How the shared columns move when a candidate's answer is added.
+        self.follow = cho_solve(self._factor, cross)
+        diagonal = np.einsum("rmm->m", grams.answers[runs])
+        self.left = np.maximum(diagonal - np.sum(cross * self.follow, axis=0), 1e-12)
+        self._cross = cross
+
+    def fit(self, data: Data) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """Return gain (D, m), scale (D, m), cost without (D,) and shared solution (D, Q)."""
+        right = data.against_shared[:, self.runs].sum(axis=1) + data.pull
+        solved = cho_solve(self._factor, right.T).T
+        cost = data.squares[:, self.runs].sum(axis=1) - np.sum(right * solved, axis=1)
+        slope = data.against_answers[:, self.runs].sum(axis=1) - solved @ self._cross
+        scale = np.clip(-slope / self.left, LEAST, MOST)
+        gain = -(2.0 * slope * scale + self.left * scale**2)
+        return gain, scale, cost, solved
+
+    def predict(self, grams: Grams, data: Data, run: int) -> tuple[FloatArray, FloatArray]:
+        """Return the cost of an unseen run with each candidate (D, m) and without (D,)."""
+        _, scale, _, solved = self.fit(data)
+        matrix, cross = grams.shared[run], grams.cross[run]
+        own = np.einsum("mm->m", grams.answers[run])
+        right, against = data.against_shared[:, run], data.against_answers[:, run]
+        base = -solved
+        without = (
+            data.squares[:, run]
+            + 2.0 * np.sum(right * base, axis=1)
+            + np.sum((base @ matrix) * base, axis=1)
+        )
+        # With the candidate scaled by s the shared columns move by -s follow.
+        shift = self.follow
+        linear = against + base @ cross - (right + base @ matrix) @ shift
+        quadratic = own - 2.0 * np.sum(cross * shift, axis=0)
+        quadratic = quadratic + np.sum(shift * (matrix @ shift), axis=0)
+        with_it = without[:, None] + 2.0 * linear * scale + quadratic * scale**2
+        return with_it, without

@@ -1,0 +1,80 @@
+"""Writing a machine back into its file: moved values and added effects, all else as it stands."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import tomlkit
+
+from measurement.errors import BadInput
+from measurement.files import write_atomically
+from plant_model.effects import catalogue
+from plant_model.machine import FAMILIES, Machine
+from plant_model.machine_file import machine_from_table, machine_path
+from plant_model.parameters import Parameter
+
+
+def write_machine(machine: Machine, like: str | Path, path: str | Path) -> Path:
+    """Write a machine that came from a file and has other values, or effects besides.
+
+    Parameters
+    ----------
+    machine : Machine
+        Same nodes and items as in *like*.
+    like : str or path
+        The file (or shipped name) that it came from; its comments and order stay.
+    path : path
+        Where to write; replaced whole or not at all.
+
+    Raises
+    ------
+    BadInput
+        When *like* is not the file of this machine, or *path* cannot be written.
+    """
+    source = machine_path(like)
+    document: Any = tomlkit.parse(source.read_text(encoding="utf-8"))
+    for entry, node in zip(document["nodes"], machine.nodes, strict=True):
+        _move(entry, "capacity", node.capacity)
+    _write_items(document, machine)
+    _write_effects(document["effects"], machine)
+    text = tomlkit.dumps(document)
+    # What is written must read back as the same machine.
+    if machine_from_table(tomlkit.parse(text).unwrap(), source) != machine:
+        raise BadInput(source, "", "is not the file that this machine came from")
+    return write_atomically(path, text)
+
+
+def _write_items(document: Any, machine: Machine) -> None:
+    counts = dict.fromkeys(FAMILIES, 0)
+    for item in machine.items:
+        entry = document[item.family][counts[item.family]]
+        counts[item.family] += 1
+        for name, parameter in item.parameters.items():
+            if name in entry:
+                _move(entry, name, parameter)
+
+
+def _write_effects(effects: Any, machine: Machine) -> None:
+    for key, parameters in machine.effects.items():
+        if key not in effects:
+            effects[key] = tomlkit.table()
+        nominal = catalogue()[key.partition(":")[0]].parameters
+        for name, parameter in parameters.items():
+            if name in effects[key]:
+                _move(effects[key], name, parameter)
+            elif parameter != nominal[name]:
+                effects[key][name] = _inline(parameter)
+
+
+def _move(entry: Any, name: str, parameter: Parameter) -> None:
+    if entry[name]["value"] != parameter.value:
+        entry[name]["value"] = parameter.value
+    if entry[name].get("calibrate", False) != parameter.calibrate:
+        entry[name]["calibrate"] = parameter.calibrate
+
+
+def _inline(parameter: Parameter) -> Any:
+    table = tomlkit.inline_table()
+    table.update(parameter.to_dict())
+    return table

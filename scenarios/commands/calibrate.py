@@ -1,0 +1,69 @@
+"""``spindle-drift calibrate``: a machine's free parameters from measured runs."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from dataclasses import asdict
+from pathlib import Path
+
+NAME = "calibrate"
+HELP = "move a machine's free parameters so that it follows measured runs"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the command's arguments."""
+    parser.add_argument("machine", metavar="MACHINE", help="machine file or shipped name")
+    parser.add_argument("runs", nargs="+", type=Path, metavar="RUN", help="run file (CSV)")
+    parser.add_argument(
+        "-o", "--output", type=Path, required=True, metavar="FILE", help="machine file to write"
+    )
+    parser.add_argument("--starts", type=int, default=2, help="starting points (default: 2)")
+    parser.add_argument("--seed", type=int, default=0, help="of the further starting points")
+    parser.add_argument("--json", action="store_true", help="print JSON instead of a table")
+    parser.add_argument("--quiet", action="store_true", help="show no progress")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Calibrate, write the machine file, and say what the runs determine."""
+    from measurement.errors import BadInput
+    from measurement.runs import read_run
+    from plant_model.gap.calibrate import calibrate
+    from plant_model.gap.observations import observe
+    from plant_model.gap.regimes import by_channel, residuals
+    from plant_model.machine_file import read_machine
+    from plant_model.machine_writer import write_machine
+    from scenarios.progress import spoken
+
+    if not 1 <= args.starts <= 50:
+        raise BadInput("--starts", "", f"{args.starts} is outside 1..50")
+    machine = read_machine(args.machine)
+    observed = observe(machine, [read_run(path) for path in args.runs])
+    with spoken(args.quiet) as say:
+        found = calibrate(machine, observed, starts=args.starts, seed=args.seed, progress=say)
+    path = write_machine(found.machine, args.machine, args.output)
+    channels = {
+        moment: by_channel(which, [residuals(which, one) for one in observed])
+        for moment, which in (("before", machine), ("after", found.machine))
+    }
+    if args.json:
+        table = {
+            "machine": str(path),
+            "channels": channels,
+            "parameters": [asdict(entry) for entry in found.parameters],
+        }
+        print(json.dumps(table, indent=1))
+        return 0
+    print(f"{'RMS [K, um]':<14}{'before':>10}{'after':>10}")
+    for name, before in channels["before"].items():
+        print(f"{name:<14}{before:>10.2f}{channels['after'][name]:>10.2f}")
+    told = [entry for entry in found.parameters if entry.narrowed >= 0.5]
+    print(f"\nThe runs determine {len(told)} of {len(found.parameters)} free parameters:")
+    for entry in sorted(told, key=lambda entry: -entry.narrowed):
+        bound = "  at the end of its range" if entry.at_bound else ""
+        print(
+            f"  {entry.name:<52}{entry.prior:>10.4g} -> {entry.value:.4g} "
+            f"({entry.low:.4g} to {entry.high:.4g}) {entry.unit}{bound}"
+        )
+    print(f"the others stay near what the machine file says\nwrote {path}")
+    return 0

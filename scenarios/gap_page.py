@@ -1,0 +1,102 @@
+"""The gap finder's page and figures."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from plant_model.effects import catalogue
+from plant_model.gap.find import Found
+from plant_model.gap.regimes import Residuals
+from plant_model.gap.report import Comparison, five_lines
+from plant_model.sensors import displacement_names
+from scenarios.charts import BEFORE, LINES, Chart, Line, Panel
+from scenarios.figures import draw
+from scenarios.report import chart_html, write_page
+
+PAGE = "report.html"
+
+
+def write_gap_page(
+    found: Found,
+    unseen: Comparison,
+    table: dict[str, Any],
+    facts: Sequence[tuple[str, str]],
+    folder: Path,
+) -> list[Path]:
+    """Write the page and its figures into *folder* and return the files."""
+    charts = [
+        chart
+        for before, after in zip(unseen.before, unseen.after, strict=True)
+        for chart in _charts(found, before, after)
+    ]
+    names = {"calibration": "runs used", "holdout": "run never used"}
+    page = write_page(
+        "gap.html",
+        folder / PAGE,
+        title=found.before.machine.title,
+        lines=five_lines(table),
+        gap=[(names[key], row) for key, row in table["gap"].items()],
+        channels=list(table["channels"].items()),
+        rounds=[_round(judged) for judged in found.rounds],
+        where=table["where"],
+        charts=[(chart, chart_html(chart)) for chart in charts],
+        facts=facts,
+    )
+    return [page, *(draw(chart, folder) for chart in charts)]
+
+
+def _round(judged: Any) -> dict[str, Any]:
+    before = float(judged.now.unseen.sum())
+    return {
+        "cost": before,
+        "chance": judged.chance,
+        "rows": [
+            {
+                "title": _title(one.added[-1]),
+                "cost": float(one.unseen.sum()),
+                "share": 1.0 - float(one.unseen.sum()) / before,
+                "probability": p,
+            }
+            for one, p in zip(judged.tried, judged.probability, strict=True)
+        ],
+    }
+
+
+def _title(key: str) -> str:
+    name, _, channel = key.partition(":")
+    return catalogue()[name].title + (f" on {channel}" if channel else "")
+
+
+def _charts(found: Found, before: Residuals, after: Residuals) -> list[Chart]:
+    """Return residuals before and after over one run: temperatures, then displacements."""
+    observed = before.observed
+    lengths = set(displacement_names(found.before.machine))
+    charts = []
+    for kind, unit, is_length in (("temperatures", "K", False), ("displacements", "um", True)):
+        panels = [
+            Panel(
+                f"{name} [{unit.replace('u', 'µ')}]",
+                _lines(observed.time_s, before.values[:, i], after.values[:, i], before is after),
+            )
+            for i, name in enumerate(observed.channels)
+            if (name in lengths) == is_length and np.isfinite(before.values[:, i]).any()
+        ]
+        if panels:
+            charts.append(
+                Chart(
+                    f"residual_{kind}_{observed.run.name}",
+                    f"Model minus measurement, {kind}: {observed.run.name}",
+                    "The run that was never used.",
+                    tuple(panels),
+                )
+            )
+    return charts
+
+
+def _lines(time: Any, before: Any, after: Any, same: bool) -> tuple[Line, ...]:
+    first = Line("calibrated as given", time, before, BEFORE)
+    return (first,) if same else (first, Line("with what was added", time, after, LINES[0], rank=2))

@@ -1,0 +1,122 @@
+"""From runs to a named effect, a machine file and the gap on a run that was never used."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from measurement.errors import BadInput
+from measurement.runs import write_run
+from plant_model.effects import catalogue
+from plant_model.gap.candidates import grid, missing_effects
+from plant_model.gap.find import find_gap
+from plant_model.gap.judge import judge
+from plant_model.machine import Machine
+from plant_model.machine_file import read_machine
+from plant_model.machine_writer import write_machine
+from scenarios.cli import main
+from tests.plant_model.conftest import with_effects
+from tests.plant_model.gap.conftest import runs_of
+
+# A few rivals suffice to show the way; the whole catalogue is for the benchmark.
+RIVALS = ("thermal_preload", "friction_speed_exponent", "centrifugal_shift", "windage")
+LEFT_OUT = [name for name in catalogue() if name not in RIVALS]
+
+
+@pytest.mark.slow
+def test_a_hidden_effect_is_named_added_and_closes_the_gap(
+    tightening: Machine, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    paths = [str(write_run(run, tmp_path / f"{run.name}.csv")) for run in runs_of(tightening)]
+    out = tmp_path / "out"
+    arguments = ["find-gap", "jig_borer", "--runs", *paths[:3], "--holdout", paths[3]]
+    assert main([*arguments, "--out", str(out), "--without", *LEFT_OUT, "--quiet"]) == 0
+    table = json.loads((out / "gap.json").read_text())
+    assert table["verdict"] == "effect"
+    (effect,) = table["effects"]
+    assert effect["name"] == "thermal_preload"
+    gain = effect["parameters"]["gain"]
+    assert gain["value"] == pytest.approx(0.3, rel=0.2)
+    gap = table["gap"]["holdout"]
+    assert gap["after"] < 0.2 * gap["before"]
+    after = read_machine(out / "machine_after.toml")
+    assert after.parameters["effects.thermal_preload.gain"].value == gain["value"]
+    assert (out / "report.html").stat().st_size > 1e6
+    assert len(list(out.glob("*.png"))) == 2
+    assert len(capsys.readouterr().out.strip().splitlines()) == 6
+
+
+@pytest.mark.slow
+def test_nothing_is_named_when_nothing_is_missing(jig_borer: Machine) -> None:
+    runs = runs_of(jig_borer, seed=7)
+    first, second = (
+        find_gap(jig_borer, order, without=LEFT_OUT) for order in (runs[:3], runs[2::-1])
+    )
+    assert first.verdict == "none_missing"
+    assert first.after is first.before
+    # The order in which runs are given changes nothing.
+    assert first.before.cost == second.before.cost
+
+
+def test_too_few_runs_and_a_machine_at_rest_are_refused(jig_borer: Machine) -> None:
+    runs = runs_of(jig_borer)
+    with pytest.raises(BadInput, match="3 or more are needed"):
+        find_gap(jig_borer, runs[:2])
+    for run in runs:
+        run.frame["speed_rpm"] = 0.0
+    with pytest.raises(BadInput, match="stands still"):
+        find_gap(jig_borer, runs)
+
+
+def test_candidates_cover_both_signs_and_stay_in_range(jig_borer: Machine) -> None:
+    for effect in missing_effects(jig_borer):
+        sizes = {entry[effect.amplitude] for entry in grid(effect)}
+        amplitude = effect.parameters[effect.amplitude]
+        assert effect.off not in sizes
+        assert (min(sizes) < effect.off) == (amplitude.low < effect.off)
+        for entry in grid(effect):
+            for name, value in entry.items():
+                parameter = effect.parameters[name]
+                assert parameter.low <= value <= parameter.high
+
+
+class _Scored:
+    """What judging needs to know of an explanation."""
+
+    def __init__(self, name: str, unseen: list[float]) -> None:
+        self.added, self.unseen = (name,), np.array(unseen)
+
+
+@pytest.mark.parametrize(
+    ("costs", "chance", "named"),
+    [
+        ({"a": [20.0, 20.0, 20.0], "b": [45.0, 45.0, 45.0]}, 0.1, ("a",)),
+        ({"a": [20.0, 20.0, 20.0], "b": [20.5, 20.5, 20.5]}, 0.1, ("a", "b")),
+        ({"a": [48.0, 48.0, 48.0]}, 0.1, ()),
+        ({"a": [20.0, 20.0, 20.0]}, 0.7, ()),
+        # Better over all, but only because of one run.
+        ({"a": [1.0, 52.0, 52.0]}, 0.1, ()),
+    ],
+)
+def test_judging(costs: dict[str, list[float]], chance: float, named: tuple[str, ...]) -> None:
+    now = _Scored("", [50.0, 50.0, 50.0])
+    tried = [_Scored(name, cost) for name, cost in costs.items()]
+    judged = judge(now, tried, chance, channels=14)  # type: ignore[arg-type]
+    assert judged.one_of == named
+    assert sum(judged.probability) == pytest.approx(1.0)
+
+
+def test_a_written_machine_reads_back_and_keeps_its_comments(
+    jig_borer: Machine, tmp_path: Path
+) -> None:
+    moved = with_effects(jig_borer, "radiation", "sensor_offset").with_values(
+        {"sources.motor.loss": 25.5, "effects.sensor_offset:T1.error": -3.0}
+    )
+    path = write_machine(moved, "jig_borer", tmp_path / "after.toml")
+    assert read_machine(path) == moved
+    assert "# Jackets: one each" in path.read_text()
+    with pytest.raises(BadInput, match="not the file"):
+        write_machine(jig_borer, path, tmp_path / "other.toml")
