@@ -36,10 +36,12 @@ lint: $(STAMP)
 	$(BIN)/lint-imports
 
 test: $(STAMP) lint
-	$(BIN)/python -m pytest -n auto
+	$(BIN)/python -m pytest -n auto -m "not vcan"
+	$(BIN)/python tests/gateway/on_vcan.py
 
 bench: $(STAMP)
 	$(BIN)/python -m benchmarks.step_cost
+	$(BIN)/python tests/gateway/on_vcan.py python -m benchmarks.gateway_latency
 
 clean:
 	rm -rf build dist results

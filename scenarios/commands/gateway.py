@@ -1,0 +1,121 @@
+"""The compensator FMU as a node of a CAN bus: readings in, offsets out."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import io
+import json
+import tempfile
+from pathlib import Path
+from typing import Any
+
+NAME = "gateway"
+HELP = "put the compensator FMU on a CAN bus"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the command's arguments."""
+    from scenarios.gateway.options import add_bus_arguments
+
+    add_bus_arguments(parser)
+    parser.add_argument(
+        "--compensator",
+        default="compensator.fmu",
+        metavar="FILE",
+        help="an FMU or a compensator file (compensator.fmu)",
+    )
+    parser.add_argument(
+        "--clock",
+        choices=("own", "machine"),
+        default="own",
+        help="step by this computer's clock, or by the machine's time as its frames tell it",
+    )
+    parser.add_argument(
+        "--speed-up",
+        type=float,
+        default=1.0,
+        metavar="N",
+        help="seconds of the compensator in a second of this computer's clock (1)",
+    )
+    parser.add_argument(
+        "--startup-timeout",
+        type=float,
+        default=10.0,
+        metavar="S",
+        help="time for the interface to appear and the machine to be heard (10)",
+    )
+    parser.add_argument(
+        "--duration", type=float, metavar="S", help="end after this time (when interrupted)"
+    )
+    parser.add_argument("--until-off", action="store_true", help="end when the machine is off")
+    parser.add_argument(
+        "--frames", action="store_true", help="print the frames and the bus load, and end"
+    )
+
+
+def run(args: argparse.Namespace) -> int:
+    """Serve the bus until told to stop."""
+    from scenarios.gateway.database import read_database
+    from scenarios.gateway.options import check_bus_arguments, check_positive
+    from scenarios.gateway.page import frames_text
+
+    database = read_database(args.dbc)
+    if args.frames:
+        print(frames_text(database))
+        return 0
+    check_bus_arguments(args)
+    check_positive("--speed-up", args.speed_up)
+    check_positive("--startup-timeout", args.startup_timeout, zero=True)
+    check_positive("--duration", args.duration)
+    summary = _serve(args, database)
+    if args.json:
+        print(json.dumps(summary, indent=1))
+    elif not args.quiet:
+        frames = ", ".join(f"{count} {name}" for name, count in summary["frames"].items())
+        print(f"{summary['steps']} steps in {summary['seconds']:.1f} s; frames: {frames or 'none'}")
+    return 0
+
+
+def _serve(args: argparse.Namespace, database: Any) -> dict[str, Any]:
+    from scenarios.fmu_files import find_fmu
+    from scenarios.gateway.database import MACHINE
+    from scenarios.gateway.node import Settings
+    from scenarios.gateway.options import new_link, stop_flag, teller
+    from scenarios.gateway.serving import Service
+    from scenarios.gateway.unit import CompensatorUnit
+
+    say = teller("gateway", args)
+    printed = io.StringIO()
+    with contextlib.ExitStack() as stack:
+        work = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="spindle-drift-")))
+        fmu = find_fmu(args.compensator, args.fmu_dir, Path(), work, quiet=args.quiet)
+        stopped = stack.enter_context(stop_flag())
+        link = new_link(args, database, MACHINE, say)
+        stack.callback(link.close)
+        link.open(args.startup_timeout)
+        # A Python FMU shares this process's standard error; its complaints come through its log.
+        stack.enter_context(contextlib.redirect_stderr(printed))
+        unit = CompensatorUnit(fmu, say, printed)
+        stack.push(lambda kind, error, trace: unit.close(error))
+        say(f"{fmu.name} on {link.name}")
+        settings = Settings(
+            args.clock == "machine",
+            args.speed_up,
+            args.startup_timeout,
+            args.timeout and args.timeout / 1e3,
+        )
+        service = Service(
+            database,
+            fmu,
+            unit,
+            link,
+            settings,
+            state_file=args.state,
+            save_every_s=args.state_every,
+            until_off=args.until_off,
+            duration_s=args.duration,
+            stopped=stopped,
+            say=say,
+        )
+        return service.run()

@@ -1,0 +1,231 @@
+"""The frames and signals of the bus, read from the DBC file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import cantools
+from cantools.database.can import Database as CanDatabase
+from cantools.database.can import Message
+from cantools.database.can import Signal as CanSignal
+
+from measurement.errors import BadInput
+
+DBC = Path(__file__).with_name("spindle_drift.dbc")
+MACHINE, COMPENSATOR = "MACHINE", "COMPENSATOR"
+CRC, COUNTER = "crc", "counter"
+PROTECTION = (CRC, COUNTER)
+ERROR, NOT_AVAILABLE = "error", "not_available"
+SIZE = 8  # bytes of every frame
+# The signals that the two programs themselves need, and the node that sends them.
+NEEDED = {
+    MACHINE: ("machine_state", "machine_time", "machine_step"),
+    COMPENSATOR: ("valid", "gateway_state", "status", "bus_fault", "bus_fault_frame"),
+}
+
+
+@dataclass(frozen=True)
+class Signal:
+    """One signal of a frame.
+
+    Attributes
+    ----------
+    name, unit, comment : str
+        As in the DBC file.
+    scale, offset : float
+        Value = scale * raw + offset [unit].
+    low, high : float
+        Allowed values [unit].
+    bits : int
+        Length.
+    codes : dict of str to int
+        Raw values of the value table, by their names.
+    start : float
+        Raw value that a receiver takes before the first frame.
+    """
+
+    name: str
+    unit: str
+    comment: str
+    scale: float
+    offset: float
+    low: float
+    high: float
+    bits: int
+    codes: dict[str, int]
+    start: float
+
+    @property
+    def named(self) -> dict[str, int]:
+        """The named values that are neither *error* nor *not available*."""
+        special = (ERROR, NOT_AVAILABLE)
+        return {name: raw for name, raw in self.codes.items() if name not in special}
+
+    @property
+    def is_enumeration(self) -> bool:
+        """Whether only named values are allowed."""
+        return len(self.named) > 1
+
+
+@dataclass(frozen=True)
+class Frame:
+    """One frame.
+
+    Attributes
+    ----------
+    name, sender, comment : str
+        As in the DBC file.
+    frame_id, data_id : int
+        The identifier on the bus, and the one that enters the CRC.
+    cycle_s, timeout_s : float
+        How often it is sent, and after which silence it is late [s].
+    signals : dict of str to Signal
+        Its content by name, without CRC and counter.
+    message : cantools Message
+        What encodes and decodes it.
+    """
+
+    name: str
+    sender: str
+    comment: str
+    frame_id: int
+    data_id: int
+    cycle_s: float
+    timeout_s: float
+    signals: dict[str, Signal]
+    message: Message
+
+
+@dataclass(frozen=True)
+class Database:
+    """All frames, and the bit rate that the bus is meant for [bit/s]."""
+
+    path: Path
+    frames: tuple[Frame, ...]
+    bit_rate: int
+
+    def of(self, sender: str) -> tuple[Frame, ...]:
+        """Return the frames of a node, by rising identifier: the order in which it sends them."""
+        return tuple(frame for frame in self.frames if frame.sender == sender)
+
+    def closing(self, sender: str) -> Frame:
+        """Return the frame that closes a node's cycle: its heartbeat, the last one."""
+        return self.of(sender)[-1]
+
+    def signals(self, sender: str) -> Iterator[tuple[Frame, Signal]]:
+        """Yield every signal that a node sends."""
+        for frame in self.of(sender):
+            for signal in frame.signals.values():
+                yield frame, signal
+
+    def signal(self, name: str) -> Signal:
+        """Return a signal by its name."""
+        return next(frame.signals[name] for frame in self.frames if name in frame.signals)
+
+
+def read_database(path: Path = DBC) -> Database:
+    """Read a DBC file.
+
+    Raises
+    ------
+    BadInput
+        If it cannot be read, or lacks what the gateway relies on.
+    """
+    try:
+        read = cantools.database.load_file(path, database_format="dbc", cache_dir=None)
+    except OSError as error:
+        raise BadInput(path, "", f"cannot be read: {error.strerror}") from None
+    except Exception as error:  # cantools and its parser raise many kinds
+        raise BadInput(path, "", f"is not a DBC file: {' '.join(str(error).split())}") from None
+    assert isinstance(read, CanDatabase)
+    if not read.messages:
+        raise BadInput(path, "", "holds no frames")
+    frames = tuple(
+        sorted((_frame(message, path) for message in read.messages), key=lambda f: f.frame_id)
+    )
+    database = Database(path, frames, int(_attribute(read.dbc, "Baudrate", 500_000)))
+    _check(database)
+    return database
+
+
+def _frame(message: Message, path: Path) -> Frame:
+    senders = [name for name in message.senders if name in NEEDED]
+    if len(senders) != 1:
+        raise BadInput(path, message.name, f"must be sent by {MACHINE} or by {COMPENSATOR}")
+    if message.length != SIZE or message.is_extended_frame or message.is_multiplexed():
+        raise BadInput(path, message.name, f"must be a plain standard frame of {SIZE} bytes")
+    places = [(s.name, s.start, s.length) for s in message.signals if s.name in PROTECTION]
+    if sorted(places) != [(COUNTER, 8, 4), (CRC, 0, 8)]:
+        raise BadInput(path, message.name, "needs crc in byte 0 and counter in bits 8 to 11")
+    for signal in message.signals:
+        if signal.is_float or signal.is_signed:
+            raise BadInput(path, f"{message.name}.{signal.name}", "must be an unsigned integer")
+        if signal.minimum is None or signal.maximum is None:
+            raise BadInput(
+                path, f"{message.name}.{signal.name}", "needs a smallest and a largest value"
+            )
+    cycle_ms = message.cycle_time or 0
+    timeout_ms = float(_attribute(message.dbc, "E2ETimeout", 0))
+    if not 0 < cycle_ms < timeout_ms:
+        raise BadInput(path, message.name, "GenMsgCycleTime must be above 0 and below E2ETimeout")
+    return Frame(
+        message.name,
+        senders[0],
+        message.comment or "",
+        message.frame_id,
+        int(_attribute(message.dbc, "E2EDataId", 0)),
+        cycle_ms / 1e3,
+        timeout_ms / 1e3,
+        {s.name: _signal(s) for s in message.signals if s.name not in PROTECTION},
+        message,
+    )
+
+
+def _signal(signal: CanSignal) -> Signal:
+    assert signal.minimum is not None
+    assert signal.maximum is not None
+    return Signal(
+        signal.name,
+        signal.unit or "",
+        signal.comment or "",
+        float(signal.scale),
+        float(signal.offset),
+        float(signal.minimum),
+        float(signal.maximum),
+        signal.length,
+        {str(name): int(raw) for raw, name in (signal.choices or {}).items()},
+        float(signal.raw_initial or 0),
+    )
+
+
+def _attribute(specifics: Any, name: str, default: float) -> float:
+    """Return an attribute's value: the object's, or else the one declared as default."""
+    found = specifics.attributes.get(name) if specifics is not None else None
+    if found is None:
+        return default
+    return float(found.value)
+
+
+def _check(database: Database) -> None:
+    ids = [frame.data_id for frame in database.frames]
+    if len(set(ids)) < len(ids):
+        raise BadInput(database.path, "E2EDataId", "two frames have the same one")
+    for node, names in NEEDED.items():
+        known = [signal.name for _, signal in database.signals(node)]
+        for name in names:
+            if name not in known:
+                raise BadInput(database.path, node, f"sends no signal {name}")
+        for frame in database.of(node):
+            if frame.cycle_s != database.closing(node).cycle_s:
+                raise BadInput(
+                    database.path, frame.name, "frames of a node must share a cycle time"
+                )
+    for node, name in ((MACHINE, "machine_time"), (COMPENSATOR, "answered_time")):
+        frame = database.closing(node)
+        if name not in frame.signals:
+            raise BadInput(
+                database.path, frame.name, f"is {node}'s last frame: it must hold {name}"
+            )

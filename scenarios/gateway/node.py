@@ -1,0 +1,305 @@
+"""The gateway: the compensator FMU as a node of the bus.
+
+A cycle of the machine comes in, the FMU takes one step, the answer goes out. When the machine is
+silent the gateway keeps its own time.
+
+Who is responsible for what: the gateway decides whether what came in can be trusted, and gives the
+FMU *missing* (NaN) where not. Holding, ramping to zero and moving back are the compensator's own
+work, in one place. The gateway adds a rule of its own: offsets are marked valid only in the answer
+to a usable cycle.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from math import isnan, nan
+from typing import Protocol
+
+import can
+
+from scenarios.gateway.codec import Sender, Value, high_raw, name_of
+from scenarios.gateway.database import COMPENSATOR, MACHINE, Database
+from scenarios.gateway.supervision import Cycle, Finding, Reception
+from scenarios.gateway.unit import Saved
+
+LONGEST_GAP_S = 3600.0
+"""A larger jump of the machine's time is not made up for [s]."""
+FAREWELLS = 2
+AXES = ("X", "Y", "Z")
+STARTING, READY, RUNNING, FAULT = "starting", "ready", "running", "fault"
+
+
+class Unit(Protocol):
+    """What the gateway needs of a compensator; `unit.CompensatorUnit` is one."""
+
+    inputs: list[str]
+    outputs: dict[str, float]
+    time_s: float
+
+    def step(self, values: Mapping[str, float], step_s: float) -> dict[str, float]:
+        """Take in a sample and advance."""
+        ...
+
+    def text(self) -> str:
+        """Return the status in words."""
+        ...
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How the gateway runs.
+
+    Attributes
+    ----------
+    machine_clock : bool
+        Step by the machine's own count of time, as in a simulation that runs faster than real
+        time; otherwise by this computer's clock.
+    speed_up : float
+        Seconds of the compensator for a second of this computer's clock.
+    startup_s : float
+        How long the machine may take to send complete cycles [s].
+    timeout_s : float or None
+        Silence of the machine after which the inputs are missing; None: what the DBC says [s].
+    """
+
+    machine_clock: bool = False
+    speed_up: float = 1.0
+    startup_s: float = 10.0
+    timeout_s: float | None = None
+
+
+class GatewayNode:
+    """The gateway without its bus: messages and times in, messages out.
+
+    Parameters
+    ----------
+    database : Database
+        The frames.
+    unit : Unit
+        The compensator, started.
+    send : callable
+        Takes the messages of an answer.
+    settings : Settings
+        How it runs.
+    now : float
+        The time of this computer's monotonic clock [s]; every later time is of the same clock.
+    warm : Saved or None
+        The state that the compensator was restored from: it goes on at once, and the time in
+        between counts as time without inputs.
+    say : callable
+        Takes a line for people when something changes.
+
+    Attributes
+    ----------
+    state : str
+        As the DBC names the values of ``gateway_state``.
+    machine_off : bool
+        The machine has said that it is off.
+    """
+
+    def __init__(
+        self,
+        database: Database,
+        unit: Unit,
+        send: Callable[[Iterable[can.Message]], object],
+        settings: Settings,
+        now: float,
+        warm: Saved | None = None,
+        say: Callable[[str], None] = lambda line: None,
+    ) -> None:
+        self._unit, self._send, self._settings, self._say = unit, send, settings, say
+        self.reception = Reception(database.of(MACHINE), settings.timeout_s)
+        self._sender = Sender(database, COMPENSATOR)
+        closing = database.closing(MACHINE)
+        self._closing = closing
+        self._machine_states = closing.signals["machine_state"]
+        self._time = closing.signals["machine_time"]
+        self._times = high_raw(self._time) + 1  # the count wraps below the special codes
+        self._answers = 1 << database.closing(COMPENSATOR).signals["answered_time"].bits
+        self._cycle_s = closing.cycle_s
+        self._timeout_s = settings.timeout_s or closing.timeout_s
+        self.begun = warm is not None
+        own_clock = warm is not None and not settings.machine_clock
+        self.state = STARTING
+        self.machine_off = False
+        self._started_at, self._stepped_at = now, now - (warm.age_s if warm and own_clock else 0.0)
+        self._fresh = warm is None  # no step yet: nothing to measure one from
+        self._tool_length_mm = nan
+        self._deadline = now
+        # Machine time that the compensator has been stepped to [s].
+        self._covered = warm.machine_time_s if warm else None
+        self._expected: int | None = None  # raw machine time of the next cycle
+        self._finding: Finding | None = None
+        self._late_start = False
+        self._answered = 0
+        self.machine_time_s = self._covered or 0.0
+        self.steps = 0
+
+    # What happens
+
+    def deadline(self) -> float:
+        """Return when `tick` wants to be called, unless a cycle comes first [s]."""
+        return self._deadline
+
+    def handle(self, message: can.Message, now: float) -> bool:
+        """Take in a message; return whether it closed a cycle, which then has been answered."""
+        cycle = self.reception.take(message.arbitration_id, message.data, now)
+        if cycle is None:
+            return False
+        self._on_cycle(cycle, now)
+        self._deadline = now + self._timeout_s
+        return True
+
+    def tick(self, now: float, lost: str = "") -> None:
+        """Do what is due at *now* when no cycle came.
+
+        Parameters
+        ----------
+        now : float
+            The time [s].
+        lost : str
+            Why there is no bus, as the DBC names it; empty if there is one.
+        """
+        cycle = self.reception.silence()
+        finding = cycle.finding
+        if lost:
+            text = lost.replace("_", " ")
+            finding = Finding(lost, self._closing, text)
+        self._expected = None
+        if self.begun:
+            step_s = self._own_step(now)
+            if self._covered is not None:
+                self._covered += step_s
+            self._step({}, step_s, now)
+        elif not lost and now - self._started_at > self._settings.startup_s:
+            text = f"no complete cycle of the machine within {self._settings.startup_s:g} s"
+            finding = Finding("startup_timeout", self._closing, text)
+            self._late_start = True
+        self._answer(finding, usable=False, lost=lost)
+        self._deadline = now + self._cycle_s
+
+    def reconnected(self) -> None:
+        """Forget the machine's counters: frames were lost with the bus."""
+        self.reception.reset()
+        self._expected = None
+
+    def farewell(self, state: str = "stopping") -> None:
+        """Say that this node leaves the bus: no offset is valid, or even there, any more."""
+        values: dict[str, Value] = {"valid": "invalid", "gateway_state": state}
+        for _ in range(FAREWELLS):
+            self._send(self._sender.messages(values))
+
+    # One cycle
+
+    def _on_cycle(self, cycle: Cycle, now: float) -> None:
+        beat = cycle.heartbeat
+        machine_state = name_of(self._machine_states, beat["machine_state"])
+        self.machine_off = machine_state == "off"
+        jump = self._time_jump(beat)
+        running = machine_state == "running"
+        finding, usable = cycle.finding, cycle.usable
+        if usable and jump is not None and (running or self.begun):
+            finding, usable = jump, False
+        elif usable and not running:
+            usable = False
+            if not isnan(beat["machine_state"]) or finding is None:
+                text = f"the machine is {machine_state.replace('_', ' ')}"
+                finding = Finding("machine_not_running", self._closing, text)
+        if self.begun or usable:
+            self.begun = True
+            self._advance(cycle.values if usable else {}, beat, now)
+        elif cycle.usable:
+            # In touch, and the machine has not begun: nothing to compensate yet.
+            self.state, self._late_start = READY, False
+        self._answer(finding, usable=usable, ready=cycle.usable)
+
+    def _time_jump(self, beat: Mapping[str, float]) -> Finding | None:
+        """Compare the machine's time with what it should be after the cycle before."""
+        time_s, step_s = beat["machine_time"], beat["machine_step"]
+        if isnan(time_s) or isnan(step_s):
+            self._expected = None
+            return Finding("not_available_value", self._closing, "machine_time is not available")
+        raw, step = round(time_s / self._time.scale), round(step_s / self._time.scale)
+        expected, self._expected = self._expected, (raw + step) % self._times
+        self._answered = raw % self._answers
+        self.machine_time_s = time_s
+        if expected is None or raw == expected:
+            return None
+        wanted = expected * self._time.scale
+        text = f"machine_time is {time_s:.3f} s, expected was {wanted:.3f} s"
+        return Finding("time_jump", self._closing, text)
+
+    def _advance(self, values: Mapping[str, float], beat: Mapping[str, float], now: float) -> None:
+        """Step the compensator over a cycle of the machine."""
+        step_s = self._own_step(now)
+        if self._settings.machine_clock and not isnan(beat["machine_time"] + beat["machine_step"]):
+            step_s = beat["machine_step"]
+            end = beat["machine_time"] + step_s
+            gap = end - step_s - self._covered if self._covered is not None else 0.0
+            self._covered = end
+            if 1e-6 < gap <= LONGEST_GAP_S:
+                # Time in which nothing came counts as time without inputs.
+                self._step({}, gap, now)
+        self._step(values, step_s, now)
+
+    def _own_step(self, now: float) -> float:
+        """Return the time since the last step by this computer's clock [s]."""
+        elapsed = self._cycle_s if self._fresh else now - self._stepped_at
+        return elapsed * self._settings.speed_up
+
+    def _step(self, values: Mapping[str, float], step_s: float, now: float) -> None:
+        self._stepped_at, self._fresh = now, False
+        if step_s > 0.0:
+            self._unit.step(values, step_s)
+            self.steps += 1
+            length = values.get("tool_length", nan)
+            self._tool_length_mm = self._tool_length_mm if isnan(length) else length
+
+    # The answer
+
+    def _answer(
+        self, finding: Finding | None, *, usable: bool, lost: str = "", ready: bool = False
+    ) -> None:
+        outputs = self._unit.outputs
+        valid = usable and bool(outputs.get("valid", False))
+        self._note(finding, valid)
+        if lost:
+            self.state = "reconnecting"
+        elif self.begun:
+            self.state = RUNNING if usable else FAULT
+        elif not ready:
+            self.state = "startup_timeout" if self._late_start else STARTING
+        kept = self._finding
+        values: dict[str, Value] = {
+            **outputs,
+            "valid": "valid" if valid else "invalid",
+            "gateway_state": self.state,
+            "bus_fault": kept.fault if kept else "none",
+            "bus_fault_frame": kept.frame.frame_id & 0xFF if kept else 0.0,
+            "answered_time": self._answered * self._time.scale,
+        }
+        self._send(self._sender.messages(values | self._axes(outputs)))
+
+    def _note(self, finding: Finding | None, valid: bool) -> None:
+        """Keep the last thing wrong until the offsets are valid again."""
+        changed = (finding.fault, finding.frame.name) if finding else None
+        before = (self._finding.fault, self._finding.frame.name) if self._finding else None
+        if finding is not None and changed != before:
+            self._say(f"{finding.fault.replace('_', ' ')}: {finding.text}")
+        if finding is not None or valid:
+            self._finding = finding
+
+    def _axes(self, outputs: Mapping[str, float]) -> dict[str, Value]:
+        """Return offset, slope [um/m] and reference [mm] per axis.
+
+        Over the tool length the offset of an axis changes by the tilt, with the opposite sign;
+        1 urad is 1 um/m. Z does not depend on it, to second order.
+        """
+        slopes = {"X": -outputs.get("yaw", nan), "Y": -outputs.get("pitch", nan), "Z": 0.0}
+        found: dict[str, Value] = {}
+        for axis in AXES:
+            found[f"d{axis}_offset"] = outputs.get(f"d{axis}", nan)
+            found[f"d{axis}_slope"] = slopes[axis]
+            found[f"d{axis}_reference"] = self._tool_length_mm
+        return found

@@ -1,0 +1,121 @@
+"""A recorded log in the place of the machine: its frames go out again as they were."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from math import isnan
+from pathlib import Path
+
+import can
+
+from measurement.errors import BadInput
+from scenarios.gateway.codec import decode
+from scenarios.gateway.database import MACHINE, SIZE, Database, Frame
+from scenarios.gateway.e2e import intact
+from scenarios.gateway.link import LOGS, Link
+from scenarios.gateway.machine import Ear
+
+
+def recorded(path: Path, database: Database) -> list[can.Message]:
+    """Return the machine's frames of a log, in their order.
+
+    Raises
+    ------
+    BadInput
+        If the log cannot be read or holds no such frame.
+    """
+    if path.suffix.lower() not in LOGS:
+        raise BadInput(path, "", f"its ending must be one of {', '.join(LOGS)}")
+    if not path.is_file():
+        raise BadInput(path, "", "no such file")
+    ids = {frame.frame_id for frame in database.of(MACHINE)}
+    try:
+        with can.LogReader(str(path)) as reader:
+            found = [
+                message
+                for message in reader
+                if message.arbitration_id in ids
+                and not (message.is_extended_id or message.is_error_frame)
+            ]
+    except Exception as error:  # a damaged log makes the readers raise many kinds
+        problem = " ".join(str(error).split()) or type(error).__name__
+        raise BadInput(path, "", f"is not a log of frames: {problem[:200]}") from None
+    if not found:
+        raise BadInput(path, "", "holds no frame of the machine")
+    return found
+
+
+def replay(
+    messages: list[can.Message],
+    database: Database,
+    link: Link,
+    ear: Ear,
+    *,
+    speed_up: float | None = 1.0,
+    wait_s: float = 10.0,
+    stopped: Callable[[], bool] = lambda: False,
+    clock: Callable[[], float],
+) -> int:
+    """Send recorded frames and return how many.
+
+    Parameters
+    ----------
+    messages : list of can.Message
+        From `recorded`.
+    database : Database
+        The frames.
+    link : Link
+        The bus, open.
+    ear : Ear
+        Hears the gateway.
+    speed_up : float or None
+        Times as fast as recorded; None: the next cycle as soon as the gateway has answered.
+    wait_s : float
+        How long a gateway may take to appear before the first frame [s].
+    stopped : callable
+        Says when to end early.
+    clock : callable
+        Monotonic time [s].
+    """
+    closing = database.closing(MACHINE)
+    until = clock() + wait_s
+    while ear.last is None and clock() < until and not stopped():
+        ear.hear(link, min(clock() + closing.cycle_s, until))
+    sent = 0
+    for message in _paced(messages, speed_up):
+        if stopped():
+            break
+        link.send([message])
+        sent += 1
+        if message.arbitration_id != closing.frame_id or len(message.data) != SIZE:
+            continue
+        # In step with the gateway, or a short look so that what it sends is taken in.
+        patience_s, time_s = 0.0, None
+        if speed_up is None:
+            time_s = _running_time(closing, message)
+            patience_s = closing.cycle_s if time_s is None else ear.timeout_s
+        ear.hear(link, clock() + patience_s, time_s)
+    return sent
+
+
+def _running_time(closing: Frame, message: can.Message) -> float | None:
+    """Return the time [s] of a cycle that the gateway answers as such; None for any other."""
+    if not intact(message.data, closing.data_id):
+        return None
+    values, _ = decode(closing, message.data)
+    running = values["machine_state"] == closing.signals["machine_state"].codes["running"]
+    return values["machine_time"] if running and not isnan(values["machine_time"]) else None
+
+
+def _paced(messages: list[can.Message], speed_up: float | None) -> Iterator[can.Message]:
+    if speed_up is None:
+        yield from messages
+        return
+    first = messages[0].timestamp
+    for message in messages:
+        message.timestamp = first + (message.timestamp - first) / speed_up
+    yield from can.MessageSync(messages, timestamps=True, skip=LONGEST_PAUSE_S)
+
+
+LONGEST_PAUSE_S = 60.0
+"""A longer pause in the log is cut out [s]."""

@@ -1,0 +1,150 @@
+"""The gateway at work: the node, its bus, its FMU, its state file."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from measurement.errors import BadInput
+from scenarios.fmu import FmuError
+from scenarios.gateway.database import COMPENSATOR, MACHINE, Database
+from scenarios.gateway.link import Link
+from scenarios.gateway.node import GatewayNode, Settings
+from scenarios.gateway.unit import CompensatorUnit, StateFile, check_units
+
+LONGEST_WAIT_S = 0.25
+"""After so long a wait for a frame, look whether it is time to stop [s]."""
+GRACE_S = 0.2
+"""How long frames that wait to be read may put off what is due [s]."""
+
+
+@dataclass
+class Service:
+    """Runs a gateway until it is told to stop.
+
+    Parameters
+    ----------
+    database : Database
+        The frames.
+    fmu : Path
+        The compensator.
+    unit : CompensatorUnit
+        The same, loaded.
+    link : Link
+        The bus, open.
+    settings : Settings
+        How the gateway runs.
+    state_file : Path or None
+        Where the compensator's state is kept.
+    save_every_s : float
+        How often [s].
+    until_off : bool
+        End when the machine says that it is off.
+    duration_s : float or None
+        End after this time [s].
+    stopped : callable
+        Says when to end.
+    say : callable
+        Takes a line for people.
+    """
+
+    database: Database
+    fmu: Path
+    unit: CompensatorUnit
+    link: Link
+    settings: Settings
+    state_file: Path | None = None
+    save_every_s: float = 10.0
+    until_off: bool = False
+    duration_s: float | None = None
+    stopped: Callable[[], bool] = lambda: False
+    say: Callable[[str], None] = lambda line: None
+    clock: Callable[[], float] = time.monotonic
+    statuses: list[tuple[float, int, int]] = field(default_factory=list)
+    node: GatewayNode | None = None
+
+    def run(self) -> dict[str, Any]:
+        """Serve, and return a summary.
+
+        Raises
+        ------
+        BadInput
+            If FMU and frames do not fit, or the state file is none.
+        FmuError
+            If the FMU fails; the bus has been told then.
+        """
+        self._fit()
+        store = StateFile(self.state_file, self.unit.slave.sha256) if self.state_file else None
+        if store is not None and not self.unit.slave.can_save:
+            raise BadInput(self.fmu, "", "cannot give its state away: run without --state")
+        warm = store.read() if store else None
+        self.unit.start(warm)
+        if warm is not None:
+            self.say(f"goes on from the state of {warm.age_s:.0f} s ago")
+        begun = self.clock()
+        self.node = node = GatewayNode(
+            self.database, self.unit, self.link.send, self.settings, begun, warm, self.say
+        )
+        try:
+            self._loop(node, store, begun)
+        except FmuError:
+            node.farewell("error")
+            raise
+        node.farewell()
+        if store is not None:
+            self._save(node, store)
+        return {
+            "steps": node.steps,
+            "seconds": self.clock() - begun,
+            "frames": dict(node.reception.counts),
+            "statuses": self.statuses,
+        }
+
+    def _fit(self) -> None:
+        carried = {signal.name: signal for _, signal in self.database.signals(MACHINE)}
+        for name in self.unit.inputs:
+            if name not in carried:
+                problem = f"is an input of the FMU that no frame of {self.database.path} carries"
+                raise BadInput(self.fmu, name, problem)
+        carried |= {signal.name: signal for _, signal in self.database.signals(COMPENSATOR)}
+        names = [*self.unit.inputs, *(name for name in self.unit.outputs if name in carried)]
+        check_units(self.fmu, [(n, self.unit.unit_of(n), carried[n].unit) for n in names])
+
+    def _loop(self, node: GatewayNode, store: StateFile | None, begun: float) -> None:
+        saved_at, lost = begun, False
+        while not self._over(node, begun):
+            message = self.link.receive(min(node.deadline() - self.clock(), LONGEST_WAIT_S))
+            now = self.clock()
+            if lost and not self.link.lost:
+                node.reconnected()
+            lost = bool(self.link.lost)
+            closed = message is not None and node.handle(message, now)
+            wait = 0.0 if message is None else GRACE_S
+            if closed:
+                self.link.trust()
+            elif now >= node.deadline() + wait:
+                node.tick(now, self.link.lost)
+            self._notice(node)
+            if store is not None and node.begun and now - saved_at >= self.save_every_s:
+                self._save(node, store)
+                saved_at = now
+
+    def _over(self, node: GatewayNode, begun: float) -> bool:
+        late = self.duration_s is not None and self.clock() - begun >= self.duration_s
+        return self.stopped() or late or (self.until_off and node.machine_off)
+
+    def _save(self, node: GatewayNode, store: StateFile) -> None:
+        if node.begun:
+            store.write(self.unit.time_s, node.machine_time_s, self.unit.slave.saved())
+
+    def _notice(self, node: GatewayNode) -> None:
+        """Tell a change of the compensator's status."""
+        outputs = self.unit.outputs
+        code, sensor = int(outputs.get("status", 0)), int(outputs.get("status_sensor", 0))
+        if self.statuses and self.statuses[-1][1:] == (code, sensor):
+            return
+        self.statuses.append((node.machine_time_s, code, sensor))
+        self.say(f"status {code} at {node.machine_time_s:.1f} s: {self.unit.text()}")

@@ -1,0 +1,278 @@
+"""An FMU at one end of the bus: values in and out by name, and a state that outlives the process.
+
+The gateway may be restarted while the spindle is warm. What the compensator remembers (its
+reference temperatures, its offsets) is therefore kept in a file, as the FMU itself serialises it.
+"""
+
+from __future__ import annotations
+
+import base64
+import io
+import json
+import time
+from collections.abc import Callable, Mapping, Sequence
+from ctypes import byref, c_char, c_size_t, c_void_p
+from dataclasses import dataclass
+from math import nan
+from pathlib import Path
+from typing import Any
+
+from measurement.errors import BadInput
+from measurement.files import read_bytes, write_atomically
+from scenarios.fmu import WARNING, Port, Slave
+
+FORMAT = 1
+OLDEST_S = 3600.0
+"""A state that was saved longer ago is not taken up [s]."""
+KIND = "spindle-drift FMU state"
+
+
+class StatefulSlave(Slave):
+    """An FMU whose state can be saved and restored."""
+
+    @property
+    def can_save(self) -> bool:
+        """Whether the FMU says that its state can be serialised."""
+        return bool(self.description.coSimulation.canSerializeFMUstate)
+
+    def saved(self) -> bytes:
+        """Return the state of the FMU.
+
+        Raises
+        ------
+        FmuError
+            If it gives none.
+        """
+        library, state, size = self.library, c_void_p(), c_size_t()
+        self._ok(library.fmi2GetFMUstate(self.component, byref(state)), "its state cannot be had")
+        try:
+            problem = "its state cannot be serialised"
+            status = library.fmi2SerializedFMUstateSize(self.component, state, byref(size))
+            self._ok(status, problem)
+            memory = (c_char * size.value)()
+            status = library.fmi2SerializeFMUstate(self.component, state, memory, size)
+            self._ok(status, problem)
+            return bytes(memory)
+        finally:
+            library.fmi2FreeFMUstate(self.component, byref(state))
+
+    def restore(self, data: bytes) -> None:
+        """Take up what `saved` returned.
+
+        Raises
+        ------
+        FmuError
+            If the FMU refuses it.
+        """
+        library, state = self.library, c_void_p()
+        memory = (c_char * len(data)).from_buffer_copy(data)
+        problem = "a saved state cannot be taken up"
+        status = library.fmi2DeSerializeFMUstate(
+            self.component, memory, c_size_t(len(data)), byref(state)
+        )
+        self._ok(status, problem)
+        try:
+            self._ok(library.fmi2SetFMUstate(self.component, state), problem)
+        finally:
+            library.fmi2FreeFMUstate(self.component, byref(state))
+
+    def _ok(self, status: int, problem: str) -> None:
+        if status > WARNING:
+            raise self.failure(problem)
+
+
+@dataclass(frozen=True)
+class Saved:
+    """A state file: the FMU's time and the machine's [s], how long ago [s], and the state."""
+
+    time_s: float
+    machine_time_s: float
+    age_s: float
+    state: bytes
+
+
+class StateFile:
+    """Where an FMU's state is kept.
+
+    Parameters
+    ----------
+    path : Path
+        The file; written whole or not at all.
+    fmu_sha256 : str
+        The FMU that the state must belong to.
+    wall : callable, optional
+        The time of day [s].
+    """
+
+    def __init__(self, path: Path, fmu_sha256: str, wall: Callable[[], float] = time.time) -> None:
+        self.path, self._fmu, self._wall = path, fmu_sha256, wall
+
+    def write(self, time_s: float, machine_time_s: float, state: bytes) -> None:
+        """Save a state.
+
+        Raises
+        ------
+        BadInput
+            If the file cannot be written.
+        """
+        table = {
+            "kind": KIND,
+            "format": FORMAT,
+            "fmu": self._fmu,
+            "saved": self._wall(),
+            "time_s": time_s,
+            "machine_time_s": machine_time_s,
+            "state": base64.b64encode(state).decode(),
+        }
+        write_atomically(self.path, json.dumps(table) + "\n")
+
+    def read(self) -> Saved | None:
+        """Return what was saved; None if there is nothing, or it is too old or another FMU's.
+
+        Raises
+        ------
+        BadInput
+            If the file is not a state file.
+        """
+        if not self.path.exists():
+            return None
+        try:
+            table = json.loads(read_bytes(self.path))
+            if table["kind"] != KIND or table["format"] != FORMAT:
+                raise ValueError("another kind of file")
+            age = self._wall() - float(table["saved"])
+            found = Saved(
+                float(table["time_s"]),
+                float(table["machine_time_s"]),
+                age,
+                base64.b64decode(table["state"], validate=True),
+            )
+        except (ValueError, KeyError, TypeError) as error:
+            raise BadInput(self.path, "", f"is not a state of an FMU: {error}") from None
+        usable = table["fmu"] == self._fmu and 0.0 <= age <= OLDEST_S
+        return found if usable else None
+
+
+class CompensatorUnit:
+    """The compensator FMU, stepped sample by sample.
+
+    Parameters
+    ----------
+    path : Path
+        The FMU.
+    show : callable
+        Takes each warning of the FMU, as a line.
+    printed : StringIO, optional
+        See `Slave`.
+
+    Attributes
+    ----------
+    inputs : list of str
+        The real inputs of the FMU.
+    outputs : dict of str to float
+        Every output but texts, by name; ``valid`` and the status are numbers.
+    time_s : float
+        What the FMU has reached [s].
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        show: Callable[[str], None] = lambda line: None,
+        printed: io.StringIO | None = None,
+    ) -> None:
+        self.slave = StatefulSlave(path, "compensator", show, printed or io.StringIO())
+        self.inputs: list[str] = self.slave.names("input")
+        self._in = Port(self.slave, self.inputs)
+        kinds = ("Real", "Integer", "Boolean")
+        self._ports = [Port(self.slave, self.slave.names("output", k), k) for k in kinds]
+        self._texts = self.slave.names("output", "String")
+        self.time_s = 0.0
+        self.outputs: dict[str, float] = {}
+
+    def start(self, saved: Saved | None = None) -> None:
+        """Initialise, and go on from a saved state if there is one.
+
+        Raises
+        ------
+        FmuError
+            If the FMU refuses.
+        """
+        with self.slave.starting(1e9):
+            pass
+        if saved is not None:
+            self.slave.restore(saved.state)
+            self.time_s = saved.time_s
+        self._read()
+
+    def step(self, values: Mapping[str, float], step_s: float) -> dict[str, float]:
+        """Take in one sample, NaN for what is missing, and advance by *step_s* [s].
+
+        Raises
+        ------
+        FmuError
+            If the FMU fails.
+        """
+        self._in.values[:] = [values.get(name, nan) for name in self.inputs]
+        self._in.set()
+        self.slave.step(self.time_s, step_s)
+        self.time_s += step_s
+        self._read()
+        return self.outputs
+
+    def _read(self) -> None:
+        for port in self._ports:
+            port.get()
+            self.outputs.update(zip(port.names, port.values.tolist(), strict=True))
+
+    def text(self) -> str:
+        """Return the status in the FMU's words."""
+        return self.slave.text("status_text") if "status_text" in self._texts else ""
+
+    def unit_of(self, name: str) -> str:
+        """Return the unit of a variable; empty if it has none."""
+        return str(self.slave.variables[name].unit or "")
+
+    def close(self, error: BaseException | None = None) -> None:
+        """Let the FMU go."""
+        self.slave.__exit__(type(error) if error else None, error, None)
+
+
+def check_units(source: Path, pairs: Sequence[tuple[str, str, str]]) -> None:
+    """Refuse an FMU whose units are not those of the frames.
+
+    Parameters
+    ----------
+    source : Path
+        The FMU.
+    pairs : sequence of (name, unit of the FMU, unit of the DBC)
+        An FMU that names no unit is believed.
+
+    Raises
+    ------
+    BadInput
+        For the first that differs.
+    """
+    for name, own, bus in pairs:
+        if own and bus and own != bus:
+            raise BadInput(source, name, f"is in {own}; the frames carry it in {bus}")
+
+
+def options_of(texts: Sequence[str]) -> dict[str, Any]:
+    """Return further settings of an interface from ``name=value`` texts; numbers become numbers.
+
+    Raises
+    ------
+    BadInput
+        For a text without an equals sign.
+    """
+    found: dict[str, Any] = {}
+    for text in texts:
+        name, mark, value = text.partition("=")
+        if not mark or not name.strip():
+            raise BadInput("--option", "", f"{text!r} is not of the form NAME=VALUE")
+        try:
+            found[name.strip()] = json.loads(value)
+        except ValueError:
+            found[name.strip()] = value
+    return found

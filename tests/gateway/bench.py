@@ -1,0 +1,134 @@
+"""A gateway on the bench: its frames in the tests' hands, and its time too."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+
+import can
+
+from scenarios.gateway.codec import Sender, Value, name_of
+from scenarios.gateway.database import COMPENSATOR, MACHINE, Database
+from scenarios.gateway.e2e import protected
+from scenarios.gateway.node import GatewayNode, Settings
+from scenarios.gateway.unit import CompensatorUnit, Saved
+
+WARM = {"T1": 24.0, "T4": 26.0}
+"""What moves the offsets of the bench's compensator, which uses T1 and T4."""
+
+
+class Bench:
+    """A gateway node with a real compensator FMU, a made-up clock and no bus.
+
+    Attributes
+    ----------
+    answers : list of dict
+        What the gateway has sent, a dict of values and names per answer, decoded by cantools.
+    """
+
+    def __init__(
+        self,
+        database: Database,
+        unit: CompensatorUnit,
+        settings: Settings | None = None,
+        warm: Saved | None = None,
+    ) -> None:
+        self.database, self.unit, self.now = database, unit, 1000.0
+        self.answers: list[dict[str, float | str]] = []
+        self.said: list[str] = []
+        self.sender = Sender(database, MACHINE)
+        self.time_s = 0.0
+        self.step_s = 0.1
+        unit.start(warm)
+        chosen = settings or Settings()
+        self.node = GatewayNode(
+            database, unit, self._take, chosen, self.now, warm, self.said.append
+        )
+
+    def _take(self, messages: Iterable[can.Message]) -> None:
+        found: dict[str, float | str] = {}
+        frames = {frame.frame_id: frame for frame in self.database.of(COMPENSATOR)}
+        for message in messages:
+            values = frames[message.arbitration_id].message.decode(bytes(message.data))
+            assert isinstance(values, dict)
+            found |= {name: getattr(value, "name", value) for name, value in values.items()}
+        self.answers.append(found)
+
+    @property
+    def last(self) -> dict[str, float | str]:
+        """The newest answer."""
+        return self.answers[-1]
+
+    @property
+    def offsets(self) -> tuple[float, float, float]:
+        """The offsets of the newest answer [um]."""
+        x, y, z = (self.last[f"d{axis}"] for axis in "XYZ")
+        assert isinstance(x, float)
+        assert isinstance(y, float)
+        assert isinstance(z, float)
+        return x, y, z
+
+    def frames(
+        self, values: Mapping[str, Value] | None = None, state: str = "running"
+    ) -> list[can.Message]:
+        """Return the machine's messages of the next cycle."""
+        all_values: dict[str, Value] = {f"T{n}": 20.0 for n in range(1, 12)}
+        all_values |= {"speed": 3000.0, "tool_length": 150.0, "machine_state": state}
+        all_values["offset_use"] = "following"
+        step_s = self.step_s if state == "running" else 0.0
+        all_values |= {"machine_time": self.time_s, "machine_step": step_s, **(values or {})}
+        self.time_s = round(self.time_s + step_s, 3)
+        return self.sender.messages(all_values)
+
+    def give(self, messages: Iterable[can.Message], after_s: float = 0.1) -> None:
+        """Let *after_s* go by, ticks included, then hand over messages."""
+        self.wait(after_s)
+        for message in messages:
+            self.node.handle(message, self.now)
+
+    def wait(self, seconds: float) -> None:
+        """Let time go by; the node gets its ticks."""
+        until = self.now + seconds
+        while self.node.deadline() <= until:
+            self.now = max(self.now, self.node.deadline())
+            self.node.tick(self.now)
+        self.now = until
+
+    def cycle(
+        self,
+        values: Mapping[str, Value] | None = None,
+        change: Callable[[list[can.Message]], list[can.Message]] | None = None,
+    ) -> dict[str, float | str]:
+        """Run one cycle, changed on its way if asked for, and return the answer."""
+        messages = self.frames(values)
+        self.give(change(messages) if change else messages)
+        return self.last
+
+    def settle(self, values: Mapping[str, Value] | None = None, seconds: float = 6.0) -> None:
+        """Start, and run until the offsets follow the model."""
+        for _ in range(3):
+            self.give(self.frames(state="starting"))
+        self.cycle()
+        for _ in range(round(seconds / 0.1)):
+            self.cycle(values)
+        assert self.last["status"] == "ok"
+        assert self.last["valid"] == "valid"
+
+
+def with_bytes(message: can.Message, data: bytes) -> can.Message:
+    """Return a message with other data."""
+    return can.Message(arbitration_id=message.arbitration_id, data=data, is_extended_id=False)
+
+
+def sealed(message: can.Message, data: bytes, data_id: int) -> can.Message:
+    """Return a message with other data and the CRC that fits."""
+    return with_bytes(message, protected(data, data_id))
+
+
+def start_values(database: Database) -> dict[str, str]:
+    """Return the names that the DBC gives to start values of enumerations."""
+    return {
+        signal.name: name_of(signal, signal.start)
+        for frame in database.frames
+        for signal in frame.signals.values()
+        if signal.is_enumeration
+    }

@@ -1,0 +1,222 @@
+"""Gateways and controls on a real bus, for tests."""
+
+from __future__ import annotations
+
+import contextlib
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import can
+import cantools
+
+from scenarios.gateway.codec import Sender, Value
+from scenarios.gateway.database import COMPENSATOR, DBC, MACHINE, Database
+from scenarios.gateway.link import Link
+from scenarios.gateway.node import Settings
+from scenarios.gateway.serving import Service
+from scenarios.gateway.unit import CompensatorUnit
+from tests.gateway.conftest import Wire
+
+ROOT = Path(__file__).resolve().parents[2]
+PATIENCE_S = 20.0
+Answer = dict[str, float | str]
+
+
+class Listener:
+    """A third node that decodes by the DBC file and cantools alone."""
+
+    def __init__(self, wire: Wire) -> None:
+        self.bus = wire.open()
+        self.dbc = cantools.database.load_file(DBC)
+        self.known = {message.frame_id: message for message in self.dbc.messages}
+
+    def next(self, timeout_s: float = PATIENCE_S) -> tuple[can.Message, Answer] | None:
+        """Return the next of our frames and its content; None if none comes."""
+        until = time.monotonic() + timeout_s
+        while (left := until - time.monotonic()) > 0.0:
+            message = self.bus.recv(left)
+            if message is not None and message.arbitration_id in self.known:
+                if message.is_error_frame or message.is_extended_id or len(message.data) != 8:
+                    continue
+                content = self.known[message.arbitration_id].decode(bytes(message.data))
+                plain = {name: getattr(value, "name", value) for name, value in content.items()}
+                return message, plain
+        return None
+
+    def until(
+        self, wanted: Callable[[Answer], bool], timeout_s: float = PATIENCE_S
+    ) -> list[Answer]:
+        """Gather the gateway's answers until one is as wanted; fail if none comes in time."""
+        until = time.monotonic() + timeout_s
+        found: list[Answer] = []
+        parts: Answer = {}
+        while (left := until - time.monotonic()) > 0.0:
+            got = self.next(left)
+            if got is None:
+                break
+            message, content = got
+            if self.known[message.arbitration_id].senders != [COMPENSATOR]:
+                continue
+            parts |= content
+            # The heartbeat ends an answer; one whose beginning was not heard is left out.
+            if "gateway_state" in content and "dX" in parts:
+                found.append(parts)
+                parts = {}
+                if wanted(found[-1]):
+                    return found
+        shown = found[-1] if found else "nothing"
+        raise AssertionError(f"not seen in {timeout_s:g} s; the last answer is {shown}")
+
+    def close(self) -> None:
+        """Leave the bus."""
+        self.bus.shutdown()
+
+
+class Control:
+    """A control in the test's hands: sends cycles, and takes in the answers."""
+
+    def __init__(self, wire: Wire, database: Database, step_s: float) -> None:
+        self.ear = Listener(wire)
+        self.sender = Sender(database, MACHINE)
+        self.time_s, self.step_s = 0.0, step_s
+        self.answers: list[Answer] = []
+
+    def messages(self, values: Mapping[str, Value], state: str = "running") -> list[can.Message]:
+        """Return the messages of the next cycle."""
+        step_s = self.step_s if state == "running" else 0.0
+        content: dict[str, Value] = {f"T{n}": 20.0 for n in range(1, 12)}
+        content |= {"speed": 3000.0, "tool_length": 150.0, "offset_use": "following"}
+        content |= {"machine_state": state, "machine_time": self.time_s, "machine_step": step_s}
+        self.time_s = round(self.time_s + step_s, 3)
+        return self.sender.messages(content | dict(values))
+
+    def send(self, messages: list[can.Message]) -> None:
+        """Send messages as they are."""
+        for message in messages:
+            self.ear.bus.send(message)
+
+    def cycle(
+        self,
+        values: Mapping[str, Value],
+        change: Callable[[list[can.Message]], list[can.Message]] = lambda messages: messages,
+        state: str = "running",
+        timeout_s: float = PATIENCE_S,
+    ) -> Answer:
+        """Run one cycle and return the answer to it, or to the silence that it was."""
+        self.send(change(self.messages(values, state)))
+        self.answers += self.ear.until(lambda answer: True, timeout_s)
+        return self.answers[-1]
+
+    def settle(self, values: Mapping[str, Value], cycles: int = 60) -> Answer:
+        """Begin, and go on until the offsets are valid."""
+        for _ in range(50):
+            if self.cycle({}, state="starting")["bus_fault"] == "machine_not_running":
+                break
+        self.cycle({})
+        for _ in range(cycles):
+            answer = self.cycle(values)
+            if answer["status"] == "ok" and answer["dX"] == self.answers[-2]["dX"] != 0.0:
+                return answer
+        raise AssertionError(f"not valid after {cycles} cycles: {self.answers[-1]}")
+
+    def close(self) -> None:
+        """Leave the bus."""
+        self.ear.close()
+
+
+@contextlib.contextmanager
+def gateway_thread(
+    wire: Wire,
+    database: Database,
+    fmu: Path,
+    settings: Settings,
+    *,
+    log: Path | None = None,
+    said: list[str] | None = None,
+    ends_with: type[Exception] | None = None,
+) -> Iterator[Service]:
+    """A gateway on the bus in a thread of this process; what it says goes into *said*."""
+    lines = [] if said is None else said
+    ids = [frame.frame_id for frame in database.of(MACHINE)]
+    link = Link(wire.interface, wire.channel, ids, log, lines.append, options=dict(wire.options))
+    link.open()
+    unit = CompensatorUnit(fmu)
+    done, problems = threading.Event(), []
+    service = Service(database, fmu, unit, link, settings, stopped=done.is_set, say=lines.append)
+
+    def run() -> None:
+        try:
+            service.run()
+        except BaseException as error:
+            problems.append(error)
+
+    thread = threading.Thread(target=run, daemon=True)
+    thread.start()
+    try:
+        yield service
+    finally:
+        done.set()
+        thread.join(PATIENCE_S)
+        link.close()
+        unit.close()
+    assert not thread.is_alive()
+    if ends_with is not None:
+        assert [type(problem) for problem in problems] == [ends_with]
+    elif problems:
+        raise problems[0]
+
+
+class Program:
+    """A command of spindle-drift as a process of its own."""
+
+    def __init__(self, folder: Path, *arguments: object) -> None:
+        self.arguments = [str(argument) for argument in arguments]
+        self._output = (folder / f"{self.arguments[0]}-{time.monotonic_ns()}.txt").open("w+b")
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", "scenarios.cli", *self.arguments],
+            cwd=ROOT,
+            stdin=subprocess.DEVNULL,
+            stdout=self._output,
+            stderr=subprocess.STDOUT,
+        )
+
+    def text(self) -> str:
+        """Return what it has printed so far."""
+        self._output.seek(0)
+        return self._output.read().decode()
+
+    def kill(self) -> None:
+        """End it without a chance to clean up, as kill -9 does."""
+        self._process.kill()
+        self._process.wait(PATIENCE_S)
+
+    def stop(self) -> int:
+        """Ask it to end and return its exit code."""
+        self._process.terminate()
+        return self._process.wait(PATIENCE_S)
+
+    def wait(self, timeout_s: float = 120.0) -> int:
+        """Wait for its end and return its exit code."""
+        return self._process.wait(timeout_s)
+
+    def close(self) -> None:
+        """Make sure that it is gone."""
+        if self._process.poll() is None:
+            self.kill()
+        self._output.close()
+
+
+@contextlib.contextmanager
+def programs(folder: Path) -> Iterator[Callable[..., Program]]:
+    """Starts programs, and ends those that are left."""
+    with contextlib.ExitStack() as stack:
+
+        def start(*arguments: Any) -> Program:
+            return stack.enter_context(contextlib.closing(Program(folder, *arguments)))
+
+        yield start

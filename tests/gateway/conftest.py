@@ -1,0 +1,161 @@
+"""What the gateway's tests share: the frames, FMUs, and buses of several kinds."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import socket
+import uuid
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import can
+import pytest
+
+from fmu_compensator.runtime.modelfile import model_text
+from scenarios.fmu_files import build_compensator, build_plant
+from scenarios.gateway.database import Database, read_database
+from scenarios.gateway.unit import CompensatorUnit
+from tests.fmus.models import five_point_table
+from tests.gateway.bench import Bench
+
+HERE = Path(__file__).resolve().parent
+LIBRARY = HERE.parents[1] / "fmu_compensator" / "library"
+HOLD_S, RECOVER_S, SLEW_UM_PER_S = 2.0, 0.5, 10.0
+GROUP = "239.74.163.2"
+
+
+@dataclass(frozen=True)
+class Wire:
+    """A bus to test on: python-can's names for it."""
+
+    interface: str
+    channel: str
+    options: dict[str, Any] = field(default_factory=dict)
+
+    def arguments(self) -> list[str]:
+        """Return it as arguments of the command line."""
+        found = ["--interface", self.interface, "--channel", self.channel]
+        for name, value in self.options.items():
+            found += ["--option", f"{name}={value}"]
+        return found
+
+    def open(self, **more: Any) -> can.BusABC:
+        """Return a node of its own on this bus."""
+        return can.Bus(interface=self.interface, channel=self.channel, **(self.options | more))
+
+
+def vcan_problem(channel: str = "vcan0") -> str:
+    """Return why there is no virtual bus of the kernel; empty if there is one."""
+    if not hasattr(socket, "AF_CAN"):
+        return "this system has no SocketCAN"
+    try:
+        with socket.socket(socket.AF_CAN, socket.SOCK_RAW, socket.CAN_RAW) as probe:
+            probe.bind((channel,))
+    except OSError as error:
+        return f"no {channel}: {error.strerror}"
+    return ""
+
+
+def multicast_problem(port: int) -> str:
+    """Return why there is no multicast on this system; empty if there is."""
+    try:
+        wire = Wire("udp_multicast", GROUP, {"port": port})
+        with wire.open() as first, wire.open() as second:
+            first.send(can.Message(arbitration_id=1, data=b"x", is_extended_id=False))
+            return "" if second.recv(1.0) else "multicast frames do not arrive"
+    except (OSError, can.CanError) as error:
+        return f"no multicast: {error}"
+
+
+def new_wire(kind: str) -> Wire:
+    """Return a bus of a kind, or skip the test; under CI a missing vcan is a failure."""
+    if kind == "virtual":
+        return Wire("virtual", uuid.uuid4().hex)
+    if kind == "vcan":
+        problem = vcan_problem()
+        if problem and os.environ.get("CI"):
+            pytest.fail(f"{problem}; run python tests/gateway/on_vcan.py")
+        if problem:
+            pytest.skip(f"{problem}; run python tests/gateway/on_vcan.py")
+        return Wire("socketcan", "vcan0")
+    # One port for each test process, so that tests side by side do not hear each other.
+    port = 43000 + os.getpid() % 2000
+    problem = multicast_problem(port)
+    if problem:
+        pytest.skip(problem)
+    return Wire("udp_multicast", GROUP, {"port": port})
+
+
+VCAN = pytest.param("vcan", marks=pytest.mark.vcan)
+
+
+@pytest.fixture(params=["virtual", "udp_multicast", VCAN])
+def wire(request: pytest.FixtureRequest) -> Wire:
+    """A bus of each kind."""
+    return new_wire(request.param)
+
+
+@pytest.fixture(params=["udp_multicast", VCAN])
+def shared_wire(request: pytest.FixtureRequest) -> Wire:
+    """A bus of each kind that reaches other processes."""
+    return new_wire(request.param)
+
+
+@pytest.fixture
+def vcan() -> Wire:
+    """The virtual bus of the kernel; for tests marked vcan."""
+    return new_wire("vcan")
+
+
+@pytest.fixture(scope="session")
+def database() -> Database:
+    """The shipped frames."""
+    return read_database()
+
+
+@pytest.fixture(scope="session")
+def quick_fmu(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A compensator that uses T1 and T4, and whose safe state takes seconds."""
+    folder = tmp_path_factory.mktemp("quick")
+    table = five_point_table()
+    table["limits"] |= {
+        "hold_s": HOLD_S,
+        "recover_s": RECOVER_S,
+        "slew_um_per_s": SLEW_UM_PER_S,
+    }
+    model = folder / "quick.json"
+    model.write_text(model_text(table), encoding="utf-8")
+    return build_compensator(model, folder)
+
+
+@pytest.fixture(scope="session")
+def fmu_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The shipped compensator and plant, under their usual names."""
+    folder = tmp_path_factory.mktemp("fmus")
+    build_compensator(LIBRARY / "jig_borer_mlr.json", folder)
+    build_plant("jig_borer", folder)
+    return folder
+
+
+@pytest.fixture
+def unit(quick_fmu: Path) -> Iterator[CompensatorUnit]:
+    """The quick compensator, loaded."""
+    loaded = CompensatorUnit(quick_fmu)
+    with contextlib.closing(loaded):
+        yield loaded
+
+
+@pytest.fixture
+def bench(database: Database, unit: CompensatorUnit) -> Bench:
+    """A gateway without a bus."""
+    return Bench(database, unit)
+
+
+@pytest.fixture
+def new_unit(quick_fmu: Path) -> Iterator[Callable[[], CompensatorUnit]]:
+    """Makes more compensators."""
+    with contextlib.ExitStack() as stack:
+        yield lambda: stack.enter_context(contextlib.closing(CompensatorUnit(quick_fmu)))

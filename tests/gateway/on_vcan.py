@@ -1,0 +1,128 @@
+"""Run the tests marked vcan: ``python tests/gateway/on_vcan.py [COMMAND …]``.
+
+Where the kernel has vcan they run here. Otherwise they run in user-mode-linux, whose kernel has CAN
+and boots in seconds as an ordinary process with this system's own files. Where that is missing too,
+it is said and nothing is run; under CI that is a failure. Another command can be given instead of
+the tests. The exit status is the command's.
+
+The guest writes to this system's real files, with the rights of who started it.
+"""
+
+from __future__ import annotations
+
+import os
+import shlex
+import shutil
+import subprocess
+import sys
+import tempfile
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+MODULES = Path("/usr/lib/uml/modules")
+NEEDED = ("linux.uml", "insmod", "ip", "candump", "cangen", "cansend")
+TIME_S = 400
+PYTEST = [
+    *(sys.executable, "-m", "pytest", "-m", "vcan", "-p", "no:cacheprovider"),
+    *("--durations=8", "-q"),
+]
+SHARES = [
+    ("tests/gateway/test_vcan.py", "tests/gateway/test_wire.py"),
+    ("tests/gateway/test_processes.py",),
+]
+"""Files that hold tests marked vcan."""
+SYSTEM_PATH = "/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin"
+
+INIT = """\
+#!/bin/sh
+# The first process of the guest.
+export PATH={path}
+mount -t proc proc /proc
+mount -t sysfs sys /sys
+mount -t tmpfs tmpfs /run
+modules={modules}/$(uname -r)/kernel
+for module in net/can/can net/can/can-raw net/can/can-bcm drivers/net/can/dev/can-dev \\
+    drivers/net/can/vcan; do
+    insmod "$modules/$module.ko"
+done
+ip link set lo up
+ip link add dev vcan0 type vcan
+ip link set vcan0 up
+cd {root}
+{environment}
+{command} >{folder}/output 2>&1 </dev/null
+# The console carries no exit status.
+echo $? >{folder}/status
+sync
+halt -f -p
+"""
+
+
+def main(command: list[str]) -> int:
+    """Run a command where there is a vcan0."""
+    if (Path("/sys/class/net") / "vcan0").exists():
+        command = command or [*PYTEST, "tests/gateway"]
+        return subprocess.run(command, cwd=ROOT, check=False).returncode
+    missing = [name for name in NEEDED if not shutil.which(name, path=SYSTEM_PATH)]
+    if missing or not MODULES.is_dir():
+        what = f"no vcan0 here, and no user-mode-linux to have one in: {', '.join(missing)} missing"
+        if os.environ.get("CI"):
+            print(what, file=sys.stderr)
+            return 1
+        print(f"tests on a real bus are skipped: {what}")
+        return 0
+    # A guest has one processor: the tests are shared out to two.
+    commands = [command] if command else [[*PYTEST, *share] for share in SHARES]
+    with tempfile.TemporaryDirectory(prefix="spindle-drift-vcan-") as name:
+        folders = [Path(name) / str(number) for number in range(len(commands))]
+        with ThreadPoolExecutor() as pool:
+            return max(pool.map(_in_guest, commands, folders))
+
+
+def _in_guest(command: list[str], folder: Path) -> int:
+    folder.mkdir()
+    if command[: len(PYTEST)] == PYTEST:
+        command = [*command, f"--basetemp={folder / 'tmp'}"]
+    kept = {key: os.environ[key] for key in ("CI", "HOME", "LANG") if key in os.environ}
+    kept |= {"PYTHONDONTWRITEBYTECODE": "1", "PYTHONPATH": str(ROOT), "IN_GUEST": "1"}
+    script = folder / "init.sh"
+    script.write_text(
+        INIT.format(
+            path=f"{Path(sys.executable).parent}:{SYSTEM_PATH}",
+            modules=MODULES,
+            root=shlex.quote(str(ROOT)),
+            environment="\n".join(f"export {k}={shlex.quote(v)}" for k, v in kept.items()),
+            command=shlex.join(command),
+            folder=folder,
+        )
+    )
+    script.chmod(0o755)
+    boot = [
+        *("linux.uml", "mem=1G", "rootfstype=hostfs", "rootflags=/", "rw", f"init={script}"),
+        *("con0=fd:0,fd:1", "con=null"),
+    ]
+    environment = os.environ | {"PATH": SYSTEM_PATH}
+    try:
+        guest = subprocess.run(
+            boot,
+            env=environment,
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            timeout=TIME_S,
+            check=False,
+        )
+        console = guest.stdout.decode(errors="replace")
+    except subprocess.TimeoutExpired as error:
+        console = f"{(error.stdout or b'').decode(errors='replace')}\nnot done in {TIME_S} s"
+    output, status = folder / "output", folder / "status"
+    if output.exists():
+        print(output.read_text(errors="replace"), end="")
+    if not status.exists():
+        print(f"the guest did not come to its end:\n{console[-3000:]}", file=sys.stderr)
+        return 1
+    return int(status.read_text())
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,202 @@
+"""Values to frames and back, for every signal of the DBC file."""
+
+from __future__ import annotations
+
+import tempfile
+from math import inf, isnan, nan
+from pathlib import Path
+
+import cantools
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from measurement.errors import BadInput
+from scenarios.gateway.codec import Encoder, decode, high_raw, low_raw, name_of, raw_of
+from scenarios.gateway.database import (
+    COMPENSATOR,
+    DBC,
+    ERROR,
+    MACHINE,
+    NOT_AVAILABLE,
+    Database,
+    Frame,
+    Signal,
+    read_database,
+)
+from tests.gateway.bench import start_values
+
+DATABASE = read_database()
+ALL = [(frame, signal) for frame in DATABASE.frames for signal in frame.signals.values()]
+IDS = [f"{frame.name}.{signal.name}" for frame, signal in ALL]
+CODED = [(f, s) for f, s in ALL if s.name != "answered_time"]
+each_signal = pytest.mark.parametrize(("frame", "signal"), ALL, ids=IDS)
+
+
+@each_signal
+@given(data=st.data())
+@settings(max_examples=25, deadline=None)
+def test_a_value_comes_back_to_half_a_digit(
+    frame: Frame, signal: Signal, data: st.DataObject
+) -> None:
+    if signal.is_enumeration:
+        name = data.draw(st.sampled_from(list(signal.named)))
+        message = Encoder(frame).message({signal.name: name})
+        values, problems = decode(frame, message.data)
+        assert name_of(signal, values[signal.name]) == name
+    else:
+        value = data.draw(st.floats(signal.low, signal.high))
+        message = Encoder(frame).message({signal.name: value})
+        values, problems = decode(frame, message.data)
+        assert values[signal.name] == pytest.approx(value, abs=signal.scale * 0.5001)
+        assert signal.low - 1e-9 <= values[signal.name] <= signal.high + 1e-9
+    assert signal.name not in [problem.signal for problem in problems]
+
+
+@pytest.mark.parametrize(("frame", "signal"), CODED)
+@pytest.mark.parametrize(
+    ("value", "code", "fault"),
+    [(nan, NOT_AVAILABLE, "not_available_value"), (inf, ERROR, "error_value")],
+)
+def test_what_is_not_there_or_cannot_be_carried_is_marked(
+    frame: Frame, signal: Signal, value: float, code: str, fault: str
+) -> None:
+    message = Encoder(frame).message({signal.name: value})
+    by_cantools = frame.message.decode(bytes(message.data))
+    assert isinstance(by_cantools, dict)
+    assert str(by_cantools[signal.name]) == code
+    values, problems = decode(frame, message.data)
+    assert isnan(values[signal.name])
+    assert fault in [problem.fault for problem in problems if problem.signal == signal.name]
+    too_much = signal.high + max(1.0, 2.0 * signal.scale)
+    if not signal.is_enumeration:
+        assert raw_of(signal, too_much) == signal.codes[ERROR]
+
+
+@each_signal
+def test_the_special_codes_are_the_two_largest_raw_values(frame: Frame, signal: Signal) -> None:
+    top = 2**signal.bits - 1
+    if signal.name == "answered_time":
+        assert signal.codes == {}
+        return
+    assert signal.codes[NOT_AVAILABLE] == top
+    assert signal.codes[ERROR] == top - 1
+    assert 0 <= low_raw(signal) <= high_raw(signal) < top - 1
+    assert all(low_raw(signal) <= raw <= high_raw(signal) for raw in signal.named.values())
+
+
+@given(st.sampled_from(DATABASE.frames), st.binary(min_size=8, max_size=8))
+@settings(max_examples=500, deadline=None)
+def test_any_bytes_give_a_value_in_range_or_a_problem(frame: Frame, data: bytes) -> None:
+    values, problems = decode(frame, data)
+    wrong = [problem.signal for problem in problems]
+    for name, signal in frame.signals.items():
+        assert (name in wrong) == isnan(values[name])
+        if name not in wrong:
+            assert signal.low - 1e-9 <= values[name] <= signal.high + 1e-9
+
+
+def test_our_reading_of_a_frame_is_that_of_cantools() -> None:
+    dbc = cantools.database.load_file(DBC)
+    for frame in DATABASE.frames:
+        middle = {s.name: (s.low + s.high) / 3 for s in frame.signals.values()}
+        named = {s.name: next(iter(s.named)) for s in frame.signals.values() if s.is_enumeration}
+        message = Encoder(frame).message(middle | named)
+        plain = dbc.decode_message(frame.frame_id, bytes(message.data), decode_choices=False)
+        ours, problems = decode(frame, message.data)
+        assert not problems
+        assert {name: pytest.approx(plain[name]) for name in ours} == ours
+
+
+def test_signals_have_the_names_and_units_of_the_fmus(database: Database, unit: object) -> None:
+    machine = {signal.name: signal.unit for _, signal in database.signals(MACHINE)}
+    sent = {signal.name: signal.unit for _, signal in database.signals(COMPENSATOR)}
+    assert {f"T{n}" for n in range(1, 12)} < set(machine)
+    for name in unit.inputs:  # type: ignore[attr-defined]
+        assert machine[name] == unit.unit_of(name)  # type: ignore[attr-defined]
+    for name in unit.outputs:  # type: ignore[attr-defined]
+        assert sent[name] == unit.unit_of(name)  # type: ignore[attr-defined]
+
+
+def test_the_start_values_are_safe(database: Database) -> None:
+    assert start_values(database) == {
+        "valid": "invalid",
+        "gateway_state": "starting",
+        "status": "waiting",
+        "bus_fault": "startup",
+        "bus_fault_frame": "none",
+        "offset_use": "none_yet",
+        "machine_state": "off",
+    }
+    for _, signal in database.signals(MACHINE):
+        if signal.unit in ("degC", "mm", "rpm"):
+            assert signal.start == signal.codes[NOT_AVAILABLE]
+
+
+def test_every_fault_has_a_code_in_the_dbc(database: Database) -> None:
+    """What the code calls a fault is in the value table, or an answer could not be made."""
+    source = "".join(
+        (DBC.parent / name).read_text(encoding="utf-8")
+        for name in ("supervision.py", "codec.py", "node.py", "link.py")
+    )
+    faults = database.signal("bus_fault").named
+    for name in faults:
+        assert name == "none" or f'"{name}"' in source
+
+
+TEMPORARY = tempfile.TemporaryDirectory(prefix="spindle-drift-")
+GOOD = DBC.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "word"),
+    [
+        ("BO_ 528 ", "BO_ 2147484176 ", "DBC"),
+        (' SG_ crc : 0|8@1+ (1,0) [0|255] "" COMPENSATOR\n', "", "crc"),
+        ("Temperatures1: 8 MACHINE", "Temperatures1: 8 Vector__XXX", "sent by"),
+        ('BA_ "E2EDataId" BO_ 529 53777;', 'BA_ "E2EDataId" BO_ 529 53776;', "E2EDataId"),
+        ('BA_ "E2ETimeout" BO_ 533 250;', 'BA_ "E2ETimeout" BO_ 533 90;', "E2ETimeout"),
+        ('BA_ "GenMsgCycleTime" BO_ 528 100;', 'BA_ "GenMsgCycleTime" BO_ 528 50;', "cycle"),
+        ("machine_time", "machine_tine", "machine_time"),
+        ("(0.01,-100) [-60|400]", "(0.01,-100) [0|0]", "smallest"),
+        ("T1 : 16|16@1+", "T1 : 16|16@1-", "unsigned"),
+        ("BO_ 528 MachineTemperatures1: 8", "BO_ 528 MachineTemperatures1: 7", ""),
+    ],
+)
+def test_a_dbc_file_that_will_not_do_is_refused(
+    tmp_path: Path, old: str, new: str, word: str
+) -> None:
+    assert old in GOOD
+    path = tmp_path / "other.dbc"
+    path.write_text(GOOD.replace(old, new), encoding="utf-8")
+    with pytest.raises(BadInput) as caught:
+        read_database(path)
+    assert "\n" not in str(caught.value)
+    assert str(path) in str(caught.value)
+    assert word in str(caught.value)
+
+
+def refusal(path: Path) -> str:
+    """Return why a DBC file is refused; empty if it is not."""
+    try:
+        read_database(path)
+    except BadInput as error:
+        return str(error)
+    return ""
+
+
+@given(st.data())
+@settings(max_examples=60, deadline=None)
+def test_a_mangled_dbc_file_is_read_or_refused_in_one_line(data: st.DataObject) -> None:
+    at = data.draw(st.integers(0, len(GOOD) - 1))
+    length = data.draw(st.integers(0, 40))
+    text = GOOD[:at] + data.draw(st.text(max_size=5)) + GOOD[at + length :]
+    path = Path(TEMPORARY.name) / "mangled.dbc"
+    path.write_text(text, encoding="utf-8", errors="replace")
+    assert "\n" not in refusal(path)
+
+
+def test_a_missing_or_foreign_file_is_refused(tmp_path: Path) -> None:
+    for path in (tmp_path / "none.dbc", tmp_path, Path(__file__)):
+        with pytest.raises(BadInput):
+            read_database(path)

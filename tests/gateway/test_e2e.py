@@ -1,0 +1,133 @@
+"""Protection: known CRCs, every small corruption found, counters, fuzz of the receiver."""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from scenarios.gateway.codec import Sender
+from scenarios.gateway.database import COMPENSATOR, MACHINE, SIZE, Database, read_database
+from scenarios.gateway.e2e import COUNTERS, counter_of, crc_of, intact, protected
+from scenarios.gateway.supervision import Reception
+
+DATABASE = read_database()
+"""Hypothesis does not go with fixtures."""
+CONTENT = bytes.fromhex("0003ec2ea12f55aa")
+
+
+def test_the_crc_is_the_sae_j1850_polynomial_from_zero() -> None:
+    """Check value of CRC-8/GSM-A (0x1D, zero start, zero final XOR) in the catalogue: 0x37."""
+    digits = b"123456789"
+    # The data id's low byte comes first, then the high one, then the bytes after the CRC.
+    assert crc_of(b"\x00" + digits[2:], digits[0] | digits[1] << 8) == 0x37
+
+
+def bit_by_bit(data: bytes) -> int:
+    crc = 0
+    for byte in data:
+        crc ^= byte
+        for _ in range(8):
+            crc = (crc << 1 ^ 0x1D if crc & 0x80 else crc << 1) & 0xFF
+    return crc
+
+
+@given(st.binary(min_size=8, max_size=8), st.integers(0, 0xFFFF))
+@settings(deadline=None)
+def test_the_crc_is_that_of_a_plain_shift_register(data: bytes, data_id: int) -> None:
+    assert crc_of(data, data_id) == bit_by_bit(data_id.to_bytes(2, "little") + data[1:])
+
+
+def test_every_error_of_one_or_two_bits_is_found() -> None:
+    good = protected(CONTENT, 0xD210)
+    assert intact(good, 0xD210)
+    value = int.from_bytes(good, "big")
+    flips = [1 << n for n in range(64)]
+    flips += [a | b for a, b in combinations(flips, 2)]
+    found = [not intact((value ^ flip).to_bytes(8, "big"), 0xD210) for flip in flips]
+    assert len(found) == 64 + 64 * 63 // 2
+    assert all(found)
+
+
+def test_a_burst_of_up_to_eight_bits_after_the_crc_is_found() -> None:
+    value = int.from_bytes(protected(CONTENT, 0xD210), "big")
+    for burst in range(1, 256):
+        for shift in range(49):
+            assert not intact((value ^ burst << shift).to_bytes(8, "big"), 0xD210)
+
+
+def test_a_frame_of_another_identifier_does_not_fit(database: Database) -> None:
+    """The data id makes a frame that is routed to the wrong place one with a bad CRC."""
+    for frame in database.frames:
+        data = protected(CONTENT, frame.data_id)
+        others = [other for other in database.frames if other is not frame]
+        assert not any(intact(data, other.data_id) for other in others)
+
+
+@pytest.mark.parametrize("data", [b"", b"\x00"])
+def test_a_frame_without_room_for_the_protection_is_not_intact(data: bytes) -> None:
+    assert not intact(data, 0)
+
+
+@pytest.mark.parametrize("node", [MACHINE, COMPENSATOR])
+def test_the_counter_runs_from_0_to_14(database: Database, node: str) -> None:
+    sender = Sender(database, node)
+    counters = [[counter_of(m.data) for m in sender.messages({})] for _ in range(31)]
+    for k, row in enumerate(counters):
+        assert row == [k % COUNTERS] * len(row)
+    assert max(max(row) for row in counters) == 14
+
+
+FRAMES = st.tuples(
+    st.sampled_from([0x210, 0x211, 0x212, 0x213, 0x214, 0x215, 0x190, 0x7FF]),
+    st.one_of(st.binary(max_size=12), st.binary(min_size=SIZE, max_size=SIZE)),
+    st.booleans(),
+    st.floats(0.0, 1.0),
+)
+
+
+@given(st.lists(FRAMES, max_size=60))
+@settings(max_examples=200, deadline=None)
+def test_nothing_that_arrives_breaks_the_receiver(
+    frames: list[tuple[int, bytes, bool, float]],
+) -> None:
+    """Any bytes, also with a CRC that fits: no exception, and never a value out of its range."""
+    database = DATABASE
+    reception = Reception(database.of(MACHINE))
+    ids = {frame.frame_id: frame for frame in database.of(MACHINE)}
+    signals = {signal.name: signal for _, signal in database.signals(MACHINE)}
+    now = 0.0
+    for frame_id, data, fitting, pause in frames:
+        now += pause
+        if fitting and frame_id in ids and len(data) == SIZE:
+            data = protected(data, ids[frame_id].data_id)
+        cycle = reception.take(frame_id, data, now)
+        if pause > 0.9:
+            cycle = cycle or reception.silence()
+        for name, value in cycle.values.items() if cycle else ():
+            assert value != value or signals[name].low <= value <= signals[name].high
+            assert value != value or (cycle is not None and cycle.usable)
+    assert sum(reception.counts.values()) == len(frames)
+
+
+@given(st.data())
+@settings(max_examples=100, deadline=None)
+def test_a_usable_cycle_holds_what_was_sent_whatever_came_between(data: st.DataObject) -> None:
+    """Junk between good frames is either left out or spoils the cycle; it never changes a value."""
+    database = DATABASE
+    reception, sender = Reception(database.of(MACHINE)), Sender(database, MACHINE)
+    generator = data.draw(st.randoms(use_true_random=False))
+    for k in range(6):
+        sent = {f"T{n}": 20.0 + n + k for n in range(1, 12)}
+        for message in sender.messages({**sent, "machine_state": "running", "speed": 1000.0 * k}):
+            if generator.random() < 0.2:
+                junk = bytearray(message.data)
+                junk[generator.randrange(8)] ^= 1 << generator.randrange(8)
+                assert reception.take(message.arbitration_id, junk, 0.1 * k) is None
+            cycle = reception.take(message.arbitration_id, message.data, 0.1 * k)
+        if cycle is not None and cycle.usable:
+            for name, value in sent.items():
+                assert cycle.values[name] == pytest.approx(value, abs=0.005)
+        assert k < 2 or (cycle is not None and cycle.usable)

@@ -1,0 +1,273 @@
+"""The control's offsets, state files, the bus load, the page, and what the commands refuse."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from math import nan
+from pathlib import Path
+
+import can
+import pytest
+
+from measurement.errors import BadInput
+from scenarios.cli import main
+from scenarios.gateway import page
+from scenarios.gateway.busload import bus_load, frame_bits
+from scenarios.gateway.codec import Sender
+from scenarios.gateway.control import OffsetFollower
+from scenarios.gateway.database import COMPENSATOR, DBC, MACHINE, Database
+from scenarios.gateway.machine import Ear
+from scenarios.gateway.page import PAGE, frames_text, updated
+from scenarios.gateway.supervision import Cycle
+from scenarios.gateway.unit import CompensatorUnit, StateFile, check_units, options_of
+from tests.gateway.bench import WARM, Bench
+
+# The control's end
+
+
+def answer(x: float, usable: bool = True) -> Cycle:
+    return Cycle(usable, {"dX": x, "dY": 2.0, "dZ": 3.0}, None, {})
+
+
+def test_a_control_follows_offsets_valid_or_not() -> None:
+    follower = OffsetFollower(60.0)
+    assert follower.follow(None, 1.0) == {"dX": 0.0, "dY": 0.0, "dZ": 0.0}
+    assert follower.use == "none_yet"
+    assert follower.follow(answer(5.0), 1.0)["dX"] == 5.0
+    assert follower.use == "following"
+
+
+@pytest.mark.parametrize("bad", [None, answer(nan), answer(7.0, usable=False)])
+def test_a_control_without_offsets_holds_then_gives_up(bad: Cycle | None) -> None:
+    follower = OffsetFollower(10.0)
+    follower.follow(answer(5.0), 1.0)
+    for _ in range(10):
+        assert follower.follow(bad, 1.0)["dX"] == 5.0
+        assert follower.use == "holding"
+    assert follower.follow(bad, 1.0) == {"dX": 0.0, "dY": 0.0, "dZ": 0.0}
+    assert follower.use == "returning_to_zero"
+    assert follower.follow(answer(6.0), 1.0)["dX"] == 6.0
+    for _ in range(10):
+        assert follower.follow(bad, 1.0)["dX"] == 6.0
+
+
+def test_an_answer_that_waited_in_a_queue_is_stale(database: Database) -> None:
+    """Intact and in sequence, but to readings of long ago: a control must not follow it."""
+    sender, now = Sender(database, COMPENSATOR), 100.0
+    queue: list[can.Message] = []
+    for answered in (0.0, 1.0, 2.0):
+        values = {"dX": 5.0, "dY": 0.0, "dZ": 0.0, "valid": "valid", "answered_time": answered}
+        queue += sender.messages(values | {"gateway_state": "running"})
+
+    class Waiting:
+        def receive(self, timeout_s: float) -> can.Message | None:
+            return queue.pop(0) if queue else None
+
+    def ear() -> Ear:
+        heard = Ear(database, lambda: now)
+        while queue:
+            heard.hear(Waiting(), now)  # type: ignore[arg-type]
+        return heard
+
+    kept = list(queue)
+    fresh = ear().taken(3.0, 3.5)
+    assert fresh is not None
+    assert fresh.usable
+    assert fresh.values["dX"] == pytest.approx(5.0)
+    for time_s in (6.0, 60.0, 67.5 + 65.536):
+        queue[:] = kept
+        assert ear().taken(time_s, 3.5) is None
+    queue[:] = kept
+    assert ear().taken(3.0 + 65.536, 3.5) is not None  # the count wraps
+
+
+# State files
+
+
+def test_a_state_comes_back(tmp_path: Path, bench: Bench, new_unit: object) -> None:
+    bench.settle(WARM)
+    now = [5000.0]
+    store = StateFile(tmp_path / "s.json", bench.unit.slave.sha256, lambda: now[0])
+    assert store.read() is None
+    store.write(bench.unit.time_s, 12.5, bench.unit.slave.saved())
+    now[0] += 7.0
+    saved = store.read()
+    assert saved is not None
+    assert (saved.time_s, saved.machine_time_s, saved.age_s) == (bench.unit.time_s, 12.5, 7.0)
+    again: CompensatorUnit = new_unit()  # type: ignore[operator]
+    again.start(saved)
+    sample = {**dict.fromkeys(again.inputs, 20.0), **WARM, "tool_length": 150.0}
+    assert again.step(sample, 0.1) == bench.unit.step(sample, 0.1)
+    assert again.outputs["dX"] != 0.0
+    now[0] += 3600.0
+    assert store.read() is None
+    assert StateFile(tmp_path / "s.json", "another", lambda: 5001.0).read() is None
+
+
+@pytest.mark.parametrize("text", ["", "{}", "[]", '{"kind": 1}', "\x00", '{"kind": "spindle'])
+def test_a_file_that_is_no_state_is_refused(tmp_path: Path, text: str) -> None:
+    path = tmp_path / "s.json"
+    path.write_text(text)
+    with pytest.raises(BadInput, match="is not a state of an FMU"):
+        StateFile(path, "x").read()
+
+
+def test_units_that_differ_are_refused() -> None:
+    check_units(Path("x.fmu"), [("T1", "degC", "degC"), ("valid", "", "")])
+    with pytest.raises(BadInput, match=r"x\.fmu: T1: is in K; the frames carry it in degC"):
+        check_units(Path("x.fmu"), [("T1", "K", "degC")])
+
+
+def test_options_of_an_interface() -> None:
+    assert options_of(["bitrate=500000", "fd=false", "app_name=x y"]) == {
+        "bitrate": 500000,
+        "fd": False,
+        "app_name": "x y",
+    }
+    with pytest.raises(BadInput):
+        options_of(["bitrate"])
+
+
+# Bus load
+
+
+def test_the_longest_frame_is_that_of_the_literature() -> None:
+    """Davis et al. 2007, table 1 and eq. 1: 135 bits for 8 bytes, 55 for none, with the pause."""
+    assert frame_bits(8) == 135
+    assert frame_bits(0) == 55
+    assert frame_bits(8, stuffed=False) == 111
+
+
+def test_no_frame_has_more_stuff_bits_than_are_counted(database: Database) -> None:
+    """Stuff the frames of the page's session bit by bit and compare with the worst case."""
+    for message in page.session_messages(database):
+        bits = _frame_without_stuffing(message.arbitration_id, bytes(message.data))
+        stuffed = _stuffed(bits)
+        # After the CRC: delimiter, acknowledge and its delimiter, end of frame, pause.
+        total = len(stuffed) + 1 + 2 + 7 + 3
+        assert frame_bits(8, stuffed=False) <= total <= frame_bits(8)
+
+
+def test_the_worst_content_reaches_the_worst_case() -> None:
+    """A pattern that stuffs every fourth bit: 34 + 64 bits get 24 more."""
+    pattern = [0] * 5 + ([1] * 4 + [0] * 4) * 12
+    bits = pattern[: 34 + 64]
+    assert len(_stuffed(bits)) - len(bits) == 24
+    assert frame_bits(8) - frame_bits(8, stuffed=False) == 24
+
+
+def _frame_without_stuffing(frame_id: int, data: bytes) -> list[int]:
+    head = f"0{frame_id:011b}000{len(data):04b}" + "".join(f"{byte:08b}" for byte in data)
+    crc = 0
+    for bit in head:
+        top = crc >> 14 & 1 ^ int(bit)
+        crc = (crc << 1 & 0x7FFF) ^ (0x4599 if top else 0)
+    return [int(bit) for bit in f"{head}{crc:015b}"]
+
+
+def _stuffed(bits: list[int]) -> list[int]:
+    found: list[int] = []
+    for bit in bits:
+        found.append(bit)
+        if len(found) >= 5 and len(set(found[-5:])) == 1:
+            found.append(1 - bit)
+    return found
+
+
+def test_the_load_is_that_of_the_cycle_times(database: Database) -> None:
+    assert bus_load(database) == pytest.approx(12 * 135 * 10 / 500_000)
+    assert bus_load(database, 250_000) == pytest.approx(2 * bus_load(database))
+
+
+# The page
+
+
+def test_the_page_is_up_to_date(database: Database) -> None:
+    """If this fails: python -m scenarios.gateway.page."""
+    text = PAGE.read_text(encoding="utf-8")
+    assert updated(text, database) == text
+
+
+def test_the_page_follows_the_dbc(database: Database, tmp_path: Path) -> None:
+    other = tmp_path / "other.dbc"
+    changed = DBC.read_text(encoding="utf-8").replace("(0.02,-650)", "(0.01,-300)")
+    other.write_text(changed.replace("[-650|650]", "[-300|300]"), encoding="utf-8")
+    text = PAGE.read_text(encoding="utf-8")
+    made = updated(text, page.read_database(other))
+    assert "-300 to 300 um" in made
+    assert made != text
+
+
+def test_the_table_names_every_frame_and_signal(
+    database: Database, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["gateway", "--frames"]) == 0
+    printed = capsys.readouterr().out
+    assert printed.strip() == frames_text(database).strip()
+    for node in (MACHINE, COMPENSATOR):
+        for frame, signal in database.signals(node):
+            assert frame.name in printed
+            assert signal.name in printed
+    assert "3.24 %" in printed
+
+
+# What the commands refuse
+
+
+@pytest.mark.parametrize(
+    ("arguments", "word"),
+    [
+        (["gateway", "--interface", "nonsense"], "nonsense"),
+        (["gateway", "--dbc", "none.dbc"], "none.dbc"),
+        (["gateway", "--speed-up", "0"], "--speed-up"),
+        (["gateway", "--timeout", "nan"], "--timeout"),
+        (["gateway", "--compensator", "none.fmu"], "none.fmu"),
+        (["gateway", "--interface", "virtual", "--log", "x.txt"], "x.txt"),
+        (["gateway", "--interface", "virtual", "--option", "x"], "--option"),
+        (["machine", "--speed-up", "fast"], "fast"),
+        (["machine", "--wait", "-1"], "--wait"),
+        (["machine", "no_such_scenario"], "no_such_scenario"),
+        (["machine", "step_speed", "--speed-up", "0.0001"], "step_s"),
+        (["machine", "--speed-up", "max", "--set", "step_s=0.0015"], "step_s"),
+        (["machine", "replay", "--speed-up", "max"], "--replay"),
+        (["machine", "--replay", "none.log"], "none.log"),
+        (["machine", "--replay", "x.log", "--out", "y.csv"], "--out"),
+    ],
+)
+def test_bad_input_is_told_in_one_line(
+    arguments: list[str], word: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    extra = ["--fmu-dir", str(tmp_path)] if "--fmu-dir" not in arguments else []
+    assert main([*arguments, *extra]) == 2
+    lines = capsys.readouterr().err.strip().splitlines()
+    assert len([line for line in lines if "error" in line]) == 1
+    assert word in lines[-1]
+
+
+def test_a_channel_that_is_not_there_is_told(
+    capsys: pytest.CaptureFixture[str], fmu_folder: Path
+) -> None:
+    arguments = ["--channel", "nocan7", "--startup-timeout", "0", "--fmu-dir", str(fmu_folder)]
+    assert main(["gateway", *arguments]) == 2
+    assert "nocan7" in capsys.readouterr().err
+
+
+def test_an_fmu_whose_inputs_no_frame_carries_is_refused(
+    capsys: pytest.CaptureFixture[str], fmu_folder: Path
+) -> None:
+    plant = str(fmu_folder / "plant.fmu")
+    arguments = ["--interface", "virtual", "--channel", "refused", "--compensator", plant]
+    assert main(["gateway", *arguments]) == 2
+    assert "no frame" in capsys.readouterr().err
+
+
+def test_help_is_quick_and_complete() -> None:
+    for command in ("gateway", "machine"):
+        done = subprocess.run(
+            [sys.executable, "-m", "scenarios.cli", command, "--help"],
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        assert "--interface" in done.stdout

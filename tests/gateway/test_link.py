@@ -1,0 +1,213 @@
+"""The bus that goes and comes: back-off, error frames, queues that are full, logs."""
+
+from __future__ import annotations
+
+import errno
+from pathlib import Path
+from typing import Any
+
+import can
+import pytest
+
+from measurement.errors import BadInput
+from scenarios.gateway import link as module
+from scenarios.gateway.link import FIRST_WAIT_S, LONGEST_WAIT_S, MOST_FAILURES, Link
+from scenarios.gateway.replay import recorded
+from tests.gateway.bench import with_bytes
+
+MESSAGE = can.Message(arbitration_id=0x210, data=bytes(8), is_extended_id=False)
+
+
+class FakeBus:
+    """A bus that fails on demand."""
+
+    def __init__(self) -> None:
+        self.incoming: list[can.Message | Exception] = []
+        self.sending: Exception | None = None
+        self.sent: list[can.Message] = []
+        self.shut = False
+
+    def recv(self, timeout: float) -> can.Message | None:
+        if not self.incoming:
+            return None
+        found = self.incoming.pop(0)
+        if isinstance(found, Exception):
+            raise found
+        return found
+
+    def send(self, message: can.Message) -> None:
+        if self.sending is not None:
+            raise self.sending
+        self.sent.append(message)
+
+    def shutdown(self) -> None:
+        self.shut = True
+
+
+class Garage:
+    """Opens fake buses, or refuses to."""
+
+    def __init__(self) -> None:
+        self.now, self.refusals, self.slept = 0.0, 0, []
+        self.opened: list[FakeBus] = []
+        self.attempts: list[float] = []
+
+    def open(self, **settings: Any) -> FakeBus:
+        self.attempts.append(self.now)
+        if self.refusals:
+            self.refusals -= 1
+            raise OSError(errno.ENODEV, "No such device")
+        self.opened.append(FakeBus())
+        return self.opened[-1]
+
+    def sleep(self, seconds: float) -> None:
+        self.slept.append(seconds)
+        self.now += seconds
+
+
+@pytest.fixture
+def garage(monkeypatch: pytest.MonkeyPatch) -> Garage:
+    found = Garage()
+    monkeypatch.setattr(module.can, "Bus", found.open)
+    monkeypatch.setattr(module.time, "sleep", found.sleep)
+    return found
+
+
+def new_link(garage: Garage, said: list[str] | None = None) -> Link:
+    lines = [] if said is None else said
+    made = Link("fake", "one", [0x210], None, lines.append, lambda: garage.now)
+    made.open()
+    return made
+
+
+def listen(link: Link, garage: Garage, seconds: float) -> None:
+    """Receive for a while as the gateway does; the fake clock moves while the link sleeps."""
+    until = garage.now + seconds
+    while garage.now < until:
+        before = garage.now
+        link.receive(0.1)
+        if garage.now == before:
+            garage.now += 0.1
+
+
+def test_a_lost_bus_is_opened_again_with_longer_and_longer_waits(garage: Garage) -> None:
+    said: list[str] = []
+    link = new_link(garage, said)
+    garage.refusals = 7
+    garage.opened[0].incoming.append(can.CanOperationError("Network is down"))
+    listen(link, garage, 60.0)
+    assert garage.opened[0].shut
+    assert not link.lost
+    tries = garage.attempts[1:]
+    waits = [b - a for a, b in zip([0.0, *tries], tries, strict=False)]
+    expected = [FIRST_WAIT_S]
+    while len(expected) < 8:
+        expected.append(min(2.0 * expected[-1], LONGEST_WAIT_S))
+    assert waits == pytest.approx(expected, abs=0.11)
+    assert "Network is down" in said[0]
+    assert said[-1].endswith("back")
+
+
+def test_a_bus_that_works_again_starts_with_the_shortest_wait(garage: Garage) -> None:
+    link = new_link(garage)
+    garage.refusals = 4
+    garage.opened[0].incoming.append(OSError(errno.ENETDOWN, "Network is down"))
+    listen(link, garage, 30.0)
+    link.trust()
+    garage.opened[-1].incoming.append(OSError(errno.ENETDOWN, "Network is down"))
+    lost_at = garage.now
+    listen(link, garage, 2.0)
+    assert garage.attempts[-1] - lost_at == pytest.approx(FIRST_WAIT_S, abs=0.11)
+
+
+def test_bus_off_is_a_loss_and_other_error_frames_are_not(garage: Garage) -> None:
+    link = new_link(garage)
+    for error_class, lost in ((0x4, ""), (0x100, ""), (0x40, "bus_off")):
+        frame = can.Message(arbitration_id=error_class, is_error_frame=True, data=bytes(8))
+        garage.opened[0].incoming.append(frame)
+        assert link.receive(0.1) is None
+        assert link.lost == lost
+
+
+def test_nothing_is_sent_on_a_lost_bus(garage: Garage) -> None:
+    link = new_link(garage)
+    garage.opened[0].incoming.append(OSError("gone"))
+    link.receive(0.1)
+    assert link.lost == "interface_lost"
+    assert not link.send([MESSAGE])
+    assert garage.opened[0].sent == []
+
+
+def test_a_full_queue_is_borne_for_a_while(garage: Garage) -> None:
+    link = new_link(garage)
+    bus = garage.opened[0]
+    bus.sending = can.CanOperationError("No buffer space available")
+    for _ in range(MOST_FAILURES - 1):
+        assert not link.send([MESSAGE])
+    assert not link.lost
+    bus.sending = None
+    assert link.send([MESSAGE])
+    bus.sending = OSError(errno.ENOBUFS, "No buffer space available")
+    for _ in range(MOST_FAILURES):
+        link.send([MESSAGE])
+    assert link.lost == "interface_lost"
+
+
+def test_an_interface_that_appears_late_is_waited_for(garage: Garage) -> None:
+    garage.refusals = 3
+    link = Link("fake", "one", [], None, clock=lambda: garage.now)
+    link.open(10.0)
+    assert not link.lost
+    assert len(garage.attempts) == 4
+
+
+def test_an_interface_that_never_appears_is_refused(garage: Garage) -> None:
+    garage.refusals = 10**6
+    link = Link("fake", "one", [], None, clock=lambda: garage.now)
+    with pytest.raises(BadInput, match="fake:one: cannot be opened"):
+        link.open(3.0)
+    assert garage.now == pytest.approx(3.0)
+
+
+def test_an_unknown_interface_is_refused_at_once() -> None:
+    with pytest.raises(BadInput, match="no_such_thing"):
+        Link("no_such_thing", "x", []).open(60.0)
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        can.Message(arbitration_id=0x210, data=bytes(8), is_extended_id=True),
+        can.Message(arbitration_id=0x210, is_remote_frame=True, dlc=8, is_extended_id=False),
+        can.Message(arbitration_id=0x210, data=bytes(8), is_fd=True, is_extended_id=False),
+    ],
+    ids=["extended", "remote", "fd"],
+)
+def test_frames_of_another_kind_are_not_ours(garage: Garage, message: can.Message) -> None:
+    link = new_link(garage)
+    garage.opened[0].incoming += [message, MESSAGE]
+    assert link.receive(0.1) is None
+    assert link.receive(0.1) is MESSAGE
+
+
+def test_a_log_that_cannot_be_is_refused(tmp_path: Path) -> None:
+    for path in (tmp_path / "frames.txt", tmp_path / "frames", Path("/proc/none/frames.log")):
+        with pytest.raises(BadInput, match="frames"):
+            Link("virtual", "x", [], path)
+
+
+@pytest.mark.parametrize("content", ["", "hello\n", "(1.0) vcan0 7FF#00\n", "(x) vcan0 210#00\n"])
+def test_a_log_without_our_frames_is_refused(tmp_path: Path, content: str, database: Any) -> None:
+    path = tmp_path / "frames.log"
+    path.write_text(content)
+    with pytest.raises(BadInput) as caught:
+        recorded(path, database)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_log_is_read_back(tmp_path: Path, database: Any) -> None:
+    path = tmp_path / "frames.log"
+    path.write_text("(1.0) vcan0 210#0102030405060708\n(1.1) vcan0 190#00\n(1.2) vcan0 215#00\n")
+    found = recorded(path, database)
+    assert [message.arbitration_id for message in found] == [0x210, 0x215]
+    assert bytes(found[0].data) == with_bytes(MESSAGE, bytes(range(1, 9))).data

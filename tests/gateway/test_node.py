@@ -1,0 +1,376 @@
+"""The safe state: whatever goes wrong, hold, ramp to zero, never a step, and say which."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import pairwise
+
+import pytest
+
+from scenarios.gateway.codec import raw_of
+from scenarios.gateway.database import MACHINE, Database
+from scenarios.gateway.node import Settings
+from scenarios.gateway.unit import CompensatorUnit, Saved
+from tests.gateway.bench import WARM, Bench, with_bytes
+from tests.gateway.conftest import HOLD_S, RECOVER_S, SLEW_UM_PER_S
+from tests.gateway.faults import (
+    PLACES,
+    Change,
+    Messages,
+    corrupted,
+    dropped,
+    raw_signal,
+    repeated,
+    sequence,
+    short,
+)
+
+RESOLUTION_UM = 0.02
+
+WHOLE_CYCLE = [
+    *[pytest.param(corrupted(n), "bad_crc", id=f"crc-{n}") for n in PLACES],
+    *[pytest.param(dropped(n), "missing", id=f"missing-{n}") for n in PLACES],
+    *[pytest.param(short(n), "wrong_length", id=f"short-{n}") for n in PLACES],
+    *[pytest.param(repeated(n), "repeated", id=f"repeated-{n}") for n in PLACES],
+    *[pytest.param(sequence(n), "out_of_sequence", id=f"sequence-{n}") for n in PLACES],
+]
+SIGNALS = [
+    pytest.param(raw_signal("T1", 65535), "not_available_value", id="not-available"),
+    pytest.param(raw_signal("T4", 65534), "error_value", id="error"),
+    pytest.param(raw_signal("T1", 3999), "out_of_range", id="below"),
+    pytest.param(raw_signal("T1", 50001), "out_of_range", id="above"),
+    pytest.param(raw_signal("tool_length", 2_000_001), "out_of_range", id="tool"),
+    pytest.param(raw_signal("tool_length", 0xFFFFFF), "not_available_value", id="no-tool"),
+    pytest.param(raw_signal("machine_state", 9), "out_of_range", id="state"),
+    pytest.param(raw_signal("machine_state", 3), "machine_not_running", id="stopping"),
+    pytest.param(raw_signal("machine_time", 2**32 - 1), "not_available_value", id="no-time"),
+    pytest.param(raw_signal("machine_time", 5), "time_jump", id="time"),
+]
+
+
+@pytest.mark.parametrize(("change", "fault"), [*WHOLE_CYCLE, *SIGNALS])
+def test_a_fault_holds_then_ramps_to_zero_and_recovery_is_ramped(
+    bench: Bench, change: Change, fault: str
+) -> None:
+    bench.settle(WARM)
+    held = bench.offsets
+    assert max(map(abs, held)) > 10.0
+    do = change(bench.database)
+    if fault == "repeated":
+        bench.cycle(WARM, do)  # the good frame at which the sender then is stuck
+    first = len(bench.answers)
+    begun = bench.now
+    seen: list[tuple[float, str, tuple[float, ...]]] = []
+    while bench.now - begun < HOLD_S + 6.0:
+        before = len(bench.answers)
+        bench.cycle(WARM, do)
+        if len(bench.answers) > before:
+            seen.append((bench.now - begun, str(bench.last["status"]), bench.offsets))
+            assert bench.last["bus_fault"] == fault or seen[-1][0] > 0.4
+    after = bench.answers[first:]
+    assert all(answer["valid"] == "invalid" for answer in after)
+    assert {str(answer["status"]) for answer in after} == {
+        "holding_missing",
+        "ramping_missing",
+        "zero_missing",
+    }
+    for seconds, status, offsets in seen:
+        if seconds < HOLD_S:
+            assert status == "holding_missing"
+            assert offsets == held
+    assert bench.offsets == (0.0, 0.0, 0.0)
+    recovered_at = bench.now
+    while bench.last["valid"] == "invalid" and bench.now - recovered_at < 60.0:
+        bench.cycle(WARM)
+    assert bench.last["valid"] == "valid"
+    assert bench.last["bus_fault"] == "none"
+    assert bench.now - recovered_at >= RECOVER_S + max(map(abs, held)) / SLEW_UM_PER_S - 0.5
+    assert bench.offsets == pytest.approx(held, abs=2 * RESOLUTION_UM)
+    assert_no_step(bench)
+
+
+def assert_no_step(bench: Bench, pause_s: float = 0.36) -> None:
+    """Between two answers no offset moves further than the slew limit allows."""
+    allowed = SLEW_UM_PER_S * pause_s + RESOLUTION_UM
+    for axis in "XYZ":
+        values = [answer[f"d{axis}"] for answer in bench.answers]
+        moves = [abs(b - a) for a, b in pairwise(values)]
+        assert max(moves) <= allowed
+
+
+@pytest.mark.parametrize(("change", "fault"), [*WHOLE_CYCLE, *SIGNALS])
+def test_one_fault_is_enough_to_hold(bench: Bench, change: Change, fault: str) -> None:
+    bench.settle(WARM)
+    held = bench.offsets
+    do = change(bench.database)
+    if fault == "repeated":
+        bench.cycle(WARM, do)
+    before = len(bench.answers)
+    bench.cycle(WARM, do)
+    for _ in range(3):
+        bench.cycle(WARM)
+    answers = bench.answers[before:]
+    assert fault in {str(answer["bus_fault"]) for answer in answers}
+    assert answers[-1]["status"] == "holding_missing"
+    assert bench.offsets == held
+    for _ in range(round(RECOVER_S / 0.1) + 5):
+        bench.cycle(WARM)
+    assert bench.last["valid"] == "valid"
+
+
+@pytest.mark.parametrize("place", PLACES)
+def test_a_frame_that_comes_twice_spoils_its_cycle(bench: Bench, place: int) -> None:
+    bench.settle(WARM)
+    before = len(bench.answers)
+    bench.cycle(WARM, lambda messages: [*messages[: place + 1], *messages[place:]])
+    bench.cycle(WARM)
+    found = {str(answer["bus_fault"]) for answer in bench.answers[before:]}
+    assert "repeated" in found
+    assert bench.last["valid"] == "invalid"
+
+
+@pytest.mark.parametrize("place", PLACES)
+def test_a_stray_frame_with_a_bad_crc_or_length_does_not_stop_the_loop(
+    bench: Bench, place: int
+) -> None:
+    bench.settle(WARM)
+    for data in (bytes(8), b"", b"\x01", bytes(range(7))):
+
+        def stray(messages: Messages, data: bytes = data) -> Messages:
+            return [*messages[:place], with_bytes(messages[place], data), *messages[place:]]
+
+        answer = bench.cycle(WARM, stray)
+        assert answer["valid"] == "valid"
+    assert bench.node.reception.counts["wrong_length"] == 3
+    assert bench.node.reception.counts["bad_crc"] == 1
+
+
+def test_a_late_cycle_holds(bench: Bench) -> None:
+    bench.settle(WARM)
+    bench.give(bench.frames(WARM), after_s=0.45)
+    assert bench.last["bus_fault"] == "late"
+    assert bench.last["status"] == "holding_missing"
+    assert bench.last["valid"] == "invalid"
+
+
+def test_the_timeout_can_be_set(database: Database, unit: CompensatorUnit) -> None:
+    bench = Bench(database, unit, Settings(timeout_s=2.0))
+    bench.settle(WARM)
+    bench.give(bench.frames(WARM), after_s=1.9)
+    assert bench.last["valid"] == "valid"
+    bench.wait(2.1)
+    assert bench.last["valid"] == "invalid"
+
+
+def test_silence_is_noticed_in_time(bench: Bench) -> None:
+    bench.settle(WARM)
+    timeout_s = bench.database.closing(MACHINE).timeout_s
+    bench.wait(timeout_s - 0.001)
+    assert bench.last["valid"] == "valid"
+    count = len(bench.answers)
+    bench.wait(0.002)
+    assert len(bench.answers) == count + 1
+    assert bench.last["valid"] == "invalid"
+    assert bench.last["bus_fault"] == "missing"
+    assert bench.last["bus_fault_frame"] == "MachineHeartbeat"
+    bench.wait(HOLD_S + 10.0)
+    assert bench.offsets == (0.0, 0.0, 0.0)
+    assert bench.last["status"] == "zero_missing"
+    assert_no_step(bench)
+
+
+def test_a_sensor_that_the_model_does_not_use_may_be_missing(bench: Bench) -> None:
+    bench.settle(WARM)
+    answer = bench.cycle({**WARM, "T11": float("nan")})
+    assert answer["valid"] == "valid"
+    assert answer["bus_fault"] == "not_available_value"
+    assert answer["bus_fault_frame"] == "MachineTemperatures4"
+
+
+def test_nothing_is_valid_before_the_machine_runs(bench: Bench) -> None:
+    bench.wait(5.0)
+    assert {str(answer["gateway_state"]) for answer in bench.answers} == {"starting"}
+    for _ in range(4):
+        bench.give(bench.frames(state="starting"))
+    assert bench.last["gateway_state"] == "ready"
+    assert bench.last["bus_fault"] == "machine_not_running"
+    assert all(answer["valid"] == "invalid" for answer in bench.answers)
+    assert all(answer["status"] == "waiting" for answer in bench.answers)
+    assert bench.node.steps == 0
+
+
+def test_a_machine_that_does_not_come_is_a_startup_timeout(bench: Bench) -> None:
+    bench.wait(10.5)
+    assert bench.last["gateway_state"] == "startup_timeout"
+    assert bench.last["bus_fault"] == "startup_timeout"
+    assert bench.last["valid"] == "invalid"
+    assert any("10 s" in line for line in bench.said)
+    bench.settle(WARM)
+
+
+def test_without_a_bus_offsets_are_given_up_and_the_return_is_ramped(bench: Bench) -> None:
+    bench.settle(WARM)
+    held = bench.offsets
+    for k in range(100):
+        bench.now += 0.1
+        bench.node.tick(bench.now, "bus_off")
+        assert bench.last["bus_fault"] == "bus_off"
+        assert bench.last["gateway_state"] == "reconnecting"
+        assert bench.last["valid"] == "invalid"
+        if k < HOLD_S / 0.1 - 2:
+            assert bench.offsets == held
+    assert max(map(abs, bench.offsets)) < max(map(abs, held))
+    bench.node.reconnected()
+    while bench.last["valid"] == "invalid" and bench.now < 2000.0:
+        bench.cycle(WARM)
+    assert bench.offsets == pytest.approx(held, abs=2 * RESOLUTION_UM)
+    assert_no_step(bench)
+
+
+def test_a_restart_of_the_machine_is_survived(bench: Bench, database: Database) -> None:
+    bench.settle(WARM)
+    held = bench.offsets
+    fresh = Bench.__new__(Bench)
+    fresh.__dict__ |= bench.__dict__
+    fresh.sender, fresh.time_s = type(bench.sender)(database, MACHINE), 0.0
+    for _ in range(5):
+        fresh.give(fresh.frames(WARM, state="starting"))
+    assert fresh.last["bus_fault"] == "machine_not_running"
+    assert fresh.offsets == held
+    for _ in range(round((RECOVER_S + 1.0) / 0.1)):
+        fresh.cycle(WARM)
+    assert fresh.last["valid"] == "valid"
+    assert fresh.offsets == held
+
+
+def test_the_axis_frames_give_the_offset_at_other_tool_lengths(
+    bench: Bench, database: Database, new_unit: Callable[[], CompensatorUnit]
+) -> None:
+    bench.settle(WARM)
+    other = Bench(database, new_unit())
+    other.settle({**WARM, "tool_length": 250.0}, seconds=10.0)
+    for axis in "XYZ":
+        offset, slope, reference = (
+            float(bench.last[f"d{axis}_{part}"]) for part in ("offset", "slope", "reference")
+        )
+        assert reference == 150.0
+        assert offset == bench.last[f"d{axis}"]
+        at_250 = offset + slope * (250.0 - reference) * 1e-3
+        assert at_250 == pytest.approx(other.last[f"d{axis}"], abs=2 * RESOLUTION_UM)
+    assert float(bench.last["dX_slope"]) != 0.0
+
+
+def test_the_machine_clock_steps_by_the_machines_time(
+    database: Database, unit: CompensatorUnit
+) -> None:
+    bench = Bench(database, unit, Settings(machine_clock=True))
+    bench.step_s = 2.5
+    for _ in range(3):
+        bench.give(bench.frames(state="starting"))
+    for n in range(1, 9):
+        bench.cycle(WARM)
+        assert unit.time_s == pytest.approx(2.5 * n)
+    bench.cycle(WARM, dropped(5)(database))
+    bench.cycle(WARM)
+    assert unit.time_s == pytest.approx(25.0)
+
+
+@pytest.mark.parametrize("speed_up", [1.0, 10.0])
+def test_the_own_clock_steps_by_the_time_gone_by(
+    database: Database, unit: CompensatorUnit, speed_up: float
+) -> None:
+    bench = Bench(database, unit, Settings(speed_up=speed_up))
+    bench.give(bench.frames(state="starting"))
+    bench.give(bench.frames(state="starting"))
+    bench.cycle()
+    reached = unit.time_s
+    for after_s in (0.1, 0.12, 0.07, 0.2):
+        bench.give(bench.frames(), after_s=after_s)
+    assert unit.time_s - reached == pytest.approx(0.49 * speed_up)
+
+
+def test_a_restart_with_the_state_goes_on_without_a_step(
+    bench: Bench, database: Database, new_unit: Callable[[], CompensatorUnit]
+) -> None:
+    bench.settle(WARM)
+    held = bench.offsets
+    saved = Saved(bench.unit.time_s, bench.time_s, 1.5, bench.unit.slave.saved())
+    again = Bench(database, new_unit(), warm=saved)
+    again.sender, again.time_s = bench.sender, bench.time_s
+    again.cycle(WARM)
+    assert again.last["valid"] == "invalid"
+    assert again.offsets == held
+    assert again.unit.time_s == pytest.approx(saved.time_s + 1.5, abs=0.2)
+    for _ in range(round((RECOVER_S + 1.0) / 0.1)):
+        again.cycle(WARM)
+    assert again.last["valid"] == "valid"
+    assert again.offsets == pytest.approx(held, abs=RESOLUTION_UM)
+
+
+def test_a_restart_long_after_starts_from_offsets_given_up(
+    bench: Bench, database: Database, new_unit: Callable[[], CompensatorUnit]
+) -> None:
+    bench.settle(WARM)
+    saved = Saved(bench.unit.time_s, bench.time_s, 600.0, bench.unit.slave.saved())
+    again = Bench(database, new_unit(), warm=saved)
+    again.wait(0.3)
+    assert again.last["valid"] == "invalid"
+    assert again.offsets != (0.0, 0.0, 0.0) or again.last["status"] == "zero_missing"
+
+
+def test_the_farewell_takes_every_offset_back(bench: Bench) -> None:
+    bench.settle(WARM)
+    bench.node.farewell()
+    assert bench.last["valid"] == "invalid"
+    assert bench.last["gateway_state"] == "stopping"
+    for name in ("dX", "dY", "dZ", "elongation", "dX_offset", "status"):
+        assert bench.last[name] == "not_available"
+
+
+def test_an_offset_that_no_frame_can_carry_is_an_error(database: Database) -> None:
+    signal = next(signal for _, signal in database.signals("COMPENSATOR") if signal.name == "dX")
+    assert raw_of(signal, 650.004) == 65000
+    assert raw_of(signal, 650.02) == signal.codes["error"]
+    assert raw_of(signal, float("inf")) == signal.codes["error"]
+    assert raw_of(signal, float("nan")) == signal.codes["not_available"]
+
+
+class Stubborn:
+    """A compensator that calls its offsets valid whatever it is given."""
+
+    def __init__(self) -> None:
+        self.inputs = ["T1"]
+        self.outputs = {"dX": 5.0, "dY": 0.0, "dZ": 0.0, "valid": 1.0, "status": 0.0}
+        self.time_s = 0.0
+
+    def start(self, saved: Saved | None) -> None:
+        """Nothing to do."""
+
+    def step(self, values: object, step_s: float) -> dict[str, float]:
+        self.time_s += step_s
+        return self.outputs
+
+    def text(self) -> str:
+        return ""
+
+
+@pytest.mark.parametrize("place", PLACES)
+def test_no_offset_is_valid_without_a_fresh_cycle_whatever_the_fmu_says(
+    database: Database, place: int
+) -> None:
+    bench = Bench(database, Stubborn())  # type: ignore[arg-type]
+    assert bench.node.begun is False
+    bench.wait(1.0)
+    bench.give(bench.frames(state="starting"))
+    bench.give(bench.frames(state="starting"))
+    assert {answer["valid"] for answer in bench.answers} == {"invalid"}
+    assert bench.cycle()["valid"] == "valid"
+    bench.cycle(None, corrupted(place)(database))
+    answer = bench.cycle()
+    assert "invalid" in {bench.answers[-2]["valid"], answer["valid"]}
+    bench.cycle()
+    before = len(bench.answers)
+    bench.wait(2.0)
+    bench.now += 0.1
+    bench.node.tick(bench.now, "interface_lost")
+    assert {answer["valid"] for answer in bench.answers[before:]} == {"invalid"}

@@ -1,0 +1,228 @@
+"""Two processes on one bus: the commands as they are used, killed, and started again."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import time
+from collections.abc import Callable, Iterator
+from itertools import pairwise
+from pathlib import Path
+
+import can
+import numpy as np
+import pytest
+
+from measurement.runs import read_run
+from scenarios.cosimulation import simulate
+from scenarios.gateway.database import COMPENSATOR, Database
+from scenarios.scenario import read_scenario
+from tests.gateway.bench import WARM
+from tests.gateway.bus import Answer, Control, Listener, Program, programs
+from tests.gateway.conftest import SLEW_UM_PER_S, Wire
+
+LOCKSTEP = ("--clock", "machine", "--timeout", 10000)
+LONG_S = 200
+
+
+@pytest.fixture
+def start(tmp_path: Path) -> Iterator[Callable[..., Program]]:
+    """Starts commands in processes."""
+    with programs(tmp_path) as starter:
+        yield starter
+
+
+def answers_of(log: Path, database: Database) -> dict[float, tuple[object, ...]]:
+    """Return what a log's gateway sent, by the time that it answered; the last one counts."""
+    frames = {frame.frame_id: frame for frame in database.of(COMPENSATOR)}
+    parts: Answer = {}
+    found: dict[float, tuple[object, ...]] = {}
+    with can.LogReader(str(log)) as reader:
+        for message in reader:
+            frame = frames.get(message.arbitration_id)
+            if frame is None:
+                continue
+            content = frame.message.decode(bytes(message.data))
+            assert isinstance(content, dict)
+            parts |= {name: getattr(value, "name", value) for name, value in content.items()}
+            if "gateway_state" in content and parts["gateway_state"] == "running":
+                names = ("dX", "dY", "dZ", "elongation", "yaw", "pitch", "valid", "status")
+                found[float(parts["answered_time"])] = tuple(parts[name] for name in names)
+    return found
+
+
+def test_the_loop_of_two_processes_and_its_replay(
+    shared_wire: Wire,
+    database: Database,
+    fmu_folder: Path,
+    tmp_path: Path,
+    start: Callable[..., Program],
+) -> None:
+    """The offsets are the co-simulation's; the recorded log gives the same ones again."""
+    bus = [*shared_wire.arguments(), "--fmu-dir", fmu_folder]
+    run, log, again = tmp_path / "run.csv", tmp_path / "first.log", tmp_path / "again.log"
+    gateway = start("gateway", *bus, *LOCKSTEP, "--until-off", "--json", "--log", log)
+    machine = start(
+        *("machine", "step_speed", *bus, "--speed-up", "max", "--timeout", 10000),
+        *("--set", f"duration_s={LONG_S}", "--set", "signals.speed=9000", "--out", run, "--json"),
+    )
+    assert machine.wait() == 0, machine.text()
+    assert gateway.wait() == 0, gateway.text()
+    summary = json.loads(machine.text()[machine.text().index("{") :])
+    assert summary["answered"] == summary["steps"] == LONG_S
+    frames = json.loads(gateway.text()[gateway.text().index("{\n") :])["frames"]
+    assert set(frames) == {"good", "startup"}
+
+    overrides = [("duration_s", LONG_S), ("signals.speed", 9000)]
+    case = read_scenario("step_speed", overrides).cases[0]
+    direct = simulate(
+        case, fmu_folder / "plant.fmu", fmu_folder / "compensator.fmu", quiet=True
+    ).frame
+    over_can = read_run(run).frame
+    for axis in "XYZ":
+        difference = direct[f"d{axis}_um"].to_numpy() - over_can[f"d{axis}_um"].to_numpy()
+        assert np.abs(difference).max() <= 0.01 + 1e-9
+    assert direct["dZ_um"].abs().max() > 1.0
+
+    gateway = start("gateway", *bus, *LOCKSTEP, "--until-off", "--log", again)
+    machine = start(
+        *("machine", *bus, "--replay", log, "--speed-up", "max", "--timeout", 10000),
+    )
+    assert machine.wait() == 0, machine.text()
+    assert gateway.wait() == 0, gateway.text()
+    first, second = answers_of(log, database), answers_of(again, database)
+    assert len(first) == LONG_S + 1
+    assert second == first
+
+
+@pytest.mark.parametrize("shared_wire", ["udp_multicast"], indirect=True)
+def test_a_replay_keeps_the_recorded_pace(
+    shared_wire: Wire,
+    fmu_folder: Path,
+    tmp_path: Path,
+    start: Callable[..., Program],
+) -> None:
+    bus = [*shared_wire.arguments(), "--fmu-dir", fmu_folder]
+    log = tmp_path / "paced.log"
+    bus += ["--timeout", 2000]  # a test must not fail because the computer is busy
+    gateway = start("gateway", *bus, "--until-off", "--log", log)
+    machine = start("machine", "step_speed", *bus, "--set", "duration_s=2", "--set", "record_s=1")
+    assert machine.wait() == 0, machine.text()
+    assert gateway.wait() == 0, gateway.text()
+    gateway = start("gateway", *bus, "--until-off", "--json")
+    with contextlib.closing(Listener(shared_wire)) as listener:
+        listener.until(lambda answer: True)
+        begun = time.monotonic()
+        machine = start("machine", *bus, "--replay", log, "--speed-up", 1)
+        assert machine.wait() == 0, machine.text()
+    # Two seconds of running, and the cycles before and after them.
+    assert 2.0 < time.monotonic() - begun < 15.0
+    assert gateway.wait() == 0, gateway.text()
+    frames = json.loads(gateway.text()[gateway.text().index("{\n") :])["frames"]
+    assert frames["good"] > 100
+    assert not {"late", "missing", "repeated", "out_of_sequence", "bad_crc"} & set(frames)
+
+
+def test_a_killed_gateway_comes_back_where_it_was(
+    shared_wire: Wire,
+    database: Database,
+    quick_fmu: Path,
+    tmp_path: Path,
+    start: Callable[..., Program],
+) -> None:
+    state = tmp_path / "state.json"
+    arguments = (
+        *("gateway", *shared_wire.arguments(), "--compensator", quick_fmu),
+        *("--clock", "machine", "--state", state, "--state-every", 0.1),
+    )
+    first = start(*arguments)
+    with contextlib.closing(Control(shared_wire, database, 0.5)) as control:
+        control.settle(WARM, cycles=200)
+        for _ in range(5):
+            held = control.cycle(WARM)
+            time.sleep(0.1)
+        first.kill()
+        assert control.ear.next(0.5) is None
+        start(*arguments)
+        for _ in range(100):
+            with contextlib.suppress(AssertionError):
+                control.cycle(WARM, timeout_s=0.3)
+            if control.answers[-1] != held and control.answers[-1]["gateway_state"] != "running":
+                break
+        came_back = len(control.answers) - 1
+        for _ in range(100):
+            if control.cycle(WARM)["valid"] == "valid":
+                break
+        after = control.answers[came_back:]
+    assert after[0]["valid"] == "invalid"
+    assert str(after[0]["status"]).endswith("_missing")
+    assert after[-1]["valid"] == "valid"
+    for name in ("dX", "dY", "dZ"):
+        values = [float(held[name]), *(float(answer[name]) for answer in after)]
+        # A cycle is 0.5 s; what was missed while it was away counts as one.
+        assert max(abs(b - a) for a, b in pairwise(values[1:])) <= SLEW_UM_PER_S * 1.0 + 0.02
+        assert values[-1] == pytest.approx(values[0], abs=0.02)
+
+
+def test_a_killed_machine_comes_back(
+    shared_wire: Wire,
+    quick_fmu: Path,
+    fmu_folder: Path,
+    tmp_path: Path,
+    start: Callable[..., Program],
+) -> None:
+    bus = [*shared_wire.arguments(), "--fmu-dir", fmu_folder]
+    state = tmp_path / "plant.json"
+    machine_arguments = (
+        *("machine", "step_speed", *bus, "--speed-up", 10, "--state", state),
+        *("--state-every", 0.2, "--set", "signals.speed=9000", "--set", "plant.noise=false"),
+    )
+    gateway = start("gateway", *bus, "--compensator", quick_fmu, "--speed-up", 10)
+    first = start(*machine_arguments)
+    with contextlib.closing(Listener(shared_wire)) as listener:
+        listener.until(lambda answer: answer["valid"] == "valid")
+        time.sleep(1.0)
+        first.kill()
+        killed = time.monotonic()
+        listener.until(lambda answer: answer["valid"] == "invalid", 2.0)
+        assert time.monotonic() - killed < 1.0
+        silent = listener.until(lambda answer: answer["status"] == "zero_missing")
+        assert all(answer["valid"] == "invalid" for answer in silent)
+        assert silent[-1]["dZ"] == 0.0
+        second = start(*machine_arguments)
+        listener.until(lambda answer: answer["valid"] == "valid")
+    assert "goes on at" in second.text()
+    assert second.stop() == 0, second.text()
+    assert gateway.stop() == 0, gateway.text()
+
+
+def test_a_machine_without_a_gateway_runs_all_the_same(
+    shared_wire: Wire, fmu_folder: Path, tmp_path: Path, start: Callable[..., Program]
+) -> None:
+    run = tmp_path / "alone.csv"
+    machine = start(
+        *("machine", "step_speed", *shared_wire.arguments(), "--fmu-dir", fmu_folder),
+        *("--speed-up", 10, "--wait", 0.2, "--set", "duration_s=10", "--out", run, "--json"),
+    )
+    assert machine.wait() == 0, machine.text()
+    summary = json.loads(machine.text()[machine.text().index("{\n") :])
+    assert summary["answered"] == 0
+    assert summary["steps"] == 10
+    assert (read_run(run).frame["dX_um"] == 0.0).all()
+
+
+def test_a_stopped_gateway_takes_its_offsets_back(
+    shared_wire: Wire,
+    database: Database,
+    quick_fmu: Path,
+    start: Callable[..., Program],
+) -> None:
+    gateway = start(
+        *("gateway", *shared_wire.arguments(), "--compensator", quick_fmu, "--clock", "machine")
+    )
+    with contextlib.closing(Control(shared_wire, database, 1.0)) as control:
+        control.settle(WARM)
+        assert gateway.stop() == 0, gateway.text()
+        last = control.ear.until(lambda answer: answer["gateway_state"] == "stopping", 5.0)[-1]
+    assert last["valid"] == "invalid"
+    assert last["dX"] == "not_available"

@@ -1,0 +1,301 @@
+"""The gateway on buses: the same tests on a bus in memory, over the network, and in the kernel."""
+
+from __future__ import annotations
+
+import contextlib
+import socket
+import time
+from pathlib import Path
+
+import can
+import cantools
+import numpy as np
+import pytest
+
+from scenarios.cosimulation import simulate
+from scenarios.fmu import FmuError
+from scenarios.gateway.codec import Sender, Value
+from scenarios.gateway.database import COMPENSATOR, DBC, MACHINE, Database
+from scenarios.gateway.link import Link
+from scenarios.gateway.machine import Pace
+from scenarios.gateway.node import Settings
+from scenarios.gateway.plant import MachinePlant
+from scenarios.gateway.simulating import Simulation
+from scenarios.scenario import read_scenario
+from tests.gateway.bench import WARM
+from tests.gateway.bus import Control, Listener, gateway_thread
+from tests.gateway.conftest import HOLD_S, SLEW_UM_PER_S, Wire, new_wire
+from tests.gateway.faults import (
+    Messages,
+    corrupted,
+    dropped,
+    raw_signal,
+    repeated,
+    sequence,
+    short,
+)
+
+STEP_S = 1.0
+MILD = {"T1": 20.4, "T4": 20.4}
+"""A change that no sensor check takes for a jump."""
+CLOCK = Settings(machine_clock=True)
+FAULTS = {
+    "bad_crc": corrupted(1),
+    "missing": dropped(0),
+    "wrong_length": short(2),
+    "repeated": repeated(4),
+    "out_of_sequence": sequence(1),
+    "not_available_value": raw_signal("T1", 65535),
+    "error_value": raw_signal("T4", 65534),
+    "out_of_range": raw_signal("T1", 65000),
+    "time_jump": raw_signal("machine_time", 77),
+}
+
+
+@pytest.mark.parametrize("fault", list(FAULTS))
+def test_a_fault_on_the_bus_is_survived(
+    wire: Wire, database: Database, quick_fmu: Path, fault: str
+) -> None:
+    change = FAULTS[fault](database)
+    with (
+        gateway_thread(wire, database, quick_fmu, CLOCK),
+        contextlib.closing(Control(wire, database, STEP_S)) as control,
+    ):
+        held = control.settle(WARM)
+        if fault == "repeated":
+            control.cycle(WARM, change)
+        first = len(control.answers)
+        for _ in range(round(HOLD_S / STEP_S) + 5):
+            control.cycle(WARM, change)
+        answers = control.answers[first:]
+        assert all(answer["valid"] == "invalid" for answer in answers)
+        assert answers[0]["bus_fault"] == fault
+        assert answers[0]["status"] == "holding_missing"
+        assert answers[0]["dX"] == held["dX"]
+        assert answers[-1]["status"] == "zero_missing"
+        assert answers[-1]["dX"] == 0.0
+        back = control.cycle(WARM)
+        for _ in range(20):
+            if back["valid"] == "valid":
+                break
+            back = control.cycle(WARM)
+        assert back["valid"] == "valid"
+        assert back["dX"] == held["dX"]
+        assert_no_step(control)
+
+
+def assert_no_step(control: Control) -> None:
+    for name in ("dX", "dY", "dZ"):
+        values = np.array([answer[name] for answer in control.answers], dtype=float)
+        # A lost cycle is made up for in the next answer.
+        assert np.abs(np.diff(values)).max() <= 2.0 * SLEW_UM_PER_S * STEP_S + 0.02
+
+
+def test_a_late_machine_is_noticed_while_it_is_late(
+    wire: Wire, database: Database, quick_fmu: Path
+) -> None:
+    with (
+        gateway_thread(wire, database, quick_fmu, Settings()),
+        contextlib.closing(Control(wire, database, 0.1)) as control,
+    ):
+        begun = time.monotonic()
+        while time.monotonic() - begun < 10.0:
+            answer = control.cycle(MILD if time.monotonic() - begun > 0.5 else {})
+            time.sleep(0.05)
+            if answer["valid"] == "valid" and answer["dX"] != 0.0:
+                break
+        assert answer["valid"] == "valid"
+        asleep = time.monotonic()
+        silent = control.ear.until(lambda answer: answer["valid"] == "invalid", 2.0)
+        assert 0.15 < time.monotonic() - asleep < 1.0
+        assert silent[-1]["bus_fault"] == "missing"
+        assert silent[-1]["bus_fault_frame"] == "MachineHeartbeat"
+        time.sleep(0.3)
+        late = control.messages(WARM)
+        control.send(late)
+        found = control.ear.until(lambda answer: answer["bus_fault"] == "late", 2.0)
+        assert all(answer["valid"] == "invalid" for answer in found)
+
+
+def test_the_dbc_alone_tells_what_was_sent(wire: Wire, database: Database) -> None:
+    """What one node puts in comes out of cantools, which knows nothing but the DBC file."""
+    generator = np.random.default_rng(5)
+    dbc = cantools.database.load_file(DBC)
+    with contextlib.closing(Listener(wire)) as listener, wire.open() as bus:
+        for node in (MACHINE, COMPENSATOR):
+            sender = Sender(database, node)
+            for _ in range(20):
+                values: dict[str, Value] = {}
+                for _, signal in database.signals(node):
+                    values[signal.name] = float(generator.uniform(signal.low, signal.high))
+                    if signal.is_enumeration:
+                        values[signal.name] = str(generator.choice(list(signal.named)))
+                for message in sender.messages(values):
+                    bus.send(message)
+                    got = listener.next(5.0)
+                    assert got is not None
+                    read, content = got
+                    assert bytes(read.data) == bytes(message.data)
+                    for name, value in content.items():
+                        if name in ("crc", "counter"):
+                            continue
+                        if isinstance(values[name], str):
+                            assert value == values[name]
+                        else:
+                            scale = (
+                                dbc.get_message_by_frame_id(read.arbitration_id)
+                                .get_signal_by_name(name)
+                                .scale
+                            )
+                            special = isinstance(value, str)  # 0 has a name in some tables
+                            sent = float(values[name])
+                            assert special or abs(float(value) - sent) <= scale / 2 * 1.0001
+
+
+@pytest.mark.parametrize("ending", [".log", ".asc", ".blf"])
+def test_a_log_holds_every_frame(
+    wire: Wire, database: Database, quick_fmu: Path, tmp_path: Path, ending: str
+) -> None:
+    if wire.interface != "virtual" and ending != ".log":
+        pytest.skip("the form of the log does not depend on the bus")
+    path = tmp_path / f"frames{ending}"
+    with (
+        gateway_thread(wire, database, quick_fmu, CLOCK, log=path),
+        contextlib.closing(Control(wire, database, STEP_S)) as control,
+    ):
+        sent: Messages = []
+
+        def keep(messages: Messages) -> Messages:
+            sent.extend(messages)
+            return messages
+
+        for _ in range(5):
+            control.cycle({}, keep, state="starting")
+        for _ in range(10):
+            control.cycle(WARM, keep)
+    with can.LogReader(str(path)) as reader:
+        logged = list(reader)
+    machine = [bytes(m.data) for m in logged if m.arbitration_id >= 0x200]
+    assert machine == [bytes(message.data) for message in sent]
+    heartbeats = [m for m in logged if m.arbitration_id == 0x195]
+    assert len(heartbeats) >= 15
+    # Received frames carry the kernel's time, sent ones this process's.
+    assert np.diff([message.timestamp for message in logged]).min() > -0.02
+
+
+def test_the_loop_over_can_is_the_co_simulation(
+    wire: Wire, database: Database, fmu_folder: Path
+) -> None:
+    """Offsets and errors of the loop over the bus are those of the direct one, to half a digit."""
+    overrides = [("duration_s", 240), ("signals.speed", 9000), ("record_s", 1)]
+    case = read_scenario("step_speed", overrides).cases[0]
+    plant_fmu, compensator_fmu = fmu_folder / "plant.fmu", fmu_folder / "compensator.fmu"
+    direct = simulate(case, plant_fmu, compensator_fmu, quiet=True).frame
+    ids = [frame.frame_id for frame in database.of(COMPENSATOR)]
+    settings = Settings(machine_clock=True, timeout_s=10.0)
+    with gateway_thread(wire, database, compensator_fmu, settings):
+        link = Link(wire.interface, wire.channel, ids, options=dict(wire.options))
+        link.open()
+        plant = MachinePlant(plant_fmu, case)
+        with contextlib.closing(link), contextlib.closing(plant):
+            pace = Pace(lockstep=True, timeout_s=10.0)
+            summary = Simulation(database, plant_fmu, plant, link, pace).run()
+            frame = plant.frame()
+    assert summary["answered"] == 240
+    assert len(frame) == len(direct) == 241
+    for axis in "XYZ":
+        sent = direct[f"d{axis}_um"].to_numpy()
+        assert np.abs(sent - frame[f"d{axis}_um"].to_numpy()).max() <= 0.01 + 1e-9
+        # The axis moves in steps of its own, which a rounded offset may bring one step earlier.
+        error = direct[f"error_{axis}_um"].to_numpy() - frame[f"error_{axis}_um"].to_numpy()
+        assert np.abs(error).max() <= 0.1 + 1e-9
+    assert np.abs(direct["dZ_um"]).max() > 1.0
+    assert (frame["valid_1"].to_numpy()[1:] == direct["valid_1"].to_numpy()[1:]).all()
+    assert np.array_equal(frame["T1_degC"], direct["T1_degC"])
+
+
+def test_the_gateway_is_asleep_while_nothing_comes(
+    wire: Wire, database: Database, quick_fmu: Path
+) -> None:
+    """No busy loop: waiting costs next to no processor time."""
+    with gateway_thread(wire, database, quick_fmu, Settings()):
+        time.sleep(0.3)
+        before, begun = time.process_time(), time.monotonic()
+        time.sleep(1.5)
+        used, gone = time.process_time() - before, time.monotonic() - begun
+    assert used / gone < 0.25
+
+
+def test_an_fmu_that_fails_is_told_on_the_bus(
+    wire: Wire, database: Database, quick_fmu: Path
+) -> None:
+    def fail(values: object, step_s: float) -> None:
+        raise FmuError("compensator FMU at 1 s: out of order")
+
+    with (
+        contextlib.closing(Control(wire, database, STEP_S)) as control,
+        gateway_thread(wire, database, quick_fmu, CLOCK, ends_with=FmuError) as service,
+    ):
+        control.settle(WARM)
+        service.unit.step = fail  # type: ignore[method-assign,assignment]
+        control.send(control.messages(WARM))
+        last = control.ear.until(lambda answer: answer["gateway_state"] == "error")[-1]
+        assert last["valid"] == "invalid"
+        assert last["dX"] == "not_available"
+
+
+def test_datagrams_that_are_no_frames_are_survived(database: Database, quick_fmu: Path) -> None:
+    wire = new_wire("udp_multicast")
+    with (
+        gateway_thread(wire, database, quick_fmu, CLOCK),
+        contextlib.closing(Control(wire, database, STEP_S)) as control,
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger,
+    ):
+        held = control.settle(WARM)
+        for junk in (b"", b"hello", b"\x80", bytes(100)):
+            stranger.sendto(junk, (wire.channel, wire.options["port"]))
+            time.sleep(0.05)
+        control.ear.close()
+        control.ear = Listener(wire)  # its own socket is no better off
+        for _ in range(100):
+            with contextlib.suppress(AssertionError):
+                if control.cycle(WARM, timeout_s=0.3)["valid"] == "valid":
+                    break
+        assert control.answers[-1]["valid"] == "valid"
+        assert control.answers[-1]["dX"] == held["dX"]
+
+
+def test_a_flood_of_foreign_frames_does_not_stop_the_loop(
+    wire: Wire, database: Database, quick_fmu: Path
+) -> None:
+    """Foreign frames and frames with our identifiers and a bad CRC, thousands of them."""
+    generator = np.random.default_rng(11)
+    own = [frame.frame_id for frame in database.of(MACHINE)]
+
+    def junk() -> can.Message:
+        data = bytearray(generator.bytes(int(generator.integers(0, 9))))
+        foreign = int(generator.integers(0, 0x800))
+        frame_id = int(generator.choice(own)) if generator.random() < 0.05 else foreign
+        if frame_id in own and len(data) == 8:
+            data[0] = 0  # whatever comes out here is judged by its CRC
+        return can.Message(arbitration_id=frame_id, data=bytes(data), is_extended_id=False)
+
+    with (
+        gateway_thread(wire, database, quick_fmu, CLOCK) as service,
+        contextlib.closing(Control(wire, database, STEP_S)) as control,
+        wire.open() as flooder,
+    ):
+        held = control.settle(WARM)
+        first = len(control.answers)
+        for _ in range(100):
+            for _ in range(30):
+                flooder.send(junk())
+            control.cycle(WARM)
+        assert_no_step(control)
+        statuses = {str(answer["status"]) for answer in control.answers[first:]}
+        # One random frame in 256 has a good CRC by chance; then the loop holds for a moment.
+        assert statuses <= {"ok", "holding_missing", "recovering"}
+        valid = [answer["valid"] == "valid" for answer in control.answers[first:]]
+        assert sum(valid) > 0.9 * len(valid)
+        assert control.answers[-1]["dX"] == held["dX"]
+    assert service.unit.outputs
