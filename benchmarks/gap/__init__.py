@@ -1,0 +1,1 @@
+"""The gap finder's benchmark."""

@@ -1,0 +1,148 @@
+"""A case: one machine, four runs to calibrate on and one to judge by, something hidden or not."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import pandas as pd
+
+from benchmarks.gap.truth.drive import FAMILIES, Drive, make_drive, rest
+from benchmarks.gap.truth.effects import make_effect
+from benchmarks.gap.truth.effects.base import Hidden
+from benchmarks.gap.truth.march import March
+from benchmarks.gap.truth.parameters import draw
+from benchmarks.gap.truth.spindle import POSE, Spindle
+
+RUNS = ("run_1", "run_2", "run_3", "run_4", "holdout")
+PAST_HOURS = 16.0
+PERIODS = (20.0, 30.0, 60.0)
+COLUMNS = (
+    "time_s",
+    "speed_rpm",
+    *(f"T{i}_degC" for i in range(1, 12)),
+    *(f"S{i}_um" for i in range(1, 6)),
+    "torque_Nm",
+)
+
+
+@dataclass(frozen=True)
+class Case:
+    """What makes a case; equal cases give equal runs.
+
+    Attributes
+    ----------
+    seed : int
+        Of machine, runs and disturbances.
+    hidden : tuple of (name, size, channel)
+        Effects, their size by name or in their own unit, and their sensor ("" to draw it).
+    resolution : float
+        Of the machine's cells.
+    """
+
+    seed: int
+    hidden: tuple[tuple[str, str | float, str], ...] = ()
+    resolution: float = 1.0
+    runs: tuple[str, ...] = RUNS
+
+
+@dataclass(frozen=True)
+class CaseRun:
+    """One run as recorded, and what is true about it.
+
+    Attributes
+    ----------
+    name : str
+    frame : DataFrame
+        What the file holds: noise and resolution included.
+    exact : DataFrame
+        The same without them, measuring effects included.
+    drive : Drive
+    """
+
+    name: str
+    frame: pd.DataFrame
+    exact: pd.DataFrame
+    drive: Drive = field(repr=False)
+
+
+def simulate_case(case: Case) -> tuple[list[CaseRun], list[Hidden]]:
+    """Return the runs of a case and the effects hidden in them."""
+    # One stream for each matter, so that hiding an effect changes nothing else.
+    machine, hall_rng, noise_rng = (np.random.default_rng([case.seed, k]) for k in range(3))
+    spindle = Spindle(draw(machine), case.resolution)
+    effects = [
+        make_effect(name, size, np.random.default_rng([case.seed, 10 + k]), channel or None)
+        for k, (name, size, channel) in enumerate(case.hidden)
+    ]
+    hall = {
+        "mean": float(hall_rng.uniform(20.0, 24.0)),
+        "swing": float(hall_rng.uniform(0.6, 2.0)),
+        "coolant": float(hall_rng.uniform(20.5, 23.0)),
+    }
+    period = float(hall_rng.choice(PERIODS))
+    meter = _Meter(noise_rng)
+    march = March(spindle, effects)
+    families = _families(hall_rng)
+    found = []
+    for number, name in enumerate(RUNS):
+        run_rng = np.random.default_rng([case.seed, 100 + number])
+        drive = make_drive(families[number], run_rng, period, hall, before=PAST_HOURS)
+        if name not in case.runs:
+            continue
+        exact = _record(march, drive, number)
+        frame = meter.shown(exact, np.random.default_rng([case.seed, 200 + number]))
+        found.append(CaseRun(name, frame, exact, drive))
+    return found, effects
+
+
+def _families(rng: np.random.Generator) -> list[str]:
+    """Return one family per run; torque occurs in at least two, one of them the first four."""
+    loaded = ["random", "stop_and_go", "blocks"]
+    plain = [name for name in FAMILIES if name not in loaded]
+    rng.shuffle(loaded)
+    rng.shuffle(plain)
+    calibration = [loaded[0], loaded[1], plain[0], plain[1]]
+    rng.shuffle(calibration)
+    return [*calibration, loaded[2]]
+
+
+def _record(march: March, drive: Drive, number: int) -> pd.DataFrame:
+    spindle = march.spindle
+    warm = np.full(len(spindle.capacity), float(drive.outside[0, 0]))
+    start = march.settle(rest(drive, PAST_HOURS), warm, 900.0)
+    temperatures = march.run(drive, start)
+    rise = temperatures - temperatures[0]
+    pose = rise @ spindle.pose_weights
+    for effect in march.effects:
+        effect.move(spindle, drive, temperatures, pose)
+    assert pose.shape[1] == len(POSE)
+    columns = {"time_s": drive.time_s, "speed_rpm": drive.speed, "torque_Nm": drive.torque}
+    shown = spindle.readings(temperatures, pose)
+    shown |= {"T5_degC": drive.at(0), "T9_degC": drive.at(2)}
+    frame = pd.DataFrame(columns | shown)[list(COLUMNS)]
+    for effect in march.effects:
+        effect.record(number, drive, frame)
+    return frame
+
+
+class _Meter:
+    """The case's instruments: noise, resolution, small constant errors of thermometers."""
+
+    def __init__(self, rng: np.random.Generator) -> None:
+        self._noise_t = rng.uniform(0.02, 0.04, 11)
+        self._error_t = np.clip(0.02 * rng.standard_normal(11), -0.05, 0.05)
+        self._noise_s = rng.uniform(0.12, 0.25, 5)
+
+    def shown(self, exact: pd.DataFrame, rng: np.random.Generator) -> pd.DataFrame:
+        """Return what the file records."""
+        frame = exact.copy()
+        for i in range(11):
+            values = exact[f"T{i + 1}_degC"].to_numpy() + self._error_t[i]
+            noisy = values + self._noise_t[i] * rng.standard_normal(len(values))
+            frame[f"T{i + 1}_degC"] = np.round(noisy, 2)
+        for i in range(5):
+            values = exact[f"S{i + 1}_um"].to_numpy()
+            noisy = values + self._noise_s[i] * rng.standard_normal(len(values))
+            frame[f"S{i + 1}_um"] = np.round(noisy, 1)
+        return frame

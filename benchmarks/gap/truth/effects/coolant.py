@@ -1,0 +1,140 @@
+"""Effects of the coolant."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+
+from benchmarks.gap.truth.cells import INLET
+from benchmarks.gap.truth.drive import REST, Drive
+from benchmarks.gap.truth.effects.base import Array, Hidden, Now
+from benchmarks.gap.truth.spindle import Spindle
+
+JACKETS = ("front", "motor", "rear")
+
+
+class CoolantThermostat(Hidden):
+    """A two-point chiller: its tank warms until the upper edge of a dead band, then is cooled.
+
+    The size is half the band [K]. What reaches the jackets swings with the tank; a valve throttles
+    the flow while the compressor rests. Where in its cycle a run begins is chance.
+    """
+
+    name: ClassVar[str] = "coolant_thermostat"
+    unit: ClassVar[str] = "K"
+    sizes: ClassVar[tuple[float, float, float]] = (0.15, 0.4, 1.0)
+
+    def draw(self, rng: np.random.Generator) -> None:
+        """Choose the period and how long the compressor runs in it."""
+        self.more["period_min"] = float(rng.uniform(8.0, 35.0))
+        self.more["cooling_share"] = float(rng.uniform(0.35, 0.65))
+        self._chance = rng
+
+    def begin(self, spindle: Spindle, drive: Drive) -> None:
+        """Start anywhere in the band; before the run it is taken to hold its mean."""
+        self._resting = drive.family == REST
+        place = 0.0 if self._resting else float(self._chance.uniform(-1.0, 1.0))
+        self._tank = place * self.size
+        self._cooling = self._resting or bool(self._chance.random() < 0.5)
+
+    def scales(self, now: Now) -> dict[str, float]:
+        """Return the flow's factor; the wall film falls with flow^0.8."""
+        if self._cooling:
+            return {}
+        # A chiller with a wide band rests for long, and its valve closes further meanwhile.
+        left = 1.0 - 0.5 * min(self.size, 1.0)
+        flows = {f"flow_{jacket}": left for jacket in JACKETS}
+        return flows | {f"wall_{jacket}": left**0.8 for jacket in JACKETS}
+
+    def boundaries(self, now: Now, values: Array) -> None:
+        """The tank's temperature reaches the jackets."""
+        values[INLET] += self._tank
+
+    def advance(self, now: Now, step: float) -> None:
+        """Warm or cool the tank and switch at the edges."""
+        if self._resting:
+            return
+        share = self.more["cooling_share"]
+        time_s = 60.0 * self.more["period_min"] * (share if self._cooling else 1.0 - share)
+        self._tank += (-1.0 if self._cooling else 1.0) * 2.0 * self.size / time_s * step
+        if self._tank >= self.size:
+            self._cooling = True
+        elif self._tank <= -self.size:
+            self._cooling = False
+
+
+class CoolantDegradation(Hidden):
+    """A filter clogs: flow and wall film fall over the run, by the size after eight hours."""
+
+    name: ClassVar[str] = "coolant_degradation"
+    unit: ClassVar[str] = "1"
+    sizes: ClassVar[tuple[float, float, float]] = (0.1, 0.25, 0.5)
+
+    def scales(self, now: Now) -> dict[str, float]:
+        """Return the factors, renewed every five minutes."""
+        hours = max(now.time, 0.0) // 300.0 / 12.0
+        left = max(1.0 - self.size * hours / 8.0, 0.05)
+        flows = {f"flow_{jacket}": left for jacket in JACKETS}
+        return flows | {f"wall_{jacket}": left**0.8 for jacket in JACKETS}
+
+
+class CoolantSupplyOffset(Hidden):
+    """The pump warms the coolant behind the sensor of its inlet."""
+
+    name: ClassVar[str] = "coolant_supply_offset"
+    unit: ClassVar[str] = "K"
+    sizes: ClassVar[tuple[float, float, float]] = (0.12, 0.3, 0.7)
+
+    def boundaries(self, now: Now, values: Array) -> None:
+        """Raise the inlet."""
+        values[INLET] += self.size
+
+
+class CoolantSplash(Hidden):
+    """Cutting coolant wets the headstock and the nose while the brake's cooling is on.
+
+    The size is the conductance of the film of coolant [W/K], which comes a little colder than air.
+    """
+
+    name: ClassVar[str] = "coolant_splash"
+    unit: ClassVar[str] = "W/K"
+    sizes: ClassVar[tuple[float, float, float]] = (10.0, 25.0, 60.0)
+    catalogued: ClassVar[bool] = False
+
+    def draw(self, rng: np.random.Generator) -> None:
+        """Choose when it flows; the schedule is its own."""
+        self.more["period_h"] = float(rng.uniform(1.2, 2.2))
+        self.more["colder_K"] = float(rng.uniform(2.0, 4.0))
+
+    def heat(self, now: Now, out: Array) -> None:
+        """Cool the headstock's middle and the nose of the housing."""
+        if now.time <= 0.0 or (now.time / 3600.0 / self.more["period_h"]) % 1.0 < 0.6:
+            return
+        cold = float(now.look_up()[0]) - self.more["colder_K"]
+        parts = now.spindle.parts
+        cells = parts["pedestal"][:-1]
+        out[cells] += 0.8 * self.size / len(cells) * (cold - now.temperature[cells])
+        cells = parts["housing"][-1]
+        out[cells] += 0.2 * self.size / len(cells) * (cold - now.temperature[cells])
+
+
+class LooseningBolt(Hidden):
+    """A bolt between spindle and headstock loosens at some time: its joint conducts less at once.
+
+    The size is the share that is lost.
+    """
+
+    name: ClassVar[str] = "loosening_bolt"
+    unit: ClassVar[str] = "1"
+    sizes: ClassVar[tuple[float, float, float]] = (0.3, 0.6, 0.9)
+    catalogued: ClassVar[bool] = False
+
+    def draw(self, rng: np.random.Generator) -> None:
+        """Choose when."""
+        self.more["at_h"] = float(rng.uniform(1.5, 3.5))
+
+    def scales(self, now: Now) -> dict[str, float]:
+        """Return the joint's factor."""
+        loose = now.time > 3600.0 * self.more["at_h"]
+        return {"joint_pedestal": 1.0 - self.size} if loose else {}
