@@ -210,8 +210,8 @@ def _plant_page(machine: Machine) -> Page:
         f"{machine.axis.slew_um_per_s:g} um/s, within {machine.axis.limit_um:g} um, in steps of "
         f"{machine.axis.resolution_um:g} um. <code>error = drift + offset in force</code>. The "
         "readings of the displacement sensors show the spindle's drift, offsets not included. "
-        "Start: in equilibrium with the boundary temperatures set before the initialisation "
-        "ends.</p>"
+        "Start: every node at the boundary temperature that the machine file names for it, else at "
+        "the first one, as set before the initialisation ends.</p>"
     )
     effects = ", ".join(machine.effects) or "those of its links and sources"
     sources = table(("source", "reference"), list(machine.references.items()))
@@ -296,6 +296,11 @@ def main(given: Sequence[str] | None = None) -> int:
         recipes = _recipes(arguments)
     except (BadInput, ModelFileError) as error:
         print(error, file=sys.stderr)
+        return 2
+    try:
+        arguments.out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        print(f"--out: {arguments.out}: cannot be made: {error.strerror}", file=sys.stderr)
         return 2
     entries = []
     for recipe, reference in recipes:

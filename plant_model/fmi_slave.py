@@ -11,7 +11,7 @@ from fmu_packaging.slave import DriftSlave, FmuError
 from fmu_packaging.variables import Variable
 from plant_model.machine import Input, Machine
 from plant_model.parameters import Parameter, ParameterError
-from plant_model.stepper import AXES, PlantStepper
+from plant_model.stepper import AXES, InputError, PlantStepper
 
 MACHINE_FILE = "machine.json"
 """The machine, in the FMU's resources."""
@@ -39,7 +39,7 @@ class PlantSlave(DriftSlave):
         return variables(self._machine)
 
     def begin(self) -> None:
-        """Start in equilibrium with the boundary inputs in force.
+        """Start every node at the boundary input that it names, else at the first.
 
         Raises
         ------
@@ -69,7 +69,11 @@ class PlantSlave(DriftSlave):
 
     def advance(self, time_s: float, step_s: float) -> None:
         """Step the machine with inputs held."""
-        self._stepper.step(step_s, dict(zip(self._names, self.inputs.values(), strict=True)))
+        inputs = dict(zip(self._names, self.inputs.values(), strict=True))
+        try:
+            self._stepper.step(step_s, inputs)
+        except InputError as error:
+            raise FmuError(str(error)) from None
         self._publish()
 
     def _publish(self) -> None:

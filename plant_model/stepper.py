@@ -18,8 +18,13 @@ from plant_model.sensors import SensorNoise, readings
 from plant_model.structure import drift_at, pose
 
 AXES = ("X", "Y", "Z")
+
 KEPT = 64
 """Propagators, and heats of input values, kept at once."""
+
+
+class InputError(ValueError):
+    """An input that is not finite or outside the range that the machine file gives it."""
 
 
 class PlantStepper:
@@ -96,7 +101,7 @@ class PlantStepper:
         Raises
         ------
         ValueError
-            For a step that is not positive or an input that is not finite or out of range.
+            For a step that is not positive; :class:`InputError` for an input out of range.
         """
         if not step_s > 0.0:
             raise ValueError(f"a step of {step_s:g} s: it must be above 0")
@@ -111,7 +116,7 @@ class PlantStepper:
         for entry in self.machine.inputs:
             value = inputs[entry.name]
             if not entry.low <= value <= entry.high:
-                raise ValueError(
+                raise InputError(
                     f"{entry.name}: {value:g} is outside {entry.low:g}..{entry.high:g} {entry.unit}"
                 )
 

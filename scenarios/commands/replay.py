@@ -8,6 +8,7 @@ from pathlib import Path
 
 NAME = "replay"
 HELP = "drive a compensator with measured runs"
+LONGEST_MM = 10_000.0
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -43,9 +44,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Replay, write the folder, print the table."""
+    from measurement.errors import BadInput
     from scenarios.replay_runner import run_replay
     from scenarios.table import as_text
 
+    length = args.tool_length
+    if length is not None and not -LONGEST_MM <= length <= LONGEST_MM:
+        problem = f"{length:g} is not allowed: -{LONGEST_MM:g} to {LONGEST_MM:g} mm"
+        raise BadInput("--tool-length", "", problem)
     table, groups, notes = run_replay(
         args.compensator,
         args.runs,

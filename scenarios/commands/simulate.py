@@ -47,7 +47,7 @@ def run(args: argparse.Namespace) -> int:
     from plant_model.machine_file import read_machine
     from plant_model.parameters import ParameterError
     from plant_model.simulate import simulate
-    from scenarios.scenario import read_scenario
+    from scenarios.scenario import MOST_STEPS, read_scenario
 
     machine = read_machine(args.machine)
     scenario = read_scenario(args.scenario)
@@ -57,6 +57,8 @@ def run(args: argparse.Namespace) -> int:
     settings = case.settings
     if not 0.0 < args.every <= settings.duration_s:
         raise BadInput("--every", "", f"{args.every:g} is outside 0..{settings.duration_s:g} s")
+    if settings.duration_s / args.every > MOST_STEPS:
+        raise BadInput("--every", "", f"{args.every:g} s makes more than {MOST_STEPS} rows")
     seed = settings.seed if args.seed is None else args.seed
     if seed < 0:
         raise BadInput("--seed", "", f"{seed} is not allowed: 0 or more")
@@ -65,7 +67,8 @@ def run(args: argparse.Namespace) -> int:
         result = simulate(
             machine,
             inputs,
-            settings.plant.parameters,
+            # The FMU quotes names that hold a hyphen, as structured naming asks; both forms serve.
+            {name.replace("'", ""): v for name, v in settings.plant.parameters.items()},
             noise_seed=None if args.exact or not settings.plant.noise else seed,
         )
     except (DriveError, ParameterError) as error:

@@ -1,0 +1,181 @@
+"""Writes the tables of the documentation that come from the code: ``python -m docs.make_tables``.
+
+A table stands between two comments, ``<!-- begin NAME: ... -->`` and ``<!-- end NAME -->``; what is
+between them is replaced. A test compares the pages with what this script would write.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+
+from build_fmu import DEFAULT_MACHINE, DEFAULT_MODEL
+from fmu_compensator.runtime import fmi_slave as compensator_slave
+from fmu_compensator.runtime.modelfile import load_model
+from fmu_packaging.variables import Variable
+from measurement.files import write_atomically
+from measurement.units import UNITS
+from plant_model import fmi_slave as plant_slave
+from plant_model.effects import Effect, catalogue, item_kinds
+from plant_model.effects.base import NumberSpec
+from plant_model.machine import FAMILIES
+from plant_model.machine_file import read_machine
+from plant_model.parameters import Parameter
+
+DOCS = Path(__file__).resolve().parent
+PAGES = ("effects.md", "fmu.md", "formats.md")
+MARKS = re.compile(r"(<!-- begin (\w+): [^\n]* -->\n).*?(<!-- end \2 -->)", re.DOTALL)
+
+
+def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """Return a Markdown table."""
+    lines = [head, ["---"] * len(head), *rows]
+    return "\n".join(f"| {' | '.join(map(_cell, row))} |" for row in lines)
+
+
+def _cell(text: str) -> str:
+    return text.replace("|", "\\|")
+
+
+def code(text: str) -> str:
+    """Return *text* as code."""
+    return f"`{text}`"
+
+
+def with_unit(value: str, unit: str) -> str:
+    """Return a value and its unit; a pure number has none."""
+    return value if unit == "1" else f"{value} {unit}"
+
+
+def described(parameter: Parameter) -> str:
+    """Return a parameter's nominal value and range."""
+    span = f"{parameter.value:g} ({parameter.low:g} to {parameter.high:g})"
+    return with_unit(span, parameter.unit)
+
+
+def effects() -> str:
+    """Return the catalogue of effects."""
+    shipped = read_machine(DEFAULT_MACHINE).effects
+    rows = [_effect_row(name, effect, name in shipped) for name, effect in catalogue().items()]
+    head = ("Effect", "What it is", "Amplitude: nominal (range)", "Other parameters", "Remarks")
+    return table(head, rows)
+
+
+def _effect_row(name: str, effect: type[Effect], shipped: bool) -> list[str]:
+    others = [
+        f"{code(key)} {described(value)}"
+        for key, value in effect.parameters.items()
+        if key != effect.amplitude
+    ]
+    amplitude = f"{code(effect.amplitude)} {described(effect.parameters[effect.amplitude])}"
+    remarks = []
+    if shipped:
+        remarks.append(f"in force in {code(DEFAULT_MACHINE)}")
+    if effect.on_channel:
+        remarks.append(f'on one thermometer: `[effects."{name}:T1"]`')
+    if effect.needs:
+        remarks.append(f"needs {', '.join(map(code, effect.needs))}")
+    if effect.conductance_inputs:
+        remarks.append(f"needs an input {', '.join(map(code, effect.conductance_inputs))}")
+    what = f"**{effect.title}.** {effect.explanation}"
+    return [code(name), what, amplitude, "; ".join(others), "; ".join(remarks)]
+
+
+def kinds() -> str:
+    """Return the kinds of links, sources and parts of the structure."""
+    rows = []
+    for family in FAMILIES:
+        for (of, kind), (effect, spec) in sorted(item_kinds().items()):
+            if of == family:
+                refs = [f"{code(role)}: {_form(form)}" for role, form in spec.refs.items()]
+                numbers = [_number(key, number) for key, number in spec.numbers.items()]
+                cells = [code(family), code(kind), "; ".join(refs), "; ".join(numbers)]
+                rows.append([*cells, code(effect)])
+    head = ("Table", "`kind`", "What it joins", "Numbers", "Effect that must be in force")
+    return table(head, rows)
+
+
+def _form(form: str) -> str:
+    parts = [part.removesuffix("*").replace("|", " or ") for part in form.split(",")]
+    if form.endswith("*"):
+        return f"one {parts[0]} or a list of them"
+    return f"[{', '.join(parts)}]" if len(parts) > 1 else parts[0]
+
+
+def _number(key: str, number: NumberSpec) -> str:
+    span = with_unit(f"{number.low:g} to {number.high:g}", number.unit)
+    usual = "" if number.default is None else f", {number.default:g} if left out"
+    return f"{code(key)} {span}{usual}"
+
+
+def units() -> str:
+    """Return the units of run-file columns."""
+    rows = [
+        [
+            code(f"_{unit.suffix}"),
+            unit.quantity,
+            f"{unit.low:g} to {unit.high:g}",
+            "holds its last value" if unit.switches else "straight line",
+        ]
+        for unit in UNITS.values()
+    ]
+    return table(("Ending", "Quantity", "Allowed", "Between two samples"), rows)
+
+
+def compensator_variables() -> str:
+    """Return the variables of the shipped compensator FMU."""
+    return _variables(compensator_slave.variables(load_model(DEFAULT_MODEL)))
+
+
+def plant_variables() -> str:
+    """Return the variables of the shipped plant FMU, without the machine's parameters."""
+    declared = plant_slave.variables(read_machine(DEFAULT_MACHINE))
+    return _variables(
+        entry for entry in declared if not entry.is_parameter or "." not in entry.name
+    )
+
+
+def _variables(declared: Iterable[Variable]) -> str:
+    rows = []
+    for entry in declared:
+        numbers = (entry.low, entry.high)
+        span = "" if None in numbers else f"{entry.low:g} to {entry.high:g}"
+        unit = entry.unit if entry.kind == "real" else ""
+        start = "" if entry.is_output or entry.start is None else _shown(entry.start)
+        cells = [code(entry.name), entry.causality, entry.kind, unit, span, start]
+        rows.append([*cells, entry.description])
+    return table(("Variable", "Causality", "Type", "Unit", "Range", "Start", "Meaning"), rows)
+
+
+def _shown(value: object) -> str:
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+TABLES: dict[str, Callable[[], str]] = {
+    "effects": effects,
+    "kinds": kinds,
+    "units": units,
+    "compensator_variables": compensator_variables,
+    "plant_variables": plant_variables,
+}
+
+
+def renewed(text: str) -> str:
+    """Return a page with its tables made anew."""
+    return MARKS.sub(lambda found: f"{found[1]}{TABLES[found[2]]()}\n{found[3]}", text)
+
+
+def main() -> None:
+    """Write the pages that have changed."""
+    for name in PAGES:
+        page = DOCS / name
+        old = page.read_text(encoding="utf-8")
+        new = renewed(old)
+        if new != old:
+            write_atomically(page, new)
+            print(f"{page.name} is written anew")
+
+
+if __name__ == "__main__":
+    main()

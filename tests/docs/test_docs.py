@@ -1,0 +1,229 @@
+"""The pages: their links, commands, examples, and the tables that are made from the code."""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import importlib.util
+import re
+import shlex
+import tomllib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple, get_args
+
+import pandas as pd
+import pytest
+
+import build_fmu
+from docs import make_tables
+from fmu_compensator.runtime.modelfile import parse_model
+from fmu_packaging.variables import Variable
+from measurement.rig import default_rig
+from measurement.runs import read_run
+from plant_model.machine_file import machine_from_table, read_machine
+from plant_model.simulate import simulate
+from scenarios import cli
+from scenarios.faults import Kind
+from scenarios.scenario import scenario_from_text
+from scenarios.signals import kinds
+from tests.conftest import ROOT
+
+PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")])
+IMAGE_OR_LINK = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)\)")
+FENCE = re.compile(r"^```([^\n]*)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
+PROMPTS = ("spindle-drift", "python", "make", ".")
+
+
+class Block(NamedTuple):
+    """A fenced block: the page, the words after the fence, the text."""
+
+    page: Path
+    info: str
+    text: str
+
+
+def blocks(info: str = "") -> Iterator[Block]:
+    for page in PAGES:
+        for words, text in FENCE.findall(page.read_text(encoding="utf-8")):
+            if not info or words == info:
+                yield Block(page, words, text)
+
+
+def example(name: str) -> str:
+    (found,) = [block.text for block in blocks() if block.info.split()[1:] == [name]]
+    return found
+
+
+def anchors(page: Path) -> set[str]:
+    """Return the anchors of a page's headings, as GitHub makes them."""
+    text = FENCE.sub("", page.read_text(encoding="utf-8"))
+    headings = re.findall(r"^#+ (.*)$", text, re.MULTILINE)
+    plain = (re.sub(r"[^\w\- ]", "", heading.lower()) for heading in headings)
+    return {heading.strip().replace(" ", "-") for heading in plain}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_links_resolve(page: Path) -> None:
+    text = FENCE.sub("", page.read_text(encoding="utf-8"))
+    for target in IMAGE_OR_LINK.findall(text):
+        if target.startswith("https://"):
+            continue
+        name, _, anchor = target.partition("#")
+        file = page.parent / name if name else page
+        assert file.exists(), target
+        assert not anchor or anchor in anchors(file), target
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_paths_in_code_marks_exist(page: Path) -> None:
+    text = FENCE.sub("", page.read_text(encoding="utf-8"))
+    rooms = "measurement|plant_model|fmu_compensator|fmu_packaging|scenarios|benchmarks|tests|docs"
+    for path in re.findall(rf"`((?:{rooms})/[\w./*-]*)`", text):
+        known = re.sub(r"\bNAME\b", "*", path)
+        assert any(ROOT.glob(known.rstrip("/"))), path
+
+
+def command_lines() -> list[str]:
+    lines = []
+    for block in blocks("sh"):
+        joined = block.text.replace("\\\n", " ")
+        lines += [line for line in joined.splitlines() if line.strip()]
+    return lines
+
+
+def targets() -> set[str]:
+    return set(re.findall(r"^([a-z]+):", (ROOT / "Makefile").read_text(), re.MULTILINE))
+
+
+def check_command(line: str) -> None:
+    """Parse a command line with the parser that would parse it."""
+    program, *words = shlex.split(line, comments=True)
+    assert program in PROMPTS, line
+    if program == "spindle-drift":
+        name, *rest = words
+        module = importlib.import_module(cli._commands()[name][0])
+        parser = argparse.ArgumentParser(exit_on_error=False)
+        module.add_arguments(parser)
+        parser.parse_args(rest)
+    elif program == "make":
+        assert set(words) <= targets(), line
+    elif words[:1] == ["build_fmu.py"]:
+        build_fmu._arguments(words[1:])
+    elif words[:1] == ["-m"]:
+        assert importlib.util.find_spec(words[1]), line
+
+
+@pytest.mark.parametrize("line", command_lines())
+def test_commands_exist_with_their_options(line: str) -> None:
+    check_command(line)
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "spindle-drift nope",
+        "spindle-drift run step_speed --nope",
+        "spindle-drift fit run.csv",
+        "make nope",
+        "python build_fmu.py --nope",
+        "python -m benchmarks.nope",
+        "rm -r x",
+    ],
+)
+def test_a_command_that_does_not_exist_is_found(
+    line: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises((SystemExit, AssertionError, KeyError, argparse.ArgumentError)):
+        check_command(line)
+
+
+def test_commands_in_running_text_exist() -> None:
+    known = set(cli._commands()) | {"COMMAND"}
+    for page in PAGES:
+        text = FENCE.sub("", page.read_text(encoding="utf-8"))
+        named = set(re.findall(r"`spindle-drift (\w[\w-]*)", text))
+        assert named <= known, page.name
+
+
+def test_python_examples_compile_and_import() -> None:
+    found = list(blocks("python"))
+    assert len(found) >= 3
+    for block in found:
+        compile(block.text, str(block.page), "exec")
+        for module in re.findall(r"^from ([\w.]+) import", block.text, re.MULTILINE):
+            assert importlib.util.find_spec(module), module
+
+
+def test_the_run_example_reads(tmp_path: Path) -> None:
+    path = tmp_path / "run.csv"
+    path.write_text(example("run.csv"), encoding="utf-8")
+    run = read_run(path)
+    assert run.temperatures == ["T1_degC", "T2_degC"]
+    assert run.frame["T1_degC"].isna().sum() == 1
+    assert default_rig(run).columns == ["disp_z_um"]
+
+
+def test_the_machine_example_reads_and_runs(tmp_path: Path) -> None:
+    path = tmp_path / "machine.toml"
+    path.write_text(example("machine.toml"), encoding="utf-8")
+    machine = read_machine(path)
+    rows = [(0.0, 6000.0, 20.0), (1800.0, 6000.0, 20.0)]
+    inputs = pd.DataFrame(rows, columns=["time_s", "speed_rpm", "hall_degC"])
+    result = simulate(machine, inputs)
+    assert result.temperatures[0, -1].min() > 20.0
+    assert result.run_frame()["disp_z_um"].iloc[-1] < -1.0
+
+
+def test_the_compensator_example_reads() -> None:
+    model = parse_model(example("compensator.json"), "compensator.json")
+    assert [model.sensors[index].name for index in model.chosen] == ["T1"]
+    assert model.geometry.drift([-28.6], 0.0) == (0.0, 0.0, -28.6)
+
+
+def test_the_scenario_example_reads() -> None:
+    scenario = scenario_from_text(example("scenario.toml"), Path("scenario.toml"))
+    assert [case.name for case in scenario.cases] == ["compensated", "without"]
+    declared = {entry.name: entry for entry in plant_variables()}
+    for case in scenario.cases:
+        assert set(case.signals) <= declared.keys()
+        for name, value in case.settings.plant.parameters.items():
+            assert declared[name].refusal(value) == ""
+
+
+def plant_variables() -> list[Variable]:
+    return make_tables.plant_slave.variables(read_machine(make_tables.DEFAULT_MACHINE))
+
+
+def test_the_effects_example_fits_the_shipped_machine() -> None:
+    (text,) = [block.text for block in blocks("toml") if block.page.name == "effects.md"]
+    path = ROOT / "plant_model" / "machines" / "jig_borer.toml"
+    table = tomllib.loads(path.read_text(encoding="utf-8"))
+    more = tomllib.loads(text)["effects"]
+    table["effects"] |= more
+    assert set(more) <= machine_from_table(table, "example").effects.keys()
+
+
+@pytest.mark.parametrize("name", make_tables.PAGES)
+def test_tables_are_up_to_date(name: str) -> None:
+    text = (ROOT / "docs" / name).read_text(encoding="utf-8")
+    assert make_tables.MARKS.search(text)
+    assert make_tables.renewed(text) == text, "run: python -m docs.make_tables"
+
+
+def test_every_table_stands_in_a_page() -> None:
+    pages = [(ROOT / "docs" / name).read_text(encoding="utf-8") for name in make_tables.PAGES]
+    found = {mark[2] for page in pages for mark in make_tables.MARKS.finditer(page)}
+    assert found == make_tables.TABLES.keys()
+
+
+def test_an_old_table_is_found() -> None:
+    old = "<!-- begin units: made by hand -->\n| old |\n<!-- end units -->"
+    assert make_tables.renewed(old) != old
+    assert "| old |" not in make_tables.renewed(old)
+
+
+def test_format_page_names_every_kind_of_signal_and_fault() -> None:
+    text = (ROOT / "docs" / "formats.md").read_text(encoding="utf-8")
+    for kind in [*kinds(), *get_args(Kind)]:
+        assert f"| `{kind}` |" in text, kind
