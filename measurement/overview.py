@@ -75,9 +75,22 @@ def draw_overview(run: Run, summary: Summary, rig: Rig | None = None) -> Figure:
     return figure
 
 
+def settle(figure: Figure) -> None:
+    """Let the layout take place once and keep it to four digits.
+
+    The layout's solver may end a last digit apart from one drawing to the next.
+    """
+    figure.draw_without_rendering()
+    places = [(axes, axes.get_position().bounds) for axes in figure.axes]
+    figure.set_layout_engine("none")
+    for axes, (left, bottom, width, height) in places:
+        axes.set_position((round(left, 4), round(bottom, 4), round(width, 4), round(height, 4)))
+
+
 def png_bytes(figure: Figure, dpi: int = 110) -> bytes:
     """Return a figure as a PNG; the same figure gives the same bytes."""
     stream = io.BytesIO()
+    settle(figure)
     # Without the library's version in it.
     figure.savefig(stream, format="png", dpi=dpi, metadata={"Software": None})
     return stream.getvalue()

@@ -151,9 +151,9 @@ class ExponentialRungeKutta:
         self._part = 1.0
 
     def _weights_of(self, h: float) -> tuple[FloatArray, ...]:
-        # Instants of a grid differ in their last digits; a step is the same to a microsecond.
-        h = round(h, 6)
-        known = self._weights.get(h)
+        # Instants of a grid differ in their last digits: steps equal to a nanosecond share weights.
+        key = round(h, 9)
+        known = self._weights.get(key)
         if known is None:
             x = -self.modes.decay * h
             p1, p2, p3 = (phi(k, x) for k in (1, 2, 3))
@@ -168,7 +168,7 @@ class ExponentialRungeKutta:
             )
             if len(self._weights) > 64:
                 self._weights.clear()
-            self._weights[h] = known
+            self._weights[key] = known
         return known
 
     def once(

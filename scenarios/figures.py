@@ -8,6 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from measurement.overview import settle
 from scenarios.charts import Chart, Line, Panel, kept, kept_steps
 
 WIDTH_IN, PANEL_IN, DPI = 9.0, 2.3, 130
@@ -26,6 +27,7 @@ def draw(chart: Chart, folder: Path) -> Path:
     axes[-1].set_xlabel("time [h]")
     _legend(figure, chart)
     path = folder / f"{chart.name}.png"
+    settle(figure)
     figure.savefig(path, dpi=DPI, metadata={"Software": None})
     return path
 
