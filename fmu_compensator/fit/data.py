@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from fmu_compensator.fit.columns import MeasuredColumns
 from fmu_compensator.fit.training import Array, TrainingRun, row_weights
 from fmu_compensator.runtime.fields import is_name
 from measurement.errors import BadInput
@@ -57,15 +58,28 @@ class PreparedRun:
 
     def complete(self, columns: Sequence[int]) -> TrainingRun:
         """Return the rows in which the targets and some of the inputs are all there."""
+        run = self.history(columns)
+        return run.at(run.known)
+
+    def history(self, columns: Sequence[int]) -> TrainingRun:
+        """Return the rows in which some of the inputs are all there, with the targets or not.
+
+        A model that remembers earlier samples needs the temperatures of a stop, too, in which the
+        displacement was frozen.
+        """
         inputs = self.inputs[:, list(columns)]
-        rows = self.usable & np.isfinite(inputs).all(axis=1) & np.isfinite(self.targets).all(axis=1)
+        rows = np.asarray(np.isfinite(inputs).all(axis=1))
+        known = rows & self.usable & np.asarray(np.isfinite(self.targets).all(axis=1))
+        weights = np.zeros(len(rows))
+        weights[known] = row_weights(self.time_s[known])
+        targets = np.where(known[:, None], self.targets, np.nan)
         return TrainingRun(
             self.name,
             self.time_s[rows],
             inputs[rows],
-            self.targets[rows],
+            targets[rows],
             self.speed[rows],
-            row_weights(self.time_s[rows]),
+            weights[rows],
         )
 
 
@@ -100,7 +114,7 @@ class Prepared:
 
 def prepare(
     runs: Sequence[Run],
-    rig: Rig,
+    rig: Rig | MeasuredColumns,
     input_form: str = "rise",
     *,
     sensors: Sequence[str] | None = None,
@@ -114,8 +128,10 @@ def prepare(
         Run files.
     rig : rig of `measurement.rig`
         What the displacement columns mean.
-    input_form : {"rise", "absolute"}
+    input_form : {"rise", "absolute", "level"}
         ``rise``: temperatures and targets are relative to their first valid sample in each run.
+        ``level``: temperatures are as read and targets relative; a sensor whose level jumps
+        between runs is not used then.
     sensors : sequence of str, optional
         Signal names of the temperatures to look at; by default all that the runs have.
     leave_out_frozen : bool
@@ -146,11 +162,14 @@ def prepare(
         if leave_out_frozen:
             prepared[-1].usable[:] = _live(run, rig, notes)
     candidates = _candidates(prepared, common, notes)
-    notes += _level_jumps(prepared, common, input_form)
+    jumped = _level_jumps(prepared, common, input_form)
+    notes += jumped.values()
+    if input_form == "level":
+        candidates = tuple(index for index in candidates if index not in jumped)
     return Prepared(tuple(prepared), common, candidates, targets, tuple(notes))
 
 
-def _targets(rig: Rig, run: Run) -> pd.DataFrame:
+def _targets(rig: Rig | MeasuredColumns, run: Run) -> pd.DataFrame:
     try:
         return rig.targets(run)
     except BadInput as error:  # it names the rig; the user needs the run
@@ -202,7 +221,7 @@ def _prepared_run(run: Run, targets: Array, sensors: Sequence[str], input_form: 
         run.time_s,
         temperatures,
         temperatures - _first_valid(temperatures) if rise else temperatures,
-        targets - _first_valid(targets) if rise else targets,
+        targets if input_form == "absolute" else targets - _first_valid(targets),
         speed,
         np.ones(rows, dtype=bool),
     )
@@ -230,7 +249,7 @@ def unchanged_for(time_s: Array, values: Array) -> Array:
     return age
 
 
-def _live(run: Run, rig: Rig, notes: list[str]) -> NDArray[np.bool_]:
+def _live(run: Run, rig: Rig | MeasuredColumns, notes: list[str]) -> NDArray[np.bool_]:
     """Return which rows show no displacement that is frozen or at the end of its range."""
     dead = np.zeros(len(run.time_s), dtype=bool)
     for finding in look_over(run):
@@ -284,25 +303,29 @@ def _strays(runs: Sequence[PreparedRun]) -> dict[int, tuple[str, float]]:
     }
 
 
-def _level_jumps(runs: Sequence[PreparedRun], sensors: Sequence[str], input_form: str) -> list[str]:
+def _level_jumps(
+    runs: Sequence[PreparedRun], sensors: Sequence[str], input_form: str
+) -> dict[int, str]:
     """Return a note for each sensor whose level differs between runs as no other's does."""
     if len(sensors) < 3 or len(runs) < 2:
-        return []
+        return {}
     level = np.array([np.nanmedian(run.temperatures, axis=0) for run in runs])
     against_others = level - np.median(level, axis=1, keepdims=True)
     away = against_others - np.median(against_others, axis=0)
     if input_form == "rise":
         outcome = "the rise form does not feel it"
+    elif input_form == "level":
+        outcome = "not used, the level form would carry it into the offsets"
     else:
         outcome = "WARNING: absolute temperatures carry it into the offsets; use the rise form"
-    notes = []
+    notes = {}
     for index, name in enumerate(sensors):
         odd = [run for run in range(len(runs)) if abs(away[run, index]) > LEVEL_JUMP_K]
         if odd:
             where = _listed([runs[run].name for run in odd])
             largest = max((away[run, index] for run in odd), key=abs)
             level_text = f"{name} reads {largest:+.0f} K from its usual level in {where}"
-            notes.append(f"{level_text}: {outcome}")
+            notes[index] = f"{level_text}: {outcome}"
     return notes
 
 

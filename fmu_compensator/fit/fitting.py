@@ -4,20 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from fmu_compensator.fit.data import Prepared, PreparedRun, prepare
-from fmu_compensator.fit.error_models import fitted_models
-from fmu_compensator.fit.error_models.base import FittedModel, Task
-from fmu_compensator.fit.points import Choice, choose_points
+from fmu_compensator.fit.data import Prepared, prepare
+from fmu_compensator.fit.error_models.base import FittedModel
+from fmu_compensator.fit.intervals import FRESH_H, Residuals, conformal
 from fmu_compensator.fit.ranges import limits_table, sensor_table
+from fmu_compensator.fit.recipe import Recipe
 from fmu_compensator.fit.training import Array, TrainingRun
 from fmu_compensator.runtime.fields import Fields
 from fmu_compensator.runtime.geometry import FORMS, geometry_from_fields
-from fmu_compensator.runtime.modelfile import FORMAT, INPUT_FORMS, KIND, model_text
+from fmu_compensator.runtime.modelfile import FORMAT, KIND, model_text
 from measurement.errors import BadInput, shown
 from measurement.figures import figures_of_merit
 from measurement.rig import FivePointRig, Rig
@@ -27,45 +26,13 @@ FIGURES = ("max_abs", "mean_abs", "rmse", "r2", "eta")
 FEWEST_RUNS_TO_LEAVE_OUT = 3
 
 
-@dataclass(frozen=True)
-class _Recipe:
-    """What is done with any set of runs: with all of them, and with all but one."""
-
-    model: type[FittedModel]
-    model_options: Mapping[str, Any]
-    points: str | Sequence[str]
-    grey: Mapping[str, Any]
-    input_form: str
-
-    def choose(self, prepared: Prepared, runs: Sequence[PreparedRun]) -> tuple[list[int], Any]:
-        """Return the indices of the chosen sensors, and the choice for the provenance."""
-        if self.points in ("all", "grey") and not prepared.candidates:
-            raise BadInput("training runs", "", "no temperature moves in every run")
-        if self.points == "all":
-            return list(prepared.candidates), {}
-        if self.points == "grey":
-            choice: Choice = choose_points(runs, prepared.candidates, **self.grey)
-            return choice.chosen, choice.table(prepared.sensors)
-        names = self.points.split(",") if isinstance(self.points, str) else list(self.points)
-        return [_index(name.strip(), prepared.sensors) for name in dict.fromkeys(names)], {}
-
-    def fit(
-        self, prepared: Prepared, runs: Sequence[PreparedRun], chosen: list[int]
-    ) -> tuple[FittedModel, list[TrainingRun]]:
-        """Return the fitted model and the rows that it was fitted to."""
-        rows = [run.complete(chosen) for run in runs]
-        names = [prepared.sensors[index] for index in chosen]
-        task = Task(rows, names, prepared.targets, self.input_form)
-        return self.model.fit(task, **self.model_options), rows
-
-
 def fit_compensator(
     runs: Sequence[Run],
     rig: Rig,
     model: str = "mlr",
     *,
-    points: str | Sequence[str] = "grey",
-    input_form: str = "rise",
+    points: str | Sequence[str] | None = None,
+    input_form: str | None = None,
     grey: Mapping[str, Any] | None = None,
     sensors: Sequence[str] | None = None,
     geometry_form: str = "rigid",
@@ -87,12 +54,14 @@ def fit_compensator(
         What the displacement columns mean.
     model : str
         Kind of error model: a file in `fmu_compensator.fit.error_models`.
-    points : {"grey", "all"} or names
-        The temperatures to use: one per group of the grey clustering, every one that moves in
-        every run, or those named (a sequence, or one text with commas).
-    input_form : {"rise", "absolute"}
+    points : {"grey", "hierarchical", "fuzzy", "all"} or names, optional
+        The temperatures to use: one per group of the grey, hierarchical or fuzzy clustering, every
+        one that moves in every run, or those named (a sequence, or one text with commas). By
+        default what is usual for the model.
+    input_form : {"rise", "absolute", "level"}, optional
         ``rise``: temperatures and displacements are relative to their first valid sample. A
-        sensor whose level jumps between runs then does no harm. ``absolute``: as read.
+        sensor whose level jumps between runs then does no harm. ``absolute``: as read. ``level``:
+        temperatures as read, displacements relative. By default what is usual for the model.
     grey : mapping, optional
         Options of `choose_points`: threshold, theta, image, score.
     sensors : sequence of str, optional
@@ -121,22 +90,23 @@ def fit_compensator(
     BadInput
         One line that says what the data or the options lack.
     """
-    known = fitted_models()
-    for place, value, allowed in (
-        ("model", model, tuple(known)),
-        ("input form", input_form, INPUT_FORMS),
-        ("geometry form", geometry_form, FORMS),
-    ):
-        if value not in allowed:
-            raise BadInput("fit", place, f"{shown(value)} is not allowed: {', '.join(allowed)}")
-    recipe = _Recipe(known[model], model_options, points, dict(grey or {}), input_form)
+    if points is not None and not len(points):
+        raise BadInput(
+            "fit", "points", "'' is not allowed: grey, hierarchical, fuzzy, all, or names"
+        )
+    recipe = Recipe(model, points or "", input_form or "", dict(grey or {}), model_options)
+    if geometry_form not in FORMS:
+        allowed = f"{shown(geometry_form)} is not allowed: {', '.join(FORMS)}"
+        raise BadInput("fit", "geometry form", allowed)
+    input_form = recipe.input_form
     prepared = prepare(runs, rig, input_form, sensors=sensors, leave_out_frozen=leave_out_frozen)
     geometry_table = _geometry_table(rig, geometry_form)
     geometry = geometry_from_fields(Fields(geometry_table, "fit", "geometry"))
     chosen, choice = recipe.choose(prepared, prepared.runs)
-    fitted, rows = recipe.fit(prepared, prepared.runs, chosen)
-    options = {"points": points if isinstance(points, str) else list(points)}
-    options |= {"input_form": input_form, **recipe.grey, **model_options}
+    fitted = recipe.fit(prepared, prepared.runs, chosen)
+    rows = [run.complete(chosen) for run in prepared.runs]
+    named = recipe.points if isinstance(recipe.points, str) else list(recipe.points)
+    options = {"points": named, "input_form": input_form, **recipe.grey, **model_options}
     table = {
         "format": FORMAT,
         "kind": KIND,
@@ -163,7 +133,14 @@ def fit_compensator(
                 {
                     "choice": choice,
                     "fit": fitted.report(),
-                    "training": _figures(prepared.targets, rows, [fitted.predict(r) for r in rows]),
+                    "training": _figures(
+                        prepared.targets,
+                        rows,
+                        [
+                            predicted_known(fitted, recipe.rows(run, chosen))
+                            for run in prepared.runs
+                        ],
+                    ),
                     "leave_one_run_out": _leave_one_run_out(recipe, prepared),
                 }
             ),
@@ -187,29 +164,47 @@ def compensator_text(table: dict[str, Any]) -> str:
         raise BadInput("fit", "", str(error)) from None
 
 
-def _leave_one_run_out(recipe: _Recipe, prepared: Prepared) -> dict[str, Any] | None:
+def predicted_known(fitted: FittedModel, run: TrainingRun) -> Array:
+    """Return what a model predicts for the rows in which all targets were measured."""
+    return fitted.predict(run)[run.known]
+
+
+def _leave_one_run_out(recipe: Recipe, prepared: Prepared) -> dict[str, Any] | None:
     """Return figures of each run predicted by a model of the others; None with too few runs.
 
     The points are chosen anew each time: a choice that has seen the run would flatter it.
     """
     if len(prepared.runs) < FEWEST_RUNS_TO_LEAVE_OUT:
         return None
-    kept, predicted, chosen_names = [], [], []
+    kept, values, chosen_names = [], [], []
     for index, run in enumerate(prepared.runs):
         others = prepared.without(index)
         chosen, _ = recipe.choose(prepared, others)
-        fitted, _ = recipe.fit(prepared, others, chosen)
+        fitted = recipe.fit(prepared, others, chosen)
         rows = run.complete(chosen)
         if len(rows.time_s):
             kept.append(rows)
-            predicted.append(fitted.predict(rows))
+            values.append(predicted_known(fitted, recipe.rows(run, chosen)))
             chosen_names.append([prepared.sensors[i] for i in chosen])
     if not kept:
         return None
-    rmse = np.array([_rms(run.targets - y) for run, y in zip(kept, predicted, strict=True)])
+    rmse = np.array([_rms(run.targets - y) for run, y in zip(kept, values, strict=True)])
     raw = np.array([_rms(run.targets) for run in kept])
+    interval = conformal(
+        [
+            Residuals((run.time_s - run.time_s[0]) / 3600.0, run.targets - y)
+            for run, y in zip(kept, values, strict=True)
+        ]
+    )
     return {
-        "pooled": _figures(prepared.targets, kept, predicted),
+        "pooled": _figures(prepared.targets, kept, values),
+        "interval": {
+            "coverage": interval.coverage,
+            # Half width: scale times the root of FRESH_H plus the hours since the start.
+            "scale": dict(zip(prepared.targets, interval.scale.tolist(), strict=True)),
+            "fresh_h": FRESH_H,
+            "longest_h": interval.longest_h,
+        },
         "median_rmse_of_runs": _model_and_none(
             prepared.targets, np.median(rmse, 0), np.median(raw, 0)
         ),
@@ -268,13 +263,6 @@ def _geometry_table(rig: Rig, form: str) -> dict[str, Any]:
         }
     axes = {name: {"axis": entry.axis, "sign": entry.sign} for name, entry in rig.axes.items()}
     return {"kind": "direct", "axes": axes}
-
-
-def _index(name: str, sensors: Sequence[str]) -> int:
-    if name not in sensors:
-        allowed = "grey, all, or names of " + ", ".join(sensors)
-        raise BadInput("fit", "points", f"{shown(name)} is not allowed: {allowed}")
-    return list(sensors).index(name)
 
 
 def _count(runs: Sequence[Run]) -> str:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from fmu_compensator.fit.clustering import fuzzy_c_means, hierarchical
 from fmu_compensator.fit.data import PreparedRun
 from fmu_compensator.fit.incidence import IMAGES, comprehensive_degree, groups, relational_degree
 from fmu_compensator.fit.training import Array
@@ -57,8 +58,10 @@ def choose_points(
     theta: float = 0.5,
     image: str = "initial",
     score: str = "correlation",
+    grouping: str = "grey",
+    clusters: int = 4,
 ) -> Choice:
-    """Group the candidates by grey comprehensive degree and keep one of each group.
+    """Group the candidates and keep one of each group.
 
     Parameters
     ----------
@@ -70,6 +73,11 @@ def choose_points(
         The significance level lambda: sensors with at least this degree form one group.
     theta, image
         Of `comprehensive_degree`.
+    grouping : {"grey", "hierarchical", "fuzzy"}
+        By grey comprehensive degree, by hierarchical clustering of the rises (Euclidean distance,
+        centroid linkage), or by fuzzy c-means.
+    clusters : int
+        How many groups the latter two make.
     score : {"correlation", "relational"}
         What makes a sensor the best of its group: the size of Pearson's r with the error, or the
         grey relational degree to it; either way the mean over all targets. A falling target
@@ -81,13 +89,17 @@ def choose_points(
         If every candidate hardly moves, an option is not allowed, or the initial-value image does
         not exist because a temperature starts at 0 degC.
     """
-    for place, text, allowed in (("score", score, SCORES), ("image", image, IMAGES)):
+    for place, text, allowed in (
+        ("score", score, tuple(SCORES)),
+        ("image", image, tuple(IMAGES)),
+        ("grouping", grouping, GROUPINGS),
+    ):
         if text not in allowed:
             raise BadInput("points", place, f"{text!r} is not allowed: {', '.join(allowed)}")
     for place, value in (("lambda", threshold), ("theta", theta)):
         if not 0 <= value <= 1:
             raise BadInput("points", place, f"{value:g} is not allowed: must be from 0 to 1")
-    grids = [_on_grid(run, candidates) for run in runs]
+    grids = [on_grid(run, candidates) for run in runs]
     rises = np.concatenate([temperatures - temperatures[0] for temperatures, _ in grids])
     errors = np.concatenate([targets - targets[0] for _, targets in grids])
     spread = np.subtract(*np.percentile(rises, [95, 5], axis=0))
@@ -98,15 +110,18 @@ def choose_points(
             "",
             f"no temperature moves by {NEAR_CONSTANT_K:g} K: none can be chosen",
         )
-    degree = np.zeros((len(loud), len(loud)))
-    for temperatures, _ in grids:
-        try:
-            one = comprehensive_degree(temperatures[:, loud], theta, image)
-        except ValueError as error:
-            raise BadInput("points", image, f"{error}; take another image") from None
-        degree += one * len(temperatures) / len(rises)
     values = SCORES[score](errors, rises[:, loud])
-    members = groups(degree, threshold)
+    if grouping == "grey":
+        parts = [temperatures[:, loud] for temperatures, _ in grids]
+        members = groups(mean_degree(parts, theta, image), threshold)
+    else:
+        if not 1 <= clusters <= len(loud):
+            problem = f"{clusters} is not allowed: 1 to {len(loud)}, the temperatures that move"
+            raise BadInput("points", "clusters", problem)
+        if grouping == "hierarchical":
+            members = hierarchical(rises[:, loud], clusters)
+        else:
+            members = fuzzy_c_means(rises[:, loud], clusters).groups
     best = [max(group, key=lambda place: values[place]) for group in members]
     return Choice(
         chosen=sorted(candidates[loud[place]] for place in best),
@@ -116,7 +131,30 @@ def choose_points(
     )
 
 
-def _on_grid(run: PreparedRun, candidates: Sequence[int]) -> tuple[Array, Array]:
+def mean_degree(parts: Sequence[Array], theta: float = 0.5, image: str = "initial") -> Array:
+    """Return the grey comprehensive degree, mean over runs, weighted by their length.
+
+    Parameters
+    ----------
+    parts : sequence of array (n, m)
+        Each run's temperatures on an even grid [degC].
+    theta, image
+        Of `comprehensive_degree`.
+
+    Raises
+    ------
+    BadInput
+        If the dimensionless form does not exist for some series.
+    """
+    total = sum(len(part) for part in parts)
+    try:
+        degrees = [comprehensive_degree(part, theta, image) * len(part) / total for part in parts]
+    except ValueError as error:
+        raise BadInput("points", image, f"{error}; take another image") from None
+    return np.asarray(np.sum(degrees, axis=0))
+
+
+def on_grid(run: PreparedRun, candidates: Sequence[int]) -> tuple[Array, Array]:
     """Return a run's temperatures and targets, evenly sampled where they were measured."""
     rows = run.usable & np.isfinite(run.targets).all(axis=1)
     if rows.sum() < 2:
@@ -156,4 +194,5 @@ def _correlation(errors: Array, rises: Array) -> Array:
     return np.asarray(np.abs(r[: rises.shape[1], rises.shape[1] :]).mean(axis=1))
 
 
+GROUPINGS = ("grey", "hierarchical", "fuzzy")
 SCORES = {"relational": _relational, "correlation": _correlation}

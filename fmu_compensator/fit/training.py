@@ -12,7 +12,10 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class TrainingRun:
-    """One run's complete rows.
+    """One run's rows, each with all inputs.
+
+    The rows of a model that remembers earlier samples (`PreparedRun.history`) have targets only
+    where they were measured; those of any other model (`PreparedRun.complete`) have them all.
 
     Attributes
     ----------
@@ -23,11 +26,11 @@ class TrainingRun:
     inputs : array (n, k)
         Temperatures, in the input form [degC or K].
     targets : array (n, m)
-        What is to be predicted [um, urad].
+        What is to be predicted; NaN where it was not measured [um, urad].
     speed : array (n,)
         Spindle speed [rpm]; NaN where it was not recorded.
     weights : array (n,)
-        The time each row stands for [s].
+        The time each row stands for; 0 where a target is missing [s].
     """
 
     name: str
@@ -36,6 +39,22 @@ class TrainingRun:
     targets: Array
     speed: Array
     weights: Array
+
+    @property
+    def known(self) -> NDArray[np.bool_]:
+        """Which rows have all targets."""
+        return np.asarray(np.isfinite(self.targets).all(axis=1))
+
+    def at(self, rows: NDArray[np.bool_]) -> TrainingRun:
+        """Return the same run with some of its rows."""
+        return TrainingRun(
+            self.name,
+            self.time_s[rows],
+            self.inputs[rows],
+            self.targets[rows],
+            self.speed[rows],
+            self.weights[rows],
+        )
 
     def of(self, columns: list[int]) -> TrainingRun:
         """Return the same run with some of its inputs."""

@@ -21,6 +21,7 @@ STATUS_TEXTS = {
     AT_ZERO: "offsets are zero",
 }
 LONGEST_S = 1e9  # a longer step is as good as this one, and sums of it stay finite
+LARGEST = 1e6  # of a measured target [um, urad]; six orders above any spindle
 FORMAT = 1
 
 
@@ -93,6 +94,7 @@ class Compensator:
         self._fault_age = 0.0  # [s]
         self._good_for = 0.0  # since the last bad sample [s]
         self._unmodelled = 0.0  # since the error model last ran [s]
+        self._measured: list[float] | None = None  # of the sample before, not yet used [um, urad]
         self._wanted = (0.0, 0.0, 0.0)
         self._offset = (0.0, 0.0, 0.0)
         self._pose = (0.0, 0.0, 0.0)
@@ -104,6 +106,7 @@ class Compensator:
         temperatures: Sequence[float],
         speed: float = nan,
         tool_length: float = nan,
+        measured: Sequence[float] | None = None,
     ) -> Output:
         """Take in one sample and return the offsets at the end of the step.
 
@@ -119,15 +122,23 @@ class Compensator:
             Spindle speed [rpm]; NaN: not known.
         tool_length : float
             From the gauge line to the tool tip [mm]; ignored by a direct geometry.
+        measured : sequence of float, optional
+            The targets as a displacement sensor or a probe shows them with this sample, relative
+            to the start unless the file's form is absolute [um, urad]. An error model that can use
+            them does so from the next sample on. One that is not finite counts as none.
 
         Raises
         ------
         ValueError
-            If the number of temperatures is not that of the file's sensors.
+            If the number of temperatures is not that of the file's sensors, or that of the
+            measured targets not that of its targets.
         """
         if len(temperatures) != len(self.model.sensors):
             count = len(self.model.sensors)
             raise ValueError(f"{len(temperatures)} temperatures were given, the file has {count}")
+        if measured is not None and len(measured) != len(self.model.targets):
+            count = len(self.model.targets)
+            raise ValueError(f"{len(measured)} measured targets were given, the file has {count}")
         if not (isfinite(step_s) and step_s > 0.0):
             step_s = 0.0
         step_s = min(step_s, LONGEST_S)
@@ -136,6 +147,8 @@ class Compensator:
         self._unmodelled += elapsed
         if fault is None:
             self._predict(temperatures, speed, tool_length)
+        if measured is not None and all(map(isfinite, measured)):
+            self._measured = [min(max(value, -LARGEST), LARGEST) for value in measured]
         if not self._started:
             return self._output(False, WAITING, fault)
         self._follow(fault, elapsed)
@@ -178,8 +191,8 @@ class Compensator:
     def _predict(self, temperatures: Sequence[float], speed: float, tool_length: float) -> None:
         """Put down the wanted offsets and the pose for a good sample."""
         inputs = self._inputs(temperatures)
-        targets = self._error_model.predict(inputs, self._unmodelled, speed)
-        self._unmodelled = 0.0
+        targets = self._error_model.predict(inputs, self._unmodelled, speed, self._measured)
+        self._unmodelled, self._measured = 0.0, None
         geometry, limits = self.model.geometry, self.model.limits
         x, y, z = geometry.drift(targets, tool_length)
         self._wanted = (
@@ -260,6 +273,7 @@ class Compensator:
             "fault_age": self._fault_age,
             "good_for": self._good_for,
             "unmodelled": self._unmodelled,
+            "measured": self._measured,
             "wanted": list(self._wanted),
             "offset": list(self._offset),
             "pose": list(self._pose),
@@ -291,6 +305,7 @@ class Compensator:
         self._fault = None if state["fault"] is None else Fault(*state["fault"])
         self._fault_age, self._good_for = state["fault_age"], state["good_for"]
         self._unmodelled = state["unmodelled"]
+        self._measured = None if state["measured"] is None else list(state["measured"])
         self._wanted = _three(state["wanted"])
         self._offset = _three(state["offset"])
         self._pose = _three(state["pose"])

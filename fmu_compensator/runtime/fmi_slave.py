@@ -13,6 +13,9 @@ from fmu_packaging.variables import Variable
 MODEL_FILE = "compensator.json"
 """The bundled compensator file, in the FMU's resources."""
 
+MEASURED = "measured"
+"""The input that says whether the measured targets count, in an FMU whose model uses them."""
+
 REALS = ("dX", "dY", "dZ", "elongation", "yaw", "pitch")
 USUAL_TEMPERATURE, USUAL_TOOL = 20.0, 150.0  # start values [degC, mm]
 WIDEST_UM, LONGEST_MM = 1e5, 2000.0  # what any compensator file may ask for
@@ -26,6 +29,7 @@ class CompensatorSlave(DriftSlave):
         self._reals = [self.refs[name] for name in REALS]
         self._valid, self._text = self.refs["valid"], self.refs["status_text"]
         self._codes = [self.refs["status"], self.refs["status_sensor"]]
+        self._probed = self.refs.get(MEASURED, -1)
 
     def declare(self) -> Sequence[Variable]:
         """Return the variables that the bundled file asks for."""
@@ -48,6 +52,8 @@ class CompensatorSlave(DriftSlave):
         # A sensor is blamed by its number among this FMU's inputs, whichever file is in use.
         self._numbers = [0, *(place + 1 for place in places)]
         self._compensator = Compensator(model)
+        # Another file may predict other targets than this FMU has inputs for.
+        self._takes_measured = self._probed >= 0 and model.targets == self._bundled.targets
         self.outputs.update(dict.fromkeys(self._reals, 0.0))
         self.put("valid", False)
         self.put("status", WAITING)
@@ -56,10 +62,15 @@ class CompensatorSlave(DriftSlave):
 
     def advance(self, time_s: float, step_s: float) -> None:
         """Take in the sample at *time_s*; the outputs are those at the end of the step."""
-        *temperatures, speed, tool_length = self.inputs.values()
+        values = list(self.inputs.values())
+        count = len(self._bundled.sensors)
+        temperatures, (speed, tool_length) = values[:count], values[count : count + 2]
         if self._places is not None:
             temperatures = [temperatures[place] for place in self._places]
-        found = self._compensator.step(time_s, step_s, temperatures, speed, tool_length)
+        measured = None
+        if self._takes_measured and self.settable["boolean"][self._probed]:
+            measured = values[count + 2 :]
+        found = self._compensator.step(time_s, step_s, temperatures, speed, tool_length, measured)
         self.outputs.update(zip(self._reals, found[:6], strict=True))
         codes = (found.status, self._numbers[found.status_sensor])
         self.results["integer"].update(zip(self._codes, codes, strict=True))
@@ -124,6 +135,8 @@ def variables(model: Model) -> list[Variable]:
             start=min(max(USUAL_TOOL, low), high),
         ),
     ]
+    if model.new_error_model().uses_measured:
+        declared += _measured_inputs(model)
     declared += [
         _output(
             f"d{axis}",
@@ -181,6 +194,30 @@ def variables(model: Model) -> list[Variable]:
             "among this FMU's temperature inputs",
         ),
     ]
+
+
+def _measured_inputs(model: Model) -> list[Variable]:
+    """Return the inputs for what a displacement sensor or a probe shows, now and then."""
+    reals = [
+        Variable(
+            f"{MEASURED}_{target}",
+            "real",
+            "input",
+            f"Measured {target}, drift since the start; counts while {MEASURED} is true",
+            unit="urad" if target in ("yaw", "pitch") else "um",
+            low=-1e6,
+            high=1e6,
+            nominal=10.0,
+        )
+        for target in model.targets
+    ]
+    flag = Variable(
+        MEASURED,
+        "boolean",
+        "input",
+        "True with a sample whose measured targets are to be used; false: the model goes on alone",
+    )
+    return [*reals, flag]
 
 
 def _output(name: str, description: str, unit: str) -> Variable:

@@ -25,7 +25,7 @@ FORMAT = 1
 KIND = "spindle-drift compensator"
 LARGEST_FILE = 4_000_000  # bytes; a large network is a few hundred thousand
 MOST_SENSORS = 500
-INPUT_FORMS = ("rise", "absolute")
+INPUT_FORMS = ("rise", "absolute", "level")
 
 
 @dataclass(frozen=True)
@@ -42,9 +42,10 @@ class Model:
         All temperature inputs, in the order of the compensator's variables.
     chosen : tuple of int
         Indices of the sensors that the error model uses.
-    input_form : {"rise", "absolute"}
+    input_form : {"rise", "absolute", "level"}
         ``rise``: the error model's inputs are temperatures minus their first valid reading [K].
-        ``absolute``: the readings themselves [degC].
+        ``absolute``: the readings themselves [degC]. ``level``: the readings too, for an error
+        model whose drift counts from its start.
     targets : tuple of str
         What the error model predicts, in the geometry's order.
     geometry : Geometry

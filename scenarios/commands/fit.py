@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import argparse
 import json
+from inspect import signature
 from pathlib import Path
 from typing import Any
 
 from fmu_compensator.fit.fitting import compensator_text, fit_compensator
+from measurement.errors import BadInput, shown
 from measurement.files import write_atomically
 from measurement.rig import Rig, default_rig, rig_from_table
 from measurement.runs import Run, read_run
@@ -16,6 +18,8 @@ from plant_model.machine_file import read_machine
 NAME = "fit"
 HELP = "fit a compensator to runs and write its file"
 USUAL_MACHINE = "jig_borer"
+RESERVED = frozenset(signature(fit_compensator).parameters)
+"""Names that are arguments of the fit, not options of an error model."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -37,11 +41,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "columns, else displacement columns tell their axis by their name",
     )
     parser.add_argument(
+        "--option",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="option of the error model, the value as JSON or a word; may be repeated "
+        "(docs/methods.md names them)",
+    )
+    parser.add_argument(
         "--points",
-        default="grey",
-        metavar="grey|all|NAME,NAME...",
-        help="temperatures to use: one per group of the grey clustering (default), every one, "
-        "or those named",
+        metavar="grey|hierarchical|fuzzy|all|NAME,NAME...",
+        help="temperatures to use: one per group of a clustering, every one, or those named "
+        "(default: what is usual for the model)",
     )
     parser.add_argument(
         "--lambda",
@@ -59,9 +70,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--input-form",
-        default="rise",
-        metavar="rise|absolute",
-        help="temperatures relative to their first valid reading (default), or as read",
+        metavar="rise|absolute|level",
+        help="temperatures relative to their first valid reading; as read; or as read while the "
+        "drift counts from the start (default: what is usual for the model)",
     )
     parser.add_argument(
         "--form",
@@ -99,6 +110,7 @@ def run(args: argparse.Namespace) -> int:
         name=args.name,
         title=args.title,
         created=args.created,
+        **_options(args.option),
     )
     path = write_atomically(args.output, compensator_text(table))
     if args.json:
@@ -107,6 +119,20 @@ def run(args: argparse.Namespace) -> int:
     else:
         print("\n".join(_report(table, path)))
     return 0
+
+
+def _options(given: list[str]) -> dict[str, Any]:
+    """Return the options of the error model by name."""
+    options = {}
+    for text in given:
+        name, equals, value = text.partition("=")
+        if not equals or not name.isidentifier() or name in RESERVED:
+            raise BadInput("fit", "--option", f"{shown(text)} is not allowed: must be NAME=VALUE")
+        try:
+            options[name] = json.loads(value)
+        except ValueError:
+            options[name] = value
+    return options
 
 
 def _rig(run: Run, machine: str | None) -> tuple[Rig, list[str] | None]:

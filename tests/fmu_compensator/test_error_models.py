@@ -3,60 +3,180 @@
 from __future__ import annotations
 
 import json
+from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
 
 from fmu_compensator.fit.data import prepare
 from fmu_compensator.fit.error_models import fitted_models
-from fmu_compensator.fit.error_models.base import Task
+from fmu_compensator.fit.error_models.base import FittedModel, Task
+from fmu_compensator.fit.training import TrainingRun
 from fmu_compensator.runtime.error_models import error_models
-from fmu_compensator.runtime.fields import Fields
+from fmu_compensator.runtime.error_models.base import ErrorModel
+from fmu_compensator.runtime.fields import Fields, ModelFileError
+from measurement.errors import BadInput
 from tests.fmu_compensator.conftest import RIG, make_run
 
 CHOSEN = [0, 3]
+NAMES = ["T1", "T4"]
+KINDS = sorted(fitted_models())
+# What is tested here does not need a model fitted to the end.
+QUICK: dict[str, dict[str, Any]] = {
+    "arma": {"order": 1, "step_s": 60.0},
+    "bp": {"iterations": 5},
+    "fem": {"identify": False},
+    "ga_bp": {"population": 8, "generations": 3, "iterations": 5, "hidden": 4},
+    "vac": {"models": ["mlr", "ne", "arx"], "combination": "adaptive"},
+}
+
+
+@cache
+def runs_of(form: str) -> tuple[Any, ...]:
+    runs = [make_run(name, seed, hours=2.0) for seed, name in enumerate("abc")]
+    return prepare(runs, RIG, form).runs
+
+
+@cache
+def task_of(kind: str, form: str) -> Task:
+    model = fitted_models()[kind]
+    rows = [run.history(CHOSEN) if model.history else run.complete(CHOSEN) for run in runs_of(form)]
+    return Task(rows, NAMES, ("elongation", "yaw", "pitch", "near_x", "near_y"), form)
+
+
+@cache
+def fitted(kind: str, form: str) -> FittedModel:
+    return fitted_models()[kind].fit(task_of(kind, form), **QUICK.get(kind, {}))
+
+
+def runtime_of(kind: str, form: str = "rise") -> ErrorModel:
+    table = json.loads(json.dumps(fitted(kind, form).table(), allow_nan=False))
+    fields = Fields(table, "test")
+    model = error_models()[kind].from_fields(fields, len(CHOSEN), 5)
+    fields.done()
+    return model
+
+
+@cache
+def unseen(form: str) -> TrainingRun:
+    """A run with a pause, uneven sampling, unknown speed for a while, and every second row."""
+    rows = prepare([make_run("new", 7, hours=2.0)], RIG, form).runs[0].history(CHOSEN)
+    kept = np.ones(len(rows.time_s), dtype=bool)
+    kept[60:90] = kept[140:200:2] = False
+    rows = rows.at(kept)
+    rows.speed[20:25] = np.nan
+    return rows
 
 
 def test_each_fitted_model_has_a_twin_in_the_runtime() -> None:
-    assert "mlr" in fitted_models()
-    assert set(fitted_models()) <= set(error_models())
+    assert set(fitted_models()) == set(error_models())
+    assert {"mlr", "bp", "ga_bp", "arma", "arx", "ne", "vac", "thermal_states"} <= set(KINDS)
 
 
-@pytest.mark.parametrize("input_form", ["rise", "absolute"])
-@pytest.mark.parametrize("kind", sorted(fitted_models()))
-def test_the_runtime_equals_the_fitted_form(kind: str, input_form: str) -> None:
-    prepared = prepare([make_run("a", 1), make_run("b", 2)], RIG, input_form)
-    rows = [run.complete(CHOSEN) for run in prepared.runs]
-    fitted = fitted_models()[kind].fit(Task(rows, ["T1", "T4"], prepared.targets, input_form))
-    table = json.loads(json.dumps(fitted.table()))
-    fields = Fields(table, "test")
-    runtime = error_models()[kind].from_fields(fields, len(CHOSEN), len(prepared.targets))
-    fields.done()
-    unseen = prepare([make_run("c", 3)], RIG, input_form).runs[0].complete(CHOSEN)
-    expected = fitted.predict(unseen)
-    elapsed = np.diff(unseen.time_s, prepend=unseen.time_s[0])
-    states = []
-    for row, step, speed, wanted in zip(
-        unseen.inputs, elapsed, unseen.speed, expected, strict=True
-    ):
-        # A state goes through JSON before every step, as a host may do it.
-        runtime.restore(json.loads(json.dumps(states[-1] if states else runtime.state())))
-        found = runtime.predict(row.tolist(), float(step), float(speed))
-        states.append(runtime.state())
-        assert found == pytest.approx(wanted.tolist(), abs=1e-9)
+@pytest.mark.parametrize("given", ["nothing", "always", "now and then"])
+@pytest.mark.parametrize("form", ["rise", "absolute", "level"])
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_runtime_equals_the_fitted_form(kind: str, form: str, given: str) -> None:
+    run = unseen(form)
+    measured = np.full_like(run.targets, np.nan)
+    rows = {"nothing": [], "always": slice(None), "now and then": slice(5, None, 17)}[given]
+    measured[rows] = run.targets[rows]
+    expected = fitted(kind, form).predict(run, None if given == "nothing" else measured)
+    runtime = runtime_of(kind, form)
+    elapsed = np.diff(run.time_s, prepend=run.time_s[0])
+    for k, (row, wanted) in enumerate(zip(run.inputs, expected, strict=True)):
+        known = measured[k - 1].tolist() if k and np.isfinite(measured[k - 1]).all() else None
+        found = runtime.predict(row.tolist(), float(elapsed[k]), float(run.speed[k]), known)
+        assert found == pytest.approx(wanted.tolist(), abs=1e-9, rel=1e-9)
+        if k % 40 == 20:  # a host takes the state, loads the FMU again and gives it back
+            state = json.loads(json.dumps(runtime.state(), allow_nan=False))
+            runtime = runtime_of(kind, form)
+            runtime.restore(state)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_reset_forgets_everything(kind: str) -> None:
+    run, runtime = unseen("rise"), runtime_of(kind)
+    fresh = runtime.state()
+    steps = np.diff(run.time_s, prepend=run.time_s[0])
+    first = [runtime.predict(run.inputs[k].tolist(), steps[k], run.speed[k]) for k in range(30)]
     runtime.reset()
-    again = runtime.predict(unseen.inputs[0].tolist(), 0.0, float(unseen.speed[0]))
-    assert again == pytest.approx(expected[0].tolist(), abs=1e-9)
-    assert json.dumps(fitted.report(), allow_nan=False)
+    assert runtime.state() == fresh
+    again = [runtime.predict(run.inputs[k].tolist(), steps[k], run.speed[k]) for k in range(30)]
+    assert again == first
 
 
-@pytest.mark.parametrize("kind", sorted(error_models()))
+@pytest.mark.parametrize("kind", KINDS)
 def test_a_state_that_is_not_the_models_is_refused(kind: str) -> None:
-    prepared = prepare([make_run("a", 1)], RIG)
-    rows = [run.complete(CHOSEN) for run in prepared.runs]
-    fitted = fitted_models()[kind].fit(Task(rows, ["T1", "T4"], prepared.targets, "rise"))
-    runtime = error_models()[kind].from_fields(
-        Fields(fitted.table(), "test"), len(CHOSEN), len(prepared.targets)
-    )
+    runtime = runtime_of(kind)
+    state = runtime.state()
     with pytest.raises(ValueError, match="state"):
-        runtime.restore([*runtime.state(), 0.0])
+        runtime.restore([*state, 0.0])
+    if state:
+        with pytest.raises(ValueError, match="finite"):
+            runtime.restore([float("nan"), *state[1:]])
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_report_is_json_and_a_title_is_there(kind: str) -> None:
+    assert json.dumps(fitted(kind, "rise").report(), allow_nan=False)
+    assert fitted_models()[kind].title
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_equal_data_give_equal_numbers(kind: str) -> None:
+    again = fitted_models()[kind].fit(task_of(kind, "rise"), **QUICK.get(kind, {}))
+    assert json.dumps(again.table()) == json.dumps(fitted(kind, "rise").table())
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_unknown_options_are_refused_in_one_line(kind: str) -> None:
+    with pytest.raises(BadInput, match="turbo: is not a known option") as caught:
+        fitted_models()[kind].fit(task_of(kind, "rise"), turbo=True)
+    assert len(str(caught.value).splitlines()) == 1
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_too_few_rows_are_refused_in_one_line(kind: str) -> None:
+    task = task_of(kind, "rise")
+    few = Task(
+        [task.runs[0].at(np.arange(len(task.runs[0].time_s)) < 4)],
+        NAMES,
+        task.target_names,
+        "rise",
+    )
+    with pytest.raises(BadInput, match="too few") as caught:
+        fitted_models()[kind].fit(few)
+    assert len(str(caught.value).splitlines()) == 1
+
+
+def read(kind: str, table: dict[str, Any]) -> None:
+    fields = Fields(json.loads(json.dumps(table)), "file.json", "error_model")
+    error_models()[kind].from_fields(fields, len(CHOSEN), 5)
+    fields.done()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("bad", ["text", None, [], {}, -1e30, True, [[1.0]], float("nan")])
+def test_every_field_of_the_file_is_checked(kind: str, bad: object) -> None:
+    table = fitted(kind, "rise").table()
+    for key in table:
+        # An empty list is right for some fields (no lag, no prior, no outside); nothing else is.
+        if bad == [] and key in {"prior", "lags_s", "outside_inputs"}:
+            continue
+        with pytest.raises(ModelFileError) as caught:
+            read(kind, {**table, key: bad})
+        assert key in str(caught.value)
+        assert len(str(caught.value).splitlines()) == 1
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_no_field_may_be_missing_or_unknown(kind: str) -> None:
+    table = fitted(kind, "rise").table()
+    read(kind, table)
+    for key in table:
+        with pytest.raises(ModelFileError, match=key):
+            read(kind, {k: v for k, v in table.items() if k != key})
+    with pytest.raises(ModelFileError, match="turbo"):
+        read(kind, {**table, "turbo": 1.0})

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 from fmu_compensator.fit.training import Array, TrainingRun
 
@@ -20,7 +20,7 @@ class Task:
         The training runs.
     input_names, target_names : sequence of str
         Names of the columns of their inputs and targets.
-    input_form : {"rise", "absolute"}
+    input_form : {"rise", "absolute", "level"}
         What the inputs are.
     """
 
@@ -31,7 +31,26 @@ class Task:
 
 
 class FittedModel(ABC):
-    """An error model with its numbers. Its twin in the runtime predicts the same to 1e-9."""
+    """An error model with its numbers. Its twin in the runtime predicts the same to 1e-9.
+
+    Attributes
+    ----------
+    title : str
+        What tables and reports call it.
+    history : bool
+        Whether it remembers earlier samples; then its runs are `PreparedRun.history`, else
+        `PreparedRun.complete`.
+    uses_measured : bool
+        Whether it gets better with measured targets at run time.
+    usual_form, usual_points : str
+        The input form, and the points to use, when the caller does not say.
+    """
+
+    title: ClassVar[str] = ""
+    history: ClassVar[bool] = False
+    uses_measured: bool = False
+    usual_form: ClassVar[str] = "rise"
+    usual_points: ClassVar[str] = "grey"
 
     @classmethod
     @abstractmethod
@@ -45,8 +64,17 @@ class FittedModel(ABC):
         """
 
     @abstractmethod
-    def predict(self, run: TrainingRun) -> Array:
-        """Return the targets predicted for a run from its inputs, shape (n, m) [um, urad]."""
+    def predict(self, run: TrainingRun, measured: Array | None = None) -> Array:
+        """Return the targets predicted for a run from its inputs, shape (n, m) [um, urad].
+
+        Parameters
+        ----------
+        run : TrainingRun
+            Its targets are not looked at.
+        measured : array (n, m), optional
+            What a displacement sensor showed, rows of NaN where nothing was measured [um, urad].
+            The prediction of a row may use the rows before it only.
+        """
 
     @abstractmethod
     def table(self) -> dict[str, Any]:

@@ -29,6 +29,8 @@ class MultipleLinearRegression(FittedModel):
         Condition number and variance inflation of the inputs, R2 and adjusted R2 per target.
     """
 
+    title = "Multiple linear regression"
+
     def __init__(self, intercept: Array, coefficients: Array, diagnostics: dict[str, Any]) -> None:
         self.intercept, self.coefficients = intercept, coefficients
         self._diagnostics = diagnostics
@@ -63,7 +65,7 @@ class MultipleLinearRegression(FittedModel):
         """
         if options:
             raise BadInput("mlr", next(iter(options)), "is not a known option: subset, intercept")
-        constant = task.input_form == "absolute" if intercept is None else intercept
+        constant = task.input_form != "rise" if intercept is None else intercept
         inputs = np.concatenate([run.inputs for run in task.runs])
         targets = np.concatenate([run.targets for run in task.runs])
         weights = np.concatenate([run.weights for run in task.runs])
@@ -90,7 +92,7 @@ class MultipleLinearRegression(FittedModel):
         }
         return cls(b0, b, diagnostics)
 
-    def predict(self, run: TrainingRun) -> Array:
+    def predict(self, run: TrainingRun, measured: Array | None = None) -> Array:
         """Return the targets predicted for a run, shape (n, m) [um, urad]."""
         return np.asarray(self.intercept + run.inputs @ self.coefficients.T)
 

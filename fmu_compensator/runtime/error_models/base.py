@@ -13,7 +13,14 @@ class ErrorModel(ABC):
 
     A model that remembers nothing overrides `from_fields` and `predict` only. One with states of
     its own (a lag, past errors) also overrides `reset`, `state` and `restore`.
+
+    Attributes
+    ----------
+    uses_measured : bool
+        Whether it gets better with measured targets at run time, every sample or now and then.
     """
+
+    uses_measured: bool = False
 
     @classmethod
     @abstractmethod

@@ -1,0 +1,136 @@
+"""Ridge regression in which the run is the unit: of noise, of trust, and of judging.
+
+Rows of one run are no independent samples: what a model misses there wanders slowly. So the rows
+are whitened with the covariance of a random walk plus white noise (generalised least squares),
+each run counts as one, a run that the others do not explain counts less (the weights of Student's
+t with one degree of freedom, by run), and what a choice is worth is judged on runs left out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import solve_triangular
+
+from fmu_compensator.fit.training import Array
+
+ROUNDS = 3
+FEWEST_RUNS = 4
+"""With fewer runs none can be told to be the odd one."""
+
+
+@dataclass(frozen=True)
+class Block:
+    """One run's rows.
+
+    Attributes
+    ----------
+    hours : array (n,)
+        Time since the run's start [h].
+    features : array (n, p)
+        Regressors.
+    targets : array (n, m)
+        What is to be predicted.
+    """
+
+    hours: Array
+    features: Array
+    targets: Array
+
+
+@dataclass(frozen=True)
+class Solution:
+    """A fitted ridge regression of one target.
+
+    Attributes
+    ----------
+    coefficients : array (p,)
+        Weights of the features.
+    trust : array (runs,)
+        Weight of each run, about 1 [1].
+    left_out_rms : array (runs,)
+        Error of each run predicted from the others; NaN with fewer than 2 runs [target's unit].
+    """
+
+    coefficients: Array
+    trust: Array
+    left_out_rms: Array
+
+    @property
+    def score(self) -> float:
+        """Mean of the logarithm of the left-out errors: no single odd run decides."""
+        return float(np.mean(np.log(np.maximum(self.left_out_rms, 1e-12))))
+
+
+class Problem:
+    """The normal equations of every run, for one set of features and one noise model.
+
+    Parameters
+    ----------
+    blocks : sequence of Block
+        The runs.
+    walk : float
+        Standard deviation of the random walk after one hour, over that of the white noise [1].
+    """
+
+    def __init__(self, blocks: Sequence[Block], walk: float) -> None:
+        self._blocks = blocks
+        size = np.array([np.mean(block.features**2, axis=0) for block in blocks]).mean(axis=0)
+        self._scale = np.where(size > 0, np.sqrt(size), 1.0)
+        self._gram, self._moment = [], []
+        for block in blocks:
+            whiten = _whitener(block.hours, walk)
+            x = whiten @ (block.features / self._scale)
+            y = whiten @ block.targets
+            self._gram.append(x.T @ x / len(x))
+            self._moment.append(x.T @ y / len(x))
+
+    def solve(self, target: int, penalty: float, *, robust: bool = True) -> Solution:
+        """Return the ridge regression of one target.
+
+        Parameters
+        ----------
+        target : int
+            Its column.
+        penalty : float
+            Weight of the squared coefficients of the features at unit size, per run [1].
+        robust : bool
+            Trust runs less that the others do not explain.
+        """
+        gram = np.array(self._gram)
+        moment = np.array(self._moment)[:, :, target]
+        count = len(gram)
+        trust, rms = np.ones(count), np.full(count, np.nan)
+        ridge = penalty * np.eye(gram.shape[1])
+        for last in (False,) * (ROUNDS - 1) + (True,) if count > 1 else ():
+            rms = self._left_out(target, gram, moment, trust, ridge)
+            if last or not robust or count < FEWEST_RUNS:
+                break
+            usual = np.median(rms) ** 2
+            trust = 2.0 * usual / np.maximum(usual + rms**2, 1e-30)
+        total = np.tensordot(trust, gram, 1) / trust.sum()
+        b = np.linalg.solve(total + ridge, trust @ moment / trust.sum())
+        return Solution(b / self._scale, trust, rms)
+
+    def _left_out(
+        self, target: int, gram: Array, moment: Array, trust: Array, ridge: Array
+    ) -> Array:
+        """Return the RMS error of every run predicted from the others."""
+        whole = trust.sum() - trust
+        others = (np.tensordot(trust, gram, 1) - trust[:, None, None] * gram) / whole[:, None, None]
+        right = (trust @ moment - trust[:, None] * moment) / whole[:, None]
+        b = np.linalg.solve(others + ridge, right[:, :, None])[:, :, 0] / self._scale
+        return np.array(
+            [
+                np.sqrt(np.mean((block.targets[:, target] - block.features @ one) ** 2))
+                for block, one in zip(self._blocks, b, strict=True)
+            ]
+        )
+
+
+def _whitener(hours: Array, walk: float) -> Array:
+    covariance = np.eye(len(hours)) + walk**2 * np.minimum(hours[:, None], hours[None, :])
+    factor = np.linalg.cholesky(covariance)
+    return np.asarray(solve_triangular(factor, np.eye(len(hours)), lower=True))

@@ -1,0 +1,133 @@
+r"""Grouping of alike temperatures: hierarchical clustering, and fuzzy c-means.
+
+A time-series study of a jig borer groups its temperatures by "fuzzy clustering" and describes
+hierarchical clustering with the Euclidean distance. Both are here: `hierarchical` does what it
+describes, `fuzzy_c_means` what the name promises.
+
+Series are the columns of an array, rows are samples. Distances go by the size of the series: a
+sensor that moves twice as much is far from one that moves alike. Scale the columns first where
+only the shape counts.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.cluster.hierarchy import fcluster, linkage
+
+Array = NDArray[np.float64]
+ROUNDS, SETTLED = 300, 1e-7
+
+
+def centroid_linkage(series: Array) -> Array:
+    """Return scipy's linkage matrix: Euclidean distance between the centroids of clusters.
+
+    Parameters
+    ----------
+    series : array (n, m)
+        m series of n samples.
+
+    Returns
+    -------
+    array (m - 1, 4)
+        Which two clusters merge, at what distance, and how many series they hold then.
+    """
+    if series.ndim != 2 or series.shape[1] < 2:
+        raise ValueError(f"at least 2 series in columns are needed, not shape {series.shape}")
+    return np.asarray(linkage(series.T, method="centroid", metric="euclidean"))
+
+
+def hierarchical(series: Array, clusters: int) -> list[list[int]]:
+    """Return the columns in (at most) so many groups, in the order of their first column."""
+    if clusters < 1:
+        raise ValueError(f"{clusters} clusters are not allowed: at least 1")
+    if series.shape[1] == 1:
+        return [[0]]
+    label = fcluster(_monotonic(centroid_linkage(series)), clusters, criterion="maxclust")
+    return _grouped(label)
+
+
+def _monotonic(tree: Array) -> Array:
+    """Lift merges that lie below an earlier one: centroid linkage may invert, a cut may not."""
+    lifted = tree.copy()
+    lifted[:, 2] = np.maximum.accumulate(tree[:, 2])
+    return lifted
+
+
+@dataclass(frozen=True)
+class FuzzyClusters:
+    """Result of fuzzy c-means.
+
+    Attributes
+    ----------
+    membership : array (m, clusters)
+        How much each series belongs to each cluster; rows sum to 1 [1].
+    centres : array (clusters, n)
+        The clusters' centres.
+    """
+
+    membership: Array
+    centres: Array
+
+    @property
+    def groups(self) -> list[list[int]]:
+        """The columns grouped by their largest membership; clusters without any are left out."""
+        return _grouped(self.membership.argmax(axis=1))
+
+
+def fuzzy_c_means(
+    series: Array, clusters: int, *, fuzziness: float = 2.0, seed: int = 0
+) -> FuzzyClusters:
+    r"""Return a fuzzy partition of the columns.
+
+    .. math::
+        u_{ic} = \Big( \sum_k (d_{ic} / d_{ik})^{2/(m-1)} \Big)^{-1}, \quad
+        v_c = \frac{\sum_i u_{ic}^m x_i}{\sum_i u_{ic}^m}
+
+    After Bezdek (1981), doi:10.1007/978-1-4757-0450-1.
+
+    Parameters
+    ----------
+    series : array (n, m)
+        m series of n samples.
+    clusters : int
+        From 1 to the number of series.
+    fuzziness : float
+        m in the equation, above 1; towards 1 the partition gets hard.
+    seed : int
+        Of the random start.
+    """
+    points = series.T
+    if not 1 <= clusters <= len(points):
+        raise ValueError(f"{clusters} clusters are not allowed: 1 to {len(points)}")
+    if not fuzziness > 1.0:
+        raise ValueError(f"fuzziness {fuzziness:g} is not allowed: above 1")
+    random = np.random.default_rng(seed)
+    # Starts far apart: each next centre is the point furthest from all before.
+    chosen = [int(random.integers(len(points)))]
+    while len(chosen) < clusters:
+        away = np.min([np.linalg.norm(points - points[c], axis=1) for c in chosen], axis=0)
+        chosen.append(int(np.argmax(away)))
+    centres = points[chosen].astype(float)
+    membership = np.zeros((len(points), clusters))
+    for _ in range(ROUNDS):
+        distance = np.linalg.norm(points[:, None, :] - centres[None, :, :], axis=2)
+        # A point on a centre belongs there alone; the floor keeps the quotients finite.
+        closeness = np.maximum(distance, 1e-12) ** (-2.0 / (fuzziness - 1.0))
+        updated = closeness / closeness.sum(axis=1, keepdims=True)
+        weights = updated**fuzziness
+        centres = weights.T @ points / weights.sum(axis=0)[:, None]
+        if np.abs(updated - membership).max() < SETTLED:
+            membership = updated
+            break
+        membership = updated
+    return FuzzyClusters(membership, centres)
+
+
+def _grouped(label: NDArray[np.integer]) -> list[list[int]]:
+    found: dict[int, list[int]] = {}
+    for column, group in enumerate(label.tolist()):
+        found.setdefault(group, []).append(column)
+    return sorted(found.values())

@@ -1,0 +1,84 @@
+"""Targets of runs whose displacement columns need not say which axis they measure."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import pandas as pd
+
+from measurement.errors import BadInput
+from measurement.rig import FivePointRig, Rig, rig_from_table
+from measurement.runs import Run
+
+NOT_READINGS = ("offset_", "error_", "drift_")
+"""What a simulation adds to its sensors' readings."""
+
+
+@dataclass(frozen=True)
+class MeasuredColumns:
+    """Displacement columns, each a target for itself.
+
+    Attributes
+    ----------
+    columns : list of str
+        Run-file columns.
+    """
+
+    columns: list[str]
+
+    def targets(self, run: Run) -> pd.DataFrame:
+        """Return the columns of a run, as measured.
+
+        Raises
+        ------
+        BadInput
+            If one is not there.
+        """
+        for name in self.columns:
+            if name not in run.frame.columns:
+                raise BadInput(run.path or run.name, f"column {name}", "is missing")
+        return run.frame[self.columns].copy()
+
+
+def targets_of(runs: Sequence[Run], machine_rig: Mapping[str, Any] | None) -> Rig | MeasuredColumns:
+    """Return what the displacement columns of runs mean, as far as it matters for models.
+
+    Parameters
+    ----------
+    runs : sequence of Run
+        All runs to be compared.
+    machine_rig : mapping, optional
+        A machine file's rig. It counts where the runs have its columns; otherwise every
+        displacement column that all runs share is a target.
+
+    Raises
+    ------
+    BadInput
+        If the runs share no displacement column.
+    """
+    if machine_rig is not None:
+        rig = rig_from_table(dict(machine_rig), "rig")
+        if all(rig.fits(run) for run in runs):
+            return rig
+    shared = [
+        name
+        for name in runs[0].displacements
+        if not name.startswith(NOT_READINGS) and all(name in run.frame.columns for run in runs)
+    ]
+    if not shared:
+        names = ", ".join(run.name for run in runs[:5])
+        raise BadInput("runs", names, "they share no displacement column (_um)")
+    return MeasuredColumns(shared)
+
+
+def shown_targets(rig: Rig | MeasuredColumns, targets: Sequence[str]) -> dict[str, int]:
+    """Return which targets a comparison shows, by the name it shows: place among *targets*.
+
+    Those of a five-point rig are elongation, yaw and pitch (the near radial drifts are fitted
+    too, but only serve the offsets); others go by the name of their column.
+    """
+    if isinstance(rig, FivePointRig):
+        return {name: targets.index(name) for name in ("elongation", "yaw", "pitch")}
+    return {f"{name}_um": place for place, name in enumerate(targets)}

@@ -1,0 +1,365 @@
+"""All error models on the same runs: how they fit, and how they predict runs that they never saw.
+
+Splits are by run or by condition, never by row: rows of one run are so alike that a model which
+has seen half of them at random knows the other half.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from fmu_compensator.fit.columns import MeasuredColumns, shown_targets
+from fmu_compensator.fit.contestants import NO_MODEL, ONE_STEP, Contestant, held
+from fmu_compensator.fit.data import Prepared, prepare
+from fmu_compensator.fit.error_models.base import FittedModel
+from fmu_compensator.fit.intervals import Interval, Residuals, conformal
+from fmu_compensator.fit.recipe import Recipe
+from fmu_compensator.fit.splits import Split
+from fmu_compensator.fit.training import Array, TrainingRun
+from measurement.errors import BadInput
+from measurement.figures import figures_of_merit
+from measurement.rig import Rig
+
+MOST_FOLDS = 4
+FEWEST_RUNS_FOR_INTERVAL = 3
+
+
+@dataclass(frozen=True)
+class Judged:
+    """One run as a contestant saw it.
+
+    Attributes
+    ----------
+    run : str
+        Its name.
+    time_s : array (n,)
+        Rows with targets [s].
+    measured, predicted : arrays (n, m)
+        The targets shown, in their order [um, urad].
+    half_width : array (n, m) or None
+        Of the prediction interval [um, urad].
+    """
+
+    run: str
+    time_s: Array
+    measured: Array
+    predicted: Array
+    half_width: Array | None = None
+
+
+@dataclass
+class Row:
+    """One contestant's results.
+
+    Attributes
+    ----------
+    name, title : str
+        Of the contestant.
+    uses_displacement : bool
+        Whether it was given what was measured one sample before: such a score says nothing of a
+        machine that measures no displacement while it cuts.
+    train, validate : list of Judged
+        By run; a run may be in *train* several times, once per split.
+    report : dict
+        Diagnostics of the last fit.
+    chosen : list of str
+        Temperatures of the last fit.
+    coverage : list of float
+        Wanted coverage of the prediction interval, then measured per target; empty without one.
+    """
+
+    name: str
+    title: str
+    uses_displacement: bool
+    train: list[Judged] = field(default_factory=list)
+    validate: list[Judged] = field(default_factory=list)
+    report: dict[str, Any] = field(default_factory=dict)
+    chosen: list[str] = field(default_factory=list)
+    coverage: list[float] = field(default_factory=list)
+
+    def score(self) -> float:
+        """Return the unseen error over that of no model, mean over the targets [1]."""
+        measured = np.concatenate([one.measured for one in self.validate])
+        missed = measured - np.concatenate([one.predicted for one in self.validate])
+        raw = np.sqrt(np.mean(measured**2, axis=0))
+        rms = np.sqrt(np.mean(missed**2, axis=0))
+        return float(np.mean(rms[raw > 0] / raw[raw > 0])) if (raw > 0).any() else float("nan")
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Results of all contestants.
+
+    Attributes
+    ----------
+    targets : list of str
+        Names of the targets shown.
+    units : list of str
+        Their units.
+    rows : list of Row
+        Ranked by unseen error; rows that use displacement come after all others.
+    left_out : dict of str to str
+        Models that the runs cannot carry, and why.
+    notes : list of str
+        What was left out of the data, and what looks odd in it.
+    """
+
+    targets: list[str]
+    units: list[str]
+    rows: list[Row]
+    left_out: dict[str, str]
+    notes: list[str]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return everything as JSON can carry it: what is undefined is null."""
+        return {
+            "targets": dict(zip(self.targets, self.units, strict=True)),
+            "models": [self._row(row) for row in self.rows],
+            "left_out": [{"name": n, "reason": why} for n, why in self.left_out.items()],
+            "notes": self.notes,
+        }
+
+    def _row(self, row: Row) -> dict[str, Any]:
+        validate = self.figures(row.validate)
+        per_run = [{"run": one.run, **self.figures([one])} for one in row.validate]
+        table = {
+            "name": row.name,
+            "title": row.title,
+            "uses_displacement": row.uses_displacement,
+            "score": row.score(),
+            "temperatures": row.chosen,
+            "train": self.figures(row.train),
+            "validate": {**validate, "per_run": per_run},
+        }
+        if row.coverage:
+            wanted, *found = row.coverage
+            shares = dict(zip(self.targets, found, strict=True))
+            table["interval"] = {"coverage_wanted": wanted, "coverage_measured": shares}
+        if "curve" in row.report:
+            table["convergence"] = row.report["curve"]
+        plain: dict[str, Any] = _plain(table)
+        return plain
+
+    def figures(self, judged: Sequence[Judged]) -> dict[str, dict[str, float]]:
+        """Return the figures of merit of each target, over all rows of some runs."""
+        measured = np.concatenate([one.measured for one in judged])
+        predicted = np.concatenate([one.predicted for one in judged])
+        return {
+            name: figures_of_merit(measured[:, place], predicted[:, place])
+            for place, name in enumerate(self.targets)
+        }
+
+
+def compare(
+    splits: Sequence[Split],
+    rig: Rig | MeasuredColumns,
+    entrants: Sequence[Contestant],
+    *,
+    strict: bool = False,
+    intervals: bool = True,
+    on_step: Callable[[str], None] = lambda label: None,
+) -> Comparison:
+    """Return how every contestant does on every split.
+
+    Parameters
+    ----------
+    splits : sequence of Split
+        Results of all splits are put together.
+    rig : rig or MeasuredColumns
+        What the displacement columns mean.
+    entrants : sequence of Contestant
+        See `contestants`.
+    strict : bool
+        Let a model that cannot be fitted end the comparison; else it is left out with a reason.
+    intervals : bool
+        Learn a prediction interval from training runs left out, and measure its coverage.
+    on_step : callable
+        Told the label of each piece of work as it begins: one per split and contestant.
+
+    Raises
+    ------
+    BadInput
+        If no run can be used, or, when *strict*, whatever a model refuses.
+    """
+    bench = [_Bench(split, rig) for split in splits]
+    first = bench[0].of("rise")[0]
+    places = shown_targets(rig, first.targets)
+    units = [_unit(rig, name) for name in places]
+    rows: list[Row] = []
+    left_out: dict[str, str] = {}
+    last: BadInput | None = None
+    for entrant in entrants:
+        rows_here = [Row(entrant.name, entrant.title, False)]
+        if entrant.recipe is None or entrant.recipe.model.uses_measured:
+            title = f"{entrant.title}, one step ahead"
+            rows_here.append(Row(entrant.name + ONE_STEP, title, True))
+        if entrant.name == NO_MODEL:
+            rows_here = rows_here[:1]
+        try:
+            for one in bench:
+                on_step(f"{entrant.name} on {one.split.name}")
+                one.judge(entrant, rows_here, list(places.values()), intervals)
+        except BadInput as refusal:
+            if strict:
+                raise
+            left_out[entrant.name] = str(refusal)
+            last = refusal
+            continue
+        # A model that can use measurements may turn out not to (a hybrid of ones that cannot).
+        rows += [row for row in rows_here if row.validate]
+    if last is not None and not any(row.chosen for row in rows):
+        raise last  # no model can be fitted at all
+    _measure_coverage(rows)
+    rows.sort(key=lambda row: (row.uses_displacement, row.score()))
+    notes = list(dict.fromkeys(note for one in bench for note in one.notes()))
+    return Comparison(list(places), units, rows, left_out, notes)
+
+
+class _Bench:
+    """One split's runs, prepared once for each input form."""
+
+    def __init__(self, split: Split, rig: Rig | MeasuredColumns) -> None:
+        self.split, self._rig = split, rig
+        self._prepared: dict[str, tuple[Prepared, Prepared]] = {}
+
+    def of(self, form: str) -> tuple[Prepared, Prepared]:
+        """Return training and judged runs in an input form."""
+        if form not in self._prepared:
+            train = prepare(self.split.train, self._rig, form)
+            validate = prepare(self.split.validate, self._rig, form, sensors=train.sensors)
+            if validate.sensors != train.sensors:
+                missing = ", ".join(sorted(set(train.sensors) - set(validate.sensors)))
+                problem = f"{missing}: in the training runs, but not in all judged ones"
+                raise BadInput("judged runs", "", problem)
+            self._prepared[form] = train, validate
+        return self._prepared[form]
+
+    def notes(self) -> list[str]:
+        """Return what was noted on the data."""
+        return [
+            note
+            for train, validate in self._prepared.values()
+            for note in (*train.notes, *(n for n in validate.notes if "rows left out" in n))
+        ]
+
+    def judge(
+        self, entrant: Contestant, rows: Sequence[Row], places: list[int], intervals: bool
+    ) -> None:
+        """Fit a contestant and add what it predicts to its rows."""
+        if entrant.recipe is None:
+            self._baseline(rows, places)
+            return
+        recipe = entrant.recipe
+        train, validate = self.of(recipe.input_form)
+        chosen, _ = recipe.choose(train, train.runs)
+        fitted = recipe.fit(train, train.runs, chosen)
+        interval = None
+        if intervals and len(train.runs) >= FEWEST_RUNS_FOR_INTERVAL:
+            interval = _interval(recipe, train)
+        for row in rows:
+            free = not row.uses_displacement
+            if not free and not fitted.uses_measured:
+                continue
+            row.report = fitted.report()
+            row.chosen = [train.sensors[index] for index in chosen]
+            for runs, judged in ((train.runs, row.train), (validate.runs, row.validate)):
+                for run in runs:
+                    whole = recipe.rows(run, chosen)
+                    values = fitted.predict(whole, None if free else whole.targets)
+                    band = interval if free and judged is row.validate else None
+                    judged += _judged(whole, values, places, band)
+
+    def _baseline(self, rows: Sequence[Row], places: list[int]) -> None:
+        train, validate = self.of("rise")
+        for row in rows:
+            for runs, judged in ((train.runs, row.train), (validate.runs, row.validate)):
+                for run in runs:
+                    whole = run.history([])
+                    values = held(whole, whole.targets if row.uses_displacement else None)
+                    judged += _judged(whole, values, places, None)
+
+
+def _judged(
+    run: TrainingRun, values: Array, places: list[int], interval: Interval | None
+) -> list[Judged]:
+    known = run.known
+    if not known.any():
+        return []
+    width = None
+    if interval is not None:
+        hours = (run.time_s[known] - run.time_s[0]) / 3600.0
+        width = interval.half_width(hours)[:, places]
+    return [
+        Judged(
+            run.name,
+            run.time_s[known],
+            run.targets[known][:, places],
+            values[known][:, places],
+            width,
+        )
+    ]
+
+
+def left_out_residuals(recipe: Recipe, prepared: Prepared, folds: int) -> list[Residuals]:
+    """Return what fits without a run miss in it, for every run, in a number of fits.
+
+    Parameters
+    ----------
+    recipe : Recipe
+        Points are chosen anew in each fit.
+    prepared : Prepared
+        The runs.
+    folds : int
+        So many fits; each leaves every so-many-th run out.
+    """
+    found = []
+    for fold in range(folds):
+        others = [run for number, run in enumerate(prepared.runs) if number % folds != fold]
+        chosen, _ = recipe.choose(prepared, others)
+        fitted: FittedModel = recipe.fit(prepared, others, chosen)
+        for run in prepared.runs[fold::folds]:
+            rows = recipe.rows(run, chosen)
+            known = rows.known
+            if known.any():
+                missed = (rows.targets - fitted.predict(rows))[known]
+                found.append(Residuals((rows.time_s[known] - rows.time_s[0]) / 3600.0, missed))
+    return found
+
+
+def _interval(recipe: Recipe, train: Prepared) -> Interval | None:
+    folds = min(len(train.runs), MOST_FOLDS)
+    try:
+        residuals = left_out_residuals(recipe, train, folds)
+    except BadInput:  # a fold's runs alone may be too poor; then there is no interval
+        return None
+    return conformal(residuals) if residuals else None
+
+
+def _measure_coverage(rows: Iterable[Row]) -> None:
+    for row in rows:
+        if not row.validate or any(one.half_width is None for one in row.validate):
+            continue
+        inside = [
+            np.abs(one.measured - one.predicted) <= one.half_width
+            for one in row.validate
+            if one.half_width is not None
+        ]
+        row.coverage = [0.9, *np.concatenate(inside).mean(axis=0).tolist()]
+
+
+def _unit(rig: Rig | MeasuredColumns, name: str) -> str:
+    return "urad" if name in ("yaw", "pitch") and not isinstance(rig, MeasuredColumns) else "um"
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {str(key): _plain(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(entry) for entry in value]
+    if isinstance(value, float):
+        return float(f"{value:.6g}") if np.isfinite(value) else None
+    return value

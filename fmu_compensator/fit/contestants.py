@@ -1,0 +1,97 @@
+"""Who takes part in a comparison: error models by name, variants, and the two that know nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from fmu_compensator.fit.error_models import fitted_models
+from fmu_compensator.fit.recipe import Recipe
+from fmu_compensator.fit.training import Array, TrainingRun
+from measurement.errors import BadInput, shown
+
+VARIANTS: Mapping[str, tuple[str, str, Mapping[str, Any]]] = {
+    "bp_5_5": ("bp", "BP neural network, two hidden layers of 5", {"hidden": (5, 5)}),
+    "vac_least_squares": (
+        "vac",
+        "VAC's least-squares twin",
+        {"combination": "least_squares"},
+    ),
+    "vac_adaptive": ("vac", "VAC with adaptive weights", {"combination": "adaptive"}),
+}
+"""Name: kind, title, options."""
+
+NO_MODEL, PERSISTENCE = "no_model", "persistence"
+BASELINES = {NO_MODEL: "No model (drift stays zero)", PERSISTENCE: "Persistence (last measured)"}
+ONE_STEP = "_one_step"
+
+
+@dataclass(frozen=True)
+class Contestant:
+    """One row of a comparison.
+
+    Attributes
+    ----------
+    name, title : str
+        For the table and the JSON form.
+    recipe : Recipe or None
+        How to fit it; None for a baseline.
+    """
+
+    name: str
+    title: str
+    recipe: Recipe | None
+
+
+def contestants(
+    names: Sequence[str] | None, *, points: str = "", seed: int | None = None
+) -> list[Contestant]:
+    """Return the baselines and the models named; all models and variants without names.
+
+    Parameters
+    ----------
+    names : sequence of str, optional
+        Kinds of error models, or names of `VARIANTS`.
+    points : str
+        The points for all of them; empty: each its usual ones.
+    seed : int, optional
+        For those that start at random.
+
+    Raises
+    ------
+    BadInput
+        For a name that is not known, or given twice.
+    """
+    known: dict[str, tuple[str, str, Mapping[str, Any]]] = {
+        name: (name, kind.title or name, {}) for name, kind in fitted_models().items()
+    }
+    known |= {name: variant for name, variant in VARIANTS.items() if variant[0] in known}
+    chosen = list(known) if names is None else [name for name in names if name not in BASELINES]
+    found = [Contestant(name, title, None) for name, title in BASELINES.items()]
+    for name in chosen:
+        if name not in known:
+            allowed = ", ".join([*known, *BASELINES])
+            raise BadInput("compare", "models", f"{shown(name)} is not allowed: {allowed}")
+        if name in [other.name for other in found]:
+            raise BadInput("compare", "models", f"{shown(name)} is given twice")
+        kind, title, options = known[name]
+        if seed is not None and kind in ("bp", "ga_bp", "vac"):
+            options = {**options, "seed": seed}
+        found.append(Contestant(name, title, Recipe(kind, points=points, options=options)))
+    return found
+
+
+def held(run: TrainingRun, measured: Array | None) -> Array:
+    """Return persistence's prediction: what was measured last, zero before."""
+    predicted = np.zeros_like(run.targets)
+    if measured is None:
+        return predicted
+    last = np.zeros(run.targets.shape[1])
+    for k in range(1, len(predicted)):
+        if np.isfinite(measured[k - 1]).all():
+            last = measured[k - 1]
+        predicted[k] = last
+    return predicted

@@ -1,0 +1,196 @@
+"""Natural exponential model of the speed's effect, restarted at every change of speed."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+
+from fmu_compensator.fit.error_models.base import FittedModel, Task
+from fmu_compensator.fit.error_models.options import refuse_poor, refuse_unknown, within
+from fmu_compensator.fit.training import Array, TrainingRun, row_weights
+from measurement.errors import BadInput
+
+MOST_KNOTS = 5
+SHORTEST_TAU_S, LONGEST_TAU_S = 60.0, 36_000.0
+RATIOS = (0.5, 1.0, 2.0)
+"""Of the time constant at standstill to the one while turning: air no longer stirred cools less, a
+coolant that runs on cools as before."""
+FEWEST_ROWS = 30
+RIDGE = 1e-6
+THIN_S = 300.0
+"""Rows closer together say the same; for fitting they are thinned to this [s]."""
+
+
+class NaturalExponential(FittedModel):
+    """See its twin in the runtime for the equation.
+
+    Parameters
+    ----------
+    speeds_rpm : array (s,)
+        Speeds with a steady drift of their own [rpm].
+    steady : array (m, s)
+        Steady drift [um, urad].
+    tau_s, tau_stopped_s : array (m,)
+        Time constants [s].
+    """
+
+    title = "Natural exponential"
+    history = True
+
+    def __init__(
+        self, speeds_rpm: Array, steady: Array, tau_s: Array, tau_stopped_s: Array
+    ) -> None:
+        self.speeds_rpm, self.steady = speeds_rpm, steady
+        self.tau_s, self.tau_stopped_s = tau_s, tau_stopped_s
+
+    @classmethod
+    def fit(cls, task: Task, *, knots: int = MOST_KNOTS, **options: Any) -> NaturalExponential:
+        """Return the model fitted to the task's runs.
+
+        Parameters
+        ----------
+        task : Task
+            Runs and names; every run needs the speed.
+        knots : int
+            At most so many speeds have a steady drift of their own; between them it is linear.
+
+        Raises
+        ------
+        BadInput
+            For an unknown option or value, a run without speed, a spindle that never turns, or
+            too few rows.
+        """
+        refuse_unknown("ne", options, ("knots",))
+        refuse_poor(task, FEWEST_ROWS)
+        for run in task.runs:
+            if not np.isfinite(run.speed).any():
+                raise BadInput(run.name, "speed_rpm", "is missing: the model ne needs the speed")
+        speeds = _knots(task, int(within("ne", "knots", knots, 1, 20)))
+        runs = [_thinned(run) for run in task.runs]
+        fits = [_fit_target(runs, speeds, target) for target in range(len(task.target_names))]
+        return cls(
+            speeds,
+            np.array([steady for steady, _, _ in fits]),
+            np.array([tau for _, tau, _ in fits]),
+            np.array([stopped for _, _, stopped in fits]),
+        )
+
+    def predict(self, run: TrainingRun, measured: Array | None = None) -> Array:
+        """Return the targets predicted for a run, shape (n, m) [um, urad]."""
+        speed = held_speed(run)
+        columns = [
+            approach(run.time_s, speed, self.speeds_rpm, tau, stopped) @ steady
+            for steady, tau, stopped in zip(
+                self.steady, self.tau_s, self.tau_stopped_s, strict=True
+            )
+        ]
+        return np.column_stack(columns)
+
+    def table(self) -> dict[str, Any]:
+        """Return the numbers for the compensator file."""
+        names = ("speeds_rpm", "steady", "tau_s", "tau_stopped_s")
+        return {name: getattr(self, name).tolist() for name in names}
+
+    def report(self) -> dict[str, Any]:
+        """Return the time constants and steady drifts."""
+        return self.table()
+
+
+def held_speed(run: TrainingRun) -> Array:
+    """Return the speed that held until each row: that of the row before, the last one known."""
+    speed = np.abs(run.speed)
+    held = np.zeros(len(speed))
+    last = 0.0
+    for k in range(1, len(speed)):
+        last = float(speed[k - 1]) if np.isfinite(speed[k - 1]) else last
+        held[k] = last
+    return held
+
+
+def approach(time_s: Array, held: Array, knots: Array, tau_s: float, stopped_s: float) -> Array:
+    """Return how far each speed's steady drift is approached, shape (n, knots) [1]."""
+    corners = np.concatenate([[0.0], knots])
+    # Linear interpolation between the knots is a weighted sum of hat functions.
+    hats = np.column_stack(
+        [
+            np.interp(held, corners, np.eye(len(corners))[number])
+            for number in range(1, len(corners))
+        ]
+    )
+    elapsed = np.diff(time_s, prepend=time_s[0])
+    shares = -np.expm1(-elapsed / np.where(held > 0.0, tau_s, stopped_s))
+    values = np.zeros_like(hats)
+    value = np.zeros(hats.shape[1])
+    for k, (hat, part) in enumerate(zip(hats, shares, strict=True)):
+        value = value + part * (hat - value)
+        values[k] = value
+    return values
+
+
+def _knots(task: Task, most: int) -> Array:
+    """Return the speeds that training saw, or quantiles of them where they are many."""
+    speeds = np.concatenate([np.abs(run.speed) for run in task.runs])
+    turning = speeds[np.isfinite(speeds) & (speeds > 1.0)]
+    if not len(turning):
+        raise BadInput("training runs", "speed_rpm", "is never above 0: there is nothing to fit")
+    different = np.unique(np.round(turning, -1 if turning.max() > 100 else 0))
+    if len(different) > most:
+        different = np.unique(np.quantile(turning, np.linspace(0.0, 1.0, most)))
+    return np.asarray(different)
+
+
+def _thinned(run: TrainingRun) -> TrainingRun:
+    """Return fewer rows, and every change of speed: the exponential is exact over any step."""
+    kept = [0]
+    for k in range(1, len(run.time_s)):
+        changed = run.speed[k] != run.speed[kept[-1]] and np.isfinite(run.speed[k])
+        if changed or run.time_s[k] - run.time_s[kept[-1]] >= THIN_S:
+            kept.append(k)
+    rows = np.zeros(len(run.time_s), dtype=bool)
+    rows[kept] = True
+    thin = run.at(rows)
+    thin.weights[thin.known] = row_weights(thin.time_s[thin.known])
+    return thin
+
+
+def _fit_target(runs: list[TrainingRun], knots: Array, target: int) -> tuple[Array, float, float]:
+    """Return steady drifts and the two time constants of one target."""
+    held = [held_speed(run) for run in runs]
+    y = np.concatenate([run.targets[run.known, target] for run in runs])
+    root = np.sqrt(np.concatenate([run.weights[run.known] for run in runs]))
+
+    def solved(tau_s: float, stopped_s: float) -> tuple[float, Array]:
+        x = np.concatenate(
+            [
+                approach(run.time_s, speed, knots, tau_s, stopped_s)[run.known]
+                for run, speed in zip(runs, held, strict=True)
+            ]
+        )
+        gram = (root[:, None] * x).T @ (root[:, None] * x)
+        moment = (root[:, None] * x).T @ (root * y)
+        pull = RIDGE * np.trace(gram) / len(gram) * np.eye(len(gram))
+        steady = np.linalg.solve(gram + pull, moment)
+        return float(np.sum((root * (y - x @ steady)) ** 2)), steady
+
+    def best_tau(ratio: float) -> tuple[float, float]:
+        def cost(log_tau: float) -> float:
+            tau = float(np.exp(log_tau))
+            return solved(tau, ratio * tau)[0]
+
+        grid = np.log(np.geomspace(SHORTEST_TAU_S, LONGEST_TAU_S, 9))
+        costs = [cost(point) for point in grid]
+        at = int(np.argmin(costs))
+        found = minimize_scalar(
+            cost,
+            bounds=(grid[max(at - 1, 0)], grid[min(at + 1, len(grid) - 1)]),
+            method="bounded",
+            options={"xatol": 0.02},
+        )
+        return float(found.fun), float(np.exp(found.x))
+
+    stops = any((speed == 0.0)[1:].any() for speed in held)
+    tried = [(*best_tau(ratio), ratio) for ratio in (RATIOS if stops else (1.0,))]
+    _, tau, ratio = min(tried)
+    return solved(tau, ratio * tau)[1], tau, ratio * tau

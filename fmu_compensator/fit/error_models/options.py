@@ -1,0 +1,66 @@
+"""The options that a caller gives to an error model."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from fmu_compensator.fit.error_models.base import Task
+from measurement.errors import BadInput, shown
+
+
+def refuse_unknown(kind: str, options: Mapping[str, Any], known: Sequence[str]) -> None:
+    """Refuse an option that the model does not have.
+
+    Raises
+    ------
+    BadInput
+        Naming the first one.
+    """
+    if options:
+        name = next(iter(options))
+        raise BadInput(kind, name, f"is not a known option: {', '.join(known) or 'there is none'}")
+
+
+def within(kind: str, name: str, value: Any, low: float, high: float) -> float:
+    """Return a numeric option.
+
+    Raises
+    ------
+    BadInput
+        If it is no number, or not between *low* and *high*.
+    """
+    if isinstance(value, bool) or not isinstance(value, int | float) or not low <= value <= high:
+        raise BadInput(kind, name, f"{shown(value)} is not allowed: {low:g} to {high:g}")
+    return value
+
+
+def refuse_poor(task: Task, fewest: int) -> None:
+    """Refuse data that can carry no model: too few rows, constant inputs or targets.
+
+    Parameters
+    ----------
+    task : Task
+        Runs and names.
+    fewest : int
+        So many rows with targets are needed.
+
+    Raises
+    ------
+    BadInput
+        One line.
+    """
+    known = [run.at(run.known) for run in task.runs]
+    rows = sum(len(run.time_s) for run in known)
+    if rows < fewest:
+        raise BadInput(
+            "training runs", "", f"{rows} complete rows are too few: {fewest} are needed"
+        )
+    for names, column in ((task.input_names, "inputs"), (task.target_names, "targets")):
+        span = np.ptp(np.concatenate([getattr(run, column) for run in known]), axis=0)
+        for name, width in zip(names, span, strict=True):
+            if width == 0.0:
+                what = "is constant: leave it out" if column == "inputs" else "never changes"
+                raise BadInput("training runs", name, what)

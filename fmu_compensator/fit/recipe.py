@@ -1,0 +1,107 @@
+"""What is done with any set of runs: choose the points, fit the error model."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from fmu_compensator.fit.data import Prepared, PreparedRun
+from fmu_compensator.fit.error_models import fitted_models
+from fmu_compensator.fit.error_models.base import FittedModel, Task
+from fmu_compensator.fit.points import GROUPINGS, Choice, choose_points
+from fmu_compensator.fit.training import TrainingRun
+from fmu_compensator.runtime.modelfile import INPUT_FORMS
+from measurement.errors import BadInput, shown
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """How to come from prepared runs to a fitted error model.
+
+    Attributes
+    ----------
+    kind : str
+        Kind of the error model: a file in `fmu_compensator.fit.error_models`.
+    points : {"grey", "hierarchical", "fuzzy", "all"} or names, optional
+        The temperatures to use; by default what the model's class calls usual.
+    input_form : {"rise", "absolute", "level"}, optional
+        Likewise.
+    grey : mapping
+        Options of `choose_points`.
+    options : mapping
+        Options of the error model.
+
+    Raises
+    ------
+    BadInput
+        For a kind or a form that is not known.
+    """
+
+    kind: str
+    points: str | Sequence[str] = ""
+    input_form: str = ""
+    grey: Mapping[str, Any] = field(default_factory=dict)
+    options: Mapping[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Check the names and complete what was not said."""
+        known = fitted_models()
+        if self.kind not in known:
+            allowed = ", ".join(known)
+            raise BadInput("fit", "model", f"{shown(self.kind)} is not allowed: {allowed}")
+        for name, usual in (
+            ("points", self.model.usual_points),
+            ("input_form", self.model.usual_form),
+        ):
+            if getattr(self, name) is None or not len(getattr(self, name)):
+                object.__setattr__(self, name, usual)
+        if self.input_form not in INPUT_FORMS:
+            allowed = f"{shown(self.input_form)} is not allowed: {', '.join(INPUT_FORMS)}"
+            raise BadInput("fit", "input form", allowed)
+
+    @property
+    def model(self) -> type[FittedModel]:
+        """The error model's class."""
+        return fitted_models()[self.kind]
+
+    def with_options(self, **options: Any) -> Recipe:
+        """Return the recipe with further options of the error model."""
+        return replace(self, options={**self.options, **options})
+
+    def choose(self, prepared: Prepared, runs: Sequence[PreparedRun]) -> tuple[list[int], Any]:
+        """Return the indices of the chosen sensors, and the choice for the provenance."""
+        if self.points in ("all", *GROUPINGS) and not prepared.candidates:
+            raise BadInput("training runs", "", "no temperature moves in every run")
+        if self.points == "all":
+            return list(prepared.candidates), {}
+        if isinstance(self.points, str) and self.points in GROUPINGS:
+            settings = {"grouping": self.points, **self.grey}
+            choice: Choice = choose_points(runs, prepared.candidates, **settings)
+            return choice.chosen, choice.table(prepared.sensors)
+        names = self.points.split(",") if isinstance(self.points, str) else list(self.points)
+        names = list(dict.fromkeys(name.strip() for name in names))
+        return [_index(name, prepared.sensors) for name in names], {}
+
+    def rows(self, run: PreparedRun, chosen: Sequence[int]) -> TrainingRun:
+        """Return the rows of a run that the model takes in."""
+        return run.history(chosen) if self.model.history else run.complete(chosen)
+
+    def task(self, prepared: Prepared, runs: Sequence[PreparedRun], chosen: Sequence[int]) -> Task:
+        """Return what the model is to be fitted to."""
+        names = [prepared.sensors[index] for index in chosen]
+        rows = [self.rows(run, chosen) for run in runs]
+        return Task(rows, names, prepared.targets, self.input_form)
+
+    def fit(
+        self, prepared: Prepared, runs: Sequence[PreparedRun], chosen: Sequence[int]
+    ) -> FittedModel:
+        """Return the fitted model."""
+        return self.model.fit(self.task(prepared, runs, chosen), **self.options)
+
+
+def _index(name: str, sensors: Sequence[str]) -> int:
+    if name not in sensors:
+        allowed = ", ".join([*GROUPINGS, "all"]) + ", or names of " + ", ".join(sensors)
+        raise BadInput("fit", "points", f"{shown(name)} is not allowed: {allowed}")
+    return list(sensors).index(name)

@@ -1,0 +1,189 @@
+"""Everything that the studies look at to choose temperature-sensitive points."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from fmu_compensator.fit.clustering import centroid_linkage, fuzzy_c_means, hierarchical
+from fmu_compensator.fit.columns import MeasuredColumns
+from fmu_compensator.fit.correlation import MOST_CANDIDATES, Subset, all_subsets, pearson
+from fmu_compensator.fit.data import prepare
+from fmu_compensator.fit.incidence import IMAGES, groups, relational_degree
+from fmu_compensator.fit.points import NEAR_CONSTANT_K, mean_degree, on_grid
+from fmu_compensator.fit.training import Array
+from measurement.errors import BadInput, shown
+from measurement.rig import Rig
+from measurement.runs import Run
+
+
+@dataclass(frozen=True)
+class Survey:
+    """Degrees, groups and combinations of the temperatures that move.
+
+    Attributes
+    ----------
+    run_names, sensors : list of str
+        What was looked at.
+    target : str
+        The error that counts.
+    degree : array (m, m)
+        Grey comprehensive degree [1].
+    groupings : dict of str to list of list of int
+        Groups of the columns, by method.
+    linkage : array
+        Of the hierarchical clustering, for a dendrogram.
+    membership : array (m, clusters)
+        Of fuzzy c-means [1].
+    pearson, relational : array (m,)
+        Correlation, and grey relational degree, to the error [1].
+    points : list of int
+        The column with the largest correlation of each grey group.
+    subsets : list of Subset
+        All combinations of the points; their columns count among `points`.
+    notes : list of str
+        What was left out of the data.
+    """
+
+    run_names: list[str]
+    sensors: list[str]
+    target: str
+    degree: Array
+    groupings: dict[str, list[list[int]]]
+    linkage: Array
+    membership: Array
+    pearson: Array
+    relational: Array
+    points: list[int]
+    subsets: list[Subset]
+    notes: list[str]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return everything as JSON can carry it."""
+        return {
+            "runs": self.run_names,
+            "sensors": self.sensors,
+            "target": self.target,
+            "degree": np.round(self.degree, 6).tolist(),
+            "groups": {
+                name: [[self.sensors[i] for i in group] for group in found]
+                for name, found in self.groupings.items()
+            },
+            "fuzzy_membership": np.round(self.membership, 6).tolist(),
+            "pearson": dict(zip(self.sensors, np.round(self.pearson, 6).tolist(), strict=True)),
+            "relational": dict(
+                zip(self.sensors, np.round(self.relational, 6).tolist(), strict=True)
+            ),
+            "points": [self.sensors[i] for i in self.points],
+            "subsets": [
+                {
+                    "temperatures": [self.sensors[self.points[i]] for i in one.columns],
+                    "multiple_r": _defined(one.multiple_r),
+                    "r2_adjusted": _defined(one.r2_adjusted),
+                    "held_out_rmse": _defined(one.held_out_rmse),
+                }
+                for one in self.subsets
+            ],
+            "notes": self.notes,
+        }
+
+
+def survey(
+    runs: Sequence[Run],
+    rig: Rig | MeasuredColumns,
+    *,
+    threshold: float = 0.9,
+    theta: float = 0.5,
+    image: str = "initial",
+    clusters: int = 4,
+    target: str | None = None,
+) -> Survey:
+    """Return how alike the temperatures of runs are, and how well they tell the error.
+
+    Parameters
+    ----------
+    runs : sequence of Run
+        Their degrees are averaged; the rises of all runs are clustered and correlated together.
+    rig : rig or MeasuredColumns
+        What the displacement columns mean.
+    threshold, theta, image
+        Of the grey grouping.
+    clusters : int
+        Groups of hierarchical clustering and fuzzy c-means.
+    target : str, optional
+        Signal name of the error; by default the first target.
+
+    Raises
+    ------
+    BadInput
+        For an option that is not allowed, or runs in which fewer than two temperatures move.
+    """
+    prepared = prepare(runs, rig, "rise")
+    place = _target_place(prepared.targets, target)
+    for name, value in (("lambda", threshold), ("theta", theta)):
+        if not 0 <= value <= 1:
+            raise BadInput("points", name, f"{value:g} is not allowed: must be from 0 to 1")
+    if image not in IMAGES:
+        raise BadInput("points", "image", f"{shown(image)} is not allowed: {', '.join(IMAGES)}")
+    grids = [on_grid(run, prepared.candidates) for run in prepared.runs]
+    rises = np.concatenate([temperatures - temperatures[0] for temperatures, _ in grids])
+    error = np.concatenate([targets[:, place] for _, targets in grids])
+    spread = np.subtract(*np.percentile(rises, [95, 5], axis=0))
+    loud = [k for k in range(rises.shape[1]) if spread[k] >= NEAR_CONSTANT_K]
+    if len(loud) < 2:
+        raise BadInput(
+            "runs",
+            "",
+            f"{len(loud)} temperatures move by {NEAR_CONSTANT_K:g} K: 2 or more are needed",
+        )
+    if not 1 <= clusters <= len(loud):
+        raise BadInput("points", "clusters", f"{clusters} is not allowed: 1 to {len(loud)}")
+    moving = rises[:, loud]
+    degree = mean_degree([temperatures[:, loud] for temperatures, _ in grids], theta, image)
+    fuzzy = fuzzy_c_means(moving, clusters)
+    groupings = {
+        f"grey comprehensive degree, lambda {threshold:g}": groups(degree, threshold),
+        "hierarchical, centroid linkage": hierarchical(moving, clusters),
+        "fuzzy c-means": fuzzy.groups,
+    }
+    r = pearson(moving, error)
+    relational = np.maximum(relational_degree(error, moving), relational_degree(-error, moving))
+    grey = next(iter(groupings.values()))
+    points = sorted(max(group, key=lambda k: np.nan_to_num(abs(r[k]))) for group in grey)
+    points = sorted(sorted(points, key=lambda k: -np.nan_to_num(abs(r[k])))[:MOST_CANDIDATES])
+    parts = [
+        ((temperatures - temperatures[0])[:, loud][:, points], targets[:, place])
+        for temperatures, targets in grids
+    ]
+    return Survey(
+        [run.name for run in runs],
+        [prepared.sensors[prepared.candidates[k]] for k in loud],
+        prepared.targets[place],
+        degree,
+        groupings,
+        centroid_linkage(moving),
+        fuzzy.membership,
+        np.nan_to_num(r),
+        relational,
+        points,
+        all_subsets(parts),
+        list(prepared.notes),
+    )
+
+
+def _target_place(targets: Sequence[str], target: str | None) -> int:
+    if target is None:
+        return 0
+    name = target.removesuffix("_um")
+    if name not in targets:
+        allowed = f"{shown(target)} is not allowed: {', '.join(targets)}"
+        raise BadInput("points", "target", allowed)
+    return list(targets).index(name)
+
+
+def _defined(value: float) -> float | None:
+    return round(value, 6) if math.isfinite(value) else None

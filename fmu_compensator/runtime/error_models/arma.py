@@ -1,0 +1,172 @@
+"""Time series: ARMA of the differenced, standardised drift. It needs measurements."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from fmu_compensator.runtime.error_models.base import ErrorModel
+from fmu_compensator.runtime.fields import Fields
+from fmu_compensator.runtime.lags import checked_state
+from fmu_compensator.runtime.ticks import ticks
+
+LARGEST = 1e9
+FURTHEST = 1e9  # where a forecast that runs away is stopped [um, urad]
+MOST_ORDER = 20
+
+
+class Series:
+    r"""One target: w = (difference of order d of y - mean) / scale is an ARMA(p, q).
+
+    .. math::
+        w(k) = \sum_i \phi_i w(k-i) + e(k) + \sum_j \theta_j e(k-j)
+
+    Parameters
+    ----------
+    differences : int
+        d.
+    mean, scale : float
+        Of the differenced series.
+    ar, ma : list of float
+        phi and theta.
+    """
+
+    def __init__(
+        self, differences: int, mean: float, scale: float, ar: list[float], ma: list[float]
+    ) -> None:
+        self.mean, self.scale, self.ar, self.ma = mean, scale, ar, ma
+        self.tails = [0.0] * differences  # last value of each lower difference
+        self.past = [0.0] * len(ar)
+        self.errors = [0.0] * len(ma)
+        self.held = 0.0
+        self.synced = 1.0  # whether the last step was measured
+
+    @classmethod
+    def from_fields(cls, fields: Fields) -> Series:
+        """Return the series that a table describes."""
+        differences = fields.integer("differences", 0, 2)
+        scale = fields.number("scale", 1e-9, LARGEST)
+        mean = fields.number("mean", -LARGEST, LARGEST)
+        parts = []
+        for key in ("ar", "ma"):
+            count = len(fields.items(key, 0, MOST_ORDER, "numbers"))
+            parts.append(fields.numbers(key, count, 100.0))
+        fields.done()
+        return cls(differences, mean, scale, *parts)
+
+    def forecast(self) -> float:
+        """Return the next standardised difference, as the past has it."""
+        return sum(a * w for a, w in zip(self.ar, self.past, strict=True)) + sum(
+            b * e for b, e in zip(self.ma, self.errors, strict=True)
+        )
+
+    def level(self, w: float) -> float:
+        """Return the level that a standardised difference leads to from here."""
+        value = self.mean + self.scale * w
+        for tail in self.tails:
+            value += tail
+        return min(max(value, -FURTHEST), FURTHEST)
+
+    def take(self, measured: float | None) -> None:
+        """Go one step on: with what was measured at it, or with the forecast."""
+        expected = self.forecast()
+        w = expected
+        reached = self.level(expected)
+        if measured is not None:
+            if self.synced or not self.tails:
+                w = (measured - sum(self.tails) - self.mean) / self.scale
+            # After steps without measurement the whole miss would look like one step's jump.
+            reached = measured
+        self._advance(w, w - expected, reached, measured is not None)
+
+    def _advance(self, w: float, error: float, reached: float, measured: bool) -> None:
+        rate = min(max(self.mean + self.scale * w, -FURTHEST), FURTHEST)
+        if len(self.tails) == 2:
+            self.tails[1] = min(max(self.tails[1] + rate, -FURTHEST), FURTHEST)
+        if self.tails:
+            self.tails[0] = reached
+        if self.past:
+            self.past = [min(max(w, -FURTHEST), FURTHEST), *self.past[:-1]]
+        if self.errors:
+            self.errors = [min(max(error, -FURTHEST), FURTHEST), *self.errors[:-1]]
+        self.synced = float(measured)
+
+    def state(self) -> list[float]:
+        """Return what is remembered."""
+        return [self.held, self.synced, *self.tails, *self.past, *self.errors]
+
+    def restore(self, values: list[float]) -> None:
+        """Take up the first numbers of *values*, and remove them there."""
+        self.held, self.synced = values.pop(0), values.pop(0)
+        for part in (self.tails, self.past, self.errors):
+            part[:] = [values.pop(0) for _ in part]
+
+
+class AutoregressiveMovingAverage(ErrorModel):
+    """One series per target on an even clock; no temperature has a part in it.
+
+    Parameters
+    ----------
+    step_s : float
+        Length of a step [s].
+    series : list of Series
+        One per target.
+    """
+
+    uses_measured = True
+
+    def __init__(self, step_s: float, series: list[Series]) -> None:
+        self._step_s, self._series = step_s, series
+        self._fresh = [one.state() for one in series]
+        self._started = self._waiting = False
+        self._age = 0.0  # of the step [s]
+        self._measured = [0.0] * len(series)
+
+    @classmethod
+    def from_fields(cls, fields: Fields, inputs: int, targets: int) -> AutoregressiveMovingAverage:
+        """Return the model that the file's numbers describe."""
+        tables = fields.tables("series", targets, targets, "series")
+        return cls(fields.number("step_s", 0.1, 1e5), [Series.from_fields(one) for one in tables])
+
+    def predict(
+        self,
+        inputs: Sequence[float],
+        elapsed_s: float = 0.0,
+        speed: float = 0.0,
+        measured: Sequence[float] | None = None,
+    ) -> list[float]:
+        """Return the predicted targets."""
+        if not self._started:
+            self._started, elapsed_s = True, 0.0
+        count, self._age = ticks(self._age + elapsed_s, self._step_s)
+        if measured is not None:
+            self._waiting, self._measured = True, list(measured)
+        for tick in range(count):
+            # A step begins with what was measured at the one before; the drift starts from zero.
+            known = self._measured if tick == 0 and self._waiting else None
+            for target, one in enumerate(self._series):
+                one.take(None if known is None else known[target])
+                one.held = one.level(one.forecast())
+            self._waiting = False
+        return [one.held for one in self._series]
+
+    def reset(self) -> None:
+        """Forget everything: the drift starts from zero."""
+        self._started = self._waiting = False
+        self._age = 0.0
+        self._measured = [0.0] * len(self._series)
+        for one, state in zip(self._series, self._fresh, strict=True):
+            one.restore(list(state))
+
+    def state(self) -> list[float]:
+        """Return what is remembered."""
+        own = [float(self._started), float(self._waiting), self._age, *self._measured]
+        return own + [value for one in self._series for value in one.state()]
+
+    def restore(self, state: Sequence[float]) -> None:
+        """Take up the state that `state` returned."""
+        values = checked_state(state, len(self.state()))
+        self._started, self._waiting, self._age = bool(values[0]), bool(values[1]), values[2]
+        targets = len(self._series)
+        self._measured, rest = values[3 : 3 + targets], values[3 + targets :]
+        for one in self._series:
+            one.restore(rest)

@@ -1,0 +1,100 @@
+"""Natural exponential: each speed has its steady drift, approached exponentially."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from fmu_compensator.runtime.error_models.base import ErrorModel
+from fmu_compensator.runtime.fields import Fields
+from fmu_compensator.runtime.lags import LONGEST_S, SHORTEST_S, checked_state, known_speed, share
+
+MOST_KNOTS = 50
+LARGEST = 1e6
+
+
+class NaturalExponential(ErrorModel):
+    r"""After every change of speed the drift starts anew from where it stands.
+
+    .. math::
+        z(t) = z_0 + (z_{ss}(n) - z_0) (1 - e^{-t / \tau})
+
+    The steady drift z_ss is linear between speeds that training saw, and zero at standstill.
+    Temperatures have no part in it.
+
+    Parameters
+    ----------
+    speeds_rpm : list of float
+        Growing, all above 0 [rpm].
+    steady : list of list of float, targets x speeds
+        z_ss [um, urad].
+    tau_s, tau_stopped_s : list of float, one per target
+        Time constants while turning and while standing [s].
+    """
+
+    def __init__(
+        self,
+        speeds_rpm: list[float],
+        steady: list[list[float]],
+        tau_s: list[float],
+        tau_stopped_s: list[float],
+    ) -> None:
+        self._knots = [0.0, *speeds_rpm]
+        self._steady = [[0.0, *row] for row in steady]
+        self._taus = list(zip(tau_s, tau_stopped_s, strict=True))
+        self._speed = 0.0  # of the sample before [rpm]
+        self._drift = [0.0] * len(steady)
+
+    @classmethod
+    def from_fields(cls, fields: Fields, inputs: int, targets: int) -> NaturalExponential:
+        """Return the model that the file's numbers describe."""
+        count = len(fields.items("speeds_rpm", 1, MOST_KNOTS, "speeds"))
+        speeds = fields.numbers("speeds_rpm", count, 1e6)
+        for index, (low, high) in enumerate(zip([0.0, *speeds], speeds, strict=False)):
+            if high - low < 1e-6:
+                problem = f"{high:g} is not allowed: above 0 and growing"
+                raise fields.refusal(f"speeds_rpm.{index}", problem)
+        taus = []
+        for key in ("tau_s", "tau_stopped_s"):
+            taus.append(fields.numbers(key, targets, LONGEST_S))
+            for index, value in enumerate(taus[-1]):
+                if value < SHORTEST_S:
+                    problem = f"{value:g} is not allowed: at least {SHORTEST_S:g} s"
+                    raise fields.refusal(f"{key}.{index}", problem)
+        return cls(speeds, fields.matrix("steady", targets, count, LARGEST), *taus)
+
+    def predict(
+        self,
+        inputs: Sequence[float],
+        elapsed_s: float = 0.0,
+        speed: float = 0.0,
+        measured: Sequence[float] | None = None,
+    ) -> list[float]:
+        """Return the predicted targets: the speed of the sample before held until this one."""
+        place, part = self._place(self._speed)
+        for target, (row, (tau, stopped)) in enumerate(zip(self._steady, self._taus, strict=True)):
+            goal = row[place] + part * (row[place + 1] - row[place])
+            step = share(elapsed_s, tau if self._speed > 0.0 else stopped)
+            self._drift[target] += step * (goal - self._drift[target])
+        self._speed = known_speed(speed, self._speed)
+        return list(self._drift)
+
+    def _place(self, speed: float) -> tuple[int, float]:
+        """Return between which knots a speed lies, and how far along; beyond the last: there."""
+        knots = self._knots
+        if speed >= knots[-1]:
+            return len(knots) - 2, 1.0
+        place = next(index for index in range(len(knots) - 1) if speed < knots[index + 1])
+        return place, (speed - knots[place]) / (knots[place + 1] - knots[place])
+
+    def reset(self) -> None:
+        """Stand still and cold."""
+        self._speed = 0.0
+        self._drift = [0.0] * len(self._steady)
+
+    def state(self) -> list[float]:
+        """Return what is remembered."""
+        return [self._speed, *self._drift]
+
+    def restore(self, state: Sequence[float]) -> None:
+        """Take up the state that `state` returned."""
+        self._speed, *self._drift = checked_state(state, 1 + len(self._steady))

@@ -1,0 +1,193 @@
+"""Weighted sum of temperatures and of their lags: a linear map with a memory."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from statistics import median
+
+from fmu_compensator.runtime.error_models.base import ErrorModel
+from fmu_compensator.runtime.fields import Fields
+from fmu_compensator.runtime.lags import checked_state, known_speed, share, taus
+
+LARGEST = 1e6
+SPEED_UNIT = 1000.0  # [rpm]
+
+
+class ThermalStates(ErrorModel):
+    r"""Drift = sum over rises, lagged rises, lagged levels and lagged speeds; plus a bias.
+
+    .. math::
+        y = A r + \sum_j (B_j L_j[r] + C_j L_j[v] + D_j L_j[(n, n^2)]) + b
+
+    r is the rise of each temperature above its first reading, v its level above the median of the
+    chosen temperatures, n the speed in 1000 rpm, and L_j a first-order lag that starts at zero.
+    The bias b is zero until a displacement is measured; then a Kalman filter of a random walk
+    keeps it.
+
+    A level that starts outside what training saw at the start is taken for a fault of the sensor
+    (calibration, wiring) and shifted to its usual start; so one sensor that reads 30 K high from
+    some day on does not spoil the drift.
+
+    Parameters
+    ----------
+    lags_s : list of float
+        Time constants [s].
+    start_low, start_usual, start_high : list of float, one per input
+        Range and middle of the levels at the start [K].
+    direct : list of list of float, targets x inputs
+        A [um/K, urad/K].
+    rise_lags, level_lags : list of matrices like *direct*, one per lag
+        B and C [um/K, urad/K].
+    speed_lags : list of matrices, targets x 2, one per lag
+        D [um per 1000 rpm and its square].
+    walk, noise : list of float, one per target
+        How much the bias wanders [um^2/h], and the variance of a measurement [um^2].
+    """
+
+    uses_measured = True
+
+    def __init__(
+        self,
+        lags_s: list[float],
+        start_low: list[float],
+        start_usual: list[float],
+        start_high: list[float],
+        direct: list[list[float]],
+        rise_lags: list[list[list[float]]],
+        level_lags: list[list[list[float]]],
+        speed_lags: list[list[list[float]]],
+        walk: list[float],
+        noise: list[float],
+    ) -> None:
+        self._lags_s, self._walk, self._noise = lags_s, walk, noise
+        self._start = list(zip(start_low, start_usual, start_high, strict=True))
+        self._inputs = len(direct[0])
+        # One row of weights per target, over: rises; per lag: rises, levels, speeds.
+        self._weights = []
+        for target, row in enumerate(direct):
+            weights = list(row)
+            for lag in range(len(lags_s)):
+                weights += rise_lags[lag][target] + level_lags[lag][target]
+                weights += speed_lags[lag][target]
+            self._weights.append(weights)
+        targets = len(direct)
+        self._started = False
+        self._speed = 0.0  # of the sample before [1000 rpm]
+        self._first, self._shift = [0.0] * self._inputs, [0.0] * self._inputs
+        self._lagged = [[0.0] * (2 * self._inputs + 2) for _ in lags_s]
+        self._raw, self._bias, self._variance = ([0.0] * targets for _ in range(3))
+
+    @classmethod
+    def from_fields(cls, fields: Fields, inputs: int, targets: int) -> ThermalStates:
+        """Return the model that the file's numbers describe."""
+        lags_s = taus(fields, "lags_s")
+        names = ("start_low", "start_usual", "start_high")
+        lows, usuals, highs = (fields.numbers(key, inputs, 1e4) for key in names)
+        for index, (low, usual, high) in enumerate(zip(lows, usuals, highs, strict=True)):
+            if not low <= usual <= high:
+                problem = f"{usual:g} is not allowed: from start_low ({low:g}) to start_high"
+                raise fields.refusal(f"start_usual.{index}", f"{problem} ({high:g})")
+        walk, noise = (fields.numbers(key, targets, LARGEST**2) for key in ("walk", "noise"))
+        for key, values in (("walk", walk), ("noise", noise)):
+            for index, value in enumerate(values):
+                if value <= 0.0:
+                    raise fields.refusal(f"{key}.{index}", f"{value:g} is not allowed: above 0")
+        return cls(
+            lags_s,
+            lows,
+            usuals,
+            highs,
+            fields.matrix("direct", targets, inputs, LARGEST),
+            _by_lag(fields, "rise_lags", len(lags_s), targets, inputs),
+            _by_lag(fields, "level_lags", len(lags_s), targets, inputs),
+            _by_lag(fields, "speed_lags", len(lags_s), targets, 2),
+            walk,
+            noise,
+        )
+
+    def predict(
+        self,
+        inputs: Sequence[float],
+        elapsed_s: float = 0.0,
+        speed: float = 0.0,
+        measured: Sequence[float] | None = None,
+    ) -> list[float]:
+        """Return the predicted targets."""
+        if not self._started:
+            self._started, self._first, elapsed_s = True, list(inputs), 0.0
+            self._shift = [
+                0.0 if low <= level <= high else usual - level
+                for level, (low, usual, high) in zip(_levels(inputs), self._start, strict=True)
+            ]
+        self._correct(elapsed_s, measured)
+        mended = [value + shift for value, shift in zip(inputs, self._shift, strict=True)]
+        rises = [value - first for value, first in zip(inputs, self._first, strict=True)]
+        drives = [*rises, *_levels(mended), self._speed, self._speed**2]
+        features = list(rises)
+        for lag, tau_s in enumerate(self._lags_s):
+            part, values = share(elapsed_s, tau_s), self._lagged[lag]
+            for index, drive in enumerate(drives):
+                values[index] += part * (drive - values[index])
+            features += values
+        self._speed = known_speed(speed, self._speed * SPEED_UNIT) / SPEED_UNIT
+        self._raw = [
+            sum(weight * value for weight, value in zip(weights, features, strict=True))
+            for weights in self._weights
+        ]
+        return [raw + bias for raw, bias in zip(self._raw, self._bias, strict=True)]
+
+    def _correct(self, elapsed_s: float, measured: Sequence[float] | None) -> None:
+        """Move the bias towards what the measurement at the sample before says."""
+        for target in range(len(self._bias)):
+            if measured is not None:
+                gain = self._variance[target] / (self._variance[target] + self._noise[target])
+                missed = measured[target] - self._raw[target] - self._bias[target]
+                self._bias[target] += gain * missed
+                self._variance[target] *= 1.0 - gain
+            self._variance[target] += self._walk[target] * elapsed_s / 3600.0
+
+    def reset(self) -> None:
+        """Forget everything."""
+        targets = len(self._weights)
+        self._started = False
+        self._speed = 0.0
+        self._first, self._shift = [0.0] * self._inputs, [0.0] * self._inputs
+        self._lagged = [[0.0] * (2 * self._inputs + 2) for _ in self._lags_s]
+        self._raw, self._bias, self._variance = ([0.0] * targets for _ in range(3))
+
+    def state(self) -> list[float]:
+        """Return what is remembered."""
+        lagged = [value for values in self._lagged for value in values]
+        return [
+            float(self._started),
+            self._speed,
+            *self._first,
+            *self._shift,
+            *self._raw,
+            *self._bias,
+            *self._variance,
+            *lagged,
+        ]
+
+    def restore(self, state: Sequence[float]) -> None:
+        """Take up the state that `state` returned."""
+        values = iter(checked_state(state, len(self.state())))
+        self._started, self._speed = bool(next(values)), next(values)
+        own = (self._first, self._shift, self._raw, self._bias, self._variance)
+        for held in (*own, *self._lagged):
+            held[:] = [next(values) for _ in held]
+
+
+def _levels(values: Sequence[float]) -> list[float]:
+    middle = median(values)
+    return [value - middle for value in values]
+
+
+def _by_lag(
+    fields: Fields, key: str, lags: int, targets: int, columns: int
+) -> list[list[list[float]]]:
+    """Return one matrix per lag."""
+    matrices = fields.items(key, lags, lags, "matrices")
+    place = f"{fields.place}.{key}" if fields.place else key
+    table = Fields({str(lag): one for lag, one in enumerate(matrices)}, fields.source, place)
+    return [table.matrix(str(lag), targets, columns, LARGEST) for lag in range(lags)]

@@ -1,0 +1,56 @@
+"""First-order lags: what remembers a temperature or a speed for a while."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import expm1, isfinite
+
+from fmu_compensator.runtime.fields import Fields
+
+SHORTEST_S, LONGEST_S = 1.0, 1e7
+MOST_LAGS = 20
+
+
+def share(elapsed_s: float, tau_s: float) -> float:
+    r"""Return how much of the way to its input a lag goes: 1 - exp(-elapsed / tau) [1]."""
+    return -expm1(-elapsed_s / tau_s)
+
+
+def known_speed(speed: float, last: float) -> float:
+    """Return the speed without its sign [rpm]; the last one while it is not known."""
+    return abs(speed) if isfinite(speed) else last
+
+
+def taus(fields: Fields, key: str) -> list[float]:
+    """Return a list of time constants [s].
+
+    Raises
+    ------
+    ModelFileError
+        If one is out of range.
+    """
+    count = len(fields.items(key, 0, MOST_LAGS, "time constants"))
+    values = fields.numbers(key, count, LONGEST_S)
+    for index, value in enumerate(values):
+        if value < SHORTEST_S:
+            place = f"{key}.{index}"
+            raise fields.refusal(place, f"{value:g} is not allowed: at least {SHORTEST_S:g} s")
+    return values
+
+
+def checked_state(state: Sequence[float], length: int) -> list[float]:
+    """Return a state's numbers.
+
+    Raises
+    ------
+    ValueError
+        If they are not as many finite numbers as the model has.
+    """
+    if len(state) != length:
+        raise ValueError(f"a state of {len(state)} numbers was given, this model has {length}")
+    if not all(
+        isinstance(value, int | float) and not isinstance(value, bool) and isfinite(value)
+        for value in state
+    ):
+        raise ValueError("the state holds something that is not a finite number")
+    return [float(value) for value in state]

@@ -1,0 +1,151 @@
+"""``spindle-drift compare``: all error models on the same runs, judged on runs they never saw.
+
+Give the runs to learn from and the runs to judge on (--train, --validate), or one set of runs that
+are left out in turn (--runs). Splits are by run or by condition, never by row.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+
+from tqdm import tqdm
+
+from fmu_compensator.fit.columns import targets_of
+from fmu_compensator.fit.comparison import Comparison, compare
+from fmu_compensator.fit.contestants import contestants
+from fmu_compensator.fit.splits import Split, leave_out
+from measurement.errors import BadInput
+from measurement.faults import faults_text, find_faults
+from measurement.files import write_atomically
+from measurement.runs import Run, read_run
+from plant_model.machine_file import read_machine
+from scenarios.comparison_page import ranking_text, write_figures, write_page
+
+NAME = "compare"
+HELP = "compare all error models on runs that they never saw"
+USUAL_MACHINE = "jig_borer"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the command's arguments."""
+    parser.add_argument("--train", nargs="+", type=Path, metavar="RUN", help="runs to learn from")
+    parser.add_argument("--validate", nargs="+", type=Path, metavar="RUN", help="runs to judge on")
+    parser.add_argument(
+        "--runs", nargs="+", type=Path, metavar="RUN", help="instead: runs to leave out in turn"
+    )
+    parser.add_argument(
+        "--split",
+        choices=("run", "speeds"),
+        default="run",
+        help="with --runs: leave out each run (default), or all runs of the same speeds together",
+    )
+    parser.add_argument(
+        "--models",
+        metavar="NAME,NAME...",
+        help="error models to compare (default: all); no_model and persistence always take part",
+    )
+    parser.add_argument(
+        "--points",
+        default="",
+        metavar="grey|all|NAME,NAME...",
+        help="temperatures for all models (default: what is usual for each)",
+    )
+    parser.add_argument(
+        "--machine",
+        metavar="FILE",
+        help=f"machine file whose rig says what the displacements mean (default: {USUAL_MACHINE}'s "
+        "where the runs have its columns; else every displacement column is a target)",
+    )
+    parser.add_argument("--seed", type=int, help="for models that start at random")
+    parser.add_argument(
+        "--no-intervals", action="store_true", help="do not learn prediction intervals: faster"
+    )
+    parser.add_argument("--json", action="store_true", help="print JSON instead of tables")
+    parser.add_argument(
+        "--out",
+        type=Path,
+        metavar="DIR",
+        help="write comparison.json, report.html and figures here",
+    )
+
+
+def run(args: argparse.Namespace) -> int:
+    """Compare and print; nothing is written unless everything went well.
+
+    Raises
+    ------
+    BadInput
+        For runs, models or options that cannot be used.
+    """
+    if args.seed is not None and not 0 <= args.seed < 2**31:
+        raise BadInput("compare", "seed", f"{args.seed} is not allowed: 0 to {2**31 - 1}")
+    splits = _splits(args)
+    runs = _all_runs(splits)
+    rig = targets_of(runs, read_machine(args.machine or USUAL_MACHINE).rig)
+    names = None if args.models is None else [name.strip() for name in args.models.split(",")]
+    entrants = contestants(names, points=args.points, seed=args.seed)
+    faults = find_faults(runs)
+    with tqdm(total=len(splits) * len(entrants), unit="fit", disable=None, leave=False) as bar:
+
+        def tell(label: str) -> None:
+            bar.set_description(label, refresh=False)
+            bar.update()
+
+        comparison = compare(
+            splits,
+            rig,
+            entrants,
+            strict=names is not None,
+            intervals=not args.no_intervals,
+            on_step=tell,
+        )
+    result = comparison.to_dict() | {"data": [fault.to_dict() for fault in faults]}
+    text = json.dumps(result, indent=1, allow_nan=False)
+    lines = ["What is wrong with the data", faults_text(faults), "", *_noted(comparison)]
+    lines += ["", ranking_text(comparison)]
+    if args.out is not None:
+        figures = write_figures(comparison, args.out)
+        written = [
+            write_atomically(args.out / "comparison.json", text + "\n"),
+            write_page(comparison, faults, args.out / "report.html"),
+            *figures,
+        ]
+        lines += ["", "wrote " + ", ".join(str(path) for path in written)]
+    print(text if args.json else "\n".join(lines))
+    return 0
+
+
+def _splits(args: argparse.Namespace) -> list[Split]:
+    if args.runs:
+        if args.train or args.validate:
+            raise BadInput("compare", "--runs", "cannot stand beside --train and --validate")
+        return leave_out([read_run(path) for path in args.runs], args.split)
+    if not args.train or not args.validate:
+        raise BadInput("compare", "", "--train and --validate are needed, or --runs")
+    train, validate = ([read_run(path) for path in paths] for paths in (args.train, args.validate))
+    digests = {run.sha256: run for run in train}
+    for run in validate:
+        if run.sha256 in digests:
+            problem = f"is the same run as {digests[run.sha256].name} in --train"
+            raise BadInput("--validate", run.name, f"{problem}: it would be judged on what it saw")
+    return [Split("the judged runs", train, validate)]
+
+
+def _all_runs(splits: list[Split]) -> list[Run]:
+    found: dict[str, Run] = {}
+    for split in splits:
+        for run in (*split.train, *split.validate):
+            found[run.sha256] = run
+    return sorted(found.values(), key=lambda run: run.name)
+
+
+def _noted(comparison: Comparison) -> list[str]:
+    notes = [note for note in comparison.notes if "rows left out" not in note]
+    count = len(comparison.notes) - len(notes)
+    lines = ["What the models were given", *(f"  {note}" for note in notes)]
+    if count:
+        lines.append(f"  {count} stretches of frozen or saturated displacement are left out")
+    lines += [f"  {name} is left out: {why}" for name, why in comparison.left_out.items()]
+    return lines

@@ -1,0 +1,122 @@
+"""``spindle-drift points``: which temperatures are alike, and which tell most of the drift.
+
+Prints the grey degrees and every grouping, and what each combination of the points explains.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+from typing import Any
+
+from fmu_compensator.fit.columns import targets_of
+from fmu_compensator.fit.survey import Survey, survey
+from measurement.files import write_atomically
+from measurement.runs import read_run
+from plant_model.machine_file import read_machine
+from scenarios.points_figures import draw_points
+
+NAME = "points"
+HELP = "show which temperatures are alike, and which tell most of the drift"
+USUAL_MACHINE = "jig_borer"
+SHOWN_SUBSETS = 8
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the command's arguments."""
+    parser.add_argument("runs", nargs="+", type=Path, metavar="RUN", help="run file (CSV)")
+    parser.add_argument(
+        "--lambda",
+        dest="threshold",
+        type=float,
+        default=0.9,
+        metavar="LAMBDA",
+        help="grey degree from which two temperatures form one group (default: 0.9)",
+    )
+    parser.add_argument(
+        "--theta",
+        type=float,
+        default=0.5,
+        help="weight of the absolute in the comprehensive degree (default: 0.5)",
+    )
+    parser.add_argument(
+        "--image",
+        default="initial",
+        metavar="initial|mean|interval",
+        help="dimensionless form for the relative degree (default: initial)",
+    )
+    parser.add_argument(
+        "--clusters", type=int, default=4, help="groups of the other clusterings (default: 4)"
+    )
+    parser.add_argument(
+        "--target", metavar="NAME", help="the error that counts (default: elongation, or the first)"
+    )
+    parser.add_argument("--machine", metavar="FILE", help="machine file with the rig")
+    parser.add_argument("--json", action="store_true", help="print JSON instead of tables")
+    parser.add_argument(
+        "--out", type=Path, metavar="DIR", help="write points.json, dendrogram.png and heat_map.png"
+    )
+
+
+def run(args: argparse.Namespace) -> int:
+    """Survey the runs and print.
+
+    Raises
+    ------
+    BadInput
+        For runs or options that cannot be used.
+    """
+    runs = [read_run(path) for path in args.runs]
+    rig = targets_of(runs, read_machine(args.machine or USUAL_MACHINE).rig)
+    found = survey(
+        runs,
+        rig,
+        threshold=args.threshold,
+        theta=args.theta,
+        image=args.image,
+        clusters=args.clusters,
+        target=args.target,
+    )
+    text = json.dumps(found.to_dict(), indent=1, allow_nan=False)
+    lines = _report(found)
+    if args.out is not None:
+        paths = [write_atomically(args.out / "points.json", text + "\n")]
+        paths += draw_points(found, args.out)
+        lines.append("wrote " + ", ".join(str(path) for path in paths))
+    print(text if args.json else "\n".join(lines))
+    return 0
+
+
+def _report(found: Survey) -> list[str]:
+    names = found.sensors
+    width = max(6, *(len(name) + 1 for name in names))
+    lines = [*found.notes, "", "Grey comprehensive degree", " " * width + _cells(names, width)]
+    for name, row in zip(names, found.degree, strict=True):
+        lines.append(f"{name:<{width}}" + _cells([f"{value:.2f}" for value in row], width))
+    for title, groups in found.groupings.items():
+        shown = "; ".join(" ".join(names[i] for i in group) for group in groups)
+        lines += ["", f"{title}: {len(groups)} groups", f"  {shown}"]
+    lines += ["", f"To the error {found.target}", f"{'':<{width}}{'Pearson':>10}{'grey rel.':>11}"]
+    for place, name in enumerate(names):
+        lines.append(
+            f"{name:<{width}}{found.pearson[place]:>10.3f}{found.relational[place]:>11.3f}"
+        )
+    lines += ["", f"One point per group: {', '.join(names[i] for i in found.points)}"]
+    lines += ["", f"Combinations of them, best adjusted R2 first (of {len(found.subsets)})"]
+    lines.append(f"{'multiple R':>11}{'adj. R2':>9}{'unseen RMSE':>13}  temperatures")
+    for one in found.subsets[:SHOWN_SUBSETS]:
+        lines.append(_subset(found, one))
+    best = min(found.subsets, key=lambda one: (one.held_out_rmse, len(one.columns)))
+    if best not in found.subsets[:SHOWN_SUBSETS] and len(found.run_names) > 1:
+        lines.append(_subset(found, best) + "  <- best on unseen runs")
+    return lines
+
+
+def _cells(texts: list[str], width: int) -> str:
+    return "".join(f"{text:>{width}}" for text in texts)
+
+
+def _subset(found: Survey, one: Any) -> str:
+    names = " ".join(found.sensors[found.points[place]] for place in one.columns)
+    return f"{one.multiple_r:>11.4f}{one.r2_adjusted:>9.4f}{one.held_out_rmse:>13.3f}  {names}"

@@ -1,0 +1,279 @@
+"""What a comparison of error models shows: ranking, curves of judged runs, convergence."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import jinja2
+import numpy as np
+import plotly.graph_objects as go
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from plotly.offline import get_plotlyjs
+
+from fmu_compensator.fit.comparison import Comparison, Judged, Row
+from measurement.faults import Fault
+from measurement.files import write_atomically
+from measurement.units import UNITS
+from scenarios.charts import BEFORE, LINES, Chart, Line, Panel
+from scenarios.figures import DPI, draw
+from scenarios.report import TEMPLATES, chart_html
+
+BEST = 4
+"""So many models are drawn: more curves cannot be told apart."""
+MOST_RUNS = 6
+"""So many judged runs are drawn; the table and the JSON form hold all."""
+
+
+@dataclass(frozen=True)
+class TargetCell:
+    """One target's figures in a line of the table; NaN where there are none.
+
+    Attributes
+    ----------
+    train, unseen, median : float
+        RMSE of the training runs, of the judged runs, and the median over judged runs [um, urad].
+    eta : float
+        Predictive ability on the judged runs [%].
+    largest : float
+        Largest error on the judged runs [um, urad].
+    """
+
+    train: float
+    unseen: float
+    median: float
+    eta: float
+    largest: float
+
+
+@dataclass(frozen=True)
+class TableRow:
+    """One line of the ranking table."""
+
+    rank: str
+    row: Row
+    cells: list[TargetCell]
+    coverage: str
+
+
+def table_of(comparison: Comparison) -> list[TableRow]:
+    """Return the ranking as lines; models that use displacement have no rank."""
+    lines, rank = [], 0
+    for row in comparison.rows:
+        known = row.name in ("no_model", "persistence") or row.uses_displacement
+        rank += not known
+        lines.append(
+            TableRow("" if known else str(rank), row, _cells(comparison, row), _coverage(row))
+        )
+    return lines
+
+
+def _cells(comparison: Comparison, row: Row) -> list[TargetCell]:
+    train, unseen = comparison.figures(row.train), comparison.figures(row.validate)
+    each = [comparison.figures([one]) for one in row.validate]
+    return [
+        TargetCell(
+            train[name]["rmse"],
+            unseen[name]["rmse"],
+            float(np.median([one[name]["rmse"] for one in each])),
+            100.0 * unseen[name]["eta"],
+            unseen[name]["max_abs"],
+        )
+        for name in comparison.targets
+    ]
+
+
+def _coverage(row: Row) -> str:
+    if not row.coverage:
+        return ""
+    return " ".join(f"{100.0 * share:.0f}" for share in row.coverage[1:])
+
+
+def ranking_text(comparison: Comparison) -> str:
+    """Return the ranking as lines of fixed-width text."""
+    head = f"{'':<44}" + "".join(
+        f"{f'{name} [{unit}]':>30}"
+        for name, unit in zip(comparison.targets, comparison.units, strict=True)
+    )
+    columns = "".join(
+        f"{'fit':>8}{'unseen':>8}{'median':>8}{'eta%':>6}" for _ in comparison.targets
+    )
+    lines = [
+        "RMSE on training runs, on unseen runs (all samples), median over unseen runs; eta unseen",
+        head,
+        f"{'':<44}{columns}  90% interval holds [%]",
+    ]
+    rows = table_of(comparison)
+    lines += [_line(line) for line in rows if not line.row.uses_displacement]
+    shown = [_line(line) for line in rows if line.row.uses_displacement]
+    if shown:
+        lines += ["Given the displacement measured one sample before:", *shown]
+    return "\n".join(lines)
+
+
+def _line(line: TableRow) -> str:
+    cells = "".join(
+        f"{_short(c.train):>8}{_short(c.unseen):>8}{_short(c.median):>8}{c.eta:>6.0f}"
+        for c in line.cells
+    )
+    coverage = f"  {line.coverage}" if line.coverage else ""
+    return f"{line.rank:>2} {line.row.title:<41}{cells}{coverage}"
+
+
+def _short(value: float) -> str:
+    if math.isnan(value):
+        return "-"
+    return f"{value:.1f}" if value >= 100.0 else f"{value:.2f}"
+
+
+def best_rows(comparison: Comparison) -> list[Row]:
+    """Return the best models that need no displacement."""
+    rows = [row for row in comparison.rows if not row.uses_displacement and row.chosen]
+    return rows[:BEST]
+
+
+def charts_of(comparison: Comparison) -> list[Chart]:
+    """Return a chart for each judged run: what was measured and what the best models said."""
+    best = best_rows(comparison)
+    if not best:
+        return []
+    charts = []
+    for number, judged in enumerate(best[0].validate[:MOST_RUNS]):
+        panels = tuple(
+            Panel(f"{name} [{UNITS[unit].label}]", _lines(best, number, place, judged))
+            for place, (name, unit) in enumerate(
+                zip(comparison.targets, comparison.units, strict=True)
+            )
+        )
+        note = "Gaps: rows in which a displacement was frozen or saturated are not judged."
+        charts.append(Chart(f"unseen_{number + 1}", f"Unseen run {judged.run}", note, panels))
+    return charts
+
+
+def _lines(best: Sequence[Row], number: int, place: int, judged: Judged) -> tuple[Line, ...]:
+    time, measured = _with_gaps(judged.time_s, judged.measured[:, place])
+    lines = [Line("Measured", time, measured, BEFORE, rank=0)]
+    for rank, row in enumerate(best):
+        one = next(run for run in row.validate[number:] if run.run == judged.run)
+        time, predicted = _with_gaps(one.time_s, one.predicted[:, place])
+        lines.append(Line(row.title, time, predicted, LINES[rank % len(LINES)], rank=BEST - rank))
+    return tuple(lines)
+
+
+def _with_gaps(time_s: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Break a curve where samples are missing, so that no straight line bridges them."""
+    steps = np.diff(time_s)
+    if not len(steps):
+        return time_s, values
+    cuts = np.flatnonzero(steps > 5.0 * np.median(steps)) + 1
+    return np.insert(time_s, cuts, time_s[cuts - 1]), np.insert(values, cuts, np.nan)
+
+
+def curves_of(comparison: Comparison) -> dict[str, list[float]]:
+    """Return the convergence curves of the networks, by title."""
+    return {
+        row.title: row.report["curve"]
+        for row in comparison.rows
+        if not row.uses_displacement and row.report.get("curve")
+    }
+
+
+def write_figures(comparison: Comparison, folder: Path) -> list[Path]:
+    """Write the figures as PNG files and return them."""
+    folder.mkdir(parents=True, exist_ok=True)
+    paths = [draw(chart, folder) for chart in charts_of(comparison)]
+    paths.append(_draw_ranking(comparison, folder / "ranking.png"))
+    curves = curves_of(comparison)
+    if curves:
+        paths.append(_draw_curves(curves, folder / "convergence.png"))
+    return paths
+
+
+def _draw_ranking(comparison: Comparison, path: Path) -> Path:
+    lines = [line for line in table_of(comparison) if not line.row.uses_displacement][::-1]
+    count = len(comparison.targets)
+    figure = Figure(figsize=(4.0 + 2.6 * count, 1.2 + 0.32 * len(lines)), layout="constrained")
+    FigureCanvasAgg(figure)
+    axes = figure.subplots(1, count, sharey=True, squeeze=False)[0]
+    for place, ax in enumerate(axes):
+        values = [line.cells[place].unseen for line in lines]
+        ax.barh([line.row.title for line in lines], values, color=LINES[place % len(LINES)])
+        name, unit = comparison.targets[place], comparison.units[place]
+        ax.set_title(f"{name}: RMSE on unseen runs [{UNITS[unit].label}]", fontsize=9)
+        ax.spines[["top", "right"]].set_visible(False)
+        # A model that runs away must not flatten all others: its bar is cut, its number says so.
+        end = 1.5 * float(np.median(values)) + 1e-9
+        ax.set_xlim(0.0, end)
+        for number, value in enumerate(values):
+            text = _short(value) + (" (cut)" if value > end else "")
+            ax.text(0.02 * end, number, text, va="center", fontsize=7, color="white")
+    figure.savefig(path, dpi=DPI, metadata={"Software": None})
+    return path
+
+
+def _draw_curves(curves: dict[str, list[float]], path: Path) -> Path:
+    figure = Figure(figsize=(7.0, 3.6), layout="constrained")
+    FigureCanvasAgg(figure)
+    ax = figure.subplots()
+    for number, (title, curve) in enumerate(curves.items()):
+        ax.semilogy(range(len(curve)), curve, label=title, color=LINES[number % len(LINES)])
+    ax.set_xlabel("iteration of Levenberg-Marquardt")
+    ax.set_ylabel("mean squared error [1]")
+    ax.legend(frameon=False)
+    ax.grid(True, color="#e3e6ea")
+    figure.savefig(path, dpi=DPI, metadata={"Software": None})
+    return path
+
+
+def write_page(comparison: Comparison, faults: Sequence[Fault], path: Path) -> Path:
+    """Write the page: one HTML file that needs nothing else."""
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(TEMPLATES),
+        autoescape=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        undefined=jinja2.StrictUndefined,
+    )
+    environment.filters["short"] = _short
+    lines = table_of(comparison)
+    text = environment.get_template("comparison.html").render(
+        comparison=comparison,
+        targets=list(zip(comparison.targets, comparison.units, strict=True)),
+        free=[line for line in lines if not line.row.uses_displacement],
+        fed=[line for line in lines if line.row.uses_displacement],
+        faults=faults,
+        charts=[(chart, chart_html(chart)) for chart in charts_of(comparison)],
+        judged=len({one.run for one in comparison.rows[0].validate}),
+        convergence=_convergence(curves_of(comparison)),
+        plotly=get_plotlyjs(),
+    )
+    return write_atomically(path, text)
+
+
+def _convergence(curves: dict[str, list[float]]) -> str:
+    if not curves:
+        return ""
+    figure = go.Figure()
+    for number, (title, curve) in enumerate(curves.items()):
+        colour = LINES[number % len(LINES)]
+        figure.add_trace(
+            go.Scatter(y=curve, name=title, mode="lines", line={"color": colour, "width": 1.8})
+        )
+    figure.update_layout(
+        height=320,
+        margin={"l": 60, "r": 14, "t": 12, "b": 44},
+        plot_bgcolor="#ffffff",
+        legend={"orientation": "h", "y": 1.0, "yanchor": "bottom"},
+    )
+    figure.update_xaxes(title_text="iteration of Levenberg-Marquardt", gridcolor="#e3e6ea")
+    figure.update_yaxes(title_text="mean squared error", type="log", gridcolor="#e3e6ea")
+    html: str = figure.to_html(
+        full_html=False,
+        include_plotlyjs=False,
+        div_id="chart-convergence",
+        config={"responsive": True, "displaylogo": False, "displayModeBar": False},
+    )
+    return html

@@ -1,0 +1,65 @@
+"""Dendrogram and heat map of the temperatures."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from scipy.cluster.hierarchy import dendrogram
+
+from fmu_compensator.fit.survey import Survey
+from scenarios.figures import DPI
+
+
+def draw_points(found: Survey, folder: Path) -> list[Path]:
+    """Write ``dendrogram.png`` and ``heat_map.png`` and return the files."""
+    folder.mkdir(parents=True, exist_ok=True)
+    return [
+        _dendrogram(found, folder / "dendrogram.png"),
+        _heat_map(found, folder / "heat_map.png"),
+    ]
+
+
+def _dendrogram(found: Survey, path: Path) -> Path:
+    figure = Figure(figsize=(max(6.0, 0.42 * len(found.sensors)), 4.0), layout="constrained")
+    FigureCanvasAgg(figure)
+    ax = figure.subplots()
+    dendrogram(
+        found.linkage,
+        labels=found.sensors,
+        ax=ax,
+        leaf_rotation=90,
+        color_threshold=0.0,
+        above_threshold_color="#1d5fa8",
+    )
+    ax.set_ylabel("distance between centroids [K]")
+    ax.set_title("Hierarchical clustering of the rises (Euclidean, centroid)", fontsize=11)
+    ax.spines[["top", "right"]].set_visible(False)
+    figure.savefig(path, dpi=DPI, metadata={"Software": None})
+    return path
+
+
+def _heat_map(found: Survey, path: Path) -> Path:
+    count = len(found.sensors)
+    size = max(5.0, 0.42 * count)
+    figure = Figure(figsize=(size + 1.2, size), layout="constrained")
+    FigureCanvasAgg(figure)
+    ax = figure.subplots()
+    # Members of a group stand side by side, so that the groups show as squares.
+    order = [k for group in next(iter(found.groupings.values())) for k in group]
+    names = [found.sensors[k] for k in order]
+    degree = found.degree[order][:, order]
+    image = ax.imshow(degree, vmin=min(0.5, float(degree.min())), vmax=1.0, cmap="viridis")
+    ax.set_xticks(range(count), names, rotation=90, fontsize=8)
+    ax.set_yticks(range(count), names, fontsize=8)
+    if count <= 14:
+        for i in range(count):
+            for j in range(count):
+                colour = "black" if degree[i, j] > 0.8 else "white"
+                text = f"{degree[i, j]:.2f}"
+                ax.text(j, i, text, ha="center", va="center", fontsize=7, color=colour)
+    figure.colorbar(image, ax=ax, label="grey comprehensive degree")
+    ax.set_title("How alike the temperatures are", fontsize=11)
+    figure.savefig(path, dpi=DPI, metadata={"Software": None})
+    return path

@@ -1,0 +1,104 @@
+"""Regression and intervals in which the run is the unit."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from fmu_compensator.fit.by_run import Block, Problem
+from fmu_compensator.fit.intervals import FRESH_H, Residuals, conformal
+
+
+def blocks_of(count: int, seed: int = 0, wander: float = 0.0, rows: int = 60) -> list[Block]:
+    random = np.random.default_rng(seed)
+    blocks = []
+    for _ in range(count):
+        x = np.cumsum(random.standard_normal((rows, 2)), axis=0)
+        hours = np.arange(rows) / 12.0
+        noise = np.cumsum(random.standard_normal(rows)) * wander + random.standard_normal(rows)
+        blocks.append(Block(hours, x, (x @ [2.0, -1.0] + noise)[:, None]))
+    return blocks
+
+
+def test_without_walk_and_trust_it_is_plain_ridge() -> None:
+    blocks = blocks_of(3)
+    found = Problem(blocks, 0.0).solve(0, 1e-3, robust=False)
+    x = np.concatenate([block.features for block in blocks])
+    y = np.concatenate([block.targets[:, 0] for block in blocks])
+    size = np.sqrt(np.mean(x**2, axis=0))
+    scaled = x / size
+    b = np.linalg.solve(scaled.T @ scaled / len(x) + 1e-3 * np.eye(2), scaled.T @ y / len(x)) / size
+    assert found.coefficients == pytest.approx(b)
+
+
+def test_left_out_errors_are_those_of_fits_without_the_run() -> None:
+    blocks = blocks_of(4)
+    found = Problem(blocks, 0.5).solve(0, 1e-6, robust=False)
+    for out in range(4):
+        rest = [block for number, block in enumerate(blocks) if number != out]
+        b = Problem(rest, 0.5).solve(0, 1e-6, robust=False).coefficients
+        missed = blocks[out].targets[:, 0] - blocks[out].features @ b
+        assert found.left_out_rms[out] == pytest.approx(np.sqrt(np.mean(missed**2)), rel=1e-3)
+
+
+def test_a_walk_in_the_noise_is_whitened() -> None:
+    errors: dict[float, list[float]] = {0.0: [], 5.0: []}
+    for seed in range(20):
+        blocks = blocks_of(3, seed, wander=1.5)
+        for walk, found in errors.items():
+            b = Problem(blocks, walk).solve(0, 1e-9, robust=False).coefficients
+            found.append(float(np.linalg.norm(b - [2.0, -1.0])))
+    assert np.mean(errors[5.0]) < 0.7 * np.mean(errors[0.0])
+
+
+def test_an_odd_run_loses_trust() -> None:
+    blocks = blocks_of(6)
+    odd = Block(blocks[5].hours, blocks[5].features, -blocks[5].targets)
+    found = Problem([*blocks[:5], odd], 0.0).solve(0, 1e-6)
+    assert found.trust[5] < 0.05 * np.median(found.trust)
+    assert found.coefficients == pytest.approx([2.0, -1.0], abs=0.1)
+
+
+def test_one_run_has_nothing_left_out() -> None:
+    found = Problem(blocks_of(1), 0.0).solve(0, 1e-6)
+    assert np.isnan(found.left_out_rms).all()
+    assert found.coefficients == pytest.approx([2.0, -1.0], abs=0.2)
+
+
+def wandering(count: int, seed: int, size: float = 1.0) -> list[Residuals]:
+    random = np.random.default_rng(seed)
+    hours = np.arange(1, 61) / 12.0
+    return [
+        Residuals(hours, np.cumsum(size * random.standard_normal((60, 2)), axis=0))
+        for _ in range(count)
+    ]
+
+
+def test_the_interval_holds_what_it_promises_on_new_runs() -> None:
+    held = []
+    for seed in range(10):
+        interval = conformal(wandering(20, seed))
+        held += [interval.within(one) for one in wandering(50, 100 + seed)]
+    # 20 runs learn the quantile at 0.945; the promise is at least 0.9 on the whole.
+    assert 0.9 <= np.mean(held) <= 0.97
+
+
+def test_samples_of_a_dense_run_do_not_outweigh_the_others() -> None:
+    quiet, loud = wandering(9, 0), wandering(1, 1, size=20.0)[0]
+    dense = Residuals(np.repeat(loud.hours, 50), np.repeat(loud.values, 50, axis=0))
+    assert conformal([*quiet, dense]).scale == pytest.approx(conformal([*quiet, loud]).scale)
+
+
+def test_with_few_runs_the_largest_error_counts() -> None:
+    runs = wandering(3, 2)
+    scaled = [np.abs(r.values) / np.sqrt(FRESH_H + r.hours)[:, None] for r in runs]
+    assert conformal(runs).scale == pytest.approx(np.max(np.concatenate(scaled), axis=0))
+
+
+def test_the_width_grows_with_time_up_to_the_longest_run() -> None:
+    interval = conformal(wandering(5, 3))
+    width = interval.half_width(np.array([0.0, 1.0, 5.0, 50.0]))
+    assert (np.diff(width[:3], axis=0) > 0).all()
+    assert width[3] == pytest.approx(width[2])
+    with pytest.raises(ValueError, match="no run"):
+        conformal([])

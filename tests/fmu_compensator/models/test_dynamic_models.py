@@ -1,0 +1,255 @@
+"""Models with a memory: natural exponential, ARX, ARMA, thermal states."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fmu_compensator.fit.error_models.arma import AutoregressiveMovingAverage
+from fmu_compensator.fit.error_models.arx import AutoregressiveExogenous
+from fmu_compensator.fit.error_models.mlr import MultipleLinearRegression
+from fmu_compensator.fit.error_models.ne import NaturalExponential
+from fmu_compensator.fit.error_models.thermal_states import ThermalStates
+from fmu_compensator.fit.training import TrainingRun
+from measurement.errors import BadInput
+from tests.fmu_compensator.models.made import lag, run_of, steps, task_of
+
+
+def rms(values: Any) -> float:
+    return float(np.sqrt(np.nanmean(np.square(values))))
+
+
+# Natural exponential
+
+
+def exponential_run(seed: int) -> TrainingRun:
+    speed = steps(seed)
+    drift = lag(0.002 * speed, 1500.0)
+    return run_of(
+        np.random.default_rng(seed).standard_normal((len(speed), 1)), drift[:, None], speed=speed
+    )
+
+
+def test_the_natural_exponential_is_found_again() -> None:
+    fitted = NaturalExponential.fit(task_of([exponential_run(seed) for seed in range(3)]))
+    assert fitted.tau_s == pytest.approx([1500.0], rel=0.02)
+    assert fitted.speeds_rpm.tolist() == [3000.0, 6000.0, 12000.0]
+    assert fitted.steady[0] == pytest.approx([6.0, 12.0, 24.0], rel=0.02)
+    unseen = exponential_run(9)
+    assert rms(unseen.targets - fitted.predict(unseen)) < 0.02 * rms(unseen.targets)
+
+
+def test_a_restart_goes_on_from_where_it_stands() -> None:
+    fitted = NaturalExponential(
+        np.array([1000.0]), np.array([[10.0]]), np.array([600.0]), np.array([1200.0])
+    )
+    time = np.arange(0.0, 7201.0, 100.0)
+    speed = np.where(time < 1800.0, 1000.0, np.where(time < 2400.0, 0.0, 1000.0))
+    run = run_of(np.zeros((len(time), 1)), np.zeros((len(time), 1)), speed=speed, time_s=time)
+    drift = fitted.predict(run)[:, 0]
+    hot = 10.0 * (1 - np.exp(-1800.0 / 600.0))
+    stopped = hot * np.exp(-600.0 / 1200.0)
+    again = 10.0 + (stopped - 10.0) * np.exp(-600.0 / 600.0)
+    for moment, wanted in ((0.0, 0.0), (1800.0, hot), (2400.0, stopped), (3000.0, again)):
+        assert drift[time == moment] == pytest.approx([wanted], rel=1e-12)
+
+
+def test_the_natural_exponential_needs_a_speed() -> None:
+    run = exponential_run(0)
+    without = run_of(run.inputs, run.targets)
+    with pytest.raises(BadInput, match="speed_rpm: is missing"):
+        NaturalExponential.fit(task_of([without]))
+    still = run_of(run.inputs, run.targets, speed=np.zeros(len(run.speed)))
+    with pytest.raises(BadInput, match="never above 0"):
+        NaturalExponential.fit(task_of([still]))
+
+
+# ARX
+
+
+def arx_run(seed: int) -> TrainingRun:
+    speed = steps(seed)
+    temperature = lag(speed / 1000.0, 600.0)
+    drift = 3.0 * lag(temperature, 3600.0)
+    return run_of(temperature[:, None], drift[:, None], speed=speed, name=f"r{seed}")
+
+
+@pytest.mark.parametrize("estimator", ["simulation", "prediction"])
+def test_arx_finds_the_memory(estimator: str) -> None:
+    fitted = AutoregressiveExogenous.fit(
+        task_of([arx_run(seed) for seed in range(4)]), estimator=estimator
+    )
+    assert fitted.report()["memory_s"] == pytest.approx([3600.0], rel=0.02)
+    unseen = arx_run(11)
+    assert rms(unseen.targets - fitted.predict(unseen)) < 0.02 * rms(unseen.targets)
+    static = MultipleLinearRegression.fit(task_of([arx_run(seed) for seed in range(4)]))
+    assert rms(unseen.targets - static.predict(unseen)) > 0.2 * rms(unseen.targets)
+
+
+def test_a_measurement_takes_the_place_of_arx_own_prediction() -> None:
+    fitted = AutoregressiveExogenous.fit(task_of([arx_run(seed) for seed in range(4)]))
+    unseen = arx_run(12)
+    shifted = unseen.targets + 5.0
+    measured = np.full_like(shifted, np.nan)
+    measured[100] = shifted[100]
+    free, told = fitted.predict(unseen), fitted.predict(unseen, measured)
+    assert np.array_equal(free[:101], told[:101])
+    gap = (told - free)[101:, 0]
+    assert gap[0] == pytest.approx(5.0 * fitted.pole[0], abs=0.3)
+    assert gap[-1] == pytest.approx(0.0, abs=0.3)
+
+
+def test_an_unknown_estimator_is_refused() -> None:
+    with pytest.raises(BadInput, match="'luck' is not allowed: simulation, prediction"):
+        AutoregressiveExogenous.fit(task_of([arx_run(0)]), estimator="luck")
+
+
+# Time series
+
+
+def integrated_ar(seed: int, rows: int = 1200, phi: float = 0.7) -> TrainingRun:
+    random = np.random.default_rng(seed)
+    w = np.zeros(rows)
+    for k in range(1, rows):
+        w[k] = phi * w[k - 1] + random.standard_normal()
+    return run_of(random.standard_normal((rows, 1)), np.cumsum(w)[:, None])
+
+
+def test_arma_differences_once_and_finds_the_coefficient() -> None:
+    fitted = AutoregressiveMovingAverage.fit(task_of([integrated_ar(0)]))
+    series = fitted.series[0]
+    assert series.differences == 1
+    p_values = series.diagnostics["adf_p"]
+    assert p_values[0] > 0.05 > p_values[1]
+    # phi alone, or phi and what little else chance has AIC add.
+    impulse = np.zeros(8)
+    impulse[0] = 1.0
+    for k in range(1, 8):
+        impulse[k] = sum(a * impulse[k - 1 - i] for i, a in enumerate(series.ar[:k]))
+        impulse[k] += series.ma[k - 1] if k <= len(series.ma) else 0.0
+    assert impulse[:4] == pytest.approx([1.0, 0.7, 0.49, 0.343], abs=0.1)
+
+
+def test_one_step_ahead_beats_persistence_and_says_nothing_of_a_free_run() -> None:
+    fitted = AutoregressiveMovingAverage.fit(task_of([integrated_ar(0)]))
+    unseen = integrated_ar(5)
+    ahead = rms(unseen.targets - fitted.predict(unseen, unseen.targets))
+    persistence = rms(np.diff(unseen.targets, axis=0))
+    free = rms(unseen.targets - fitted.predict(unseen))
+    assert 0.9 < ahead < 0.8 * persistence  # the noise has size 1: no forecast can do better
+    assert free > 10 * ahead
+
+
+def test_probing_now_and_then_pulls_the_series_back() -> None:
+    fitted = AutoregressiveMovingAverage.fit(task_of([integrated_ar(0)]))
+    unseen = integrated_ar(6)
+    probed = np.full_like(unseen.targets, np.nan)
+    probed[::50] = unseen.targets[::50]
+    now_and_then = rms(unseen.targets - fitted.predict(unseen, probed))
+    always = rms(unseen.targets - fitted.predict(unseen, unseen.targets))
+    assert always < now_and_then < 0.5 * rms(unseen.targets - fitted.predict(unseen))
+
+
+def test_a_forecast_uses_no_measurement_of_its_own_row_or_later() -> None:
+    fitted = AutoregressiveMovingAverage.fit(task_of([integrated_ar(0)]))
+    unseen = integrated_ar(7, rows=200)
+    changed = unseen.targets.copy()
+    changed[120:] += 100.0
+    plain, other = (fitted.predict(unseen, y) for y in (unseen.targets, changed))
+    assert np.array_equal(plain[:121], other[:121])
+    assert not np.allclose(plain[121], other[121])
+
+
+# Thermal states
+
+
+def hysteresis_run(seed: int, *, start: float = 20.0, gain: float = 1.0) -> TrainingRun:
+    """A fast sensor, a slow one, and a drift that lags both; hall temperature sets the level."""
+    random = np.random.default_rng(seed)
+    speed = steps(seed, rows=360)
+    heat = speed / 2000.0
+    fast, slow = lag(heat, 500.0), lag(heat, 2500.0)
+    bias = random.uniform(-1.0, 1.0)  # the hall against the machine at the start
+    bath = np.full(len(heat), bias)
+    levels = start + np.column_stack([fast, slow, bath])
+    levels += 0.01 * random.standard_normal(levels.shape)
+    drift = gain * (4.0 * lag(slow, 3600.0) + 2.0 * lag(bath, 3600.0))
+    drift += 0.05 * random.standard_normal(len(drift))
+    return run_of(levels, (drift - drift[0])[:, None], speed=speed, name=f"r{seed}")
+
+
+def test_thermal_states_follow_what_a_static_map_cannot() -> None:
+    runs = [hysteresis_run(seed) for seed in range(8)]
+    fitted = ThermalStates.fit(task_of(runs, "level"))
+    unseen = [hysteresis_run(seed) for seed in (20, 21)]
+    missed = rms(np.concatenate([run.targets - fitted.predict(run) for run in unseen]))
+    raw = rms(np.concatenate([run.targets for run in unseen]))
+    static = MultipleLinearRegression.fit(task_of(runs, "level"))
+    static_missed = rms(np.concatenate([run.targets - static.predict(run) for run in unseen]))
+    assert missed < 0.1 * raw
+    assert missed < 0.3 * static_missed
+
+
+def test_a_sensor_that_reads_high_in_a_new_run_does_no_harm() -> None:
+    fitted = ThermalStates.fit(task_of([hysteresis_run(seed) for seed in range(8)], "level"))
+    unseen = hysteresis_run(20)
+    jumped = unseen.inputs.copy()
+    jumped[:, 2] += 31.0
+    other = run_of(jumped, unseen.targets, speed=unseen.speed)
+    difference = rms(fitted.predict(other) - fitted.predict(unseen))
+    assert difference < 0.3 * rms(unseen.targets)
+    fine = run_of(unseen.inputs + 5.0, unseen.targets, speed=unseen.speed)
+    assert fitted.predict(fine) == pytest.approx(fitted.predict(unseen), abs=1e-6)
+
+
+def test_a_run_that_the_others_do_not_explain_is_trusted_less() -> None:
+    runs = [hysteresis_run(seed) for seed in range(7)] + [hysteresis_run(7, gain=4.0)]
+    unseen = hysteresis_run(30)
+    robust, plain = (
+        ThermalStates.fit(task_of(runs, "level"), robust=robust) for robust in (True, False)
+    )
+    trust = robust.report()["targets"]["y0"]["trust"]
+    assert trust["r7"] < 0.2 * np.median(list(trust.values()))
+    errors = [rms(unseen.targets - model.predict(unseen)) for model in (robust, plain)]
+    assert errors[0] < 0.5 * errors[1]
+
+
+def test_rows_without_targets_still_count_as_history() -> None:
+    run = hysteresis_run(20)
+    gap = run.targets.copy()
+    gap[100:200] = np.nan
+    runs = [hysteresis_run(seed) for seed in range(4)]
+    options: dict[str, Any] = {"lags_s": (3600.0,), "penalty": 1e-6, "walk": 0.0, "speed": False}
+    with_gap = run_of(run.inputs, gap, speed=run.speed, name="gap")
+    whole, gappy = (
+        ThermalStates.fit(task_of([*runs, last], "level"), **options) for last in (run, with_gap)
+    )
+    unseen = hysteresis_run(21)
+    assert rms(gappy.predict(unseen) - whole.predict(unseen)) < 0.05 * rms(unseen.targets)
+
+
+def test_a_measured_bias_is_taken_up_and_kept() -> None:
+    fitted = ThermalStates.fit(task_of([hysteresis_run(seed) for seed in range(4)], "level"))
+    unseen = hysteresis_run(22)
+    measured = np.full_like(unseen.targets, np.nan)
+    measured[100] = fitted.predict(unseen)[100] + 6.0
+    moved = (fitted.predict(unseen, measured) - fitted.predict(unseen))[:, 0]
+    assert (moved[:101] == 0.0).all()
+    assert 0.0 < moved[101] <= 6.0
+    assert moved[101:] == pytest.approx(moved[101])
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        ({"lags_s": ()}, "1 to 6 time constants"),
+        ({"lags_s": (0.0,)}, "lags_s: 0 is not allowed"),
+        ({"penalty": 0.0}, "penalty: 0 is not allowed"),
+        ({"walk": -1.0}, "walk: -1 is not allowed"),
+    ],
+)
+def test_wrong_options_are_refused(options: dict[str, Any], told: str) -> None:
+    with pytest.raises(BadInput, match=told):
+        ThermalStates.fit(task_of([hysteresis_run(0)], "level"), **options)

@@ -1,0 +1,140 @@
+"""``spindle-drift compare`` and ``spindle-drift points``."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from measurement.runs import write_run
+from scenarios.cli import main
+from tests.fmu_compensator.conftest import make_run
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
+    folder = tmp_path_factory.mktemp("runs")
+    return [
+        str(write_run(make_run(name, seed, hours=1.5), folder / f"{name}.csv"))
+        for seed, name in enumerate("abcd")
+    ]
+
+
+def test_compare_prints_a_ranking_and_writes_page_and_figures(
+    runs: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "compared"
+    code = main(
+        ["compare", "--train", *runs[:3], "--validate", runs[3], "--models", "mlr,bp,arx",
+         "--out", str(out)]
+    )  # fmt: skip
+    assert code == 0
+    text = capsys.readouterr().out
+    assert "What is wrong with the data" in text
+    ranked = [line.split()[0] for line in text.splitlines() if line[:2].strip().isdigit()]
+    assert ranked == ["1", "2", "3"]
+    assert "Persistence (last measured), one step ahead" in text
+    names = {path.name for path in out.iterdir()}
+    assert names == {
+        "comparison.json", "report.html", "ranking.png", "unseen_1.png", "convergence.png"
+    }  # fmt: skip
+    page = (out / "report.html").read_text()
+    assert "Multiple linear regression" in page
+    assert 'id="chart-unseen_1"' in page
+    assert 'id="chart-convergence"' in page
+    assert "http://" not in page.split("</script>")[-1]
+    table = json.loads((out / "comparison.json").read_text())
+    assert table["models"][0]["score"] < 0.1
+
+
+def test_compare_as_json(runs: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    code = main(
+        ["compare", "--train", *runs[:2], "--validate", *runs[2:], "--models", "mlr", "--json"]
+    )
+    assert code == 0
+    table = json.loads(capsys.readouterr().out)
+    row = next(row for row in table["models"] if row["name"] == "mlr")
+    assert row["train"]["yaw"]["rmse"] > 0
+    assert [one["run"] for one in row["validate"]["per_run"]] == ["c", "d"]
+    assert row["validate"]["per_run"][0]["elongation"]["eta"] > 0.9
+
+
+def test_runs_can_be_left_out_in_turn(runs: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["compare", "--runs", *runs, "--models", "mlr", "--no-intervals", "--json"]) == 0
+    table = json.loads(capsys.readouterr().out)
+    row = next(row for row in table["models"] if row["name"] == "mlr")
+    assert [one["run"] for one in row["validate"]["per_run"]] == list("abcd")
+    assert "interval" not in row
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        ([], "--train and --validate are needed"),
+        (["--train", "A"], "--train and --validate are needed"),
+        (["--runs", "A", "B", "--train", "A"], "cannot stand beside"),
+        (["--train", "A", "--validate", "A"], "is the same run as a in --train"),
+        (["--train", "A", "--validate", "B", "--models", "magic"], "'magic' is not allowed"),
+        (["--train", "A", "--validate", "B", "--points", "T9"], "'T9' is not allowed"),
+        (["--train", "A", "--validate", "B", "--seed", "-1"], "seed: -1 is not allowed"),
+        (["--train", "A", "--validate", "missing.csv"], "no such file"),
+    ],
+)
+def test_a_refusal_is_one_line_and_writes_nothing(
+    runs: list[str],
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    arguments: list[str],
+    told: str,
+) -> None:
+    files = {"A": runs[0], "B": runs[1]}
+    out = tmp_path / "out"
+    code = main(["compare", *(files.get(word, word) for word in arguments), "--out", str(out)])
+    assert code == 2
+    captured = capsys.readouterr()
+    assert told in captured.err
+    assert len(captured.err.strip().splitlines()) == 1
+    assert captured.out == ""
+    assert not out.exists()
+
+
+def test_points_prints_degrees_and_groups_and_draws(
+    runs: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "points"
+    assert main(["points", *runs, "--clusters", "2", "--out", str(out)]) == 0
+    text = capsys.readouterr().out
+    assert "grey comprehensive degree, lambda 0.9: 2 groups\n  T1 T2; T4" in text
+    assert "fuzzy c-means: 2 groups" in text
+    assert {path.name for path in out.iterdir()} == {
+        "points.json", "dendrogram.png", "heat_map.png"
+    }  # fmt: skip
+    assert (out / "heat_map.png").read_bytes().startswith(b"\x89PNG")
+    table = json.loads((out / "points.json").read_text())
+    assert table["degree"][0][0] == 1.0
+    assert len(table["subsets"]) == 3
+
+
+def test_points_refuses_in_one_line(runs: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["points", *runs, "--lambda", "1.5"]) == 2
+    assert "lambda: 1.5 is not allowed" in capsys.readouterr().err
+    assert main(["points", *runs, "--target", "roll"]) == 2
+    assert "roll" in capsys.readouterr().err
+
+
+def test_fit_takes_options_of_the_model(
+    runs: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "c.json"
+    arguments = ["fit", *runs[:2], "--model", "bp", "-o", str(out)]
+    assert main([*arguments, "--option", "hidden=[3]", "--option", "iterations=4"]) == 0
+    layers = json.loads(out.read_text())["error_model"]["layers"]
+    assert len(layers[0]["biases"]) == 3
+    for wrong, told in (
+        ("hidden", "must be NAME=VALUE"),
+        ("rig=1", "must be NAME=VALUE"),
+        ("turbo=1", "turbo: is not a known option"),
+    ):
+        assert main([*arguments, "--option", wrong]) == 2
+        assert told in capsys.readouterr().err
