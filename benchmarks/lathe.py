@@ -1,0 +1,150 @@
+"""Error models on thirty measured runs of a lathe, each predicted by a model of the other 29.
+
+    python -m benchmarks.lathe DATA [--models mlr,thermal_states] [--jobs 2]
+
+DATA holds the run files. Two protocols:
+
+- *unseen run*: nothing of the run's displacement is known;
+- *first 100 given*: the first 100 samples of the run's displacement are known, the rest is judged.
+
+A choice within a model (points, lags, penalties) is made anew for each left-out run, from the other
+29 alone. Frozen and saturated displacement is left out of fitting and judging.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import time
+from concurrent.futures import ProcessPoolExecutor
+from functools import cache, partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from tqdm import tqdm
+
+from fmu_compensator.fit.columns import MeasuredColumns, targets_of
+from fmu_compensator.fit.contestants import contestants, held
+from fmu_compensator.fit.data import prepare
+from fmu_compensator.fit.error_models.base import FittedModel
+from fmu_compensator.fit.recipe import Recipe
+from measurement.faults import faults_text, find_faults
+from measurement.rig import Rig
+from measurement.runs import Run, read_run
+
+GIVEN = 100
+REFERENCE = {"disp_x_um": 8.2, "disp_z_um": 3.6}
+"""Median RMSE of ridge regression on all temperatures, as published with the data [um]."""
+
+
+@cache
+def runs_in(folder: Path) -> tuple[Run, ...]:
+    """Return the folder's runs in order of their names, which are dates."""
+    return tuple(read_run(path) for path in sorted(folder.glob("2*.csv")))
+
+
+def rig_of(runs: tuple[Run, ...]) -> Rig | MeasuredColumns:
+    """Return the runs' targets."""
+    return targets_of(runs, None)
+
+
+def judge(folder: Path, name: str, index: int) -> dict[str, Any]:
+    """Return the errors of one model on one left-out run, under both protocols [um]."""
+    runs = runs_in(folder)
+    rig = rig_of(runs)
+    recipe = contestants([name])[-1].recipe if name not in ("no_model", "persistence") else None
+    form = recipe.input_form if recipe else "rise"
+    train = prepare(runs[:index] + runs[index + 1 :], rig, form)
+    unseen = prepare([runs[index]], rig, form, sensors=train.sensors).runs[0]
+    fitted, chosen = None, []
+    if recipe is not None:
+        chosen, _ = recipe.choose(train, train.runs)
+        fitted = recipe.fit(train, train.runs, chosen)
+    rows = recipe.rows(unseen, chosen) if recipe else unseen.history([])
+    known = np.flatnonzero(rows.known)
+    given = np.full_like(rows.targets, np.nan)
+    given[known[:GIVEN]] = rows.targets[known[:GIVEN]]
+    if fitted is None:
+        free = np.zeros_like(rows.targets)
+        informed = held(rows, given) if name == "persistence" else free
+    else:
+        free = fitted.predict(rows)
+        informed = informed_prediction(recipe, fitted, rows, given, free, known)
+    rest = known[GIVEN:]
+    return {
+        "run": runs[index].name,
+        "unseen": _rmse(rows.targets[known] - free[known]),
+        "first_100_given": _rmse(rows.targets[rest] - informed[rest]),
+    }
+
+
+def informed_prediction(
+    recipe: Recipe | None,
+    fitted: FittedModel,
+    rows: Any,
+    given: Any,
+    free: Any,
+    known: Any,
+) -> Any:
+    """Return what a model predicts once the first samples are known.
+
+    A model that cannot use measurements is shifted by what it missed at the last ones given.
+    """
+    if fitted.uses_measured:
+        return fitted.predict(rows, given)
+    last = known[: min(GIVEN, len(known))][-10:]
+    return free + np.mean(rows.targets[last] - free[last], axis=0)
+
+
+def _rmse(missed: Any) -> list[float]:
+    return np.sqrt(np.mean(missed**2, axis=0)).tolist()
+
+
+def main() -> int:
+    """Run the benchmark and print its table."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("data", type=Path, help="folder of the run files")
+    parser.add_argument("--models", default="mlr,arx,ne,bp,thermal_states")
+    parser.add_argument("--jobs", type=int, default=2, help="processes (default: 2)")
+    parser.add_argument("--json", type=Path, metavar="FILE", help="also write every run's errors")
+    args = parser.parse_args()
+    runs = runs_in(args.data)
+    if len(runs) < 2:
+        print(f"{args.data}: holds {len(runs)} runs named by date; two or more are needed")
+        return 2
+    print(f"{len(runs)} runs. What is wrong with them:\n{faults_text(find_faults(runs))}\n")
+    names = list(prepare(runs[:1], rig_of(runs)).targets)
+    targets = [f"{name}_um" for name in names]
+    published = ", ".join(f"{REFERENCE[name]} ({name})" for name in targets if name in REFERENCE)
+    print(f"Median RMSE over the left-out runs [um]; published ridge regression: {published}")
+    print(f"{'':<18}" + "".join(f"{name:>12}{'':>10}" for name in targets) + f"{'both':>12}")
+    header = f"{'unseen':>12}{'100 given':>10}"
+    print(f"{'model':<18}" + header * len(targets) + f"{'100 given':>12}{'seconds':>9}")
+    results = {}
+    with ProcessPoolExecutor(args.jobs) as pool:
+        for name in ["no_model", "persistence", *args.models.split(",")]:
+            began = time.perf_counter()
+            work = pool.map(partial(judge, args.data, name), range(len(runs)))
+            found = list(tqdm(work, total=len(runs), desc=name, disable=None, leave=False))
+            results[name] = found
+            print(_line(name, found, len(targets)) + f"{time.perf_counter() - began:>9.0f}")
+            sys.stdout.flush()
+    if args.json:
+        args.json.write_text(json.dumps({"targets": targets, "models": results}, indent=1))
+    return 0
+
+
+def _line(name: str, found: list[dict[str, Any]], targets: int) -> str:
+    unseen = np.median([one["unseen"] for one in found], axis=0)
+    given = np.array([one["first_100_given"] for one in found])
+    # The competition's figure is one RMSE over both axes.
+    both = float(np.median(np.sqrt(np.mean(given**2, axis=1))))
+    middle = np.median(given, axis=0)
+    cells = "".join(f"{unseen[k]:>12.2f}{middle[k]:>10.2f}" for k in range(targets))
+    return f"{name:<18}{cells}{both:>12.2f}"
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
