@@ -109,7 +109,7 @@ def observe(
     """
     channels = compared_channels(machine, runs)
     binned = [_binned(machine, run, channels, (bad or {}).get(run.name, [])) for run in runs]
-    together = np.concatenate([values for _, values, _ in binned])
+    together = np.concatenate([values for _, values in binned])
     span = _span(together)
     lengths = np.array([name in displacement_names(machine) for name in channels])
     table = noise_and_resolution(machine)
@@ -117,14 +117,13 @@ def observe(
     own = np.where(lengths, DISPLACEMENT_TOLERANCE, TEMPERATURE_TOLERANCE)
     tolerance = np.sqrt(noise**2 + own**2 + (RELATIVE_TOLERANCE * span) ** 2)
     found = []
-    for run, (time, values, counts) in zip(runs, binned, strict=True):
+    for run, (time, values) in zip(runs, binned, strict=True):
         extra = _switch_uncertainty(machine, run, time, values)
         sigma = np.sqrt(tolerance**2 + extra**2)
         present = np.isfinite(values)
         weights = np.where(present, 1.0 / sigma, 0.0)
         covered = present.sum(axis=0) * _median_step(time)
         share = np.maximum(covered / INDEPENDENT_S, 1.0) / np.maximum(present.sum(axis=0), 1)
-        del counts
         found.append(Observations(run, time, channels, values, weights * np.sqrt(share), tolerance))
     return found
 
@@ -141,8 +140,8 @@ def _span(values: FloatArray) -> FloatArray:
 
 def _binned(
     machine: Machine, run: Run, channels: tuple[str, ...], bad: list[tuple[str, float, float]]
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return bin times, mean values (displacements from zero) and rows per bin."""
+) -> tuple[FloatArray, FloatArray]:
+    """Return bin times and mean values, displacements from zero."""
     rows = run.time_s
     if len(rows) < 3:
         raise BadInput(run.path or run.name, "", "has fewer than three rows")
@@ -166,7 +165,7 @@ def _binned(
         values[:, i] = np.where(n > 0, total / np.maximum(n, 1), np.nan)
         if column.endswith("_um"):
             values[:, i] -= series[good][0]
-    return time, values, counts.astype(np.float64)
+    return time, values
 
 
 def _switch_uncertainty(

@@ -69,18 +69,17 @@ class Comparison:
         }
 
 
-def report_of(found: Found, holdout: Sequence[Observations]) -> dict[str, Any]:
+def report_of(found: Found, unseen: Comparison) -> dict[str, Any]:
     """Return the content of ``gap.json``.
 
     Parameters
     ----------
     found : Found
-    holdout : sequence of Observations
-        Of the runs that were not used; the channels' table is of these.
+    unseen : Comparison
+        On the runs that were not used; the channels' table is of these.
     """
     before, after = found.before.machine, found.after.machine
     calibration = Comparison(before, after, found.observed)
-    unseen = Comparison(before, after, holdout)
     first = found.rounds[0]
     return {
         "verdict": found.verdict,

@@ -81,7 +81,8 @@ def run(args: argparse.Namespace) -> int:
         )
         say("judging by what was kept back")
         holdout = observe(machine, unseen)
-        table = report_of(found, holdout)
+        comparison = Comparison(found.before.machine, found.after.machine, holdout)
+        table = report_of(found, comparison)
     write_machine(found.after.machine, args.machine, args.out / MACHINE_AFTER)
     facts = [
         ("Machine", f"{machine.title} ({machine_path(args.machine).name})"),
@@ -90,7 +91,6 @@ def run(args: argparse.Namespace) -> int:
         ("Not considered", ", ".join(args.without) or "-"),
         ("Seed", str(args.seed)),
     ]
-    comparison = Comparison(found.before.machine, found.after.machine, holdout)
     write_gap_page(found, comparison, table, facts, args.out)
     text = json.dumps(table, indent=1) + "\n"
     write_atomically(args.out / "gap.json", text)
