@@ -14,25 +14,26 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 from typing import Any
 
-# Before numpy is there: one case keeps one core busy, and more threads would get in its way.
-for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
-    os.environ.setdefault(_name, "1")
+from tqdm import tqdm
 
-from tqdm import tqdm  # noqa: E402
+from benchmarks.gap.plan import KINDS, SPLITS, Planned, plan
+from benchmarks.gap.truth.case import simulate_case
+from benchmarks.gap.truth.effects.base import SIZES
+from measurement.files import write_atomically
+from measurement.runs import write_run
 
-from benchmarks.gap.plan import KINDS, SPLITS, Planned, plan  # noqa: E402
-from benchmarks.gap.truth.case import simulate_case  # noqa: E402
-from benchmarks.gap.truth.effects.base import SIZES  # noqa: E402
-from measurement.files import write_atomically  # noqa: E402
-from measurement.runs import write_run  # noqa: E402
+
+def case_folder(planned: Planned, out: Path) -> Path:
+    """Return where the runs of a case are written."""
+    return out / "cases" / planned.files
 
 
 def write_case(planned: Planned, out: Path) -> Path:
     """Write one case's runs and its answer; return the answer's path."""
-    answer = out / "answers" / f"{planned.number:04d}.json"
+    answer = out / "answers" / f"{planned.files}.json"
     if answer.exists():
         return answer
-    folder = out / "cases" / f"{planned.number:04d}"
+    folder = case_folder(planned, out)
     folder.mkdir(parents=True, exist_ok=True)
     answer.parent.mkdir(parents=True, exist_ok=True)
     runs, effects = simulate_case(planned.case)

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass, replace
+from itertools import count as count_up
+from itertools import islice
 
 import numpy as np
 
@@ -15,14 +18,52 @@ SPLITS = {"development": 1_000_000, "reported": 2_000_000}
 KINDS = ("none", "effect", "outside", "pair")
 NONE_SHARE, PAIRS = 25, 25
 
+DELETED, EMPTY = "deleted", "empty"
+TRIALS = (*KINDS, DELETED)
+"""Kinds of what is asked of the gap finder: the cases, and some again without their effect."""
+
+DELETED_SIZES = ("medium", "strong")
+"""Sizes of the single effects that are asked for again with the effect deleted."""
+
+BLOCKS = 20
+"""Blocks looked through before a wish is taken to be one that no case meets."""
+
 
 @dataclass(frozen=True)
 class Planned:
-    """A case and what kind it is."""
+    """A case and what kind it is.
+
+    Attributes
+    ----------
+    number : int
+    kind : str
+        One of `TRIALS`, or ``empty``: machine and runs of a case with nothing hidden.
+    case : Case
+    without : tuple of str
+        Effects of the catalogue that the gap finder is not to know.
+    """
 
     number: int
     kind: str
     case: Case
+    without: tuple[str, ...] = ()
+
+    @property
+    def name(self) -> str:
+        """Name of its record."""
+        extra = self.kind if self.kind in (DELETED, EMPTY) else ""
+        return "_".join(filter(None, (f"{self.number:04d}", extra)))
+
+    @property
+    def files(self) -> str:
+        """Name of its runs' folder; a case with its effect deleted has the same runs."""
+        return f"{self.number:04d}" if self.kind == DELETED else self.name
+
+    def emptied(self) -> Planned:
+        """Return the same machine and runs with nothing hidden."""
+        if self.kind == "none":
+            return self
+        return Planned(self.number, EMPTY, replace(self.case, hidden=()))
 
 
 def plan(
@@ -37,25 +78,58 @@ def plan(
 
     A case keeps its number and its content whatever is asked for.
     """
-    found: list[Planned] = []
-    number = 0
-    while len(found) < count:
-        block, place = divmod(number, len(_block(split, 0)))
-        one_kind, hidden = _block(split, block)[place]
-        names = [name for name, _, _ in hidden]
-        sizes = [one for _, one, _ in hidden]
-        wanted = (
-            (kind is None or kind == one_kind)
-            and (effect is None or effect in names)
-            and (size is None or size in sizes)
-        )
-        if wanted:
-            case = Case(SPLITS[split] + number, hidden)
-            found.append(Planned(number, one_kind, case))
-        number += 1
-        if number > 1000 and not found:
-            raise ValueError("no case is of that kind")
+    kinds = KINDS if kind is None else (kind,)
+    return [one for (one,) in trials(split, count, kinds=kinds, effect=effect, size=size)]
+
+
+def trials(
+    split: str,
+    count: int,
+    *,
+    kinds: Collection[str] = TRIALS,
+    effect: str | None = None,
+    size: str | None = None,
+) -> list[list[Planned]]:
+    """Return what is asked of the gap finder in *count* cases of a split, gathered by case.
+
+    A case with one effect that is not weak is asked for twice: the second time the gap finder does
+    not know the effect.
+
+    Raises
+    ------
+    ValueError
+        If there are no such cases.
+    """
+    asked = (_asked(one, kinds) for one in _cases(split) if _holds(one, effect, size))
+    found = list(islice(filter(None, asked), count))
+    if not found:
+        raise ValueError("no case is of that kind")
     return found
+
+
+def _asked(planned: Planned, kinds: Collection[str]) -> list[Planned]:
+    found = [planned] if planned.kind in kinds else []
+    if planned.kind == "effect" and DELETED in kinds:
+        ((name, size, _),) = planned.case.hidden
+        if size in DELETED_SIZES:
+            found.append(replace(planned, kind=DELETED, without=(name,)))
+    return found
+
+
+def _holds(planned: Planned, effect: str | None, size: str | None) -> bool:
+    hidden = planned.case.hidden
+    return (effect is None or effect in [name for name, _, _ in hidden]) and (
+        size is None or size in [one for _, one, _ in hidden]
+    )
+
+
+def _cases(split: str) -> Iterator[Planned]:
+    """Return the cases of a split in order."""
+    number = count_up()
+    for block in range(BLOCKS):
+        for kind, hidden in _block(split, block):
+            at = next(number)
+            yield Planned(at, kind, Case(SPLITS[split] + at, hidden))
 
 
 Entry = tuple[str, tuple[tuple[str, str, str], ...]]

@@ -13,20 +13,17 @@ import os
 import sys
 from concurrent.futures import ProcessPoolExecutor
 
-for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
-    os.environ.setdefault(_name, "1")
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+from scipy.optimize import lsq_linear
 
-import numpy as np  # noqa: E402
-import pandas as pd  # noqa: E402
-from numpy.typing import NDArray  # noqa: E402
-from scipy.optimize import lsq_linear  # noqa: E402
-
-from benchmarks.gap.truth.case import Case, simulate_case  # noqa: E402
-from benchmarks.gap.truth.effects import everything  # noqa: E402
-from benchmarks.gap.truth.effects.base import SIZES  # noqa: E402
-from plant_model.machine import Machine  # noqa: E402
-from plant_model.machine_file import read_machine  # noqa: E402
-from plant_model.simulate import simulate  # noqa: E402
+from benchmarks.gap.truth.case import Case, simulate_case
+from benchmarks.gap.truth.effects import everything
+from benchmarks.gap.truth.effects.base import SIZES
+from plant_model.machine import Machine
+from plant_model.machine_file import read_machine
+from plant_model.simulate import simulate
 
 Array = NDArray[np.float64]
 

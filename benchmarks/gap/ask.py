@@ -1,0 +1,144 @@
+"""Ask the gap finder about one case, as a user would, and keep what it says and why."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import fields, is_dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import plant_model
+from benchmarks.gap.clock import clocked
+from benchmarks.gap.truth.case import RUNS
+from measurement.runs import Run, read_run
+from plant_model.gap.calibrate import Identified, calibrate
+from plant_model.gap.design import RunDesign
+from plant_model.gap.find import Found, find_gap
+from plant_model.gap.observations import Observations, observe
+from plant_model.gap.regimes import by_channel, gap_of, residuals
+from plant_model.gap.report import Comparison, report_of
+from plant_model.machine import Machine
+from plant_model.machine_file import read_machine
+
+MACHINE = "jig_borer"
+
+LARGEST = 5000
+"""Numbers in the largest array that a record keeps."""
+
+BULKY = (Machine, Observations, RunDesign)
+"""What a record leaves out: it follows from the runs."""
+
+
+def runs_of(folder: Path) -> tuple[list[Run], list[Run]]:
+    """Return a case's runs: those to calibrate on, and the one to judge by."""
+    runs = [read_run(folder / f"{name}.csv") for name in RUNS]
+    return runs[:-1], runs[-1:]
+
+
+def ask(folder: Path, without: Sequence[str] = (), seed: int = 0) -> dict[str, Any]:
+    """Return what the gap finder says of a case.
+
+    Parameters
+    ----------
+    folder : Path
+        Of the case's runs. That is all that the gap finder is given.
+    without : sequence of str
+        Effects that it is not to know.
+    seed : int
+        Its own.
+
+    Returns
+    -------
+    dict
+        ``answer`` is the content of ``gap.json``, ``details`` what led to it, ``seconds`` the time.
+    """
+    machine = read_machine(MACHINE)
+    with clocked() as spent:
+        runs, unseen = runs_of(folder)
+        # One process: the cases themselves run side by side.
+        found = find_gap(machine, runs, without=without, seed=seed, workers=1)
+        comparison = Comparison(found.before.machine, found.after.machine, observe(machine, unseen))
+        answer = report_of(found, comparison)
+    return {"seconds": spent, "answer": answer, "details": _details(found, comparison)}
+
+
+def ask_empty(folder: Path, seed: int = 0) -> dict[str, Any]:
+    """Return the gap that calibration leaves where nothing is hidden, as ``answer`` has it."""
+    machine = read_machine(MACHINE)
+    with clocked() as spent:
+        runs, unseen = runs_of(folder)
+        observed = observe(machine, runs)
+        found = calibrate(machine, observed, seed=seed).machine
+        gap = {
+            "calibration": Comparison(found, found, observed).gap(),
+            "holdout": Comparison(found, found, observe(machine, unseen)).gap(),
+        }
+    return {"seconds": spent, "answer": {"gap": gap}}
+
+
+def _details(found: Found, unseen: Comparison) -> dict[str, Any]:
+    """Return what thresholds can be studied with afterwards.
+
+    Besides all small numbers of every round: the gap that each effect tried in the first would
+    have left on the run that was not used, and every run's residual by channel.
+    """
+    before, after = found.before.machine, found.after.machine
+    known = Comparison(before, after, found.observed)
+    observed = [one.observed for one in unseen.before]
+    return {
+        "rounds": plain(found.rounds),
+        "held_out_with": {
+            one.added[-1]: gap_of(one.machine, [residuals(one.machine, run) for run in observed])
+            for one in found.rounds[0].tried
+        },
+        "channels_by_run": {
+            part.observed.run.name: {
+                "before": by_channel(before, [part]),
+                "after": by_channel(after, [later]),
+            }
+            for part, later in zip(
+                (*known.before, *unseen.before), (*known.after, *unseen.after), strict=True
+            )
+        },
+    }
+
+
+def plain(value: Any) -> Any:
+    """Return what JSON can hold of a value: numbers, names, small arrays, and what holds them.
+
+    Of calibrated parameters only those of added effects are kept.
+    """
+    if value is None or isinstance(value, (str, bool, int, float)):
+        return value
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, np.ndarray):
+        return value.tolist() if value.size <= LARGEST else None
+    if isinstance(value, dict):
+        return {str(key): plain(entry) for key, entry in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [plain(entry) for entry in value if not _left_out(entry)]
+    if is_dataclass(value):
+        parts = {entry.name: getattr(value, entry.name) for entry in fields(value)}
+        return {name: plain(part) for name, part in parts.items() if not _left_out(part)}
+    return None
+
+
+def _left_out(value: Any) -> bool:
+    if isinstance(value, Identified):
+        return not value.name.startswith("effects.")
+    return isinstance(value, BULKY)
+
+
+@cache
+def finder_version() -> str:
+    """Return a fingerprint of everything that the gap finder consists of."""
+    root = Path(plant_model.__file__).parent
+    digest = hashlib.sha256()
+    for path in sorted(p for p in root.rglob("*") if p.suffix in (".py", ".toml")):
+        digest.update(path.relative_to(root).as_posix().encode() + b"\0" + path.read_bytes())
+    return digest.hexdigest()[:12]

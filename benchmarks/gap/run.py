@@ -1,0 +1,138 @@
+"""Ask the gap finder about many cases: ``python -m benchmarks.gap.run --split reported --out D``.
+
+``D/records/`` gets one JSON file for each question, written whole; a question whose record is
+there is not asked again, so a run that was stopped goes on where it was. ``D/cases`` and
+``D/answers`` are those of ``benchmarks.gap.make``. The gap finder sees a case's runs only; what is
+hidden is put beside its answer afterwards. ``python -m benchmarks.gap.table D`` makes the tables.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import sys
+import traceback
+from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from tqdm import tqdm
+
+from benchmarks.gap.ask import ask, ask_empty, finder_version
+from benchmarks.gap.make import case_folder, write_case
+from benchmarks.gap.plan import EMPTY, SPLITS, TRIALS, Planned, trials
+from benchmarks.gap.truth.effects.base import SIZES
+from measurement.files import write_atomically
+
+RECORDS = "records"
+
+Work = Callable[[list[Planned]], int]
+Tried = Callable[[list[Planned]], tuple[int, str]]
+
+
+def record_path(planned: Planned, out: Path) -> Path:
+    """Return where the record of a question lies."""
+    return out / RECORDS / f"{planned.name}.json"
+
+
+def ask_case(asked: list[Planned], out: Path, split: str, *, empty: bool) -> int:
+    """Ask everything that is to be asked of one case; return how many records were written."""
+    questions = list(asked)
+    if empty and asked[0].kind != "none":
+        questions.insert(0, asked[0].emptied())
+    written = 0
+    for planned in questions:
+        path = record_path(planned, out)
+        if path.exists():
+            continue
+        record = _record(planned, out, split)
+        write_atomically(path, json.dumps(record, indent=1) + "\n")
+        written += 1
+    return written
+
+
+def _record(planned: Planned, out: Path, split: str) -> dict[str, Any]:
+    answer = write_case(planned, out)
+    runs = case_folder(planned, out)
+    told = ask_empty(runs) if planned.kind == EMPTY else ask(runs, planned.without)
+    return {
+        "name": planned.name,
+        "number": planned.number,
+        "split": split,
+        "kind": planned.kind,
+        "without": list(planned.without),
+        "truth": json.loads(answer.read_text())["effects"],
+        "finder": finder_version(),
+        **told,
+    }
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Ask about the cases wanted, side by side, with a progress bar."""
+    args = _parser().parse_args(arguments)
+    if args.cases < 1 or args.workers < 1:
+        _parser().error("--cases and --workers: 1 or more")
+    try:
+        cases = trials(
+            args.split, args.cases, kinds=args.kind or TRIALS, effect=args.effect, size=args.size
+        )
+    except ValueError as error:
+        _parser().error(str(error))
+    finder_version()  # Of what is loaded now, whatever happens to the files while cases run.
+    work = partial(ask_case, out=args.out, split=args.split, empty=not args.no_empty)
+    failed = _all_of(cases, work, args.workers)
+    for number, trace in failed:
+        print(f"case {number:04d} failed:\n{trace}", file=sys.stderr)
+    return 1 if failed else 0
+
+
+def _all_of(cases: list[list[Planned]], work: Work, workers: int) -> list[tuple[int, str]]:
+    """Work on all cases; return number and traceback of those that failed."""
+    failed = []
+    with tqdm(total=len(cases), unit="case") as bar:
+        for number, trace in _done(cases, partial(_tried, work), workers):
+            bar.update()
+            if trace:
+                failed.append((number, trace))
+                bar.set_postfix(failed=len(failed))
+    return failed
+
+
+def _done(cases: list[list[Planned]], work: Tried, workers: int) -> Iterator[tuple[int, str]]:
+    if workers == 1:
+        yield from map(work, cases)
+        return
+    with ProcessPoolExecutor(workers) as pool:
+        jobs = [pool.submit(work, asked) for asked in cases]
+        yield from (job.result() for job in as_completed(jobs))
+
+
+def _tried(work: Work, asked: list[Planned]) -> tuple[int, str]:
+    """Work on one case; return its number and the traceback, if it failed."""
+    try:
+        work(asked)
+    except Exception:
+        return asked[0].number, traceback.format_exc()
+    return asked[0].number, ""
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="benchmarks.gap.run", description=__doc__)
+    parser.add_argument("--split", choices=SPLITS, required=True)
+    parser.add_argument("--cases", type=int, default=143, help="how many (143, one of everything)")
+    parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="made or gone on in")
+    parser.add_argument("--kind", nargs="+", choices=TRIALS, help="only questions of these kinds")
+    parser.add_argument("--effect", help="only cases with this effect")
+    parser.add_argument("--size", choices=SIZES, help="only cases with an effect of this size")
+    parser.add_argument("--workers", type=int, default=os.cpu_count(), help="processes")
+    parser.add_argument(
+        "--no-empty", action="store_true", help="do not calibrate the same machine and runs empty"
+    )
+    return parser
+
+
+if __name__ == "__main__":
+    sys.exit(main())

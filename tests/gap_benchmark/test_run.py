@@ -1,0 +1,161 @@
+"""Asking about many cases: what is asked, what is hidden, and going on where it was stopped."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from benchmarks.gap import run
+from benchmarks.gap.ask import LARGEST, ask_empty, plain, runs_of
+from benchmarks.gap.make import write_case
+from benchmarks.gap.plan import DELETED_SIZES, plan, trials
+from plant_model.gap.calibrate import Identified
+from plant_model.machine import Machine
+from plant_model.machine_file import read_machine
+
+ARGUMENTS = ["--split", "development", "--workers", "1"]
+
+
+def _kinds(records: Path) -> dict[str, dict[str, Any]]:
+    return {path.stem: json.loads(path.read_text()) for path in sorted(records.glob("*.json"))}
+
+
+@pytest.fixture
+def calls(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, tuple[str, ...]]]:
+    """Stand in for the gap finder, and note what it was asked."""
+    found: list[tuple[str, tuple[str, ...]]] = []
+
+    def ask(folder: Path, without: tuple[str, ...] = ()) -> dict[str, Any]:
+        assert sorted(path.name for path in folder.iterdir()) == [
+            "holdout.csv",
+            *(f"run_{i}.csv" for i in range(1, 5)),
+        ]
+        found.append((folder.name, tuple(without)))
+        return {"answer": {"verdict": "none_missing"}}
+
+    monkeypatch.setattr(run, "ask", ask)
+    monkeypatch.setattr(run, "ask_empty", lambda folder: ask(folder, ("only calibrated",)))
+    return found
+
+
+def test_single_effects_that_are_not_weak_are_also_deleted() -> None:
+    asked = [one for case in trials("reported", 143) for one in case]
+    single = {one.number: one for one in asked if one.kind == "effect"}
+    deleted = {one.number: one for one in asked if one.kind == "deleted"}
+    assert set(deleted) == {
+        number for number, one in single.items() if one.case.hidden[0][1] in DELETED_SIZES
+    }
+    for number, one in deleted.items():
+        assert one.case == single[number].case
+        assert one.without == (one.case.hidden[0][0],)
+        assert (one.name, one.files) == (f"{number:04d}_deleted", f"{number:04d}")
+    # What is asked besides changes no case.
+    assert [case[0] for case in trials("reported", 143)] == plan("reported", 143)
+
+
+def test_an_emptied_case_keeps_machine_and_runs() -> None:
+    (pair,) = plan("development", 1, kind="pair")
+    empty = pair.emptied()
+    assert (empty.case.seed, empty.case.hidden) == (pair.case.seed, ())
+    assert empty.files != pair.files
+    (none,) = plan("development", 1, kind="none")
+    assert none.emptied() is none
+
+
+def test_records_hold_question_truth_and_answer(
+    tmp_path: Path, calls: list[tuple[str, tuple[str, ...]]]
+) -> None:
+    wanted = ["--effect", "windage", "--size", "strong", "--kind", "effect", "deleted"]
+    assert run.main([*ARGUMENTS, *wanted, "--cases", "1", "--out", str(tmp_path)]) == 0
+    (name,) = {folder.partition("_")[0] for folder, _ in calls}
+    assert calls == [(f"{name}_empty", ("only calibrated",)), (name, ()), (name, ("windage",))]
+    records = _kinds(tmp_path / "records")
+    assert list(records) == [name, f"{name}_deleted", f"{name}_empty"]
+    assert [one["kind"] for one in records.values()] == ["effect", "deleted", "empty"]
+    assert [one["without"] for one in records.values()] == [[], ["windage"], []]
+    assert [len(one["truth"]) for one in records.values()] == [1, 1, 0]
+    assert records[name]["truth"][0]["name"] == "windage"
+    assert records[name]["answer"] == {"verdict": "none_missing"}
+
+
+def test_what_was_stopped_goes_on_and_nothing_is_asked_twice(
+    tmp_path: Path,
+    calls: list[tuple[str, tuple[str, ...]]],
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    arguments = [*ARGUMENTS, "--cases", "2", "--kind", "none", "--out", str(tmp_path)]
+    kept = run.ask
+    first, second = (one.files for one in plan("development", 2, kind="none"))
+
+    def breaks(folder: Path, without: tuple[str, ...] = ()) -> dict[str, Any]:
+        if folder.name == second:
+            raise RuntimeError("a bug")
+        return kept(folder, without)
+
+    monkeypatch.setattr(run, "ask", breaks)
+    assert run.main(arguments) == 1
+    assert f"case {second} failed" in (error := capsys.readouterr().err)
+    assert "a bug" in error
+    assert list(_kinds(tmp_path / "records")) == [first]
+    monkeypatch.setattr(run, "ask", kept)
+    assert run.main(arguments) == 0
+    assert list(_kinds(tmp_path / "records")) == [first, second]
+    assert run.main(arguments) == 0
+    assert [folder for folder, _ in calls] == [first, second]
+
+
+@pytest.mark.parametrize(
+    "wrong", [["--cases", "0"], ["--workers", "0"], ["--effect", "gremlins"], ["--kind", "empty"]]
+)
+def test_wishes_that_cannot_be_met_are_refused(wrong: list[str], tmp_path: Path) -> None:
+    with pytest.raises(SystemExit) as stopped:
+        run.main([*ARGUMENTS, "--out", str(tmp_path), *wrong])
+    assert stopped.value.code == 2
+    assert not list(tmp_path.iterdir())
+
+
+def test_records_keep_numbers_and_leave_out_what_is_bulky() -> None:
+    @dataclass
+    class Judged:
+        machine: Machine
+        unseen: Any
+        big: Any
+        parameters: tuple[Identified, ...]
+        share: float
+
+    told = [
+        Identified(name, "1", 1.0, 2.0, 1.5, 2.5, 0.9, False)
+        for name in ("sources.motor.loss", "effects.windage.power")
+    ]
+    found = plain(
+        [
+            Judged(
+                read_machine("jig_borer"),
+                np.arange(3.0),
+                np.zeros(LARGEST + 1),
+                tuple(told),
+                np.float64(0.5),
+            )
+        ]
+    )
+    (entry,) = json.loads(json.dumps(found))
+    assert "machine" not in entry
+    assert (entry["unseen"], entry["big"], entry["share"]) == ([0.0, 1.0, 2.0], None, 0.5)
+    assert [one["name"] for one in entry["parameters"]] == ["effects.windage.power"]
+
+
+@pytest.mark.slow
+def test_calibration_alone_leaves_a_gap_above_the_noise(tmp_path: Path) -> None:
+    (none,) = plan("development", 1, kind="none")
+    write_case(none, tmp_path)
+    runs, unseen = runs_of(tmp_path / "cases" / none.files)
+    assert [one.name for one in (*runs, *unseen)] == [*(f"run_{i}" for i in range(1, 5)), "holdout"]
+    gap = ask_empty(tmp_path / "cases" / none.files)["answer"]["gap"]
+    for part in gap.values():
+        assert part["floor"] < part["before"] == part["after"] < 20.0
