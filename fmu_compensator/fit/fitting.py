@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from fmu_compensator.fit.data import Prepared, prepare
 from fmu_compensator.fit.error_models.base import FittedModel
-from fmu_compensator.fit.intervals import FRESH_H, Residuals, conformal
+from fmu_compensator.fit.intervals import FRESH_H, Residuals, conformal, tool_tip_table
 from fmu_compensator.fit.ranges import limits_table, sensor_table
 from fmu_compensator.fit.recipe import Recipe
 from fmu_compensator.fit.training import Array, TrainingRun
@@ -105,6 +106,8 @@ def fit_compensator(
     chosen, choice = recipe.choose(prepared, prepared.runs)
     fitted = recipe.fit(prepared, prepared.runs, chosen)
     rows = [run.complete(chosen) for run in prepared.runs]
+    left_out = _leave_one_run_out(recipe, prepared)
+    limits_of = limits_table(geometry, rows, tool_length_mm, limits or {})
     named = recipe.points if isinstance(recipe.points, str) else list(recipe.points)
     options = {"points": named, "input_form": input_form, **recipe.grey, **model_options}
     table = {
@@ -121,7 +124,11 @@ def fit_compensator(
         "input_form": input_form,
         "error_model": {"kind": model, "targets": list(geometry.targets), **fitted.table()},
         "geometry": geometry_table,
-        "limits": limits_table(geometry, rows, tool_length_mm, limits or {}),
+        "limits": limits_of,
+        "interval": left_out
+        and tool_tip_table(
+            left_out.rows, left_out.predicted, geometry, limits_of["tool_length_mm"]
+        ),
         "provenance": {
             "runs": [
                 {"name": run.name, "sha256": run.sha256, "rows": len(kept.time_s)}
@@ -141,7 +148,7 @@ def fit_compensator(
                             for run in prepared.runs
                         ],
                     ),
-                    "leave_one_run_out": _leave_one_run_out(recipe, prepared),
+                    "leave_one_run_out": left_out and _unseen_figures(prepared.targets, left_out),
                 }
             ),
         },
@@ -169,25 +176,38 @@ def predicted_known(fitted: FittedModel, run: TrainingRun) -> Array:
     return fitted.predict(run)[run.known]
 
 
-def _leave_one_run_out(recipe: Recipe, prepared: Prepared) -> dict[str, Any] | None:
-    """Return figures of each run predicted by a model of the others; None with too few runs.
+@dataclass(frozen=True)
+class _LeftOut:
+    """Runs, each predicted by a model of the others, and the points of each model."""
+
+    rows: list[TrainingRun]
+    predicted: list[Array]
+    chosen: list[list[str]]
+
+
+def _leave_one_run_out(recipe: Recipe, prepared: Prepared) -> _LeftOut | None:
+    """Return each run predicted by a model of the others; None with too few runs.
 
     The points are chosen anew each time: a choice that has seen the run would flatter it.
     """
     if len(prepared.runs) < FEWEST_RUNS_TO_LEAVE_OUT:
         return None
-    kept, values, chosen_names = [], [], []
+    found = _LeftOut([], [], [])
     for index, run in enumerate(prepared.runs):
         others = prepared.without(index)
         chosen, _ = recipe.choose(prepared, others)
         fitted = recipe.fit(prepared, others, chosen)
         rows = run.complete(chosen)
         if len(rows.time_s):
-            kept.append(rows)
-            values.append(predicted_known(fitted, recipe.rows(run, chosen)))
-            chosen_names.append([prepared.sensors[i] for i in chosen])
-    if not kept:
-        return None
+            found.rows.append(rows)
+            found.predicted.append(predicted_known(fitted, recipe.rows(run, chosen)))
+            found.chosen.append([prepared.sensors[i] for i in chosen])
+    return found if found.rows else None
+
+
+def _unseen_figures(targets: Sequence[str], left_out: _LeftOut) -> dict[str, Any]:
+    """Return what the predictions of runs left out are worth, for the provenance."""
+    kept, values = left_out.rows, left_out.predicted
     rmse = np.array([_rms(run.targets - y) for run, y in zip(kept, values, strict=True)])
     raw = np.array([_rms(run.targets) for run in kept])
     interval = conformal(
@@ -197,20 +217,19 @@ def _leave_one_run_out(recipe: Recipe, prepared: Prepared) -> dict[str, Any] | N
         ]
     )
     return {
-        "pooled": _figures(prepared.targets, kept, values),
+        "pooled": _figures(targets, kept, values),
         "interval": {
             "coverage": interval.coverage,
-            # Half width: scale times the root of FRESH_H plus the hours since the start.
-            "scale": dict(zip(prepared.targets, interval.scale.tolist(), strict=True)),
+            # Half width: scale times (FRESH_H plus the hours since the start) to the power.
+            "scale": dict(zip(targets, interval.scale.tolist(), strict=True)),
+            "power": interval.power,
             "fresh_h": FRESH_H,
             "longest_h": interval.longest_h,
         },
-        "median_rmse_of_runs": _model_and_none(
-            prepared.targets, np.median(rmse, 0), np.median(raw, 0)
-        ),
+        "median_rmse_of_runs": _model_and_none(targets, np.median(rmse, 0), np.median(raw, 0)),
         "rmse_by_run": [
-            {"run": run.name, "chosen": names, **_model_and_none(prepared.targets, one, none)}
-            for run, names, one, none in zip(kept, chosen_names, rmse, raw, strict=True)
+            {"run": run.name, "chosen": names, **_model_and_none(targets, one, none)}
+            for run, names, one, none in zip(kept, left_out.chosen, rmse, raw, strict=True)
         ],
     }
 

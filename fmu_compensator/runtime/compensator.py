@@ -7,6 +7,7 @@ from math import isfinite, nan
 from typing import Any, NamedTuple
 
 from fmu_compensator.runtime.checks import IMPLAUSIBLE, MISSING, Fault, SensorCheck
+from fmu_compensator.runtime.interval import NOT_KNOWN
 from fmu_compensator.runtime.modelfile import Model
 
 OK, WAITING, UNTRAINED, RECOVERING = 0, 1, 2, 3
@@ -34,6 +35,10 @@ class Output(NamedTuple):
         Offsets to send [um]: the tool tip's drift with the opposite sign, within the limits.
     elongation, yaw, pitch : float
         The predicted pose [um, urad, urad]; the last good one while the inputs are bad.
+    dX_uncertainty, dY_uncertainty, dZ_uncertainty : float
+        Half the width of the interval about the predicted drift at this tool length in which most
+        unseen drift lies [um]; the last good one while the inputs are bad. -1: not known, because
+        the file has no interval, or nothing was predicted yet.
     valid : bool
         Whether the offsets follow the model. False while waiting, recovering or in a fault.
     status : int
@@ -52,6 +57,9 @@ class Output(NamedTuple):
     elongation: float
     yaw: float
     pitch: float
+    dX_uncertainty: float  # noqa: N815
+    dY_uncertainty: float  # noqa: N815
+    dZ_uncertainty: float  # noqa: N815
     valid: bool
     status: int
     status_sensor: int
@@ -98,6 +106,8 @@ class Compensator:
         self._wanted = (0.0, 0.0, 0.0)
         self._offset = (0.0, 0.0, 0.0)
         self._pose = (0.0, 0.0, 0.0)
+        self._since_start = 0.0  # [s]
+        self._half_width = (NOT_KNOWN, NOT_KNOWN, NOT_KNOWN)
 
     def step(
         self,
@@ -145,6 +155,8 @@ class Compensator:
         elapsed = self._elapsed(time_s, step_s)
         fault = self._look(temperatures, elapsed, tool_length)
         self._unmodelled += elapsed
+        if self._started:
+            self._since_start = min(self._since_start + elapsed, LONGEST_S)
         if fault is None:
             self._predict(temperatures, speed, tool_length)
         if measured is not None and all(map(isfinite, measured)):
@@ -201,6 +213,8 @@ class Compensator:
             limits.saturated(0.0 - z),
         )
         self._pose = geometry.pose(targets)
+        if self.model.interval is not None:
+            self._half_width = self.model.interval.half_width(self._since_start, tool_length)
         if not self._started:
             self._started = self._recovering = True
 
@@ -258,7 +272,7 @@ class Compensator:
         if reason is not None:
             sensor = reason.sensor
             text = reason.text if status == UNTRAINED else f"{text}: {reason.text}"
-        return Output(*self._offset, *self._pose, valid, status, sensor, text)
+        return Output(*self._offset, *self._pose, *self._half_width, valid, status, sensor, text)
 
     def state(self) -> dict[str, Any]:
         """Return everything remembered, as values that JSON carries without loss."""
@@ -277,6 +291,8 @@ class Compensator:
             "wanted": list(self._wanted),
             "offset": list(self._offset),
             "pose": list(self._pose),
+            "since_start": self._since_start,
+            "half_width": list(self._half_width),
             "checks": [check.state() for check in self._checks],
             "error_model": self._error_model.state(),
         }
@@ -309,6 +325,8 @@ class Compensator:
         self._wanted = _three(state["wanted"])
         self._offset = _three(state["offset"])
         self._pose = _three(state["pose"])
+        self._since_start = state["since_start"]
+        self._half_width = _three(state["half_width"])
 
 
 def _three(values: Sequence[float]) -> tuple[float, float, float]:

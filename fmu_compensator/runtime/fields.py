@@ -150,6 +150,10 @@ class Fields:
         """Return the fields of a table inside this one."""
         return Fields(self.raw(key), self.source, self._below(key))
 
+    def table_or_none(self, key: str) -> Fields | None:
+        """Return the fields of a table inside this one, or None for null."""
+        return None if self.raw(key) is None else self.table(key)
+
     def tables(self, key: str, fewest: int, most: int, what: str) -> list[Fields]:
         """Return the tables of a list."""
         values = self.items(key, fewest, most, what)

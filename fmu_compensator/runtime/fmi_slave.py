@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from fmu_compensator.runtime.compensator import STATUS_TEXTS, WAITING, Compensator
+from fmu_compensator.runtime.interval import NOT_KNOWN
 from fmu_compensator.runtime.modelfile import Model, ModelFileError, load_model, parse_model
 from fmu_packaging.slave import DriftSlave, FmuError
 from fmu_packaging.variables import Variable
@@ -16,7 +17,9 @@ MODEL_FILE = "compensator.json"
 MEASURED = "measured"
 """The input that says whether the measured targets count, in an FMU whose model uses them."""
 
-REALS = ("dX", "dY", "dZ", "elongation", "yaw", "pitch")
+HALF_WIDTHS = ("dX_uncertainty", "dY_uncertainty", "dZ_uncertainty")
+REALS = ("dX", "dY", "dZ", "elongation", "yaw", "pitch", *HALF_WIDTHS)
+"""In the order of the compensator's `Output`."""
 USUAL_TEMPERATURE, USUAL_TOOL = 20.0, 150.0  # start values [degC, mm]
 WIDEST_UM, LONGEST_MM = 1e5, 2000.0  # what any compensator file may ask for
 
@@ -55,6 +58,8 @@ class CompensatorSlave(DriftSlave):
         # Another file may predict other targets than this FMU has inputs for.
         self._takes_measured = self._probed >= 0 and model.targets == self._bundled.targets
         self.outputs.update(dict.fromkeys(self._reals, 0.0))
+        for name in HALF_WIDTHS:
+            self.put(name, NOT_KNOWN)
         self.put("valid", False)
         self.put("status", WAITING)
         self.put("status_sensor", 0)
@@ -71,7 +76,7 @@ class CompensatorSlave(DriftSlave):
         if self._takes_measured and self.settable["boolean"][self._probed]:
             measured = values[count + 2 :]
         found = self._compensator.step(time_s, step_s, temperatures, speed, tool_length, measured)
-        self.outputs.update(zip(self._reals, found[:6], strict=True))
+        self.outputs.update(zip(self._reals, found[:9], strict=True))
         codes = (found.status, self._numbers[found.status_sensor])
         self.results["integer"].update(zip(self._codes, codes, strict=True))
         self.results["boolean"][self._valid] = found.valid
@@ -153,6 +158,7 @@ def variables(model: Model) -> list[Variable]:
         ),
         _output("yaw", "Predicted tilt in the XZ plane", "urad"),
         _output("pitch", "Predicted tilt in the YZ plane", "urad"),
+        *_half_widths(model),
         Variable(
             "valid",
             "boolean",
@@ -220,14 +226,29 @@ def _measured_inputs(model: Model) -> list[Variable]:
     return [*reals, flag]
 
 
-def _output(name: str, description: str, unit: str) -> Variable:
+def _half_widths(model: Model) -> list[Variable]:
+    """Return the outputs that say how far the prediction may be off."""
+    share = "most" if model.interval is None else f"{100 * model.interval.coverage:g} %"
+    return [
+        _output(
+            f"d{axis}_uncertainty",
+            f"Half the width of the interval about the predicted {axis} drift in which {share} of "
+            "unseen drift lies; -1: not known",
+            "um",
+            low=NOT_KNOWN,
+        )
+        for axis in "XYZ"
+    ]
+
+
+def _output(name: str, description: str, unit: str, low: float = -WIDEST_UM) -> Variable:
     return Variable(
         name,
         "real",
         "output",
         description,
         unit=unit,
-        low=-WIDEST_UM,
+        low=low,
         high=WIDEST_UM,
         nominal=10.0,
         depends_at_start=(),

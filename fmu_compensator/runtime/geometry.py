@@ -103,6 +103,11 @@ class Direct(Geometry):
     axes : dict
         By target name: the axis, and +1 when the column grows as the tool tip drifts towards
         plus, -1 when it grows the other way.
+
+    Attributes
+    ----------
+    axes : tuple of str
+        The axes that are measured, one per target.
     """
 
     needs_tool_length = False
@@ -110,7 +115,7 @@ class Direct(Geometry):
     def __init__(self, axes: dict[str, tuple[str, int]]) -> None:
         self.targets = tuple(axes)
         self._places = [(AXES.index(axis), sign) for axis, sign in axes.values()]
-        self._has_z = any(axis == "Z" for axis, _ in axes.values())
+        self.axes = tuple(axis for axis, _ in axes.values())
 
     @classmethod
     def from_fields(cls, fields: Fields) -> Direct:
@@ -139,7 +144,7 @@ class Direct(Geometry):
 
     def pose(self, targets: Sequence[float]) -> tuple[float, float, float]:
         """Return the elongation [um]: growth towards -Z where Z is measured; no tilt [urad]."""
-        return (-self.drift(targets, 0.0)[2] if self._has_z else 0.0), 0.0, 0.0
+        return (-self.drift(targets, 0.0)[2] if "Z" in self.axes else 0.0), 0.0, 0.0
 
 
 def geometry_from_fields(fields: Fields) -> FivePoint | Direct:

@@ -17,6 +17,7 @@ from fmu_compensator.runtime.error_models import error_models
 from fmu_compensator.runtime.error_models.base import ErrorModel
 from fmu_compensator.runtime.fields import Fields, ModelFileError
 from fmu_compensator.runtime.geometry import Geometry, geometry_from_fields
+from fmu_compensator.runtime.interval import Interval
 from fmu_compensator.runtime.limits import Limits
 
 __all__ = ["Model", "ModelFileError", "load_model", "model_text", "parse_model"]
@@ -52,6 +53,8 @@ class Model:
         From targets to the drift of the tool tip.
     limits : Limits
         What the offsets may do.
+    interval : Interval or None
+        How far the drift may be from the predicted one; None where the file does not say.
     provenance : dict
         Runs, options and figures of merit of the fit.
     table : dict
@@ -69,6 +72,7 @@ class Model:
     targets: tuple[str, ...]
     geometry: Geometry
     limits: Limits
+    interval: Interval | None
     provenance: dict[str, Any]
     table: dict[str, Any]
     source: str
@@ -152,6 +156,8 @@ def _model(table: object, source: str) -> Model:
     sensors = _sensors(fields)
     chosen = _chosen(fields, sensors)
     geometry = geometry_from_fields(fields.table("geometry"))
+    limits = Limits.from_fields(fields.table("limits"))
+    interval = fields.table_or_none("interval")
     model = Model(
         name=fields.name("name"),
         title=fields.text("title"),
@@ -161,7 +167,10 @@ def _model(table: object, source: str) -> Model:
         input_form=fields.choice("input_form", INPUT_FORMS),
         targets=geometry.targets,
         geometry=geometry,
-        limits=Limits.from_fields(fields.table("limits")),
+        limits=limits,
+        interval=None
+        if interval is None
+        else Interval.from_fields(interval, limits.tool_length_mm),
         provenance=_provenance(fields.table("provenance")),
         table=fields.as_table(),
         source=source,

@@ -61,6 +61,14 @@ def five_point_table() -> dict[str, Any]:
             "recover_s": 5.0,
             "tool_length_mm": [0.0, 200.0],
         },
+        "interval": {
+            "coverage": 0.9,
+            "power": 0.5,
+            "fresh_h": 0.25,
+            "longest_h": 2.0,
+            "shortest_tool_um": [1.0, 2.0, 3.0],
+            "longest_tool_um": [2.0, 6.0, 3.0],
+        },
         "provenance": {
             "runs": [{"name": "a", "sha256": "0" * 64, "rows": 10}],
             "notes": ["nothing left out"],
@@ -84,6 +92,8 @@ def direct_table(five_point_table: dict[str, Any]) -> dict[str, Any]:
             "intercept": [0.0, 0.0],
             "coefficients": [[1.0, 0.0], [0.0, 3.0]],
         },
+        "interval": five_point_table["interval"]
+        | {"shortest_tool_um": [1.0, None, 2.0], "longest_tool_um": [1.0, None, 2.0]},
     }
 
 

@@ -102,6 +102,32 @@ def test_a_direct_geometry_needs_no_tool_length(
     assert (output.elongation, output.yaw, output.status) == (6.0, 0.0, 0)
 
 
+def test_the_half_width_is_that_of_the_time_and_the_tool(
+    five_point_table: dict[str, Any], as_model: AsModel
+) -> None:
+    bench = Bench(as_model(five_point_table))
+    assert bench.step([nan] * 4)[6:9] == (-1.0, -1.0, -1.0)
+    first = bench.step(tool=0.0)
+    assert first[6:9] == pytest.approx((0.5, 1.0, 1.5))
+    bench.step(count=3599)
+    hour = bench.step(tool=100.0)
+    assert hour[6:9] == pytest.approx([scale * 1.25**0.5 for scale in (1.5, 4.0, 3.0)])
+    # In a fault the last good one stays, and the time goes on.
+    bench.time += 1800.0
+    assert bench.step([nan] * 4)[6:9] == hour[6:9]
+    bench.time += 7200.0
+    late = bench.step(tool=200.0)
+    assert late[6:9] == pytest.approx([scale * 2.25**0.5 for scale in (2.0, 6.0, 3.0)])
+
+
+def test_a_half_width_that_is_not_known_is_minus_one(
+    five_point_table: dict[str, Any], direct_table: dict[str, Any], as_model: AsModel
+) -> None:
+    assert Bench(as_model(five_point_table | {"interval": None})).step()[6:9] == (-1.0, -1.0, -1.0)
+    # A direct rig without Y; the tool does not matter.
+    assert Bench(as_model(direct_table)).step(tool=nan)[6:9] == (0.5, -1.0, 1.0)
+
+
 def test_it_waits_for_the_first_complete_sample(
     five_point_table: dict[str, Any], as_model: AsModel
 ) -> None:
@@ -254,6 +280,7 @@ def test_offsets_never_step_and_never_exceed_the_limit(
         assert output.valid == (output.status in {0, 2})
         assert output.status in {0, 1, 2, 3, *range(11, 15), *range(21, 25), *range(31, 35)}
         assert all(abs(value) < inf for value in output[3:6])
+        assert all(value == -1.0 or 0.0 < value < 10.0 for value in output[6:9])
         assert "\n" not in output.status_text
         before = output[:3]
 

@@ -60,6 +60,43 @@ def test_the_file_compensates_an_unseen_run(rig: FivePointRig) -> None:
     assert np.sqrt(np.mean(np.square(left))) < 0.3
 
 
+def test_the_files_interval_holds_the_drift_of_unseen_runs(rig: FivePointRig) -> None:
+    table = fit_compensator(
+        [make_run(str(n), n, noise=0.3, step_s=120.0) for n in range(6)],
+        rig,
+        points="T1,T4",
+        tool_length_mm=(0.0, 200.0),
+        limits={"slew_um_per_s": 1000.0},
+    )
+    compensator = Compensator(parse_model(compensator_text(table), "fitted"))
+    inside = []
+    for seed in range(20, 28):
+        unseen = make_run("new", seed, noise=0.3, step_s=120.0)
+        tool = 25.0 * (seed - 20)
+        readings = unseen.frame[[f"T{n}_degC" for n in range(1, 5)]].to_numpy()
+        pose = rig.targets(unseen).iloc[:, [3, 1]].to_numpy() @ [1.0, 1e-3 * (tool - 30.0)]
+        compensator.reset()
+        for time, row, drift in zip(unseen.time_s, readings, pose - pose[0], strict=True):
+            output = compensator.step(time, 120.0, row.tolist(), 0.0, tool)
+            inside.append(abs(-output.dX - drift) <= output.dX_uncertainty)
+    # The worst of six runs counts: more than promised, and not everything.
+    assert 0.9 <= np.mean(inside) < 1.0
+    few = fit_compensator(RUNS[:2], rig)
+    assert few["interval"] is None
+
+
+def test_an_axis_that_is_not_measured_has_no_interval(direct_rig: DirectRig) -> None:
+    runs = [
+        changed(run, disp_x_um=run.frame["S5_um"], disp_z_um=2.0 * run.frame["S5_um"])
+        for run in RUNS
+    ]
+    interval = fit_compensator(runs, direct_rig, points="T1,T4")["interval"]
+    x, y, z = interval["shortest_tool_um"]
+    assert y is None
+    assert z == pytest.approx(2.0 * x, rel=0.1)
+    assert interval["longest_tool_um"] == [x, y, z]
+
+
 def test_sampling_does_not_change_what_a_run_counts(direct_rig: DirectRig) -> None:
     def run_of(name: str, slope: float, step_s: float) -> Run:
         made = make_run(name, 5, step_s=step_s, noise=0.0)

@@ -56,6 +56,14 @@ def five_point_table(sensors: int = 11, gain: float = 1.0) -> dict[str, Any]:
             "recover_s": 5.0,
             "tool_length_mm": [0.0, 400.0],
         },
+        "interval": {
+            "coverage": 0.9,
+            "power": 0.25,
+            "fresh_h": 0.25,
+            "longest_h": 8.0,
+            "shortest_tool_um": [0.5, 0.6, 0.7],
+            "longest_tool_um": [1.5, 1.6, 0.7],
+        },
         "provenance": {"runs": [], "options": {}, "figures": {}, "notes": []},
     }
 

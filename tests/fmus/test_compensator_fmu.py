@@ -42,7 +42,7 @@ def _expected(text: str, count: int, missing: range = range(0)) -> list[list[obj
         if k in missing:
             values[3] = float("nan")
         out = compensator.step(float(k), 1.0, values, 3000.0, 120.0)
-        rows.append([*out[:6], out.status, out.status_sensor, out.valid, out.status_text])
+        rows.append([*out[:9], out.status, out.status_sensor, out.valid, out.status_text])
     return rows
 
 
@@ -50,7 +50,7 @@ def test_gives_what_the_compensator_gives(built: Built) -> None:
     code = "show(steps(started(opened(sys.argv[1])), 0, 120, range(40, 80)))"
     found = apart(RUN + code, built.compensator)
     assert found == _expected(five_point_text(), 120, range(40, 80))
-    assert {row[6] for row in found} >= {0, 11, 21}
+    assert {row[9] for row in found} >= {0, 11, 21}
 
 
 def test_two_models_in_one_process_each_give_their_own_numbers(
@@ -174,7 +174,7 @@ def test_blames_the_sensor_by_its_number_among_the_inputs(built: Built, tmp_path
     path.write_text(json.dumps(table))
     code = OTHER_FILE.replace("steps(fmu, 0, 60)", "steps(fmu, 0, 60, range(30, 60))")
     _, rows, _ = apart(code, built.compensator, path)
-    assert rows[45][6:8] == [11, 4]
+    assert rows[45][9:11] == [11, 4]
 
 
 @pytest.mark.parametrize(

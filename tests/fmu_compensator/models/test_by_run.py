@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fmu_compensator.fit.by_run import Block, Problem
-from fmu_compensator.fit.intervals import FRESH_H, Residuals, conformal
+from fmu_compensator.fit.intervals import Residuals, conformal
 
 
 def blocks_of(count: int, seed: int = 0, wander: float = 0.0, rows: int = 60) -> list[Block]:
@@ -89,10 +89,22 @@ def test_samples_of_a_dense_run_do_not_outweigh_the_others() -> None:
     assert conformal([*quiet, dense]).scale == pytest.approx(conformal([*quiet, loud]).scale)
 
 
-def test_with_few_runs_the_largest_error_counts() -> None:
+def test_with_few_runs_the_worst_run_counts() -> None:
     runs = wandering(3, 2)
-    scaled = [np.abs(r.values) / np.sqrt(FRESH_H + r.hours)[:, None] for r in runs]
-    assert conformal(runs).scale == pytest.approx(np.max(np.concatenate(scaled), axis=0))
+    interval = conformal(runs)
+    held = np.array([interval.within(run) for run in runs])
+    # 60 samples a run: 0.9 is 54 of them.
+    assert held.min(axis=0) == pytest.approx([0.9, 0.9], abs=1e-9)
+    scaled = [np.abs(run.values) / interval.half_width(run.hours) for run in runs]
+    assert sum(np.isclose(one, 1.0).any(axis=0).all() for one in scaled) >= 1
+
+
+def test_errors_that_do_not_grow_get_an_interval_that_does_not() -> None:
+    random = np.random.default_rng(4)
+    hours = np.arange(1, 61) / 12.0
+    steady = [Residuals(hours, random.standard_normal((60, 2))) for _ in range(12)]
+    assert conformal(steady).power == 0.0
+    assert conformal(wandering(12, 4)).power == 0.5
 
 
 def test_the_width_grows_with_time_up_to_the_longest_run() -> None:
