@@ -5,17 +5,21 @@ A command is a file in ``commands/`` with ``NAME``, ``HELP``, ``add_arguments(pa
 that help is quick whatever the commands import.
 
 Exit codes: 0; 2 for input that cannot be used (one line on standard error); 1 for an FMU that
-failed (one line) or a mistake in this program (a traceback); 130 when interrupted.
+failed (one line) or a mistake in this program (a traceback); 130 when interrupted, 143 when
+terminated.
 """
 
 from __future__ import annotations
 
 import argparse
 import ast
+import contextlib
 import os
+import signal
 import sys
+import threading
 import traceback
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from importlib import import_module, metadata
 from pathlib import Path
 from typing import Any
@@ -60,8 +64,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         The arguments without the program's name; by default those of the process.
     """
     try:
-        return _run(list(sys.argv[1:] if argv is None else argv))
-    except SystemExit as end:  # --help and --version
+        with _ending_in_order():
+            return _run(list(sys.argv[1:] if argv is None else argv))
+    except SystemExit as end:  # --help, --version, SIGTERM
         return int(end.code or 0)
     except KeyboardInterrupt:
         return _say("interrupted; nothing was written", 130)
@@ -75,6 +80,23 @@ def main(argv: Sequence[str] | None = None) -> int:
             traceback.print_exc()
             return _say(f"this is a mistake in {PROGRAM}, not in your input", 1)
         return _say(str(error), code)
+
+
+@contextlib.contextmanager
+def _ending_in_order() -> Iterator[None]:
+    """Let SIGTERM end the program by an exception, so that temporary folders are removed."""
+
+    def end(number: int, frame: object) -> None:
+        raise SystemExit(128 + number)
+
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    usual = signal.signal(signal.SIGTERM, end)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, usual)
 
 
 def _run(argv: list[str]) -> int:

@@ -26,7 +26,7 @@ import contextlib
 import io
 import sys
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -40,8 +40,8 @@ from scenarios.fmu import Port, Slave, interruptible
 from scenarios.recording import Event, Recording, facts_of
 from scenarios.scenario import Case, signal_setting
 from scenarios.signals.base import FloatArray
+from scenarios.wiring import TOOL_LENGTH, check_signals, shared_starts, wire
 
-TOOL_LENGTH = "tool_length"
 NOISE_SEED = "noise_seed"
 STATUS, STATUS_SENSOR, STATUS_TEXT = "status", "status_sensor", "status_text"
 LOOK_EVERY = 256  # steps between two looks at the progress bar and at Ctrl-C
@@ -101,51 +101,30 @@ class _Loop:
         self.time_s: FloatArray = np.arange(settings.steps + 1, dtype=np.float64) * settings.step_s
         self.signals = self._signals()
         self.plant_out = Port(plant, plant.names("output"))
-        offered = set(compensator.names("output")) if compensator else set()
-        self.offsets = [name for name in plant.names("input") if name in offered]
-        self._no_clash()
-        driven = [name for name in plant.names("input") if name in self.signals]
-        self.plant_in = Port(plant, [*driven, *self.offsets])
+        self.wiring = wire(
+            plant.variables,
+            compensator.variables if compensator else None,
+            self.signals,
+            case.setting.source,
+        )
+        driven = self.wiring.driven
+        self.plant_in = Port(plant, [*driven, *self.wiring.offsets])
         self.plant_rows = self._rows(driven)
-        self.told: FloatArray | None = None
         if compensator:
             self._connect_compensator(compensator)
         self.events: list[Event] = []
 
     def _signals(self) -> dict[str, FloatArray]:
         """Return every signal of the case over the whole run."""
-        known = {*self.plant.names("input")}
-        if self.compensator:
-            known |= {*self.compensator.names("input")}
-        found = {}
-        for name, signal in self.case.signals.items():
-            if name not in known:
-                raise BadInput(
-                    self.case.setting.source,
-                    f"signals.{name}",
-                    f"is not an input of the plant FMU: {', '.join(self.plant.names('input'))}",
-                )
-            found[name] = signal.values(self.time_s, signal_setting(self.case.setting, name))
-        return found | self._unsaid(found)
-
-    def _unsaid(self, given: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
-        """Return the plant's start values of inputs that both FMUs have and no signal drives.
-
-        Each FMU has its own start value; both must be told the same tool, for example.
-        """
-        wanted = self.compensator.names("input") if self.compensator else []
-        both = [name for name in self.plant.names("input") if name in wanted and name not in given]
-        start = {name: float(self.plant.variables[name].start or 0.0) for name in both}
-        return {name: np.full(len(self.time_s), value) for name, value in start.items()}
-
-    def _no_clash(self) -> None:
-        for name in self.offsets:
-            if name in self.signals:
-                raise BadInput(
-                    self.case.setting.source,
-                    f"signals.{name}",
-                    "is what the compensator sends; disable the compensator to set it by hand",
-                )
+        plant = self.plant.variables
+        compensator = self.compensator.variables if self.compensator else None
+        check_signals(plant, compensator, self.case.signals, self.case.setting.source)
+        found = {
+            name: signal.values(self.time_s, signal_setting(self.case.setting, name))
+            for name, signal in self.case.signals.items()
+        }
+        unsaid = shared_starts(plant, compensator, found)
+        return found | {name: np.full(len(self.time_s), value) for name, value in unsaid.items()}
 
     def _rows(self, names: Sequence[str]) -> FloatArray:
         rows = np.empty((len(self.time_s), len(names)))
@@ -154,18 +133,7 @@ class _Loop:
         return rows
 
     def _connect_compensator(self, compensator: Slave) -> None:
-        inputs = compensator.names("input")
-        outputs = set(self.plant_out.names)
-        measured = [name for name in inputs if name in outputs and name not in self.signals]
-        driven = [name for name in inputs if name in self.signals]
-        lost = [name for name in inputs if name not in {*measured, *driven}]
-        if lost:
-            raise BadInput(
-                self.case.setting.source,
-                "compensator.fmu",
-                f"needs {', '.join(lost)}, which is neither an output of the plant nor a signal",
-            )
-        self._same_units(measured)
+        measured, driven = self.wiring.measured, self.wiring.told
         self.seen_in = Port(compensator, [*measured, *driven])
         self.seen_rows = self._rows(driven)
         told = self.case.settings.compensator.tool_length_mm
@@ -177,7 +145,9 @@ class _Loop:
         self.take = np.array([self.plant_out.names.index(name) for name in measured], dtype=int)
         self.faults = FaultLine(self._known_faults(), self.seen_in.names)
         self.sent = Port(compensator, compensator.names("output"))
-        self.give = np.array([self.sent.names.index(name) for name in self.offsets], dtype=int)
+        self.give = np.array(
+            [self.sent.names.index(name) for name in self.wiring.offsets], dtype=int
+        )
         codes = compensator.names("output", "Integer")
         self.codes = Port(compensator, codes, "Integer")
         self.flags = Port(compensator, compensator.names("output", "Boolean"), "Boolean")
@@ -193,20 +163,6 @@ class _Loop:
                     f"{fault.sensor!r} is not an input of the compensator: {known}",
                 )
         return self.case.settings.faults
-
-    def _same_units(self, names: Iterable[str]) -> None:
-        assert self.compensator is not None
-        pairs = [(name, self.plant, self.compensator) for name in names]
-        pairs += [(name, self.compensator, self.plant) for name in self.offsets]
-        for name, source, target in pairs:
-            units = source.variables[name].unit, target.variables[name].unit
-            if all(units) and units[0] != units[1]:
-                raise BadInput(
-                    self.case.setting.source,
-                    "compensator.fmu",
-                    f"{name} is in {units[0]} in the {source.label} and "
-                    f"in {units[1]} in the {target.label}",
-                )
 
     # The run
 

@@ -36,6 +36,7 @@ from numpy.typing import NDArray
 from measurement.errors import BadInput, shown
 from measurement.files import sha256_of
 from measurement.units import UNITS
+from scenarios.wiring import check_role, names_of
 
 OK, WARNING, DISCARD = 0, 1, 2
 STATUS = ("ok", "warning", "discard", "error", "fatal", "pending")
@@ -122,7 +123,7 @@ class Slave:
     Raises
     ------
     BadInput
-        If the file is no such FMU.
+        If the file is no such FMU, or lacks what a plant or a compensator must have.
     FmuError
         If it cannot be instantiated.
     """
@@ -133,6 +134,7 @@ class Slave:
         self.path, self.label, self._show = path, label, show
         self.description = read_description(path)
         self.variables = {variable.name: variable for variable in self.description.modelVariables}
+        check_role(label, self.variables, path)
         self.time_s = 0.0
         self.sha256 = sha256_of(path)
         self._messages: list[str] = []
@@ -148,9 +150,11 @@ class Slave:
                 instanceName=self._instance,
             )
             self._fmu.instantiate(callbacks=_callbacks, loggingOn=True)
-        except Exception as error:
+        except BaseException as error:
             cause = self._cause() or " ".join(str(error).split())
             self._forget()
+            if not isinstance(error, Exception):
+                raise
             raise FmuError(f"{label} ({path}) cannot be started: {cause}") from None
         self.component, self.library = self._fmu.component, self._fmu.dll
         self._do_step = self.library.fmi2DoStep
@@ -166,11 +170,13 @@ class Slave:
         trace: TracebackType | None,
     ) -> None:
         """End the simulation and remove what was unpacked."""
-        with contextlib.suppress(FMICallException):
-            if error is None:
-                self._fmu.terminate()
-        self._fmu.freeInstance()
-        self._forget()
+        try:
+            with contextlib.suppress(FMICallException):
+                if error is None:
+                    self._fmu.terminate()
+            self._fmu.freeInstance()
+        finally:
+            self._forget()
 
     def _forget(self) -> None:
         _logs.pop(self._instance, None)
@@ -180,11 +186,7 @@ class Slave:
 
     def names(self, causality: str, kind: str = "Real") -> list[str]:
         """Return the variables of a causality and a type, in the FMU's order."""
-        return [
-            name
-            for name, variable in self.variables.items()
-            if variable.causality == causality and variable.type == kind
-        ]
+        return names_of(self.variables, causality, kind)
 
     def column(self, name: str) -> str:
         """Return the column that holds a variable in a table: its name and its unit."""
@@ -292,24 +294,37 @@ class Slave:
 
 @contextlib.contextmanager
 def interruptible() -> Iterator[Callable[[], None]]:
-    """Keep Ctrl-C out of FMUs: give a function that raises KeyboardInterrupt if it was pressed.
+    """Keep Ctrl-C and SIGTERM out of FMUs: give a function that stops if one of them came.
 
-    A Python FMU in the same process would take the interruption for a failure of its own.
+    A Python FMU in the same process would take the interruption for a failure of its own, and
+    nothing that was unpacked would be removed if SIGTERM ended the process on the spot.
+
+    Returns
+    -------
+    callable
+        Raises KeyboardInterrupt after Ctrl-C, and SystemExit with the code that a shell gives a
+        terminated program after SIGTERM.
     """
-    pressed: list[int] = []
+    came: list[int] = []
 
     def check() -> None:
-        if pressed:
+        if signal.SIGTERM in came:
+            raise SystemExit(128 + signal.SIGTERM)
+        if came:
             raise KeyboardInterrupt
 
     if threading.current_thread() is not threading.main_thread():
         yield check
         return
-    usual = signal.signal(signal.SIGINT, lambda number, frame: pressed.append(number))
+    usual = {
+        number: signal.signal(number, lambda given, frame: came.append(given))
+        for number in (signal.SIGINT, signal.SIGTERM)
+    }
     try:
         yield check
     finally:
-        signal.signal(signal.SIGINT, usual)
+        for number, handler in usual.items():
+            signal.signal(number, handler)
     check()
 
 
@@ -343,5 +358,12 @@ def _unpacked(path: Path) -> Path:
             "",
             "is not fit for unpacking FMUs: set TMPDIR to a folder whose path is plain ASCII",
         )
-    fmpy.extract(str(path), unzipdir=str(folder))
+    try:
+        fmpy.extract(str(path), unzipdir=str(folder))
+    except BaseException as error:
+        shutil.rmtree(folder, ignore_errors=True)
+        if not isinstance(error, Exception):
+            raise
+        problem = " ".join(str(error).split())
+        raise BadInput(path, "", f"cannot be unpacked into {folder.parent}: {problem}") from None
     return folder

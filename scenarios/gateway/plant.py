@@ -11,12 +11,13 @@ import numpy as np
 import pandas as pd
 
 from measurement.errors import BadInput
-from scenarios.cosimulation import NOISE_SEED, TOOL_LENGTH
+from scenarios.cosimulation import NOISE_SEED
 from scenarios.faults import FaultLine
 from scenarios.fmu import Port
 from scenarios.gateway.control import OFFSETS
 from scenarios.gateway.unit import Saved, StatefulSlave
 from scenarios.scenario import Case, signal_setting
+from scenarios.wiring import TOOL_LENGTH
 
 
 class MachinePlant:

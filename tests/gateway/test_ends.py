@@ -22,6 +22,8 @@ from scenarios.gateway.page import PAGE, frames_text, updated
 from scenarios.gateway.supervision import Cycle
 from scenarios.gateway.unit import CompensatorUnit, StateFile, check_units, options_of
 from tests.gateway.bench import WARM, Bench
+from tests.scenarios.tiny_fmus import COMPENSATOR as TINY_COMPENSATOR
+from tests.scenarios.tiny_fmus import build_tiny
 
 # The control's end
 
@@ -254,12 +256,14 @@ def test_a_channel_that_is_not_there_is_told(
 
 
 def test_an_fmu_whose_inputs_no_frame_carries_is_refused(
-    capsys: pytest.CaptureFixture[str], fmu_folder: Path
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
-    plant = str(fmu_folder / "plant.fmu")
-    arguments = ["--interface", "virtual", "--channel", "refused", "--compensator", plant]
+    other = build_tiny(TINY_COMPENSATOR.replace("T1", "oil_7"), "OilCompensator", tmp_path)
+    arguments = ["--interface", "virtual", "--channel", "refused", "--compensator", str(other)]
     assert main(["gateway", *arguments]) == 2
-    assert "no frame" in capsys.readouterr().err
+    said = capsys.readouterr().err
+    assert "oil_7" in said
+    assert "no frame" in said
 
 
 def test_help_is_quick_and_complete() -> None:

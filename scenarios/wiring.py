@@ -1,0 +1,182 @@
+"""Which variable of which FMU meets which: those of the same name, and what a role must offer."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from measurement.errors import BadInput
+
+TOOL_LENGTH = "tool_length"
+AXES = "XYZ"
+Variables = Mapping[str, Any]
+"""The variables of an FMU as fmpy describes them, by name and in the FMU's order."""
+
+COMPENSATOR_OUTPUTS = {
+    "dX": "Real",
+    "dY": "Real",
+    "dZ": "Real",
+    "valid": "Boolean",
+    "status": "Integer",
+}
+
+
+@dataclass(frozen=True)
+class Wiring:
+    """The connections of a scenario's two FMUs and its signals; each entry is a variable's name.
+
+    Attributes
+    ----------
+    driven : tuple of str
+        Inputs of the plant that a signal drives.
+    told : tuple of str
+        Inputs of the compensator that a signal drives.
+    measured : tuple of str
+        Inputs of the compensator that are outputs of the plant.
+    offsets : tuple of str
+        Inputs of the plant that are outputs of the compensator.
+    """
+
+    driven: tuple[str, ...]
+    told: tuple[str, ...] = ()
+    measured: tuple[str, ...] = ()
+    offsets: tuple[str, ...] = ()
+
+
+def names_of(variables: Variables, causality: str, kind: str = "Real") -> list[str]:
+    """Return the variables of a causality and a type, in the FMU's order."""
+    return [
+        name
+        for name, variable in variables.items()
+        if variable.causality == causality and variable.type == kind
+    ]
+
+
+def check_role(role: str, variables: Variables, path: Path) -> None:
+    """Check that an FMU can play a role: ``plant`` or ``compensator``.
+
+    Raises
+    ------
+    BadInput
+        If it lacks a variable without which the role is none.
+    """
+    if role == "compensator":
+        lost = [
+            name
+            for name, kind in COMPENSATOR_OUTPUTS.items()
+            if name not in names_of(variables, "output", kind)
+        ]
+        if lost:
+            raise BadInput(path, "", f"is no compensator: it has no output {', '.join(lost)}")
+        return
+    inputs, outputs = names_of(variables, "input"), names_of(variables, "output")
+    moved = [axis for axis in AXES if f"d{axis}" in inputs]
+    if not moved:
+        raise BadInput(path, "", "is no plant: it has no input dX, dY or dZ")
+    lost = [
+        f"{what}_{axis}"
+        for axis in moved
+        for what in ("drift", "error")
+        if f"{what}_{axis}" not in outputs
+    ]
+    if lost:
+        raise BadInput(path, "", f"is no plant: it has no output {', '.join(lost)}")
+
+
+def shared_starts(
+    plant: Variables, compensator: Variables | None, signals: Collection[str]
+) -> dict[str, float]:
+    """Return the plant's start values of inputs that both FMUs have and no signal drives.
+
+    Each FMU has its own start value; both must be told the same tool, for example.
+    """
+    wanted = names_of(compensator, "input") if compensator else []
+    both = [name for name in names_of(plant, "input") if name in wanted and name not in signals]
+    return {name: float(plant[name].start or 0.0) for name in both}
+
+
+def check_signals(
+    plant: Variables, compensator: Variables | None, signals: Iterable[str], source: str | Path
+) -> None:
+    """Check that every signal of a scenario drives an input.
+
+    Raises
+    ------
+    BadInput
+        For one that neither FMU takes.
+    """
+    inputs = names_of(plant, "input")
+    known = {*inputs, *(names_of(compensator, "input") if compensator else ())}
+    for name in signals:
+        if name not in known:
+            raise BadInput(
+                source,
+                f"signals.{name}",
+                f"is not an input of the plant FMU: {', '.join(inputs)}",
+            )
+
+
+def wire(
+    plant: Variables, compensator: Variables | None, signals: Collection[str], source: str | Path
+) -> Wiring:
+    """Connect a plant, a compensator if there is one, and signals, by equal names.
+
+    Parameters
+    ----------
+    plant, compensator : dict of str to variable
+    signals : collection of str
+        What the scenario says over time, `shared_starts` included.
+    source : str or path
+        The scenario, for refusals.
+
+    Raises
+    ------
+    BadInput
+        If an input of the compensator is left open, a signal would fight the compensator, or
+        connected variables differ in unit.
+    """
+    inputs = names_of(plant, "input")
+    driven = tuple(name for name in inputs if name in signals)
+    if compensator is None:
+        return Wiring(driven)
+    offered = names_of(compensator, "output")
+    offsets = tuple(name for name in inputs if name in offered)
+    for name in offsets:
+        if name in signals:
+            raise BadInput(
+                source,
+                f"signals.{name}",
+                "is what the compensator sends; disable the compensator to set it by hand",
+            )
+    readings = names_of(plant, "output")
+    needed = names_of(compensator, "input")
+    told = tuple(name for name in needed if name in signals)
+    measured = tuple(name for name in needed if name in readings and name not in told)
+    lost = [name for name in needed if name not in told and name not in measured]
+    if lost:
+        raise BadInput(
+            source,
+            "compensator.fmu",
+            f"needs {', '.join(lost)}, which is neither an output of the plant nor a signal",
+        )
+    _same_units(measured, ("plant", plant), ("compensator", compensator), source)
+    _same_units(offsets, ("compensator", compensator), ("plant", plant), source)
+    return Wiring(driven, told, measured, offsets)
+
+
+def _same_units(
+    names: Iterable[str],
+    start: tuple[str, Variables],
+    end: tuple[str, Variables],
+    source: str | Path,
+) -> None:
+    for name in names:
+        first, second = start[1][name].unit, end[1][name].unit
+        if first and second and first != second:
+            raise BadInput(
+                source,
+                "compensator.fmu",
+                f"{name} is in {first} in the {start[0]} and in {second} in the {end[0]}",
+            )

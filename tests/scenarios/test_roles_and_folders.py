@@ -1,0 +1,121 @@
+"""What a plant and a compensator must offer, and that no unpacked FMU stays behind."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from measurement.errors import BadInput
+from scenarios.cli import main
+from scenarios.cosimulation import simulate
+from scenarios.fmu import FmuError
+from scenarios.scenario import read_scenario
+from tests.scenarios.tiny_fmus import COMPENSATOR, PLANT, build_tiny
+
+
+@pytest.fixture
+def temporary(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty folder that takes the place of /tmp."""
+    folder = tmp_path / "temporary"
+    folder.mkdir()
+    monkeypatch.setenv("TMPDIR", str(folder))
+    monkeypatch.setattr(tempfile, "tempdir", None)
+    return folder
+
+
+def line_of(argv: list[str], capsys: pytest.CaptureFixture[str]) -> str:
+    assert main(argv) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    return line
+
+
+def test_fmus_in_the_wrong_place_are_refused(
+    tiny_scenario: Path, tiny_folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    plant, compensator = str(tiny_folder / "plant.fmu"), str(tiny_folder / "compensator.fmu")
+    common = ["run", str(tiny_scenario), "--out", str(tmp_path / "out"), "--quiet"]
+    line = line_of([*common, "--plant", plant, "--compensator", plant], capsys)
+    assert line.endswith(f"{plant}: is no compensator: it has no output dX, dY, dZ, valid, status")
+    line = line_of([*common, "--plant", compensator, "--compensator", compensator], capsys)
+    assert line.endswith(f"{compensator}: is no plant: it has no input dX, dY or dZ")
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_plant_without_the_error_that_is_left_is_refused(
+    tiny_scenario: Path, tmp_path: Path
+) -> None:
+    source = PLANT.replace('("drift", "offset", "error")', '("drift", "offset")', 2)
+    plant = build_tiny(source.replace("error_", "hidden_"), "BlindPlant", tmp_path / "blind")
+    (case,) = read_scenario(tiny_scenario).cases
+    with pytest.raises(BadInput, match=r"is no plant: .* output error_X, error_Y, error_Z$"):
+        simulate(case, plant, None, quiet=True)
+
+
+def test_a_compensator_whose_status_is_no_number_is_refused(
+    tiny_scenario: Path, tiny_plant: Path, tmp_path: Path
+) -> None:
+    source = COMPENSATOR.replace('("status", "status_sensor")', '("status_sensor",)')
+    other = build_tiny(source, "MuteCompensator", tmp_path / "mute")
+    (case,) = read_scenario(tiny_scenario).cases
+    with pytest.raises(BadInput, match=r"is no compensator: it has no output status$"):
+        simulate(case, tiny_plant, other, quiet=True)
+
+
+def test_a_good_run_and_a_failed_start_leave_nothing_unpacked(
+    tiny_scenario: Path, tiny_plant: Path, tmp_path: Path, temporary: Path
+) -> None:
+    (case,) = read_scenario(tiny_scenario).cases
+    simulate(case, tiny_plant, None, quiet=True)
+    # The builder makes an instance of its own, and that one must work.
+    failing = 'len("dummyInstance") / (kwargs["instance_name"] == "dummyInstance")'
+    source = PLANT.replace("self.speed = 0.0\n", f"self.speed = {failing}\n", 1)
+    broken = build_tiny(source, "BrokenPlant", tmp_path / "broken")
+    with pytest.raises(FmuError, match="cannot be started"):
+        simulate(case, broken, None, quiet=True)
+    assert list(temporary.iterdir()) == []
+
+
+def test_a_damaged_fmu_is_refused_and_leaves_nothing_unpacked(
+    tiny_scenario: Path, tiny_plant: Path, tmp_path: Path, temporary: Path
+) -> None:
+    damaged = tmp_path / "damaged.fmu"
+    shutil.copy(tiny_plant, damaged)
+    with zipfile.ZipFile(damaged) as archive:
+        entry = archive.getinfo("resources/slavemodule.txt")
+        place = entry.header_offset + 30 + len(entry.filename) + 2
+    data = bytearray(damaged.read_bytes())
+    data[place] ^= 0xFF
+    damaged.write_bytes(data)
+    (case,) = read_scenario(tiny_scenario).cases
+    with pytest.raises(BadInput, match="cannot be unpacked into"):
+        simulate(case, damaged, None, quiet=True)
+    assert list(temporary.iterdir()) == []
+
+
+def test_a_run_that_is_terminated_leaves_nothing_unpacked(
+    tiny_scenario: Path, tiny_folder: Path, tmp_path: Path, temporary: Path
+) -> None:
+    command = [sys.executable, "-m", "scenarios.cli", "run", str(tiny_scenario)]
+    command += ["--fmu-dir", str(tiny_folder), "--out", str(tmp_path / "out")]
+    command += ["--set", "duration_s=1000000", "--set", "signals.speed=0.0"]
+    process = subprocess.Popen(command, env=dict(os.environ), stderr=subprocess.PIPE, text=True)
+    deadline = time.monotonic() + 60.0
+    while len(list(temporary.glob("spindle-drift-*/modelDescription.xml"))) < 2:
+        assert process.poll() is None, process.communicate()
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+    time.sleep(1.0)
+    process.send_signal(signal.SIGTERM)
+    _, said = process.communicate(timeout=60)
+    assert process.returncode == 143, said
+    assert list(temporary.iterdir()) == []
+    assert not (tmp_path / "out").exists()
