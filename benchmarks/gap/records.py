@@ -1,0 +1,125 @@
+"""The records of a folder, each beside what the same machine and runs leave with nothing hidden."""
+
+from __future__ import annotations
+
+import json
+import statistics
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from benchmarks.gap.outcome import Group, groups_of, outcome
+from benchmarks.gap.plan import EMPTY
+from measurement.errors import BadInput
+
+STRONG, VISIBLE = 2.0, 1.25
+"""Times the gap of nothing hidden from which a case is called strong, and visible [1]."""
+
+CLASSES = ("strong", "visible", "faint")
+
+
+@dataclass(frozen=True)
+class Record:
+    """One question, its answer, and what is true.
+
+    Attributes
+    ----------
+    table : dict
+        The record as it was written.
+    empty : float
+        Gap on the held-out run that calibration leaves with nothing hidden [1].
+    matched : bool
+        Whether that is of the same machine and runs; if not it is the median of other cases.
+    """
+
+    table: dict[str, Any]
+    empty: float
+    matched: bool
+
+    @property
+    def name(self) -> str:
+        """Name of the question."""
+        return str(self.table["name"])
+
+    @property
+    def kind(self) -> str:
+        """Kind of the question."""
+        return str(self.table["kind"])
+
+    @property
+    def truth(self) -> list[dict[str, Any]]:
+        """The hidden effects."""
+        return list(self.table["truth"])
+
+    @property
+    def answer(self) -> dict[str, Any]:
+        """The content of ``gap.json``."""
+        return dict(self.table["answer"])
+
+    @cached_property
+    def groups(self) -> list[Group]:
+        """What is named."""
+        return groups_of(self.answer)
+
+    @cached_property
+    def outcome(self) -> str:
+        """Right or wrong."""
+        return outcome(self.kind, self.truth, self.groups, self.answer["verdict"])
+
+    @property
+    def ratio(self) -> float:
+        """Gap that the calibrated model leaves, over that of nothing hidden [1]."""
+        return float(self.answer["gap"]["holdout"]["before"]) / self.empty
+
+    @property
+    def strength(self) -> str:
+        """One of `CLASSES`."""
+        return CLASSES[0 if self.ratio >= STRONG else 1 if self.ratio >= VISIBLE else 2]
+
+    @property
+    def closed(self) -> float:
+        """Share of the reducible gap on the held-out run that was closed [1].
+
+        Reducible is what the calibrated model leaves beyond the same machine and runs with
+        nothing hidden.
+        """
+        return closed(self.answer["gap"]["holdout"], self.empty)
+
+
+def closed(gap: dict[str, float], best: float) -> float:
+    """Return the share of the reducible gap that was closed [1]."""
+    return (gap["before"] - gap["after"]) / (gap["before"] - best)
+
+
+def read_records(folder: Path) -> list[Record]:
+    """Return the records of a folder, in order.
+
+    Raises
+    ------
+    BadInput
+        If there are none, or one cannot be read.
+    """
+    tables = [_read(path) for path in sorted(folder.glob("*.json"))]
+    if not tables:
+        raise BadInput(folder, "", "holds no record; benchmarks.gap.run writes them")
+    empty = {
+        table["number"]: float(table["answer"]["gap"]["holdout"]["before"])
+        for table in tables
+        if table["kind"] in (EMPTY, "none")
+    }
+    middle = statistics.median(empty.values()) if empty else float("nan")
+    return [
+        Record(table, empty.get(table["number"], middle), table["number"] in empty)
+        for table in tables
+        if table["kind"] != EMPTY
+    ]
+
+
+def _read(path: Path) -> dict[str, Any]:
+    try:
+        table = json.loads(path.read_text())
+        _ = table["number"], table["kind"], table["answer"]["gap"]
+    except (ValueError, KeyError, TypeError) as error:
+        raise BadInput(path, "", f"is not a record: {error}") from None
+    return dict(table)

@@ -1,0 +1,251 @@
+"""The tables of the gap finder's benchmark, as Markdown."""
+
+from __future__ import annotations
+
+import statistics
+from collections.abc import Callable, Iterable, Sequence
+
+from statsmodels.stats.proportion import proportion_confint
+
+from benchmarks.gap.amplitudes import amplitude_found
+from benchmarks.gap.outcome import (
+    BOTH,
+    FIRST,
+    MORE,
+    NAMED,
+    ONE_OF,
+    OPEN_OUTCOMES,
+    OUTCOMES,
+    PAIR_OUTCOMES,
+    RIGHT,
+    WRONG,
+    tally,
+)
+from benchmarks.gap.records import CLASSES, STRONG, VISIBLE, Record
+from benchmarks.gap.truth.effects.base import SIZES
+
+CLOSED = 0.8
+"""Share of the reducible gap that an effect named right is to close [1]."""
+
+
+def markdown(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """Return a table; all columns but the first are flush right."""
+    lines = [head, ["---", *["---:"] * (len(head) - 1)], *rows]
+    return "\n".join(f"| {' | '.join(row)} |" for row in lines)
+
+
+def share(some: int, of: int) -> str:
+    """Return a share with its count."""
+    return f"{some} of {of} ({100.0 * some / of:.0f} %)" if of else "-"
+
+
+def bounded(some: int, of: int) -> str:
+    """Return a share with its 95 % interval (Wilson)."""
+    if not of:
+        return "-"
+    low, high = proportion_confint(some, of, method="wilson")
+    return f"{share(some, of)}; {100.0 * low:.0f} to {100.0 * high:.0f} %"
+
+
+def median(values: Sequence[float], form: str = "{:.2f}") -> str:
+    """Return a median, or a dash."""
+    return form.format(statistics.median(values)) if values else "-"
+
+
+def of_kind(records: Sequence[Record], *kinds: str) -> list[Record]:
+    """Return the records of some kinds."""
+    return [one for one in records if one.kind in kinds]
+
+
+def with_outcome(records: Sequence[Record], *outcomes: str) -> list[Record]:
+    """Return the records with some outcomes."""
+    return [one for one in records if one.outcome in outcomes]
+
+
+def named_right(records: Sequence[Record]) -> list[Record]:
+    """Return those named right whose gap can be reduced at all."""
+    found = with_outcome(of_kind(records, "effect"), RIGHT)
+    return [one for one in found if one.ratio >= VISIBLE]
+
+
+def targets(records: Sequence[Record]) -> str:
+    """Return the figures that the gap finder is judged by, beside what is asked of it."""
+    single = of_kind(records, "effect")
+    strong = [one for one in single if one.strength == "strong"]
+    others = [one for one in single if one.strength != "strong"]
+    told = with_outcome(single, RIGHT, ONE_OF, WRONG, MORE)
+    kept = [one for one in named_right(records) if one.closed >= CLOSED]
+
+    def false_in(kind: str) -> str:
+        asked = of_kind(records, kind)
+        return bounded(len(with_outcome(asked, NAMED)), len(asked))
+
+    rows = [
+        ["Falsely named, nothing missing", "at most 2 %", false_in("none")],
+        ["Falsely named, effect deleted from the catalogue", "at most 10 %", false_in("deleted")],
+        ["Falsely named, effect that no catalogue holds", "at most 10 %", false_in("outside")],
+        [
+            "Named right, strong effect",
+            "at least 90 %",
+            bounded(len(with_outcome(strong, RIGHT)), len(strong)),
+        ],
+        [
+            "Named wrong, weaker effect",
+            "at most 10 %",
+            bounded(len(with_outcome(others, WRONG, MORE)), len(others)),
+        ],
+        [
+            "The answer, where one is given, or its set holds the truth",
+            "at least 97 %",
+            bounded(len(with_outcome(told, RIGHT, ONE_OF, MORE)), len(told)),
+        ],
+        [
+            "Reducible gap closed on the held-out run, named right: median",
+            "at least 80 %",
+            median([100.0 * one.closed for one in named_right(records)], "{:.0f} %"),
+        ],
+        ["... cases that close 80 % of it", "", share(len(kept), len(named_right(records)))],
+        [
+            "Processor seconds a case: median",
+            "under 60 (30 s on two cores)",
+            median([one.table["seconds"]["cpu"] for one in records], "{:.0f}"),
+        ],
+    ]
+    return markdown(["", "Asked for", "Found; 95 % interval"], rows)
+
+
+def _counts(
+    rows: dict[str, list[Record]], outcomes: Sequence[str], more: dict[str, _Column]
+) -> str:
+    body = [
+        [
+            name,
+            str(len(some)),
+            *(str(n) if n else "" for n in tally([r.outcome for r in some], outcomes).values()),
+            *(column(some) for column in more.values()),
+        ]
+        for name, some in rows.items()
+        if some
+    ]
+    return markdown(["", "Cases", *outcomes, *more], body)
+
+
+_Column = Callable[[list[Record]], str]
+
+STRENGTHS = {
+    "strong": f"Strong: {STRONG:g} times the gap of nothing hidden, or more",
+    "visible": f"Visible: {VISIBLE:g} to {STRONG:g} times",
+    "faint": f"Faint: less than {VISIBLE:g} times",
+}
+
+
+def single_effects(records: Sequence[Record]) -> str:
+    """Return what is said where one effect is missing, by the gap that it leaves and by size."""
+    single = of_kind(records, "effect")
+    rows = {STRENGTHS[c]: [r for r in single if r.strength == c] for c in CLASSES}
+    rows |= {
+        f"Hidden as {size}": [r for r in single if r.truth[0]["size"] == size] for size in SIZES
+    }
+    rows["All"] = single
+
+    def right(some: list[Record]) -> str:
+        return share(len(with_outcome(some, RIGHT)), len(some))
+
+    def told(some: list[Record]) -> str:
+        given = with_outcome(some, RIGHT, ONE_OF, MORE, WRONG)
+        return share(len(given) - len(with_outcome(given, WRONG)), len(given))
+
+    return _counts(rows, OUTCOMES, {"right": right, "answer holds the truth": told})
+
+
+def open_set(records: Sequence[Record]) -> str:
+    """Return what is said where nothing of the catalogue is missing."""
+    rows = {"Nothing missing": of_kind(records, "none")}
+    for kind, title in (("deleted", "Effect deleted"), ("outside", "Outside the catalogue")):
+        some = of_kind(records, kind)
+        rows |= {f"{title}, {c}": [r for r in some if r.strength == c] for c in CLASSES}
+        rows[title] = some
+
+    def false(some: list[Record]) -> str:
+        return share(len(with_outcome(some, NAMED)), len(some))
+
+    return _counts(rows, OPEN_OUTCOMES, {"falsely named": false})
+
+
+def pairs(records: Sequence[Record]) -> str:
+    """Return what is said where two effects are missing."""
+    some = of_kind(records, "pair")
+
+    def one_or_both(found: list[Record]) -> str:
+        return share(len(with_outcome(found, BOTH, FIRST, MORE)), len(found))
+
+    rows = {f"Pairs, {c}": [r for r in some if r.strength == c] for c in CLASSES}
+    return _counts(rows | {"Pairs": some}, PAIR_OUTCOMES, {"at least one": one_or_both})
+
+
+def gaps(records: Sequence[Record]) -> str:
+    """Return how far the gap on the held-out run shrank, in units of sensor noise."""
+    rows: dict[str, list[Record]] = {
+        f"Named right, {c}": [r for r in named_right(records) if r.strength == c]
+        for c in CLASSES[:2]
+    }
+    single = [r for r in of_kind(records, "effect") if r.ratio >= VISIBLE]
+    rows["Any answer, strong"] = [r for r in single if r.strength == "strong"]
+    rows["Any answer, visible"] = [r for r in single if r.strength == "visible"]
+    body = [
+        [
+            name,
+            str(len(some)),
+            *(
+                median([r.answer["gap"]["holdout"][key] for r in some])
+                for key in ("before", "after")
+            ),
+            median([r.empty for r in some]),
+            median([100.0 * r.closed for r in some], "{:.0f} %"),
+            share(sum(r.closed >= CLOSED for r in some), len(some)),
+        ]
+        for name, some in rows.items()
+    ]
+    head = ["Medians", "Cases", "before", "after", "nothing hidden", "closed", "80 % or more"]
+    return markdown(head, body)
+
+
+def amplitudes(records: Sequence[Record]) -> str:
+    """Return how well sizes are found, of effects that were named right."""
+    found = [
+        amplitude_found(one.truth[0], one.answer)
+        for one in with_outcome(of_kind(records, "effect"), RIGHT)
+    ]
+    known = [one for one in found if one is not None]
+    rows = []
+    for name in sorted({one.name for one in known}):
+        some = [one for one in known if one.name == name]
+        errors = ", ".join(f"{100.0 * one.error:+.0f} %" for one in some)
+        rows.append([f"`{name}` {some[0].parameter}", str(len(some)), errors])
+    everything = [abs(100.0 * one.error) for one in known]
+    rows.append(["All: median, without sign", str(len(known)), median(everything, "{:.0f} %")])
+    inside = share(sum(one.inside for one in known), len(known))
+    rows.append(["All: true value within the interval given", str(len(known)), inside])
+    return markdown(["Amplitude", "Cases", "Found over true, minus one"], rows)
+
+
+def false_names(records: Sequence[Record]) -> str:
+    """Return every case with a wrong name, one a row."""
+    wrong = [one for one in records if one.outcome in (WRONG, MORE, NAMED)]
+    rows = [
+        [
+            one.name,
+            one.kind,
+            " + ".join(_hidden(effect) for effect in one.truth) or "nothing",
+            f"{one.ratio:.2f}",
+            " + ".join(" or ".join(group) for group in one.groups),
+        ]
+        for one in sorted(wrong, key=lambda one: (one.kind, one.name))
+    ]
+    if not rows:
+        return "None."
+    return markdown(["Case", "Kind", "Hidden", "Times the gap of nothing", "Named"], rows)
+
+
+def _hidden(effect: dict[str, str]) -> str:
+    return ":".join(filter(None, (effect["name"], effect["channel"]))) + f" ({effect['size']})"

@@ -1,0 +1,86 @@
+"""Tables and figures of a folder of records: ``python -m benchmarks.gap.table DIR [--docs]``.
+
+Prints the tables and writes them to ``DIR/tables.md``, the figures beside it. With ``--docs`` they
+go into ``docs/gap_benchmark.md`` and ``docs/figures``, too.
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from benchmarks.gap import sections
+from benchmarks.gap.figures import confusion_matrix, naming_by_size, strong_confusion_matrix
+from benchmarks.gap.records import Record, read_records
+from benchmarks.gap.run import RECORDS
+from measurement.errors import BadInput
+from measurement.files import write_atomically
+
+DOCS = Path(__file__).resolve().parents[2] / "docs"
+PAGE = "gap_benchmark.md"
+MARKS = re.compile(r"(<!-- begin results[^\n]*-->\n).*?(<!-- end results -->)", re.DOTALL)
+
+TABLES: dict[str, Callable[[Sequence[Record]], str]] = {
+    "What is asked of the gap finder": sections.targets,
+    "One effect missing": sections.single_effects,
+    "Nothing of the catalogue missing": sections.open_set,
+    "Two effects missing": sections.pairs,
+    "The gap on the held-out run": sections.gaps,
+    "Amplitudes of effects named right": sections.amplitudes,
+    "Every wrong name": sections.false_names,
+}
+FIGURES = {
+    "gap_confusion": ("Confusion matrix, effects of all sizes", confusion_matrix),
+    "gap_confusion_strong": ("Confusion matrix, strong effects", strong_confusion_matrix),
+    "gap_naming": ("What is said against the gap that the effect leaves", naming_by_size),
+}
+
+
+def text_of(records: Sequence[Record], figures: str) -> str:
+    """Return all tables, with links to the figures in a folder."""
+    tables = [one.table for one in records]
+    splits = sorted({one["split"] for one in tables})
+    versions = sorted({one["finder"] for one in tables})
+    empty = sum(one.matched for one in records)
+    parts = [
+        f"Split: {', '.join(splits)}. {len(records)} questions on "
+        f"{len({one['number'] for one in tables})} cases; {empty} of them beside the same machine "
+        f"and runs with nothing hidden. Fingerprint of the gap finder: {', '.join(versions)}."
+    ]
+    parts += [f"### {title}\n\n{table(records)}" for title, table in TABLES.items()]
+    parts += [f"![{title}]({figures}{name}.png)" for name, (title, _) in FIGURES.items()]
+    return "\n\n".join(parts) + "\n"
+
+
+def write_figures(records: Sequence[Record], folder: Path) -> None:
+    """Write the figures."""
+    for name, (_, draw) in FIGURES.items():
+        write_atomically(folder / f"{name}.png", draw(records))
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Print the tables and write them."""
+    parser = argparse.ArgumentParser(prog="benchmarks.gap.table", description=__doc__)
+    parser.add_argument("folder", type=Path, metavar="DIR", help="that benchmarks.gap.run wrote")
+    parser.add_argument("--docs", action="store_true", help="write the documentation, too")
+    args = parser.parse_args(arguments)
+    try:
+        records = read_records(args.folder / RECORDS)
+    except BadInput as error:
+        parser.error(str(error))
+    print(text_of(records, ""))
+    write_atomically(args.folder / "tables.md", text_of(records, ""))
+    write_figures(records, args.folder)
+    if args.docs:
+        write_figures(records, DOCS / "figures")
+        text = text_of(records, "figures/")
+        page = (DOCS / PAGE).read_text(encoding="utf-8")
+        write_atomically(DOCS / PAGE, MARKS.sub(lambda f: f"{f[1]}\n{text}\n{f[2]}", page))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

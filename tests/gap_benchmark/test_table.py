@@ -1,0 +1,215 @@
+"""What counts as right, and the tables and figures made from it."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from matplotlib.image import imread
+
+from benchmarks.gap import sections, table
+from benchmarks.gap.amplitudes import COMPARABLE, amplitude_found
+from benchmarks.gap.figures import ORDER, SET_WITH, WRONG_CHANNEL, confusion, naming_by_size
+from benchmarks.gap.outcome import groups_of, outcome
+from benchmarks.gap.records import read_records
+from benchmarks.gap.truth.effects import catalogue as hidden_ones
+from benchmarks.gap.truth.effects import make_effect
+from measurement.errors import BadInput
+from plant_model.effects import catalogue
+from tests.gap_benchmark.made_up import THERMOMETER, Folder, added, answer, hidden
+
+WINDAGE, RADIATION, SHIFT = added("windage"), added("radiation"), added("centrifugal_shift")
+
+
+@pytest.mark.parametrize(
+    ("truth", "told", "expected"),
+    [
+        (["windage"], answer(WINDAGE, one_of=("windage",)), "right"),
+        (["windage"], answer(WINDAGE, one_of=("windage", "radiation")), "one of"),
+        (["windage"], answer(RADIATION, one_of=("radiation", "windage")), "one of"),
+        (["windage"], answer(RADIATION, one_of=("radiation",)), "wrong"),
+        (["windage"], answer(RADIATION, one_of=("radiation", "copper_loss")), "wrong"),
+        (["windage"], answer(WINDAGE, RADIATION, one_of=("windage",)), "right and another"),
+        (["windage"], answer(RADIATION, WINDAGE, one_of=("radiation",)), "right and another"),
+        (["windage"], answer(), "none"),
+        (["windage"], answer(verdict="unknown"), "unknown"),
+        ([THERMOMETER], answer(added(THERMOMETER), one_of=(THERMOMETER,)), "right"),
+        ([THERMOMETER], answer(added("sensor_offset:T4"), one_of=("sensor_offset:T4",)), "wrong"),
+        ([THERMOMETER], answer(added("sensor_drift:T3"), one_of=("sensor_drift:T3",)), "wrong"),
+    ],
+)
+def test_one_effect(truth: list[str], told: dict[str, Any], expected: str) -> None:
+    hidden_effects = [hidden(key) for key in truth]
+    assert outcome("effect", hidden_effects, groups_of(told), told["verdict"]) == expected
+
+
+@pytest.mark.parametrize(
+    ("told", "expected"),
+    [
+        (answer(WINDAGE, RADIATION, one_of=("windage",)), "both"),
+        (answer(RADIATION, one_of=("radiation",)), "one of the two"),
+        (answer(WINDAGE, SHIFT, one_of=("windage",)), "right and another"),
+        (answer(SHIFT, one_of=("centrifugal_shift",)), "wrong"),
+        (answer(SHIFT, one_of=("centrifugal_shift", "windage")), "one of the two"),
+        (answer(verdict="unknown"), "unknown"),
+    ],
+)
+def test_two_effects(told: dict[str, Any], expected: str) -> None:
+    truth = [hidden("windage"), hidden("radiation")]
+    assert outcome("pair", truth, groups_of(told), told["verdict"]) == expected
+
+
+@pytest.mark.parametrize("kind", ["none", "deleted", "outside"])
+def test_every_name_is_false_where_nothing_of_the_catalogue_is_missing(kind: str) -> None:
+    truth = [] if kind == "none" else [hidden("windage")]
+    told = answer(RADIATION, one_of=("radiation",))
+    assert outcome(kind, truth, groups_of(told), "effect") == "named"
+    assert outcome(kind, truth, [], "unknown") == "unknown"
+    assert outcome(kind, truth, [], "none_missing") == "none"
+
+
+@pytest.fixture
+def records(tmp_path: Path) -> Folder:
+    """One record of everything that the tables tell apart."""
+    folder = Folder(tmp_path / "records")
+    right = answer(
+        added("windage", power=(80.0, 110.0, 120.0)), one_of=("windage",), gap=(9.0, 4.0)
+    )
+    folder.put("effect", [hidden("windage", amplitude=100.0)], right, empty=3.0)
+    weak = answer(RADIATION, one_of=("radiation",), gap=(3.2, 3.1))
+    folder.put("effect", [hidden("windage", "weak")], weak, empty=3.0)
+    folder.put("effect", [hidden(THERMOMETER, "medium")], answer(gap=(4.0, 4.0)), empty=2.5)
+    folder.put("none", [], answer(gap=(3.0, 3.0)))
+    folder.put("none", [], answer(WINDAGE, one_of=("windage",), gap=(5.0, 4.0)))
+    unsure = answer(verdict="unknown", gap=(8.0, 8.0))
+    folder.put("deleted", [hidden("windage")], unsure, empty=4.0)
+    folder.put("outside", [hidden("sun_patch")], answer(gap=(3.0, 3.0)))
+    both = answer(WINDAGE, RADIATION, one_of=("windage",))
+    folder.put("pair", [hidden("windage"), hidden("radiation")], both, empty=2.0)
+    return folder
+
+
+def test_a_case_is_strong_by_what_the_same_machine_and_runs_leave(records: Folder) -> None:
+    found = {one.table["number"]: one for one in read_records(records.folder)}
+    assert len(found) == 8
+    assert [found[i].strength for i in (1, 2, 3)] == ["strong", "faint", "visible"]
+    assert found[1].ratio == pytest.approx(3.0)
+    assert found[1].closed == pytest.approx(5.0 / 6.0)
+    # Nothing is known of this one's machine: the median of the others stands in.
+    assert not found[7].matched
+    assert found[7].empty == pytest.approx(np.median([3.0, 3.0, 2.5, 3.0, 5.0, 4.0, 2.0]))
+
+
+def test_the_figures_that_are_asked_for(records: Folder) -> None:
+    shown = sections.targets(read_records(records.folder))
+    cells = {row.split(" | ")[0].strip("| "): row.split(" | ")[2] for row in shown.splitlines()}
+    assert cells["Falsely named, nothing missing"].startswith("1 of 2 (50 %)")
+    assert cells["Falsely named, effect deleted from the catalogue"].startswith("0 of 1")
+    assert cells["Named right, strong effect"].startswith("1 of 1")
+    assert cells["Named wrong, weaker effect"].startswith("1 of 2")
+    holding = next(value for name, value in cells.items() if name.startswith("The answer"))
+    assert holding.startswith("1 of 2 (50 %)")
+    closed = next(value for name, value in cells.items() if "closed" in name)
+    assert closed.strip(" |") == "83 %"
+    assert cells["Processor seconds a case: median"].strip(" |") == "45"
+
+
+def test_outcomes_by_strength(records: Folder) -> None:
+    shown = sections.single_effects(read_records(records.folder)).splitlines()
+    assert "| Strong: 2 times the gap of nothing hidden, or more | 1 | 1 |" in shown[2]
+    assert sum("of 1 (" in row or "of 2 (" in row for row in shown) > 3
+    (everything,) = [row for row in shown if row.startswith("| All")]
+    assert "| 3 | 1 |  |  |  | 1 | 1 | 1 of 3 (33 %) | 1 of 2 (50 %) |" in everything
+    assert "| Pairs | 1 | 1 |" in sections.pairs(read_records(records.folder))
+    wrong = sections.false_names(read_records(records.folder))
+    assert wrong.count("\n") == 3
+    assert "windage (weak) | 1.07 | radiation" in wrong
+
+
+def test_amplitudes_are_compared_in_the_catalogues_unit(records: Folder) -> None:
+    first = read_records(records.folder)[0]
+    found = amplitude_found(first.truth[0], first.answer)
+    assert found is not None
+    assert found.error == pytest.approx(0.1)
+    assert found.inside
+    assert "| `windage` power | 1 | +10 % |" in sections.amplitudes(read_records(records.folder))
+    assert amplitude_found(hidden("radiation"), first.answer) is None
+
+
+def test_every_amplitude_is_compared_with_the_catalogues() -> None:
+    for name, (parameter, in_its_unit) in COMPARABLE.items():
+        assert parameter == catalogue()[name].amplitude
+        one = make_effect(name, "medium", np.random.default_rng(3))
+        entry = {"amplitude": one.size, "more": one.more}
+        assert 0.0 < abs(in_its_unit(entry)) < 1e4
+    left_out = set(hidden_ones()) - set(COMPARABLE)
+    assert left_out == {"coolant_degradation", "uneven_bearing_heating"}
+
+
+def test_the_confusion_matrix_counts_first_names(records: Folder) -> None:
+    records.put(
+        "effect", [hidden(THERMOMETER)], answer(added("sensor_offset:T1"), one_of=()), empty=1.0
+    )
+    sets = answer(RADIATION, one_of=("radiation", "windage"))
+    records.put("effect", [hidden("windage")], sets, empty=1.0)
+    rows, columns, counts = confusion(read_records(records.folder))
+    assert counts.sum() == 9  # all but the pair
+    at = {(rows[i], columns[j]): int(counts[i, j]) for i, j in np.argwhere(counts > 0)}
+    assert at["windage", "windage"] == 1
+    assert at["windage", "radiation"] == 1
+    assert at["windage", SET_WITH] == 1
+    assert at["sensor_offset", WRONG_CHANNEL] == 1
+    assert at["nothing", "windage"] == at["nothing", "none"] == 1
+    assert at["deleted from the catalogue", "unknown"] == 1
+    assert set(ORDER) == set(hidden_ones())
+
+
+def test_the_command_writes_tables_and_figures(
+    records: Folder, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert table.main([str(tmp_path)]) == 0
+    text = (tmp_path / "tables.md").read_text()
+    assert capsys.readouterr().out.strip() == text.strip()
+    assert "8 questions on 8 cases; 7 of them beside the same machine" in text
+    for name in table.FIGURES:
+        assert f"({name}.png)" in text
+        picture = imread(tmp_path / f"{name}.png")
+        assert picture.shape[1] > 800
+        assert picture[..., :3].std() > 0.05
+
+
+def test_the_documentation_is_written_on_demand(
+    records: Folder, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    docs = tmp_path / "docs"
+    docs.mkdir()
+    old = "kept\n<!-- begin results -->\nstale text\n<!-- end results -->\nend\n"
+    (docs / table.PAGE).write_text(old)
+    monkeypatch.setattr(table, "DOCS", docs)
+    assert table.main([str(tmp_path), "--docs"]) == 0
+    page = (docs / table.PAGE).read_text()
+    assert page.startswith("kept\n<!-- begin results -->\n")
+    assert page.endswith("<!-- end results -->\nend\n")
+    assert "stale" not in page
+    assert "(figures/gap_confusion.png)" in page
+    assert (docs / "figures" / "gap_naming.png").exists()
+
+
+def test_folders_without_records_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(SystemExit) as stopped:
+        table.main([str(tmp_path)])
+    assert stopped.value.code == 2
+    (tmp_path / "records").mkdir()
+    (tmp_path / "records" / "0001.json").write_text("{}")
+    with pytest.raises(BadInput, match="is not a record"):
+        read_records(tmp_path / "records")
+
+
+def test_the_shares_drawn_are_those_counted(records: Folder) -> None:
+    one = naming_by_size(read_records(records.folder))
+    records.put("effect", [hidden("windage")], answer(gap=(9.0, 9.0)), empty=3.0)
+    another = naming_by_size(read_records(records.folder))
+    assert not np.array_equal(imread(io.BytesIO(one)), imread(io.BytesIO(another)))
