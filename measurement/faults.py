@@ -3,28 +3,26 @@
 `measurement.quality` looks at a run alone. Here its findings come together with what shows only
 against other runs or other sensors: a sensor whose level jumps between runs, one that leaves all
 others within a run, displacement that froze and jumps when it comes back, and readings on a coarse
-staircase.
+staircase. `measurement.channels` adds single channels that are broken for a while.
+
+A fault with spans is gross: what was read then is not what the machine did, and a model is neither
+fitted to it nor judged by it. `unusable` gathers these spans.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from measurement.channels import broken_readings, near_switch
+from measurement.levels import listed, strays, wrong_levels
 from measurement.quality import Finding, look_over
-from measurement.runs import FloatArray, Run
+from measurement.runs import TIME, Run
 from measurement.units import split_column
 
-LEVEL_JUMP_K = 10.0
-"""A sensor whose level, against the middle of all others, moves by this much from one run to the
-next has jumped [K]. Different work warms sensors differently, but by less than this."""
-STRAY_K = 10.0
-"""A sensor leaves the others within a run if it goes this far from their middle [K], and ..."""
-STRAY_FACTOR = 3.0
-"""... this many times further than in its other runs [1]."""
 RESTART_UM = 3.0
 """A displacement that comes back from a standstill this far away has moved unseen [um]."""
 COARSE_SHARE = 1 / 200
@@ -34,14 +32,25 @@ STANDING_SHARE = 0.5
 
 
 @dataclass(frozen=True)
+class Span:
+    """Where a channel is not to be used: the run, from when to when [s], and why in one line."""
+
+    run: str
+    start_s: float
+    end_s: float
+    text: str
+
+
+@dataclass(frozen=True)
 class Fault:
     """Something wrong with the data.
 
     Attributes
     ----------
     kind : str
-        ``level_jump``, ``stray``, ``frozen``, ``saturated``, ``restart``, ``staircase``,
-        ``missing``, ``pause`` or ``jump``.
+        ``level_jump``, ``never_right``, ``stray``, ``runaway``, ``dead``, ``frozen``,
+        ``saturated``, ``step``, ``spikes``, ``restart``, ``staircase``, ``missing``, ``pause`` or
+        ``jump``.
     column : str
         The channel; ``time_s`` for what befell the whole record.
     runs : tuple of str
@@ -49,7 +58,9 @@ class Fault:
     text : str
         One line that a person can read.
     handling : str
-        What becomes of it before a model is fitted.
+        What becomes of it before an error model is fitted.
+    spans : tuple of Span
+        What is not to be used, where the fault is gross.
     """
 
     kind: str
@@ -57,15 +68,21 @@ class Fault:
     runs: tuple[str, ...]
     text: str
     handling: str
+    spans: tuple[Span, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
         """Return the fault as a plain dict."""
-        return asdict(self) | {"runs": list(self.runs)}
+        return asdict(self) | {"runs": list(self.runs), "spans": [asdict(s) for s in self.spans]}
 
 
 HANDLING = {
     "level_jump": "not used where levels count; rises do not feel it",
+    "never_right": "not used where levels count; rises do not feel it",
     "stray": "the sensor is not used",
+    "runaway": "the sensor is not used",
+    "dead": "the sensor is not used",
+    "step": "kept: an error model that follows it would be worse, and says so on unseen runs",
+    "spikes": "kept: single rows hardly move a fit",
     "frozen": "these rows are left out of fitting and judging",
     "saturated": "these rows are left out of fitting and judging",
     "restart": "kept: the reading is right again after it",
@@ -76,6 +93,10 @@ HANDLING = {
 }
 
 
+GROSS = ("saturated", "frozen", "dead", "runaway", "step", "spikes")
+"""Kinds of findings whose time is not to be used."""
+
+
 def find_faults(runs: Sequence[Run]) -> list[Fault]:
     """Return what is wrong with runs, the gravest kinds first.
 
@@ -84,14 +105,48 @@ def find_faults(runs: Sequence[Run]) -> list[Fault]:
     runs : sequence of Run
         In the order in which they were recorded, so that a change from one to the next shows.
     """
-    faults = [*_level_jumps(runs), *_strays(runs)]
     found = [(run, finding) for run in runs for finding in look_over(run)]
-    faults += _gathered([(run, one) for run, one in found if one.kind == "saturated"])
-    faults += _gathered([(run, one) for run, one in found if one.kind == "frozen"])
-    faults += _restarts([(run, one) for run, one in found if one.kind == "frozen"])
+    frozen = [(run, one) for run, one in found if one.kind == "frozen"]
+    found = _outside_seams([*found, *broken_readings(runs)])
+    begun = {
+        (run.name, one.column): one.start_s for run, one in found if one.kind in ("runaway", "step")
+    }
+    faults = [
+        _in_whole_runs(_fault(kind, column, names, text), runs, begun)
+        for kind, column, names, text in wrong_levels(runs)
+        # A level that is off only where the sensor broke is no second fault.
+        if not all((name, column) in begun for name in names)
+    ]
+    faults += [_fault("stray", column, names, text) for column, names, text in strays(runs)]
+    for kind in GROSS:
+        faults += _gathered([(run, one) for run, one in found if one.kind == kind])
+    faults += _restarts(frozen)
     faults += _staircases(runs)
     rest = ("missing", "pause", "jump")
     return faults + _gathered([(run, one) for run, one in found if one.kind in rest])
+
+
+def unusable(faults: Sequence[Fault]) -> list[tuple[Fault, Span]]:
+    """Return what is not to be used, each fault with one of its spans, by run and time.
+
+    A span inside another one of the same column is not repeated. A fault of ``time_s`` is one of
+    every column.
+    """
+    every = [(fault, span) for fault in faults for span in fault.spans]
+    widest = sorted(every, key=lambda pair: pair[1].start_s - pair[1].end_s)
+    kept: list[tuple[Fault, Span]] = []
+    for fault, span in widest:
+        inside = (
+            one
+            for one in kept
+            if one[0].column in (fault.column, TIME)
+            and one[1].run == span.run
+            and one[1].start_s <= span.start_s
+            and span.end_s <= one[1].end_s
+        )
+        if next(inside, None) is None:
+            kept.append((fault, span))
+    return sorted(kept, key=lambda pair: (pair[1].run, pair[0].column, pair[1].start_s))
 
 
 def faults_text(faults: Sequence[Fault]) -> str:
@@ -103,6 +158,33 @@ def faults_text(faults: Sequence[Fault]) -> str:
 
 def _fault(kind: str, column: str, runs: Sequence[str], text: str) -> Fault:
     return Fault(kind, column, tuple(dict.fromkeys(runs)), text, HANDLING[kind])
+
+
+def _in_whole_runs(
+    fault: Fault, runs: Sequence[Run], begun: Mapping[tuple[str, str], float]
+) -> Fault:
+    """Return a fault whose column is not to be used in its runs, or from where it broke."""
+    spans = [
+        Span(
+            run.name,
+            begun.get((run.name, fault.column), float(run.time_s[0])),
+            float(run.time_s[-1]),
+            fault.text,
+        )
+        for run in runs
+        if run.name in fault.runs
+    ]
+    return replace(fault, spans=tuple(spans))
+
+
+def _outside_seams(found: Sequence[tuple[Run, Finding]]) -> list[tuple[Run, Finding]]:
+    """Leave out leaps of single channels where the whole record has one."""
+    seams = {(run.name, one.end_s) for run, one in found if one.kind == "jump"}
+    return [
+        (run, one)
+        for run, one in found
+        if one.kind != "step" or (run.name, one.start_s) not in seams
+    ]
 
 
 def _gathered(found: Sequence[tuple[Run, Finding]]) -> list[Fault]:
@@ -117,95 +199,28 @@ def _gathered(found: Sequence[tuple[Run, Finding]]) -> list[Fault]:
             text = f"{column} in {names[0]}: {members[0][1].text}"
         else:
             minutes = sum(one.end_s - one.start_s for _, one in members) / 60.0
-            word = {"frozen": "frozen", "saturated": "at the end of its range"}.get(kind, kind)
-            text = f"{column}: {word} {len(members)} times, {minutes:.0f} min, in {_listed(names)}"
-        faults.append(_fault(kind, column, names, text))
+            word = {"saturated": "at the end of its range"}.get(kind, kind)
+            text = f"{column}: {word} {len(members)} times, {minutes:.0f} min, in {listed(names)}"
+        fault = _fault(kind, column, names, text)
+        spans = tuple(
+            Span(run.name, one.start_s, one.end_s, f"{_signal(column)} in {run.name}: {one.text}")
+            for run, one in members
+            if kind in GROSS
+        )
+        if kind == "jump":
+            # What was joined on is another recording: not what this run's drive did. With samples
+            # far apart, a switch makes half of all thermometers jump too.
+            spans = tuple(
+                Span(run.name, one.end_s, float(run.time_s[-1]), f"{run.name}: {one.text}")
+                for run, one in members
+                if not near_switch(run)[np.searchsorted(run.time_s, one.end_s)]
+            )
+        faults.append(replace(fault, spans=spans))
     return faults
 
 
-def _against_others(runs: Sequence[Run], columns: Sequence[str]) -> FloatArray:
-    """Return each sensor's median reading less the middle of the others', (runs, columns) [K]."""
-    level = np.array([[_median(run.frame[name].to_numpy()) for name in columns] for run in runs])
-    others = [_middle(np.delete(level, place, axis=1)) for place in range(len(columns))]
-    return np.asarray(level - np.column_stack(others))
-
-
-def _middle(levels: FloatArray) -> FloatArray:
-    """Return the median of each row; NaN where a row has no value."""
-    return np.array([_median(row) for row in levels])
-
-
-def _median(values: FloatArray) -> float:
-    values = values[np.isfinite(values)]
-    return float(np.median(values)) if values.size else float("nan")
-
-
-def _shared(runs: Sequence[Run]) -> list[str]:
-    return [name for name in runs[0].temperatures if all(name in run.frame for run in runs)]
-
-
-def _level_jumps(runs: Sequence[Run]) -> list[Fault]:
-    """Return sensors whose level changes for good, or for some runs, as no other's does."""
-    columns = _shared(runs)
-    if len(runs) < 3 or len(columns) < 3:
-        return []
-    away = _against_others(runs, columns)
-    faults = []
-    for place, name in enumerate(columns):
-        series = away[:, place]
-        if not np.isfinite(series).all():
-            continue
-        # The split of the runs, in their order, that explains most of the differences.
-        sizes = np.arange(1, len(series))
-        steps = np.array([np.median(series[k:]) - np.median(series[:k]) for k in sizes])
-        spread = [_spread_about(series, int(k)) for k in sizes]
-        at = int(np.argmin(spread))
-        step = float(steps[at])
-        if abs(step) >= LEVEL_JUMP_K and abs(step) > 3.0 * spread[at]:
-            high = "high" if step > 0 else "low"
-            after = [run.name for run in runs[at + 1 :]]
-            signal = split_column(name)[0]
-            text = f"{name}: {signal} reads {abs(step):.0f} K {high} from {after[0]} on"
-            faults.append(_fault("level_jump", name, after, text))
-            continue
-        usual = float(np.median(series))
-        odd = np.flatnonzero(np.abs(series - usual) >= LEVEL_JUMP_K)
-        if odd.size:
-            names = [runs[int(k)].name for k in odd]
-            off = float(series[odd[np.argmax(np.abs(series[odd] - usual))]] - usual)
-            text = f"{name}: {off:+.0f} K from its usual level in {_listed(names)}"
-            faults.append(_fault("level_jump", name, names, text))
-    return faults
-
-
-def _spread_about(series: FloatArray, cut: int) -> float:
-    parts = (series[:cut], series[cut:])
-    return float(np.mean(np.concatenate([np.abs(part - np.median(part)) for part in parts])))
-
-
-def _strays(runs: Sequence[Run]) -> list[Fault]:
-    """Return sensors that leave all others within one run."""
-    columns = _shared(runs)
-    if len(runs) < 2 or len(columns) < 3:
-        return []
-    furthest = np.zeros((len(runs), len(columns)))
-    for row, run in enumerate(runs):
-        rises = run.frame[columns].bfill().to_numpy()
-        rises = rises - rises[0]
-        away = rises - np.nanmedian(rises, axis=1, keepdims=True)
-        place = np.nanargmax(np.abs(np.nan_to_num(away)), axis=0)
-        furthest[row] = away[place, np.arange(len(columns))]
-    faults = []
-    size = np.abs(furthest)
-    for place, name in enumerate(columns):
-        worst = int(np.argmax(size[:, place]))
-        run = runs[worst]
-        others = np.delete(size[:, place], worst).max()
-        if size[worst, place] >= max(STRAY_K, STRAY_FACTOR * others):
-            off = furthest[worst, place]
-            text = f"{name}: within {run.name} it leaves all others by {off:+.0f} K"
-            faults.append(_fault("stray", name, [run.name], text))
-    return faults
+def _signal(column: str) -> str:
+    return split_column(column)[0]
 
 
 def _restarts(frozen: Sequence[tuple[Run, Finding]]) -> list[Fault]:
@@ -222,7 +237,7 @@ def _restarts(frozen: Sequence[tuple[Run, Finding]]) -> list[Fault]:
     for column, found in jumps.items():
         largest = max((step for _, step in found), key=abs)
         names = [name for name, _ in found]
-        text = f"{column}: jumps by up to {largest:+.0f} um on coming back, in {_listed(names)}"
+        text = f"{column}: jumps by up to {largest:+.0f} um on coming back, in {listed(names)}"
         faults.append(_fault("restart", column, names, text))
     return faults
 
@@ -247,14 +262,7 @@ def _staircases(runs: Sequence[Run]) -> list[Fault]:
         names = [run for run, _, _ in found]
         text = (
             f"{name}: a staircase with steps of {usual:.2g} um, unchanged in {still:.0%} of "
-            f"samples, in {_listed(names)}"
+            f"samples, in {listed(names)}"
         )
         faults.append(_fault("staircase", name, names, text))
     return faults
-
-
-def _listed(names: Sequence[str]) -> str:
-    names = list(dict.fromkeys(names))
-    return (
-        ", ".join(names) if len(names) <= 3 else f"{len(names)} runs ({names[0]} ... {names[-1]})"
-    )

@@ -1,0 +1,169 @@
+"""Single channels that are grossly wrong, and real effects that must not be taken for it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from measurement.channels import broken_readings, near_switch
+from measurement.faults import find_faults, unusable
+from measurement.runs import FloatArray, Run
+
+TIME = np.arange(0.0, 5 * 3600.0, 60.0)
+STARTED, STOPPED = 1800.0, 12600.0
+
+
+def run_of(number: int, **changes: FloatArray) -> Run:
+    """Return a machine that warms from half an hour on and cools after three and a half."""
+    random = np.random.default_rng(number)
+    on = np.clip(TIME - STARTED, 0.0, STOPPED - STARTED)
+    off = np.clip(TIME - STOPPED, 0.0, None)
+    warm = (1.0 - np.exp(-on / 2400.0)) * np.exp(-off / 3000.0)
+    columns = {
+        "time_s": TIME,
+        "speed_rpm": np.where((TIME >= STARTED) & (TIME < STOPPED), 2000.0 + 500.0 * number, 0.0),
+    }
+    for sensor in range(1, 7):
+        noise = np.round(0.03 * random.standard_normal(len(TIME)), 2)
+        columns[f"T{sensor}_degC"] = 20.0 + 2.0 * sensor * warm + noise
+    columns["disp_x_um"] = 20.0 * warm + 0.2 * random.standard_normal(len(TIME))
+    columns["disp_z_um"] = -30.0 * warm + 0.2 * random.standard_normal(len(TIME))
+    # The centrifugal shift and a slip of a floating bearing are real, though they leap.
+    columns["disp_z_um"] += np.where(columns["speed_rpm"] > 0.0, 30.0, 0.0)
+    columns["disp_z_um"] += np.where(TIME > 9000.0, 15.0, 0.0)
+    return Run(f"run{number}", pd.DataFrame(columns | changes))
+
+
+GOOD = [run_of(number) for number in range(4)]
+
+
+def broken(column: str, change: FloatArray | dict[int, float]) -> list[Run]:
+    """Return the good runs with the second one changed: readings added, by row or all."""
+    values = GOOD[1].frame[column].to_numpy().copy()
+    if isinstance(change, dict):
+        for row, value in change.items():
+            values[row] += value
+    else:
+        values = values + change
+    return [GOOD[0], run_of(1, **{column: values}), *GOOD[2:]]
+
+
+def the_fault(runs: list[Run]) -> tuple[str, str, str, float, float]:
+    """Return kind, run, column, start and end [min] of what is the only fault."""
+    ((fault, span),) = unusable(find_faults(runs))
+    return fault.kind, span.run, fault.column, span.start_s / 60.0, span.end_s / 60.0
+
+
+def test_good_runs_keep_everything() -> None:
+    assert broken_readings(GOOD) == []
+    assert unusable(find_faults(GOOD)) == []
+
+
+@pytest.mark.parametrize("every", [2, 4])
+def test_good_runs_of_coarse_sampling_keep_everything(every: int) -> None:
+    coarse = [Run(run.name, run.frame.iloc[::every]) for run in GOOD]
+    assert unusable(find_faults(coarse)) == []
+
+
+@pytest.mark.parametrize(("column", "size"), [("T3_degC", 15.0), ("disp_x_um", -80.0)])
+def test_a_spike_costs_one_sample(column: str, size: float) -> None:
+    assert the_fault(broken(column, {120: size})) == ("spikes", "run1", column, 120.0, 120.0)
+
+
+def test_a_channel_that_jumps_about_is_not_used_at_all() -> None:
+    rows = np.random.default_rng(5).choice(np.arange(40, 200), 30, replace=False)
+    runs = broken("T3_degC", {int(row): 30.0 for row in rows})
+    assert the_fault(runs) == ("spikes", "run1", "T3_degC", 0.0, 299.0)
+
+
+@pytest.mark.parametrize(
+    ("column", "size"), [("T3_degC", 8.0), ("disp_x_um", -60.0), ("disp_z_um", 45.0)]
+)
+def test_a_probe_that_slips_is_bad_from_there_on(column: str, size: float) -> None:
+    runs = broken(column, np.where(TIME >= 120 * 60.0, size, 0.0))
+    assert the_fault(runs) == ("step", "run1", column, 120.0, 299.0)
+
+
+def test_a_thermometer_that_breaks_slowly_is_bad_from_where_it_begins() -> None:
+    ramp = np.interp(TIME, [130 * 60.0, 150 * 60.0], [0.0, 30.0])
+    kind, run, column, start, end = the_fault(broken("T3_degC", ramp))
+    assert (kind, run, column, end) == ("runaway", "run1", "T3_degC", 299.0)
+    assert start == pytest.approx(132.0, abs=3.0)
+
+
+def test_a_thermometer_that_freezes_while_others_move() -> None:
+    values = GOOD[1].frame["T3_degC"].to_numpy().copy()
+    values[60:150] = values[60]
+    runs = [GOOD[0], run_of(1, T3_degC=values), *GOOD[2:]]
+    assert the_fault(runs) == ("frozen", "run1", "T3_degC", 60.0, 149.0)
+
+
+def test_a_thermometer_at_the_end_of_its_range() -> None:
+    values = np.minimum(GOOD[1].frame["T6_degC"].to_numpy(), 25.0)
+    runs = [run_of(n, T6_degC=np.minimum(run.frame["T6_degC"], 25.0).to_numpy())
+            for n, run in enumerate(GOOD)]  # fmt: skip
+    kinds = {(fault.kind, fault.column) for fault, _ in unusable(find_faults(runs))}
+    assert values.max() == 25.0
+    assert kinds == {("saturated", "T6_degC")}
+
+
+def test_a_dead_thermometer_in_one_run_and_in_all() -> None:
+    dead = np.full(len(TIME), 17.0)
+    one = [GOOD[0], run_of(1, T3_degC=dead), *GOOD[2:]]
+    assert the_fault(one) == ("dead", "run1", "T3_degC", 0.0, 299.0)
+    every = [run_of(n, T3_degC=dead) for n in range(4)]
+    assert {(f.kind, f.column, s.run) for f, s in unusable(find_faults(every))} == {
+        ("dead", "T3_degC", f"run{n}") for n in range(4)
+    }
+
+
+def test_a_machine_at_rest_has_no_frozen_thermometers() -> None:
+    still = {f"T{n}_degC": np.full(len(TIME), 20.0) for n in range(1, 7)}
+    zero = dict.fromkeys(("speed_rpm", "disp_x_um", "disp_z_um"), np.zeros(len(TIME)))
+    resting = run_of(1, **still, **zero)
+    assert broken_readings([GOOD[0], resting, *GOOD[2:]]) == []
+
+
+@pytest.mark.parametrize("error", [0.5, 3.0, -3.0])
+def test_small_errors_and_drifts_are_left_for_physics(error: float) -> None:
+    for change in (np.full(len(TIME), error), error * TIME / TIME[-1]):
+        assert unusable(find_faults(broken("T3_degC", change))) == []
+
+
+@pytest.mark.parametrize("order", [(0, 1, 2, 3), (3, 1, 0, 2)])
+@pytest.mark.parametrize("bad", [(2, 3), (1, 2, 3), (0,)])
+def test_the_wrong_level_is_the_one_far_from_all_others(
+    order: tuple[int, ...], bad: tuple[int, ...]
+) -> None:
+    runs = [
+        run_of(n, T3_degC=GOOD[n].frame["T3_degC"].to_numpy() + (31.0 if n in bad else 0.0))
+        for n in order
+    ]
+    found = {(fault.kind, span.run) for fault, span in unusable(find_faults(runs))}
+    assert found == {("level_jump", f"run{n}") for n in bad}
+
+
+def test_a_thermometer_that_was_never_right() -> None:
+    runs = [run_of(n, T3_degC=GOOD[n].frame["T3_degC"].to_numpy() + 31.0) for n in range(2)]
+    assert {(f.kind, s.run) for f, s in unusable(find_faults(runs))} == {
+        ("never_right", "run0"),
+        ("never_right", "run1"),
+    }
+
+
+def test_joined_recordings_end_the_run_for_every_channel() -> None:
+    names = [f"T{n}_degC" for n in range(1, 7)]
+    changes = {name: GOOD[1].frame[name].to_numpy() + np.where(TIME >= 9600.0, 7.0, 0.0)
+               for name in names}  # fmt: skip
+    runs = [GOOD[0], run_of(1, **changes), *GOOD[2:]]
+    assert the_fault(runs) == ("jump", "run1", "time_s", 160.0, 299.0)
+
+
+def test_the_start_and_both_sides_of_a_switch_are_near_one() -> None:
+    near = near_switch(GOOD[0])
+    assert near[0]
+    assert near[30]
+    assert near[26]
+    assert not near[100]
+    assert near[210]
