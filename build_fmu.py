@@ -19,6 +19,9 @@ from html import escape
 from pathlib import Path
 from typing import Any, NoReturn
 
+from fmu_compensator.native.build import native_package
+from fmu_compensator.native.compilers import CompileError, compilers
+from fmu_compensator.native.generate import NativeError
 from fmu_compensator.runtime.compensator import STATUS_TEXTS
 from fmu_compensator.runtime.fmi_slave import MODEL_FILE
 from fmu_compensator.runtime.modelfile import Model, ModelFileError, parse_model
@@ -46,8 +49,17 @@ def version() -> str:
         return str(tomllib.load(file)["project"]["version"])
 
 
-def compensator_recipe(path: Path, name: str) -> tuple[Recipe, Reference]:
+def compensator_recipe(path: Path, name: str, native: bool = False) -> tuple[Recipe, Reference]:
     """Return how to build and to try out the compensator FMU of a compensator file.
+
+    Parameters
+    ----------
+    path : Path
+        The compensator file.
+    name : str
+        Of the FMU.
+    native : bool
+        Whether it is for the C twin, which reads no other file.
 
     Raises
     ------
@@ -75,7 +87,7 @@ def compensator_recipe(path: Path, name: str) -> tuple[Recipe, Reference]:
         roots=("fmu_compensator", "fmu_packaging"),
         whole=("fmu_compensator.runtime.error_models",),
         data={MODEL_FILE: data},
-        page=_compensator_page(model, hashlib.sha256(data).hexdigest()),
+        page=_compensator_page(model, hashlib.sha256(data).hexdigest(), native),
         icon=(ASSETS / "compensator.png").read_bytes(),
     )
     return recipe, _compensator_reference(model)
@@ -154,7 +166,7 @@ def _plant_reference(machine: Machine) -> Reference:
     return Reference(profiles, REFERENCE_S, REFERENCE_STEP_S)
 
 
-def _compensator_page(model: Model, digest: str) -> Page:
+def _compensator_page(model: Model, digest: str, native: bool) -> Page:
     codes = [(str(code), text) for code, text in STATUS_TEXTS.items() if code < 10]
     for tens in (10, 20, 30):
         for cause, words in enumerate(CAUSES, start=1):
@@ -186,13 +198,14 @@ def _compensator_page(model: Model, digest: str) -> Page:
     about += f", made {escape(model.created)}.</p>" if model.created else ".</p>"
     if rows:
         about += f"<p>Fitted on</p>{table(('Run', 'Rows', 'SHA-256'), rows)}"
+    others = () if native else (("Another compensator file", other),)
     return Page(
         "Temperatures, spindle speed and tool length in; axis offsets, a validity flag and a "
         "status that says why out.",
         (
             ("What it does", work),
             ("Status codes", table(("status", "meaning"), codes)),
-            ("Another compensator file", other),
+            *others,
             ("Provenance", about),
         ),
     )
@@ -243,10 +256,17 @@ def _arguments(given: Sequence[str] | None) -> argparse.Namespace:
         "--machine", default=DEFAULT_MACHINE, help="shipped machine's name or machine file (TOML)"
     )
     parser.add_argument("--only", choices=("compensator", "plant"), help="build one of them")
+    parser.add_argument(
+        "--native", action="store_true", help="build the compensator without Python, in C99"
+    )
     parser.add_argument("--out", type=Path, default=HERE / "dist", help="folder (dist)")
     parser.add_argument("--name", help="name of the FMU, with --only")
     parser.add_argument("--json", action="store_true", help="print the summary as JSON")
     arguments = parser.parse_args(given)
+    if arguments.native:
+        if arguments.only == "plant":
+            parser.error("--native: only the compensator has a form without Python")
+        arguments.only = "compensator"
     if arguments.name is not None:
         if arguments.only is None:
             parser.error("--name: say which FMU it names, with --only")
@@ -263,8 +283,8 @@ def _arguments(given: Sequence[str] | None) -> argparse.Namespace:
 def _recipes(arguments: argparse.Namespace) -> list[tuple[Recipe, Reference]]:
     recipes = []
     if arguments.only != "plant":
-        name = arguments.name or "compensator"
-        recipes.append(compensator_recipe(arguments.model, name))
+        name = arguments.name or ("compensator_native" if arguments.native else "compensator")
+        recipes.append(compensator_recipe(arguments.model, name, arguments.native))
     if arguments.only != "compensator":
         recipes.append(plant_recipe(read_machine(arguments.machine), arguments.name or "plant"))
     return recipes
@@ -294,7 +314,8 @@ def main(given: Sequence[str] | None = None) -> int:
     arguments = _arguments(given)
     try:
         recipes = _recipes(arguments)
-    except (BadInput, ModelFileError) as error:
+        found = compilers() if arguments.native else []
+    except (BadInput, ModelFileError, NativeError) as error:
         print(error, file=sys.stderr)
         return 2
     try:
@@ -304,11 +325,11 @@ def main(given: Sequence[str] | None = None) -> int:
         return 2
     entries = []
     for recipe, reference in recipes:
-        package = build(recipe)
         try:
+            package = native_package(recipe, found) if found else build(recipe)
             path, written = publish(package, arguments.out, reference)
-        except PublishError as error:
-            print(f"{package.name}.fmu is not built:\n{error}", file=sys.stderr)
+        except (PublishError, NativeError, CompileError) as error:
+            print(f"{recipe.identity.name}.fmu is not built:\n{error}", file=sys.stderr)
             return 1
         entries.append(_summary(package, path, written))
         if not arguments.json:

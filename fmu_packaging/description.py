@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from xml.etree import ElementTree as ET
 
 from fmu_packaging.slave import DriftSlave
@@ -14,8 +14,6 @@ PINNED_DATE = "2024-01-01T00:00:00Z"
 """The same content must give the same bytes, so the date says nothing about the day of a build."""
 
 CAPABILITIES = {
-    # The slave runs in the Python that the host provides.
-    "needsExecutionTool": "true",
     "canHandleVariableCommunicationStepSize": "true",
     "canInterpolateInputs": "false",
     "maxOutputDerivativeOrder": "0",
@@ -26,6 +24,32 @@ CAPABILITIES = {
     "canSerializeFMUstate": "true",
     "providesDirectionalDerivative": "false",
 }
+
+
+@dataclass(frozen=True)
+class Program:
+    """What runs the FMU.
+
+    Attributes
+    ----------
+    tool : str
+        What made it, beside this project.
+    needs_host : bool
+        Whether the host must provide more than the FMU carries.
+    sources : tuple of str
+        Source files, by path in the folder of sources.
+    variables : dict of str to Variable
+        Those that stand in for the slave's of the same name.
+    """
+
+    tool: str
+    needs_host: bool
+    sources: tuple[str, ...] = ()
+    variables: Mapping[str, Variable] = field(default_factory=dict)
+
+
+PYTHON = Program("pythonfmu", needs_host=True)
+"""The slave itself, in the Python that the host provides."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +79,9 @@ class Identity:
     copyright: str = "Copyright the spindle-drift authors"
 
 
-def model_description(slave: DriftSlave, identity: Identity, guid: str) -> bytes:
+def model_description(
+    slave: DriftSlave, identity: Identity, guid: str, program: Program = PYTHON
+) -> bytes:
     """Return modelDescription.xml.
 
     Parameters
@@ -64,13 +90,15 @@ def model_description(slave: DriftSlave, identity: Identity, guid: str) -> bytes
         An instance; its variables are described.
     identity : Identity
     guid : str
+    program : Program
+        What does the slave's work.
 
     Raises
     ------
     UnitError
         For a variable with a unit that is not understood.
     """
-    variables = slave.variables
+    variables = described(slave, program)
     root = ET.Element(
         "fmiModelDescription",
         {
@@ -82,13 +110,13 @@ def model_description(slave: DriftSlave, identity: Identity, guid: str) -> bytes
             "version": identity.version,
             "copyright": identity.copyright,
             "license": identity.licence,
-            "generationTool": f"spindle-drift {identity.version} with pythonfmu",
+            "generationTool": f"spindle-drift {identity.version} with {program.tool}",
             "generationDateAndTime": PINNED_DATE,
             "variableNamingConvention": "structured",
             "numberOfEventIndicators": "0",
         },
     )
-    ET.SubElement(root, "CoSimulation", {"modelIdentifier": identity.name, **CAPABILITIES})
+    _co_simulation(root, identity, program)
     _unit_definitions(root, variables)
     categories = ET.SubElement(root, "LogCategories")
     for name, text in slave.log_categories.items():
@@ -109,6 +137,24 @@ def model_description(slave: DriftSlave, identity: Identity, guid: str) -> bytes
     ET.indent(root)
     body: bytes = ET.tostring(root, encoding="UTF-8", xml_declaration=True)
     return body + b"\n"
+
+
+def described(slave: DriftSlave, program: Program) -> list[Variable]:
+    """Return the variables of an FMU in the order of their value references."""
+    return [program.variables.get(variable.name, variable) for variable in slave.variables]
+
+
+def _co_simulation(root: ET.Element, identity: Identity, program: Program) -> None:
+    attributes = {
+        "modelIdentifier": identity.name,
+        "needsExecutionTool": _number(program.needs_host),
+        **CAPABILITIES,
+    }
+    element = ET.SubElement(root, "CoSimulation", attributes)
+    if program.sources:
+        listed = ET.SubElement(element, "SourceFiles")
+        for path in program.sources:
+            ET.SubElement(listed, "File", {"name": path})
 
 
 def _unit_definitions(root: ET.Element, variables: Sequence[Variable]) -> None:

@@ -21,17 +21,24 @@ td.n { text-align: right; font-variant-numeric: tabular-nums; white-space: nowra
 code, pre { background: #f3f6f9; border-radius: 3px; } pre { padding: .8rem; overflow-x: auto; }
 """
 
-HOSTS = """
-<p>Co-simulation, FMI 2.0, any communication step above zero. Outputs change only in a step: with
+STEPS = """
+<p>Co-simulation, FMI {fmi}, any communication step above zero. Outputs change only in a step: with
 inputs <i>u</i> held from <i>t</i> to <i>t + h</i>, the outputs read afterwards are those at
 <i>t + h</i>. State can be saved, restored and serialised, and a restored FMU continues bit for bit.
 An error inside a step is logged with its cause and the step is discarded.</p>
+"""
+
+PYTHON_HOST = """
 <p>The FMU runs in Python 3.11 or newer, which the host provides{needs}. Binaries: linux64 and
 win64. A host that is not a Python program must have the Python library loaded first (on Linux:
 <code>LD_PRELOAD=libpython3.11.so</code>). Switch logging on in the host to see the FMU's messages;
 errors also go to standard error. Extract the FMU into a folder whose path has no characters that a
 URI would write as a percent code, spaces excepted: pythonfmu's binary cannot read them.</p>
 """
+
+PYTHON_LICENCE = (
+    "The binaries and the base class come from pythonfmu, <a href='licenses/pythonfmu.txt'>MIT</a>."
+)
 
 
 @dataclass(frozen=True)
@@ -42,8 +49,23 @@ class Page:
     sections: tuple[tuple[str, str], ...]
 
 
+@dataclass(frozen=True)
+class Running:
+    """What a host needs and whose work is inside, as HTML; which FMI version it is."""
+
+    host: str
+    licence: str
+    fmi: str = "2.0"
+
+
+def in_python(needs: Sequence[str]) -> Running:
+    """Return what a Python FMU needs; *needs* are packages that the host's Python must have."""
+    needed = f", with {' and '.join(needs)} installed" if needs else " (standard library only)"
+    return Running(PYTHON_HOST.format(needs=escape(needed)), PYTHON_LICENCE)
+
+
 def index_page(
-    page: Page, identity: Identity, variables: Sequence[Variable], needs: Sequence[str]
+    page: Page, identity: Identity, variables: Sequence[Variable], running: Running
 ) -> str:
     """Return the whole page.
 
@@ -52,8 +74,7 @@ def index_page(
     page : Page
     identity : Identity
     variables : sequence of Variable
-    needs : sequence of str
-        Packages that the host's Python must have.
+    running : Running
     """
     parts = [f"<h2>{escape(title)}</h2>\n{body}" for title, body in page.sections]
     for causality, title in (
@@ -64,11 +85,11 @@ def index_page(
         chosen = [variable for variable in variables if variable.causality == causality]
         if chosen:
             parts.append(f"<h2>{title}</h2>\n{_table(chosen)}")
-    needed = f", with {' and '.join(needs)} installed" if needs else " (standard library only)"
-    parts.append(f"<h2>Running it</h2>\n{HOSTS.format(needs=escape(needed))}")
+    steps = STEPS.format(fmi=running.fmi)
+    parts.append(f"<h2>Running it</h2>\n{steps}{running.host}")
     parts.append(
-        "<h2>Licence</h2>\n<p>MIT; see <a href='licenses/LICENSE.txt'>LICENSE</a>. The binaries and"
-        " the base class come from pythonfmu, <a href='licenses/pythonfmu.txt'>MIT</a>.</p>"
+        "<h2>Licence</h2>\n<p>MIT; see <a href='licenses/LICENSE.txt'>LICENSE</a>. "
+        f"{running.licence}</p>"
     )
     return (
         "<!DOCTYPE html>\n<html lang='en'>\n<head>\n<meta charset='utf-8'>\n"

@@ -19,7 +19,7 @@ import pythonfmu
 
 from fmu_packaging.bundle import collect
 from fmu_packaging.description import Identity, model_description
-from fmu_packaging.documentation import Page, index_page
+from fmu_packaging.documentation import Page, in_python, index_page
 from fmu_packaging.slave import DriftSlave
 
 PINNED_TIME = (1980, 1, 1, 0, 0, 0)
@@ -127,11 +127,11 @@ def build(recipe: Recipe) -> Package:
     files["documentation/licenses/LICENSE.txt"] = LICENCE.read_bytes()
     files["documentation/licenses/pythonfmu.txt"] = _pythonfmu_licence()
 
-    slave = _instance(recipe)
-    page = index_page(recipe.page, recipe.identity, slave.variables, needed)
+    slave = slave_of(recipe)
+    page = index_page(recipe.page, recipe.identity, slave.variables, in_python(needed))
     files["documentation/index.html"] = page.encode()
     files["modelDescription.xml"] = model_description(slave, recipe.identity, guid="")
-    guid = _guid(files)
+    guid = guid_of(files)
     files["modelDescription.xml"] = model_description(slave, recipe.identity, guid)
     return Package(name, guid, files, slave)
 
@@ -150,7 +150,7 @@ def write_bytes(path: Path, data: bytes) -> None:
         raise
 
 
-def _instance(recipe: Recipe) -> DriftSlave:
+def slave_of(recipe: Recipe) -> DriftSlave:
     """Return an instance of the slave as it stands in this project, with the recipe's data."""
     kind: Any = getattr(importlib.import_module(recipe.module), recipe.slave)
     with tempfile.TemporaryDirectory(prefix="fmu_") as folder:
@@ -177,7 +177,8 @@ def _pythonfmu_licence() -> bytes:
     raise FileNotFoundError("the installed pythonfmu has no licence file")
 
 
-def _guid(files: Mapping[str, bytes]) -> str:
+def guid_of(files: Mapping[str, bytes]) -> str:
+    """Return a GUID that names this content."""
     state = hashlib.sha256()
     for path in sorted(files):
         state.update(path.encode() + b"\0" + hashlib.sha256(files[path]).digest())

@@ -9,6 +9,7 @@ from fmu_compensator.runtime.fields import Fields
 
 SHORTEST_S, LONGEST_S = 1.0, 1e7
 MOST_LAGS = 20
+FASTEST_RPM = 1e6  # no spindle turns faster, and powers of it stay finite
 
 
 def share(elapsed_s: float, tau_s: float) -> float:
@@ -17,8 +18,8 @@ def share(elapsed_s: float, tau_s: float) -> float:
 
 
 def known_speed(speed: float, last: float) -> float:
-    """Return the speed without its sign [rpm]; the last one while it is not known."""
-    return abs(speed) if isfinite(speed) else last
+    """Return the speed without its sign [rpm]; the last one while it is not known or absurd."""
+    return abs(speed) if abs(speed) <= FASTEST_RPM else last
 
 
 def taus(fields: Fields, key: str) -> list[float]:

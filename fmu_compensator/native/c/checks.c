@@ -1,0 +1,64 @@
+#include "checks.h"
+
+#include <math.h>
+
+#include "constants.h"
+
+void sensor_reset(struct sensor_memory *memory)
+{
+    memory->good = memory->jumped_after = memory->last = NAN;
+    memory->since_good = memory->unchanged = 0.0;
+}
+
+static double corridor(const struct sensor *sensor, const struct sensor_memory *memory)
+{
+    double span = memory->since_good;
+    if (!isnan(memory->jumped_after)) {
+        double longest = CHECKS_RETURN_S;
+        longest = memory->jumped_after > longest ? memory->jumped_after : longest;
+        span = longest < span ? longest : span;
+    }
+    return sensor->noise + sensor->rate_per_s * span;
+}
+
+struct reason sensor_look(
+    const struct sensor *sensor, struct sensor_memory *memory, double value, double elapsed_s)
+{
+    struct reason reason = {0, 0, value, 0.0, 0.0};
+    memory->since_good += elapsed_s;
+    if (!isfinite(value)) {
+        memory->last = NAN;
+        reason.cause = CHECKS_MISSING;
+        return reason;
+    }
+    if (value == memory->last) {
+        memory->unchanged += elapsed_s;
+    } else {
+        memory->last = value;
+        memory->unchanged = 0.0;
+    }
+    if (!(sensor->low <= value && value <= sensor->high)) {
+        reason.cause = CHECKS_IMPLAUSIBLE;
+        return reason;
+    }
+    if (!isnan(memory->good)) {
+        reason.extent = fabs(value - memory->good);
+        reason.allowed = corridor(sensor, memory);
+        if (reason.extent > reason.allowed) {
+            if (isnan(memory->jumped_after)) {
+                memory->jumped_after = memory->since_good;
+            }
+            reason.cause = CHECKS_TOO_FAST;
+            return reason;
+        }
+    }
+    if (!isnan(sensor->stale_after_s) && memory->unchanged > sensor->stale_after_s) {
+        reason.cause = CHECKS_STALE;
+        reason.extent = memory->unchanged;
+        return reason;
+    }
+    memory->good = value;
+    memory->since_good = 0.0;
+    memory->jumped_after = NAN;
+    return reason;
+}

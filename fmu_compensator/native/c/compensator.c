@@ -1,0 +1,281 @@
+#include "compensator.h"
+
+#include <math.h>
+
+#include "constants.h"
+#include "interval.h"
+#include "numbers.h"
+
+/* The parts of the row of numbers. */
+struct parts {
+    double *reference;
+    struct sensor_memory *checks;
+    double *measured, *error_model;
+};
+
+static struct parts parts_of(double *numbers)
+{
+    struct parts parts;
+    parts.reference = numbers;
+    parts.checks = (struct sensor_memory *)(parts.reference + model_chosen_count);
+    parts.measured = (double *)(parts.checks + model_chosen_count);
+    parts.error_model = parts.measured + model_target_count;
+    return parts;
+}
+
+void compensator_make(struct setup *setup, struct compensator *self)
+{
+    geometry_make(setup, &model_geometry, &self->geometry);
+    self->error_model
+        = error_model_make(setup, &model_error_model, model_chosen_count, model_target_count);
+    self->inputs = setup_take(setup, model_chosen_count, sizeof(double));
+    self->measured = setup_take(setup, model_target_count, sizeof(double));
+    self->targets = setup_take(setup, model_target_count, sizeof(double));
+    if (self->error_model == NULL) {
+        setup_fail(setup, "the compiled-in file cannot be used", "error_model");
+        return;
+    }
+    self->numbers = model_chosen_count + model_target_count + self->error_model->states
+                    + model_chosen_count * (sizeof(struct sensor_memory) / sizeof(double));
+}
+
+/* Puts down an output; the reason is NULL where there is none. */
+static void put(
+    const struct remembered *memory, bool valid, int32_t status, const struct reason *reason,
+    struct output *output)
+{
+    static const struct reason no_reason = {0, 0, 0.0, 0.0, 0.0};
+    output->dX = memory->offset[0];
+    output->dY = memory->offset[1];
+    output->dZ = memory->offset[2];
+    output->elongation = memory->pose[0];
+    output->yaw = memory->pose[1];
+    output->pitch = memory->pose[2];
+    output->dX_uncertainty = memory->half_width[0];
+    output->dY_uncertainty = memory->half_width[1];
+    output->dZ_uncertainty = memory->half_width[2];
+    output->valid = valid;
+    output->status = status;
+    output->reason = reason == NULL ? no_reason : *reason;
+    output->status_sensor = output->reason.sensor;
+}
+
+void compensator_reset(
+    const struct compensator *self, struct remembered *memory, double *numbers,
+    struct output *output)
+{
+    static const struct remembered nothing;
+    struct parts parts = parts_of(numbers);
+    *memory = nothing;
+    memory->last_time = NAN;
+    for (size_t axis = 0; axis < 3; axis++) {
+        memory->half_width[axis] = INTERVAL_NOT_KNOWN;
+    }
+    for (size_t place = 0; place < model_chosen_count; place++) {
+        parts.reference[place] = NAN;
+        sensor_reset(&parts.checks[place]);
+    }
+    for (size_t target = 0; target < model_target_count; target++) {
+        parts.measured[target] = 0.0;
+    }
+    error_model_reset(self->error_model, parts.error_model);
+    put(memory, false, COMPENSATOR_WAITING, NULL, output);
+}
+
+/* Returns the time since the sample before this one [s]; 0 for the first. */
+static double elapsed_since(struct remembered *memory, double time_s, double step_s)
+{
+    double last = memory->last_time;
+    memory->last_time = isfinite(time_s) ? time_s : NAN;
+    if (isnan(last) || !isfinite(time_s) || time_s < last) {
+        return step_s;
+    }
+    double elapsed_s = time_s - last;
+    return elapsed_s > COMPENSATOR_LONGEST_S ? COMPENSATOR_LONGEST_S : elapsed_s;
+}
+
+static struct reason look_at_tool(double tool_length)
+{
+    struct reason fault = {0, 0, tool_length, 0.0, 0.0};
+    if (!isfinite(tool_length)) {
+        fault.cause = CHECKS_MISSING;
+    } else if (!(model_limits.tool_length_mm[0] <= tool_length
+                 && tool_length <= model_limits.tool_length_mm[1])) {
+        fault.cause = CHECKS_IMPLAUSIBLE;
+    }
+    return fault;
+}
+
+/* Returns the first fault; every sensor is looked at, so that none loses count of time. */
+static struct reason look(
+    const struct compensator *self, const struct parts *parts, const struct input *input,
+    double elapsed_s)
+{
+    struct reason first = {0, 0, 0.0, 0.0, 0.0};
+    for (size_t place = 0; place < model_chosen_count; place++) {
+        size_t index = model_chosen[place];
+        double value = input->temperatures[index];
+        struct reason fault
+            = sensor_look(&model_sensors[index], &parts->checks[place], value, elapsed_s);
+        if (fault.cause != 0 && first.cause == 0) {
+            first = fault;
+            first.sensor = (int32_t)index + 1;
+        } else if (fault.cause == 0 && isnan(parts->reference[place])) {
+            parts->reference[place] = value;
+        }
+    }
+    if (first.cause == 0 && self->geometry.needs_tool_length) {
+        return look_at_tool(input->tool_length);
+    }
+    return first;
+}
+
+/* Puts down the wanted offsets and the pose for a good sample. */
+static void predict(
+    const struct compensator *self, struct remembered *memory, const struct parts *parts,
+    const struct input *input)
+{
+    struct sample sample = {self->inputs, memory->unmodelled, input->speed, NULL};
+    double drift[3];
+    if (memory->has_measured) {
+        sample.measured = parts->measured;
+    }
+    self->error_model->kind->predict(
+        self->error_model, parts->error_model, &sample, self->targets);
+    memory->unmodelled = 0.0;
+    memory->has_measured = 0;
+    geometry_drift(&self->geometry, self->targets, input->tool_length, drift);
+    for (size_t axis = 0; axis < 3; axis++) {
+        memory->wanted[axis]
+            = clamped(0.0 - drift[axis], -model_limits.offset_um, model_limits.offset_um);
+    }
+    geometry_pose(&self->geometry, self->targets, memory->pose);
+    if (model_interval != NULL) {
+        half_width(
+            model_interval, memory->since_start, input->tool_length, memory->half_width);
+    }
+    if (!memory->started) {
+        memory->started = memory->recovering = 1;
+    }
+}
+
+/* Keeps a measurement for the next sample; one that is not finite in all targets counts as none. */
+static void keep_measured(
+    struct remembered *memory, const struct parts *parts, const double *measured)
+{
+    for (size_t target = 0; target < model_target_count; target++) {
+        if (!isfinite(measured[target])) {
+            return;
+        }
+    }
+    for (size_t target = 0; target < model_target_count; target++) {
+        parts->measured[target]
+            = clamped(measured[target], -COMPENSATOR_LARGEST, COMPENSATOR_LARGEST);
+    }
+    memory->has_measured = 1;
+}
+
+/* Counts how long the inputs have been bad or good again. */
+static void follow(struct remembered *memory, const struct reason *fault, double elapsed_s)
+{
+    if (fault->cause != 0) {
+        /* A new fault starts a new hold; one within the wait for recovery continues the old. */
+        memory->fault_age = memory->fault.cause == 0 ? 0.0 : memory->fault_age + elapsed_s;
+        memory->fault = *fault;
+        memory->good_for = 0.0;
+        memory->recovering = 0;
+    } else if (memory->fault.cause != 0) {
+        memory->fault_age += elapsed_s;
+        memory->good_for += elapsed_s;
+        if (memory->good_for >= model_limits.recover_s) {
+            memory->fault.cause = 0;
+            memory->recovering = 1;
+        }
+    }
+}
+
+static double slewed(double offset, double wanted, double step_s)
+{
+    double reach = model_limits.slew_um_per_s * step_s;
+    if (fabs(wanted - offset) <= reach) {
+        return wanted;
+    }
+    return wanted > offset ? offset + reach : offset - reach;
+}
+
+/* Puts down a valid output, which says so if an input lies outside what training saw. */
+static void put_trained(
+    const struct compensator *self, const struct remembered *memory, struct output *output)
+{
+    for (size_t place = 0; place < model_chosen_count; place++) {
+        const struct sensor *sensor = &model_sensors[model_chosen[place]];
+        double value = self->inputs[place];
+        if (!(sensor->trained_low <= value && value <= sensor->trained_high)) {
+            struct reason reason = {0, (int32_t)model_chosen[place] + 1, value, 0.0, 0.0};
+            put(memory, true, COMPENSATOR_UNTRAINED, &reason, output);
+            return;
+        }
+    }
+    put(memory, true, COMPENSATOR_OK, NULL, output);
+}
+
+/* Moves the offsets for one step and says how they stand. */
+static void move(
+    const struct compensator *self, struct remembered *memory, double step_s,
+    struct output *output)
+{
+    static const double zero[3];
+    const struct reason *fault = &memory->fault;
+    if (fault->cause != 0 && memory->fault_age < model_limits.hold_s) {
+        put(memory, false, COMPENSATOR_HOLDING + fault->cause, fault, output);
+        return;
+    }
+    const double *wanted = fault->cause != 0 ? zero : memory->wanted;
+    bool arrived = true, anywhere = false;
+    for (size_t axis = 0; axis < 3; axis++) {
+        memory->offset[axis] = slewed(memory->offset[axis], wanted[axis], step_s);
+        arrived = arrived && memory->offset[axis] == wanted[axis];
+        anywhere = anywhere || memory->offset[axis] != 0.0;
+    }
+    if (fault->cause != 0) {
+        int32_t phase = anywhere ? COMPENSATOR_RAMPING : COMPENSATOR_AT_ZERO;
+        put(memory, false, phase + fault->cause, fault, output);
+    } else if (memory->recovering && !arrived) {
+        put(memory, false, COMPENSATOR_RECOVERING, NULL, output);
+    } else {
+        memory->recovering = 0;
+        put_trained(self, memory, output);
+    }
+}
+
+void compensator_step(
+    const struct compensator *self, struct remembered *memory, double *numbers,
+    const struct input *input, struct output *output)
+{
+    struct parts parts = parts_of(numbers);
+    double step_s = isfinite(input->step_s) && input->step_s > 0.0 ? input->step_s : 0.0;
+    step_s = step_s > COMPENSATOR_LONGEST_S ? COMPENSATOR_LONGEST_S : step_s;
+    double elapsed_s = elapsed_since(memory, input->time_s, step_s);
+    struct reason fault = look(self, &parts, input, elapsed_s);
+    memory->unmodelled += elapsed_s;
+    if (memory->started) {
+        memory->since_start
+            = clamped(memory->since_start + elapsed_s, 0.0, COMPENSATOR_LONGEST_S);
+    }
+    for (size_t place = 0; place < model_chosen_count; place++) {
+        double value = input->temperatures[model_chosen[place]];
+        self->inputs[place] = model_takes_rises ? value - parts.reference[place] : value;
+    }
+    if (fault.cause == 0) {
+        predict(self, memory, &parts, input);
+    }
+    if (input->measured != NULL) {
+        keep_measured(memory, &parts, input->measured);
+    }
+    if (!memory->started) {
+        put(memory, false, COMPENSATOR_WAITING, fault.cause == 0 ? NULL : &fault, output);
+        return;
+    }
+    follow(memory, &fault, elapsed_s);
+    move(self, memory, step_s, output);
+}

@@ -1,0 +1,59 @@
+/* The compensator: one step takes the readings in and gives the axis offsets out. */
+#ifndef COMPENSATOR_H
+#define COMPENSATOR_H
+
+#include <stdint.h>
+
+#include "checks.h"
+#include "error_model.h"
+#include "geometry.h"
+#include "setup.h"
+
+struct input {
+    double time_s, step_s;
+    const double *temperatures; /* one per sensor of the file; NaN: missing [degC] */
+    double speed;               /* NaN: not known [rpm] */
+    double tool_length;         /* [mm] */
+    const double *measured;     /* the targets with this sample; NULL: not measured [um, urad] */
+};
+
+/* The outputs have the names of the FMU's variables. */
+struct output {
+    double dX, dY, dZ;             /* offsets to send [um] */
+    double elongation, yaw, pitch; /* the predicted pose [um, urad, urad] */
+    double dX_uncertainty, dY_uncertainty, dZ_uncertainty; /* [um] */
+    int32_t valid, status, status_sensor;
+    int32_t reserved;     /* no byte without a value, so that equal states are equal bytes */
+    struct reason reason; /* what status_text is made of */
+};
+
+struct compensator {
+    struct geometry geometry;
+    struct error_model *error_model;
+    size_t numbers;                      /* how long the row of numbers remembered is */
+    double *inputs, *measured, *targets; /* of one sample */
+};
+
+/* What is remembered, beside the row of numbers: the reference of each chosen sensor, what its
+   check remembers, the measured targets, the error model's state. NaN stands for nothing. */
+struct remembered {
+    double last_time, fault_age, good_for, unmodelled, since_start;
+    double wanted[3], offset[3], pose[3], half_width[3];
+    struct reason fault; /* the newest, kept until recovered from; cause 0: none */
+    int32_t started, recovering, has_measured, reserved;
+};
+
+/* Makes it from the compiled-in file; whether that worked stands in the setup. */
+void compensator_make(struct setup *setup, struct compensator *self);
+
+/* Starts over: no reference, no offsets; the output is that before the first sample. */
+void compensator_reset(
+    const struct compensator *self, struct remembered *memory, double *numbers,
+    struct output *output);
+
+/* Takes in one sample and puts down the offsets at the end of the step. */
+void compensator_step(
+    const struct compensator *self, struct remembered *memory, double *numbers,
+    const struct input *input, struct output *output);
+
+#endif

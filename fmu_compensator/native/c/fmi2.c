@@ -1,0 +1,393 @@
+/* FMI 2.0 co-simulation in front of an instance. */
+#include "fmi2Functions.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "instance.h"
+#include "model_data.h"
+
+struct component {
+    struct instance *instance;
+    const fmi2CallbackFunctions *host;
+    char *name;
+};
+
+static void say(const struct component *self, fmi2Status status, const char *about, const char *text)
+{
+    char message[2 * TEXT_LENGTH];
+    if (self->host == NULL || self->host->logger == NULL) {
+        return;
+    }
+    snprintf(message, sizeof message, "%s%s", about, text);
+    self->host->logger(
+        self->host->componentEnvironment, self->name, status,
+        status == fmi2Discard ? "logStatusDiscard" : "logStatusError", "%s", message);
+}
+
+static fmi2Status outcome(const struct component *self, const char *about, const char *problem)
+{
+    if (problem == NULL) {
+        return fmi2OK;
+    }
+    say(self, fmi2Error, about, problem);
+    return fmi2Error;
+}
+
+static fmi2Status variable_outcome(
+    const struct component *self, fmi2ValueReference ref, const char *problem)
+{
+    char about[80] = "";
+    if (problem == NULL) {
+        return fmi2OK;
+    }
+    snprintf(about, sizeof about, "value reference %u: ", ref);
+    return outcome(self, about, problem);
+}
+
+const char *fmi2GetTypesPlatform(void)
+{
+    return fmi2TypesPlatform;
+}
+
+const char *fmi2GetVersion(void)
+{
+    return fmi2Version;
+}
+
+fmi2Status fmi2SetDebugLogging(
+    fmi2Component c, fmi2Boolean on, size_t count, const fmi2String categories[])
+{
+    /* Only errors are logged, and those always. */
+    (void)c, (void)on, (void)count, (void)categories;
+    return fmi2OK;
+}
+
+/* Returns what keeps an instance from being used, NULL for nothing. */
+static const char *unusable(const struct component *self, fmi2Type type, const char *guid)
+{
+    if (type != fmi2CoSimulation) {
+        return "this FMU is for co-simulation";
+    }
+    if (guid == NULL || strcmp(guid, model_guid) != 0) {
+        return "the GUID is not that of this FMU";
+    }
+    return self->instance == NULL ? "there is not enough memory" : self->instance->setup.problem;
+}
+
+fmi2Component fmi2Instantiate(
+    fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
+    const fmi2CallbackFunctions *host, fmi2Boolean visible, fmi2Boolean logging)
+{
+    struct component *self = calloc(1, sizeof *self);
+    const char *given = name == NULL ? "" : name;
+    (void)resources, (void)visible, (void)logging;
+    if (self == NULL) {
+        return NULL;
+    }
+    self->host = host;
+    self->instance = instance_new();
+    self->name = malloc(strlen(given) + 1);
+    if (self->name != NULL) {
+        strcpy(self->name, given);
+    }
+    const char *problem = unusable(self, type, guid);
+    if (problem != NULL || self->name == NULL) {
+        say(self, fmi2Error, "the FMU cannot be instantiated: ", problem == NULL ? "" : problem);
+        fmi2FreeInstance(self);
+        return NULL;
+    }
+    return self;
+}
+
+void fmi2FreeInstance(fmi2Component c)
+{
+    struct component *self = c;
+    if (self != NULL) {
+        instance_free(self->instance);
+        free(self->name);
+        free(self);
+    }
+}
+
+fmi2Status fmi2SetupExperiment(
+    fmi2Component c, fmi2Boolean tolerance_defined, fmi2Real tolerance, fmi2Real start,
+    fmi2Boolean stop_defined, fmi2Real stop)
+{
+    struct component *self = c;
+    (void)tolerance_defined, (void)tolerance, (void)stop_defined, (void)stop;
+    self->instance->memory->time_s = start;
+    return fmi2OK;
+}
+
+fmi2Status fmi2EnterInitializationMode(fmi2Component c)
+{
+    (void)c;
+    return fmi2OK;
+}
+
+fmi2Status fmi2ExitInitializationMode(fmi2Component c)
+{
+    struct component *self = c;
+    return outcome(self, "", instance_start(self->instance));
+}
+
+fmi2Status fmi2Terminate(fmi2Component c)
+{
+    (void)c;
+    return fmi2OK;
+}
+
+fmi2Status fmi2Reset(fmi2Component c)
+{
+    struct component *self = c;
+    instance_reset(self->instance);
+    return fmi2OK;
+}
+
+fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real step, fmi2Boolean no_set_state)
+{
+    struct component *self = c;
+    (void)no_set_state;
+    if (!self->instance->memory->running) {
+        return outcome(self, "", "a step before the end of the initialisation");
+    }
+    const char *problem = instance_step(self->instance, time, step);
+    if (problem != NULL) {
+        say(self, fmi2Discard, "the step was not made: ", problem);
+        return fmi2Discard;
+    }
+    return fmi2OK;
+}
+
+fmi2Status fmi2GetReal(
+    fmi2Component c, const fmi2ValueReference refs[], size_t count, fmi2Real values[])
+{
+    struct component *self = c;
+    const char *problem = NULL;
+    for (size_t i = 0; i < count && problem == NULL; i++) {
+        problem = instance_get_real(self->instance, refs[i], &values[i]);
+        if (problem != NULL) {
+            return variable_outcome(self, refs[i], problem);
+        }
+    }
+    return fmi2OK;
+}
+
+static fmi2Status get_whole(
+    struct component *self, enum kind kind, const fmi2ValueReference refs[], size_t count,
+    int values[])
+{
+    for (size_t i = 0; i < count; i++) {
+        int32_t value = 0;
+        const char *problem = instance_get_whole(self->instance, kind, refs[i], &value);
+        if (problem != NULL) {
+            return variable_outcome(self, refs[i], problem);
+        }
+        values[i] = value;
+    }
+    return fmi2OK;
+}
+
+fmi2Status fmi2GetInteger(
+    fmi2Component c, const fmi2ValueReference refs[], size_t count, fmi2Integer values[])
+{
+    return get_whole(c, INTEGER, refs, count, values);
+}
+
+fmi2Status fmi2GetBoolean(
+    fmi2Component c, const fmi2ValueReference refs[], size_t count, fmi2Boolean values[])
+{
+    return get_whole(c, BOOLEAN, refs, count, values);
+}
+
+fmi2Status fmi2GetString(
+    fmi2Component c, const fmi2ValueReference refs[], size_t count, fmi2String values[])
+{
+    struct component *self = c;
+    for (size_t i = 0; i < count; i++) {
+        const char *problem = instance_get_string(self->instance, refs[i], &values[i]);
+        if (problem != NULL) {
+            return variable_outcome(self, refs[i], problem);
+        }
+    }
+    return fmi2OK;
+}
+
+fmi2Status fmi2SetReal(
+    fmi2Component c, const fmi2ValueReference refs[], size_t count, const fmi2Real values[])
+{
+    struct component *self = c;
+    for (size_t i = 0; i < count; i++) {
+        const char *problem = instance_set_number(self->instance, REAL, refs[i], values[i]);
+        if (problem != NULL) {
+            return variable_outcome(self, refs[i], problem);
+        }
+    }
+    return fmi2OK;
+}
+
+static fmi2Status set_whole(
+    struct component *self, enum kind kind, const fmi2ValueReference refs[], size_t count,
+    const int values[])
+{
+    for (size_t i = 0; i < count; i++) {
+        const char *problem = instance_set_number(self->instance, kind, refs[i], values[i]);
+        if (problem != NULL) {
+            return variable_outcome(self, refs[i], problem);
+        }
+    }
+    return fmi2OK;
+}
+
+fmi2Status fmi2SetInteger(
+    fmi2Component c, const fmi2ValueReference refs[], size_t count, const fmi2Integer values[])
+{
+    return set_whole(c, INTEGER, refs, count, values);
+}
+
+fmi2Status fmi2SetBoolean(
+    fmi2Component c, const fmi2ValueReference refs[], size_t count, const fmi2Boolean values[])
+{
+    return set_whole(c, BOOLEAN, refs, count, values);
+}
+
+fmi2Status fmi2SetString(
+    fmi2Component c, const fmi2ValueReference refs[], size_t count, const fmi2String values[])
+{
+    struct component *self = c;
+    for (size_t i = 0; i < count; i++) {
+        const char *problem = instance_set_string(self->instance, refs[i], values[i]);
+        if (problem != NULL) {
+            return variable_outcome(self, refs[i], problem);
+        }
+    }
+    return fmi2OK;
+}
+
+fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state)
+{
+    struct component *self = c;
+    /* A host may hand in a state of before, to be used again. */
+    if (*state == NULL) {
+        *state = instance_state(self->instance);
+    } else {
+        memcpy(*state, self->instance->memory, self->instance->memory_size);
+    }
+    return outcome(self, "", *state == NULL ? "there is not enough memory for the state" : NULL);
+}
+
+fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state)
+{
+    struct component *self = c;
+    if (state == NULL) {
+        return outcome(self, "", "there is no state to continue from");
+    }
+    instance_restore(self->instance, state);
+    return fmi2OK;
+}
+
+fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state)
+{
+    (void)c;
+    if (state != NULL) {
+        free(*state);
+        *state = NULL;
+    }
+    return fmi2OK;
+}
+
+fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_t *size)
+{
+    struct component *self = c;
+    (void)state;
+    *size = state_bytes_size(self->instance);
+    return fmi2OK;
+}
+
+fmi2Status fmi2SerializeFMUstate(
+    fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size)
+{
+    struct component *self = c;
+    if (state == NULL || size < state_bytes_size(self->instance)) {
+        return outcome(self, "", "the state does not fit into the bytes given for it");
+    }
+    state_to_bytes(self->instance, state, bytes);
+    return fmi2OK;
+}
+
+fmi2Status fmi2DeSerializeFMUstate(
+    fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state)
+{
+    struct component *self = c;
+    const char *problem = NULL;
+    *state = state_from_bytes(self->instance, bytes, size, &problem);
+    return outcome(self, "", problem);
+}
+
+fmi2Status fmi2GetDirectionalDerivative(
+    fmi2Component c, const fmi2ValueReference unknown[], size_t unknowns,
+    const fmi2ValueReference known[], size_t knowns, const fmi2Real seed[], fmi2Real change[])
+{
+    (void)unknown, (void)unknowns, (void)known, (void)knowns, (void)seed, (void)change;
+    return outcome(c, "", "this FMU gives no derivatives");
+}
+
+fmi2Status fmi2SetRealInputDerivatives(
+    fmi2Component c, const fmi2ValueReference refs[], size_t count, const fmi2Integer order[],
+    const fmi2Real values[])
+{
+    (void)refs, (void)count, (void)order, (void)values;
+    return outcome(c, "", "this FMU does not interpolate its inputs");
+}
+
+fmi2Status fmi2GetRealOutputDerivatives(
+    fmi2Component c, const fmi2ValueReference refs[], size_t count, const fmi2Integer order[],
+    fmi2Real values[])
+{
+    (void)refs, (void)count, (void)order, (void)values;
+    return outcome(c, "", "this FMU gives no derivatives");
+}
+
+fmi2Status fmi2CancelStep(fmi2Component c)
+{
+    return outcome(c, "", "this FMU makes no step that could be cancelled");
+}
+
+fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Status *value)
+{
+    (void)c, (void)kind;
+    *value = fmi2OK;
+    return fmi2Discard;
+}
+
+fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Real *value)
+{
+    struct component *self = c;
+    if (kind != fmi2LastSuccessfulTime) {
+        return fmi2Discard;
+    }
+    *value = self->instance->memory->time_s;
+    return fmi2OK;
+}
+
+fmi2Status fmi2GetIntegerStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Integer *value)
+{
+    (void)c, (void)kind, (void)value;
+    return fmi2Discard;
+}
+
+fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Boolean *value)
+{
+    (void)c, (void)kind;
+    *value = fmi2False;
+    return fmi2Discard;
+}
+
+fmi2Status fmi2GetStringStatus(fmi2Component c, const fmi2StatusKind kind, fmi2String *value)
+{
+    (void)c, (void)kind;
+    *value = "";
+    return fmi2Discard;
+}

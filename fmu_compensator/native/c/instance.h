@@ -1,0 +1,63 @@
+/* One instance of the FMU, whatever version of FMI stands in front of it. */
+#ifndef INSTANCE_H
+#define INSTANCE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "compensator.h"
+#include "setup.h"
+#include "texts.h"
+
+#define FILE_LENGTH 1024 /* of the text of the parameter model_file */
+
+/* All that changes, in one piece of memory: an FMU state is a copy of it. */
+struct memory {
+    double time_s; /* the time that has been reached */
+    int32_t running, reserved;
+    struct output output;
+    struct remembered remembered;
+    char model_file[FILE_LENGTH];
+    double numbers[]; /* of the compensator; then a value per variable, of which inputs count */
+};
+
+struct instance {
+    struct setup setup;
+    struct compensator compensator;
+    struct memory *memory;
+    size_t memory_size; /* [bytes] */
+    double *values;     /* of the inputs, by value reference */
+    char text[TEXT_LENGTH];
+};
+
+/* Returns a fresh instance; NULL without memory. Its setup says whether it can be used. */
+struct instance *instance_new(void);
+void instance_free(struct instance *self);
+
+/* Brings back the start values. */
+void instance_reset(struct instance *self);
+
+/* Ends the initialisation; returns what is wrong, NULL for nothing. */
+const char *instance_start(struct instance *self);
+
+/* Advances by a step; returns what is wrong, NULL for nothing. */
+const char *instance_step(struct instance *self, double time_s, double step_s);
+
+/* Read and set a variable by value reference; each returns what is wrong, NULL for nothing. */
+const char *instance_get_real(struct instance *self, size_t ref, double *value);
+const char *instance_get_whole(struct instance *self, enum kind kind, size_t ref, int32_t *value);
+const char *instance_get_string(struct instance *self, size_t ref, const char **value);
+const char *instance_set_number(struct instance *self, enum kind kind, size_t ref, double value);
+const char *instance_set_string(struct instance *self, size_t ref, const char *value);
+
+/* A state is a copy of the memory; NULL without memory. free() ends it. */
+struct memory *instance_state(const struct instance *self);
+void instance_restore(struct instance *self, const struct memory *state);
+
+/* A state as bytes: a head with a check sum, so that damaged and foreign bytes are refused. */
+size_t state_bytes_size(const struct instance *self);
+void state_to_bytes(const struct instance *self, const struct memory *state, void *bytes);
+struct memory *state_from_bytes(
+    const struct instance *self, const void *bytes, size_t size, const char **problem);
+
+#endif

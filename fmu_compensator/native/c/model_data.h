@@ -1,0 +1,75 @@
+/* What one compensator file says, as constant data: the generated model_data.c defines it. */
+#ifndef MODEL_DATA_H
+#define MODEL_DATA_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "error_model.h"
+#include "fields.h"
+#include "interval.h"
+
+/* One temperature input; see the Python twin, checks.Sensor. */
+struct sensor {
+    const char *name;
+    double low, high;                 /* plausible readings [degC] */
+    double rate_per_s;                /* fastest real change [K/s] */
+    double noise;                     /* largest jump that noise explains [K] */
+    double stale_after_s;             /* unchanged for longer is stale [s]; NaN: never */
+    double trained_low, trained_high; /* range seen in training [degC or K] */
+};
+
+/* What an offset may do; see limits.Limits. */
+struct limits {
+    double offset_um, slew_um_per_s, hold_s, recover_s;
+    double tool_length_mm[2];
+};
+
+struct status_text {
+    int32_t status;
+    const char *text;
+};
+
+enum kind { REAL, INTEGER, BOOLEAN, STRING };
+enum causality { INPUT, OUTPUT, PARAMETER };
+
+/* One variable of the FMU; its place in the table is its value reference. */
+struct variable {
+    const char *name;
+    enum kind kind;
+    enum causality causality;
+    double start;  /* of an input */
+    size_t offset; /* of an output, in struct output */
+};
+
+/* Value references that the program must know; NONE where the FMU has no such variable. */
+struct ports {
+    size_t speed, tool_length, model_file;
+    size_t measured_targets; /* of the first; the others follow */
+    size_t measured;
+};
+
+#define NONE ((size_t)-1)
+
+extern const char *const model_guid;
+extern const char *const model_name;
+extern const struct sensor model_sensors[];
+extern const size_t model_sensor_count;
+extern const size_t model_chosen[]; /* places of the sensors that the error model uses */
+extern const size_t model_chosen_count;
+extern const size_t model_target_count;
+extern const bool model_takes_rises; /* temperatures minus their first valid reading */
+extern const struct limits model_limits;
+extern const struct interval *const model_interval; /* NULL: the file has none */
+extern const struct field model_geometry;
+extern const struct field model_error_model;
+extern const struct error_model_kind *const model_kinds[];
+extern const size_t model_kind_count;
+extern const struct status_text model_status_texts[];
+extern const size_t model_status_text_count;
+extern const struct variable model_variables[];
+extern const size_t model_variable_count;
+extern const struct ports model_ports;
+
+#endif

@@ -1,0 +1,121 @@
+"""The C compilers of this machine, and how a shared library is made with each."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import fmpy
+
+from fmu_compensator.native.generate import NativeError
+
+# Contracted multiply-adds round once where the Python twin rounds twice.
+STRICT = ("-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-ffp-contract=off")
+OWN = ("gcc", "clang", "cc")
+FOR_WINDOWS = "x86_64-w64-mingw32-gcc"
+LIBRARY = ("-O2", "-fPIC", "-fvisibility=hidden", "-shared", "-s")
+# Nothing of the day and the folder of a build goes in: the same sources give the same bytes.
+LIBRARY_HERE = (*LIBRARY, "-Wl,--build-id=none", "-Wl,--no-undefined")
+LIBRARY_FOR_WINDOWS = (
+    *(flag for flag in LIBRARY if flag != "-fPIC"),
+    "-static-libgcc",
+    "-D__USE_MINGW_ANSI_STDIO=1",
+    "-Wl,--no-insert-timestamp",
+)
+
+
+class CompileError(RuntimeError):
+    """Sources that a compiler refuses; the text is what it said."""
+
+
+@dataclass(frozen=True)
+class Compiler:
+    """A compiler and what it makes.
+
+    Attributes
+    ----------
+    command : tuple of str
+        How to call it.
+    platform : str
+        FMI 2.0's name of the platform that it makes libraries for.
+    suffix : str
+        Of a library's file name.
+    flags : tuple of str
+        How a library is made.
+    """
+
+    command: tuple[str, ...]
+    platform: str
+    suffix: str
+    flags: tuple[str, ...]
+
+    def library(self, sources: Mapping[str, str]) -> bytes:
+        """Return the shared library of C sources, given by path.
+
+        Raises
+        ------
+        CompileError
+            For the first error or warning.
+        """
+        with tempfile.TemporaryDirectory(prefix="native_") as folder:
+            write_sources(Path(folder), sources)
+            target = f"library{self.suffix}"
+            run_compiler(
+                [*self.command, *STRICT, *self.flags, "-o", target, *c_files(sources), "-lm"],
+                Path(folder),
+            )
+            return (Path(folder) / target).read_bytes()
+
+
+def compilers() -> list[Compiler]:
+    """Return a compiler for this machine first, then those for others that are there.
+
+    Raises
+    ------
+    NativeError
+        If there is none for this machine.
+    """
+    given = os.environ.get("CC")
+    own = shlex.split(given) if given else [name for name in OWN if shutil.which(name)][:1]
+    if not own or shutil.which(own[0]) is None:
+        wanted = f"CC names {given!r}, which" if given else f"of {', '.join(OWN)} none"
+        raise NativeError(f"--native: no C compiler: {wanted} can be found")
+    flags = LIBRARY_HERE if fmpy.system == "linux" else LIBRARY
+    found = [Compiler(tuple(own), fmpy.platform, fmpy.sharedLibraryExtension, flags)]
+    if fmpy.system == "linux" and shutil.which(FOR_WINDOWS):
+        found.append(Compiler((FOR_WINDOWS,), "win64", ".dll", LIBRARY_FOR_WINDOWS))
+    return found
+
+
+def write_sources(folder: Path, sources: Mapping[str, str]) -> None:
+    """Write sources into a folder, by path."""
+    for path, text in sources.items():
+        (folder / path).parent.mkdir(parents=True, exist_ok=True)
+        (folder / path).write_text(text, encoding="utf-8", newline="\n")
+
+
+def c_files(sources: Mapping[str, str]) -> list[str]:
+    """Return the paths of those sources that are compiled, in order."""
+    return sorted(path for path in sources if path.endswith(".c"))
+
+
+def run_compiler(command: Sequence[str], folder: Path) -> None:
+    """Run a compiler in the folder of the sources.
+
+    Raises
+    ------
+    CompileError
+        If it refuses them.
+    """
+    environment = {**os.environ, "LC_ALL": "C"}
+    done = subprocess.run(
+        command, cwd=folder, capture_output=True, text=True, check=False, env=environment
+    )
+    if done.returncode:
+        raise CompileError((done.stderr + done.stdout).strip())

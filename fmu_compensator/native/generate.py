@@ -1,0 +1,275 @@
+"""The C data of one compensator file, from the same description that the Python FMU runs on.
+
+Nothing of a model or a variable is written twice: the file's tables, its sensors and limits, the
+variables, the status texts and the runtime's constants are taken from the Python objects. What the
+C program has no counterpart for does not compile, or is refused here.
+"""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import pkgutil
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import fields
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from fmu_compensator import runtime
+from fmu_compensator.runtime.compensator import STATUS_TEXTS
+from fmu_compensator.runtime.fmi_slave import MEASURED
+from fmu_compensator.runtime.modelfile import Model
+from fmu_packaging.variables import Variable
+
+C_FOLDER = Path(__file__).resolve().parent / "c"
+ERROR_MODELS = "error_models"
+TEXT_OUTPUT = "status_text"
+NUMBERS_PER_LINE = 6
+HEAD = "/* Made by spindle-drift from {what}; not to be edited. */\n"
+
+
+class NativeError(ValueError):
+    """A C twin that cannot be made; the text is one line that says what and why."""
+
+
+def program() -> dict[str, str]:
+    """Return the sources that every compensator shares, by path in the folder of sources."""
+    paths = sorted([*C_FOLDER.rglob("*.c"), *C_FOLDER.rglob("*.h")])
+    return {path.relative_to(C_FOLDER).as_posix(): path.read_text("utf-8") for path in paths}
+
+
+def kinds() -> list[str]:
+    """Return the error models that have a C twin: one file, one model."""
+    return sorted(path.stem for path in (C_FOLDER / ERROR_MODELS).glob("*.c"))
+
+
+def data_sources(model: Model, variables: Sequence[Variable], name: str, guid: str) -> str:
+    """Return ``model_data.c`` of a compensator file.
+
+    Parameters
+    ----------
+    model : Model
+    variables : sequence of Variable
+        In the order of their value references.
+    name, guid : str
+        Of the FMU.
+
+    Raises
+    ------
+    NativeError
+        If the file or a variable has no counterpart in the C program.
+    """
+    for kind in _kinds_used(model.table["error_model"]):
+        if kind not in kinds():
+            raise NativeError(f"{model.source}: error_model.kind: {kind!r} has no C twin")
+    tree = _Tree()
+    roots = {key: tree.field(model.table[key], None) for key in ("geometry", "error_model")}
+    found = kinds()
+    chosen = ", ".join(map(str, model.chosen))
+    lines = [
+        HEAD.format(what=f"the compensator file {model.name}"),
+        '#include "model_data.h"\n\n#include <math.h>\n\n#include "compensator.h"\n',
+        f"const char *const model_guid = {_text(guid)};",
+        f"const char *const model_name = {_text(name)};\n",
+        *_table("struct sensor", "model_sensors", map(_struct, model.sensors)),
+        f"const size_t model_sensor_count = {len(model.sensors)};",
+        f"const size_t model_chosen[] = {{{chosen}}};",
+        f"const size_t model_chosen_count = {len(model.chosen)};",
+        f"const size_t model_target_count = {len(model.targets)};",
+        f"const bool model_takes_rises = {_literal(model.input_form == 'rise')};",
+        f"const struct limits model_limits = {_struct(model.limits)};",
+        *_interval(model),
+        "",
+        *tree.lines,
+        *(f"const struct field model_{key} = {value};" for key, value in roots.items()),
+        "",
+        *(f"extern const struct error_model_kind {kind}_kind;" for kind in found),
+        *_table("struct error_model_kind *const", "model_kinds", (f"&{k}_kind" for k in found)),
+        f"const size_t model_kind_count = {len(found)};\n",
+        *_table(
+            "struct status_text",
+            "model_status_texts",
+            (f"{{{status}, {_text(text)}}}" for status, text in STATUS_TEXTS.items()),
+        ),
+        f"const size_t model_status_text_count = {len(STATUS_TEXTS)};\n",
+        *_table("struct variable", "model_variables", map(_variable, variables)),
+        f"const size_t model_variable_count = {len(variables)};",
+        f"const struct ports model_ports = {_ports(model, variables)};",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def constants() -> str:
+    """Return ``constants.h``: the runtime's numbers in capitals that the C program names.
+
+    ``RETURN_S`` of the module ``checks`` is ``CHECKS_RETURN_S`` here.
+    """
+    words = set(re.findall(r"\b[A-Z][A-Z0-9_]+\b", "\n".join(program().values())))
+    lines = [
+        f"#define {name} {_literal(value)}" for name, value in _runtime_numbers() if name in words
+    ]
+    what = "the constants of the Python runtime"
+    return (
+        f"{HEAD.format(what=what)}#ifndef CONSTANTS_H\n#define CONSTANTS_H\n\n"
+        + "\n".join(lines)
+        + "\n\n#endif\n"
+    )
+
+
+def _runtime_numbers() -> Iterator[tuple[str, int | float]]:
+    """Yield the numbers in capitals that each module of the runtime assigns itself."""
+    for info in pkgutil.walk_packages(runtime.__path__, f"{runtime.__name__}."):
+        module = import_module(info.name)
+        for statement in ast.parse(inspect.getsource(module)).body:
+            if isinstance(statement, ast.Assign):
+                for node in ast.walk(ast.Tuple(statement.targets)):
+                    name = node.id if isinstance(node, ast.Name) else ""
+                    value = getattr(module, name) if name.isupper() else None
+                    if isinstance(value, int | float) and not isinstance(value, bool):
+                        yield f"{info.name.rpartition('.')[2].upper()}_{name}", value
+
+
+def _kinds_used(table: Mapping[str, Any]) -> Iterator[str]:
+    yield str(table["kind"])
+    for inner in table.get("models", []):
+        yield from _kinds_used(inner)
+
+
+class _Tree:
+    """A JSON value as constants of type ``struct field``; `lines` define what they point to."""
+
+    def __init__(self) -> None:
+        self.lines: list[str] = []
+        self._count = 0
+
+    def field(self, value: object, name: str | None) -> str:
+        """Return the initialiser of one value."""
+        label = "NULL" if name is None else _text(name)
+        if value is None:
+            return f"{{{label}, FIELD_NULL, 0, NULL, NULL, NULL}}"
+        if isinstance(value, str):
+            return f"{{{label}, FIELD_TEXT, 1, NULL, {_text(value)}, NULL}}"
+        if isinstance(value, int | float):
+            return self._numbers(label, "FIELD_NUMBER", 1, [value])
+        if isinstance(value, dict):
+            items = [self.field(item, key) for key, item in value.items()]
+            return self._items(label, "FIELD_TABLE", items)
+        assert isinstance(value, list)
+        if value and all(isinstance(item, int | float) for item in value):
+            return self._numbers(label, "FIELD_NUMBERS", len(value), value)
+        if value and all(_is_row(item) for item in value):
+            flat = [number for row in value for number in row]
+            return self._numbers(label, "FIELD_MATRIX", len(value), flat)
+        return self._items(label, "FIELD_LIST", [self.field(item, None) for item in value])
+
+    def _numbers(self, label: str, form: str, count: int, numbers: Sequence[float]) -> str:
+        rows = [
+            ", ".join(_literal(float(number)) for number in numbers[at : at + NUMBERS_PER_LINE])
+            for at in range(0, len(numbers), NUMBERS_PER_LINE)
+        ]
+        place = self._new("static const double", rows)
+        return f"{{{label}, {form}, {count}, {place}, NULL, NULL}}"
+
+    def _items(self, label: str, form: str, items: list[str]) -> str:
+        place = self._new("static const struct field", items)
+        return f"{{{label}, {form}, {len(items)}, NULL, NULL, {place}}}"
+
+    def _new(self, kind: str, rows: list[str]) -> str:
+        if not rows:
+            return "NULL"
+        self._count += 1
+        name = f"part_{self._count}"
+        self.lines += [f"{kind} {name}[] = {{", *(f"    {row}," for row in rows), "};"]
+        return name
+
+
+def _is_row(value: object) -> bool:
+    return isinstance(value, list) and all(isinstance(item, int | float) for item in value)
+
+
+def _table(kind: str, name: str, rows: Iterator[str] | map[str]) -> list[str]:
+    return [f"const {kind} {name}[] = {{", *(f"    {row}," for row in rows), "};"]
+
+
+def _interval(model: Model) -> list[str]:
+    if model.interval is None:
+        return ["const struct interval *const model_interval = NULL;"]
+    return [
+        f"static const struct interval interval = {_struct(model.interval)};",
+        "const struct interval *const model_interval = &interval;",
+    ]
+
+
+def _struct(thing: Any) -> str:
+    """Return a dataclass as an initialiser: a field that the C type lacks does not compile."""
+    parts = [f".{field.name} = {_literal(getattr(thing, field.name))}" for field in fields(thing)]
+    return f"{{{', '.join(parts)}}}"
+
+
+def _literal(value: object) -> str:
+    """Return a value in C; floats in full."""
+    if isinstance(value, str):
+        return _text(value)
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, tuple):
+        return f"{{{', '.join(map(_literal, value))}}}"
+    if value is None:
+        return "NAN"
+    text = repr(value)
+    return f"({text})" if text.startswith("-") else text
+
+
+def _text(text: str) -> str:
+    """Return a string in C; what is not plain ASCII, byte by byte."""
+    plain = (
+        chr(byte) if 32 <= byte < 127 and chr(byte) not in '"\\?' else f"\\{byte:03o}"
+        for byte in text.encode()
+    )
+    return f'"{"".join(plain)}"'
+
+
+def _variable(variable: Variable) -> str:
+    offset, start = "0", 0.0
+    if variable.is_output and variable.kind != "string":
+        # An output that the C program does not compute has no such member: this does not compile.
+        offset = f"offsetof(struct output, {variable.name})"
+    if variable.is_output and variable.kind == "string" and variable.name != TEXT_OUTPUT:
+        raise NativeError(f"{variable.name}: the C program has no such text")
+    if variable.causality == "input" and not isinstance(variable.start, str | None):
+        start = float(variable.start)
+    kind, causality = variable.kind.upper(), variable.causality.upper()
+    return f"{{{_text(variable.name)}, {kind}, {causality}, {_literal(start)}, {offset}}}"
+
+
+def _ports(model: Model, variables: Sequence[Variable]) -> str:
+    """Return the value references that the C program must know.
+
+    Raises
+    ------
+    NativeError
+        For an input or a parameter that it does not know.
+    """
+    refs = {variable.name: ref for ref, variable in enumerate(variables)}
+    measured = [f"{MEASURED}_{target}" for target in model.targets]
+    sensors = [sensor.name for sensor in model.sensors]
+    expected = [*sensors, "speed", "tool_length"]
+    if MEASURED in refs:
+        expected += [*measured, MEASURED]
+    found = [variable.name for variable in variables if not variable.is_output]
+    for name, wanted in zip(
+        [*found, "nothing"], [*expected, "model_file", "nothing"], strict=False
+    ):
+        if name != wanted:
+            raise NativeError(f"{name}: the C program has no such input or parameter here")
+    names = {
+        "speed": "speed",
+        "tool_length": "tool_length",
+        "model_file": "model_file",
+        "measured_targets": measured[0],
+        "measured": MEASURED,
+    }
+    parts = [f".{port} = {refs.get(name, 'NONE')}" for port, name in names.items()]
+    return f"{{{', '.join(parts)}}}"

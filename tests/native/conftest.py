@@ -1,0 +1,82 @@
+"""The C program under the sanitizers, compiled once, and linked with the data of any model."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import fmpy
+import pytest
+
+from fmu_compensator.native.compilers import STRICT, compilers, run_compiler, write_sources
+from fmu_compensator.native.generate import NativeError, constants, data_sources, program
+from fmu_compensator.runtime.fmi_slave import variables
+from fmu_compensator.runtime.modelfile import Model
+
+HERE = Path(__file__).resolve().parent
+SANITIZED = ("-g", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
+
+
+@pytest.fixture(scope="session", autouse=True)
+def compiler() -> tuple[str, ...]:
+    """The command of this machine's C compiler; without one the tests skip, in CI they fail."""
+    try:
+        return compilers()[0].command
+    except NativeError as error:
+        if os.environ.get("CI"):
+            pytest.fail(str(error))
+        pytest.skip(str(error))
+
+
+@dataclass(frozen=True)
+class Driver:
+    """A program that runs one model: see driver.c for its lines."""
+
+    path: Path
+
+    def run(self, lines: Sequence[str]) -> list[list[str]]:
+        """Return what each line shows, part by part; the last part is the text."""
+        done = subprocess.run(
+            [str(self.path)],
+            input="\n".join(lines) + "\n",
+            capture_output=True,
+            text=True,
+            timeout=300,
+            check=False,
+        )
+        assert done.returncode == 0, done.stderr
+        return [line.split("|", 8) for line in done.stdout.splitlines()]
+
+
+@pytest.fixture(scope="session")
+def driver_of(
+    compiler: tuple[str, ...], tmp_path_factory: pytest.TempPathFactory
+) -> Callable[[Model], Driver]:
+    """Makes the program that runs a model."""
+    folder = tmp_path_factory.mktemp("driver")
+    headers = {path.name: path.read_text() for path in _header_paths()}
+    sources = {**program(), **headers, "constants.h": constants()}
+    write_sources(folder, {**sources, "driver.c": (HERE / "driver.c").read_text()})
+    files = [path for path in [*program(), "driver.c"] if path.endswith(".c")]
+    strict = [*compiler, *STRICT, *SANITIZED, "-I."]
+    run_compiler([*strict, "-c", *files], folder)
+    objects = [f"{Path(path).stem}.o" for path in files]
+    made: dict[str, Driver] = {}
+
+    def driver(model: Model) -> Driver:
+        if model.name not in made:
+            data = f"{model.name}.c"
+            text = data_sources(model, variables(model), model.name, "{0}")
+            write_sources(folder, {data: text})
+            run_compiler([*strict, "-o", model.name, data, *objects, "-lm"], folder)
+            made[model.name] = Driver(folder / model.name)
+        return made[model.name]
+
+    return driver
+
+
+def _header_paths() -> list[Path]:
+    return sorted((Path(fmpy.__file__).parent / "c-code").glob("fmi2*.h"))

@@ -1,0 +1,287 @@
+"""Compensator files with random numbers, one per kind of error model, and samples for them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from itertools import pairwise
+from random import Random
+from typing import Any
+
+from fmu_compensator.runtime.modelfile import Model, parse_model
+
+FIVE = ("elongation", "yaw", "pitch", "near_x", "near_y")
+INF, NAN = float("inf"), float("nan")
+Table = dict[str, Any]
+
+
+def row(random: Random, count: int, low: float = -1.0, high: float = 1.0) -> list[float]:
+    return [random.uniform(low, high) for _ in range(count)]
+
+
+def matrix(random: Random, rows: int, columns: int, size: float = 1.0) -> list[list[float]]:
+    return [row(random, columns, -size, size) for _ in range(rows)]
+
+
+def mlr(random: Random, inputs: int, targets: int) -> Table:
+    return {
+        "intercept": row(random, targets),
+        "coefficients": matrix(random, targets, inputs, 3.0),
+    }
+
+
+def bp(random: Random, inputs: int, targets: int) -> Table:
+    widths = [inputs, *(random.randint(1, 6) for _ in range(random.randint(0, 2))), targets]
+    return {
+        "layers": [
+            {"weights": matrix(random, after, before, 2.0), "biases": row(random, after)}
+            for before, after in pairwise(widths)
+        ],
+        "input_middle": row(random, inputs, -5.0, 5.0),
+        "input_half": row(random, inputs, 1.0, 20.0),
+        "output_middle": row(random, targets, -5.0, 5.0),
+        "output_half": row(random, targets, 1.0, 20.0),
+    }
+
+
+def arx(random: Random, inputs: int, targets: int) -> Table:
+    return {
+        "step_s": random.choice([1.0, 7.5, 60.0]),
+        "pole": row(random, targets, 0.0, 0.999),
+        "now": matrix(random, targets, inputs),
+        "before": matrix(random, targets, inputs),
+        "constant": row(random, targets),
+    }
+
+
+def arma(random: Random, inputs: int, targets: int) -> Table:
+    def series() -> Table:
+        return {
+            "differences": random.randint(0, 2),
+            "mean": random.uniform(-0.01, 0.01),
+            "scale": random.uniform(0.01, 2.0),
+            # Some run away, up to the limit.
+            "ar": row(random, random.randint(0, 3), -1.2, 1.2),
+            "ma": row(random, random.randint(0, 3)),
+        }
+
+    return {
+        "step_s": random.choice([1.0, 7.5, 60.0]),
+        "series": [series() for _ in range(targets)],
+    }
+
+
+def ne(random: Random, inputs: int, targets: int) -> Table:
+    speeds = sorted(random.sample(range(500, 20000, 10), random.randint(1, 5)))
+    return {
+        "speeds_rpm": [float(speed) for speed in speeds],
+        "steady": matrix(random, targets, len(speeds), 50.0),
+        "tau_s": row(random, targets, 1.0, 5000.0),
+        "tau_stopped_s": row(random, targets, 1.0, 5000.0),
+    }
+
+
+def fem(random: Random, inputs: int, targets: int) -> Table:
+    states, sources = random.randint(1, 4), random.randint(1, 3)
+    outside = random.sample(range(inputs), random.randint(0, min(2, inputs)))
+    speeds = sorted(random.sample(range(0, 20000, 10), random.randint(1, 4)))
+    return {
+        "states": states,
+        "outside_inputs": outside,
+        "regimes": [
+            {
+                "speed": float(speed),
+                "rates": row(random, states, 1e-5, 1e-1),
+                "vectors": matrix(random, states, states),
+                "outside": matrix(random, len(outside), states, 1e-2),
+            }
+            for speed in speeds
+        ],
+        "sources": [
+            {
+                "viscous": random.uniform(0.0, 1e-5),
+                "threshold": random.choice([0.0, 3000.0]),
+                "slow": random.uniform(0.0, 1e-2),
+                "load": random.uniform(0.0, 1e-2),
+                "entry": row(random, states, -1e-3, 1e-3),
+            }
+            for _ in range(sources)
+        ],
+        "intercept": row(random, targets),
+        "outputs": matrix(random, targets, states * (sources + len(outside))),
+    }
+
+
+def thermal_states(random: Random, inputs: int, targets: int) -> Table:
+    lags = [random.choice([60.0, 600.0, 7200.0]) for _ in range(random.randint(0, 3))]
+    return {
+        "lags_s": lags,
+        "start_low": row(random, inputs, -3.0, -1.0),
+        "start_usual": row(random, inputs, -0.5, 0.5),
+        "start_high": row(random, inputs, 0.6, 3.0),
+        "direct": matrix(random, targets, inputs),
+        "rise_lags": [matrix(random, targets, inputs) for _ in lags],
+        "level_lags": [matrix(random, targets, inputs) for _ in lags],
+        "speed_lags": [matrix(random, targets, 2, 0.1) for _ in lags],
+        "walk": row(random, targets, 1e-3, 10.0),
+        "noise": row(random, targets, 1e-3, 10.0),
+    }
+
+
+def vac(random: Random, inputs: int, targets: int) -> Table:
+    kinds = random.sample(sorted(set(MADE) - {"vac"}), random.randint(1, 4))
+    models = [{"kind": kind, **MADE[kind](random, inputs, targets)} for kind in kinds]
+    weights = {
+        name: matrix(random, targets, len(models)) for name in ("stopped", "changing", "steady")
+    }
+    prior = [row(random, len(models), 1e-3, 100.0) for _ in range(targets)]
+    return {
+        "models": models,
+        "weights": weights,
+        "prior": random.choice([[], prior]),
+        "settle_s": 120.0,
+        "blend_s": 60.0,
+        "memory_s": 300.0,
+    }
+
+
+MADE: dict[str, Callable[[Random, int, int], Table]] = {
+    "arma": arma,
+    "arx": arx,
+    "bp": bp,
+    "fem": fem,
+    "ga_bp": bp,
+    "mlr": mlr,
+    "ne": ne,
+    "thermal_states": thermal_states,
+    "vac": vac,
+}
+
+
+def _geometry(random: Random, direct: bool) -> tuple[Table, tuple[str, ...]]:
+    if not direct:
+        form = random.choice(["rigid", "pure_rotation"])
+        place = {"near_to_gauge_mm": 30.5, "spacing_mm": 100.0}
+        return {"kind": "five_point", "form": form, **place}, FIVE
+    axes = random.sample("XYZ", random.randint(1, 3))
+    columns = {f"disp_{axis}": {"axis": axis, "sign": random.choice([1, -1])} for axis in axes}
+    return {"kind": "direct", "axes": columns}, tuple(columns)
+
+
+def made_model(kind: str, seed: int) -> Model:
+    """Return a compensator of one kind; a seed decides on everything else."""
+    random = Random(f"{kind} {seed}")
+    sensors = random.randint(1, 5)
+    chosen = random.sample(range(sensors), random.randint(1, sensors))
+    geometry, targets = _geometry(random, direct=seed % 3 == 0)
+    table = {
+        "format": 1,
+        "kind": "spindle-drift compensator",
+        "name": f"made_{kind}_{seed}",
+        "title": "Random numbers",
+        "created": None,
+        "sensors": [_sensor(random, number) for number in range(sensors)],
+        "chosen": [f"T{place + 1}" for place in chosen],
+        "input_form": ("rise", "absolute", "level")[seed % 3],
+        "error_model": {
+            "kind": kind,
+            "targets": list(targets),
+            **MADE[kind](random, len(chosen), len(targets)),
+        },
+        "geometry": geometry,
+        "limits": {
+            "offset_um": random.choice([5.0, 150.0, 1e5]),
+            "slew_um_per_s": random.choice([0.05, 1.0, 1e4]),
+            "hold_s": random.choice([0.0, 40.0]),
+            "recover_s": random.choice([0.0, 15.0]),
+            "tool_length_mm": random.choice([[0.0, 260.0], [100.0, 100.0]]),
+        },
+        "interval": _interval(random),
+        "provenance": {"runs": [], "options": {}, "figures": {}, "notes": []},
+    }
+    return parse_model(json.dumps(table), "made")
+
+
+def _sensor(random: Random, number: int) -> Table:
+    low = random.uniform(-5.0, 18.0)
+    return {
+        "name": f"T{number + 1}",
+        "unit": "degC",
+        "low": -20.5,
+        "high": 120.25,
+        "rate_per_s": random.choice([0.05, 2.0]),
+        "noise": 0.5,
+        "stale_after_s": random.choice([None, 30.0]),
+        "trained_low": low,
+        "trained_high": low + random.uniform(1.0, 20.0),
+    }
+
+
+def _interval(random: Random) -> Table | None:
+    if random.random() < 0.3:
+        return None
+    return {
+        "coverage": 0.9,
+        "power": random.uniform(0.0, 1.0),
+        "fresh_h": 0.25,
+        "longest_h": random.uniform(0.0, 0.2),
+        "shortest_tool_um": [random.choice([None, 0.5]), 1.5, 2.5],
+        "longest_tool_um": [1.0, random.choice([None, 2.0]), 3.0],
+    }
+
+
+class Samples:
+    """A machine that warms up, whose sensors, clock and tool table go wrong now and then."""
+
+    def __init__(self, model: Model, seed: int) -> None:
+        self.random = Random(f"samples {seed}")
+        self.model = model
+        self.probed = model.new_error_model().uses_measured
+        self.time = self.random.choice([0.0, 1e5])
+        self.base = [self.random.uniform(18.0, 24.0) for _ in model.sensors]
+        self.shift = [0.0 for _ in model.sensors]
+        self.stuck = [0 for _ in model.sensors]
+        self.speed, self.tool = 0.0, sum(model.limits.tool_length_mm) / 2.0
+        self.shown = list(self.base)
+
+    def next(self) -> tuple[float, float, list[float], float, float, list[float] | None]:
+        """Return time, step, temperatures, speed, tool length and measured targets."""
+        random = self.random
+        step = random.choice([1.0, 1.0, 1.0, 10.0, 0.3, 600.0])
+        self.time += step
+        if random.random() < 0.02:
+            self.speed = random.choice([0.0, 0.5, 1000.0, 8000.0, 16000.0, 3e4])
+        measured = None
+        if self.probed and random.random() < 0.2:
+            measured = row(random, len(self.model.targets), -60.0, 60.0)
+            if random.random() < 0.2:
+                measured[0] = random.choice([NAN, INF, 1e300])
+        return (
+            self._now(),
+            step,
+            [self._reading(number) for number in range(len(self.base))],
+            random.choice([NAN, INF, -self.speed, 1e300]) if random.random() < 0.05 else self.speed,
+            random.choice([NAN, -INF, -3.0, 1e300]) if random.random() < 0.02 else self.tool,
+            measured,
+        )
+
+    def _now(self) -> float:
+        odd = self.random.random()
+        if odd < 0.02:
+            return self.random.choice([NAN, INF, -INF, self.time - 100.0, self.time + 1e12])
+        return self.time
+
+    def _reading(self, number: int) -> float:
+        random = self.random
+        self.base[number] += random.uniform(-0.02, 0.05)
+        if random.random() < 0.01:
+            self.shift[number] = random.choice([0.0, 0.0, 8.0, -8.0, 200.0, -1e300])
+        if random.random() < 0.01:
+            self.stuck[number] = random.randint(1, 60)
+        if self.stuck[number] > 0:
+            self.stuck[number] -= 1
+        else:
+            self.shown[number] = self.base[number] + self.shift[number]
+        if random.random() < 0.01:
+            return random.choice([NAN, INF, -INF])
+        return self.shown[number]

@@ -1,0 +1,229 @@
+"""The C FMU as a host meets it: beside the Python FMU of the same compensator file."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+import sys
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import fmpy
+import pytest
+from fmpy.validation import validate_fmu
+
+import build_fmu
+from fmu_packaging.description import CAPABILITIES
+from tests.fmu_packaging.apart import apart
+from tests.fmus.models import five_point_text
+
+RUN = """
+import math
+def inputs(k):
+    values = [20.0 + (n + 1) * 0.01 * k for n in range(11)]
+    if 40 <= k < 80: values[3] = math.nan
+    if k == 100: values[0] = math.inf
+    return [*values, 3000.0, 120.0 if k < 140 else 1e300]
+
+def row(fmu):
+    return [*fmu.getReal(fmu.outs), *fmu.getInteger([fmu.refs["status"],
+            fmu.refs["status_sensor"]]), *fmu.getBoolean([fmu.refs["valid"]]),
+            fmu.getString([fmu.refs["status_text"]])[0].decode()]
+
+def steps(fmu, first, count):
+    rows = []
+    for k in range(first, first + count):
+        fmu.setReal(fmu.ins, inputs(k))
+        fmu.doStep(float(k), 1.0)
+        rows.append(row(fmu))
+    return rows
+"""
+
+
+@dataclass(frozen=True)
+class Both:
+    """The FMU in C and the one in Python."""
+
+    native: Path
+    python: Path
+    model: Path
+
+
+@pytest.fixture(scope="module")
+def both(tmp_path_factory: pytest.TempPathFactory) -> Both:
+    folder = tmp_path_factory.mktemp("dist")
+    model = folder / "by_hand.json"
+    model.write_text(five_point_text())
+    common = ["--model", str(model), "--out", str(folder)]
+    assert build_fmu.main(["--native", *common]) == 0
+    assert build_fmu.main(["--only", "compensator", *common]) == 0
+    return Both(folder / "compensator_native.fmu", folder / "compensator.fmu", model)
+
+
+def facts(variable: Any, *, but: tuple[str, ...] = ()) -> dict[str, Any]:
+    names = ("name", "type", "valueReference", "causality", "variability", "initial", "unit")
+    names += ("displayUnit", "min", "max", "nominal", "start", "description")
+    return {name: getattr(variable, name) for name in names if name not in but}
+
+
+def test_validation_is_clean(both: Both) -> None:
+    assert validate_fmu(str(both.native)) == []
+
+
+def test_the_variables_are_those_of_the_python_fmu(both: Both) -> None:
+    native, python = (fmpy.read_model_description(str(path)) for path in (both.native, both.python))
+    found, expected = (
+        [facts(one, but=("description",) if one.causality == "parameter" else ()) for one in listed]
+        for listed in (native.modelVariables, python.modelVariables)
+    )
+    assert found == expected
+    assert found[-1]["name"] == "model_file"
+    units = [[(unit.name, unit.baseUnit) for unit in d.unitDefinitions] for d in (native, python)]
+    assert [name for name, _ in units[0]] == [name for name, _ in units[1]]
+
+
+def test_the_flags_are_those_of_the_python_fmu_but_no_tool_is_needed(both: Both) -> None:
+    flags = fmpy.read_model_description(str(both.native)).coSimulation
+    assert not flags.needsExecutionTool
+    for name, value in CAPABILITIES.items():
+        if hasattr(flags, name):
+            assert str(getattr(flags, name)).lower() == value, name
+
+
+def test_the_reference_results_are_those_of_the_python_fmu(both: Both) -> None:
+    for part in ("in.csv", "ref.csv", "ref.opt"):
+        native, python = (
+            path.with_name(f"{path.stem}_{part}").read_text() for path in (both.native, both.python)
+        )
+        assert native == python
+
+
+def test_a_run_gives_the_numbers_and_words_of_the_python_fmu(both: Both) -> None:
+    code = "show(steps(started(opened(sys.argv[1])), 0, 200))"
+    found, expected = (apart(RUN + code, path) for path in (both.native, both.python))
+    assert {row[9] for row in expected} >= {0, 11, 12, 21}
+    for one, other in zip(found, expected, strict=True):
+        assert one[9:] == other[9:]
+        assert one[:9] == pytest.approx(other[:9], rel=1e-12, abs=1e-12)
+
+
+def test_a_state_continues_in_another_instance_and_a_reset_starts_over(both: Both) -> None:
+    found = apart(
+        RUN
+        + """
+fmu = started(opened(sys.argv[1]))
+first = steps(fmu, 0, 60)
+data = fmu.serializeFMUstate(fmu.getFMUstate())
+truth = steps(fmu, 60, 100)
+other = opened(sys.argv[1])
+other.setFMUstate(other.deSerializeFMUstate(data))
+same = [steps(other, 60, 100) == truth]
+fmu.reset()
+same.append(steps(started(fmu), 0, 60) == first)
+show(same)
+""",
+        both.native,
+    )
+    assert found == [True, True]
+
+
+def test_what_cannot_be_done_is_refused_with_a_cause_and_the_host_lives(both: Both) -> None:
+    found = apart(
+        RUN
+        + """
+fmu = opened(sys.argv[1])
+refs = fmu.refs
+said = [status_of(fmu.doStep, 0.0, 1.0), status_of(fmu.getReal, [999]),
+        status_of(fmu.setReal, [refs["dX"]], [1.0]), status_of(fmu.getReal, [refs["status"]])]
+fmu.setString([refs["model_file"]], ["other.json"])
+fmu.enterInitializationMode()
+said.append(status_of(fmu.exitInitializationMode))
+fmu.setString([refs["model_file"]], [""])
+said.append(status_of(fmu.exitInitializationMode))
+said += [status_of(fmu.setString, [refs["model_file"]], ["x"]),
+         status_of(fmu.doStep, 0.0, 0.0), status_of(fmu.doStep, 0.0, math.nan)]
+data = bytearray(fmu.serializeFMUstate(fmu.getFMUstate()))
+data[300] ^= 1
+said.append(status_of(fmu.deSerializeFMUstate, bytes(data)))
+said.append(status_of(fmu.deSerializeFMUstate, bytes(data[:100])))
+steps(fmu, 0, 10)
+show([said, [m[1] for m in messages]])
+""",
+        both.native,
+    )
+    statuses, messages = found
+    assert statuses == [3, 3, 3, 3, 3, 0, 3, 2, 2, 3, 3]
+    words = (
+        "before the end of the initialisation",
+        "value reference 999: there is no such variable",
+        "an output cannot be set",
+        "there is no such variable of this type",
+        "model_file: this FMU has its compensator file compiled in",
+        "a parameter cannot be set after the start",
+        "above 0 s",
+        "above 0 s",
+        "damaged",
+        "another size",
+    )
+    for said, word in zip(messages, words, strict=True):
+        assert word in said
+
+
+def test_a_state_of_another_model_is_refused(both: Both, tmp_path: Path) -> None:
+    other = tmp_path / "other.json"
+    other.write_text(five_point_text(gain=2.0))
+    assert build_fmu.main(["--native", "--model", str(other), "--out", str(tmp_path)]) == 0
+    found = apart(
+        """
+one, two = (started(opened(path)) for path in sys.argv[1:])
+data = one.serializeFMUstate(one.getFMUstate())
+show([status_of(two.deSerializeFMUstate, data), messages[-1][1]])
+""",
+        both.native,
+        tmp_path / "compensator_native.fmu",
+    )
+    assert found == [3, "the state belongs to another FMU"]
+
+
+def test_a_build_in_another_process_gives_the_same_bytes(both: Both, tmp_path: Path) -> None:
+    arguments = ["--native", "--model", str(both.model), "--out", str(tmp_path), "--json"]
+    done = subprocess.run(
+        [sys.executable, build_fmu.__file__, *arguments], capture_output=True, text=True, check=True
+    )
+    assert json.loads(done.stdout)[0]["written"]
+    assert (tmp_path / both.native.name).read_bytes() == both.native.read_bytes()
+
+
+def test_fmpy_compiles_the_sources_into_the_same_numbers(both: Both, tmp_path: Path) -> None:
+    path = tmp_path / "compensator_native.fmu"
+    with zipfile.ZipFile(both.native) as given, zipfile.ZipFile(path, "w") as bare:
+        for name in given.namelist():
+            if not name.startswith("binaries/"):
+                bare.writestr(name, given.read(name))
+    command = [sys.executable, "-m", "fmpy", "compile", str(path)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    code = "show(steps(started(opened(sys.argv[1])), 0, 60))"
+    assert apart(RUN + code, path) == apart(RUN + code, both.native)
+
+
+def test_without_a_compiler_one_line_says_so(
+    both: Both, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("PATH", str(tmp_path))
+    monkeypatch.delenv("CC", raising=False)
+    assert shutil.which("gcc") is None
+    assert build_fmu.main(["--native", "--model", str(both.model), "--out", str(tmp_path)]) == 2
+    said = capsys.readouterr().err
+    assert said == "--native: no C compiler: of gcc, clang, cc none can be found\n"
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_plant_has_no_form_in_c(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        build_fmu.main(["--native", "--only", "plant"])
+    assert ended.value.code == 2
+    assert "--native: only the compensator" in capsys.readouterr().err
