@@ -16,6 +16,8 @@ from fmu_compensator.runtime.fields import Fields
 MISSING, IMPLAUSIBLE, TOO_FAST, STALE = 1, 2, 3, 4
 RETURN_S = 300.0
 """A reading that jumped away may come back to where real warming took it in this time [s]."""
+ALIVE_AFTER = 20
+"""A sensor whose reading has changed so often is alive: its standing still means something."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +35,8 @@ class Sensor:
     noise : float
         Largest jump from one reading to the next that noise and quantisation explain [K].
     stale_after_s : float or None
-        A reading that stays exactly the same for longer is stale [s]; None: never.
+        A reading that stays exactly the same for longer is stale, once the sensor was seen to be
+        alive [s]; None: never.
     trained_low, trained_high : float
         Range of the model's input seen in training, in the file's input form [degC or K].
     """
@@ -85,6 +88,9 @@ class SensorCheck:
     A reading that was *seen* to jump out of the corridor must come back to it: the corridor stops
     widening after `RETURN_S`, or a shifted sensor would be trusted again after a while. After a
     gap without readings it keeps widening, because nothing speaks against a slow change.
+
+    A live sensor never stands still: noise moves it. So one that does is stale, but only after
+    its reading has changed `ALIVE_AFTER` times. The constants of a test bench never do that.
     """
 
     __slots__ = (
@@ -92,6 +98,7 @@ class SensorCheck:
         "_index",
         "_jumped_after",
         "_last",
+        "_moves",
         "_sensor",
         "_since_good",
         "_unchanged",
@@ -108,6 +115,7 @@ class SensorCheck:
         self._jumped_after: float | None = None  # how old the good one was at the jump [s]
         self._last: float | None = None  # the last reading of any kind [degC]
         self._unchanged = 0.0  # for how long it has been the same [s]
+        self._moves = 0  # how often it has changed, counted up to ALIVE_AFTER
 
     def look(self, value: float, elapsed_s: float) -> Fault | None:
         """Return what is wrong with a reading [degC], taken *elapsed_s* after the one before."""
@@ -119,6 +127,8 @@ class SensorCheck:
         if value == self._last:
             self._unchanged += elapsed_s
         else:
+            if self._last is not None and self._moves < ALIVE_AFTER:
+                self._moves += 1
             self._last, self._unchanged = value, 0.0
         if not sensor.low <= value <= sensor.high:
             limit = f"below {sensor.low:g}" if value < sensor.low else f"above {sensor.high:g}"
@@ -130,11 +140,12 @@ class SensorCheck:
                     self._jumped_after = self._since_good
                 text = f"{value:.1f} degC jumped by {away:.1f} K, {allowed:.2g} K allowed"
                 return self._fault(TOO_FAST, f"{sensor.name} {text}")
-        if sensor.stale_after_s is not None and self._unchanged > sensor.stale_after_s:
+        limit_s = sensor.stale_after_s if self._moves == ALIVE_AFTER else None
+        if limit_s is not None and self._unchanged > limit_s:
             return self._fault(
                 STALE,
                 f"{sensor.name} {value:.1f} degC is unchanged for {self._unchanged:.0f} s, "
-                f"{sensor.stale_after_s:g} s allowed",
+                f"{limit_s:g} s allowed",
             )
         self._good, self._since_good, self._jumped_after = value, 0.0, None
         return None
@@ -150,8 +161,10 @@ class SensorCheck:
 
     def state(self) -> list[float | None]:
         """Return what is remembered, for JSON."""
-        return [self._good, self._since_good, self._jumped_after, self._last, self._unchanged]
+        timing = [self._since_good, self._jumped_after, self._last, self._unchanged]
+        return [self._good, *timing, self._moves]
 
     def restore(self, state: Sequence[Any]) -> None:
         """Take up what `state` returned."""
-        self._good, self._since_good, self._jumped_after, self._last, self._unchanged = state
+        self._good, self._since_good, self._jumped_after, self._last = state[:4]
+        self._unchanged, self._moves = state[4:]

@@ -11,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fmu_compensator.runtime.checks import (
+    ALIVE_AFTER,
     IMPLAUSIBLE,
     MISSING,
     RETURN_S,
@@ -77,11 +78,27 @@ def test_noise_and_quantisation_are_no_rate(step_s: float) -> None:
 
 
 def test_a_reading_that_stands_still_gets_stale_and_wakes_up() -> None:
-    check = check_of()
-    found = causes(check, [20.0] * 8 + [20.01], elapsed_s=100.0)
-    # The first reading starts the clock; more than 600 s later it is stale.
-    assert found == [0] * 7 + [STALE, 0]
-    assert causes(check_of(stale_after_s=None), [20.0] * 50, elapsed_s=100.0) == [0] * 50
+    alive = [20.0 + 0.01 * (k % 2) for k in range(ALIVE_AFTER + 1)]
+    still = [alive[-1]] * 7 + [20.02]
+    # The last change starts the clock; more than 600 s later it is stale.
+    found = causes(check_of(), alive + still, elapsed_s=100.0)
+    assert found == [0] * (len(alive) + 6) + [STALE, 0]
+    never = check_of(stale_after_s=None)
+    assert causes(never, alive + still, elapsed_s=100.0) == [0] * (len(alive) + 8)
+
+
+def test_the_constants_of_a_test_bench_are_not_stale() -> None:
+    # Set by hand now and then: not the way a live sensor moves.
+    by_hand = [20.0 + 0.1 * (k // 50) for k in range(50 * ALIVE_AFTER)]
+    assert set(causes(check_of(), by_hand, elapsed_s=100.0)) == {0}
+
+
+def test_being_alive_survives_a_restored_state() -> None:
+    first, second = check_of(), check_of()
+    for k in range(ALIVE_AFTER + 1):
+        first.look(20.0 + 0.01 * (k % 2), 100.0)
+    second.restore(first.state())
+    assert causes(second, [20.0] * 7, elapsed_s=100.0)[-1] == STALE
 
 
 def test_faults_name_sensor_value_and_limit() -> None:
