@@ -40,7 +40,7 @@ from scenarios.fmu import Port, Slave, interruptible
 from scenarios.recording import Event, Recording, facts_of
 from scenarios.scenario import Case, signal_setting
 from scenarios.signals.base import FloatArray
-from scenarios.wiring import TOOL_LENGTH, check_signals, shared_starts, wire
+from scenarios.wiring import TOOL_LENGTH, Variables, check_signals, shared_starts, wire
 
 NOISE_SEED = "noise_seed"
 STATUS, STATUS_SENSOR, STATUS_TEXT = "status", "status_sensor", "status_text"
@@ -91,6 +91,43 @@ def simulate(
         return loop.run(stack.enter_context(bar), check)
 
 
+def signals_over(
+    case: Case, time_s: FloatArray, plant: Variables, compensator: Variables | None
+) -> dict[str, FloatArray]:
+    """Return every signal of a case over the whole run.
+
+    Parameters
+    ----------
+    case : Case
+    time_s : ndarray
+        The communication points [s], shape (points,).
+    plant, compensator : dict of str to variable
+        What the FMUs have. An input of both that no signal drives becomes one, at the plant's start
+        value.
+
+    Raises
+    ------
+    BadInput
+        For a signal that neither FMU takes or whose file cannot be used.
+    """
+    check_signals(plant, compensator, case.signals, case.setting.source)
+    found = {
+        name: signal.values(time_s, signal_setting(case.setting, name))
+        for name, signal in case.signals.items()
+    }
+    unsaid = shared_starts(plant, compensator, found)
+    return found | {name: np.full(len(time_s), value) for name, value in unsaid.items()}
+
+
+def plant_parameters(case: Case, plant: Variables) -> dict[str, float]:
+    """Return the plant's parameters in a case, the noise's seed included; 0 stands for no noise."""
+    settings = case.settings
+    found = dict(settings.plant.parameters)
+    if NOISE_SEED in plant and NOISE_SEED not in found:
+        found[NOISE_SEED] = max(settings.seed, 1) if settings.plant.noise else 0
+    return found
+
+
 class _Loop:
     """The two FMUs connected, and the tables that the run fills."""
 
@@ -99,32 +136,16 @@ class _Loop:
         self.case, self.plant, self.compensator = case, plant, compensator
         self.step_s = settings.step_s
         self.time_s: FloatArray = np.arange(settings.steps + 1, dtype=np.float64) * settings.step_s
-        self.signals = self._signals()
+        others = compensator.variables if compensator else None
+        self.signals = signals_over(case, self.time_s, plant.variables, others)
+        self.wiring = wire(plant.variables, others, self.signals, case.setting.source)
         self.plant_out = Port(plant, plant.names("output"))
-        self.wiring = wire(
-            plant.variables,
-            compensator.variables if compensator else None,
-            self.signals,
-            case.setting.source,
-        )
         driven = self.wiring.driven
         self.plant_in = Port(plant, [*driven, *self.wiring.offsets])
         self.plant_rows = self._rows(driven)
         if compensator:
             self._connect_compensator(compensator)
         self.events: list[Event] = []
-
-    def _signals(self) -> dict[str, FloatArray]:
-        """Return every signal of the case over the whole run."""
-        plant = self.plant.variables
-        compensator = self.compensator.variables if self.compensator else None
-        check_signals(plant, compensator, self.case.signals, self.case.setting.source)
-        found = {
-            name: signal.values(self.time_s, signal_setting(self.case.setting, name))
-            for name, signal in self.case.signals.items()
-        }
-        unsaid = shared_starts(plant, compensator, found)
-        return found | {name: np.full(len(self.time_s), value) for name, value in unsaid.items()}
 
     def _rows(self, names: Sequence[str]) -> FloatArray:
         rows = np.empty((len(self.time_s), len(names)))
@@ -191,12 +212,8 @@ class _Loop:
         return self._recording(time.perf_counter() - begun)
 
     def _start(self) -> None:
-        settings, source = self.case.settings, self.case.setting.source
-        for name, value in settings.plant.parameters.items():
-            self.plant.set_parameter(name, value, source, "plant.parameters")
-        if NOISE_SEED in self.plant.variables and NOISE_SEED not in settings.plant.parameters:
-            seed = max(settings.seed, 1) if settings.plant.noise else 0
-            self.plant.set_parameter(NOISE_SEED, seed, source, "plant.parameters")
+        for name, value in plant_parameters(self.case, self.plant.variables).items():
+            self.plant.set_parameter(name, value, self.case.setting.source, "plant.parameters")
         stop_s = float(self.time_s[-1])
         driven = self.plant_rows.shape[1]
         with self.plant.starting(stop_s):

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import contextlib
 import ctypes
-import difflib
 import io
 import shutil
 import signal
@@ -33,10 +32,10 @@ from fmpy.fmi2 import (
 from fmpy.logging import addLoggerProxy
 from numpy.typing import NDArray
 
-from measurement.errors import BadInput, shown
+from measurement.errors import BadInput
 from measurement.files import sha256_of
 from measurement.units import UNITS
-from scenarios.wiring import check_role, names_of
+from scenarios.wiring import check_role, names_of, parameter_kind
 
 OK, WARNING, DISCARD = 0, 1, 2
 STATUS = ("ok", "warning", "discard", "error", "fatal", "pending")
@@ -201,29 +200,9 @@ class Slave:
         Raises
         ------
         BadInput
-            For a name that is no parameter of this FMU.
+            For a name that is no parameter of this FMU, or a value that it does not take.
         """
-        variable = self.variables.get(name)
-        if variable is None or variable.causality != "parameter" or variable.type == "String":
-            known = [n for n, v in self.variables.items() if v.causality == "parameter"]
-            near = difflib.get_close_matches(name, known, 1)
-            hint = f"; did you mean {near[0]}?" if near else ""
-            raise BadInput(
-                source, f"{place}.{name}", f"the {self.label} FMU has no such parameter{hint}"
-            )
-        low, high = variable.min, variable.max
-        too_low = low is not None and value < float(low)
-        if too_low or (high is not None and value > float(high)):
-            raise BadInput(
-                source,
-                f"{place}.{name}",
-                f"{shown(value)} is not allowed: the {self.label} FMU takes {low} to {high}",
-            )
-        kind = "Real" if variable.type == "Real" else "Integer"
-        if variable.type == "Boolean":
-            kind = "Boolean"
-        if kind != "Real" and value != int(value):
-            raise BadInput(source, f"{place}.{name}", f"{shown(value)} is not a whole number")
+        kind = parameter_kind(self.label, self.variables, name, value, source, place)
         port = Port(self, [name], kind)
         port.values[0] = value
         port.set()

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from measurement.errors import BadInput
+from measurement.errors import BadInput, shown
 
 TOOL_LENGTH = "tool_length"
 AXES = "XYZ"
@@ -55,7 +56,7 @@ def names_of(variables: Variables, causality: str, kind: str = "Real") -> list[s
 
 
 def check_role(role: str, variables: Variables, path: Path) -> None:
-    """Check that an FMU can play a role: ``plant`` or ``compensator``.
+    """Check that an FMU can play a role: ``plant`` or ``compensator``; others need nothing.
 
     Raises
     ------
@@ -70,6 +71,7 @@ def check_role(role: str, variables: Variables, path: Path) -> None:
         ]
         if lost:
             raise BadInput(path, "", f"is no compensator: it has no output {', '.join(lost)}")
+    if role != "plant":
         return
     inputs, outputs = names_of(variables, "input"), names_of(variables, "output")
     moved = [axis for axis in AXES if f"d{axis}" in inputs]
@@ -83,6 +85,38 @@ def check_role(role: str, variables: Variables, path: Path) -> None:
     ]
     if lost:
         raise BadInput(path, "", f"is no plant: it has no output {', '.join(lost)}")
+
+
+def parameter_kind(
+    role: str,
+    variables: Variables,
+    name: str,
+    value: float,
+    source: str | Path,
+    place: str,
+) -> str:
+    """Check a value of a parameter and return the parameter's type: Real, Integer or Boolean.
+
+    Raises
+    ------
+    BadInput
+        For a name that is no parameter of the FMU, or a value that it does not take.
+    """
+    variable = variables.get(name)
+    if variable is None or variable.causality != "parameter" or variable.type == "String":
+        known = [entry for entry, found in variables.items() if found.causality == "parameter"]
+        near = difflib.get_close_matches(name, known, 1)
+        hint = f"; did you mean {near[0]}?" if near else ""
+        raise BadInput(source, f"{place}.{name}", f"the {role} FMU has no such parameter{hint}")
+    low, high = variable.min, variable.max
+    too_low = low is not None and value < float(low)
+    if too_low or (high is not None and value > float(high)):
+        problem = f"{shown(value)} is not allowed: the {role} FMU takes {low} to {high}"
+        raise BadInput(source, f"{place}.{name}", problem)
+    kind: str = variable.type if variable.type in ("Real", "Boolean") else "Integer"
+    if kind != "Real" and value != int(value):
+        raise BadInput(source, f"{place}.{name}", f"{shown(value)} is not a whole number")
+    return kind
 
 
 def shared_starts(

@@ -67,7 +67,17 @@ def _compensator(path: Path) -> None:
     plt.close(figure)
 
 
+def _signals(path: Path) -> None:
+    figure, axes = _canvas()
+    axes.plot([14, 14, 88], [88, 14, 14], color=DARK, lw=2)
+    axes.step([16, 30, 46, 62, 86], [30, 52, 82, 40, 40], where="post", color=STEEL, lw=4)
+    axes.plot([16, 86], [24, 30], color=COLD, lw=3)
+    figure.savefig(path, metadata={"Software": None})
+    plt.close(figure)
+
+
 if __name__ == "__main__":
     here = Path(__file__).parent
     _plant(here / "plant.png")
     _compensator(here / "compensator.png")
+    _signals(here / "signals.png")

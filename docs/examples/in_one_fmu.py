@@ -1,0 +1,46 @@
+"""Both FMUs nested into one: python in_one_fmu.py PLANT COMPENSATOR SIGNALS.csv OUT.csv.
+
+SIGNALS.csv has time [s], speed, ambient, coolant_inlet, tool_length, one row a communication point.
+fmu-manipulation-toolbox makes machine.fmu beside OUT.csv; fmpy runs it.
+"""
+
+import json
+import subprocess
+import sys
+import sysconfig
+from pathlib import Path
+
+import fmpy
+import pandas as pd
+
+WANTED = ["error_X", "error_Y", "error_Z", "drift_Z", "elongation"]
+
+plant, compensator = (str(Path(path).resolve()) for path in sys.argv[1:3])
+folder = Path(sys.argv[4]).resolve().parent
+signals = pd.read_csv(sys.argv[3])
+step = float(signals["time"][1] - signals["time"][0])
+assembly = {
+    "name": "machine.fmu",
+    "fmu": [plant, compensator],
+    "step_size": step,
+    # Outputs and inputs of equal names are connected, the others are shown outside. Only an input
+    # that both take has to be named.
+    "input": [
+        [name, fmu, name] for name in ("speed", "tool_length") for fmu in (plant, compensator)
+    ],
+    # Without noise a thermometer in a steady hall would look stale.
+    "start": [[plant, "noise_seed", 101]],
+}
+(folder / "machine.json").write_text(json.dumps(assembly))
+program = Path(sysconfig.get_path("scripts")) / "fmucontainer"
+subprocess.run([program, "-container", "machine.json"], cwd=folder, check=True)
+
+result = fmpy.simulate_fmu(
+    folder / "machine.fmu",
+    stop_time=float(signals["time"].iloc[-1]),
+    output_interval=step,
+    input=signals.to_records(index=False),
+    start_values=signals.iloc[0].drop("time").to_dict(),
+    output=WANTED,
+)
+pd.DataFrame(result).to_csv(sys.argv[4], index=False)

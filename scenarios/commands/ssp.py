@@ -1,0 +1,65 @@
+"""Write a scenario with its FMUs as one .ssp file, which other co-simulation tools run.
+
+The file holds both FMUs, one more that plays the scenario's signals, and SystemStructure.ssd with
+the connections by equal names, the plant's parameters and the step.
+"""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+from pathlib import Path
+
+NAME = "ssp"
+HELP = "write a scenario with its FMUs as one .ssp file for other tools"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the command's arguments."""
+    parser.add_argument("scenario", metavar="SCENARIO", help="a name from 'list', or a TOML file")
+    parser.add_argument(
+        "-o", "--out", type=Path, metavar="FILE", help="the .ssp file (dist/<scenario>.ssp)"
+    )
+    parser.add_argument("--variant", metavar="NAME", help="one of the scenario's (the first)")
+    parser.add_argument(
+        "--fmu-dir", type=Path, default=Path("dist"), metavar="DIR", help="where FMUs are (dist)"
+    )
+    parser.add_argument("--plant", metavar="FILE", help="another plant: an FMU or a machine file")
+    parser.add_argument(
+        "--compensator", metavar="FILE", help="another compensator: an FMU or a compensator file"
+    )
+    parser.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="set a key of the scenario, for example duration_s=3600 or step_s=10",
+    )
+
+
+def run(args: argparse.Namespace) -> int:
+    """Build what is missing, write the file, say what is in it."""
+    from measurement.files import write_atomically
+    from scenarios.assignments import assignment
+    from scenarios.fmu_files import find_fmu
+    from scenarios.scenario import read_scenario
+    from scenarios.ssp.package import case_of, ssp_bytes
+
+    scenario = read_scenario(args.scenario, [assignment(text) for text in args.set])
+    case = case_of(scenario, args.variant)
+    settings = case.settings
+    near = scenario.path.resolve().parent
+    out = args.out or args.fmu_dir / f"{settings.name}.ssp"
+    with tempfile.TemporaryDirectory(prefix="spindle-drift-built-") as work:
+        plant = find_fmu(args.plant or settings.plant.fmu, args.fmu_dir, near, Path(work))
+        compensator = None
+        if settings.compensator.enabled:
+            name = args.compensator or settings.compensator.fmu
+            compensator = find_fmu(name, args.fmu_dir, near, Path(work))
+        data = ssp_bytes(case, plant, compensator)
+    write_atomically(out, data)
+    print(
+        f"{out}: {settings.name}, variant {case.name}, {settings.duration_s:g} s in steps of "
+        f"{settings.step_s:g} s, {len(data) / 1024:.0f} KiB"
+    )
+    return 0

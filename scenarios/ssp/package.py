@@ -1,0 +1,144 @@
+"""From a scenario and its two FMUs to an ``.ssp`` file."""
+
+from __future__ import annotations
+
+import io
+import zipfile
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from fmpy import read_model_description
+
+from measurement.errors import BadInput
+from measurement.files import read_bytes
+from scenarios.cosimulation import plant_parameters, signals_over
+from scenarios.fmu import read_description
+from scenarios.scenario import Case, Scenario
+from scenarios.signals.base import FloatArray
+from scenarios.ssp.signals import signals_fmu
+from scenarios.ssp.structure import Component, Connection, structure
+from scenarios.wiring import TOOL_LENGTH, Variables, check_role, parameter_kind, wire
+
+PINNED_TIME = (1980, 1, 1, 0, 0, 0)
+"""The same content gives the same bytes."""
+
+
+def case_of(scenario: Scenario, variant: str | None) -> Case:
+    """Return a variant of a scenario; by default the first.
+
+    Raises
+    ------
+    BadInput
+        For a replay, which has no plant, and for a name that is no variant.
+    """
+    if scenario.settings.replay is not None:
+        raise BadInput(scenario.path, "replay", "has no plant to put into an .ssp")
+    names = [case.name for case in scenario.cases]
+    if variant is None:
+        return scenario.cases[0]
+    if variant not in names:
+        raise BadInput("--variant", "", f"{variant!r} is not one of {', '.join(names)}")
+    return scenario.cases[names.index(variant)]
+
+
+def ssp_bytes(case: Case, plant_fmu: Path, compensator_fmu: Path | None) -> bytes:
+    """Return the ``.ssp`` of a case: its FMUs, one more that plays its signals, the connections.
+
+    Parameters
+    ----------
+    case : Case
+        A variant of a scenario.
+    plant_fmu : Path
+    compensator_fmu : Path or None
+        None leaves the offsets at zero.
+
+    Raises
+    ------
+    BadInput
+        If the case does not fit the FMUs, or has faults, which need what stands between two FMUs.
+    """
+    source = case.setting.source
+    if case.settings.faults:
+        raise BadInput(
+            source,
+            "faults",
+            "cannot be put into an .ssp, whose connections hand readings on as they are; "
+            "--set 'faults=[]' leaves them out",
+        )
+    fmus = {"plant": plant_fmu} | ({"compensator": compensator_fmu} if compensator_fmu else {})
+    files = {name: read_bytes(path) for name, path in fmus.items()}
+    parts = {name: _component(name, path) for name, path in fmus.items()}
+    plant = parts["plant"].variables
+    others = parts["compensator"].variables if "compensator" in parts else None
+    time_s: FloatArray = np.arange(case.settings.steps + 1) * case.settings.step_s
+    signals = signals_over(case, time_s, plant, others)
+    wiring = wire(plant, others, signals, source)
+    parts["plant"] = replace(parts["plant"], starts=_plant_starts(case, plant))
+    told = wiring.told
+    blind = case.settings.compensator.tool_length_mm
+    if others is not None and blind is not None:
+        if TOOL_LENGTH not in told:
+            place = "compensator.tool_length_mm"
+            raise BadInput(source, place, f"there is no signal {TOOL_LENGTH}")
+        told = tuple(name for name in told if name != TOOL_LENGTH)
+        parts["compensator"] = replace(parts["compensator"], starts={TOOL_LENGTH: blind})
+    if signals:
+        columns = {_column(name, plant, others): values for name, values in signals.items()}
+        files["signals"] = signals_fmu(case, time_s, columns).zipped()
+        description = read_model_description(io.BytesIO(files["signals"]))
+        parts["signals"] = Component("signals", description)
+    connections = [
+        Connection("plant", "compensator", wiring.measured),
+        Connection("compensator", "plant", wiring.offsets),
+        Connection("signals", "plant", wiring.driven),
+        Connection("signals", "compensator", told),
+    ]
+    return _zipped(
+        case, list(parts.values()), [wires for wires in connections if wires.names], files
+    )
+
+
+def _component(name: str, path: Path) -> Component:
+    component = Component(name, read_description(path))
+    check_role(name, component.variables, path)
+    return component
+
+
+def _plant_starts(case: Case, plant: Variables) -> dict[str, float]:
+    found: dict[str, float] = {}
+    for name, value in plant_parameters(case, plant).items():
+        source = case.setting.source
+        kind = parameter_kind("plant", plant, name, value, source, "plant.parameters")
+        found[name] = value if kind == "Real" else bool(value) if kind == "Boolean" else int(value)
+    return found
+
+
+def _column(name: str, plant: Variables, compensator: Variables | None) -> str:
+    variable = plant[name] if name in plant else (compensator or {})[name]
+    return f"{name}_{variable.unit or '1'}"
+
+
+def _zipped(
+    case: Case,
+    components: Sequence[Component],
+    connections: Sequence[Connection],
+    fmus: Mapping[str, bytes],
+) -> bytes:
+    settings = case.settings
+    title = f"{settings.name}: {case.title}"
+    text = structure(title, components, connections, settings.duration_s, settings.step_s)
+    files = {"SystemStructure.ssd": text}
+    files |= {f"resources/{name}.fmu": data for name, data in fmus.items()}
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w") as archive:
+        for path, data in files.items():
+            entry = zipfile.ZipInfo(path, PINNED_TIME)
+            # An FMU is compressed already.
+            packed = path.endswith(".ssd")
+            entry.compress_type = zipfile.ZIP_DEFLATED if packed else zipfile.ZIP_STORED
+            entry.create_system = 3  # the same on every system
+            entry.external_attr = 0o644 << 16
+            archive.writestr(entry, data)
+    return stream.getvalue()

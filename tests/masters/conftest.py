@@ -1,0 +1,108 @@
+"""The FMUs, the .ssp and the trajectories that every master must give."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+import build_fmu
+from scenarios.cli import main
+from scenarios.cosimulation import simulate
+from scenarios.scenario import read_scenario
+from tests.conftest import ROOT
+
+EXAMPLES = ROOT / "docs" / "examples"
+SCENARIO, VARIANT = "step_speed", "long_tool"
+STEP_S, STOP_S = 10.0, 5400.0
+"""Long enough for a change of speed, at 3600 s."""
+
+SETTINGS = {"step_s": STEP_S, "duration_s": STOP_S}
+INPUTS = ["speed", "ambient", "coolant_inlet", "tool_length"]
+TOLERANCE = 1e-9
+"""[um, degC, urad] All masters pass values on as this project's loop does, so only the last bits
+could differ; a value that comes one step late is off by up to 1 um."""
+
+
+def needs(*packages: str) -> None:
+    """Skip a test whose master is not installed; in continuous integration, fail."""
+    lost = [name for name in packages if importlib.util.find_spec(name) is None]
+    if lost:
+        problem = f"{', '.join(lost)} is not installed: pip install --editable '.[masters]'"
+        pytest.fail(problem) if os.environ.get("CI") else pytest.skip(problem)
+
+
+def run(*command: object, folder: Path, **environment: str) -> subprocess.CompletedProcess[str]:
+    """Run a program in a fresh process, in *folder*, where it also unpacks what it unpacks."""
+    return subprocess.run(
+        [str(part) for part in command],
+        capture_output=True,
+        text=True,
+        timeout=120,
+        cwd=folder,
+        env={**os.environ, "TMPDIR": str(folder), **environment},
+        check=False,
+    )
+
+
+def example(name: str, *arguments: object, folder: Path) -> pd.DataFrame:
+    """Run a script of ``docs/examples`` as its head says and return the table that it writes."""
+    out = folder / "out.csv"
+    done = run(sys.executable, EXAMPLES / name, *arguments, out, folder=folder)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return pd.read_csv(out)
+
+
+def agree(found: pd.DataFrame, reference: pd.DataFrame, tolerance: float = TOLERANCE) -> None:
+    """Check that a master's table gives the reference at each of its times."""
+    wanted = reference.set_index(reference["time"].round(6))
+    found = found.set_index(found["time"].round(6)).drop(columns="time")
+    assert len(found) >= STOP_S / STEP_S
+    assert found.index[-1] == STOP_S
+    assert {"error_X", "error_Y", "error_Z", "drift_Z"} <= set(found.columns)
+    for name in found:
+        off = (found[name] - wanted.loc[found.index, name]).abs()
+        assert off.max() <= tolerance, f"{name} is off by {off.max():g} at {off.idxmax():g} s"
+
+
+@pytest.fixture(scope="session")
+def fmus(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with both FMUs, as build_fmu.py makes them."""
+    folder = tmp_path_factory.mktemp("dist")
+    assert build_fmu.main(["--out", str(folder)]) == 0
+    return folder
+
+
+@pytest.fixture(scope="session")
+def reference(fmus: Path) -> pd.DataFrame:
+    """What `spindle-drift run` computes; columns are variables, by their names in the FMUs."""
+    cases = read_scenario(SCENARIO, list(SETTINGS.items())).cases
+    (case,) = (case for case in cases if case.name == VARIANT)
+    frame = simulate(case, fmus / "plant.fmu", fmus / "compensator.fmu", quiet=True).frame
+    # The compensator is at work, else equal tables would say little.
+    assert frame["valid_1"].mean() > 0.99
+    assert frame["dZ_um"].iloc[-1] > 10.0
+    return frame.rename(columns=lambda column: column.rpartition("_")[0])
+
+
+@pytest.fixture(scope="session")
+def signals(reference: pd.DataFrame, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The signals of the scenario at every communication point, as the examples read them."""
+    path = tmp_path_factory.mktemp("signals") / "signals.csv"
+    reference[["time", *INPUTS]].to_csv(path, index=False)
+    return path
+
+
+@pytest.fixture(scope="session")
+def ssp(fmus: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The scenario as an .ssp file."""
+    path = tmp_path_factory.mktemp("ssp") / f"{SCENARIO}.ssp"
+    settings = [f"--set={key}={value}" for key, value in SETTINGS.items()]
+    arguments = ["ssp", SCENARIO, "--variant", VARIANT, "--fmu-dir", str(fmus), "-o", str(path)]
+    assert main([*arguments, *settings]) == 0
+    return path

@@ -1,0 +1,55 @@
+"""ecos: a program that is not Python, so the Python library must be brought to it."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+from importlib import metadata
+from importlib.util import find_spec
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from tests.masters.conftest import EXAMPLES, STEP_S, STOP_S, agree, needs, run
+
+WANTED = ("error_X", "error_Y", "error_Z", "drift_Z", "T1")
+SIX_DIGITS = 5.1e-7
+"""[um] The program writes six digits behind the point."""
+
+
+@pytest.fixture(autouse=True)
+def installed() -> None:
+    """Skip, or fail, where it is missing."""
+    needs("ecospy")
+
+
+def table(path: Path) -> pd.DataFrame:
+    """Return the program's table with the variables' own names."""
+    frame = pd.read_csv(path, skipinitialspace=True)
+    frame.columns = [column.partition("[")[0].strip() for column in frame.columns]
+    named = {f"plant::{name}": name for name in WANTED}
+    named |= {f"compensator::{name}": name for name in ("dX", "dY", "dZ")}
+    return frame[["time", *named]].rename(columns=named)
+
+
+def test_the_ssp(ssp: Path, reference: pd.DataFrame, tmp_path: Path) -> None:
+    script = EXAMPLES / "ssp_in_ecos.sh"
+    done = run("bash", script, ssp, STEP_S, STOP_S, folder=tmp_path, PYTHON=sys.executable)
+    assert done.returncode == 0, done.stdout + done.stderr
+    agree(table(tmp_path / f"{ssp.stem}.csv"), reference, SIX_DIGITS)
+
+
+def test_without_the_python_library_the_program_dies(fmus: Path, tmp_path: Path) -> None:
+    spec = find_spec("ecospy")
+    assert spec is not None
+    assert spec.submodule_search_locations is not None
+    program = tmp_path / "ecos"
+    shutil.copy(Path(spec.submodule_search_locations[0]) / "binaries" / "ecos", program)
+    program.chmod(0o755)
+    library = next(file for file in metadata.files("tbb") or () if file.name == "libtbb.so.12")
+    folder = Path(str(library.locate())).resolve().parent
+    command = (program, "simulate", "--path", fmus / "compensator.fmu", "--stepSize", 1)
+    done = run(*command, folder=tmp_path, LD_LIBRARY_PATH=str(folder), LD_PRELOAD="")
+    assert done.returncode < 0, "docs/embedding.md says otherwise"
+    assert not (tmp_path / "compensator.csv").exists()

@@ -1,0 +1,27 @@
+"""ecospy: the co-simulation library Ecos from Python."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from tests.masters.conftest import STEP_S, STOP_S, agree, example, needs
+
+
+@pytest.fixture(autouse=True)
+def installed() -> None:
+    """Skip, or fail, where it is missing."""
+    needs("ecospy")
+
+
+def test_the_coupled_fmus(
+    fmus: Path, signals: Path, reference: pd.DataFrame, tmp_path: Path
+) -> None:
+    arguments = (fmus / "plant.fmu", fmus / "compensator.fmu", signals)
+    agree(example("in_ecospy.py", *arguments, folder=tmp_path), reference)
+
+
+def test_the_ssp(ssp: Path, reference: pd.DataFrame, tmp_path: Path) -> None:
+    agree(example("ssp_in_ecospy.py", ssp, STEP_S, STOP_S, folder=tmp_path), reference)

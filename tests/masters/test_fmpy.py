@@ -1,0 +1,26 @@
+"""fmpy, in twenty lines of its own interface instead of this project's loop."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from tests.masters.conftest import agree, example
+
+
+def test_the_coupled_fmus(
+    fmus: Path, signals: Path, reference: pd.DataFrame, tmp_path: Path
+) -> None:
+    arguments = (fmus / "plant.fmu", fmus / "compensator.fmu", signals)
+    agree(example("in_fmpy.py", *arguments, folder=tmp_path), reference)
+
+
+def test_offsets_that_come_a_step_late_or_early_would_be_noticed(reference: pd.DataFrame) -> None:
+    found = reference[["time", "error_X", "error_Y", "error_Z", "drift_Z", "dZ"]]
+    agree(found, reference)
+    for steps in (-1, 1):
+        moved = found.assign(dZ=found["dZ"].shift(steps).bfill().ffill())
+        with pytest.raises(AssertionError, match="dZ is off by"):
+            agree(moved, reference, tolerance=0.5)

@@ -1,0 +1,30 @@
+"""Both FMUs nested into one by fmu-manipulation-toolbox."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import fmpy
+import pandas as pd
+import pytest
+from fmpy.validation import validate_fmu
+
+from tests.masters.conftest import INPUTS, agree, example, needs
+
+
+@pytest.fixture(autouse=True)
+def installed() -> None:
+    """Skip, or fail, where it is missing."""
+    needs("fmu_manipulation_toolbox")
+
+
+def test_the_nested_fmus(
+    fmus: Path, signals: Path, reference: pd.DataFrame, tmp_path: Path
+) -> None:
+    arguments = (fmus / "plant.fmu", fmus / "compensator.fmu", signals)
+    agree(example("in_one_fmu.py", *arguments, folder=tmp_path), reference)
+    machine = str(tmp_path / "machine.fmu")
+    assert validate_fmu(machine) == []
+    variables = fmpy.read_model_description(machine).modelVariables
+    inputs = {variable.name for variable in variables if variable.causality == "input"}
+    assert inputs == {*INPUTS, "torque"}

@@ -1,0 +1,190 @@
+"""`spindle-drift ssp`: what is in the file; tests/masters runs it in other tools."""
+
+from __future__ import annotations
+
+import io
+import zipfile
+from pathlib import Path
+
+import fmpy
+import numpy as np
+import pandas as pd
+import pytest
+from fmpy import simulate_fmu
+from fmpy.ssp.ssd import Component, SystemStructureDescription, read_ssd
+from fmpy.validation import validate_fmu
+
+from measurement.errors import BadInput
+from scenarios.cli import main
+from scenarios.scenario import read_scenario
+from scenarios.ssp.package import ssp_bytes
+from scenarios.ssp.signals import table_text
+from tests.scenarios.tiny_fmus import COMPENSATOR, build_tiny
+
+
+def packed(scenario: Path, folder: Path, out: Path, *more: str) -> SystemStructureDescription:
+    """Run the command and read the file with fmpy, which checks it against the SSP schema."""
+    assert main(["ssp", str(scenario), "--fmu-dir", str(folder), "-o", str(out), *more]) == 0
+    return read_ssd(str(out))
+
+
+def component(ssd: SystemStructureDescription, name: str) -> Component:
+    (found,) = (element for element in ssd.system.elements if element.name == name)
+    return found
+
+
+def wires(ssd: SystemStructureDescription) -> set[str]:
+    return {
+        f"{entry.startElement}.{entry.startConnector}>{entry.endElement}.{entry.endConnector}"
+        for entry in ssd.system.connections
+    }
+
+
+def starts(ssd: SystemStructureDescription, name: str) -> dict[str, float]:
+    found = {}
+    for binding in component(ssd, name).parameterBindings:
+        for values in binding.parameterValues:
+            found |= {entry.name: entry.value for entry in values.parameters}
+    return found
+
+
+def test_equal_names_are_connected(tiny_scenario: Path, tiny_folder: Path, tmp_path: Path) -> None:
+    ssd = packed(tiny_scenario, tiny_folder, tmp_path / "a.ssp")
+    assert wires(ssd) == {
+        "plant.T1>compensator.T1",
+        *(f"compensator.d{axis}>plant.d{axis}" for axis in "XYZ"),
+        *(f"signals.{name}>plant.{name}" for name in ("speed", "tool_length")),
+        *(f"signals.{name}>compensator.{name}" for name in ("speed", "tool_length")),
+    }
+    assert {element.source for element in ssd.system.elements} == {
+        f"resources/{name}.fmu" for name in ("plant", "compensator", "signals")
+    }
+    connectors = {entry.name for entry in component(ssd, "plant").connectors}
+    assert {"speed", "error_X", "drift_Z"} <= connectors
+
+
+def test_the_file_holds_the_fmus_as_they_are(
+    tiny_scenario: Path, tiny_folder: Path, tmp_path: Path
+) -> None:
+    packed(tiny_scenario, tiny_folder, tmp_path / "a.ssp")
+    packed(tiny_scenario, tiny_folder, tmp_path / "b.ssp")
+    assert (tmp_path / "a.ssp").read_bytes() == (tmp_path / "b.ssp").read_bytes()
+    with zipfile.ZipFile(tmp_path / "a.ssp") as archive:
+        for name in ("plant", "compensator"):
+            data = archive.read(f"resources/{name}.fmu")
+            assert data == (tiny_folder / f"{name}.fmu").read_bytes()
+        text = archive.read("SystemStructure.ssd").decode()
+    assert '<ssd:DefaultExperiment startTime="0.0" stopTime="20.0">' in text
+    assert '<osp:FixedStepAlgorithm baseStepSize="1.0" />' in text
+
+
+def test_the_signals_fmu_validates_and_plays_the_scenario(
+    tiny_scenario: Path, tiny_folder: Path, tmp_path: Path
+) -> None:
+    packed(tiny_scenario, tiny_folder, tmp_path / "a.ssp")
+    with zipfile.ZipFile(tmp_path / "a.ssp") as archive:
+        archive.extract("resources/signals.fmu", tmp_path)
+    fmu = str(tmp_path / "resources" / "signals.fmu")
+    assert validate_fmu(fmu) == []
+    units = {
+        variable.name: variable.unit for variable in fmpy.read_model_description(fmu).modelVariables
+    }
+    assert units == {"speed": "rpm", "tool_length": "mm"}
+    # A step whose sum falls short of 10 s by rounding still reaches the value of 10 s.
+    for step in (1.0, 0.1, 2.5):
+        result = simulate_fmu(fmu, stop_time=20.0, output_interval=step)
+        wanted = np.where(result["time"] < 10.0 - 1e-6, 1000.0, 2000.0)
+        assert result["speed"].tolist() == wanted.tolist()
+        assert set(result["tool_length"]) == {100.0}
+
+
+def test_parameters_and_the_seed_are_start_values(
+    tiny_scenario: Path, tiny_folder: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "a.ssp"
+    gain = ["--set", "plant.parameters.gain=0.5", "--set", "seed=7"]
+    ssd = packed(tiny_scenario, tiny_folder, out, *gain)
+    assert {key: float(value) for key, value in starts(ssd, "plant").items()} == {
+        "gain": 0.5,
+        "noise_seed": 7.0,
+    }
+    ssd = packed(tiny_scenario, tiny_folder, out, "--set", "plant.noise=false")
+    assert float(starts(ssd, "plant")["noise_seed"]) == 0.0
+
+
+def test_a_blind_compensator_is_told_a_constant(
+    tiny_scenario: Path, tiny_folder: Path, tmp_path: Path
+) -> None:
+    override = ["--set", "compensator.tool_length_mm=30.0"]
+    ssd = packed(tiny_scenario, tiny_folder, tmp_path / "a.ssp", *override)
+    assert "signals.tool_length>compensator.tool_length" not in wires(ssd)
+    assert "signals.tool_length>plant.tool_length" in wires(ssd)
+    assert {key: float(value) for key, value in starts(ssd, "compensator").items()} == {
+        "tool_length": 30.0
+    }
+
+
+def test_without_a_compensator_only_the_signals_are_connected(
+    tiny_scenario: Path, tiny_folder: Path, tmp_path: Path
+) -> None:
+    ssd = packed(
+        tiny_scenario, tiny_folder, tmp_path / "a.ssp", "--set", "compensator.enabled=false"
+    )
+    assert {element.name for element in ssd.system.elements} == {"plant", "signals"}
+    assert wires(ssd) == {"signals.speed>plant.speed", "signals.tool_length>plant.tool_length"}
+
+
+def test_only_changes_are_kept_with_every_digit() -> None:
+    time_s = np.arange(5.0)
+    values = np.array([0.1, 0.1, 1 / 3, 1 / 3, 0.1])
+    steady = np.full(5, 2.0)
+    found = pd.read_csv(io.StringIO(table_text(time_s, {"a_1": values, "b_mm": steady})))
+    assert found["time_s"].tolist() == [0.0, 2.0, 4.0]
+    assert found["a_1"].tolist() == [0.1, 1 / 3, 0.1]
+
+
+@pytest.mark.parametrize(
+    ("more", "message"),
+    [
+        (
+            ["--set", 'faults=[{sensor="T1", kind="missing", start_s=5}]'],
+            "faults: cannot be put into an .ssp",
+        ),
+        (["--variant", "nope"], "--variant: 'nope' is not one of main"),
+        (["--set", "signals.speeed=1"], "signals.speeed: is not an input of the plant FMU"),
+        (["--set", "plant.parameters.gian=1"], "no such parameter; did you mean gain?"),
+        (["--set", "plant.parameters.noise_seed=0.5"], "not a whole number"),
+        (["--plant", "compensator.fmu"], "is no plant"),
+        (["-o", "/"], "cannot be written"),
+    ],
+)
+def test_what_cannot_be_packed_is_refused_in_one_line(
+    tiny_scenario: Path,
+    tiny_folder: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    more: list[str],
+    message: str,
+) -> None:
+    out = tmp_path / "a.ssp"
+    arguments = ["ssp", str(tiny_scenario), "--fmu-dir", str(tiny_folder), "-o", str(out)]
+    assert main([*arguments, *more]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert message in line
+    assert not out.exists()
+
+
+def test_a_replay_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["ssp", "replay"]) == 2
+    assert "replay: has no plant to put into an .ssp" in capsys.readouterr().err
+
+
+def test_a_blind_compensator_without_the_signal_is_refused(
+    tiny_scenario: Path, tiny_plant: Path, tmp_path: Path
+) -> None:
+    source = COMPENSATOR.replace(', ("tool_length", "mm")]', "]")
+    other = build_tiny(source, "ShortCompensator", tmp_path)
+    override = [("compensator.tool_length_mm", 30.0)]
+    (case,) = read_scenario(tiny_scenario, override).cases
+    with pytest.raises(BadInput, match="there is no signal tool_length"):
+        ssp_bytes(case, tiny_plant, other)
