@@ -19,6 +19,7 @@ MACHINE_FILE = "machine.json"
 USUAL_TEMPERATURE, USUAL_TOOL, LONGEST_TOOL = 20.0, 150.0, 2000.0  # [degC, mm, mm]
 LARGEST_SEED = 2**31 - 1
 WIDEST_UM = 1e5
+WIDEST_RISE_K = 200.0
 
 
 class PlantSlave(DriftSlave):
@@ -39,7 +40,7 @@ class PlantSlave(DriftSlave):
         return variables(self._machine)
 
     def begin(self) -> None:
-        """Start every node at the boundary input that it names, else at the first.
+        """Start every node at the boundary input that it names, else above the first.
 
         Raises
         ------
@@ -63,7 +64,13 @@ class PlantSlave(DriftSlave):
             self._stepper = PlantStepper(self._machine, moved or None, seed or None)
         except ParameterError as error:
             raise FmuError(str(error)) from None
-        self._stepper.reset(dict(zip(self._names, self.inputs.values(), strict=True)))
+        inputs = dict(zip(self._names, self.inputs.values(), strict=True))
+        first = inputs[next(iter(self._machine.boundary_index))]
+        readings = {
+            name: first + float(self.parameters[rise_name(name)])
+            for name in start_sensors(self._machine)
+        }
+        self._stepper.reset(inputs, readings)
         self._outputs = [self.refs[name] for name in self._stepper.outputs()]
         self._publish()
 
@@ -96,6 +103,17 @@ def variable_name(parameter: str) -> str:
     """
     parts = parameter.split(".")
     return ".".join(part if re.fullmatch(r"[A-Za-z_]\w*", part) else f"'{part}'" for part in parts)
+
+
+def start_sensors(machine: Machine) -> list[str]:
+    """Return the sensors at whose first reading a node starts, in the nodes' order."""
+    starts = dict.fromkeys(node.start for node in machine.nodes)
+    return [name for name in starts if name not in machine.boundary_index]
+
+
+def rise_name(sensor: str) -> str:
+    """Return the parameter that says how far above the first boundary a sensor's nodes start."""
+    return f"start_rise.{sensor}"
 
 
 def variables(machine: Machine) -> list[Variable]:
@@ -152,6 +170,20 @@ def variables(machine: Machine) -> list[Variable]:
             high=LARGEST_SEED,
         )
     )
+    boundary = next(iter(machine.boundary_index))
+    declared += [
+        Variable(
+            rise_name(sensor),
+            "real",
+            "parameter",
+            f"How far above {boundary} the nodes start that start at the reading of {sensor}",
+            unit="K",
+            low=-WIDEST_RISE_K,
+            high=WIDEST_RISE_K,
+            nominal=1.0,
+        )
+        for sensor in start_sensors(machine)
+    ]
     declared += [
         _parameter(variable_name(name), name, parameter, machine)
         for name, parameter in machine.parameters.items()

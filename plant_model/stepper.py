@@ -65,19 +65,23 @@ class PlantStepper:
         self._outputs: dict[str, float] = {}
         self.reset({entry.name: entry.default or 0.0 for entry in machine.inputs})
 
-    def reset(self, inputs: Mapping[str, float]) -> None:
-        """Start again: every node at the first value of the input it starts at.
+    def reset(
+        self, inputs: Mapping[str, float], readings: Mapping[str, float] | None = None
+    ) -> None:
+        """Start again: every node at the first value of the input or sensor it starts at.
 
         Parameters
         ----------
         inputs : mapping of str to float
             Inputs at the start; ``tool_length`` [mm] too where a tool is measured.
+        readings : mapping of str to float, optional
+            First readings of sensors by name [degC]; of those that are not there, the first
+            boundary temperature is taken.
         """
         names = self.machine.boundary_index
         first = inputs[next(iter(names))]
-        self._start = np.array(
-            [[inputs[node.start] if node.start in names else first for node in self.machine.nodes]]
-        )
+        known = dict(readings or {}) | {name: inputs[name] for name in names}
+        self._start = np.array([[known.get(node.start, first) for node in self.machine.nodes]])
         arrays = {name: np.array([inputs[name]]) for name in self._names}
         own = self.network.start_states(self._start, arrays)
         self._state = np.concatenate([self._start, own], axis=1)

@@ -65,6 +65,22 @@ show([*rows, fmu.getReal([t1])[0]])
     assert found == pytest.approx([18.0, 25.0, 25.0])
 
 
+def test_it_can_begin_as_warm_as_a_measured_run(built: Built) -> None:
+    found = apart(
+        """
+fmu = opened(sys.argv[1])
+names = ["T1", "T2", "T11", "T6"]
+fmu.setReal([fmu.refs[n] for n in ("start_rise.T1", "start_rise.T2")], [4.0, -1.5])
+fmu.setReal([fmu.refs[n] for n in ("ambient", "coolant_inlet")], [21.0, 20.0])
+fmu.enterInitializationMode()
+fmu.exitInitializationMode()
+show(fmu.getReal([fmu.refs[n] for n in [*names, "drift_Z"]]))
+""",
+        built.plant,
+    )
+    assert found == [25.0, 19.5, 21.0, 21.0, 0.0]
+
+
 def test_the_machine_s_parameters_can_be_set(built: Built) -> None:
     machine = read_machine("jig_borer")
     name = next(n for n, p in machine.parameters.items() if p.calibrate and "-" in n)
