@@ -164,11 +164,11 @@ def _simulate(args: argparse.Namespace, database: Any, speed_up: float | None) -
 
 def _case(args: argparse.Namespace, database: Any, speed_up: float | None) -> tuple[Any, Path]:
     from measurement.errors import BadInput
-    from scenarios.commands.run import _override
+    from scenarios.assignments import assignment
     from scenarios.gateway.database import MACHINE
     from scenarios.scenario import read_scenario
 
-    overrides = [_override(text) for text in args.set]
+    overrides = [assignment(text) for text in args.set]
     if speed_up is not None:
         step_s = database.closing(MACHINE).cycle_s * speed_up
         overrides.append(("step_s", step_s))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -38,11 +37,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Simulate, write the folder, print the table."""
+    from scenarios.assignments import assignment
     from scenarios.runner import run_scenario
     from scenarios.scenario import read_scenario
     from scenarios.table import as_text
 
-    scenario = read_scenario(args.scenario, [_override(text) for text in args.set])
+    scenario = read_scenario(args.scenario, [assignment(text) for text in args.set])
     settings = scenario.settings
     out = args.out or Path("results") / settings.name
     pace = ""
@@ -98,16 +98,3 @@ def _near(folder: Path, name: str) -> Path:
     """Return a run's path: from the scenario's folder, or else from the working folder."""
     path = Path(name).expanduser()
     return folder / path if (folder / path).is_file() else path
-
-
-def _override(text: str) -> tuple[str, Any]:
-    """Return key and value of ``key=value``; the value is TOML, or else a plain text."""
-    from measurement.errors import BadInput
-
-    key, mark, value = text.partition("=")
-    if not mark or not key.strip():
-        raise BadInput("--set", "", f"{text!r} is not of the form KEY=VALUE")
-    try:
-        return key.strip(), tomllib.loads(f"value = {value}")["value"]
-    except (tomllib.TOMLDecodeError, RecursionError, ValueError):
-        return key.strip(), value.strip()

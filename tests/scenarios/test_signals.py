@@ -30,11 +30,20 @@ def test_every_kind_is_found_by_walking_the_folder() -> None:
         "first_order",
         "ramp",
         "random_steps",
+        "scaled",
         "sine",
         "steps",
         "sum",
         "table",
     }
+
+
+def test_a_scaled_signal_is_a_factor_times_another() -> None:
+    inner = {"kind": "ramp", "start": 2.0, "end": 6.0, "end_s": 100.0}
+    scaled = values({"kind": "scaled", "signal": inner, "factor": -0.5})
+    assert scaled == [-0.5 * value for value in values(inner)]
+    with pytest.raises(BadInput, match=r"signals\.speed\.signal\.kind: 'rmap' is not a kind"):
+        build({"kind": "scaled", "signal": {"kind": "rmap"}, "factor": 1.0}, setting())
 
 
 def test_a_bare_number_is_a_constant() -> None:

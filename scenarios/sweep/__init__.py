@@ -1,0 +1,1 @@
+"""Sweeps: one scenario many times, over a grid and over random draws of what may vary."""

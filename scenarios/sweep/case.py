@@ -1,0 +1,87 @@
+"""One case of a sweep: simulate it, and keep what the table and the figure need."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from measurement.rig import AXES
+from scenarios.cosimulation import simulate
+from scenarios.fmu import FmuError
+from scenarios.sweep.plan import Job
+from scenarios.table import group_of
+
+POINTS = 240
+"""Stretches of time that a case's curves are kept at."""
+
+DIGITS = 4
+"""Decimals of the curves [um]."""
+
+
+def outcome_of(job: Job, places: Mapping[str, Path]) -> dict[str, Any]:
+    """Simulate a job and return its outcome, ready for JSON.
+
+    Parameters
+    ----------
+    job : Job
+    places : mapping of str to Path
+        The FMUs by SHA-256.
+
+    Returns
+    -------
+    dict
+        ``number``; ``problem``, empty if all went well; ``axes``, by axis the figures of
+        `measurement.figures.CompensationRow`; ``valid_percent`` of the time; ``time_s`` and
+        ``curves``, drift and error over time [um].
+
+    Raises
+    ------
+    BadInput
+        If the case does not fit the FMUs.
+    """
+    compensator = places[job.compensator] if job.compensator else None
+    try:
+        frame = simulate(job.case, places[job.plant], compensator, quiet=True).frame
+    except FmuError as error:
+        return failed(job, str(error))
+    axes = group_of("", [("case", "", frame)]).rows[-1].axes
+    chosen = np.unique(np.linspace(0, len(frame) - 1, POINTS + 1).round().astype(int))
+    names = [f"{what}_{axis}_um" for what in ("drift", "error") for axis in AXES]
+    return {
+        "number": job.number,
+        "problem": "",
+        "axes": {axis: _finite(row.to_dict()) for axis, row in axes.items()},
+        "valid_percent": 100.0 * float(frame["valid_1"].mean()) if "valid_1" in frame else None,
+        "time_s": frame["time_s"].to_numpy()[chosen].tolist(),
+        "curves": {name: _curve(frame, name, chosen) for name in names if name in frame},
+    }
+
+
+def failed(job: Job, problem: str) -> dict[str, Any]:
+    """Return the outcome of a job that came to no result."""
+    return {
+        "number": job.number,
+        "problem": problem,
+        "axes": {},
+        "valid_percent": None,
+        "time_s": [],
+        "curves": {},
+    }
+
+
+def _finite(row: dict[str, Any]) -> dict[str, Any]:
+    return {
+        key: None if isinstance(value, float) and not math.isfinite(value) else value
+        for key, value in row.items()
+        if key not in ("axis", "samples")
+    }
+
+
+def _curve(frame: pd.DataFrame, name: str, chosen: np.ndarray) -> list[float | None]:
+    values = np.round(frame[name].to_numpy(dtype=np.float64)[chosen], DIGITS)
+    return [value if math.isfinite(value) else None for value in values.tolist()]

@@ -1,0 +1,126 @@
+"""The cases of a sweep on a cluster: a Dask scheduler and its workers.
+
+The FMUs go to every worker as a plugin, also to those that join later, so the workers need the
+packages and no shared folder. A worker that dies takes nothing with it: the scheduler gives its
+cases to another.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from distributed import Client, KilledWorker, WorkerPlugin, as_completed, get_worker
+from distributed.comm.core import connect
+
+from measurement.errors import BadInput
+from measurement.files import write_atomically
+from scenarios.cli import PROGRAM, version
+from scenarios.sweep.case import failed, outcome_of
+from scenarios.sweep.plan import Job
+
+OPTION = "--cluster"
+CONNECT_S, WORKER_S = 10, 60
+_alone = threading.Lock()  # an FMU shares its process: one case at a time, however many threads
+
+
+class FmuStore(WorkerPlugin):
+    """Puts FMUs into the folder of a worker.
+
+    Parameters
+    ----------
+    fmus : mapping of str to Path
+        By SHA-256.
+    name : str
+        Of the plugin.
+    """
+
+    def __init__(self, fmus: Mapping[str, Path], name: str) -> None:
+        self.name = name
+        self.places: dict[str, Path] = {}
+        self._content = {key: path.read_bytes() for key, path in fmus.items()}
+
+    def setup(self, worker: Any) -> None:
+        """Write the files, when the worker starts or the plugin arrives."""
+        folder = Path(worker.local_directory) / PROGRAM
+        for key, content in self._content.items():
+            self.places[key] = write_atomically(folder / f"{key}.fmu", content)
+
+
+def on_cluster(
+    jobs: Sequence[Job], places: Mapping[str, Path], address: str, digest: str
+) -> Iterator[dict[str, Any]]:
+    """Give the outcome of every job once, in the order in which they end.
+
+    Parameters
+    ----------
+    jobs : sequence of Job
+    places : mapping of str to Path
+        The FMUs by SHA-256.
+    address : str
+        Of the scheduler, for example ``tcp://10.0.0.5:8786``.
+    digest : str
+        What this sweep's cases are known by there.
+
+    Raises
+    ------
+    BadInput
+        If there is no scheduler or no worker, or a worker lacks these packages.
+    """
+    try:
+        asyncio.run(_knock(address))
+    except (OSError, ValueError, TypeError) as error:
+        said = " ".join(str(error).split())[:200]
+        raise BadInput(OPTION, address, f"no Dask scheduler answers: {said}") from None
+    with Client(address, timeout=CONNECT_S, set_as_default=False) as client:
+        try:
+            client.wait_for_workers(1, timeout=WORKER_S)
+        except TimeoutError:
+            raise BadInput(OPTION, address, f"no worker has joined in {WORKER_S} s") from None
+        store = FmuStore(places, f"{PROGRAM}-{digest[:12]}")
+        try:
+            client.register_plugin(store)
+            yield from _outcomes(client, jobs, store.name)
+        except ImportError as error:
+            raise BadInput(OPTION, address, f"a worker lacks {PROGRAM}: {error}") from None
+        finally:
+            client.unregister_worker_plugin(store.name)
+
+
+async def _knock(address: str) -> None:
+    """Connect once: a client that found nobody would not go away in peace."""
+    comm = await connect(address, timeout=CONNECT_S)
+    await comm.close()
+
+
+def _outcomes(client: Any, jobs: Sequence[Job], store: str) -> Iterator[dict[str, Any]]:
+    by_key = {f"{store}-{job.number}": job for job in jobs}
+    futures = client.map(
+        _on_worker,
+        list(by_key.values()),
+        key=list(by_key),
+        store=store,
+        expected=version(),
+        pure=False,
+    )
+    for future in as_completed(futures, loop=client.loop):
+        try:
+            outcome = future.result()
+        except KilledWorker as error:
+            lost = f"{len(error.args[0]) if error.args else 'several'} workers died of it"
+            outcome = failed(by_key[future.key], lost)
+        yield outcome
+        future.release()
+
+
+def _on_worker(job: Job, *, store: str, expected: str) -> dict[str, Any]:
+    if version() != expected:
+        raise BadInput(
+            OPTION, "", f"a worker has {PROGRAM} {version()}, and {expected} is needed there"
+        )
+    plugin: Any = get_worker().plugins[store]
+    with _alone:
+        return outcome_of(job, plugin.places)

@@ -1,0 +1,360 @@
+"""From a scenario and what varies to the cases of a sweep, all checked before the first runs."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import math
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from measurement.errors import BadInput, shown
+from measurement.files import sha256_of
+from scenarios.fmu import read_description
+from scenarios.fmu_files import find_fmu
+from scenarios.scenario import Case, Scenario, Variant, changed, read_scenario, scenario_from_text
+from scenarios.sweep.names import Names, Target, check_range
+from scenarios.sweep.variation import OPTION, Variation, variation
+
+MOST_CASES = 100_000
+LARGEST_SEED = 2**31 - 1
+PLANT, COMPENSATOR = "plant.fmu", "compensator.fmu"
+
+
+@dataclass(frozen=True)
+class Request:
+    """What a sweep was asked for.
+
+    Attributes
+    ----------
+    scenario : str
+        Name or path.
+    vary : tuple of str
+        ``NAME=VALUES`` each.
+    repeat : int
+        How often every point of the grid is run, each time with other draws and another seed.
+    seed : int or None
+        Of the sweep; None: the scenario's.
+    variants : tuple of str
+        Which of the scenario's variants; empty: all.
+    overrides : tuple of (str, object)
+        Keys of the scenario set otherwise, in all cases.
+    """
+
+    scenario: str
+    vary: tuple[str, ...]
+    repeat: int = 1
+    seed: int | None = None
+    variants: tuple[str, ...] = ()
+    overrides: tuple[tuple[str, Any], ...] = ()
+
+
+@dataclass(frozen=True)
+class Job:
+    """One co-simulation of a sweep.
+
+    Attributes
+    ----------
+    number : int
+        Its place in the sweep, from 0.
+    variant : str
+        Which variant of the scenario.
+    repeat : int
+        Which repeat of its point of the grid.
+    values : dict of str to object
+        What varies, by label.
+    case : Case
+        Ready to run.
+    plant, compensator : str
+        SHA-256 of the FMUs; the compensator's is empty where it is not enabled.
+    """
+
+    number: int
+    variant: str
+    repeat: int
+    values: dict[str, Any]
+    case: Case
+    plant: str
+    compensator: str
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A sweep, ready to run.
+
+    Attributes
+    ----------
+    scenario : Scenario
+    variations : tuple of Variation
+    titles : dict of str to str
+        The variants by name.
+    jobs : tuple of Job
+        In order: variants, within them points of the grid, within them repeats.
+    fmus : dict of str to Path
+        The FMUs by SHA-256.
+    identity : dict
+        What makes two sweeps the same, ready for JSON.
+    """
+
+    scenario: Scenario
+    variations: tuple[Variation, ...]
+    titles: dict[str, str]
+    jobs: tuple[Job, ...]
+    fmus: dict[str, Path]
+    identity: dict[str, Any]
+
+
+def plan(request: Request, fmu_dir: Path, work: Path, version: str, *, quiet: bool = False) -> Plan:
+    """Return the cases of a sweep.
+
+    Parameters
+    ----------
+    request : Request
+    fmu_dir : Path
+        Where FMUs named without a folder are.
+    work : Path
+        Where FMUs of this sweep alone may be built; must stay while it runs.
+    version : str
+        This program's.
+    quiet : bool
+        Say nothing about building.
+
+    Raises
+    ------
+    BadInput
+        For anything that does not fit: a name, a value, a number of cases.
+    """
+    scenario = read_scenario(request.scenario, request.overrides)
+    if not scenario.cases:
+        raise BadInput(scenario.path, "replay", "cannot be swept: nothing is simulated")
+    asked = [variation(text) for text in request.vary]
+    seed = _seed(request, scenario)
+    variants = _chosen(scenario, request.variants)
+    finder = _Fmus(scenario, variants, fmu_dir, work, quiet)
+    names = finder.names(asked)
+    variations = tuple(itertools.chain.from_iterable(map(names.expanded, asked)))
+    if not 1 <= request.repeat <= MOST_CASES:
+        raise BadInput("--repeat", "", f"{request.repeat} is not allowed: 1 to {MOST_CASES}")
+    grid = [entry.values for entry in variations if not entry.is_drawn]
+    count = math.prod(map(len, grid)) * request.repeat * len(variants)
+    if count > MOST_CASES:
+        raise BadInput(OPTION, "", f"{count} cases are more than {MOST_CASES}")
+    targets = {entry.label: names.target(entry.name) for entry in variations}
+    _check(variations, targets, variants)
+    builder = _Builder(scenario, variations, targets, seed, finder)
+    jobs = [
+        builder.job(number, variant, point, repeat)
+        for number, (variant, point, repeat) in enumerate(
+            itertools.product(variants, list(itertools.product(*grid)), range(request.repeat))
+        )
+    ]
+    used = sorted({fmu for job in jobs for fmu in (job.plant, job.compensator) if fmu})
+    identity = {
+        "scenario": scenario.settings.name,
+        "text": scenario.text,
+        "--set": [[key, json.dumps(value, default=str)] for key, value in request.overrides],
+        "--vary": list(request.vary),
+        "--repeat": request.repeat,
+        "--seed": seed,
+        "--variant": [variant.name for variant in variants],
+        "FMUs": used,
+        "version": version,
+    }
+    titles = {variant.name: variant.title or variant.name for variant in variants}
+    fmus = {key: finder.paths[key] for key in used}
+    return Plan(scenario, variations, titles, tuple(jobs), fmus, identity)
+
+
+def _seed(request: Request, scenario: Scenario) -> int:
+    seed = scenario.settings.seed if request.seed is None else request.seed
+    if not 0 <= seed <= LARGEST_SEED:
+        raise BadInput("--seed", "", f"{seed} is not allowed: 0 to {LARGEST_SEED}")
+    return seed
+
+
+def _chosen(scenario: Scenario, wanted: Sequence[str]) -> list[Variant]:
+    known = {variant.name: variant for variant in scenario.settings.variants}
+    if not known:
+        known = {"main": Variant(name="main", title=scenario.settings.title)}
+    for name in wanted:
+        if name not in known:
+            raise BadInput("--variant", "", f"{shown(name)} is not allowed: {', '.join(known)}")
+    return [variant for name, variant in known.items() if name in wanted or not wanted]
+
+
+def _check(
+    variations: Sequence[Variation], targets: Mapping[str, Target], variants: Sequence[Variant]
+) -> None:
+    keys = [targets[entry.label].key for entry in variations]
+    for entry in variations:
+        target = targets[entry.label]
+        if keys.count(target.key) > 1:
+            raise BadInput(OPTION, entry.name, "varies twice")
+        if entry.relative:
+            continue
+        check_range(entry, target)
+        said = [variant.set.get(target.key) for variant in variants]
+        if any(value != said[0] for value in said):
+            known = ", ".join(variant.name for variant in variants)
+            raise BadInput(
+                OPTION,
+                entry.name,
+                f"is what the variants differ in: choose one with --variant: {known}",
+            )
+
+
+class _Fmus:
+    """The FMUs of all cases, each found (or built) once."""
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        variants: Sequence[Variant],
+        fmu_dir: Path,
+        work: Path,
+        quiet: bool,
+    ) -> None:
+        self._scenario, self._variants = scenario, variants
+        self._fmu_dir, self._work, self._quiet = fmu_dir, work, quiet
+        self._known: dict[str, str] = {}
+        self.paths: dict[str, Path] = {}
+
+    def sha256(self, name: str) -> str:
+        """Return the SHA-256 of the FMU that a scenario calls *name*."""
+        if name not in self._known:
+            near = self._scenario.path.resolve().parent
+            # A folder each: FMUs that are built for this sweep share their file name.
+            work = self._work / str(len(self._known))
+            work.mkdir()
+            path = find_fmu(name, self._fmu_dir, near, work, quiet=self._quiet).resolve()
+            self._known[name] = sha256_of(path)
+            self.paths[self._known[name]] = path
+        return self._known[name]
+
+    def names(self, variations: Sequence[Variation]) -> Names:
+        """Return what the FMUs of the scenario, its variants and the variations let vary."""
+        found: dict[str, list[Mapping[str, Any]]] = {PLANT: [], COMPENSATOR: []}
+        for key, described in found.items():
+            head, _, tail = key.partition(".")
+            usual = getattr(getattr(self._scenario.settings, head), tail)
+            names = [variant.set.get(key, usual) for variant in self._variants]
+            names += [value for entry in variations if entry.name == key for value in entry.values]
+            if key == COMPENSATOR and not self._scenario.settings.compensator.enabled:
+                continue
+            for name in dict.fromkeys(map(str, names)):
+                path = self.paths[self.sha256(name)]
+                variables = read_description(path).modelVariables
+                described.append({variable.name: variable for variable in variables})
+        return Names(found[PLANT], found[COMPENSATOR])
+
+
+class _Builder:
+    """Makes the jobs."""
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        variations: Sequence[Variation],
+        targets: Mapping[str, Target],
+        seed: int,
+        fmus: _Fmus,
+    ) -> None:
+        self._scenario, self._variations, self._targets = scenario, variations, targets
+        self._seed, self._fmus = seed, fmus
+
+    def job(self, number: int, variant: Variant, point: Sequence[Any], repeat: int) -> Job:
+        """Return one job: a point of the grid in one of its repeats.
+
+        Raises
+        ------
+        BadInput
+            If its values do not make a scenario.
+        """
+        settled: list[tuple[str, Any]] = [
+            *self._scenario.overrides,
+            ("variants", []),
+            *variant.set.items(),
+            ("seed", _repeated(self._seed, repeat)),
+        ]
+        values: dict[str, Any] = {}
+        left = iter(point)
+        for entry in self._variations:
+            target = self._targets[entry.label]
+            usual = self._usual(entry, target, settled) if entry.relative else 1.0
+            if entry.is_drawn:
+                low, high = _factors(target, usual) if entry.relative else (target.low, target.high)
+                values[entry.label] = entry.drawn(self._seed, repeat, low, high)
+            else:
+                values[entry.label] = next(left)
+            value = values[entry.label]
+            settled.append((target.key, _scaled(usual, value) if entry.relative else value))
+        case = self._case(settled)
+        settings = case.settings
+        other = self._fmus.sha256(settings.compensator.fmu) if settings.compensator.enabled else ""
+        return Job(
+            number, variant.name, repeat, values, case, self._fmus.sha256(settings.plant.fmu), other
+        )
+
+    def _usual(self, entry: Variation, target: Target, settled: Sequence[tuple[str, Any]]) -> Any:
+        """Return what the scenario has, or else the plant: a number, or a signal as a table."""
+        table = tomllib.loads(self._scenario.text)
+        for key, value in settled:
+            table = changed(table, key, value, self._scenario.path, OPTION)
+        usual = _found(table, target.key)
+        if usual is None:
+            usual = target.usual
+        if isinstance(usual, dict) and "kind" in usual:
+            return usual
+        if not isinstance(usual, int | float) or isinstance(usual, bool):
+            raise BadInput(OPTION, entry.label, f"{shown(usual)} is not a number to be multiplied")
+        for factor in entry.ends():
+            if not target.low <= usual * factor <= target.high:
+                allowed = f"the plant FMU takes {target.low:g} to {target.high:g}"
+                said = f"{factor:g} * {usual:g} is not allowed"
+                raise BadInput(OPTION, entry.label, f"{said}: {allowed}")
+        return usual
+
+    def _case(self, settled: Sequence[tuple[str, Any]]) -> Case:
+        try:
+            (case,) = scenario_from_text(self._scenario.text, self._scenario.path, settled).cases
+        except BadInput as error:
+            for entry in self._variations:
+                key = self._targets[entry.label].key
+                if error.place and (error.place.startswith(key) or key.startswith(error.place)):
+                    raise BadInput(OPTION, entry.name, error.problem) from None
+            raise
+        return case
+
+
+def _factors(target: Target, usual: Any) -> tuple[float, float]:
+    """Return the factors between which a scaled value stays in its target's range."""
+    if isinstance(usual, dict) or usual == 0:
+        return -math.inf, math.inf
+    low, high = sorted((target.low / usual, target.high / usual))
+    return low, high
+
+
+def _scaled(usual: Any, factor: float) -> Any:
+    if isinstance(usual, dict):
+        return {"kind": "scaled", "signal": usual, "factor": float(factor)}
+    return usual * factor
+
+
+def _found(table: Any, key: str) -> Any:
+    """Return what a scenario's table has under a dotted key, None if nothing."""
+    for step in key.split(".", 2 if key.startswith("plant.parameters.") else -1):
+        table = table.get(step) if isinstance(table, dict) else None
+    return table
+
+
+def _repeated(seed: int, repeat: int) -> int:
+    """Return the scenario's seed in a repeat; the first has the sweep's own, as `run` would."""
+    if repeat == 0:
+        return seed
+    (word,) = np.random.SeedSequence([seed, repeat]).generate_state(1).tolist()
+    return int(word % LARGEST_SEED) + 1

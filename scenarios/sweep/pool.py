@@ -1,0 +1,106 @@
+"""The cases of a sweep on the cores of this computer."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import threading
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from pathlib import Path
+from typing import Any
+
+from scenarios.sweep.case import failed, outcome_of
+from scenarios.sweep.plan import Job
+
+TRIES = 3
+"""How often a case may take its process down before it counts as failed."""
+
+LOST = f"its process ended {TRIES} times without a result"
+
+
+def cores() -> int:
+    """Return how many cores this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def on_cores(
+    jobs: Sequence[Job], places: Mapping[str, Path], workers: int
+) -> Iterator[dict[str, Any]]:
+    """Give the outcome of every job once, in the order in which they end.
+
+    Parameters
+    ----------
+    jobs : sequence of Job
+    places : mapping of str to Path
+        The FMUs by SHA-256.
+    workers : int
+        Processes; with one, the jobs run in this process.
+
+    Raises
+    ------
+    BadInput
+        If a case does not fit the FMUs.
+    """
+    if workers == 1:
+        for job in jobs:
+            yield outcome_of(job, places)
+        return
+    left = {job.number: job for job in jobs}
+
+    def ended(outcomes: Iterator[dict[str, Any]]) -> Iterator[dict[str, Any]]:
+        for outcome in outcomes:
+            del left[outcome["number"]]
+            yield outcome
+
+    while left:
+        try:
+            yield from ended(_one_pool(list(left.values()), places, workers))
+        except BrokenProcessPool:
+            # Jobs start in order, so whichever took its process down is among the first left.
+            suspects = list(left.values())[:workers]
+            yield from ended(_one_by_one(suspects, places))
+
+
+def _one_by_one(jobs: Sequence[Job], places: Mapping[str, Path]) -> Iterator[dict[str, Any]]:
+    for job in jobs:
+        for _ in range(TRIES):
+            try:
+                yield from _one_pool([job], places, 1)
+            except BrokenProcessPool:
+                continue
+            break
+        else:
+            yield failed(job, LOST)
+
+
+def _one_pool(
+    jobs: Sequence[Job], places: Mapping[str, Path], workers: int
+) -> Iterator[dict[str, Any]]:
+    # Fresh processes: a fork would share the FMUs' interpreter state and this process's threads.
+    context = multiprocessing.get_context("spawn")
+    pool = ProcessPoolExecutor(min(workers, len(jobs)), context, _prepare)
+    futures: list[Future[dict[str, Any]]] = []
+    try:
+        futures += [pool.submit(outcome_of, job, places) for job in jobs]
+        for future in as_completed(futures):
+            yield future.result()
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def _prepare() -> None:
+    """Leave Ctrl-C to the parent, and end when the parent has gone, however it went."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        threading.Thread(target=_follow, args=(parent,), daemon=True).start()
+
+
+def _follow(parent: Any) -> None:
+    parent.join()
+    os._exit(1)

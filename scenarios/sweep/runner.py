@@ -1,0 +1,121 @@
+"""From the request for a sweep to its folder."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import sys
+import tempfile
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+from tqdm import tqdm
+
+from measurement.errors import BadInput
+from measurement.files import write_atomically
+from scenarios.cli import version
+from scenarios.runner import versions
+from scenarios.sweep.figure import draw
+from scenarios.sweep.plan import Plan, Request, plan
+from scenarios.sweep.pool import cores, on_cores
+from scenarios.sweep.store import Store
+from scenarios.sweep.tables import case_table, over_time, summary
+
+TABLE, BANDS, SUMMARY = "sweep", "percentiles.csv", "summary.json"
+
+
+def run_sweep(
+    request: Request,
+    out: Path,
+    fmu_dir: Path,
+    *,
+    workers: int | None = None,
+    cluster: str | None = None,
+    quiet: bool = False,
+) -> dict[str, Any]:
+    """Run every case of a sweep that its folder does not have yet, and write what it comes to.
+
+    Parameters
+    ----------
+    request : Request
+    out : Path
+        New, empty, or the folder of the same sweep, which then goes on.
+    fmu_dir : Path
+        Where FMUs named without a folder are.
+    workers : int, optional
+        Processes; all cores by default.
+    cluster : str, optional
+        Address of a Dask scheduler, instead of this computer's cores.
+    quiet : bool
+        No progress bar, no messages.
+
+    Returns
+    -------
+    dict
+        What ``summary.json`` holds.
+
+    Raises
+    ------
+    BadInput
+        If something does not fit; cases that have ended stay in the folder.
+    """
+    if workers is not None and not 1 <= workers <= 1024:
+        raise BadInput("--workers", "", f"{workers} is not allowed: 1 to 1024")
+    if cluster and importlib.util.find_spec("distributed") is None:
+        raise BadInput("--cluster", "", "needs dask: pip install 'spindle-drift[cluster]'")
+    with tempfile.TemporaryDirectory(prefix="spindle-drift-built-") as work:
+        planned = plan(request, fmu_dir, Path(work), version(), quiet=quiet)
+        store = Store(out, planned)
+        done = store.outcomes()
+        # What failed is tried again: a full disk is no property of the case.
+        left = [job for job in planned.jobs if done.get(job.number, {"problem": "?"})["problem"]]
+        found: Iterator[dict[str, Any]] = iter(())
+        if left and cluster:
+            from scenarios.sweep.cluster import on_cluster
+
+            found = on_cluster(left, planned.fmus, cluster, store.digest)
+        elif left:
+            count = min(workers or cores(), len(left))
+            found = on_cores(left, planned.fmus, count)
+        with tqdm(
+            total=len(planned.jobs),
+            initial=len(planned.jobs) - len(left),
+            desc=planned.scenario.settings.name,
+            unit="case",
+            file=sys.stderr,
+            disable=quiet or not sys.stderr.isatty(),
+        ) as bar:
+            for outcome in found:
+                store.record(outcome)
+                bar.update()
+    return _written(planned, store.outcomes(), out)
+
+
+def _written(planned: Plan, outcomes: Mapping[int, dict[str, Any]], out: Path) -> dict[str, Any]:
+    table = case_table(planned, outcomes)
+    bands = over_time(planned, outcomes)
+    files = _tables(table, out)
+    if not bands.empty:
+        write_atomically(out / BANDS, bands.to_csv(index=False, lineterminator="\n"))
+        files += [BANDS, *draw(planned, table, bands, out)]
+    facts = {
+        "scenario": planned.identity["scenario"],
+        "title": planned.scenario.settings.title,
+        **summary(planned, table),
+        "files": files,
+        "versions": versions(),
+    }
+    text = json.dumps(facts, indent=1, allow_nan=False, ensure_ascii=False)
+    write_atomically(out / SUMMARY, text + "\n")
+    return facts
+
+
+def _tables(table: pd.DataFrame, out: Path) -> list[str]:
+    """Write the table as CSV, and as Parquet where pandas can; return the names of the files."""
+    write_atomically(out / f"{TABLE}.csv", table.to_csv(index=False, lineterminator="\n"))
+    if importlib.util.find_spec("pyarrow") is None:
+        return [f"{TABLE}.csv"]
+    write_atomically(out / f"{TABLE}.parquet", table.to_parquet(index=False))
+    return [f"{TABLE}.csv", f"{TABLE}.parquet"]

@@ -1,0 +1,202 @@
+"""From the outcomes of a sweep to its table, its percentiles and what it says in a few lines."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from scenarios.signals.base import FloatArray
+from scenarios.sweep.plan import Plan
+
+PERCENTILES = (5, 50, 95)
+FIGURES = ("before_max_um", "before_mean_um", "after_max_um", "after_mean_um")
+GAIN = "improvement_percent"
+STRONG, CHANCE = 0.3, 3.0
+"""A rank correlation is told from STRONG on, and if it is CHANCE times what chance alone gives:
+1 / sqrt(n - 1) for n independent cases."""
+
+MOST_TOLD = 5
+
+DIGITS = 6
+
+
+def case_table(plan: Plan, outcomes: Mapping[int, dict[str, Any]]) -> pd.DataFrame:
+    """Return the tidy table: a row a case and axis, in the order of the cases.
+
+    Parameters
+    ----------
+    plan : Plan
+    outcomes : mapping of int to dict
+        Those of `scenarios.sweep.case.outcome_of`, of every case.
+
+    Returns
+    -------
+    DataFrame
+        ``case``, ``variant``, ``repeat``, ``seed``, a column for each thing that varies,
+        ``axis``, the figures before and after compensation [um], ``improvement_percent``,
+        ``valid_percent`` of the time, and ``problem``. A case that failed has one row without axis.
+    """
+    rows = []
+    for job in plan.jobs:
+        outcome = outcomes[job.number]
+        head = {
+            "case": job.number,
+            "variant": job.variant,
+            "repeat": job.repeat,
+            "seed": job.case.settings.seed,
+        }
+        # A seed may itself be what varies, and is then there once.
+        head |= {label: _cell(value) for label, value in job.values.items()}
+        last = {"valid_percent": outcome["valid_percent"], "problem": outcome["problem"]}
+        for axis, figures in (outcome["axes"] or {"": {}}).items():
+            rows.append(head | {"axis": axis} | figures | last)
+    head_names = list(head)
+    columns = [*head_names, "axis", *FIGURES, GAIN, "valid_percent", "problem"]
+    frame = pd.DataFrame(rows, columns=columns)
+    numbers = [*FIGURES, GAIN, "valid_percent"]
+    frame[numbers] = frame[numbers].astype("float64").round(DIGITS)
+    return frame
+
+
+def _cell(value: Any) -> Any:
+    """Return a value as a table holds it; what is no scalar, as JSON."""
+    return json.dumps(value, default=str) if isinstance(value, dict | list) else value
+
+
+def over_time(plan: Plan, outcomes: Mapping[int, dict[str, Any]]) -> pd.DataFrame:
+    """Return the percentiles over the cases, at moments of the run.
+
+    Returns
+    -------
+    DataFrame
+        ``variant``, ``time_s``, and for each of drift and error and each axis the percentiles
+        ``drift_X_p5_um`` ... [um].
+    """
+    parts = []
+    for variant in plan.titles:
+        found = [outcomes[job.number] for job in plan.jobs if job.variant == variant]
+        found = [outcome for outcome in found if outcome["curves"]]
+        if not found:
+            continue
+        moments: FloatArray = np.array(found[0]["time_s"], dtype=np.float64)
+        columns: dict[str, Any] = {"variant": [variant] * len(moments), "time_s": moments}
+        for name in found[0]["curves"]:
+            curves = [
+                np.interp(moments, outcome["time_s"], _numbers(outcome["curves"][name]))
+                for outcome in found
+            ]
+            bands = np.nanpercentile(np.stack(curves), PERCENTILES, axis=0)
+            stem = name.removesuffix("_um")
+            columns |= {
+                f"{stem}_p{percentile}_um": np.round(band, DIGITS)
+                for percentile, band in zip(PERCENTILES, bands, strict=True)
+            }
+        parts.append(pd.DataFrame(columns))
+    return pd.concat(parts, ignore_index=True) if parts else pd.DataFrame()
+
+
+def _numbers(values: list[float | None]) -> FloatArray:
+    return np.array([np.nan if value is None else value for value in values], dtype=np.float64)
+
+
+def summary(plan: Plan, frame: pd.DataFrame) -> dict[str, Any]:
+    """Return what a sweep comes to, ready for JSON.
+
+    Returns
+    -------
+    dict
+        ``cases``, ``failed``, ``problems`` (the first few), ``vary`` (labels), and ``variants``:
+        by variant and axis the percentiles over the cases of each figure, the ``worst`` case, and
+        under ``rank_correlation`` how the mean error that is left goes with what varies (Spearman),
+        where that is more than chance.
+    """
+    bad = frame[frame["problem"] != ""]
+    found: dict[str, Any] = {
+        "cases": len(plan.jobs),
+        "failed": len(bad),
+        "problems": bad["problem"].unique()[:5].tolist(),
+        "vary": [entry.label for entry in plan.variations],
+        "percentiles": list(PERCENTILES),
+        "variants": {},
+    }
+    good = frame[frame["problem"] == ""]
+    for (variant, axis), rows in good.groupby(["variant", "axis"], sort=False):
+        entry = found["variants"].setdefault(
+            str(variant), {"title": plan.titles[str(variant)], "axes": {}}
+        )
+        entry["axes"][str(axis)] = _of_axis(plan, rows)
+    return found
+
+
+def _of_axis(plan: Plan, rows: pd.DataFrame) -> dict[str, Any]:
+    labels = {entry.label: entry.is_drawn for entry in plan.variations}
+    figures = {
+        name: [round(float(value), 3) for value in np.percentile(values, PERCENTILES)]
+        for name in (*FIGURES, GAIN)
+        if len(values := rows[name].dropna())
+    }
+    worst = rows.iloc[int(rows["after_max_um"].argmax())]
+    return {
+        "percentiles": figures,
+        "worst": {
+            "case": int(worst["case"]),
+            "after_max_um": round(float(worst["after_max_um"]), 3),
+            "values": {label: _plain(worst[label]) for label in labels},
+        },
+        "rank_correlation": _correlations(rows, labels),
+    }
+
+
+def _plain(value: Any) -> Any:
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def _correlations(rows: pd.DataFrame, labels: Mapping[str, bool]) -> dict[str, float]:
+    """Return Spearman's rank correlation of the mean error left with each number that varies.
+
+    Only where it is more than chance. Points of the grid share their draws, so a number that is
+    drawn has as many independent cases as repeats.
+    """
+    left = rows["after_mean_um"]
+    found = {}
+    for label, drawn in labels.items():
+        column = rows[label]
+        count = rows["repeat"].nunique() if drawn else len(rows)
+        if count < 2 or left.nunique() < 2 or column.nunique() < 2:
+            continue
+        if pd.api.types.is_numeric_dtype(column):
+            value = float(column.astype(float).corr(left, method="spearman"))
+            if abs(value) >= max(STRONG, CHANCE / math.sqrt(count - 1)):
+                found[label] = round(value, 3)
+    return dict(sorted(found.items(), key=lambda entry: -abs(entry[1])))
+
+
+def as_text(found: Mapping[str, Any]) -> str:
+    """Return a summary as fixed-width text."""
+    wide = max([len(name) for name in found["variants"]] + [7]) + 2
+    lines = [
+        " " * wide + "         before, largest [um]      after, largest [um]    mean better by [%]",
+        " " * wide + "axis  " + "".join(f"{p:>7} %" for p in PERCENTILES) + "  "
+        + "".join(f"{p:>7} %" for p in PERCENTILES) + "  "
+        + "".join(f"{p:>6} %" for p in PERCENTILES),
+    ]  # fmt: skip
+    notes = []
+    for variant, entry in found["variants"].items():
+        for axis, told in entry["axes"].items():
+            figures = told["percentiles"]
+            cells = "".join(f"{v:>9.1f}" for v in figures["before_max_um"]) + "  "
+            cells += "".join(f"{v:>9.1f}" for v in figures["after_max_um"]) + "  "
+            cells += "".join(f"{v:>8.0f}" for v in figures.get(GAIN, ()))
+            lines.append(f"{variant:<{wide}}{axis:<6}{cells}")
+            strong = list(told["rank_correlation"].items())[:MOST_TOLD]
+            if strong:
+                cells = ", ".join(f"{label} {value:+.2f}" for label, value in strong)
+                notes.append(f"{variant:<{wide}}{axis:<6}{cells}")
+    if notes:
+        lines += ["", "What the mean error after goes with (rank correlation):", *notes]
+    return "\n".join(line.rstrip() for line in lines)

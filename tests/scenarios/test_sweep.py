@@ -1,0 +1,296 @@
+"""A whole sweep: what it computes, that it goes on after a kill, and what it refuses."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+import pytest
+
+from measurement.errors import BadInput
+from scenarios.cli import main
+from scenarios.sweep.plan import Request
+from scenarios.sweep.runner import run_sweep
+from scenarios.sweep.tables import as_text
+from tests.scenarios.tiny_fmus import PLANT, build_tiny
+
+SAME = ("sweep.csv", "sweep.parquet", "percentiles.csv", "summary.json", "percentiles.png")
+
+
+@pytest.fixture
+def sweep(tiny_scenario: Path, tiny_folder: Path, tmp_path: Path) -> Any:
+    def run(out: str, *vary: str, workers: int = 1, **more: Any) -> dict[str, Any]:
+        request = Request(str(tiny_scenario), vary, **more)
+        return run_sweep(request, tmp_path / out, tiny_folder, workers=workers, quiet=True)
+
+    return run
+
+
+def arguments(scenario: Path, fmus: Path, out: Path, *more: str) -> list[str]:
+    return ["sweep", str(scenario), "--fmu-dir", str(fmus), "--out", str(out), *more]
+
+
+def in_a_process(*words: str) -> subprocess.Popen[str]:
+    return subprocess.Popen(
+        [sys.executable, "-m", "scenarios.cli", *words],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+
+
+def recorded(out: Path) -> list[Path]:
+    return sorted((out / "cases").glob("*.json")) if (out / "cases").is_dir() else []
+
+
+def until_recorded(out: Path, count: int, process: subprocess.Popen[str]) -> None:
+    until = time.monotonic() + 120.0
+    while len(recorded(out)) < count:
+        assert process.poll() is None, process.communicate()
+        assert time.monotonic() < until
+        time.sleep(0.02)
+
+
+def test_the_table_holds_what_the_plant_does(sweep: Any, tmp_path: Path) -> None:
+    found = sweep("out", "gain=1e-3,2e-3", "speed=1000,500")
+    table = pd.read_csv(tmp_path / "out" / "sweep.csv", keep_default_na=False)
+    assert len(table) == 4 * 3
+    x = table[table["axis"] == "X"].set_index(["gain", "speed"])
+    for (gain, speed), row in x.iterrows():
+        # drift_X = 10 gain speed t over 20 s; its mean over 21 samples is half of it.
+        assert row["before_max_um"] == pytest.approx(10.0 * gain * speed * 20.0)
+        assert row["before_mean_um"] == pytest.approx(5.0 * gain * speed * 20.0)
+        # The compensator is two steps late.
+        assert row["after_max_um"] == pytest.approx(10.0 * gain * speed * 2.0)
+        assert row["valid_percent"] == 100.0
+    assert found["cases"] == 4
+    assert found["failed"] == 0
+    axis = found["variants"]["main"]["axes"]["X"]
+    assert axis["percentiles"]["before_max_um"][1] == pytest.approx(200.0)
+    assert axis["worst"]["values"] == {"gain": 2e-3, "speed": 1000}
+    assert pd.read_parquet(tmp_path / "out" / "sweep.parquet").shape == table.shape
+    assert found["files"] == ["sweep.csv", "sweep.parquet", "percentiles.csv", "percentiles.png"]
+
+
+def test_the_percentiles_over_time_are_those_of_the_cases(sweep: Any, tmp_path: Path) -> None:
+    sweep("out", "gain=1e-3..3e-3:5", "speed=1000")
+    bands = pd.read_csv(tmp_path / "out" / "percentiles.csv")
+    last = bands.iloc[-1]
+    assert last["time_s"] == 20.0
+    drifts = pd.Series([10.0 * gain * 1000.0 * 20.0 for gain in (1e-3, 1.5e-3, 2e-3, 2.5e-3, 3e-3)])
+    for percentile in (5, 50, 95):
+        expected = drifts.quantile(percentile / 100)
+        assert last[f"drift_X_p{percentile}_um"] == pytest.approx(expected, abs=1e-3)
+
+
+def test_one_case_is_what_run_gives(
+    sweep: Any, tiny_scenario: Path, tiny_folder: Path, tmp_path: Path
+) -> None:
+    sweep("out")
+    words = ["--fmu-dir", str(tiny_folder), "--out", str(tmp_path / "run"), "--quiet"]
+    assert main(["run", str(tiny_scenario), *words]) == 0
+    run = json.loads((tmp_path / "run" / "table.json").read_text())["table"][0]["rows"][1]["axes"]
+    table = pd.read_csv(tmp_path / "out" / "sweep.csv").set_index("axis")
+    for axis, row in run.items():
+        assert table.loc[axis, "after_mean_um"] == pytest.approx(row["after_mean_um"], abs=1e-6)
+
+
+def test_any_number_of_workers_gives_the_same_files(sweep: Any, tmp_path: Path) -> None:
+    for workers in (1, 2):
+        sweep(str(workers), "gain=1e-3..2e-3", "tool_length=1,2", workers=workers, repeat=3)
+    for name in SAME:
+        one, two = ((tmp_path / str(n) / name).read_bytes() for n in (1, 2))
+        assert one == two, name
+
+
+@pytest.mark.slow
+def test_a_killed_sweep_goes_on_and_comes_to_the_same(
+    tiny_scenario: Path, tiny_folder: Path, tmp_path: Path
+) -> None:
+    more = ["--vary", "gain=1e-3..2e-3", "--repeat", "6", "--set", "duration_s=3000", "--quiet"]
+    words = arguments(tiny_scenario, tiny_folder, tmp_path / "out", "--workers", "2", *more)
+    first = in_a_process(*words)
+    until_recorded(tmp_path / "out", 2, first)
+    first.kill()
+    first.communicate()
+    there = {path: path.stat().st_mtime_ns for path in recorded(tmp_path / "out")}
+    assert 2 <= len(there) < 6
+    assert not (tmp_path / "out" / "sweep.csv").exists()
+    second = in_a_process(*words)
+    assert second.communicate() == ("", "")
+    assert second.returncode == 0
+    assert len(recorded(tmp_path / "out")) == 6
+    for path, time_ns in there.items():
+        assert path.stat().st_mtime_ns == time_ns, "a case that had ended ran again"
+    assert main(arguments(tiny_scenario, tiny_folder, tmp_path / "whole", *more)) == 0
+    for name in SAME:
+        assert (tmp_path / "out" / name).read_bytes() == (tmp_path / "whole" / name).read_bytes()
+
+
+def test_the_workers_of_a_killed_sweep_end(
+    tiny_scenario: Path, tiny_folder: Path, tmp_path: Path
+) -> None:
+    more = ["--repeat", "4", "--set", "duration_s=3000", "--workers", "2"]
+    process = in_a_process(*arguments(tiny_scenario, tiny_folder, tmp_path / "out", *more))
+    until_recorded(tmp_path / "out", 1, process)
+    process.kill()
+    process.communicate()
+    until = time.monotonic() + 60.0
+    while True:  # its session is its own, so nobody is left in the group when all have ended
+        try:
+            os.killpg(process.pid, 0)
+        except ProcessLookupError:
+            break
+        assert time.monotonic() < until
+        time.sleep(0.05)
+
+
+@pytest.mark.parametrize("workers", ["1", "2"])
+def test_an_interrupted_sweep_says_how_to_go_on(
+    tiny_scenario: Path, tiny_folder: Path, tmp_path: Path, workers: str
+) -> None:
+    more = ["--repeat", "8", "--set", "duration_s=3000", "--workers", workers]
+    process = in_a_process(*arguments(tiny_scenario, tiny_folder, tmp_path / "out", *more))
+    until_recorded(tmp_path / "out", 1, process)
+    os.killpg(process.pid, signal.SIGINT)  # as a terminal does
+    out, err = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert out == ""
+    assert err == (
+        f"spindle-drift: interrupted; the same command goes on from {tmp_path / 'out'}\n"
+    )
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"repeat": 3}, "--repeat is 2, not 3"),
+        ({"seed": 5}, "--seed is 1, not 5"),
+        ({"vary": ("gain=1,3",)}, '--vary is ["gain=1,2"], not ["gain=1,3"]'),
+        ({"overrides": (("step_s", 0.5),)}, '--set is [], not [["step_s", "0.5"]]'),
+    ],
+)
+def test_another_sweep_does_not_go_into_the_same_folder(
+    sweep: Any, tmp_path: Path, change: dict[str, Any], message: str
+) -> None:
+    sweep("out", "gain=1,2", repeat=2)
+    before = {path: path.stat().st_mtime_ns for path in (tmp_path / "out").rglob("*")}
+    settings: dict[str, Any] = {"vary": ("gain=1,2",), "repeat": 2} | change
+    with pytest.raises(BadInput) as refused:
+        sweep("out", *settings.pop("vary"), **settings)
+    assert str(refused.value) == (
+        f"{tmp_path / 'out'}: holds another sweep ({message}): choose another folder with --out"
+    )
+    assert before == {path: path.stat().st_mtime_ns for path in (tmp_path / "out").rglob("*")}
+
+
+def test_other_fmus_or_another_text_are_another_sweep(
+    sweep: Any, tiny_scenario: Path, tiny_folder: Path, tmp_path: Path
+) -> None:
+    sweep("out")
+    (tiny_folder / "plant.fmu").write_bytes(
+        build_tiny(PLANT, "OtherPlant", tmp_path / "other").read_bytes()
+    )
+    with pytest.raises(BadInput, match="its FMUs differ"):
+        sweep("out")
+    tiny_scenario.write_text(tiny_scenario.read_text() + "# a word\n")
+    with pytest.raises(BadInput, match="the scenario's text differs"):
+        sweep("out")
+
+
+def test_a_folder_of_something_else_is_left_alone(sweep: Any, tmp_path: Path) -> None:
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "thesis.txt").write_text("years of work")
+    with pytest.raises(BadInput, match="holds files and no sweep"):
+        sweep("out")
+    (tmp_path / "file").write_text("")
+    with pytest.raises(BadInput, match="is a file; a folder"):
+        sweep("file")
+    assert [path.name for path in (tmp_path / "out").iterdir()] == ["thesis.txt"]
+
+
+def test_a_damaged_case_is_run_again(sweep: Any, tmp_path: Path) -> None:
+    sweep("out", "gain=1,2")
+    case, table = tmp_path / "out" / "cases" / "000001.json", tmp_path / "out" / "sweep.csv"
+    whole, rows = case.read_bytes(), table.read_bytes()
+    case.write_bytes(whole[:100])
+    sweep("out", "gain=1,2")
+    assert case.read_bytes() == whole
+    assert table.read_bytes() == rows
+
+
+def test_a_case_that_fails_is_told_and_the_others_count(
+    tiny_scenario: Path, tiny_folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = arguments(tiny_scenario, tiny_folder, tmp_path / "out", "--vary", "speed=1000,9500,500")
+    assert main([*words, "--workers", "1", "--json"]) == 1
+    said = capsys.readouterr()
+    assert said.err.count("\n") == 1
+    assert "1 of 3 cases failed: plant FMU at 0 s: the step failed" in said.err
+    found = json.loads(said.out)
+    assert (found["cases"], found["failed"]) == (3, 1)
+    table = pd.read_csv(tmp_path / "out" / "sweep.csv", keep_default_na=False)
+    assert table["case"].tolist() == [0, 0, 0, 1, 2, 2, 2]
+    assert "bursts at 9000 r/min" in table.loc[3, "problem"]
+    assert (table.drop(index=3)["problem"] == "").all()
+
+
+def test_a_case_that_takes_its_process_down_loses_no_other(
+    tiny_scenario: Path, tiny_folder: Path, tmp_path: Path
+) -> None:
+    stop = "if self.speed > 8000.0:\n            os._exit(9)"
+    deadly = "import os\n" + PLANT.replace("if self.speed > 9000.0:", stop)
+    (tiny_folder / "plant.fmu").write_bytes(
+        build_tiny(deadly, "DeadlyPlant", tmp_path / "deadly").read_bytes()
+    )
+    request = Request(str(tiny_scenario), ("speed=1000,8500,500,2000",))
+    found = run_sweep(request, tmp_path / "out", tiny_folder, workers=2, quiet=True)
+    assert (found["cases"], found["failed"]) == (4, 1)
+    assert found["problems"] == ["its process ended 3 times without a result"]
+    table = pd.read_csv(tmp_path / "out" / "sweep.csv")
+    assert sorted(table.dropna(subset="before_max_um")["speed"].unique()) == [500, 1000, 2000]
+
+
+def test_what_drives_the_error_is_named(sweep: Any) -> None:
+    found = sweep("out", "gain=1e-3..2e-3", "noise_seed=1..9:2", "speed=1000", repeat=20)
+    axis = found["variants"]["main"]["axes"]["X"]
+    assert axis["rank_correlation"] == {"gain": 1.0}
+    assert "main     X     gain +1.00" in as_text(found)
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--vary", "gian=1"], "--vary: gian: no input, parameter or key of the scenario"),
+        (["--vary", "gain="], "--vary: gain: there is no value"),
+        (["--workers", "0"], "--workers: 0 is not allowed: 1 to 1024"),
+        (["--workers", "2", "--cluster", "tcp://x:1"], "not allowed with argument"),
+        (["--repeat", "many"], "invalid int value"),
+    ],
+)
+def test_the_command_refuses_in_one_line(
+    tiny_scenario: Path,
+    tiny_folder: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    words: list[str],
+    message: str,
+) -> None:
+    assert main(arguments(tiny_scenario, tiny_folder, tmp_path / "out", *words)) == 2
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1
+    assert message in said
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_replay_cannot_be_swept(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["sweep", "replay", "--out", str(tmp_path / "out")]) == 2
+    assert "replay: cannot be swept" in capsys.readouterr().err

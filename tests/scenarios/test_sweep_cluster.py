@@ -1,0 +1,177 @@
+"""A sweep on a real Dask scheduler with workers of its own, on this computer."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from measurement.errors import BadInput
+from scenarios.sweep.plan import Request
+from scenarios.sweep.runner import run_sweep
+
+pytest.importorskip("distributed")
+
+CASES = 12
+
+
+class Cluster:
+    """A scheduler and workers, each a process; everything they write is under *folder*."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        with socket.socket() as probe:
+            probe.bind(("127.0.0.1", 0))
+            port = probe.getsockname()[1]
+        self.address = f"tcp://127.0.0.1:{port}"
+        self.processes: list[subprocess.Popen[bytes]] = []
+        host = ["--host", "127.0.0.1"]
+        self._start("scheduler", *host, "--port", str(port), "--no-dashboard", "--no-show")
+
+    def _start(self, kind: str, *words: str) -> subprocess.Popen[bytes]:
+        name = f"{kind}_{len(self.processes)}"
+        with (self.folder / f"{name}.log").open("wb") as log:
+            process = subprocess.Popen(
+                [sys.executable, "-m", "dask", kind, *words],
+                stdout=log,
+                stderr=log,
+                start_new_session=True,
+            )
+        self.processes.append(process)
+        return process
+
+    def worker(self) -> subprocess.Popen[bytes]:
+        folder = str(self.folder / f"worker_{len(self.processes)}")
+        words = ["--nthreads", "2", "--no-nanny", "--no-dashboard", "--local-directory", folder]
+        return self._start("worker", self.address, *words)
+
+    def until_joined(self, count: int) -> None:
+        """Wait for workers: one that is not there yet cannot lose anything."""
+        until = time.monotonic() + 60.0
+        while sum("Registered to" in log.read_text() for log in self.folder.glob("w*.log")) < count:
+            assert time.monotonic() < until
+            time.sleep(0.1)
+
+    def close(self) -> None:
+        for process in self.processes:
+            process.kill()
+            process.wait()
+
+
+@pytest.fixture
+def cluster(tmp_path: Path) -> Iterator[Cluster]:
+    folder = tmp_path / "dask"
+    folder.mkdir()
+    found = Cluster(folder)
+    yield found
+    found.close()
+
+
+def request(scenario: Path) -> Request:
+    return Request(str(scenario), ("gain=1e-3..2e-3",), CASES, overrides=(("duration_s", 5000.0),))
+
+
+def ended(out: Path) -> int:
+    return len(list((out / "cases").glob("*.json"))) if out.is_dir() else 0
+
+
+@pytest.mark.slow
+def test_a_worker_that_is_killed_loses_nothing_and_nothing_counts_twice(
+    cluster: Cluster,
+    tiny_scenario: Path,
+    tiny_folder: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    from scenarios.sweep.store import Store
+
+    victim, _ = cluster.worker(), cluster.worker()
+    cluster.until_joined(2)
+    kept: Counter[int] = Counter()
+    record = Store.record
+
+    def watched(store: Store, outcome: dict[str, Any]) -> None:
+        record(store, outcome)
+        kept[outcome["number"]] += 1
+        if sum(kept.values()) == 3:
+            os.kill(victim.pid, signal.SIGKILL)
+            victim.wait()
+
+    monkeypatch.setattr(Store, "record", watched)
+    # The workers are given the FMUs: they do not read this folder.
+    found = run_sweep(
+        request(tiny_scenario), tmp_path / "out", tiny_folder, cluster=cluster.address, quiet=True
+    )
+    assert victim.poll() == -signal.SIGKILL
+    assert (found["cases"], found["failed"]) == (CASES, 0)
+    assert kept == dict.fromkeys(range(CASES), 1)
+    local = run_sweep(
+        request(tiny_scenario), tmp_path / "local", tiny_folder, workers=1, quiet=True
+    )
+    assert found == local
+    for name in ("sweep.csv", "sweep.parquet", "percentiles.csv", "summary.json"):
+        assert (tmp_path / "out" / name).read_bytes() == (tmp_path / "local" / name).read_bytes()
+
+
+@pytest.mark.slow
+def test_a_sweep_begun_on_the_cores_goes_on_on_a_cluster(
+    cluster: Cluster, tiny_scenario: Path, tiny_folder: Path, tmp_path: Path
+) -> None:
+    whole = run_sweep(request(tiny_scenario), tmp_path / "out", tiny_folder, workers=2, quiet=True)
+    cases = sorted((tmp_path / "out" / "cases").glob("*.json"))
+    contents = [path.read_bytes() for path in cases]
+    for path in cases[4:]:
+        path.unlink()
+    shutil.copytree(tmp_path / "out", tmp_path / "other")
+    cluster.worker()
+    again = run_sweep(
+        request(tiny_scenario), tmp_path / "other", tiny_folder, cluster=cluster.address, quiet=True
+    )
+    assert again == whole
+    others = sorted((tmp_path / "other" / "cases").glob("*.json"))
+    assert [path.read_bytes() for path in others] == contents
+
+
+def test_no_scheduler_is_one_line(
+    tiny_scenario: Path, tiny_folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("scenarios.sweep.cluster.CONNECT_S", 0.5)
+    for address in ("tcp://127.0.0.1:1", "nonsense"):
+        with pytest.raises(BadInput, match=f"^--cluster: {address}: no Dask scheduler answers"):
+            run_sweep(
+                request(tiny_scenario), tmp_path / "out", tiny_folder, cluster=address, quiet=True
+            )
+
+
+def test_a_scheduler_without_workers_is_one_line(
+    cluster: Cluster,
+    tiny_scenario: Path,
+    tiny_folder: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("scenarios.sweep.cluster.WORKER_S", 0.5)
+    until = time.monotonic() + 30.0
+    while True:
+        with pytest.raises(BadInput) as refused:
+            run_sweep(
+                request(tiny_scenario),
+                tmp_path / "out",
+                tiny_folder,
+                cluster=cluster.address,
+                quiet=True,
+            )
+        if "no worker has joined in 0.5 s" in str(refused.value):
+            break
+        assert "no Dask scheduler answers" in str(refused.value)  # it is still starting
+        assert time.monotonic() < until
