@@ -27,6 +27,25 @@ static void logger(
     (void)environment, (void)name, (void)status, (void)category, (void)form;
 }
 
+/* Of the address sanitizer; not every compiler's package has the header. */
+int __sanitizer_install_malloc_and_free_hooks(
+    void (*on_malloc)(const volatile void *, size_t), void (*on_free)(const volatile void *));
+
+/* How often memory was taken or given back: a step must do neither. */
+static int takings, returns;
+
+static void on_malloc(const volatile void *pointer, size_t size)
+{
+    (void)pointer, (void)size;
+    takings++;
+}
+
+static void on_free(const volatile void *pointer)
+{
+    (void)pointer;
+    returns++;
+}
+
 static const fmi2CallbackFunctions host = {logger, NULL, NULL, NULL, NULL};
 
 static void must(fmi2Status status, const char *what)
@@ -154,7 +173,12 @@ static void show(fmi2Component c, fmi2Status status)
 int main(void)
 {
     static char line[1 << 16];
+    __sanitizer_install_malloc_and_free_hooks(on_malloc, on_free);
     fmi2Component c = started(fresh());
+    if (takings == 0) {
+        fprintf(stderr, "the count of memory taken does not work\n");
+        return 1;
+    }
     while (fgets(line, sizeof line, stdin) != NULL) {
         fmi2Status status = fmi2OK;
         char *rest = line + 1;
@@ -165,7 +189,12 @@ int main(void)
         if (line[0] == 'd') {
             double time = strtod(rest, &rest);
             double step = strtod(rest, &rest);
+            int before = takings + returns;
             status = fmi2DoStep(c, time, step, fmi2True);
+            if (takings + returns != before) {
+                fprintf(stderr, "a step took memory\n");
+                return 1;
+            }
         } else if (line[0] == 's') {
             c = carried(c);
         } else if (line[0] == 'r') {

@@ -16,6 +16,7 @@ import pytest
 from fmpy.validation import validate_fmu
 
 import build_fmu
+from fmu_compensator.native.compilers import STRICT, run_compiler
 from fmu_packaging.description import CAPABILITIES
 from tests.fmu_packaging.apart import apart
 from tests.fmus.models import five_point_text
@@ -227,3 +228,22 @@ def test_the_plant_has_no_form_in_c(capsys: pytest.CaptureFixture[str]) -> None:
         build_fmu.main(["--native", "--only", "plant"])
     assert ended.value.code == 2
     assert "--native: only the compensator" in capsys.readouterr().err
+
+
+def test_there_is_no_global_state(both: Both, compiler: tuple[str, ...], tmp_path: Path) -> None:
+    with zipfile.ZipFile(both.native) as archive:
+        archive.extractall(tmp_path)
+    sources = tmp_path / "sources"
+    files = [path.relative_to(sources).as_posix() for path in sources.rglob("*.c")]
+    run_compiler([*compiler, *STRICT, "-O2", "-fno-pie", "-c", *files], sources)
+    objects = sorted(path.name for path in sources.glob("*.o"))
+    assert len(objects) == len(files)
+    listed = subprocess.run(
+        ["nm", *objects], cwd=sources, capture_output=True, text=True, check=True
+    )
+    kinds = {
+        line.split()[-2]: line.split()[-1] for line in listed.stdout.splitlines() if " " in line
+    }
+    assert {"T", "R"} <= set(kinds)
+    # Data that can be written, zeroed or not, and common symbols.
+    assert not set(kinds) & set("dDbBcC"), kinds

@@ -74,15 +74,20 @@ def same(found: str, expected: list[float], unused: range = range(0)) -> bool:
     )
 
 
+def model_states(model: Model) -> int:
+    return len(model.new_error_model().state())
+
+
 def check(model: Model, parts: list[str], output: Output, row: Row) -> None:
     status, outputs, single, *rest, text = parts
-    chosen, targets = len(model.chosen), len(model.targets)
+    after_checks = len(row[-1]) - len(model.targets) - model_states(model)
     assert int(status) == 0
     assert same(outputs, [float(value) for value in output[:-1]])
     assert text == output.status_text
     # A fault that is over keeps its sensor in C, and a measurement that is used keeps its value.
     assert same(single, row[0], range(4, 5) if row[0][3] == 0 else range(0))
-    gone = range(6 * chosen, 6 * chosen + targets) if not row[0][-1] else range(0)
+    used = row[0][-1] == 0
+    gone = range(after_checks, after_checks + len(model.targets)) if used else range(0)
     for place, (found, expected) in enumerate(zip(rest, row[1:], strict=True)):
         assert same(found, expected, gone if place == 4 else range(0)), (place, found, expected)
 

@@ -7,7 +7,7 @@
 void sensor_reset(struct sensor_memory *memory)
 {
     memory->good = memory->jumped_after = memory->last = NAN;
-    memory->since_good = memory->unchanged = 0.0;
+    memory->since_good = memory->unchanged = memory->moves = 0.0;
 }
 
 static double corridor(const struct sensor *sensor, const struct sensor_memory *memory)
@@ -34,6 +34,9 @@ struct reason sensor_look(
     if (value == memory->last) {
         memory->unchanged += elapsed_s;
     } else {
+        if (!isnan(memory->last) && memory->moves < CHECKS_ALIVE_AFTER) {
+            memory->moves += 1.0;
+        }
         memory->last = value;
         memory->unchanged = 0.0;
     }
@@ -52,7 +55,8 @@ struct reason sensor_look(
             return reason;
         }
     }
-    if (!isnan(sensor->stale_after_s) && memory->unchanged > sensor->stale_after_s) {
+    /* Where the file sets no limit it is NaN, and nothing is above that. */
+    if (memory->moves == CHECKS_ALIVE_AFTER && memory->unchanged > sensor->stale_after_s) {
         reason.cause = CHECKS_STALE;
         reason.extent = memory->unchanged;
         return reason;

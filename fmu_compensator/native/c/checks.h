@@ -22,6 +22,7 @@ struct sensor_memory {
     double jumped_after; /* how old the good one was at the jump [s] */
     double last;         /* the last reading of any kind [degC] */
     double unchanged;    /* for how long it has been the same [s] */
+    double moves;        /* how often it has changed, as far as that is counted */
 };
 
 void sensor_reset(struct sensor_memory *memory);
