@@ -92,20 +92,24 @@ def closed(gap: dict[str, float], best: float) -> float:
     return (gap["before"] - gap["after"]) / (gap["before"] - best)
 
 
-def read_records(folder: Path) -> list[Record]:
+def read_records(folder: Path, beside: Path | None = None) -> list[Record]:
     """Return the records of a folder, in order.
+
+    Parameters
+    ----------
+    folder : Path
+    beside : Path, optional
+        Folder that holds the records with nothing hidden, if it is another one.
 
     Raises
     ------
     BadInput
         If there are none, or one cannot be read.
     """
-    tables = [_read(path) for path in sorted(folder.glob("*.json"))]
-    if not tables:
-        raise BadInput(folder, "", "holds no record; benchmarks.gap.run writes them")
+    tables = _read_all(folder)
     empty = {
         table["number"]: float(table["answer"]["gap"]["holdout"]["before"])
-        for table in tables
+        for table in (_read_all(beside) if beside else tables)
         if table["kind"] in (EMPTY, "none")
     }
     middle = statistics.median(empty.values()) if empty else float("nan")
@@ -114,6 +118,13 @@ def read_records(folder: Path) -> list[Record]:
         for table in tables
         if table["kind"] != EMPTY
     ]
+
+
+def _read_all(folder: Path) -> list[dict[str, Any]]:
+    tables = [_read(path) for path in sorted(folder.glob("*.json"))]
+    if not tables:
+        raise BadInput(folder, "", "holds no record; benchmarks.gap.run writes them")
+    return tables
 
 
 def _read(path: Path) -> dict[str, Any]:

@@ -27,47 +27,64 @@ from benchmarks.gap.plan import EMPTY, SPLITS, TRIALS, Planned, trials
 from benchmarks.gap.truth.effects.base import SIZES
 from measurement.files import write_atomically
 
-RECORDS = "records"
+RECORDS, RIVALS = "records", "rivals"
 
-Work = Callable[[list[Planned]], int]
+Work = Callable[[list[Planned]], None]
 Tried = Callable[[list[Planned]], tuple[int, str]]
 
 
-def record_path(planned: Planned, out: Path) -> Path:
-    """Return where the record of a question lies."""
-    return out / RECORDS / f"{planned.name}.json"
+def record_path(planned: Planned, out: Path, rival: str = "") -> Path:
+    """Return where the record of a question lies, the gap finder's or a rival's."""
+    folder = out / RIVALS / rival if rival else out / RECORDS
+    return folder / f"{planned.name}.json"
 
 
-def ask_case(asked: list[Planned], out: Path, split: str, *, empty: bool) -> int:
-    """Ask everything that is to be asked of one case; return how many records were written."""
-    questions = list(asked)
+def ask_case(asked: list[Planned], out: Path, split: str, *, empty: bool, rivals: bool) -> None:
+    """Ask everything that is to be asked of one case and has not been asked yet."""
+    questions = [*asked]
     if empty and asked[0].kind != "none":
         questions.insert(0, asked[0].emptied())
-    written = 0
     for planned in questions:
-        path = record_path(planned, out)
-        if path.exists():
-            continue
-        record = _record(planned, out, split)
-        write_atomically(path, json.dumps(record, indent=1) + "\n")
-        written += 1
-    return written
+        if not record_path(planned, out).exists():
+            runs = _runs(planned, out)
+            told = ask_empty(runs) if planned.kind == EMPTY else ask(runs, planned.without)
+            _write(planned, out, split, told)
+    if rivals:
+        for planned in asked:
+            _ask_rivals(planned, out, split)
 
 
-def _record(planned: Planned, out: Path, split: str) -> dict[str, Any]:
-    answer = write_case(planned, out)
-    runs = case_folder(planned, out)
-    told = ask_empty(runs) if planned.kind == EMPTY else ask(runs, planned.without)
-    return {
+def _ask_rivals(planned: Planned, out: Path, split: str) -> None:
+    # Not at the top: they need libraries that nothing else does.
+    from benchmarks.gap.rivals import ask_rivals
+    from benchmarks.gap.rivals import rivals as known
+
+    left = [name for name in known() if not record_path(planned, out, name).exists()]
+    if left:
+        for name, told in ask_rivals(_runs(planned, out), planned.without, left).items():
+            _write(planned, out, split, told, name)
+
+
+def _runs(planned: Planned, out: Path) -> Path:
+    """Return the folder of a case's runs, which are made if they are not there."""
+    write_case(planned, out)
+    return case_folder(planned, out)
+
+
+def _write(planned: Planned, out: Path, split: str, told: dict[str, Any], rival: str = "") -> None:
+    """Write what was said beside what is true."""
+    answer = json.loads(write_case(planned, out).read_text())
+    record = {
         "name": planned.name,
         "number": planned.number,
         "split": split,
         "kind": planned.kind,
         "without": list(planned.without),
-        "truth": json.loads(answer.read_text())["effects"],
+        "truth": answer["effects"],
         "finder": finder_version(),
         **told,
     }
+    write_atomically(record_path(planned, out, rival), json.dumps(record, indent=1) + "\n")
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -82,22 +99,21 @@ def main(arguments: list[str] | None = None) -> int:
     except ValueError as error:
         _parser().error(str(error))
     finder_version()  # Of what is loaded now, whatever happens to the files while cases run.
-    work = partial(ask_case, out=args.out, split=args.split, empty=not args.no_empty)
-    failed = _all_of(cases, work, args.workers)
-    for number, trace in failed:
-        print(f"case {number:04d} failed:\n{trace}", file=sys.stderr)
-    return 1 if failed else 0
+    work = partial(
+        ask_case, out=args.out, split=args.split, empty=not args.no_empty, rivals=args.rivals
+    )
+    return 1 if _all_of(cases, work, args.workers) else 0
 
 
-def _all_of(cases: list[list[Planned]], work: Work, workers: int) -> list[tuple[int, str]]:
-    """Work on all cases; return number and traceback of those that failed."""
-    failed = []
+def _all_of(cases: list[list[Planned]], work: Work, workers: int) -> int:
+    """Work on all cases, telling of those that fail; return how many do."""
+    failed = 0
     with tqdm(total=len(cases), unit="case") as bar:
         for number, trace in _done(cases, partial(_tried, work), workers):
             bar.update()
             if trace:
-                failed.append((number, trace))
-                bar.set_postfix(failed=len(failed))
+                failed += 1
+                bar.write(f"case {number:04d} failed:\n{trace}", file=sys.stderr)
     return failed
 
 
@@ -128,6 +144,9 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--effect", help="only cases with this effect")
     parser.add_argument("--size", choices=SIZES, help="only cases with an effect of this size")
     parser.add_argument("--workers", type=int, default=os.cpu_count(), help="processes")
+    parser.add_argument(
+        "--rivals", action="store_true", help="ask other methods, too (pip install '.[benchmarks]')"
+    )
     parser.add_argument(
         "--no-empty", action="store_true", help="do not calibrate the same machine and runs empty"
     )

@@ -13,9 +13,10 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from benchmarks.gap import sections
+from benchmarks.gap.contest import FINDER, contest
 from benchmarks.gap.figures import confusion_matrix, naming_by_size, strong_confusion_matrix
 from benchmarks.gap.records import Record, read_records
-from benchmarks.gap.run import RECORDS
+from benchmarks.gap.run import RECORDS, RIVALS
 from measurement.errors import BadInput
 from measurement.files import write_atomically
 
@@ -39,8 +40,11 @@ FIGURES = {
 }
 
 
-def text_of(records: Sequence[Record], figures: str) -> str:
-    """Return all tables, with links to the figures in a folder."""
+def text_of(records: Sequence[Record], rivals: dict[str, Sequence[Record]], figures: str) -> str:
+    """Return all tables, with links to the figures in a folder.
+
+    *rivals* holds the records of other methods by their titles.
+    """
     tables = [one.table for one in records]
     splits = sorted({one["split"] for one in tables})
     versions = sorted({one["finder"] for one in tables})
@@ -51,8 +55,18 @@ def text_of(records: Sequence[Record], figures: str) -> str:
         f"and runs with nothing hidden. Fingerprint of the gap finder: {', '.join(versions)}."
     ]
     parts += [f"### {title}\n\n{table(records)}" for title, table in TABLES.items()]
+    parts.append(f"### Beside other methods\n\n{contest({FINDER: records} | rivals)}")
     parts += [f"![{title}]({figures}{name}.png)" for name, (title, _) in FIGURES.items()]
     return "\n\n".join(parts) + "\n"
+
+
+def read_rivals(folder: Path) -> dict[str, Sequence[Record]]:
+    """Return the records of every rival that was asked, by its title."""
+    found = {}
+    for asked in sorted(path for path in (folder / RIVALS).glob("*") if path.is_dir()):
+        title = asked.name.replace("_", " ").capitalize()
+        found[title] = read_records(asked, folder / RECORDS)
+    return found
 
 
 def write_figures(records: Sequence[Record], folder: Path) -> None:
@@ -68,15 +82,16 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--docs", action="store_true", help="write the documentation, too")
     args = parser.parse_args(arguments)
     try:
-        records = read_records(args.folder / RECORDS)
+        records, rivals = read_records(args.folder / RECORDS), read_rivals(args.folder)
     except BadInput as error:
         parser.error(str(error))
-    print(text_of(records, ""))
-    write_atomically(args.folder / "tables.md", text_of(records, ""))
+    text = text_of(records, rivals, "")
+    print(text)
+    write_atomically(args.folder / "tables.md", text)
     write_figures(records, args.folder)
     if args.docs:
         write_figures(records, DOCS / "figures")
-        text = text_of(records, "figures/")
+        text = text_of(records, rivals, "figures/")
         page = (DOCS / PAGE).read_text(encoding="utf-8")
         write_atomically(DOCS / PAGE, MARKS.sub(lambda f: f"{f[1]}\n{text}\n{f[2]}", page))
     return 0
