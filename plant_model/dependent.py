@@ -25,8 +25,12 @@ class DependentStepper:
     """
 
     def __init__(self, network: Network, modes: Modes, tolerance: float = TOLERANCE) -> None:
-        self.network, self.modes = network, modes
-        self._scheme = ExponentialRungeKutta(modes, tolerance, network.error_scale)
+        self.network = network
+        # What own states lose by themselves is stepped exactly: a small holder or a quick lag would
+        # otherwise ask for steps as short as its time constant.
+        self._decay = network.state_decay()
+        self.modes = modes if network.linear else modes.with_state_decay(self._decay)
+        self._scheme = ExponentialRungeKutta(self.modes, tolerance, network.error_scale)
 
     def advance(
         self,
@@ -60,8 +64,12 @@ class DependentStepper:
             inputs = held | {name: outside[:, i] for i, name in enumerate(names)}
             heat, rates = network.dependent(inputs, outside, now[..., :nodes], now[..., nodes:])
             known = force[0] + at * (force[1] - force[0])
-            rate = np.concatenate([(known + heat[:, 0]) / network.capacity, rates[:, 0]], axis=1)
+            rates = rates[:, 0] + self._decay * now[:, 0, nodes:]
+            rate = np.concatenate([(known + heat[:, 0]) / network.capacity, rates], axis=1)
             return apply(modes.to_modes, rate)
 
-        end = self._scheme.interval(apply(modes.to_modes, state), length, forcing)
-        return apply(modes.to_state, end)
+        at_end = self._scheme.interval(apply(modes.to_modes, state), length, forcing)
+        end = apply(modes.to_state, at_end)
+        if network.settles:
+            end[:, nodes:] = network.settled(end[:, :nodes], end[:, nodes:])
+        return end

@@ -87,6 +87,7 @@ def drive_from(
     frame: pd.DataFrame,
     step_s: float,
     boundary: Literal["linear", "held"] = "linear",
+    at: FloatArray | None = None,
 ) -> Drive:
     """Put the inputs of a run on a grid.
 
@@ -101,6 +102,8 @@ def drive_from(
         instants where a held input switches.
     boundary : {"linear", "held"}
         Whether boundary temperatures are joined by lines, or stay until the next row.
+    at : array, optional
+        Instants of the grid instead of the rows [s]; even ones step faster than uneven rows.
 
     Raises
     ------
@@ -119,7 +122,8 @@ def drive_from(
     steps = (time[-1] - time[0]) / step_s
     # Rows are instants of the grid, thinned where they are denser than the steps.
     every = max(1, int(step_s / np.median(np.diff(time)) + 1e-9))
-    switches = [time[::every], time[-1:]]
+    rows = time[::every] if at is None else np.append(time[0], at[(at > time[0]) & (at < time[-1])])
+    switches = [rows, time[-1:]]
     for entry in held_entries:
         jumps = np.abs(np.diff(series[entry.name])) > SWITCH * (entry.high - entry.low)
         # An input that jumps at nearly every step is noisy: its mean in each step serves.
@@ -156,8 +160,9 @@ def _step_means(time: FloatArray, values: FloatArray, grid: FloatArray) -> Float
         return np.asarray(area[rows] + values[rows] * (at - time[rows]))
 
     mean = (integral(grid[1:], row_of_end) - integral(grid[:-1], row)) / np.diff(grid)
-    # A step within one row keeps that row's value to the last bit.
-    return np.where(row == row_of_end, values[row], mean)
+    # A step in which nothing changes keeps its value to the last bit.
+    changes = np.concatenate([[0], np.cumsum(np.diff(values) != 0.0)])
+    return np.where(changes[row] == changes[row_of_end], values[row], mean)
 
 
 def levels_of(values: FloatArray, span: float) -> FloatArray:

@@ -82,6 +82,12 @@ class Modes:
             to_state, to_modes = (_with_identity(part, size) for part in (to_state, to_modes))
         return cls(decay, to_state, to_modes)
 
+    def with_state_decay(self, state_decay: FloatArray) -> Modes:
+        """Return the same modes with own states that decay at known rates, (sets, states) [1/s]."""
+        count = state_decay.shape[1]
+        decay = np.concatenate([self.decay[:, : self.decay.shape[1] - count], state_decay], axis=1)
+        return Modes(decay, self.to_state, self.to_modes)
+
 
 def _with_identity(matrix: FloatArray, size: int) -> FloatArray:
     whole = np.broadcast_to(np.eye(size), (matrix.shape[0], size, size)).copy()

@@ -40,6 +40,8 @@ class Network:
         follow (:meth:`followed`).
     error_scale : array, shape (nodes + own states,)
         What error control takes like 1 K.
+    settles : bool
+        Whether own states jump at the end of a step (:meth:`settled`).
     state_count : int
         Number of the effects' own states.
     """
@@ -65,7 +67,8 @@ class Network:
         self._one_way = [
             entry for entry in self._exchanges(probe) if entry.one_way and not entry.boundary
         ]
-        follow_only = all(effect.lags for effect in self._with_states)
+        follow_only = all(effect.lags or effect.settles for effect in self._with_states)
+        self.settles = any(effect.settles for effect in self._with_states)
         self.linear = follow_only and not (self._dependent or self._one_way)
         scales = [effect.state_scales or (1.0,) * len(effect.states) for effect in effects]
         self.error_scale = np.concatenate([np.ones(self.node_count), *scales])
@@ -141,6 +144,8 @@ class Network:
                 if not (entry.boundary or entry.one_way):
                     out[..., entry.other] -= flow
         for effect in self._with_states:
+            if effect.settles:
+                continue
             part = self._slices[effect.key]
             rates[..., part] = effect.rate(inputs, temperatures, states[..., part])
         return out, rates
@@ -170,6 +175,28 @@ class Network:
             out[:, self._slices[effect.key]] = effect.start_states(temperatures, inputs)
         return out
 
+    def state_decay(self) -> FloatArray:
+        """Return how fast own states decay by themselves [1/s], shape (sets, own states)."""
+        out = np.zeros((self.sets, self.state_count))
+        for effect in self._with_states:
+            out[:, self._slices[effect.key]] = effect.state_decay()
+        return out
+
+    def settled(self, temperatures: FloatArray, states: FloatArray) -> FloatArray:
+        """Return the own states after what happens at the end of a step, (sets, own states).
+
+        Parameters
+        ----------
+        temperatures : array, shape (sets, nodes)
+        states : array, shape (sets, own states)
+        """
+        out = states.copy()
+        for effect in self._with_states:
+            if effect.settles:
+                part = self._slices[effect.key]
+                out[:, part] = effect.settled(temperatures, states[:, part])
+        return out
+
     def followed(
         self,
         states: FloatArray,
@@ -193,6 +220,11 @@ class Network:
         for effect in self._with_states:
             part = self._slices[effect.key]
             start = states[:, part]
+            if effect.settles:
+                for k in range(len(steps)):
+                    start = effect.settled(last[1][:, k], start)
+                    out[:, k, part] = start
+                continue
             decay = np.broadcast_to(1.0 / effect.time_constants(), start.shape)
             none = np.zeros((len(decay), 0, 0))
             ends = [

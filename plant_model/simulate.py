@@ -76,6 +76,7 @@ def simulate(
     tolerance: float = TOLERANCE,
     at: FloatArray | None = None,
     start: FloatArray | None = None,
+    drive: Drive | None = None,
 ) -> Simulation:
     """Simulate a machine over the rows of *inputs*.
 
@@ -100,6 +101,8 @@ def simulate(
         Instants at which results are wanted, instead of the rows [s].
     start : array, shape (sets or 1, nodes), optional
         Temperatures to start from, instead of those that the inputs give [degC].
+    drive : Drive, optional
+        The inputs on their grid, if they are there already; *step_s* and *boundary* are then its.
 
     Raises
     ------
@@ -111,8 +114,9 @@ def simulate(
         When a model that depends on temperature cannot be stepped.
     """
     everything = Values(machine.parameters, parameters)
-    drive = drive_from(machine, inputs, step_s, boundary)
+    drive = drive or drive_from(machine, inputs, step_s, boundary)
     starts = start_temperatures(machine, inputs, drive)[None, :] if start is None else start
+    read = _read_at_start(machine, inputs, drive) if start is None else {}
     everything.widen(len(starts))
     time = inputs["time_s"].to_numpy(dtype=np.float64) if at is None else at
     shown = drive.rows if at is None else drive.inputs_at(at)
@@ -128,7 +132,7 @@ def simulate(
         values = Values(machine.parameters, chosen) if everything.sets > per_turn else everything
         some = starts if len(starts) == 1 else starts[at_set : at_set + per_turn]
         values.widen(len(some))
-        parts.append(_simulate_some(machine, values, drive, some, time, shown, tolerance))
+        parts.append(_simulate_some(machine, values, drive, some, read, time, shown, tolerance))
     whole = parts[0] if len(parts) == 1 else _joined(parts)
     if noise_seed is None:
         return whole
@@ -160,11 +164,20 @@ def start_temperatures(machine: Machine, inputs: pd.DataFrame, drive: Drive) -> 
         value = first_boundary
         if node.start in drive.first:
             value = drive.first[node.start][0]
-        elif f"{node.start}_degC" in inputs.columns:
-            read = inputs[f"{node.start}_degC"].dropna()
-            value = float(read.iloc[0]) if len(read) else value
         starts.append(value)
+    for at, sensor in _read_at_start(machine, inputs, drive).items():
+        starts[at] = float(inputs[f"{sensor}_degC"].dropna().iloc[0])
     return np.array(starts)
+
+
+def _read_at_start(machine: Machine, inputs: pd.DataFrame, drive: Drive) -> dict[int, str]:
+    """Return the nodes, by position, that start at a sensor's reading, and that sensor."""
+    found = {}
+    for i, node in enumerate(machine.nodes):
+        column = f"{node.start}_degC"
+        if node.start not in drive.first and column in inputs and inputs[column].notna().any():
+            found[i] = node.start
+    return found
 
 
 def _simulate_some(
@@ -172,6 +185,7 @@ def _simulate_some(
     values: Values,
     drive: Drive,
     starts: FloatArray,
+    read: dict[int, str],
     time: FloatArray,
     row_inputs: dict[str, FloatArray],
     tolerance: float,
@@ -179,6 +193,11 @@ def _simulate_some(
     effects = effects_in_force(machine, values)
     network = Network(machine, values, effects)
     start = np.broadcast_to(starts, (values.sets, network.node_count))
+    for node, sensor in read.items():
+        for effect in effects:
+            if effect.channel == sensor:
+                start = start.copy()
+                start[:, node] -= effect.error_at_start()[:, 0]
     on_grid = trajectory(machine, network, drive, start, tolerance)
     at_rows = _at_rows(drive.grid, on_grid, time)
     temperatures = at_rows[..., : network.node_count]

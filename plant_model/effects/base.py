@@ -22,6 +22,10 @@ POSE = ("x", "y", "elongation", "yaw", "pitch", "tool_strain")
 the growth of the tool per length [um/mm]."""
 
 
+ROUND = (-180.0, -135.0, -90.0, -45.0, 0.0, 45.0, 90.0, 135.0)
+"""Directions [deg] at which the gap finder tries an effect that has one."""
+
+
 @dataclass(frozen=True)
 class NumberSpec:
     """What a number of an item or an effect is: its unit and the range that makes sense at all."""
@@ -105,6 +109,14 @@ class Effect:
         Whether its own states only follow something, dx/dt = (target - x) / tau, and change no
         temperature. It then gives ``target`` and ``time_constants`` instead of ``rate``, and beside
         a linear network it is stepped as exactly and as fast as that.
+    settles : bool
+        Whether its own states stay through a step and may jump at its end, as friction does. It
+        then gives ``settled`` instead of ``rate``, and changes no temperature.
+    from_one_run_on : bool
+        Whether it may have begun between two runs, as a fault does.
+    tried : dict of str to tuple of float
+        Values at which the gap finder tries a parameter, where its usual few would miss what
+        jumps or swings.
     """
 
     name: ClassVar[str]
@@ -121,6 +133,10 @@ class Effect:
     states: ClassVar[tuple[str, ...]] = ()
     state_scales: ClassVar[tuple[float, ...]] = ()
     lags: ClassVar[bool] = False
+
+    settles: ClassVar[bool] = False
+    from_one_run_on: ClassVar[bool] = False
+    tried: ClassVar[dict[str, tuple[float, ...]]] = {}
 
     def __init__(self, machine: Machine, values: Values, channel: str = "") -> None:
         self.machine = machine
@@ -188,6 +204,25 @@ class Effect:
         """Return those of lagging own states [s], (sets or 1, own states); infinite: it stays."""
         raise TypeError(f"{self.name} has no time constants")
 
+    def state_decay(self) -> FloatArray:
+        """Return how fast own states decay by themselves [1/s], (sets or 1, own states).
+
+        It is part of ``rate``; to know it lets steps be longer than the states are quick.
+        """
+        if self.lags:
+            return np.asarray(1.0 / self.time_constants())
+        return np.zeros((1, len(self.states)))
+
+    def settled(self, temperatures: FloatArray, states: FloatArray) -> FloatArray:
+        """Return own states, (sets, own states), after a step that ends at *temperatures*.
+
+        Parameters
+        ----------
+        temperatures : array, shape (sets, nodes)
+        states : array, shape (sets, own states)
+        """
+        raise TypeError(f"{self.name} does not settle")
+
     def start_states(self, temperatures: FloatArray, inputs: Inputs) -> FloatArray:
         """Return the own states at the start, shape (sets or 1, own states).
 
@@ -203,6 +238,10 @@ class Effect:
         if not self.lags:
             raise TypeError(f"{self.name} has states but no start")
         return self.target(inputs, temperatures[:, None, :])[:, 0]
+
+    def error_at_start(self) -> FloatArray:
+        """Return by how much its channel reads too high when a run starts [K], (sets or 1, 1)."""
+        return np.zeros((1, 1))
 
     def displacement(
         self, inputs: Inputs, rise: FloatArray, states: FloatArray | None, out: FloatArray

@@ -15,10 +15,10 @@ class BearingStickSlip(Effect):
 
     u is the growth of the shaft beyond that of the housing from the rear end to the bearing that
     locates, s where the seat holds. While it holds, the shaft is strained and moves the nose by
-    c (u - s). At |u - s| = h the seat lets go, s runs to u within half a minute, and it holds
-    again: ds/dt = g (u - s) / 20 s with a bistable slip g, 10 s dg/dt = (1 + tanh(40 (|u - s| / h -
-    1 + 0.9 g))) / 2 - g. Seats of floating bearings are meant to slide at some 100 N; fretting and
-    tilt multiply that, and against 20 to 200 N/um of the locating bearing it makes 2 to 20 um
+    c (u - s). At |u - s| = h the seat lets go, s jumps until a tenth of the strain is left (sliding
+    friction is less than sticking, so it overshoots what would just hold), and it holds again.
+    Seats of floating bearings are meant to slide at some 100 N; fretting and tilt multiply that,
+    and against 20 to 200 N/um of the locating bearing it makes 2 to 20 um
     (orders of magnitude: Weck and Brecher, Werkzeugmaschinen 2, 8th ed.). It does nothing where the
     structure has no shaft, housing and bearing that locates.
     """
@@ -33,8 +33,13 @@ class BearingStickSlip(Effect):
         "share": Parameter(0.5, "1", 0.1, 1.0, "of the strain that reaches the nose, judgement"),
     }
     amplitude: ClassVar[str] = "hold"
-    states: ClassVar[tuple[str, ...]] = ("seat", "slip", "at_start")
-    state_scales: ClassVar[tuple[float, ...]] = (100.0, 100.0, 100.0)
+    states: ClassVar[tuple[str, ...]] = ("seat", "at_start")
+    settles: ClassVar[bool] = True
+    tried: ClassVar[dict[str, tuple[float, ...]]] = {
+        "hold": tuple(1.5 * 1.1**i for i in range(27)),
+        "share": (0.5,),
+    }
+    left: ClassVar[float] = 0.1  # of the strain, after a slip
 
     def prepare(self) -> None:
         """Collect the growth of shaft against housing per kelvin [um/K], (sets, nodes)."""
@@ -63,16 +68,16 @@ class BearingStickSlip(Effect):
     def start_states(self, temperatures: FloatArray, inputs: Inputs) -> FloatArray:
         """Start without strain."""
         growth = self._growth(temperatures[:, None, :])
-        return np.concatenate([growth, np.zeros_like(growth), growth], axis=1)
+        return np.concatenate([growth, growth], axis=1)
 
-    def rate(self, inputs: Inputs, temperatures: FloatArray, states: FloatArray) -> FloatArray:
-        """Return how fast the seat slips, and how fast it lets go or catches."""
-        strain = self._growth(temperatures) - states[..., 0]
-        slip, hold = states[..., 1], self.own("hold")
-        relative = np.abs(strain) / np.maximum(hold, 1e-9)
-        wanted = 0.5 + 0.5 * np.tanh(40.0 * (np.minimum(relative, 5.0) - 1.0 + 0.9 * slip))
-        rates = (slip * strain / 20.0, (wanted - slip) / 10.0, np.zeros_like(slip))
-        return np.stack(np.broadcast_arrays(*rates), axis=-1)
+    def settled(self, temperatures: FloatArray, states: FloatArray) -> FloatArray:
+        """Let the seat go where the strain has reached what it holds."""
+        growth = self._growth(temperatures[:, None, :])[:, 0]
+        strain, hold = growth - states[:, 0], self.own("hold")[:, 0]
+        caught = growth - self.left * hold * np.sign(strain)
+        return np.stack(
+            [np.where(np.abs(strain) >= hold, caught, states[:, 0]), states[:, 1]], axis=1
+        )
 
     def displacement(
         self, inputs: Inputs, rise: FloatArray, states: FloatArray | None, out: FloatArray
@@ -80,6 +85,6 @@ class BearingStickSlip(Effect):
         """Add what the strain moves the nose."""
         assert states is not None
         if self.acts:
-            strain = self._growth(rise) + states[..., 2] - states[..., 0]
+            strain = self._growth(rise) + states[..., 1] - states[..., 0]
             held = np.where(self.own("hold") > 0.0, self.own("share"), 0.0)
             out[..., POSE.index("elongation")] += held * strain

@@ -23,7 +23,15 @@ class SensorOffset(Effect):
         "error": Parameter(1.0, "K", -40.0, 40.0, "IEC 60751; faults of tens of kelvin occur")
     }
     amplitude: ClassVar[str] = "error"
+    tried: ClassVar[dict[str, tuple[float, ...]]] = {
+        "error": (-20.0, -1.0, 1.0, 20.0),
+    }
     on_channel: ClassVar[bool] = True
+    from_one_run_on: ClassVar[bool] = True
+
+    def error_at_start(self) -> FloatArray:
+        """Return the error, which is there from the start."""
+        return self.own("error")
 
     def reading(
         self,

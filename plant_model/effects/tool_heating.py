@@ -47,6 +47,13 @@ class ToolHeating(Effect):
         """Start at the hall's temperature."""
         return np.zeros((len(temperatures), 2))
 
+    def state_decay(self) -> FloatArray:
+        """Return what holder and tool lose for each kelvin of their own [1/s]."""
+        lost = self.shank + 0.5 * self.own("loss")
+        taken = self.own("conductance") if self._nose is not None else 0.0
+        both = np.concatenate(np.broadcast_arrays(lost + taken, lost), axis=-1)
+        return np.asarray(both / (0.5 * self.own("capacity")))
+
     def _taken(self, inputs: Inputs, temperatures: FloatArray, states: FloatArray) -> FloatArray:
         """Return what the holder takes from the nose [W]."""
         if self._nose is None:
