@@ -7,7 +7,7 @@ from typing import ClassVar
 import numpy as np
 
 from plant_model.anatomy import base_node, outside
-from plant_model.effects.base import POSE, Effect, Inputs
+from plant_model.effects.base import POSE, ROUND, Effect, Inputs
 from plant_model.parameters import FloatArray, Parameter
 
 
@@ -55,6 +55,12 @@ class ColumnBending(Effect):
         "lever": Parameter(300.0, "mm", 0.0, 1500.0, "from the column's middle to the nose"),
     }
     amplitude: ClassVar[str] = "tilt"
+    tried: ClassVar[dict[str, tuple[float, ...]]] = {
+        "tilt": (16.0,),
+        "hours": (0.7, 1.5, 3.0, 5.0),
+        "direction": ROUND,
+        "lever": (0.0, 500.0),
+    }
     states: ClassVar[tuple[str, ...]] = ("difference", "at_start")
     lags: ClassVar[bool] = True
 

@@ -7,7 +7,7 @@ from typing import ClassVar
 import numpy as np
 
 from plant_model.anatomy import foremost, outside
-from plant_model.effects.base import Effect, Inputs
+from plant_model.effects.base import ROUND, Effect, Inputs
 from plant_model.parameters import FloatArray, Parameter
 
 
@@ -32,6 +32,12 @@ class FixtureWarming(Effect):
         "direction": Parameter(45.0, "deg", -180.0, 180.0, "0 moves X readings, 90 Y readings"),
     }
     amplitude: ClassVar[str] = "growth"
+    tried: ClassVar[dict[str, tuple[float, ...]]] = {
+        "growth": (2.0,),
+        "minutes": (8.0, 25.0, 80.0),
+        "nose_share": (0.0, 0.3, 1.0),
+        "direction": ROUND,
+    }
     states: ClassVar[tuple[str, ...]] = ("fixture", "at_start")
     lags: ClassVar[bool] = True
 

@@ -7,7 +7,7 @@ from typing import ClassVar
 import numpy as np
 
 from plant_model.anatomy import outside
-from plant_model.effects.base import POSE, Effect, Inputs
+from plant_model.effects.base import POSE, ROUND, Effect, Inputs
 from plant_model.parameters import FloatArray, Parameter
 
 
@@ -33,6 +33,12 @@ class SlowStructure(Effect):
         "azimuth": Parameter(90.0, "deg", -90.0, 90.0, "0 is X, 90 is Y"),
     }
     amplitude: ClassVar[str] = "growth"
+    tried: ClassVar[dict[str, tuple[float, ...]]] = {
+        "growth": (8.0,),
+        "hours": (3.5, 7.0, 14.0),
+        "direction": ROUND,
+        "azimuth": (-45.0, 0.0, 45.0, 90.0),
+    }
     states: ClassVar[tuple[str, ...]] = ("hall", "at_start")
     lags: ClassVar[bool] = True
 

@@ -7,7 +7,7 @@ from typing import ClassVar
 import numpy as np
 
 from plant_model.anatomy import bearings
-from plant_model.effects.base import Effect, Inputs
+from plant_model.effects.base import ROUND, Effect, Inputs
 from plant_model.effects.bearing_friction import bearing_heat
 from plant_model.effects.column_bending import add_tilt
 from plant_model.parameters import FloatArray, Parameter
@@ -35,6 +35,12 @@ class UnevenBearingHeating(Effect):
         "lever": Parameter(100.0, "mm", 0.0, 500.0, "from the bearing to the gauge line"),
     }
     amplitude: ClassVar[str] = "difference"
+    tried: ClassVar[dict[str, tuple[float, ...]]] = {
+        "difference": (2.0,),
+        "minutes": (5.0, 15.0, 45.0),
+        "direction": ROUND,
+        "lever": (0.0, 100.0, 400.0),
+    }
     needs: ClassVar[tuple[str, ...]] = ("bearing_friction",)
     states: ClassVar[tuple[str, ...]] = ("relative",)
     lags: ClassVar[bool] = True

@@ -20,8 +20,8 @@ from plant_model.sensors import displacement_names
 SIZES = (0.12, 0.4, 1.0)
 """Amplitudes tried, as shares of the way from off to each end of the range."""
 
-LEAST, MOST = 0.35, 2.5
-"""An answer may be scaled by this much, which joins the sizes tried into a whole range."""
+LEAST, MOST = 0.05, 2.5
+"""An answer may be scaled by this much: what is tried small stands for what is smaller still."""
 
 SHAPES = (0.2, 0.8)
 """Shape parameters tried beside the nominal value, as shares of their range."""
@@ -39,11 +39,14 @@ class Candidate:
         Its parameters.
     answers : tuple of array, each (N,)
         What it changes in every run, weighted (not robust).
+    begins : int
+        Position of the first run that has it.
     """
 
     key: str
     values: dict[str, float]
     answers: tuple[FloatArray, ...]
+    begins: int = 0
 
 
 def missing_effects(machine: Machine, without: Sequence[str] = ()) -> list[type[Effect]]:
@@ -69,9 +72,12 @@ def with_effect(machine: Machine, key: str, values: dict[str, float] | None = No
 def grid(effect: type[Effect]) -> list[dict[str, float]]:
     """Return the sizes and shapes at which an effect is tried."""
     size = effect.parameters[effect.amplitude]
+    nominal = {name: p.value for name, p in effect.parameters.items()}
+    if effect.tried:
+        points = product(*(effect.tried.get(name, (value,)) for name, value in nominal.items()))
+        return [dict(zip(nominal, point, strict=True)) for point in points]
     ends = [end for end in (size.low, size.high) if end != effect.off]
     sizes = [effect.off + share * (end - effect.off) for end in ends for share in SIZES]
-    nominal = {name: p.value for name, p in effect.parameters.items()}
     shapes = [nominal]
     for name, parameter in effect.parameters.items():
         if name != effect.amplitude and parameter.high > parameter.low:
@@ -117,6 +123,9 @@ def candidates(
             of_runs = tuple(answer[i] for answer in answers)
             if max(float(np.max(np.abs(answer))) for answer in of_runs) > 1e-6:
                 yield Candidate(key, values, of_runs)
+            for begins in range(1, len(observed) if effect.from_one_run_on else 0):
+                since = [a * (j >= begins) for j, a in enumerate(of_runs)]
+                yield Candidate(key, values, tuple(since), begins)
 
 
 def _answer(

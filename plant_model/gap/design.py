@@ -33,7 +33,7 @@ PLACE = 0.1
 OUTLIER = 6.0
 """Weighted residuals beyond this many root mean squares count linearly."""
 
-LEVER = 0.03
+LEVER = 0.01
 """Share of a displacement's spread that each part's warming may be wrong by (one sd) [1]."""
 
 
@@ -124,15 +124,26 @@ def design_of(
         linear = linear_about(machine, one, moved, moved.position(machine), known.moved)
         weight = known.weight
         shared = np.hstack([linear.by_parameter, known.other])
+        # What only this run has is an unknown of its own, like a zero: no other run tells it.
+        alone = _only_here(moved, observed, one)
+        own = np.hstack([known.own, shared[:, alone]])
+        shared[:, alone] = 0.0
         found.append(
             RunDesign(
                 linear.residual * weight,
                 shared * weight[:, None],
-                known.own * weight[:, None],
+                own * weight[:, None],
                 weight,
             )
         )
     return found
+
+
+def _only_here(moved: Priors, observed: Sequence[Observations], one: Observations) -> list[int]:
+    """Return the parameters of effects that are absent in every other run."""
+    keys = frozenset.intersection(*(other.absent for other in observed if other is not one))
+    gone = tuple(f"effects.{key}." for key in keys - one.absent)
+    return [i for i, name in enumerate(moved.names) if gone and name.startswith(gone)]
 
 
 def _column(observed: Observations, channel: int, series: FloatArray) -> FloatArray:
@@ -144,7 +155,7 @@ def _column(observed: Observations, channel: int, series: FloatArray) -> FloatAr
 def _place_columns(machine: Machine, observed: Observations) -> FloatArray:
     """Return the answer to a thermometer that reads partly a neighbour of its part, (N, m)."""
     index = machine.node_index
-    temperatures = simulate_at(machine, observed).temperatures[0]
+    temperatures = simulate_at(machine, observed).temperatures[0, 1:]
     columns = []
     for sensor in machine.sensors:
         if sensor.of not in index or sensor.name not in observed.channels:
@@ -165,7 +176,7 @@ def _lever_columns(machine: Machine, observed: Observations) -> FloatArray:
     """Return the answer to a part that moves a displacement more or less than modelled, (N, m)."""
     result = simulate_at(machine, observed)
     base = modelled(result, observed)[0]
-    rise = result.temperatures[0] - result.temperatures[0, 0]
+    rise = result.temperatures[0, 1:] - result.temperatures[0, 0]
     columns = []
     for channel, name in enumerate(observed.channels):
         if name not in displacement_names(machine):

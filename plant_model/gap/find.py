@@ -8,6 +8,7 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from measurement.errors import BadInput
 from measurement.runs import Run
@@ -42,13 +43,16 @@ class Found:
         The calibrated machine as it was given, and with what was added (the same if nothing was).
     rounds : tuple of Judged
         One judgement for each effect asked for.
-    observed : tuple of Observations
     """
 
     before: Explained
     after: Explained
     rounds: tuple[Judged, ...]
-    observed: tuple[Observations, ...]
+
+    @property
+    def observed(self) -> tuple[Observations, ...]:
+        """What was compared, with what had not begun yet in each run."""
+        return self.after.observed
 
     @property
     def verdict(self) -> str:
@@ -92,6 +96,19 @@ def find_gap(
     BadInput
         When there are too few runs, or nothing in them excites the machine.
     """
+    with threadpool_limits(1):
+        return _find(machine, runs, without, bad, seed, workers, progress)
+
+
+def _find(
+    machine: Machine,
+    runs: Sequence[Run],
+    without: Sequence[str],
+    bad: dict[str, list[tuple[str, float, float]]] | None,
+    seed: int,
+    workers: int | None,
+    progress: Progress,
+) -> Found:
     if len(runs) < FEWEST_RUNS:
         raise BadInput(
             "--runs", "", f"{len(runs)} given; {FEWEST_RUNS} or more are needed to name an effect"
@@ -104,15 +121,20 @@ def find_gap(
     around = all_surroundings(machine, calibration.machine, observed)
     before = after = scored(machine, (), observed, calibration, around)
     rounds: list[Judged] = []
-    with ProcessPoolExecutor(workers or os.cpu_count()) as pool:
+    # One thread each: small matrices gain nothing from more, and workers would crowd each other.
+    with ProcessPoolExecutor(workers or os.cpu_count(), initializer=_one_thread) as pool:
         for _ in range(MOST_ADDED):
-            judged = _round(pool, after, observed, around, without, seed, progress)
+            judged = _round(pool, after, around, without, seed, progress)
             rounds.append(judged)
             if not judged.named:
                 break
             progress("calibrating the named effect in full")
-            after, around = refined(judged.best, observed)
-    return Found(before, after, tuple(rounds), tuple(observed))
+            after, around = refined(judged.best)
+    return Found(before, after, tuple(rounds))
+
+
+def _one_thread() -> None:
+    threadpool_limits(1)
 
 
 def _need_excitation(machine: Machine, runs: Sequence[Run]) -> None:
@@ -130,13 +152,13 @@ def _need_excitation(machine: Machine, runs: Sequence[Run]) -> None:
 def _round(
     pool: ProcessPoolExecutor,
     now: Explained,
-    observed: Sequence[Observations],
     around: Sequence[Surroundings],
     without: Sequence[str],
     seed: int,
     progress: Progress,
 ) -> Judged:
     """Look for one more effect."""
+    observed = now.observed
     effects = missing_effects(now.machine, without)
     tried: list[Candidate] = []
     jobs = [pool.submit(_candidates, now.machine, observed, effect.name) for effect in effects]
@@ -152,7 +174,7 @@ def _round(
         best.setdefault(tried[i].key, int(i))
     chosen = [tried[i] for i in list(best.values())[:REFITTED]]
     chance = chance_share(screen, now.designs, observed, tried, float(now.unseen.sum()), seed)
-    refits = [pool.submit(explain_with, now, one, observed, around) for one in chosen]
+    refits = [pool.submit(explain_with, now, one, around) for one in chosen]
     explained = []
     for one, refit in zip(chosen, refits, strict=True):
         progress(f"calibrating with {one.key}")

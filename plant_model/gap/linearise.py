@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,17 +14,15 @@ from plant_model.parameters import FloatArray
 from plant_model.sensors import displacement_names
 from plant_model.simulate import Simulation, simulate
 
-STEP_S = 60.0
-"""Longest step while fitting [s]; exact where the network is linear."""
-
 TOLERANCE = 3e-3
 """Local error while fitting where it is not [K]: far below what misfits are judged by."""
 
 DIFFERENCE = 0.05
 """Step of the numerical derivative, in prior standard deviations."""
 
-OFFSET_UM = 1.0
-"""How well the zero of a displacement channel is known in each run [um]."""
+OFFSET_UM = 30.0
+"""How well the zero of a displacement channel is known in each run [um]: hardly, for a run may
+start with the spindle turning, and when the sensor was zeroed is not in the file."""
 
 START_K = 0.3
 """How well the temperature of each node is known when a run starts [K]."""
@@ -39,21 +37,30 @@ def simulate_at(
     parameters: Mapping[str, FloatArray] | None = None,
     start: FloatArray | None = None,
 ) -> Simulation:
-    """Simulate a run at its observations' instants."""
+    """Simulate a run at its first row and then at its observations' instants."""
+    if observed.absent & machine.effects.keys():
+        gone = tuple(f"effects.{key}." for key in observed.absent)
+        kept = {key: p for key, p in machine.effects.items() if key not in observed.absent}
+        machine = replace(machine, effects=kept)
+        parameters = {n: v for n, v in (parameters or {}).items() if not n.startswith(gone)}
     return simulate(
         machine,
         observed.run.frame,
         parameters,
-        step_s=STEP_S,
         tolerance=TOLERANCE,
-        at=observed.time_s,
+        at=np.append(observed.run.time_s[0], observed.time_s),
         start=start,
+        drive=observed.drive,
     )
 
 
 def modelled(simulation: Simulation, observed: Observations) -> FloatArray:
-    """Return the channels of a simulation, shape (sets, K, C)."""
-    return np.stack([simulation.readings[name] for name in observed.channels], axis=-1)
+    """Return the channels of a simulation, shape (sets, K, C), displacements from the first row."""
+    shown = np.stack([simulation.readings[name] for name in observed.channels], axis=-1)
+    lengths = set(displacement_names(simulation.machine))
+    zeroed = [i for i, name in enumerate(observed.channels) if name in lengths]
+    shown[..., zeroed] -= shown[:, :1, zeroed]
+    return shown[:, 1:]
 
 
 @dataclass(frozen=True)

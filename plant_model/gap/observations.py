@@ -1,9 +1,9 @@
 """What calibration and the gap finder compare: measured runs as weighted observations.
 
-Rows are gathered into bins of a minute, so that sampling does not decide how much a run counts:
-each channel of a run weighs as many independent values as it has half hours. Readings near a speed
-change are trusted less the longer the sampling interval, because the instant of the change is
-known no better than that.
+Rows are gathered into bins of two minutes, so that sampling does not decide how much a run counts:
+each channel of a run weighs as many independent values as it has half hours. A bin ends where the
+speed changes, because what moves at once tells most there. Readings after a change are trusted less
+the longer the sampling interval, because its instant is known no better than that.
 """
 
 from __future__ import annotations
@@ -12,15 +12,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from measurement.errors import BadInput
 from measurement.runs import Run
+from plant_model.drive import Drive, drive_from
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
 from plant_model.sensors import column_of, displacement_names, noise_and_resolution
 
-BIN_S = 60.0
-"""Width of a bin [s]."""
+BIN_S = 120.0
+"""Width of a bin, and step while fitting [s]; exact where the network is linear."""
 
 INDEPENDENT_S = 1800.0
 """Time after which a misfit is new evidence [s]: misfits of lumped models last that long."""
@@ -28,6 +30,12 @@ INDEPENDENT_S = 1800.0
 TEMPERATURE_TOLERANCE = 0.1
 DISPLACEMENT_TOLERANCE = 0.5
 """What a good lumped model may be wrong by, beside noise [K, um]."""
+
+SWITCH = 0.02
+"""A held input that changes by more than this share of its range has switched [1]."""
+
+MOST_SWITCHES = 0.1
+"""An input that switches at more than this share of the rows is taken as a ramp [1]."""
 
 RELATIVE_TOLERANCE = 0.02
 """And in proportion to how much the channel moves in the runs [1]."""
@@ -52,6 +60,10 @@ class Observations:
         there is nothing to compare.
     tolerance : array, shape (C,)
         Of each channel [K, um].
+    drive : Drive
+        The run's inputs on a grid that has the middle of every bin.
+    absent : frozenset of str
+        Keys of effects that had not begun yet in this run.
     """
 
     run: Run
@@ -60,6 +72,8 @@ class Observations:
     values: FloatArray
     weights: FloatArray
     tolerance: FloatArray
+    drive: Drive
+    absent: frozenset[str] = frozenset()
 
     def weighted(self, modelled: FloatArray) -> FloatArray:
         """Return weighted model minus measurement, shape (..., K C), from (..., K, C)."""
@@ -109,7 +123,7 @@ def observe(
     """
     channels = compared_channels(machine, runs)
     binned = [_binned(machine, run, channels, (bad or {}).get(run.name, [])) for run in runs]
-    together = np.concatenate([values for _, values in binned])
+    together = np.concatenate([values for _, values, _ in binned])
     span = _span(together)
     lengths = np.array([name in displacement_names(machine) for name in channels])
     table = noise_and_resolution(machine)
@@ -117,15 +131,39 @@ def observe(
     own = np.where(lengths, DISPLACEMENT_TOLERANCE, TEMPERATURE_TOLERANCE)
     tolerance = np.sqrt(noise**2 + own**2 + (RELATIVE_TOLERANCE * span) ** 2)
     found = []
-    for run, (time, values) in zip(runs, binned, strict=True):
-        extra = _switch_uncertainty(machine, run, time, values)
+    for run, (time, values, segment) in zip(runs, binned, strict=True):
+        extra = _switch_uncertainty(run, time, values, segment)
         sigma = np.sqrt(tolerance**2 + extra**2)
         present = np.isfinite(values)
         weights = np.where(present, 1.0 / sigma, 0.0)
         covered = present.sum(axis=0) * _median_step(time)
         share = np.maximum(covered / INDEPENDENT_S, 1.0) / np.maximum(present.sum(axis=0), 1)
-        found.append(Observations(run, time, channels, values, weights * np.sqrt(share), tolerance))
+        drive = _drive_of(machine, run)
+        weights *= np.sqrt(share)
+        found.append(Observations(run, time, channels, values, weights, tolerance, drive))
     return found
+
+
+def _drive_of(machine: Machine, run: Run) -> Drive:
+    """Put a run's inputs on an even grid; uneven rows would make every step its own case."""
+    starts = run.time_s[np.flatnonzero(np.diff(_segments(machine, run), prepend=-1))]
+    ends = np.append(starts[1:], run.time_s[-1])
+    middles = [np.arange(a + BIN_S / 2.0, b, BIN_S) for a, b in zip(starts, ends, strict=True)]
+    return drive_from(machine, run.frame, BIN_S, at=np.concatenate(middles))
+
+
+def _segments(machine: Machine, run: Run) -> npt.NDArray[np.int64]:
+    """Return for each row how often speed or another held input has switched so far."""
+    switched = np.zeros(len(run.time_s), dtype=bool)
+    for entry in machine.inputs:
+        if entry.is_boundary or entry.column not in run.frame.columns:
+            continue
+        held = run.frame[entry.column].ffill().bfill().to_numpy(dtype=np.float64)
+        jumps = np.abs(np.diff(held)) > SWITCH * (entry.high - entry.low)
+        # An input that jumps all the time is a ramp or noise, and has no instants to speak of.
+        if jumps.mean() <= MOST_SWITCHES:
+            switched[1:] |= jumps
+    return np.cumsum(switched)
 
 
 def _median_step(time: FloatArray) -> float:
@@ -140,13 +178,17 @@ def _span(values: FloatArray) -> FloatArray:
 
 def _binned(
     machine: Machine, run: Run, channels: tuple[str, ...], bad: list[tuple[str, float, float]]
-) -> tuple[FloatArray, FloatArray]:
-    """Return bin times and mean values, displacements from zero."""
+) -> tuple[FloatArray, FloatArray, npt.NDArray[np.int64]]:
+    """Return bin times, mean values (displacements from zero), and each bin's segment."""
     rows = run.time_s
     if len(rows) < 3:
         raise BadInput(run.path or run.name, "", "has fewer than three rows")
-    which = np.floor((rows - rows[0]) / BIN_S).astype(int)
-    _, which, counts = np.unique(which, return_inverse=True, return_counts=True)
+    segment = _segments(machine, run)
+    start = rows[np.searchsorted(segment, segment)]
+    fresh = np.diff(np.floor((rows - start) / BIN_S), prepend=-1) != 0
+    fresh |= np.diff(segment, prepend=-1) != 0
+    which = np.cumsum(fresh) - 1
+    counts = np.bincount(which)
     time = np.bincount(which, rows) / counts
     values = np.full((len(time), len(channels)), np.nan)
     for i, name in enumerate(channels):
@@ -154,9 +196,9 @@ def _binned(
         if column not in run.frame.columns:
             continue
         series = run.frame[column].to_numpy(dtype=np.float64).copy()
-        for channel, start, end in bad:
+        for channel, first, last in bad:
             if channel == name:
-                series[(rows >= start) & (rows <= end)] = np.nan
+                series[(rows >= first) & (rows <= last)] = np.nan
         good = np.isfinite(series)
         if not good.any():
             continue
@@ -165,27 +207,19 @@ def _binned(
         values[:, i] = np.where(n > 0, total / np.maximum(n, 1), np.nan)
         if column.endswith("_um"):
             values[:, i] -= series[good][0]
-    return time, values
+    return time, values, segment[fresh]
 
 
 def _switch_uncertainty(
-    machine: Machine, run: Run, time: FloatArray, values: FloatArray
+    run: Run, time: FloatArray, values: FloatArray, segment: npt.NDArray[np.int64]
 ) -> FloatArray:
     """Return how far a reading may be off because a switch's instant is not known, (K, C)."""
-    rows = run.time_s
     extra = np.zeros_like(values)
-    for entry in machine.inputs:
-        if entry.is_boundary or entry.column not in run.frame.columns:
-            continue
-        held = run.frame[entry.column].ffill().bfill().to_numpy(dtype=np.float64)
-        jumps = np.flatnonzero(np.abs(np.diff(held)) > 0.02 * (entry.high - entry.low))
-        for j in jumps:
-            interval = rows[j + 1] - rows[j]
-            near = (time > rows[j] - BIN_S) & (time < rows[j + 1] + 3.0 * max(interval, BIN_S))
-            rate = (
-                np.abs(np.gradient(np.nan_to_num(values[near]), time[near], axis=0))
-                if (near.sum() > 1)
-                else 0.0
-            )
-            extra[near] = np.maximum(extra[near], rate * max(interval, BIN_S) / 2.0)
+    for k in (np.flatnonzero(np.diff(segment)) + 1).tolist():
+        row = int(np.searchsorted(run.time_s, time[k] - BIN_S, side="right"))
+        interval = float(np.median(np.diff(run.time_s[max(row - 3, 0) : row + 5])))
+        after = slice(k, k + 3)
+        if k + 1 < len(time):
+            rate = np.abs(np.gradient(np.nan_to_num(values[after]), time[after], axis=0))
+            extra[after] = rate * interval / 2.0
     return extra

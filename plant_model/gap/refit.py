@@ -33,6 +33,8 @@ class Explained:
     calibration : Calibration
     designs : tuple of RunDesign
         About the calibrated machine.
+    observed : tuple of Observations
+        With what had not begun yet in each run.
     cost : float
         What recalibration within all that is uncertain leaves.
     unseen : array, shape (R,)
@@ -43,6 +45,7 @@ class Explained:
     base: Machine
     calibration: Calibration
     designs: tuple[RunDesign, ...]
+    observed: tuple[Observations, ...]
     cost: float
     unseen: FloatArray
 
@@ -93,6 +96,7 @@ def scored(
         base,
         replace(calibration, parameters=told),
         tuple(designs),
+        tuple(observed),
         float(scores.cost[0]),
         np.asarray(scores.unseen_cost[0]),
     )
@@ -101,23 +105,25 @@ def scored(
 def explain_with(
     before: Explained,
     candidate: Candidate,
-    observed: Sequence[Observations],
     around: Sequence[Surroundings],
 ) -> Explained:
     """Add a candidate to what is explained so far and calibrate everything anew."""
+    observed = [
+        replace(one, absent=one.absent | {candidate.key}) if i < candidate.begins else one
+        for i, one in enumerate(before.observed)
+    ]
     base = with_effect(before.base, candidate.key)
     grown = with_effect(before.machine, candidate.key, candidate.values)
     return explain(base, (*before.added, candidate.key), observed, grown, around)
 
 
-def refined(
-    best: Explained, observed: Sequence[Observations]
-) -> tuple[Explained, list[Surroundings]]:
+def refined(best: Explained) -> tuple[Explained, list[Surroundings]]:
     """Calibrate an explanation with derivatives of its own, and score it anew.
 
     Screening borrows the derivatives of the machine without the effect, which is enough to compare;
     a strong effect changes them.
     """
+    observed = best.observed
     calibration = calibrate(best.base, observed, starts=1, start_from=best.machine)
     around = all_surroundings(best.base, calibration.machine, observed)
     return scored(best.base, best.added, observed, calibration, around), around

@@ -132,7 +132,9 @@ def floor_of(found: list[Residuals]) -> float:
 
 
 def by_channel(machine: Machine, found: list[Residuals]) -> dict[str, float]:
-    """Return the root mean square of each channel's residual [K, um]."""
+    """Return the root mean square of each channel's residual [K, um]; only of what was measured."""
     stacked = np.concatenate([one.values for one in found])
-    rms = np.sqrt(np.nanmean(stacked**2, axis=0))
-    return dict(zip(found[0].observed.channels, rms.tolist(), strict=True))
+    measured = np.isfinite(stacked).any(axis=0)
+    rms = np.sqrt(np.nanmean(stacked[:, measured] ** 2, axis=0))
+    names = np.array(found[0].observed.channels)[measured].tolist()
+    return dict(zip(names, rms.tolist(), strict=True))

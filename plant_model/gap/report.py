@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 
 from plant_model.effects import catalogue
+from plant_model.gap.data_faults import DataFault
 from plant_model.gap.find import Found
 from plant_model.gap.further_run import further_run
 from plant_model.gap.judge import Judged
@@ -26,6 +27,17 @@ from plant_model.machine import Machine
 from plant_model.sensors import displacement_names
 
 MACHINE_AFTER = "machine_after.toml"
+
+KINDS = {
+    "level_jump": "wrong level",
+    "never_right": "wrong level",
+    "runaway": "runs away",
+    "saturated": "at the end of its range",
+    "step": "slipped",
+    "spikes": "jumping",
+    "jump": "another recording joined on",
+}
+"""Kinds of data faults in words, where the kind itself is none."""
 
 
 class Comparison:
@@ -66,10 +78,16 @@ class Comparison:
                 "unit": "um" if name in lengths else "K",
             }
             for i, name in enumerate(names)
+            if name in first
         }
 
 
-def report_of(found: Found, unseen: Comparison) -> dict[str, Any]:
+def report_of(
+    found: Found,
+    unseen: Comparison,
+    faults: Sequence[DataFault] = (),
+    cosimulation: Mapping[str, Any] | None = None,
+) -> dict[str, Any]:
     """Return the content of ``gap.json``.
 
     Parameters
@@ -77,11 +95,15 @@ def report_of(found: Found, unseen: Comparison) -> dict[str, Any]:
     found : Found
     unseen : Comparison
         On the runs that were not used; the channels' table is of these.
+    faults : sequence of DataFault
+        What was left out of the runs beforehand.
+    cosimulation : mapping, optional
+        The gap of the plant FMUs on the runs that were not used.
     """
     before, after = found.before.machine, found.after.machine
     calibration = Comparison(before, after, found.observed)
     first = found.rounds[0]
-    return {
+    table = {
         "verdict": found.verdict,
         "effects": [_effect(judged, found) for judged in found.rounds if judged.named],
         "one_of": list(first.one_of) if first.named else [],
@@ -95,6 +117,7 @@ def report_of(found: Found, unseen: Comparison) -> dict[str, Any]:
         "gap": {"calibration": calibration.gap(), "holdout": unseen.gap()},
         "channels": unseen.channels(),
         "machine": MACHINE_AFTER,
+        "data_faults": [asdict(fault) for fault in faults],
         "evidence": {
             "share_explained": first.share,
             "share_by_chance": first.chance,
@@ -103,6 +126,7 @@ def report_of(found: Found, unseen: Comparison) -> dict[str, Any]:
             ),
         },
     }
+    return table if cosimulation is None else table | {"cosimulation": dict(cosimulation)}
 
 
 def _name(key: str) -> str:
@@ -157,7 +181,7 @@ def five_lines(table: dict[str, Any]) -> list[str]:
             for p in where[:3]
         )
     evidence = table["evidence"]
-    lines = [f"Where the model is wrong: {worst}."]
+    lines = [f"Where the model is wrong: {worst}.{_left_out(table['data_faults'])}"]
     if table["effects"]:
         titles = " and ".join(
             entry["title"] + (f" on {entry['channel']}" if "channel" in entry else "")
@@ -187,9 +211,27 @@ def five_lines(table: dict[str, Any]) -> list[str]:
     )
     lines.append(f"Added: {added or 'nothing; the machine is calibrated'} -> {table['machine']}.")
     gap = table["gap"]["holdout"]
+    both = table.get("cosimulation")
+    fmu = f" The plant FMU: {both['before']:.2f}, then {both['after']:.2f}." if both else ""
     lines.append(
         f"Gap on the run never used: {gap['before']:.2f} before, {gap['after']:.2f} after, in "
-        f"units of sensor noise; noise alone would leave {gap['floor']:.2f}."
+        f"units of sensor noise; noise alone would leave {gap['floor']:.2f}.{fmu}"
     )
     assert all(np.isfinite([gap["before"], gap["after"]]))
     return lines
+
+
+def _left_out(faults: Sequence[Mapping[str, Any]]) -> str:
+    """Return in words what was left out as broken, each channel once."""
+    runs: dict[tuple[str, str], list[str]] = {}
+    for fault in faults:
+        found = runs.setdefault((fault["channel"], fault["kind"]), [])
+        if fault["run"] not in found:
+            found.append(fault["run"])
+    parts = [
+        f"{channel} ({KINDS.get(kind, kind)} in {', '.join(names) if len(names) < 4 else names[0]}"
+        + (f" and {len(names) - 1} more" if len(names) >= 4 else "")
+        + ")"
+        for (channel, kind), names in runs.items()
+    ]
+    return f" Left out as broken: {'; '.join(parts)}." if parts else ""

@@ -28,8 +28,8 @@ class Grams:
         Between the shared columns.
     cross : array, shape (R, Q, m)
         Shared columns against candidates' answers.
-    answers : array, shape (R, m, m)
-        Between the answers.
+    answers : array, shape (R, m)
+        Squares of the answers.
     """
 
     shared: FloatArray
@@ -46,7 +46,7 @@ class Grams:
             clean = design.cleaned(columns)
             shared.append(design.shared.T @ clean_shared)
             cross.append(design.shared.T @ clean)
-            answers.append(columns.T @ clean)
+            answers.append(np.sum(columns * clean, axis=0))
         return cls(np.array(shared), np.array(cross), np.array(answers))
 
 
@@ -170,8 +170,8 @@ class _Fold:
         cross = grams.cross[runs].sum(axis=0)
         # How the shared columns move when a candidate's answer is added.
         self.follow = cho_solve(self._factor, cross)
-        diagonal = np.einsum("rmm->m", grams.answers[runs])
-        self.left = np.maximum(diagonal - np.sum(cross * self.follow, axis=0), 1e-12)
+        squares = grams.answers[runs].sum(axis=0)
+        self.left = np.maximum(squares - np.sum(cross * self.follow, axis=0), 1e-12)
         self._cross = cross
 
     def fit(self, data: Data) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
@@ -188,7 +188,8 @@ class _Fold:
         """Return the cost of an unseen run with each candidate (D, m) and without (D,)."""
         _, scale, _, solved = self.fit(data)
         matrix, cross = grams.shared[run], grams.cross[run]
-        own = np.einsum("mm->m", grams.answers[run])
+        own = grams.answers[run]
+        alone = (own > 0.0) & (grams.answers[self.runs].sum(axis=0) == 0.0)
         right, against = data.against_shared[:, run], data.against_answers[:, run]
         base = -solved
         without = (
@@ -201,5 +202,8 @@ class _Fold:
         linear = against + base @ cross - (right + base @ matrix) @ shift
         quadratic = own - 2.0 * np.sum(cross * shift, axis=0)
         quadratic = quadratic + np.sum(shift * (matrix @ shift), axis=0)
+        # What began in this very run is an unknown of its own, like a zero: nothing else tells it.
+        best = np.clip(-linear / np.maximum(quadratic, 1e-12), LEAST, MOST)
+        scale = np.where(alone, best, scale)
         with_it = without[:, None] + 2.0 * linear * scale + quadratic * scale**2
         return with_it, without
