@@ -83,12 +83,17 @@ class SensorNoise:
         Whose sensors they are.
     seed : int or None
         The same seed gives the same noise.
+
+    Attributes
+    ----------
+    names : list of str
+        The sensors, in the order in which they get their noise.
     """
 
     def __init__(self, machine: Machine, seed: int | None) -> None:
         table = noise_and_resolution(machine)
         pairs = np.array(list(table.values()))
-        self._names = list(table)
+        self.names = list(table)
         self._noise = pairs[:, 0, None, None]
         # Rounding to a resolution far below a double's own changes nothing.
         self._resolution = np.where(pairs[:, 1] > 0.0, pairs[:, 1], 1e-12)[:, None, None]
@@ -96,10 +101,17 @@ class SensorNoise:
 
     def added(self, shown: dict[str, FloatArray]) -> dict[str, FloatArray]:
         """Return readings, each (sets, times), as noisy sensors would show them."""
-        exact = np.stack([shown[name] for name in self._names])
+        exact = np.stack([shown[name] for name in self.names])
         noisy = exact + self._noise * self.generator.standard_normal(exact.shape)
         counts = np.rint(noisy / self._resolution)
-        return dict(zip(self._names, np.round(counts * self._resolution, 9), strict=True))
+        return dict(zip(self.names, np.round(counts * self._resolution, 9), strict=True))
+
+    def added_now(self, exact: FloatArray) -> FloatArray:
+        """Return one instant's readings, shape (sensors,), as noisy sensors would show them."""
+        resolution = self._resolution[:, 0, 0]
+        noisy = exact + self._noise[:, 0, 0] * self.generator.standard_normal(len(exact))
+        shown: FloatArray = np.round(np.rint(noisy / resolution) * resolution, 9)
+        return shown
 
 
 def column_of(machine: Machine, name: str) -> str:

@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
 
 from plant_model.axis import AxisOffset
 from plant_model.dependent import DependentStepper
-from plant_model.integrate import Modes, apply, phi
+from plant_model.instant import Instant, drift_of
+from plant_model.integrate import Modes, phi
 from plant_model.machine import Machine
 from plant_model.network import Network, effects_in_force
 from plant_model.parameters import FloatArray, Values
-from plant_model.sensors import SensorNoise, readings
-from plant_model.structure import drift_at, pose
+from plant_model.sensors import SensorNoise
 
 AXES = ("X", "Y", "Z")
+OFFSETS = tuple(f"d{axis}" for axis in AXES)
+AXIS_OUTPUTS = tuple((f"drift_{axis}", f"offset_{axis}", f"error_{axis}") for axis in AXES)
 
 KEPT = 64
 """Propagators, and heats of input values, kept at once."""
@@ -54,8 +56,11 @@ class PlantStepper:
         self.machine = machine
         self.effects = effects_in_force(machine, values)
         self.network = Network(machine, values, self.effects)
-        self._slices = self.network.state_slices()
+        self._instant = Instant(machine, self.effects, self.network.state_slices())
         self._names = [entry.name for entry in machine.inputs]
+        self._boundaries = list(machine.boundary_index)
+        self._held = [name for name in self._names if name not in machine.boundary_index]
+        self._ranges = [(entry.name, entry.low, entry.high) for entry in machine.inputs]
         self._seed = noise_seed
         self._noise = SensorNoise(machine, noise_seed)
         self._axes = [AxisOffset(machine.axis) for _ in AXES]
@@ -81,10 +86,9 @@ class PlantStepper:
         names = self.machine.boundary_index
         first = inputs[next(iter(names))]
         known = dict(readings or {}) | {name: inputs[name] for name in names}
-        self._start = np.array([[known.get(node.start, first) for node in self.machine.nodes]])
-        arrays = {name: np.array([inputs[name]]) for name in self._names}
-        own = self.network.start_states(self._start, arrays)
-        self._state = np.concatenate([self._start, own], axis=1)
+        self._start = np.array([known.get(node.start, first) for node in self.machine.nodes])
+        own = self.network.start_states(self._start[None], _arrays(inputs, self._names))
+        self._state = np.concatenate([self._start, own[0]])
         self._time = 0.0
         self._noise = SensorNoise(self.machine, self._seed)
         for axis in self._axes:
@@ -112,58 +116,58 @@ class PlantStepper:
         self._check(inputs)
         self._state = self._advanced(step_s, inputs)
         self._time += step_s
-        for axis, name in zip(self._axes, AXES, strict=True):
-            axis.step(inputs.get(f"d{name}", 0.0), step_s)
+        for axis, name in zip(self._axes, OFFSETS, strict=True):
+            axis.step(inputs.get(name, 0.0), step_s)
         self._refresh(inputs)
 
     def _check(self, inputs: Mapping[str, float]) -> None:
-        for entry in self.machine.inputs:
-            value = inputs[entry.name]
-            if not entry.low <= value <= entry.high:
-                raise InputError(
-                    f"{entry.name}: {value:g} is outside {entry.low:g}..{entry.high:g} {entry.unit}"
-                )
+        for place, (name, low, high) in enumerate(self._ranges):
+            value = inputs[name]
+            if not low <= value <= high:
+                unit = self.machine.inputs[place].unit
+                raise InputError(f"{name}: {value:g} is outside {low:g}..{high:g} {unit}")
 
     def _advanced(self, step_s: float, inputs: Mapping[str, float]) -> FloatArray:
         network = self.network
-        level = tuple(inputs[name] for name in network.conductance_inputs)
+        level = tuple([inputs[name] for name in network.conductance_inputs])
         modes, boundary, stepper = self._modes_at(level)
-        outside = np.array([inputs[name] for name in self.machine.boundary_index])
+        outside = np.array([inputs[name] for name in self._boundaries])
         force = self._heat_at(inputs) + boundary @ outside
-        held = {name: np.array([inputs[name]]) for name in self._names}
         if network.linear:
             keep, gain = self._propagator(level, step_s, modes)
-            before = self._state[:, : network.node_count]
-            after = apply(keep, before) + apply(gain, force)
+            before = self._state[: network.node_count]
+            after: FloatArray = keep @ before + gain @ force
             if not network.state_count:
                 return after
-            ends = (held, before[:, None]), (held, after[:, None])
-            own = self._state[:, network.node_count :]
-            followed = network.followed(own, np.array([step_s]), *ends)[:, 0]
-            return np.concatenate([after, followed], axis=1)
-        between = (force, force), (outside, outside)
-        return stepper.advance(self._state, step_s, held, *between)
+            held = _arrays(inputs, self._names)
+            ends = (held, before[None, None]), (held, after[None, None])
+            own = self._state[None, network.node_count :]
+            followed = network.followed(own, np.array([step_s]), *ends)
+            return np.concatenate([after, followed[0, 0]])
+        between = (force[None], force[None]), (outside, outside)
+        held = _arrays(inputs, self._names)
+        end: FloatArray = stepper.advance(self._state[None], step_s, held, *between)[0]
+        return end
 
     def _modes_at(self, level: tuple[float, ...]) -> tuple[Modes, FloatArray, DependentStepper]:
         known = self._modes.get(level)
         if known is None:
             network = self.network
-            inputs = {name: np.zeros(1) for name in self._names}
-            for name, value in zip(network.conductance_inputs, level, strict=True):
-                inputs[name] = np.array([value])
-            matrix, boundary = network.conductances(inputs)
+            given = dict.fromkeys(self._names, 0.0)
+            given |= zip(network.conductance_inputs, level, strict=True)
+            matrix, boundary = network.conductances(_arrays(given, self._names))
             with_states = 0 if network.linear else network.state_count
             modes = Modes.of(matrix, network.capacity, with_states)
-            known = (modes, boundary, DependentStepper(network, modes))
+            known = (modes, boundary[0], DependentStepper(network, modes))
             _keep(self._modes, level, known)
         return known
 
     def _heat_at(self, inputs: Mapping[str, float]) -> FloatArray:
-        key = tuple(inputs[name] for name in self._names)
+        # Heat that boundary temperatures bring is an exchange, so only what is held counts.
+        key = tuple([inputs[name] for name in self._held])
         known = self._heat.get(key)
         if known is None:
-            arrays = {name: np.array([value]) for name, value in zip(self._names, key, strict=True)}
-            known = self.network.heat(arrays)[:, 0]
+            known = self.network.heat(_arrays(inputs, self._names))[0, 0]
             _keep(self._heat, key, known)
         return known
 
@@ -177,30 +181,21 @@ class PlantStepper:
             x = -modes.decay * step_s
             keep = (modes.to_state * np.exp(x)[:, None, :]) @ modes.to_modes
             gain = (modes.to_state * (step_s * phi(1, x))[:, None, :]) @ modes.to_modes
-            known = (keep, gain / self.network.capacity[:, None, :])
+            known = (keep[0], (gain / self.network.capacity[:, None, :])[0])
             _keep(self._linear, key, known)
         return known
 
     def _refresh(self, inputs: Mapping[str, float]) -> None:
         """Compute all outputs for the state as it is."""
-        nodes = self.network.node_count
-        temperatures = self._state[:, None, :nodes]
-        states = self._state[:, None, nodes:]
-        arrays = {name: np.array([inputs[name]]) for name in self._names}
-        rise = temperatures - self._start[:, None, :]
-        pose_now = pose(self.effects, self._slices, arrays, rise, states)
-        time = np.array([self._time])
-        shown = readings(
-            self.machine, self.effects, self._slices, arrays, time, temperatures, states, pose_now
-        )
+        pose, shown = self._instant.at(self._state, self._start, inputs, self._time)
         if self._seed is not None:
-            shown = self._noise.added(shown)
-        outputs = {name: float(value[0, 0]) for name, value in shown.items()}
-        drift = drift_at(pose_now[0, 0], inputs.get("tool_length", 0.0))
-        for axis, name, value in zip(self._axes, AXES, drift.tolist(), strict=True):
-            outputs[f"drift_{name}"] = value
-            outputs[f"offset_{name}"] = axis.in_force
-            outputs[f"error_{name}"] = value + axis.in_force
+            shown = self._noise.added_now(shown)
+        outputs = dict(zip(self._instant.names, shown.tolist(), strict=True))
+        drift = drift_of(pose, inputs.get("tool_length", 0.0))
+        for axis, (out, moved, left), value in zip(self._axes, AXIS_OUTPUTS, drift, strict=True):
+            outputs[out] = value
+            outputs[moved] = offset = axis.in_force
+            outputs[left] = value + offset
         self._outputs = outputs
 
     def outputs(self) -> dict[str, float]:
@@ -211,8 +206,8 @@ class PlantStepper:
         """Return everything that a continued trajectory needs, ready for JSON."""
         return {
             "time": self._time,
-            "start": self._start[0].tolist(),
-            "state": self._state[0].tolist(),
+            "start": self._start.tolist(),
+            "state": self._state.tolist(),
             "axes": [axis.state() for axis in self._axes],
             "noise": json.dumps(self._noise.generator.bit_generator.state),
             "outputs": self._outputs,
@@ -221,12 +216,17 @@ class PlantStepper:
     def restore(self, state: dict[str, Any]) -> None:
         """Continue exactly from :meth:`state`."""
         self._time = state["time"]
-        self._start = np.array([state["start"]])
-        self._state = np.array([state["state"]])
+        self._start = np.array(state["start"])
+        self._state = np.array(state["state"])
         for axis, part in zip(self._axes, state["axes"], strict=True):
             axis.restore(part)
         self._noise.generator.bit_generator.state = json.loads(state["noise"])
         self._outputs = dict(state["outputs"])
+
+
+def _arrays(inputs: Mapping[str, float], names: Iterable[str]) -> dict[str, FloatArray]:
+    """Return inputs as the hooks of effects want them, each of shape (1,)."""
+    return {name: np.array([inputs[name]]) for name in names}
 
 
 def _keep(known: dict[Any, Any], key: Any, value: Any) -> None:
