@@ -134,7 +134,9 @@ def vac(random: Random, inputs: int, targets: int) -> Table:
     weights = {
         name: matrix(random, targets, len(models)) for name in ("stopped", "changing", "steady")
     }
-    prior = [row(random, len(models), 1e-3, 100.0) for _ in range(targets)]
+    # A large error in training makes a model whose recent one is small gain as much as may be.
+    largest = random.choice([100.0, 1e8])
+    prior = [row(random, len(models), 1e-3, largest) for _ in range(targets)]
     return {
         "models": models,
         "weights": weights,
