@@ -40,7 +40,7 @@ with EcosSimulationStructure() as structure:
         for name, entry in variables[end].items():
             if entry.causality == "input" and name in variables[start] and name not in signals:
                 structure.make_real_connection(f"{start}::{name}", f"{end}::{name}")
-    # Without noise a thermometer in a steady hall would look stale.
+    # The seed of the sensors' noise in the scenario step_speed.
     first = {f"{part}::{name}": float(signals[name][0]) for part, name in driven}
     structure.add_parameter_set("start", {"plant::noise_seed": 101, **first})
     with EcosSimulation(step, structure=structure) as simulation:

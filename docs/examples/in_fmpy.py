@@ -47,7 +47,7 @@ signals = pd.read_csv(sys.argv[3])
 step = float(signals["time"][1] - signals["time"][0])
 readings = [name for name in compensator[1] if name in plant[1] and name.startswith("T")]
 
-# Without noise a thermometer in a steady hall would look stale.
+# The seed of the sensors' noise in the scenario step_speed.
 plant[0].setInteger([plant[1]["noise_seed"].valueReference], [101])
 now = signals.iloc[0].drop("time").to_dict()
 told = {name: now[name] for name in ("speed", "tool_length")}

@@ -43,7 +43,7 @@ for start, end in ((plant, compensator), (compensator, plant)):
                 start, refs[start][name].reference, end, refs[end][name].reference
             )
 
-# Without noise a thermometer in a steady hall would look stale.
+# The seed of the sensors' noise in the scenario step_speed.
 execution.integer_initial_value(plant, refs[plant]["noise_seed"].reference, 101)
 driven = {index: [name for name in inputs[index] if name in signals] for index in refs}
 for index, names in driven.items():

@@ -28,7 +28,7 @@ assembly = {
     "input": [
         [name, fmu, name] for name in ("speed", "tool_length") for fmu in (plant, compensator)
     ],
-    # Without noise a thermometer in a steady hall would look stale.
+    # The seed of the sensors' noise in the scenario step_speed.
     "start": [[plant, "noise_seed", 101]],
 }
 (folder / "machine.json").write_text(json.dumps(assembly))

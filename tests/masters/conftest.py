@@ -12,6 +12,8 @@ import pandas as pd
 import pytest
 
 import build_fmu
+from fmu_compensator.native.compilers import compilers
+from fmu_compensator.native.generate import NativeError
 from scenarios.cli import main
 from scenarios.cosimulation import simulate
 from scenarios.scenario import read_scenario
@@ -19,7 +21,7 @@ from tests.conftest import ROOT
 
 EXAMPLES = ROOT / "docs" / "examples"
 SCENARIO, VARIANT = "step_speed", "long_tool"
-STEP_S, STOP_S = 10.0, 5400.0
+STEP_S, STOP_S = 10.0, 4500.0
 """Long enough for a change of speed, at 3600 s."""
 
 SETTINGS = {"step_s": STEP_S, "duration_s": STOP_S}
@@ -79,11 +81,36 @@ def fmus(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="session")
-def reference(fmus: Path) -> pd.DataFrame:
+def plant(fmus: Path) -> Path:
+    """The plant FMU."""
+    return fmus / "plant.fmu"
+
+
+@pytest.fixture(scope="session", params=["python", "native"])
+def compensator(request: pytest.FixtureRequest, fmus: Path) -> Path:
+    """The compensator FMU, of either kind."""
+    return fmus / "compensator.fmu" if request.param == "python" else native_fmu(fmus)
+
+
+def native_fmu(folder: Path) -> Path:
+    """Return the C99 FMU of the compensator, built into *folder* if it is not there."""
+    path = folder / "compensator_native.fmu"
+    if not path.is_file():
+        try:
+            compilers()
+        except NativeError as error:
+            pytest.fail(str(error)) if os.environ.get("CI") else pytest.skip(str(error))
+        arguments = ["--only", "compensator", "--native", "--out", str(folder)]
+        assert build_fmu.main(arguments) == 0
+    return path
+
+
+@pytest.fixture(scope="session")
+def reference(plant: Path, compensator: Path) -> pd.DataFrame:
     """What `spindle-drift run` computes; columns are variables, by their names in the FMUs."""
     cases = read_scenario(SCENARIO, list(SETTINGS.items())).cases
     (case,) = (case for case in cases if case.name == VARIANT)
-    frame = simulate(case, fmus / "plant.fmu", fmus / "compensator.fmu", quiet=True).frame
+    frame = simulate(case, plant, compensator, quiet=True).frame
     # The compensator is at work, else equal tables would say little.
     assert frame["valid_1"].mean() > 0.99
     assert frame["dZ_um"].iloc[-1] > 10.0
@@ -99,10 +126,11 @@ def signals(reference: pd.DataFrame, tmp_path_factory: pytest.TempPathFactory) -
 
 
 @pytest.fixture(scope="session")
-def ssp(fmus: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def ssp(fmus: Path, compensator: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The scenario as an .ssp file."""
     path = tmp_path_factory.mktemp("ssp") / f"{SCENARIO}.ssp"
     settings = [f"--set={key}={value}" for key, value in SETTINGS.items()]
-    arguments = ["ssp", SCENARIO, "--variant", VARIANT, "--fmu-dir", str(fmus), "-o", str(path)]
+    arguments = ["ssp", SCENARIO, "--variant", VARIANT, "--fmu-dir", str(fmus)]
+    arguments += ["--compensator", str(compensator), "-o", str(path)]
     assert main([*arguments, *settings]) == 0
     return path

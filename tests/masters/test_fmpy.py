@@ -11,10 +11,9 @@ from tests.masters.conftest import agree, example
 
 
 def test_the_coupled_fmus(
-    fmus: Path, signals: Path, reference: pd.DataFrame, tmp_path: Path
+    plant: Path, compensator: Path, signals: Path, reference: pd.DataFrame, tmp_path: Path
 ) -> None:
-    arguments = (fmus / "plant.fmu", fmus / "compensator.fmu", signals)
-    agree(example("in_fmpy.py", *arguments, folder=tmp_path), reference)
+    agree(example("in_fmpy.py", plant, compensator, signals, folder=tmp_path), reference)
 
 
 def test_offsets_that_come_a_step_late_or_early_would_be_noticed(reference: pd.DataFrame) -> None:

@@ -17,10 +17,9 @@ def installed() -> None:
 
 
 def test_the_coupled_fmus(
-    fmus: Path, signals: Path, reference: pd.DataFrame, tmp_path: Path
+    plant: Path, compensator: Path, signals: Path, reference: pd.DataFrame, tmp_path: Path
 ) -> None:
-    arguments = (fmus / "plant.fmu", fmus / "compensator.fmu", signals)
-    agree(example("in_libcosimpy.py", *arguments, folder=tmp_path), reference)
+    agree(example("in_libcosimpy.py", plant, compensator, signals, folder=tmp_path), reference)
 
 
 def test_the_ssp(ssp: Path, reference: pd.DataFrame, tmp_path: Path) -> None:

@@ -19,10 +19,9 @@ def installed() -> None:
 
 
 def test_the_nested_fmus(
-    fmus: Path, signals: Path, reference: pd.DataFrame, tmp_path: Path
+    plant: Path, compensator: Path, signals: Path, reference: pd.DataFrame, tmp_path: Path
 ) -> None:
-    arguments = (fmus / "plant.fmu", fmus / "compensator.fmu", signals)
-    agree(example("in_one_fmu.py", *arguments, folder=tmp_path), reference)
+    agree(example("in_one_fmu.py", plant, compensator, signals, folder=tmp_path), reference)
     machine = str(tmp_path / "machine.fmu")
     assert validate_fmu(machine) == []
     variables = fmpy.read_model_description(machine).modelVariables
