@@ -51,13 +51,14 @@ class Planned:
     @property
     def name(self) -> str:
         """Name of its record."""
-        extra = self.kind if self.kind in (DELETED, EMPTY) else ""
-        return "_".join(filter(None, (f"{self.number:04d}", extra)))
+        return f"{self.files}_{DELETED}" if self.kind == DELETED else self.files
 
     @property
     def files(self) -> str:
         """Name of its runs' folder; a case with its effect deleted has the same runs."""
-        return f"{self.number:04d}" if self.kind == DELETED else self.name
+        noise = f"noise{self.case.noise:g}" if self.case.noise != 1.0 else ""
+        empty = EMPTY if self.kind == EMPTY else ""
+        return "_".join(filter(None, (f"{self.number:04d}", noise, empty)))
 
     def emptied(self) -> Planned:
         """Return the same machine and runs with nothing hidden."""
@@ -89,18 +90,21 @@ def trials(
     kinds: Collection[str] = TRIALS,
     effect: str | None = None,
     size: str | None = None,
+    noise: float = 1.0,
 ) -> list[list[Planned]]:
     """Return what is asked of the gap finder in *count* cases of a split, gathered by case.
 
     A case with one effect that is not weak is asked for twice: the second time the gap finder does
-    not know the effect.
+    not know the effect. *noise* is times the usual noise of all sensors; nothing else changes.
 
     Raises
     ------
     ValueError
         If there are no such cases.
     """
-    asked = (_asked(one, kinds) for one in _cases(split) if _holds(one, effect, size))
+    wanted = (one for one in _cases(split) if _holds(one, effect, size))
+    noisy = (replace(one, case=replace(one.case, noise=noise)) for one in wanted)
+    asked = (_asked(one, kinds) for one in noisy)
     found = list(islice(filter(None, asked), count))
     if not found:
         raise ValueError("no case is of that kind")

@@ -48,6 +48,11 @@ class Record:
         return str(self.table["kind"])
 
     @property
+    def noise(self) -> float:
+        """Times the usual noise of all sensors."""
+        return _place(self.table)[1]
+
+    @property
     def truth(self) -> list[dict[str, Any]]:
         """The hidden effects."""
         return list(self.table["truth"])
@@ -108,16 +113,20 @@ def read_records(folder: Path, beside: Path | None = None) -> list[Record]:
     """
     tables = _read_all(folder)
     empty = {
-        table["number"]: float(table["answer"]["gap"]["holdout"]["before"])
+        _place(table): float(table["answer"]["gap"]["holdout"]["before"])
         for table in (_read_all(beside) if beside else tables)
         if table["kind"] in (EMPTY, "none")
     }
     middle = statistics.median(empty.values()) if empty else float("nan")
     return [
-        Record(table, empty.get(table["number"], middle), table["number"] in empty)
+        Record(table, empty.get(_place(table), middle), _place(table) in empty)
         for table in tables
         if table["kind"] != EMPTY
     ]
+
+
+def _place(table: dict[str, Any]) -> tuple[int, float]:
+    return int(table["number"]), float(table.get("noise", 1.0))
 
 
 def _read_all(folder: Path) -> list[dict[str, Any]]:

@@ -79,6 +79,7 @@ def _write(planned: Planned, out: Path, split: str, told: dict[str, Any], rival:
         "number": planned.number,
         "split": split,
         "kind": planned.kind,
+        "noise": planned.case.noise,
         "without": list(planned.without),
         "truth": answer["effects"],
         "finder": finder_version(),
@@ -92,9 +93,16 @@ def main(arguments: list[str] | None = None) -> int:
     args = _parser().parse_args(arguments)
     if args.cases < 1 or args.workers < 1:
         _parser().error("--cases and --workers: 1 or more")
+    if not 0.0 <= args.noise <= 100.0:
+        _parser().error(f"--noise: {args.noise:g} is outside 0..100")
     try:
         cases = trials(
-            args.split, args.cases, kinds=args.kind or TRIALS, effect=args.effect, size=args.size
+            args.split,
+            args.cases,
+            kinds=args.kind or TRIALS,
+            effect=args.effect,
+            size=args.size,
+            noise=args.noise,
         )
     except ValueError as error:
         _parser().error(str(error))
@@ -143,6 +151,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--kind", nargs="+", choices=TRIALS, help="only questions of these kinds")
     parser.add_argument("--effect", help="only cases with this effect")
     parser.add_argument("--size", choices=SIZES, help="only cases with an effect of this size")
+    parser.add_argument("--noise", type=float, default=1.0, help="times the usual noise (1)")
     parser.add_argument("--workers", type=int, default=os.cpu_count(), help="processes")
     parser.add_argument(
         "--rivals", action="store_true", help="ask other methods, too (pip install '.[benchmarks]')"

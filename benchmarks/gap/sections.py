@@ -21,6 +21,7 @@ from benchmarks.gap.outcome import (
     WRONG,
     tally,
 )
+from benchmarks.gap.plan import DELETED_SIZES
 from benchmarks.gap.records import CLASSES, STRONG, VISIBLE, Record
 from benchmarks.gap.truth.effects.base import SIZES
 
@@ -181,6 +182,25 @@ def pairs(records: Sequence[Record]) -> str:
 
     rows = {f"Pairs, {c}": [r for r in some if r.strength == c] for c in CLASSES}
     return _counts(rows | {"Pairs": some}, PAIR_OUTCOMES, {"at least one": one_or_both})
+
+
+def against_noise(records: Sequence[Record]) -> str:
+    """Return what is said at each noise of the sensors, of single effects that are not weak."""
+    levels = sorted({one.noise for one in records})
+    if len(levels) < 2:
+        return "All questions were asked at the usual noise (`--noise` asks at another)."
+    rows = []
+    for level in levels:
+        some = [one for one in records if one.noise == level]
+        none = of_kind(some, "none")
+        single = [r for r in of_kind(some, "effect") if r.truth[0]["size"] in DELETED_SIZES]
+        counts = tally([one.outcome for one in single], OUTCOMES).values()
+        cells = [str(n) if n else "" for n in counts]
+        right = share(len(with_outcome(single, RIGHT)), len(single))
+        false = share(len(with_outcome(none, NAMED)), len(none))
+        rows.append([f"{level:g}", str(len(single)), *cells, right, false])
+    head = ["Noise, times the usual", "Cases", *OUTCOMES, "right", "nothing missing: falsely named"]
+    return markdown(head, rows)
 
 
 def gaps(records: Sequence[Record]) -> str:

@@ -46,6 +46,7 @@ def text_of(records: Sequence[Record], rivals: dict[str, Sequence[Record]], figu
     *rivals* holds the records of other methods by their titles.
     """
     tables = [one.table for one in records]
+    usual = at_usual_noise(records)
     splits = sorted({one["split"] for one in tables})
     versions = sorted({one["finder"] for one in tables})
     empty = sum(one.matched for one in records)
@@ -54,10 +55,16 @@ def text_of(records: Sequence[Record], rivals: dict[str, Sequence[Record]], figu
         f"{len({one['number'] for one in tables})} cases; {empty} of them beside the same machine "
         f"and runs with nothing hidden. Fingerprint of the gap finder: {', '.join(versions)}."
     ]
-    parts += [f"### {title}\n\n{table(records)}" for title, table in TABLES.items()]
-    parts.append(f"### Beside other methods\n\n{contest({FINDER: records} | rivals)}")
+    parts += [f"### {title}\n\n{table(usual)}" for title, table in TABLES.items()]
+    parts.append(f"### Against noise\n\n{sections.against_noise(records)}")
+    parts.append(f"### Beside other methods\n\n{contest({FINDER: usual} | rivals)}")
     parts += [f"![{title}]({figures}{name}.png)" for name, (title, _) in FIGURES.items()]
     return "\n\n".join(parts) + "\n"
+
+
+def at_usual_noise(records: Sequence[Record]) -> list[Record]:
+    """Return the records whose sensors have their usual noise; all if there are none."""
+    return [one for one in records if one.noise == 1.0] or list(records)
 
 
 def read_rivals(folder: Path) -> dict[str, Sequence[Record]]:
@@ -70,9 +77,9 @@ def read_rivals(folder: Path) -> dict[str, Sequence[Record]]:
 
 
 def write_figures(records: Sequence[Record], folder: Path) -> None:
-    """Write the figures."""
+    """Write the figures, of the usual noise."""
     for name, (_, draw) in FIGURES.items():
-        write_atomically(folder / f"{name}.png", draw(records))
+        write_atomically(folder / f"{name}.png", draw(at_usual_noise(records)))
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +14,7 @@ from benchmarks.gap import run
 from benchmarks.gap.ask import LARGEST, ask_empty, plain, runs_of
 from benchmarks.gap.make import write_case
 from benchmarks.gap.plan import DELETED_SIZES, plan, trials
+from benchmarks.gap.truth.case import simulate_case
 from plant_model.gap.calibrate import Identified
 from plant_model.machine import Machine
 from plant_model.machine_file import read_machine
@@ -67,6 +68,21 @@ def test_an_emptied_case_keeps_machine_and_runs() -> None:
     assert none.emptied() is none
 
 
+def test_noise_is_all_that_changes() -> None:
+    ((usual,),) = trials("development", 1, kinds=["pair"])
+    ((noisy,),) = trials("development", 1, kinds=["pair"], noise=3.0)
+    assert (usual.files, noisy.files) == (f"{usual.number:04d}", f"{usual.number:04d}_noise3")
+    assert noisy.emptied().files == f"{usual.number:04d}_noise3_empty"
+    frames, exact = [], []
+    for one in (usual, noisy):
+        (run_1,), _ = simulate_case(replace(one.case, runs=("run_1",), resolution=0.5))
+        frames.append(run_1.frame)
+        exact.append(run_1.exact)
+    assert exact[0].equals(exact[1])
+    spread = [(frame["T8_degC"] - exact[0]["T8_degC"]).std() for frame in frames]
+    assert spread[1] == pytest.approx(3.0 * spread[0], rel=0.1)
+
+
 def test_records_hold_question_truth_and_answer(
     tmp_path: Path, calls: list[tuple[str, tuple[str, ...]]]
 ) -> None:
@@ -111,7 +127,14 @@ def test_what_was_stopped_goes_on_and_nothing_is_asked_twice(
 
 
 @pytest.mark.parametrize(
-    "wrong", [["--cases", "0"], ["--workers", "0"], ["--effect", "gremlins"], ["--kind", "empty"]]
+    "wrong",
+    [
+        ["--cases", "0"],
+        ["--workers", "0"],
+        ["--effect", "gremlins"],
+        ["--kind", "empty"],
+        ["--noise", "-1"],
+    ],
 )
 def test_wishes_that_cannot_be_met_are_refused(wrong: list[str], tmp_path: Path) -> None:
     with pytest.raises(SystemExit) as stopped:

@@ -129,6 +129,22 @@ def test_outcomes_by_strength(records: Folder) -> None:
     assert "windage (weak) | 1.07 | radiation" in wrong
 
 
+def test_noisier_sensors_are_counted_apart(records: Folder) -> None:
+    shown = sections.against_noise(read_records(records.folder))
+    assert "usual noise" in shown
+    noisy = answer(WINDAGE, one_of=("windage",), gap=(9.0, 5.0))
+    records.put("effect", [hidden("windage")], noisy, empty=6.0, noise=3.0)
+    records.put("none", [], answer(), noise=3.0)
+    found = read_records(records.folder)
+    assert found[-2].ratio == pytest.approx(1.5)
+    *_, usual, noisier = sections.against_noise(found).splitlines()
+    assert usual.startswith("| 1 | 2 | 1 |")
+    assert usual.endswith("| 1 of 2 (50 %) | 1 of 2 (50 %) |")
+    assert noisier.startswith("| 3 | 1 | 1 |")
+    assert noisier.endswith("| 1 of 1 (100 %) | 0 of 1 (0 %) |")
+    assert len(table.at_usual_noise(found)) == len(found) - 2
+
+
 def test_amplitudes_are_compared_in_the_catalogues_unit(records: Folder) -> None:
     first = read_records(records.folder)[0]
     found = amplitude_found(first.truth[0], first.answer)

@@ -38,12 +38,15 @@ class Case:
         Effects, their size by name or in their own unit, and their sensor ("" to draw it).
     resolution : float
         Of the machine's cells.
+    noise : float
+        Times the usual noise of all sensors.
     """
 
     seed: int
     hidden: tuple[tuple[str, str | float, str], ...] = ()
     resolution: float = 1.0
     runs: tuple[str, ...] = RUNS
+    noise: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -81,7 +84,7 @@ def simulate_case(case: Case) -> tuple[list[CaseRun], list[Hidden]]:
         "coolant": float(hall_rng.uniform(20.5, 23.0)),
     }
     period = float(hall_rng.choice(PERIODS))
-    meter = _Meter(noise_rng)
+    meter = _Meter(noise_rng, case.noise)
     march = March(spindle, effects)
     families = _families(hall_rng)
     found = []
@@ -129,10 +132,10 @@ def _record(march: March, drive: Drive, number: int) -> pd.DataFrame:
 class _Meter:
     """The case's instruments: noise, resolution, small constant errors of thermometers."""
 
-    def __init__(self, rng: np.random.Generator) -> None:
-        self._noise_t = rng.uniform(0.02, 0.04, 11)
+    def __init__(self, rng: np.random.Generator, times: float) -> None:
+        self._noise_t = times * rng.uniform(0.02, 0.04, 11)
         self._error_t = np.clip(0.02 * rng.standard_normal(11), -0.05, 0.05)
-        self._noise_s = rng.uniform(0.12, 0.25, 5)
+        self._noise_s = times * rng.uniform(0.12, 0.25, 5)
 
     def shown(self, exact: pd.DataFrame, rng: np.random.Generator) -> pd.DataFrame:
         """Return what the file records."""
