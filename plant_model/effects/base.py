@@ -112,6 +112,9 @@ class Effect:
     settles : bool
         Whether its own states stay through a step and may jump at its end, as friction does. It
         then gives ``settled`` instead of ``rate``, and changes no temperature.
+    swings : tuple of str
+        For an effect that swings by itself: its parameters for the period [min] and for the place
+        in the cycle at which a run begins [1].
     from_one_run_on : bool
         Whether it may have begun between two runs, as a fault does.
     tried : dict of str to tuple of float
@@ -136,6 +139,7 @@ class Effect:
 
     settles: ClassVar[bool] = False
     from_one_run_on: ClassVar[bool] = False
+    swings: ClassVar[tuple[str, ...]] = ()
     tried: ClassVar[dict[str, tuple[float, ...]]] = {}
 
     def __init__(self, machine: Machine, values: Values, channel: str = "") -> None:

@@ -14,11 +14,10 @@ from plant_model.parameters import FloatArray, Parameter
 class CoolantThermostat(Effect):
     """What reaches the jackets swings by +-b around the inlet's reading, between dead-band limits.
 
-    y = dT / b climbs while the compressor rests and falls while it runs, dy/dt = -(4 / p) r, and
-    the relay holds until a limit is passed: tau dr/dt = tanh(s (c y + r)) - r, bistable for s > 1.
-    tau is a sixtieth of the period p; c brings the turning points to y = +-1. Where in its cycle a
-    run begins is a parameter. Two-point chillers keep +-0.5 to 2 K, and switch no more than some
-    ten times an hour to spare the compressor. It acts on every flow that a boundary feeds.
+    dT = b y climbs while the compressor rests and falls while it runs, at the same even rate: y
+    goes from -1 to 1 and back in a period p. Where in its cycle a run begins is a parameter.
+    Two-point chillers keep +-0.5 to 2 K, and switch no more than some ten times an hour to spare
+    the compressor. It acts on every flow that a boundary feeds.
     """
 
     name: ClassVar[str] = "coolant_thermostat"
@@ -33,10 +32,9 @@ class CoolantThermostat(Effect):
     }
     amplitude: ClassVar[str] = "band"
     temperature_dependent: ClassVar[bool] = True
-    states: ClassVar[tuple[str, ...]] = ("swing", "relay")
-    state_scales: ClassVar[tuple[float, ...]] = (20.0, 100.0)
-    steepness: ClassVar[float] = 20.0
-    coupling: ClassVar[float] = 0.97
+    swings: ClassVar[tuple[str, ...]] = ("period", "phase")
+    states: ClassVar[tuple[str, ...]] = ("cycle",)
+    state_scales: ClassVar[tuple[float, ...]] = (100.0,)
 
     def prepare(self) -> None:
         """Find the flows that a boundary feeds."""
@@ -53,17 +51,12 @@ class CoolantThermostat(Effect):
         self._period_s = 60.0 * self.own("period")
 
     def start_states(self, temperatures: FloatArray, inputs: Inputs) -> FloatArray:
-        """Start at the phase given: rising from -1 in its first half, falling in the second."""
-        phase = self.own("phase") % 1.0
-        swing = 1.0 - 4.0 * np.abs(phase - 0.5)
-        return np.concatenate([swing, np.where(phase < 0.5, -1.0, 1.0)], axis=1)
+        """Start at the phase given."""
+        return np.broadcast_to(self.own("phase"), (len(temperatures), 1))
 
     def rate(self, inputs: Inputs, temperatures: FloatArray, states: FloatArray) -> FloatArray:
-        """Return how fast the swing and the relay move."""
-        swing, relay = states[..., 0], states[..., 1]
-        wanted = np.tanh(self.steepness * (self.coupling * swing + relay))
-        fast = 60.0 / self._period_s
-        return np.stack([-4.0 / self._period_s * relay, fast * (wanted - relay)], axis=-1)
+        """Return how fast the cycle passes."""
+        return np.broadcast_to(1.0 / self._period_s[..., None], states.shape)
 
     def heat(
         self,
@@ -74,4 +67,5 @@ class CoolantThermostat(Effect):
     ) -> None:
         """Add what the warmer or colder coolant brings."""
         assert states is not None
-        out += (self.own("band") * states[..., 0])[..., None] * self._carried
+        swing = 1.0 - 4.0 * np.abs(states[..., 0] % 1.0 - 0.5)
+        out += (self.own("band") * swing)[..., None] * self._carried

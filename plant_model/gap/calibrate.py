@@ -167,7 +167,7 @@ def calibrate(
     starts: int = 2,
     seed: int = 0,
     iterations: int = ITERATIONS,
-    start_from: Machine | None = None,
+    start_from: Sequence[Machine] = (),
     around: Sequence[Around] | None = None,
     progress: Progress = quiet,
 ) -> Calibration:
@@ -182,8 +182,9 @@ def calibrate(
         Number of starting points; the first is the machine as it stands.
     iterations : int
         At most, from each start.
-    start_from : Machine, optional
-        The first starting point, if it is not the machine itself; priors stay the machine's.
+    start_from : sequence of Machine
+        The best of these is the first starting point, instead of the machine itself; priors stay
+        the machine's.
     around : sequence of Around, optional
         Derivatives of every run that are known already.
     seed : int
@@ -197,7 +198,7 @@ def calibrate(
     best: tuple[float, FloatArray, list[Linear]] | None = None
     reached = []
     for start in range(max(1, starts)):
-        x = priors.position(start_from or machine)
+        x = min((priors.position(one) for one in start_from or (machine,)), key=problem.cost)
         if start:
             x = np.clip(generator.normal(0.0, 0.7, len(x)), priors.low, priors.high)
         found = _descend(problem, x, iterations, progress, f"start {start + 1} of {starts}")

@@ -12,6 +12,7 @@ from plant_model.effects import Effect, catalogue
 from plant_model.effects.base import effect_key
 from plant_model.gap.linearise import modelled, simulate_at
 from plant_model.gap.observations import Observations
+from plant_model.gap.periods import PHASES, likely_periods, quick
 from plant_model.integrate import IntegrationError
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray, Parameter
@@ -41,12 +42,31 @@ class Candidate:
         What it changes in every run, weighted (not robust).
     begins : int
         Position of the first run that has it.
+    own : tuple of dict of str to float
+        Parameters that every run has for itself, by position; empty if there are none.
     """
 
     key: str
     values: dict[str, float]
     answers: tuple[FloatArray, ...]
     begins: int = 0
+    own: tuple[dict[str, float], ...] = ()
+
+    def seen_by(self, position: int, observed: Observations) -> Observations:
+        """Return a run's observations with what this candidate says of that run alone."""
+        if position < self.begins:
+            return replace(observed, absent=observed.absent | {self.key})
+        if not self.own:
+            return observed
+        named = {f"effects.{self.key}.{n}": v for n, v in self.own[position].items()}
+        return replace(observed, own={**observed.own, **named})
+
+    def scaled(self, scale: float) -> dict[str, float]:
+        """Return its parameters with the amplitude scaled, within its range."""
+        effect = catalogue()[self.key.partition(":")[0]]
+        size = effect.parameters[effect.amplitude]
+        value = effect.off + scale * (self.values[effect.amplitude] - effect.off)
+        return self.values | {effect.amplitude: float(np.clip(value, size.low, size.high))}
 
 
 def missing_effects(machine: Machine, without: Sequence[str] = ()) -> list[type[Effect]]:
@@ -93,18 +113,22 @@ def _between(parameter: Parameter, share: float) -> float:
 
 
 def keys_of(machine: Machine, effect: type[Effect], observed: Sequence[Observations]) -> list[str]:
-    """Return the effect's keys: one, or one for every thermometer."""
+    """Return the effect's keys: one, or one for every thermometer that it is not in force for."""
     if not effect.on_channel:
         return [effect.name]
     lengths = displacement_names(machine)
     channels = [name for name in observed[0].channels if name not in lengths]
-    return [effect_key(effect.name, channel) for channel in channels]
+    keys = [effect_key(effect.name, channel) for channel in channels]
+    return [key for key in keys if key not in machine.effects]
 
 
 def candidates(
     machine: Machine, observed: Sequence[Observations], effect: type[Effect]
 ) -> Iterator[Candidate]:
     """Return an effect at every size and shape, leaving out what cannot be simulated."""
+    if effect.swings:
+        yield from swinging(machine, observed, effect)
+        return
     tried = grid(effect)
     bases = [modelled(simulate_at(machine, one), one) for one in observed]
     for key in keys_of(machine, effect, observed):
@@ -133,3 +157,30 @@ def _answer(
 ) -> FloatArray:
     change = modelled(simulate_at(grown, observed, sets), observed) - base
     return (change * observed.weights).reshape(len(change), -1)
+
+
+def swinging(
+    machine: Machine, observed: Sequence[Observations], effect: type[Effect]
+) -> Iterator[Candidate]:
+    """Return an effect that swings by itself, at the likeliest periods and each run's own phase.
+
+    A run begins anywhere in the cycle, so that phases say nothing of the effect and are taken as
+    each run shows them; a period is what the residuals of all runs have in common.
+    """
+    period, phase = effect.swings
+    bases = [modelled(simulate_at(machine, one), one) for one in observed]
+    shown = [quick(one, one.weighted(base)[0]) for one, base in zip(observed, bases, strict=True)]
+    limits = effect.parameters[period]
+    nominal = {name: p.value for name, p in effect.parameters.items()}
+    grown = with_effect(machine, effect.name)
+    for value in likely_periods(observed, shown, limits.low, limits.high):
+        values = nominal | {period: value}
+        sets = {f"effects.{effect.name}.{n}": np.full(len(PHASES), v) for n, v in values.items()}
+        sets[f"effects.{effect.name}.{phase}"] = PHASES
+        answers, own = [], []
+        for one, base, residual in zip(observed, bases, shown, strict=True):
+            each = _answer(grown, one, sets, base)
+            best = int(np.argmin([float(quick(one, answer) @ residual) for answer in each]))
+            answers.append(each[best])
+            own.append({phase: float(PHASES[best])})
+        yield Candidate(effect.name, values, tuple(answers), 0, tuple(own))

@@ -16,7 +16,7 @@ from plant_model.effects import Effect
 from plant_model.gap.calibrate import Progress, calibrate, quiet
 from plant_model.gap.candidates import Candidate, candidates, missing_effects
 from plant_model.gap.design import Surroundings, all_surroundings
-from plant_model.gap.judge import Judged, judge
+from plant_model.gap.judge import Judged, judge, left_over
 from plant_model.gap.nothing_missing import chance_share
 from plant_model.gap.observations import Observations, observe
 from plant_model.gap.refit import Explained, explain_with, refined, scored
@@ -28,6 +28,9 @@ REFITTED = 4
 
 MOST_ADDED = 2
 """Effects added at most, one after another."""
+
+SETTLED = 1.5
+"""Cost per run and channel at which nothing more is looked for: empty cases leave about as much."""
 
 FEWEST_RUNS = 3
 """Runs needed to predict each from the others and still see whether that is chance."""
@@ -123,7 +126,9 @@ def _find(
     rounds: list[Judged] = []
     # One thread each: small matrices gain nothing from more, and workers would crowd each other.
     with ProcessPoolExecutor(workers or os.cpu_count(), initializer=_one_thread) as pool:
-        for _ in range(MOST_ADDED):
+        for count in range(MOST_ADDED):
+            if count and left_over(after, len(observed[0].channels)) < SETTLED:
+                break
             judged = _round(pool, after, around, without, seed, progress)
             rounds.append(judged)
             if not judged.named:
@@ -172,12 +177,14 @@ def _round(
     best: dict[str, int] = {}
     for i in np.argsort(-gain):
         best.setdefault(tried[i].key, int(i))
-    chosen = [tried[i] for i in list(best.values())[:REFITTED]]
+    chosen = list(best.values())[:REFITTED]
     chance = chance_share(screen, now.designs, observed, tried, float(now.unseen.sum()), seed)
-    refits = [pool.submit(explain_with, now, one, around) for one in chosen]
+    refits = [
+        pool.submit(explain_with, now, tried[i], float(scores.scale[0, i]), around) for i in chosen
+    ]
     explained = []
-    for one, refit in zip(chosen, refits, strict=True):
-        progress(f"calibrating with {one.key}")
+    for i, refit in zip(chosen, refits, strict=True):
+        progress(f"calibrating with {tried[i].key}")
         explained.append(refit.result())
     return judge(now, explained, chance, len(observed[0].channels))
 

@@ -61,6 +61,11 @@ class Judged:
         return self.tried[0]
 
 
+def left_over(now: Explained, channels: int) -> float:
+    """Return what is left, per run and channel, in squared tolerances."""
+    return float(now.unseen.sum()) / (len(now.unseen) * channels)
+
+
 def judge(now: Explained, tried: Sequence[Explained], chance: float, channels: int) -> Judged:
     """Judge explanations by how well each predicts runs from the others.
 
@@ -91,5 +96,5 @@ def judge(now: Explained, tried: Sequence[Explained], chance: float, channels: i
         float(share),
         chance,
         tuple(rivals) if helped else (),
-        before / pieces > ABOVE_TOLERANCE,
+        left_over(now, channels) > ABOVE_TOLERANCE,
     )

@@ -43,6 +43,9 @@ def simulate_at(
         kept = {key: p for key, p in machine.effects.items() if key not in observed.absent}
         machine = replace(machine, effects=kept)
         parameters = {n: v for n, v in (parameters or {}).items() if not n.startswith(gone)}
+    own = {name: np.array([v]) for name, v in observed.own.items() if name in machine.parameters}
+    if own:
+        parameters = {**(parameters or {}), **own}
     return simulate(
         machine,
         observed.run.frame,

@@ -9,7 +9,7 @@ the longer the sampling interval, because its instant is known no better than th
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
@@ -64,6 +64,8 @@ class Observations:
         The run's inputs on a grid that has the middle of every bin.
     absent : frozenset of str
         Keys of effects that had not begun yet in this run.
+    own : dict of str to float
+        Parameters, by full name, that have a value of their own in this run.
     """
 
     run: Run
@@ -74,6 +76,7 @@ class Observations:
     tolerance: FloatArray
     drive: Drive
     absent: frozenset[str] = frozenset()
+    own: dict[str, float] = field(default_factory=dict)
 
     def weighted(self, modelled: FloatArray) -> FloatArray:
         """Return weighted model minus measurement, shape (..., K C), from (..., K, C)."""

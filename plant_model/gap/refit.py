@@ -63,7 +63,7 @@ def explain(
     base: Machine,
     added: Sequence[str],
     observed: Sequence[Observations],
-    start_from: Machine,
+    start_from: Sequence[Machine],
     around: Sequence[Surroundings],
 ) -> Explained:
     """Calibrate a machine with effects added, and score it run by run."""
@@ -105,16 +105,21 @@ def scored(
 def explain_with(
     before: Explained,
     candidate: Candidate,
+    scale: float,
     around: Sequence[Surroundings],
 ) -> Explained:
-    """Add a candidate to what is explained so far and calibrate everything anew."""
-    observed = [
-        replace(one, absent=one.absent | {candidate.key}) if i < candidate.begins else one
-        for i, one in enumerate(before.observed)
-    ]
+    """Add a candidate to what is explained so far and calibrate everything anew.
+
+    *scale* is what the screening multiplied its answer by; where the effect is far from linear, its
+    amplitude as it was tried may be the better point to start from.
+    """
+    observed = [candidate.seen_by(i, one) for i, one in enumerate(before.observed)]
     base = with_effect(before.base, candidate.key)
-    grown = with_effect(before.machine, candidate.key, candidate.values)
-    return explain(base, (*before.added, candidate.key), observed, grown, around)
+    starts = [
+        with_effect(before.machine, candidate.key, candidate.scaled(share))
+        for share in (scale, 1.0)
+    ]
+    return explain(base, (*before.added, candidate.key), observed, starts, around)
 
 
 def refined(best: Explained) -> tuple[Explained, list[Surroundings]]:
@@ -124,6 +129,6 @@ def refined(best: Explained) -> tuple[Explained, list[Surroundings]]:
     a strong effect changes them.
     """
     observed = best.observed
-    calibration = calibrate(best.base, observed, starts=1, start_from=best.machine)
+    calibration = calibrate(best.base, observed, starts=1, start_from=[best.machine])
     around = all_surroundings(best.base, calibration.machine, observed)
     return scored(best.base, best.added, observed, calibration, around), around

@@ -14,6 +14,7 @@ from plant_model.gap.find import Found
 from plant_model.gap.further_run import further_run
 from plant_model.gap.judge import Judged
 from plant_model.gap.observations import Observations
+from plant_model.gap.periods import in_step
 from plant_model.gap.regimes import (
     Residuals,
     by_channel,
@@ -54,7 +55,7 @@ class Comparison:
         self.before: list[Residuals] = [residuals(before, one) for one in observed]
         self.after = self.before
         if after is not before:
-            self.after = [residuals(after, one) for one in observed]
+            self.after = [residuals(after, in_step(after, one)) for one in observed]
 
     def gap(self) -> dict[str, float]:
         """Return the gap before and after and its floor [1]."""

@@ -133,7 +133,7 @@ def _calibrated(question: Question, chosen: list[int]) -> Machine:
         base, grown = with_effect(base, one.key), with_effect(grown, one.key, one.values)
     try:
         return calibrate(
-            base, question.observed, starts=1, start_from=grown, around=question.around
+            base, question.observed, starts=1, start_from=[grown], around=question.around
         ).machine
     except IntegrationError:
         return question.machine
