@@ -9,11 +9,8 @@ from __future__ import annotations
 import contextlib
 import ctypes
 import io
-import shutil
 import signal
-import tempfile
 import threading
-import urllib.parse
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from types import TracebackType
@@ -35,6 +32,7 @@ from numpy.typing import NDArray
 from measurement.errors import BadInput
 from measurement.files import sha256_of
 from measurement.units import UNITS
+from scenarios.unpacking import Unpacked
 from scenarios.wiring import check_role, names_of, parameter_kind
 
 OK, WARNING, DISCARD = 0, 1, 2
@@ -137,7 +135,7 @@ class Slave:
         self.time_s = 0.0
         self.sha256 = sha256_of(path)
         self._messages: list[str] = []
-        self._folder = _unpacked(path)
+        self._unpacked = Unpacked(path)
         self._instance = f"{label}-{id(self)}"
         _logs[self._instance] = self._log
         self._printed = printed
@@ -145,7 +143,7 @@ class Slave:
             self._fmu = FMU2Slave(
                 guid=self.description.guid,
                 modelIdentifier=self.description.coSimulation.modelIdentifier,
-                unzipDirectory=str(self._folder),
+                unzipDirectory=str(self._unpacked.folder),
                 instanceName=self._instance,
             )
             self._fmu.instantiate(callbacks=_callbacks, loggingOn=True)
@@ -179,7 +177,7 @@ class Slave:
 
     def _forget(self) -> None:
         _logs.pop(self._instance, None)
-        shutil.rmtree(self._folder, ignore_errors=True)
+        self._unpacked.remove()
 
     # What it offers
 
@@ -325,24 +323,3 @@ def read_description(path: Path) -> Any:
     if description.fmiVersion != "2.0" or description.coSimulation is None:
         raise BadInput(path, "", "is not an FMU for co-simulation by FMI 2.0")
     return description
-
-
-def _unpacked(path: Path) -> Path:
-    """Unpack into a folder of its own, whose name every FMU can read from a URI."""
-    folder = Path(tempfile.mkdtemp(prefix="spindle-drift-"))
-    if urllib.parse.quote(folder.as_posix().replace(" ", "")) != folder.as_posix().replace(" ", ""):
-        folder.rmdir()
-        raise BadInput(
-            folder.parent,
-            "",
-            "is not fit for unpacking FMUs: set TMPDIR to a folder whose path is plain ASCII",
-        )
-    try:
-        fmpy.extract(str(path), unzipdir=str(folder))
-    except BaseException as error:
-        shutil.rmtree(folder, ignore_errors=True)
-        if not isinstance(error, Exception):
-            raise
-        problem = " ".join(str(error).split())
-        raise BadInput(path, "", f"cannot be unpacked into {folder.parent}: {problem}") from None
-    return folder

@@ -19,6 +19,7 @@ from scenarios.cli import main
 from scenarios.cosimulation import simulate
 from scenarios.fmu import FmuError
 from scenarios.scenario import read_scenario
+from scenarios.unpacking import Unpacked
 from tests.scenarios.tiny_fmus import COMPENSATOR, PLANT, build_tiny
 
 
@@ -99,6 +100,43 @@ def test_a_damaged_fmu_is_refused_and_leaves_nothing_unpacked(
     with pytest.raises(BadInput, match="cannot be unpacked into"):
         simulate(case, damaged, None, quiet=True)
     assert list(temporary.iterdir()) == []
+
+
+def test_what_a_killed_process_left_is_removed_and_what_is_in_use_is_not(
+    tiny_plant: Path, temporary: Path
+) -> None:
+    code = (
+        "import sys, time; from pathlib import Path; from scenarios.unpacking import Unpacked; "
+        "print(Unpacked(Path(sys.argv[1])).folder, flush=True); time.sleep(60)"
+    )
+    command = [sys.executable, "-c", code, str(tiny_plant)]
+    process = subprocess.Popen(command, env=dict(os.environ), stdout=subprocess.PIPE, text=True)
+    assert process.stdout is not None
+    theirs = Path(process.stdout.readline().strip())
+    try:
+        mine = Unpacked(tiny_plant)
+        assert (theirs / "modelDescription.xml").is_file()
+        process.kill()
+    finally:
+        process.communicate()
+    other = Unpacked(tiny_plant)
+    assert set(temporary.iterdir()) == {mine.folder, other.folder}
+    mine.remove()
+    other.remove()
+    other.remove()
+    assert list(temporary.iterdir()) == []
+
+
+def test_a_folder_that_an_fmu_cannot_read_from_a_uri_is_refused(
+    tiny_plant: Path, temporary: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = temporary / "ü"
+    folder.mkdir()
+    monkeypatch.setenv("TMPDIR", str(folder))
+    monkeypatch.setattr(tempfile, "tempdir", None)
+    with pytest.raises(BadInput, match="set TMPDIR to a folder whose path is plain ASCII"):
+        Unpacked(tiny_plant)
+    assert list(folder.iterdir()) == []
 
 
 def test_a_run_that_is_terminated_leaves_nothing_unpacked(
