@@ -60,6 +60,16 @@ def base_node(machine: Machine) -> int:
     return index[max(chosen, key=lambda node: node.capacity.value).name]
 
 
+def carrier_node(machine: Machine) -> int:
+    """Return the heaviest node that passes heat to the column: what carries the spindle on it."""
+    index = machine.node_index
+    base = machine.nodes[base_node(machine)].name
+    pairs = [item.refs["between"] for item in machine.of_kind("links", "conduction", "contact")]
+    beside = {name for pair in pairs if base in pair for name in pair if name in index} - {base}
+    chosen = [node for node in machine.nodes if node.name in beside]
+    return index[max(chosen, key=lambda node: node.capacity.value).name if chosen else base]
+
+
 def incidence(nodes: Sequence[int], count: int) -> FloatArray:
     """Return the matrix, shape (len(nodes), count), that brings each row to its node."""
     matrix = np.zeros((len(nodes), count))

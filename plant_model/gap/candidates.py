@@ -24,6 +24,9 @@ SIZES = (0.12, 0.4, 1.0)
 LEAST, MOST = 0.05, 2.5
 """An answer may be scaled by this much: what is tried small stands for what is smaller still."""
 
+LEAST_ACTING = 1e-3
+"""Share of an effect's largest answer (squares) from which a run can speak for or against it."""
+
 SHAPES = (0.2, 0.8)
 """Shape parameters tried beside the nominal value, as shares of their range."""
 
@@ -51,6 +54,12 @@ class Candidate:
     answers: tuple[FloatArray, ...]
     begins: int = 0
     own: tuple[dict[str, float], ...] = ()
+
+    @property
+    def acts(self) -> tuple[bool, ...]:
+        """Whether it does anything in each run, compared with where it does most."""
+        sizes = np.array([float(np.sum(answer**2)) for answer in self.answers])
+        return tuple((sizes > LEAST_ACTING * sizes.max()).tolist())
 
     def seen_by(self, position: int, observed: Observations) -> Observations:
         """Return a run's observations with what this candidate says of that run alone."""

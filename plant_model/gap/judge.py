@@ -16,6 +16,9 @@ ABOVE_TOLERANCE = 4.0
 """Cost per run and channel from which something is wrong even if no effect explains it: twice the
 tolerance, all the time."""
 
+MOST_RUNS = 0.75
+"""Share of the runs in which an effect acts that it must make better to be named [1]."""
+
 RIVAL = 0.05
 """An effect with this share of the best one's probability or more cannot be excluded."""
 
@@ -66,6 +69,12 @@ def left_over(now: Explained, channels: int) -> float:
     return float(now.unseen.sum()) / (len(now.unseen) * channels)
 
 
+def _helps(best: Explained, now: Explained) -> bool:
+    """Tell whether an explanation makes most of those runs better in which it does anything."""
+    better = best.unseen < now.unseen
+    return bool(np.mean(better[list(best.acts)] if any(best.acts) else better) >= MOST_RUNS)
+
+
 def judge(now: Explained, tried: Sequence[Explained], chance: float, channels: int) -> Judged:
     """Judge explanations by how well each predicts runs from the others.
 
@@ -83,7 +92,7 @@ def judge(now: Explained, tried: Sequence[Explained], chance: float, channels: i
     odds = np.exp(-(costs - costs[0]) / (2.0 * unit)) if len(costs) else costs
     share = 1.0 - costs[0] / before if len(costs) else 0.0
     enough = share >= max(LEAST_SHARE, chance) and before - costs[0] > 12.0 * unit
-    helped = enough and bool(np.mean(ranked[0].unseen < now.unseen) >= 0.75)
+    helped = enough and _helps(ranked[0], now)
     rivals = [
         one.added[-1]
         for one, odd, cost in zip(ranked, odds, costs, strict=True)

@@ -39,6 +39,8 @@ class Explained:
         What recalibration within all that is uncertain leaves.
     unseen : array, shape (R,)
         The same in each run, predicted from the others.
+    acts : tuple of bool
+        Whether the effect added last does anything in each run; empty if none was.
     """
 
     added: tuple[str, ...]
@@ -48,6 +50,7 @@ class Explained:
     observed: tuple[Observations, ...]
     cost: float
     unseen: FloatArray
+    acts: tuple[bool, ...] = ()
 
     @property
     def machine(self) -> Machine:
@@ -119,7 +122,8 @@ def explain_with(
         with_effect(before.machine, candidate.key, candidate.scaled(share))
         for share in (scale, 1.0)
     ]
-    return explain(base, (*before.added, candidate.key), observed, starts, around)
+    found = explain(base, (*before.added, candidate.key), observed, starts, around)
+    return replace(found, acts=candidate.acts)
 
 
 def refined(best: Explained) -> tuple[Explained, list[Surroundings]]:

@@ -86,8 +86,8 @@ def test_candidates_cover_both_signs_and_stay_in_range(jig_borer: Machine) -> No
 class _Scored:
     """What judging needs to know of an explanation."""
 
-    def __init__(self, name: str, unseen: list[float]) -> None:
-        self.added, self.unseen = (name,), np.array(unseen)
+    def __init__(self, name: str, unseen: list[float], acts: tuple[bool, ...] = ()) -> None:
+        self.added, self.unseen, self.acts = (name,), np.array(unseen), acts
 
 
 @pytest.mark.parametrize(
@@ -107,6 +107,15 @@ def test_judging(costs: dict[str, list[float]], chance: float, named: tuple[str,
     judged = judge(now, tried, chance, channels=14)  # type: ignore[arg-type]
     assert judged.one_of == named
     assert sum(judged.probability) == pytest.approx(1.0)
+
+
+def test_only_runs_in_which_an_effect_acts_speak_of_it() -> None:
+    now = _Scored("", [50.0, 50.0, 50.0])
+    everywhere, last = (
+        _Scored("a", [50.5, 50.5, 1.0], acts) for acts in ((True,) * 3, (False, False, True))
+    )
+    assert judge(now, [everywhere], 0.1, channels=14).one_of == ()  # type: ignore[arg-type]
+    assert judge(now, [last], 0.1, channels=14).one_of == ("a",)  # type: ignore[arg-type]
 
 
 def test_a_written_machine_reads_back_and_keeps_its_comments(
