@@ -1,0 +1,78 @@
+"""A fixed few of the benchmark's cases, which the gap finder must get right.
+
+The runs come from a spindle of 266 cells with other laws than the lumped model has; which effect is
+hidden follows from the case's number. The figures over all cases are in ``docs/gap_benchmark.md``.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks.gap.ask import runs_of
+from benchmarks.gap.plan import plan
+from benchmarks.gap.truth.case import simulate_case
+from measurement.runs import Run, write_run
+from plant_model.gap.find import Found, find_gap
+from plant_model.gap.observations import observe
+from plant_model.gap.report import Comparison
+from plant_model.machine import Machine
+
+
+def _runs(number: int, folder: Path) -> tuple[list[Run], list[Run]]:
+    """Return the runs of a case of the development split as files give them."""
+    (planned,) = [one for one in plan("development", number + 1) if one.number == number]
+    for run in simulate_case(planned.case)[0]:
+        write_run(run.frame, folder / f"{run.name}.csv")
+    return runs_of(folder)
+
+
+def _held_out(found: Found, unseen: list[Run], machine: Machine) -> dict[str, float]:
+    return Comparison(found.before.machine, found.after.machine, observe(machine, unseen)).gap()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("number", "name", "closed"),
+    [
+        (33, "windage", 0.35),
+        (30, "bearing_run_in", 0.6),
+        (43, "coolant_supply_offset", 0.7),
+        (77, "sensor_lag:T3", 0.2),
+    ],
+)
+def test_a_hidden_effect_is_named_and_the_gap_shrinks(
+    number: int, name: str, closed: float, jig_borer: Machine, tmp_path: Path
+) -> None:
+    runs, unseen = _runs(number, tmp_path)
+    found = find_gap(jig_borer, runs)
+    assert found.verdict == "effect"
+    assert found.rounds[0].best.added == (name,)
+    gap = _held_out(found, unseen, jig_borer)
+    assert gap["after"] < (1.0 - closed) * gap["before"]
+
+
+@pytest.mark.slow
+def test_the_answer_stays_when_rows_are_dropped_and_runs_are_swapped(
+    jig_borer: Machine, tmp_path: Path
+) -> None:
+    runs, _ = _runs(22, tmp_path)
+    generator = np.random.default_rng(5)
+    thinned = []
+    for run in reversed(runs):
+        kept = generator.random(len(run.frame)) > 0.1
+        kept[0] = True
+        thinned.append(Run(run.name, run.frame[kept].reset_index(drop=True)))
+    found = find_gap(jig_borer, thinned)
+    assert found.verdict == "effect"
+    assert found.rounds[0].best.added == ("centrifugal_shift",)
+
+
+@pytest.mark.slow
+def test_nothing_is_named_where_nothing_is_hidden(jig_borer: Machine, tmp_path: Path) -> None:
+    runs, _ = _runs(2, tmp_path)
+    found = find_gap(jig_borer, runs)
+    assert found.verdict == "none_missing"
+    assert found.after is found.before
