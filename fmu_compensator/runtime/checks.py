@@ -134,7 +134,10 @@ class SensorCheck:
             limit = f"below {sensor.low:g}" if value < sensor.low else f"above {sensor.high:g}"
             return self._fault(IMPLAUSIBLE, f"{sensor.name} {value:.1f} degC is {limit} degC")
         if self._good is not None:
-            away, allowed = abs(value - self._good), self._corridor()
+            span = self._since_good
+            if self._jumped_after is not None:
+                span = min(span, max(RETURN_S, self._jumped_after))
+            away, allowed = abs(value - self._good), sensor.noise + sensor.rate_per_s * span
             if away > allowed:
                 if self._jumped_after is None:
                     self._jumped_after = self._since_good
@@ -149,12 +152,6 @@ class SensorCheck:
             )
         self._good, self._since_good, self._jumped_after = value, 0.0, None
         return None
-
-    def _corridor(self) -> float:
-        span = self._since_good
-        if self._jumped_after is not None:
-            span = min(span, max(RETURN_S, self._jumped_after))
-        return self._sensor.noise + self._sensor.rate_per_s * span
 
     def _fault(self, cause: int, text: str) -> Fault:
         return Fault(cause, self._index, text)

@@ -87,6 +87,9 @@ class Compensator:
         self._error_model = model.new_error_model()
         self._checks = [SensorCheck(model.sensors[i], i + 1) for i in model.chosen]
         self._rise = model.input_form == "rise"
+        chosen = [model.sensors[index] for index in model.chosen]
+        self._trained = [(sensor.trained_low, sensor.trained_high) for sensor in chosen]
+        self._places = list(enumerate(model.chosen))
         self.reset()
 
     def reset(self) -> None:
@@ -157,14 +160,16 @@ class Compensator:
         self._unmodelled += elapsed
         if self._started:
             self._since_start = min(self._since_start + elapsed, LONGEST_S)
+        inputs: list[float] = []
         if fault is None:
-            self._predict(temperatures, speed, tool_length)
+            inputs = self._inputs(temperatures)
+            self._predict(inputs, speed, tool_length)
         if measured is not None and all(map(isfinite, measured)):
             self._measured = [min(max(value, -LARGEST), LARGEST) for value in measured]
         if not self._started:
             return self._output(False, WAITING, fault)
         self._follow(fault, elapsed)
-        return self._move(step_s, temperatures)
+        return self._move(step_s, inputs)
 
     def _elapsed(self, time_s: float, step_s: float) -> float:
         """Return the time since the sample before this one [s]; 0 for the first."""
@@ -178,13 +183,14 @@ class Compensator:
     ) -> Fault | None:
         """Return the first fault; every sensor is looked at, so that none loses count of time."""
         first: Fault | None = None
-        for place, (index, check) in enumerate(zip(self.model.chosen, self._checks, strict=True)):
+        checks, reference = self._checks, self._reference
+        for place, index in self._places:
             value = temperatures[index]
-            fault = check.look(value, elapsed_s)
+            fault = checks[place].look(value, elapsed_s)
             if fault is not None:
                 first = first or fault
-            elif self._reference[place] is None:
-                self._reference[place] = value
+            elif reference[place] is None:
+                reference[place] = value
         if first is None and self.model.geometry.needs_tool_length:
             low, high = self.model.limits.tool_length_mm
             if not isfinite(tool_length):
@@ -200,9 +206,8 @@ class Compensator:
             return [v - r for v, r in zip(values, self._reference, strict=True) if r is not None]
         return values
 
-    def _predict(self, temperatures: Sequence[float], speed: float, tool_length: float) -> None:
+    def _predict(self, inputs: Sequence[float], speed: float, tool_length: float) -> None:
         """Put down the wanted offsets and the pose for a good sample."""
-        inputs = self._inputs(temperatures)
         targets = self._error_model.predict(inputs, self._unmodelled, speed, self._measured)
         self._unmodelled, self._measured = 0.0, None
         geometry, limits = self.model.geometry, self.model.limits
@@ -230,14 +235,14 @@ class Compensator:
             if self._good_for >= self.model.limits.recover_s:
                 self._fault, self._recovering = None, True
 
-    def _move(self, step_s: float, temperatures: Sequence[float]) -> Output:
+    def _move(self, step_s: float, inputs: Sequence[float]) -> Output:
         """Move the offsets for one step and say how they stand."""
         if self._fault is None:
             self._slew(self._wanted, step_s)
             if self._recovering and self._offset != self._wanted:
                 return self._output(False, RECOVERING, None)
             self._recovering = False
-            return self._trained_output(temperatures)
+            return self._trained_output(inputs)
         if self._fault_age < self.model.limits.hold_s:
             return self._output(False, HOLDING + self._fault.cause, self._fault)
         self._slew((0.0, 0.0, 0.0), step_s)
@@ -253,9 +258,16 @@ class Compensator:
             slewed(z, wanted[2], step_s),
         )
 
-    def _trained_output(self, temperatures: Sequence[float]) -> Output:
+    def _trained_output(self, inputs: Sequence[float]) -> Output:
         """Return a valid output, which says so if an input lies outside what training saw."""
-        for index, value in zip(self.model.chosen, self._inputs(temperatures), strict=True):
+        for (low, high), value in zip(self._trained, inputs, strict=True):
+            if not low <= value <= high:
+                return self._output(True, UNTRAINED, self._untrained(inputs))
+        return self._output(True, OK, None)
+
+    def _untrained(self, inputs: Sequence[float]) -> Fault | None:
+        """Return the first input that lies outside what training saw."""
+        for index, value in zip(self.model.chosen, inputs, strict=True):
             sensor = self.model.sensors[index]
             if not sensor.trained_low <= value <= sensor.trained_high:
                 unit = "K rise" if self._rise else "degC"
@@ -263,8 +275,8 @@ class Compensator:
                     f"{sensor.name} {value:.1f} {unit} is outside the "
                     f"{sensor.trained_low:.1f} to {sensor.trained_high:.1f} seen in training"
                 )
-                return self._output(True, UNTRAINED, Fault(0, index + 1, text))
-        return self._output(True, OK, None)
+                return Fault(0, index + 1, text)
+        return None
 
     def _output(self, valid: bool, status: int, reason: Fault | None) -> Output:
         text = STATUS_TEXTS[status if status < HOLDING else status - status % 10]
