@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import importlib.util
 import os
 import subprocess
 import sys
+from importlib import metadata
 from pathlib import Path
 
 import pandas as pd
@@ -31,9 +31,11 @@ TOLERANCE = 1e-9
 could differ; a value that comes one step late is off by up to 1 um."""
 
 
-def needs(*packages: str) -> None:
+def needs(*distributions: str) -> None:
     """Skip a test whose master is not installed; in continuous integration, fail."""
-    lost = [name for name in packages if importlib.util.find_spec(name) is None]
+    lost = [
+        name for name in distributions if not next(metadata.Distribution.discover(name=name), None)
+    ]
     if lost:
         problem = f"{', '.join(lost)} is not installed: pip install --editable '.[masters]'"
         pytest.fail(problem) if os.environ.get("CI") else pytest.skip(problem)

@@ -25,7 +25,7 @@ SIX_DIGITS = 5.1e-7
 @pytest.fixture(autouse=True)
 def installed() -> None:
     """Skip, or fail, where it is missing."""
-    needs("ecospy")
+    needs("ecospy", "tbb")
 
 
 def table(path: Path) -> pd.DataFrame:

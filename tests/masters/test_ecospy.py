@@ -13,7 +13,7 @@ from tests.masters.conftest import STEP_S, STOP_S, agree, example, needs
 @pytest.fixture(autouse=True)
 def installed() -> None:
     """Skip, or fail, where it is missing."""
-    needs("ecospy")
+    needs("ecospy", "tbb")
 
 
 def test_the_coupled_fmus(

@@ -15,7 +15,7 @@ from tests.masters.conftest import INPUTS, agree, example, needs
 @pytest.fixture(autouse=True)
 def installed() -> None:
     """Skip, or fail, where it is missing."""
-    needs("fmu_manipulation_toolbox")
+    needs("fmu-manipulation-toolbox")
 
 
 def test_the_nested_fmus(
