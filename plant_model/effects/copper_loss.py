@@ -24,7 +24,9 @@ class CopperLoss(Effect):
         "Under load the winding heats the stator with the square of torque."
     )
     parameters: ClassVar[dict[str, Parameter]] = {
-        "power": Parameter(150.0, "W", 0.0, 500.0, "1 to 3 % of a spindle motor's power")
+        "power": Parameter(
+            150.0, "W", 0.0, 2000.0, "1 to 3 % of a spindle motor's power, hour-long overloads"
+        )
     }
     amplitude: ClassVar[str] = "power"
     temperature_dependent: ClassVar[bool] = True

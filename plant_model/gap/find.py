@@ -129,7 +129,8 @@ def _find(
         for count in range(MOST_ADDED):
             if count and left_over(after, len(observed[0].channels)) < SETTLED:
                 break
-            judged = _round(pool, after, around, without, seed, progress)
+            at_first = float(before.unseen.sum())
+            judged = _round(pool, after, around, without, at_first, seed, progress)
             rounds.append(judged)
             if not judged.named:
                 break
@@ -159,6 +160,7 @@ def _round(
     now: Explained,
     around: Sequence[Surroundings],
     without: Sequence[str],
+    at_first: float,
     seed: int,
     progress: Progress,
 ) -> Judged:
@@ -179,14 +181,15 @@ def _round(
         best.setdefault(tried[i].key, int(i))
     chosen = list(best.values())[:REFITTED]
     chance = chance_share(screen, now.designs, observed, tried, float(now.unseen.sum()), seed)
+    scale, screened = scores.scale[0].tolist(), now.unseen[:, None] - scores.unseen[0]
     refits = [
-        pool.submit(explain_with, now, tried[i], float(scores.scale[0, i]), around) for i in chosen
+        pool.submit(explain_with, now, tried[i], scale[i], screened[:, i], around) for i in chosen
     ]
     explained = []
     for i, refit in zip(chosen, refits, strict=True):
         progress(f"calibrating with {tried[i].key}")
         explained.append(refit.result())
-    return judge(now, explained, chance, len(observed[0].channels))
+    return judge(now, explained, chance, len(observed[0].channels), at_first)
 
 
 def _candidates(machine: Machine, observed: Sequence[Observations], name: str) -> list[Candidate]:

@@ -16,6 +16,9 @@ ABOVE_TOLERANCE = 4.0
 """Cost per run and channel from which something is wrong even if no effect explains it: twice the
 tolerance, all the time."""
 
+LATER_SHARE = 0.1
+"""Share of what was left at first that a further effect must explain [1]."""
+
 MOST_RUNS = 0.75
 """Share of the runs in which an effect acts that it must make better to be named [1]."""
 
@@ -75,8 +78,26 @@ def _helps(best: Explained, now: Explained) -> bool:
     return bool(np.mean(better[list(best.acts)] if any(best.acts) else better) >= MOST_RUNS)
 
 
-def judge(now: Explained, tried: Sequence[Explained], chance: float, channels: int) -> Judged:
+def judge(
+    now: Explained,
+    tried: Sequence[Explained],
+    chance: float,
+    channels: int,
+    at_first: float = 0.0,
+) -> Judged:
     """Judge explanations by how well each predicts runs from the others.
+
+    Parameters
+    ----------
+    now : Explained
+    tried : sequence of Explained
+        Each with one more effect.
+    chance : float
+        What the best of all candidates explains by chance in 99 of 100 cases [1].
+    channels : int
+    at_first : float
+        What was left on unseen runs before any effect was added: where a strong effect has been
+        named, what its law leaves is not to be given a name of its own.
 
     Notes
     -----
@@ -91,7 +112,8 @@ def judge(now: Explained, tried: Sequence[Explained], chance: float, channels: i
     unit = max(1.0, costs[0] / pieces) if len(costs) else 1.0
     odds = np.exp(-(costs - costs[0]) / (2.0 * unit)) if len(costs) else costs
     share = 1.0 - costs[0] / before if len(costs) else 0.0
-    enough = share >= max(LEAST_SHARE, chance) and before - costs[0] > 12.0 * unit
+    gain = before - costs[0] if len(costs) else 0.0
+    enough = share >= max(LEAST_SHARE, chance) and gain > max(12.0 * unit, LATER_SHARE * at_first)
     helped = enough and _helps(ranked[0], now)
     rivals = [
         one.added[-1]

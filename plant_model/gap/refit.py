@@ -93,6 +93,9 @@ def scored(
     # What calibration does not move makes what it moves less certain.
     covariance = np.linalg.inv(grams.shared.sum(axis=0) + np.eye(grams.shared.shape[1]))
     spread = np.sqrt(np.diag(covariance))[: len(moved.names)]
+    # Where more is left than the tolerance explains, what the runs say is less certain by as much.
+    pieces = len(observed) * len(observed[0].channels)
+    spread = np.minimum(spread * np.sqrt(max(1.0, float(scores.cost[0]) / pieces)), 1.0)
     told = intervals(base, moved, moved.position(calibration.machine), spread)
     return Explained(
         tuple(added),
@@ -109,12 +112,16 @@ def explain_with(
     before: Explained,
     candidate: Candidate,
     scale: float,
+    screened: FloatArray,
     around: Sequence[Surroundings],
 ) -> Explained:
     """Add a candidate to what is explained so far and calibrate everything anew.
 
     *scale* is what the screening multiplied its answer by; where the effect is far from linear, its
-    amplitude as it was tried may be the better point to start from.
+    amplitude as it was tried may be the better point to start from. *screened*, shape (R,), is what
+    the screening leaves of every run predicted from the others. Both are predictions of runs not
+    seen, so the better one counts: about the calibrated point an effect that is far from linear
+    answers to other values in a way that its derivatives do not know.
     """
     observed = [candidate.seen_by(i, one) for i, one in enumerate(before.observed)]
     base = with_effect(before.base, candidate.key)
@@ -123,7 +130,8 @@ def explain_with(
         for share in (scale, 1.0)
     ]
     found = explain(base, (*before.added, candidate.key), observed, starts, around)
-    return replace(found, acts=candidate.acts)
+    unseen = min(found.unseen, screened, key=np.sum)
+    return replace(found, unseen=unseen, acts=candidate.acts)
 
 
 def refined(best: Explained) -> tuple[Explained, list[Surroundings]]:
