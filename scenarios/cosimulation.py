@@ -78,6 +78,7 @@ def simulate(
 
     # A Python FMU shares this process's standard error; its complaints come through its log.
     with contextlib.redirect_stderr(printed), contextlib.ExitStack() as stack:
+        check = stack.enter_context(interruptible())
         plant = stack.enter_context(Slave(plant_fmu, "plant", show, printed))
         compensator = None
         if compensator_fmu is not None and case.settings.compensator.enabled:
@@ -87,7 +88,6 @@ def simulate(
         bar: tqdm[Any] = tqdm(
             total=case.settings.steps, desc=case.name, file=stderr, disable=hidden, leave=False
         )
-        check = stack.enter_context(interruptible())
         return loop.run(stack.enter_context(bar), check)
 
 

@@ -7,8 +7,11 @@ the connections by equal names, the plant's parameters and the step.
 from __future__ import annotations
 
 import argparse
+import hashlib
+import json
 import tempfile
 from pathlib import Path
+from typing import Any
 
 NAME = "ssp"
 HELP = "write a scenario with its FMUs as one .ssp file for other tools"
@@ -35,6 +38,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="KEY=VALUE",
         help="set a key of the scenario, for example duration_s=3600 or step_s=10",
     )
+    parser.add_argument("--json", action="store_true", help="say what was written as JSON")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -58,8 +62,23 @@ def run(args: argparse.Namespace) -> int:
             compensator = find_fmu(name, args.fmu_dir, near, Path(work))
         data = ssp_bytes(case, plant, compensator)
     write_atomically(out, data)
-    print(
-        f"{out}: {settings.name}, variant {case.name}, {settings.duration_s:g} s in steps of "
-        f"{settings.step_s:g} s, {len(data) / 1024:.0f} KiB"
-    )
+    if args.json:
+        print(json.dumps(_facts(out, case.name, settings, data)))
+    else:
+        print(
+            f"{out}: {settings.name}, variant {case.name}, {settings.duration_s:g} s in steps of "
+            f"{settings.step_s:g} s, {len(data) / 1024:.0f} KiB"
+        )
     return 0
+
+
+def _facts(out: Path, variant: str, settings: Any, data: bytes) -> dict[str, Any]:
+    return {
+        "file": str(out),
+        "scenario": settings.name,
+        "variant": variant,
+        "duration_s": settings.duration_s,
+        "step_s": settings.step_s,
+        "bytes": len(data),
+        "sha256": hashlib.sha256(data).hexdigest(),
+    }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import json
 import zipfile
 from pathlib import Path
 
@@ -15,6 +16,7 @@ from fmpy.ssp.ssd import Component, SystemStructureDescription, read_ssd
 from fmpy.validation import validate_fmu
 
 from measurement.errors import BadInput
+from measurement.files import sha256_of
 from scenarios.cli import main
 from scenarios.scenario import read_scenario
 from scenarios.ssp.package import ssp_bytes
@@ -132,6 +134,16 @@ def test_without_a_compensator_only_the_signals_are_connected(
     )
     assert {element.name for element in ssd.system.elements} == {"plant", "signals"}
     assert wires(ssd) == {"signals.speed>plant.speed", "signals.tool_length>plant.tool_length"}
+
+
+def test_json_names_the_file_as_it_is(
+    tiny_scenario: Path, tiny_folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "a.ssp"
+    packed(tiny_scenario, tiny_folder, out, "--json")
+    found = json.loads(capsys.readouterr().out)
+    assert found["sha256"] == sha256_of(out)
+    assert (found["file"], found["variant"], found["step_s"]) == (str(out), "main", 1.0)
 
 
 def test_only_changes_are_kept_with_every_digit() -> None:
