@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -16,7 +16,7 @@ from plant_model.effects import Effect
 from plant_model.gap.calibrate import Progress, calibrate, quiet
 from plant_model.gap.candidates import Candidate, candidates, missing_effects
 from plant_model.gap.design import Surroundings, all_surroundings
-from plant_model.gap.judge import Judged, judge, left_over
+from plant_model.gap.judge import Judged, adequate, judge, left_over
 from plant_model.gap.nothing_missing import chance_share
 from plant_model.gap.observations import Observations, observe
 from plant_model.gap.refit import Explained, explain_with, refined, scored
@@ -136,6 +136,8 @@ def _find(
                 break
             progress("calibrating the named effect in full")
             after, around = refined(judged.best)
+    if not adequate(before, after, len(observed[0].channels)):
+        rounds, after = [replace(rounds[0], one_of=())], before
     return Found(before, after, tuple(rounds))
 
 
@@ -181,7 +183,7 @@ def _round(
         best.setdefault(tried[i].key, int(i))
     chosen = list(best.values())[:REFITTED]
     chance = chance_share(screen, now.designs, observed, tried, float(now.unseen.sum()), seed)
-    scale, screened = scores.scale[0].tolist(), now.unseen[:, None] - scores.unseen[0]
+    scale, screened = scores.scale[0].tolist(), scores.unseen_cost[0][:, None] - scores.unseen[0]
     refits = [
         pool.submit(explain_with, now, tried[i], scale[i], screened[:, i], around) for i in chosen
     ]

@@ -12,9 +12,13 @@ from plant_model.gap.refit import Explained
 LEAST_SHARE = 0.15
 """Share of what is left on unseen runs that an effect must explain to be named [1]."""
 
-ABOVE_TOLERANCE = 4.0
-"""Cost per run and channel from which something is wrong even if no effect explains it: twice the
-tolerance, all the time."""
+ABOVE_TOLERANCE = 2.2
+"""Cost per run and channel from which something is wrong even if no effect explains it: half as
+much again as the tolerance, all the time."""
+
+ADEQUATE, MOSTLY = 5.0, 1.0 / 3.0
+"""Where so much is left per run and channel after all that was added, and less than this share of
+it was explained, what was named does little of what is missing: something else is."""
 
 LATER_SHARE = 0.1
 """Share of what was left at first that a further effect must explain [1]."""
@@ -70,6 +74,12 @@ class Judged:
 def left_over(now: Explained, channels: int) -> float:
     """Return what is left, per run and channel, in squared tolerances."""
     return float(now.unseen.sum()) / (len(now.unseen) * channels)
+
+
+def adequate(before: Explained, after: Explained, channels: int) -> bool:
+    """Tell whether what was added explains most of what was missing, or leaves little."""
+    explained = 1.0 - float(after.unseen.sum()) / float(before.unseen.sum())
+    return explained >= MOSTLY or left_over(after, channels) <= ADEQUATE
 
 
 def _helps(best: Explained, now: Explained) -> bool:

@@ -117,11 +117,11 @@ def linear_about(
 
 
 def own_columns(machine: Machine, observed: Observations) -> FloatArray:
-    """Return what only this run has: zeros of displacement channels and starting temperatures.
+    """Return what only this run has: zeros of displacements, starting temperatures, switches.
 
     Returns
     -------
-    array, shape (N, channels + nodes)
+    array, shape (N, displacements + nodes + unclear switches)
         Weighted answers, each for one prior standard deviation.
     """
     lengths = set(displacement_names(machine))
@@ -138,6 +138,10 @@ def own_columns(machine: Machine, observed: Observations) -> FloatArray:
     starts[1:] += START_K * np.eye(len(machine.nodes))
     answers = modelled(simulate_at(machine, observed, start=starts), observed)
     change = (answers[1:] - answers[0]) * observed.weights
+    for switch in observed.switches:
+        later = modelled(simulate_at(machine, replace(observed, drive=switch.later)), observed)
+        answer = (later[0] - answers[0]) * switch.uncertain_s / switch.later_s
+        columns.append((answer * observed.weights).reshape(-1))
     return np.concatenate(
         [np.array(columns).reshape(len(columns), -1), change.reshape(len(change), -1)]
     ).T

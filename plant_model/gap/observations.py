@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
+import pandas as pd
 
 from measurement.errors import BadInput
 from measurement.runs import Run
@@ -34,11 +35,33 @@ DISPLACEMENT_TOLERANCE = 0.5
 SWITCH = 0.02
 """A held input that changes by more than this share of its range has switched [1]."""
 
-MOST_SWITCHES = 0.1
+SHARP_S = 30.0
+"""Rows no further apart than this give a switch's instant well enough [s]."""
+
+MOST_SWITCHES = 0.3
 """An input that switches at more than this share of the rows is taken as a ramp [1]."""
 
 RELATIVE_TOLERANCE = 0.02
 """And in proportion to how much the channel moves in the runs [1]."""
+
+
+@dataclass(frozen=True)
+class Switch:
+    """A change of held inputs between two rows.
+
+    Attributes
+    ----------
+    uncertain_s : float
+        Standard deviation of its instant [s].
+    later : Drive
+        The run's inputs with this switch *later_s* later.
+    later_s : float
+        [s]
+    """
+
+    uncertain_s: float
+    later: Drive
+    later_s: float
 
 
 @dataclass(frozen=True)
@@ -66,6 +89,8 @@ class Observations:
         Keys of effects that had not begun yet in this run.
     own : dict of str to float
         Parameters, by full name, that have a value of their own in this run.
+    switches : tuple of Switch
+        Changes of held inputs whose instant is not known well.
     """
 
     run: Run
@@ -77,6 +102,7 @@ class Observations:
     drive: Drive
     absent: frozenset[str] = frozenset()
     own: dict[str, float] = field(default_factory=dict)
+    switches: tuple[Switch, ...] = ()
 
     def weighted(self, modelled: FloatArray) -> FloatArray:
         """Return weighted model minus measurement, shape (..., K C), from (..., K, C)."""
@@ -141,18 +167,51 @@ def observe(
         weights = np.where(present, 1.0 / sigma, 0.0)
         covered = present.sum(axis=0) * _median_step(time)
         share = np.maximum(covered / INDEPENDENT_S, 1.0) / np.maximum(present.sum(axis=0), 1)
-        drive = _drive_of(machine, run)
+        drive, switches = _driven(machine, run)
         weights *= np.sqrt(share)
-        found.append(Observations(run, time, channels, values, weights, tolerance, drive))
+        found.append(
+            Observations(run, time, channels, values, weights, tolerance, drive, switches=switches)
+        )
     return found
 
 
-def _drive_of(machine: Machine, run: Run) -> Drive:
-    """Put a run's inputs on an even grid; uneven rows would make every step its own case."""
-    starts = run.time_s[np.flatnonzero(np.diff(_segments(machine, run), prepend=-1))]
-    ends = np.append(starts[1:], run.time_s[-1])
-    middles = [np.arange(a + BIN_S / 2.0, b, BIN_S) for a, b in zip(starts, ends, strict=True)]
-    return drive_from(machine, run.frame, BIN_S, at=np.concatenate(middles))
+def _driven(machine: Machine, run: Run) -> tuple[Drive, tuple[Switch, ...]]:
+    """Put a run's inputs on an even grid; uneven rows would make every step its own case.
+
+    A switch lies somewhere between the last row without it and the first with it. Where these are
+    far apart it is put in the middle, and how the run would look with it later is kept, too.
+    """
+    rows = run.time_s
+    changed = np.flatnonzero(np.diff(_segments(machine, run))) + 1
+    starts = np.append(rows[0], rows[changed])
+    ends = np.append(rows[changed], rows[-1])
+    middles = np.concatenate(
+        [np.arange(a + BIN_S / 2.0, b, BIN_S) for a, b in zip(starts, ends, strict=True)]
+    )
+    between = rows[changed] - rows[changed - 1]
+    unclear = changed[between > SHARP_S]
+    instants = {int(row): float(rows[row - 1 : row + 1].mean()) for row in unclear}
+
+    def drive(at: dict[int, float]) -> Drive:
+        return drive_from(machine, _switched_at(machine, run, at), BIN_S, at=middles)
+
+    found = []
+    for row in unclear.tolist():
+        interval = float(rows[row] - rows[row - 1])
+        later_s = 0.2 * interval
+        moved = instants | {row: instants[row] + later_s}
+        found.append(Switch(interval / np.sqrt(12.0), drive(moved), later_s))
+    return drive(instants), tuple(found)
+
+
+def _switched_at(machine: Machine, run: Run, instants: dict[int, float]) -> pd.DataFrame:
+    """Return a run's frame with a further row at every instant at which inputs switch already."""
+    if not instants:
+        return run.frame
+    held = [e.column for e in machine.inputs if not e.is_boundary and e.column in run.frame.columns]
+    extra = run.frame.iloc[list(instants)][["time_s", *held]].copy()
+    extra["time_s"] = list(instants.values())
+    return pd.concat([run.frame, extra]).sort_values("time_s", ignore_index=True)
 
 
 def _segments(machine: Machine, run: Run) -> npt.NDArray[np.int64]:

@@ -143,4 +143,5 @@ def refined(best: Explained) -> tuple[Explained, list[Surroundings]]:
     observed = best.observed
     calibration = calibrate(best.base, observed, starts=1, start_from=[best.machine])
     around = all_surroundings(best.base, calibration.machine, observed)
-    return scored(best.base, best.added, observed, calibration, around), around
+    found = scored(best.base, best.added, observed, calibration, around)
+    return replace(found, unseen=min(found.unseen, best.unseen, key=np.sum)), around
