@@ -120,7 +120,7 @@ class SensorCheck:
     def look(self, value: float, elapsed_s: float) -> Fault | None:
         """Return what is wrong with a reading [degC], taken *elapsed_s* after the one before."""
         sensor = self._sensor
-        self._since_good += elapsed_s
+        span = self._since_good = self._since_good + elapsed_s
         if not isfinite(value):
             self._last = None
             return self._fault(MISSING, f"{sensor.name} is missing")
@@ -134,7 +134,6 @@ class SensorCheck:
             limit = f"below {sensor.low:g}" if value < sensor.low else f"above {sensor.high:g}"
             return self._fault(IMPLAUSIBLE, f"{sensor.name} {value:.1f} degC is {limit} degC")
         if self._good is not None:
-            span = self._since_good
             if self._jumped_after is not None:
                 span = min(span, max(RETURN_S, self._jumped_after))
             away, allowed = abs(value - self._good), sensor.noise + sensor.rate_per_s * span

@@ -201,10 +201,11 @@ class Compensator:
         return first
 
     def _inputs(self, temperatures: Sequence[float]) -> list[float]:
-        values = [temperatures[index] for index in self.model.chosen]
-        if self._rise:
-            return [v - r for v, r in zip(values, self._reference, strict=True) if r is not None]
-        return values
+        chosen = self.model.chosen
+        if not self._rise:
+            return [temperatures[index] for index in chosen]
+        pairs = zip(chosen, self._reference, strict=True)
+        return [temperatures[index] - start for index, start in pairs if start is not None]
 
     def _predict(self, inputs: Sequence[float], speed: float, tool_length: float) -> None:
         """Put down the wanted offsets and the pose for a good sample."""

@@ -50,6 +50,7 @@ class CompensatorSlave(DriftSlave):
         path = str(self.parameters["model_file"])
         model = _other_model(path, self._bundled) if path else self._bundled
         known = [sensor.name for sensor in self._bundled.sensors]
+        self._count = len(known)
         places = [known.index(sensor.name) for sensor in model.sensors]
         self._places = None if places == list(range(len(known))) else places
         # A sensor is blamed by its number among this FMU's inputs, whichever file is in use.
@@ -67,9 +68,9 @@ class CompensatorSlave(DriftSlave):
 
     def advance(self, time_s: float, step_s: float) -> None:
         """Take in the sample at *time_s*; the outputs are those at the end of the step."""
+        count = self._count
         values = list(self.inputs.values())
-        count = len(self._bundled.sensors)
-        temperatures, (speed, tool_length) = values[:count], values[count : count + 2]
+        temperatures, speed, tool_length = values[:count], values[count], values[count + 1]
         if self._places is not None:
             temperatures = [temperatures[place] for place in self._places]
         measured = None
@@ -77,10 +78,11 @@ class CompensatorSlave(DriftSlave):
             measured = values[count + 2 :]
         found = self._compensator.step(time_s, step_s, temperatures, speed, tool_length, measured)
         self.outputs.update(zip(self._reals, found[:9], strict=True))
-        codes = (found.status, self._numbers[found.status_sensor])
-        self.results["integer"].update(zip(self._codes, codes, strict=True))
-        self.results["boolean"][self._valid] = found.valid
-        self.results["string"][self._text] = found.status_text
+        results, (status, blamed) = self.results, self._codes
+        results["integer"][status] = found.status
+        results["integer"][blamed] = self._numbers[found.status_sensor]
+        results["boolean"][self._valid] = found.valid
+        results["string"][self._text] = found.status_text
 
     def hidden(self) -> dict[str, Any]:
         """Return the compensator's memory."""

@@ -56,7 +56,10 @@ class Limits:
 
     def saturated(self, offset_um: float) -> float:
         """Return the nearest allowed offset [um]."""
-        return min(max(offset_um, -self.offset_um), self.offset_um)
+        largest = self.offset_um
+        if -largest <= offset_um <= largest:
+            return offset_um
+        return min(max(offset_um, -largest), largest)
 
     def slewed(self, offset_um: float, wanted_um: float, step_s: float) -> float:
         """Return where an offset stands after moving for *step_s* towards *wanted_um* [um]."""
