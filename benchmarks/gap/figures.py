@@ -11,6 +11,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from benchmarks.gap.outcome import (
+    BROKEN,
     MORE,
     NAMED,
     NONE,
@@ -62,6 +63,7 @@ COLOURS = {
     RIGHT: "#1a7f4b",
     ONE_OF: "#86c89b",
     MORE: "#d9c55a",
+    BROKEN: "#5aa7c7",
     UNKNOWN: "#9aa7b8",
     NONE: "#dfe4ea",
     WRONG: "#c0392b",
@@ -100,7 +102,7 @@ def row_of(record: Record) -> str:
 
 def confusion(records: Sequence[Record]) -> tuple[list[str], list[str], np.ndarray]:
     """Return rows, columns and counts, shape (rows, columns); pairs are left out."""
-    columns = [*_effects(), SET_WITH, SET_WITHOUT, WRONG_CHANNEL, UNKNOWN, NONE]
+    columns = [*_effects(), SET_WITH, SET_WITHOUT, WRONG_CHANNEL, BROKEN, UNKNOWN, NONE]
     rows = [*_effects(), "deleted from the catalogue", *OUTSIDE, "nothing"]
     counts = np.zeros((len(rows), len(columns)), dtype=int)
     for one in records:
@@ -138,7 +140,7 @@ def _shades(rows: list[str], columns: list[str], shares: np.ndarray) -> np.ndarr
     for i, row in enumerate(rows):
         for j, column in enumerate(columns):
             kind = WRONG
-            if column in (row, SET_WITH):
+            if column in (row, SET_WITH, BROKEN):
                 kind = RIGHT
             elif column in (UNKNOWN, NONE):
                 kind = RIGHT if row == "nothing" and column == NONE else UNKNOWN
@@ -158,7 +160,7 @@ def _label(axes: Axes, rows: list[str], columns: list[str], totals: np.ndarray) 
     axes.set_xlabel("answer (a first name, or none)", fontsize=12)
     axes.set_ylabel("hidden (cases)", fontsize=12)
     effects = len(_effects())
-    for place in (effects, effects + 3):
+    for place in (effects, effects + 3, effects + 4):
         axes.axvline(place - 0.5, color="#333", linewidth=1.0)
     for place in (effects, effects + 1, len(rows) - 1):
         axes.axhline(place - 0.5, color="#333", linewidth=1.0)

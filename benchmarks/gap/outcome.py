@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import Any
 
 RIGHT, ONE_OF, MORE, WRONG = "right", "one of", "right and another", "wrong"
-UNKNOWN, NONE = "unknown", "none"
-OUTCOMES = (RIGHT, ONE_OF, MORE, UNKNOWN, NONE, WRONG)
+BROKEN, UNKNOWN, NONE = "left out as broken", "unknown", "none"
+OUTCOMES = (RIGHT, ONE_OF, MORE, BROKEN, UNKNOWN, NONE, WRONG)
 """What can be said where one effect of the catalogue is missing."""
 
 NAMED = "named"
@@ -43,7 +43,13 @@ def holds(group: Group, effect: dict[str, Any]) -> bool:
     )
 
 
-def outcome(kind: str, truth: Sequence[dict[str, Any]], groups: list[Group], verdict: str) -> str:
+def outcome(
+    kind: str,
+    truth: Sequence[dict[str, Any]],
+    groups: list[Group],
+    verdict: str,
+    broken: Collection[str] = (),
+) -> str:
     """Return the outcome of one question.
 
     Parameters
@@ -56,9 +62,12 @@ def outcome(kind: str, truth: Sequence[dict[str, Any]], groups: list[Group], ver
         What is named.
     verdict : str
         As in ``gap.json``; matters where nothing is named.
+    broken : collection of str
+        Channels that were reported as broken and left out before anything was compared.
     """
     if not groups:
-        return SILENT[verdict]
+        told = kind == "effect" and truth[0]["channel"] in broken
+        return BROKEN if told else SILENT[verdict]
     if kind == "pair":
         return _of_pair(truth, groups)
     if kind != "effect":

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import statistics
 from dataclasses import dataclass
 from functools import cached_property
@@ -16,7 +17,8 @@ from measurement.errors import BadInput
 STRONG, VISIBLE = 2.0, 1.25
 """Times the gap of nothing hidden from which a case is called strong, and visible [1]."""
 
-CLASSES = ("strong", "visible", "faint")
+CLASSES = ("strong", "visible", "faint", "unmeasured")
+"""How strong a case is; the last where no case was asked for with nothing hidden."""
 
 
 @dataclass(frozen=True)
@@ -70,7 +72,8 @@ class Record:
     @cached_property
     def outcome(self) -> str:
         """Right or wrong."""
-        return outcome(self.kind, self.truth, self.groups, self.answer["verdict"])
+        broken = {fault["channel"] for fault in self.answer.get("data_faults", ())}
+        return outcome(self.kind, self.truth, self.groups, self.answer["verdict"], broken)
 
     @property
     def ratio(self) -> float:
@@ -80,7 +83,11 @@ class Record:
     @property
     def strength(self) -> str:
         """One of `CLASSES`."""
-        return CLASSES[0 if self.ratio >= STRONG else 1 if self.ratio >= VISIBLE else 2]
+        if math.isnan(self.ratio):
+            return "unmeasured"
+        if self.ratio >= STRONG:
+            return "strong"
+        return "visible" if self.ratio >= VISIBLE else "faint"
 
     @property
     def closed(self) -> float:

@@ -137,6 +137,7 @@ STRENGTHS = {
     "strong": f"Strong: {STRONG:g} times the gap of nothing hidden, or more",
     "visible": f"Visible: {VISIBLE:g} to {STRONG:g} times",
     "faint": f"Faint: less than {VISIBLE:g} times",
+    "unmeasured": "Of unknown strength: no case was calibrated with nothing hidden",
 }
 
 

@@ -71,8 +71,8 @@ def read_rivals(folder: Path) -> dict[str, Sequence[Record]]:
     """Return the records of every rival that was asked, by its title."""
     found = {}
     for asked in sorted(path for path in (folder / RIVALS).glob("*") if path.is_dir()):
-        title = asked.name.replace("_", " ").capitalize()
-        found[title] = read_records(asked, folder / RECORDS)
+        records = read_records(asked, folder / RECORDS)
+        found[str(records[0].table.get("method", asked.name))] = records
     return found
 
 

@@ -142,7 +142,7 @@ def test_rivals_are_asked_once_and_stand_beside_the_gap_finder(
 
     def ask_rivals(folder: Path, without: Sequence[str], names: Sequence[str]) -> dict[str, Any]:
         asked.append((folder.name, list(names)))
-        told = {"seconds": {"cpu": 1.0, "wall": 1.0}, "answer": answer(added("windage"))}
+        told = {"method": "Other", "seconds": {"cpu": 1.0}, "answer": answer(added("windage"))}
         return dict.fromkeys(names, told)
 
     seconds = {"cpu": 2.0, "wall": 2.0}
@@ -160,7 +160,7 @@ def test_rivals_are_asked_once_and_stand_beside_the_gap_finder(
     table = contest({FINDER: read_records(tmp_path / "records")} | read_rivals(tmp_path))
     rows = {row.split(" | ")[0]: row for row in table.splitlines()}
     assert "| 0 of 1 (0 %) |" in rows["| Gap finder"]
-    assert "| 1 of 1 (100 %) |" in rows["| Sindy"]
+    assert "| 1 of 1 (100 %) |" in rows["| Other"]
 
 
 def test_methods_are_compared_where_all_were_asked(tmp_path: Path) -> None:

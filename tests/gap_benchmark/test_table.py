@@ -62,6 +62,14 @@ def test_two_effects(told: dict[str, Any], expected: str) -> None:
     assert outcome("pair", truth, groups_of(told), told["verdict"]) == expected
 
 
+def test_a_sensor_may_be_left_out_as_broken() -> None:
+    truth = [hidden(THERMOMETER)]
+    assert outcome("effect", truth, [], "none_missing", {"T3"}) == "left out as broken"
+    assert outcome("effect", truth, [], "none_missing", {"T4"}) == "none"
+    assert outcome("effect", [hidden("windage")], [], "unknown", {"T3"}) == "unknown"
+    assert outcome("effect", truth, [("windage",)], "effect", {"T3"}) == "wrong"
+
+
 @pytest.mark.parametrize("kind", ["none", "deleted", "outside"])
 def test_every_name_is_false_where_nothing_of_the_catalogue_is_missing(kind: str) -> None:
     truth = [] if kind == "none" else [hidden("windage")]
@@ -103,6 +111,15 @@ def test_a_case_is_strong_by_what_the_same_machine_and_runs_leave(records: Folde
     assert found[7].empty == pytest.approx(np.median([3.0, 3.0, 2.5, 3.0, 5.0, 4.0, 2.0]))
 
 
+def test_without_a_case_with_nothing_hidden_strength_is_not_known(tmp_path: Path) -> None:
+    folder = Folder(tmp_path)
+    folder.put("effect", [hidden("windage")], answer(WINDAGE, one_of=("windage",)))
+    (one,) = read_records(tmp_path)
+    assert one.strength == "unmeasured"
+    assert "| Of unknown strength" in sections.single_effects([one])
+    assert "| Named right, strong effect | at least 90 % | - |" in sections.targets([one])
+
+
 def test_the_figures_that_are_asked_for(records: Folder) -> None:
     shown = sections.targets(read_records(records.folder))
     cells = {row.split(" | ")[0].strip("| "): row.split(" | ")[2] for row in shown.splitlines()}
@@ -122,7 +139,7 @@ def test_outcomes_by_strength(records: Folder) -> None:
     assert "| Strong: 2 times the gap of nothing hidden, or more | 1 | 1 |" in shown[2]
     assert sum("of 1 (" in row or "of 2 (" in row for row in shown) > 3
     (everything,) = [row for row in shown if row.startswith("| All")]
-    assert "| 3 | 1 |  |  |  | 1 | 1 | 1 of 3 (33 %) | 1 of 2 (50 %) |" in everything
+    assert "| 3 | 1 |  |  |  |  | 1 | 1 | 1 of 3 (33 %) | 1 of 2 (50 %) |" in everything
     assert "| Pairs | 1 | 1 |" in sections.pairs(read_records(records.folder))
     wrong = sections.false_names(read_records(records.folder))
     assert wrong.count("\n") == 3

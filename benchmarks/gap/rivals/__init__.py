@@ -49,7 +49,11 @@ def ask_rivals(
         with clocked() as spent:
             told: Told = rivals()[name].answer(question)
         seconds = {key: shared[key] + spent[key] for key in spent}
-        found[name] = {"seconds": seconds, "answer": _answer(question, told)}
+        found[name] = {
+            "method": rivals()[name].TITLE,
+            "seconds": seconds,
+            "answer": _answer(question, told),
+        }
     return found
 
 
