@@ -29,7 +29,7 @@ REFITTED = 4
 MOST_ADDED = 2
 """Effects added at most, one after another."""
 
-SETTLED = 2.0
+SETTLED = 1.6
 """Cost per run and channel at which nothing more is looked for: empty cases leave about as much."""
 
 FEWEST_RUNS = 3

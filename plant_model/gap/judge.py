@@ -20,6 +20,9 @@ ADEQUATE, MOSTLY = 5.0, 1.0 / 3.0
 """Where so much is left per run and channel after all that was added, and less than this share of
 it was explained, what was named does little of what is missing: something else is."""
 
+LEAST_GAIN = 10.0
+"""Fall of the cost on unseen runs that an effect must bring, in units (see :func:`judge`)."""
+
 LATER_SHARE = 0.1
 """Share of what was left at first that a further effect must explain [1]."""
 
@@ -123,7 +126,9 @@ def judge(
     odds = np.exp(-(costs - costs[0]) / (2.0 * unit)) if len(costs) else costs
     share = 1.0 - costs[0] / before if len(costs) else 0.0
     gain = before - costs[0] if len(costs) else 0.0
-    enough = share >= max(LEAST_SHARE, chance) and gain > max(12.0 * unit, LATER_SHARE * at_first)
+    enough = share >= max(LEAST_SHARE, chance) and gain > max(
+        LEAST_GAIN * unit, LATER_SHARE * at_first
+    )
     helped = enough and _helps(ranked[0], now)
     rivals = [
         one.added[-1]
