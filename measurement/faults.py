@@ -20,7 +20,7 @@ import numpy as np
 from measurement.channels import broken_readings, near_switch
 from measurement.levels import listed, strays, wrong_levels
 from measurement.quality import Finding, look_over
-from measurement.runs import TIME, Run
+from measurement.runs import Run
 from measurement.units import split_column
 
 RESTART_UM = 3.0
@@ -139,7 +139,7 @@ def unusable(faults: Sequence[Fault]) -> list[tuple[Fault, Span]]:
         inside = (
             one
             for one in kept
-            if one[0].column in (fault.column, TIME)
+            if one[0].column == fault.column
             and one[1].run == span.run
             and one[1].start_s <= span.start_s
             and span.end_s <= one[1].end_s

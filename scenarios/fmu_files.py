@@ -79,7 +79,18 @@ def build_compensator(model: Path, work: Path) -> Path:
     return _written(recipe, work)
 
 
-def build_plant(machine: str, work: Path) -> Path:
+def check_can_build() -> None:
+    """Check that FMUs can be built here, before work that ends with building one.
+
+    Raises
+    ------
+    BadInput
+        If the build script is missing.
+    """
+    _builder()
+
+
+def build_plant(machine: str, work: Path, name: str = "plant") -> Path:
     """Build the plant FMU of a machine, shipped or in a file, into *work* and return its path.
 
     Raises
@@ -89,7 +100,7 @@ def build_plant(machine: str, work: Path) -> Path:
     """
     from plant_model.machine_file import read_machine
 
-    recipe, _ = _builder().plant_recipe(read_machine(machine), "plant")
+    recipe, _ = _builder().plant_recipe(read_machine(machine), name)
     return _written(recipe, work)
 
 

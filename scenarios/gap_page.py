@@ -18,6 +18,8 @@ from scenarios.figures import draw
 from scenarios.report import chart_html, write_page
 
 PAGE = "report.html"
+MOST_PANELS = 10
+"""Panels of one chart; more of them are spread over several."""
 
 
 def write_gap_page(
@@ -43,6 +45,8 @@ def write_gap_page(
         channels=list(table["channels"].items()),
         rounds=[_round(judged) for judged in found.rounds],
         where=table["where"],
+        faults=table["data_faults"],
+        cosimulation=table.get("cosimulation"),
         charts=[(chart, chart_html(chart)) for chart in charts],
         facts=facts,
     )
@@ -85,13 +89,17 @@ def _charts(found: Found, before: Residuals, after: Residuals) -> list[Chart]:
             for i, name in enumerate(observed.channels)
             if (name in lengths) == is_length and np.isfinite(before.values[:, i]).any()
         ]
-        if panels:
+        count = -(-len(panels) // MOST_PANELS)
+        each = -(-len(panels) // count) if count else 0
+        for number in range(count):
+            end = f"_{number + 1}" if count > 1 else ""
             charts.append(
                 Chart(
-                    f"residual_{kind}_{observed.run.name}",
-                    f"Model minus measurement, {kind}: {observed.run.name}",
+                    f"residual_{kind}{end}_{observed.run.name}",
+                    f"Model minus measurement, {kind}: {observed.run.name}"
+                    + (f", {number + 1} of {count}" if count > 1 else ""),
                     "The run that was never used.",
-                    tuple(panels),
+                    tuple(panels[number * each : (number + 1) * each]),
                 )
             )
     return charts

@@ -3,21 +3,87 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from typing import NamedTuple
 
 from tqdm import tqdm
 
 
+class Stage(NamedTuple):
+    """A part of long work: how its words begin, its share of the time, how often it speaks."""
+
+    words: str
+    share: float
+    times: int
+
+
+CALIBRATE = (Stage("start", 1.0, 10),)
+"""What calibration says: starts, which rarely need all of their iterations."""
+
+_ROUND = (
+    Stage("screening", 10.0, 25),
+    Stage("calibrating with", 20.0, 4),
+    Stage("calibrating the named", 5.0, 1),
+)
+FIND_GAP = (
+    Stage("looking for broken", 1.0, 1),
+    Stage("start", 15.0, 10),
+    Stage("what else", 4.0, 1),
+    *_ROUND,
+    *_ROUND,
+    Stage("judging", 2.0, 1),
+    Stage("co-simulating", 8.0, 2),
+)
+"""What the gap finder says. A second effect is looked for only where a first one was named."""
+
+
+class Fraction:
+    """How much of the work is done, from what it says; never less than it was.
+
+    Parameters
+    ----------
+    stages : sequence of Stage
+        In order. Stages may be left out; words of no stage change nothing.
+    """
+
+    def __init__(self, stages: Sequence[Stage]) -> None:
+        self._stages = stages
+        self._total = sum(stage.share for stage in stages)
+        self._place, self._said = 0, 0
+
+    def after(self, text: str) -> float:
+        """Return the share of the work that is done when *text* is said [1]."""
+        for place in range(self._place, len(self._stages)):
+            if text.startswith(self._stages[place].words):
+                self._said = self._said + 1 if place == self._place else 1
+                self._place = place
+                break
+        before = sum(stage.share for stage in self._stages[: self._place])
+        stage = self._stages[self._place]
+        within = min(max(self._said - 1, 0) / stage.times, 1.0)
+        return (before + stage.share * within) / self._total
+
+
 @contextmanager
-def spoken(quiet: bool = False) -> Iterator[Callable[[str], None]]:
-    """Show what is being done on one line of the terminal, with the time that has passed."""
+def spoken(quiet: bool = False, stages: Sequence[Stage] = ()) -> Iterator[Callable[[str], None]]:
+    """Show what is being done on one line of the terminal, with the time that has passed.
+
+    With *stages* a bar shows how much of them is done.
+    """
+    bar = "{percentage:3.0f} % |{bar}| " if stages else ""
     with tqdm(
-        bar_format="{desc} [{elapsed}]", file=sys.stderr, disable=quiet or not sys.stderr.isatty()
+        total=1.0 if stages else None,
+        bar_format="{desc} " + bar + "[{elapsed}]",
+        file=sys.stderr,
+        disable=quiet or not sys.stderr.isatty(),
+        leave=False,
     ) as line:
+        fraction = Fraction(stages) if stages else None
 
         def say(text: str) -> None:
-            line.set_description_str(text)
-            line.update()
+            line.set_description_str(text, refresh=False)
+            line.update(0.0 if fraction is None else max(fraction.after(text) - line.n, 0.0))
+            line.refresh()
 
         yield say

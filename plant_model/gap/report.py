@@ -25,6 +25,7 @@ from plant_model.gap.regimes import (
     residuals,
 )
 from plant_model.machine import Machine
+from plant_model.parameters import FloatArray
 from plant_model.sensors import displacement_names
 
 MACHINE_AFTER = "machine_after.toml"
@@ -66,7 +67,11 @@ class Comparison:
         }
 
     def channels(self) -> dict[str, dict[str, Any]]:
-        """Return every channel's residual before and after, and what noise alone leaves."""
+        """Return every channel's residual before and after, and what noise alone leaves.
+
+        ``no_model`` is how far it moves from its first reading: what is left if nothing is
+        modelled.
+        """
         names = self.before[0].observed.channels
         lengths = set(displacement_names(self.machine))
         noise = noise_of(self.machine, names) * floor_of(self.before)
@@ -76,11 +81,19 @@ class Comparison:
                 "before": first[name],
                 "after": last[name],
                 "floor": float(noise[i]),
+                "no_model": _moved([one.observed.values[:, i] for one in self.before]),
                 "unit": "um" if name in lengths else "K",
             }
             for i, name in enumerate(names)
             if name in first
         }
+
+
+def _moved(runs: Sequence[FloatArray]) -> float:
+    """Return the root mean square of readings about each run's first one."""
+    known = [values[np.isfinite(values)] for values in runs]
+    away = np.concatenate([values - values[:1] for values in known])
+    return float(np.sqrt(np.mean(away**2)))
 
 
 def report_of(

@@ -1,0 +1,188 @@
+"""The plant FMUs of a gap report, co-simulated on measured runs and compared with them.
+
+The finder compares machines in its own process. What a user takes away is an FMU: it must show the
+same gap in a co-simulation, stepped from row to row with its inputs held.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from measurement.runs import Run
+from plant_model.drive import drive_from
+from plant_model.fmi_slave import rise_name, start_sensors
+from plant_model.gap.observations import Observations
+from plant_model.gap.regimes import Residuals, by_channel, gap_of
+from plant_model.machine import Machine
+from plant_model.parameters import FloatArray
+from plant_model.sensors import displacement_names
+from plant_model.simulate import simulate, start_temperatures
+from scenarios.fmu import Port, Slave, interruptible
+
+LONGEST_STEP_S = 30.0
+"""Longest communication step [s]: a boundary temperature hardly moves within it."""
+
+AGREES = {"K": 0.1, "um": 0.5}
+"""How far the co-simulation may be from the simulation in one process [K, um]: inputs held in each
+step, where the other joins boundary temperatures by lines and steps further."""
+
+
+@dataclass(frozen=True)
+class Cosimulated:
+    """One FMU on one run.
+
+    Attributes
+    ----------
+    time_s : array, shape (T,)
+        Communication points [s].
+    readings : dict of str to array, shape (T,)
+        What every sensor shows, by name [degC, um].
+    """
+
+    time_s: FloatArray
+    readings: dict[str, FloatArray]
+
+
+def cosimulate(fmu: Path, machine: Machine, run: Run) -> Cosimulated:
+    """Drive a plant FMU with a measured run's commands and boundary temperatures.
+
+    Parameters
+    ----------
+    fmu : Path
+        The machine's own.
+    machine : Machine
+        Says which columns drive it and where its nodes start.
+    run : Run
+
+    Raises
+    ------
+    FmuError
+        If the FMU fails.
+    """
+    time = _points(run.time_s)
+    drive = drive_from(machine, run.frame, LONGEST_STEP_S)
+    # At a row a command is what it is from there on; a boundary is met in the middle of the step.
+    at_start, at_middle = drive.inputs_at(time), drive.inputs_at((time[:-1] + time[1:]) / 2.0)
+    boundary = {entry.name for entry in machine.inputs if entry.is_boundary}
+    names = [entry.name for entry in machine.inputs]
+    rows = np.column_stack(
+        [at_middle[name] if name in boundary else at_start[name][:-1] for name in names]
+    )
+    first = np.array([at_start[name][0] for name in names])
+    starts = dict(
+        zip(
+            [node.start for node in machine.nodes],
+            start_temperatures(machine, run.frame, drive).tolist(),
+            strict=True,
+        )
+    )
+    zero = float(at_start[next(iter(machine.boundary_index))][0])
+    printed, stderr = io.StringIO(), sys.stderr
+    with contextlib.redirect_stderr(printed):
+        slave = Slave(fmu, "plant", lambda line: print(line, file=stderr), printed)
+        with slave, interruptible() as check:
+            for sensor in start_sensors(machine):
+                slave.set_parameter(rise_name(sensor), starts[sensor] - zero, run.name, sensor)
+            shown = [sensor.name for sensor in machine.sensors] + displacement_names(machine)
+            inputs, outputs = Port(slave, names), Port(slave, shown)
+            table = np.empty((len(time), len(shown)))
+            with slave.starting(float(time[-1] - time[0])):
+                inputs.values[:] = first
+                inputs.set()
+            outputs.get()
+            table[0] = outputs.values
+            for k, row in enumerate(rows):
+                inputs.values[:] = row
+                inputs.set()
+                slave.step(float(time[k] - time[0]), float(time[k + 1] - time[k]))
+                outputs.get()
+                table[k + 1] = outputs.values
+                check()
+    return Cosimulated(time, dict(zip(shown, table.T, strict=True)))
+
+
+def _points(rows: FloatArray) -> FloatArray:
+    """Return every row's time, and instants between rows that are far apart."""
+    steps = np.ceil(np.diff(rows) / LONGEST_STEP_S - 1e-9).astype(int)
+    pieces = [
+        np.linspace(a, b, n, endpoint=False)
+        for a, b, n in zip(rows[:-1], rows[1:], steps, strict=True)
+    ]
+    return np.concatenate([*pieces, rows[-1:]])
+
+
+def residuals_of(found: Cosimulated, observed: Observations) -> Residuals:
+    """Return co-simulation minus measurement at the observations' instants."""
+    modelled = np.column_stack(
+        [np.interp(observed.time_s, found.time_s, found.readings[n]) for n in observed.channels]
+    )
+    return Residuals(observed, modelled - observed.values)
+
+
+def apart_from_simulation(
+    found: Cosimulated, machine: Machine, run: Run, channels: Sequence[str]
+) -> dict[str, float]:
+    """Return how far a co-simulation is from the simulation in one process, at most [K, um]."""
+    same = simulate(machine, run.frame, step_s=LONGEST_STEP_S, at=found.time_s).readings
+    lengths = displacement_names(machine)
+    worst = {"K": 0.0, "um": 0.0}
+    for name in channels:
+        unit = "um" if name in lengths else "K"
+        worst[unit] = max(worst[unit], float(np.max(np.abs(same[name][0] - found.readings[name]))))
+    return worst
+
+
+def compare_fmus(
+    before: tuple[Path, Machine], after: tuple[Path, Machine], observed: Sequence[Observations]
+) -> dict[str, Any]:
+    """Return what ``gap.json`` says of the co-simulation.
+
+    Parameters
+    ----------
+    before, after : tuple of (Path, Machine)
+        The FMU, and the machine that it was built from.
+    observed : sequence of Observations
+        Of the runs that were never used.
+
+    Returns
+    -------
+    dict
+        ``before`` and ``after``, root mean square of residual over sensor noise; ``channels`` with
+        the residual of each by itself; ``apart``, how far the FMUs are from the simulation in one
+        process at most, and ``agrees_within``, how far they may be.
+    """
+    machine = before[1]
+    left: list[list[Residuals]] = []
+    apart = {"K": 0.0, "um": 0.0}
+    for fmu, which in (before, after):
+        rows = []
+        for one in observed:
+            found = cosimulate(fmu, which, one.run)
+            rows.append(residuals_of(found, one))
+            worst = apart_from_simulation(found, which, one.run, one.channels)
+            apart = {unit: max(apart[unit], worst[unit]) for unit in apart}
+        left.append(rows)
+    lengths = displacement_names(machine)
+    first, last = (by_channel(machine, rows) for rows in left)
+    return {
+        "before": gap_of(machine, left[0]),
+        "after": gap_of(machine, left[1]),
+        "channels": {
+            name: {
+                "before": value,
+                "after": last[name],
+                "unit": "um" if name in lengths else "K",
+            }
+            for name, value in first.items()
+        },
+        "apart": apart,
+        "agrees_within": AGREES,
+    }

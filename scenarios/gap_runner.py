@@ -1,0 +1,189 @@
+"""From a machine and measured runs to the gap finder's results folder."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from measurement.errors import BadInput
+from measurement.runs import Run, read_run
+from plant_model.gap.data_faults import DataFault, need_readings, without_faults
+from plant_model.gap.find import FEWEST_RUNS, Found, find_gap
+from plant_model.gap.observations import Observations, observe
+from plant_model.gap.report import MACHINE_AFTER, Comparison, five_lines, report_of
+from plant_model.machine import Machine
+from plant_model.machine_file import machine_path, read_machine
+from plant_model.machine_writer import write_machine
+from scenarios.fmu_files import build_plant, check_can_build
+from scenarios.gap_cosimulation import compare_fmus
+from scenarios.gap_page import PAGE, write_gap_page
+from scenarios.results import check_folder, results_folder, write_table
+
+MACHINE_BEFORE = "machine_before.toml"
+GAP = "gap.json"
+FMUS = ("plant_before", "plant_after")
+
+
+@dataclass(frozen=True)
+class Question:
+    """What is asked of the gap finder.
+
+    Attributes
+    ----------
+    machine : str
+        Machine file or shipped name.
+    runs, holdout : sequence of Path
+        Run files to calibrate on and to judge by; without *holdout* the last of *runs* is kept
+        back.
+    out : Path
+        Results folder.
+    without : sequence of str
+        Effects not to consider.
+    seed : int
+    workers : int or None
+        Processes; one for each core if None.
+    fmu : bool
+        Whether to build the plant FMUs and to co-simulate them.
+    """
+
+    machine: str
+    runs: Sequence[Path]
+    holdout: Sequence[Path]
+    out: Path
+    without: Sequence[str] = ()
+    seed: int = 0
+    workers: int | None = None
+    fmu: bool = True
+
+
+def run_find_gap(asked: Question, say: Callable[[str], None]) -> tuple[dict[str, Any], list[str]]:
+    """Find the gap and write the results folder; nothing is left of it if anything fails.
+
+    Parameters
+    ----------
+    asked : Question
+    say : callable
+        Told what is being done.
+
+    Returns
+    -------
+    table : dict
+        What ``gap.json`` holds.
+    lines : list of str
+        The same for a person.
+
+    Raises
+    ------
+    BadInput
+        For input that cannot be used.
+    FmuError
+        If a plant FMU fails.
+    """
+    check_folder(asked.out)
+    if asked.fmu:
+        check_can_build()
+    machine = read_machine(asked.machine)
+    runs, unseen = _read(asked)
+    say("looking for broken channels")
+    used, kept_back, faults = usable_runs(machine, runs, unseen)
+    found = find_gap(
+        machine,
+        used,
+        without=asked.without,
+        seed=asked.seed,
+        workers=asked.workers,
+        progress=say,
+    )
+    say("judging by what was kept back")
+    observed = observe(machine, kept_back)
+    comparison = Comparison(found.before.machine, found.after.machine, observed)
+    with results_folder(asked.out) as folder:
+        machines = (found.before.machine, found.after.machine)
+        for which, name in zip(machines, (MACHINE_BEFORE, MACHINE_AFTER), strict=True):
+            write_machine(which, asked.machine, folder / name)
+        cosimulation = _cosimulated(found, observed, folder, say) if asked.fmu else None
+        table = report_of(found, comparison, faults, cosimulation)
+        facts = [
+            ("Machine", f"{machine.title} ({machine_path(asked.machine).name})"),
+            ("Runs used", _named(used)),
+            ("Never used", _named(kept_back)),
+            ("Not considered", ", ".join(asked.without) or "-"),
+            ("Seed", str(asked.seed)),
+        ]
+        write_gap_page(found, comparison, table, facts, folder)
+        text = json.dumps(table, indent=1, allow_nan=False) + "\n"
+        (folder / GAP).write_text(text, encoding="utf-8")
+        write_table([], {"gap": GAP}, folder)
+    return table, [*five_lines(table), f"report: {asked.out / PAGE}"]
+
+
+def _read(asked: Question) -> tuple[list[Run], list[Run]]:
+    """Return the runs to calibrate on and those to judge by."""
+    runs = [read_run(path) for path in asked.runs]
+    unseen = [read_run(path) for path in asked.holdout]
+    if not unseen:
+        if len(runs) <= FEWEST_RUNS:
+            problem = f"{len(runs)} given; {FEWEST_RUNS + 1} or more are needed without --holdout"
+            raise BadInput("--runs", "", problem)
+        unseen = [runs.pop()]
+    known: dict[str, Run] = {}
+    for run in (*runs, *unseen):
+        same = known.setdefault(run.sha256, run)
+        if same is not run:
+            raise BadInput(run.path or run.name, "", f"is the same run as {same.path}")
+    names = [run.name for run in known.values()]
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise BadInput("--runs", "", f"{twice[0]} stands for more than one run")
+    return runs, unseen
+
+
+def usable_runs(
+    machine: Machine, runs: Sequence[Run], unseen: Sequence[Run] = ()
+) -> tuple[list[Run], list[Run], list[DataFault]]:
+    """Take out what is broken, of runs to calibrate on and of runs to judge by.
+
+    All of them are looked at together, because a wrong level shows only against other runs; no
+    model takes part in it.
+
+    Raises
+    ------
+    BadInput
+        If too little is left of either.
+    """
+    left, faults = without_faults(machine, [*runs, *unseen])
+    first, last = ({run.name for run in part} for part in (runs, unseen))
+    used = [run for run in left if run.name in first]
+    kept_back = [run for run in left if run.name in last]
+    spoilt = [fault for fault in faults if fault.run not in {run.name for run in left}]
+    if unseen and not kept_back:
+        raise BadInput("--holdout", unseen[0].name, f"cannot be used: {spoilt[0].text}")
+    if len(used) < min(FEWEST_RUNS, len(runs)):
+        problem = f"only {len(used)} of {len(runs)} can be used: {spoilt[0].text}"
+        raise BadInput("--runs", "", problem)
+    need_readings(machine, used, "--runs")
+    need_readings(machine, kept_back, "--holdout")
+    return used, kept_back, faults
+
+
+def _cosimulated(
+    found: Found, observed: Sequence[Observations], folder: Path, say: Callable[[str], None]
+) -> dict[str, Any]:
+    """Build the FMUs of both machines into the folder and co-simulate the runs never used."""
+    built = []
+    for name, file, which in zip(
+        FMUS,
+        (MACHINE_BEFORE, MACHINE_AFTER),
+        (found.before.machine, found.after.machine),
+        strict=True,
+    ):
+        say(f"co-simulating {name}.fmu")
+        built.append((build_plant(str(folder / file), folder, name), which))
+    return compare_fmus(built[0], built[1], observed)
+
+
+def _named(runs: Sequence[Run]) -> str:
+    return ", ".join(f"{run.name} ({run.sha256[:12]})" for run in runs)

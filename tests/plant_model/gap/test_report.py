@@ -1,0 +1,33 @@
+"""What the report says of channels and of what was left out."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from measurement.runs import Run
+from plant_model.gap.observations import observe
+from plant_model.gap.report import Comparison, _left_out
+from plant_model.machine import Machine
+from tests.plant_model.gap.conftest import runs_of
+
+
+def test_channels_are_judged_beside_no_model(jig_borer: Machine) -> None:
+    *runs, last = runs_of(jig_borer)
+    frame = last.frame.drop(columns="T7_degC")
+    observed = observe(jig_borer, [Run(last.name, frame)])
+    table = Comparison(jig_borer, jig_borer, observed).channels()
+    assert runs
+    assert "T7" not in table
+    values = frame["T1_degC"].to_numpy()
+    moved = float(np.sqrt(np.mean((values - values[0]) ** 2)))
+    assert table["T1"]["no_model"] == pytest.approx(moved, rel=0.05)
+    assert table["T1"]["after"] < 0.1 * table["T1"]["no_model"]
+
+
+def test_each_broken_channel_is_told_once() -> None:
+    faults = [{"run": f"r{i}", "channel": "T1", "kind": "level_jump"} for i in range(5)]
+    faults += [{"run": "r1", "channel": "x", "kind": "frozen"}] * 2
+    told = " Left out as broken: T1 (wrong level in r0 and 4 more); x (frozen in r1)."
+    assert _left_out(faults) == told
+    assert _left_out([]) == ""

@@ -1,0 +1,170 @@
+"""The gap finder's command: what it refuses, what it leaves out, its folder, its FMUs."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from measurement.runs import Run, write_run
+from plant_model.effects import catalogue
+from plant_model.gap.candidates import with_effect
+from plant_model.gap.observations import observe
+from plant_model.machine import Machine
+from plant_model.machine_file import read_machine
+from plant_model.machine_writer import write_machine
+from scenarios import gap_runner
+from scenarios.cli import main
+from scenarios.fmu_files import build_plant
+from scenarios.gap_cosimulation import AGREES, compare_fmus
+from scenarios.progress import FIND_GAP, Fraction
+from tests.plant_model.gap.conftest import runs_of
+
+RIVALS = ("thermal_preload", "friction_speed_exponent", "centrifugal_shift")
+LEFT_OUT = [name for name in catalogue() if name not in RIVALS]
+
+
+@pytest.fixture(scope="module")
+def machine() -> Machine:
+    return read_machine("jig_borer")
+
+
+@pytest.fixture(scope="module")
+def tightening(machine: Machine) -> Machine:
+    return with_effect(machine, "thermal_preload", {"gain": 0.3})
+
+
+def written(runs: list[Run], folder: Path) -> list[str]:
+    return [str(write_run(run.frame, folder / f"{run.name}.csv")) for run in runs]
+
+
+def refusal(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
+    assert main(["find-gap", "jig_borer", *arguments, "--quiet"]) == 2
+    (line,) = capsys.readouterr().err.strip().splitlines()
+    return line
+
+
+def test_a_run_is_not_judged_on_what_it_was_fitted_to(
+    machine: Machine, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    paths = written(runs_of(machine), tmp_path)
+    out = str(tmp_path / "out")
+    line = refusal(capsys, "--runs", *paths, "--holdout", paths[1], "--out", out)
+    assert "is the same run as" in line
+    assert not Path(out).exists()
+
+
+def test_a_held_out_run_without_readings_is_refused(
+    machine: Machine, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    *runs, last = runs_of(machine)
+    driving = {entry.column for entry in machine.inputs} | {"time_s"}
+    frame = last.frame[[name for name in last.frame if name in driving]]
+    paths = written([*runs, Run(last.name, frame)], tmp_path)
+    out = str(tmp_path / "out")
+    line = refusal(capsys, "--runs", *paths[:3], "--holdout", paths[3], "--out", out)
+    assert "--holdout" in line
+    assert last.name in line
+    assert not Path(out).exists()
+
+
+def test_too_few_runs_that_can_be_used(
+    machine: Machine, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    runs = runs_of(machine)
+    hall = runs[0].frame["T5_degC"] + np.where(runs[0].time_s > 3000.0, 20.0, 0.0)
+    broken = Run(runs[0].name, runs[0].frame.assign(T5_degC=hall))
+    paths = written([broken, *runs[1:]], tmp_path)
+    line = refusal(
+        capsys, "--runs", *paths[:3], "--holdout", paths[3], "--out", str(tmp_path / "out")
+    )
+    assert "only 2 of 3 can be used" in line
+    assert "T5" in line
+
+
+def test_a_folder_with_other_files_is_refused_before_any_work(
+    machine: Machine, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    paths = written(runs_of(machine), tmp_path)
+    assert "choose another folder" in refusal(capsys, "--runs", *paths, "--out", str(tmp_path))
+
+
+def test_nothing_is_left_of_a_folder_when_something_fails(
+    machine: Machine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    paths = written(runs_of(machine), tmp_path)
+
+    def fails(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(gap_runner, "find_gap", fails)
+    out = tmp_path / "out"
+    assert main(["find-gap", "jig_borer", "--runs", *paths, "--out", str(out), "--quiet"]) == 130
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(
+        Path(path).name for path in paths
+    )
+
+
+def test_the_bar_never_goes_back_and_ends_full() -> None:
+    said = ["looking for broken channels"]
+    said += [f"start {n} of 2, iteration {i}" for n in (1, 2) for i in range(1, 9)]
+    said += ["what else may be wrong"]
+    said += [f"screening {name}" for name in catalogue()] + ["calibrating with x"] * 4
+    said += ["something new", "judging by what was kept back"]
+    said += ["co-simulating plant_before.fmu", "co-simulating plant_after.fmu"]
+    fraction = Fraction(FIND_GAP)
+    done = [fraction.after(text) for text in said]
+    assert done[0] == 0.0
+    assert np.all(np.diff(done) >= 0.0)
+    assert 0.25 < done[said.index("calibrating with x")] < 0.7
+    assert 0.9 < done[-1] < 1.0
+
+
+def test_the_fmus_show_the_gap_that_the_machines_show(
+    machine: Machine, tightening: Machine, tmp_path: Path
+) -> None:
+    run = runs_of(tightening, every_s=60.0)[0]
+    built = []
+    for name, which in (("plant_before", machine), ("plant_after", tightening)):
+        path = write_machine(which, "jig_borer", tmp_path / f"{name}.toml")
+        built.append((build_plant(str(path), tmp_path, name), which))
+    found = compare_fmus(built[0], built[1], observe(machine, [run]))
+    assert all(found["apart"][unit] < AGREES[unit] for unit in AGREES)
+    assert found["after"] < 2.0
+    assert found["before"] > 5.0 * found["after"]
+    assert found["channels"]["T1"]["after"] < 0.2 < found["channels"]["T1"]["before"]
+
+
+@pytest.mark.slow
+def test_broken_channels_do_not_hide_what_is_missing(
+    tightening: Machine, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    runs = runs_of(tightening)
+    t7 = runs[1].frame["T7_degC"] + 31.0
+    s3 = runs[2].frame["S3_um"] + np.where(runs[2].time_s > 5000.0, 60.0, 0.0)
+    t2 = runs[3].frame["T2_degC"] + np.where(np.arange(len(runs[3].time_s)) == 250, 30.0, 0.0)
+    runs[1] = Run(runs[1].name, runs[1].frame.assign(T7_degC=t7))
+    runs[2] = Run(runs[2].name, runs[2].frame.assign(S3_um=s3))
+    runs[3] = Run(runs[3].name, runs[3].frame.assign(T2_degC=t2))
+    paths, out = written(runs, tmp_path), tmp_path / "out"
+    arguments = ["find-gap", "jig_borer", "--runs", *paths[:3], "--holdout", paths[3]]
+    arguments += ["--out", str(out), "--without", *LEFT_OUT, "--quiet"]
+    assert main(arguments) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert "Left out as broken: T7 (wrong level in stairs); T2 (jumping in steady); S3" in lines[0]
+    table = json.loads((out / "gap.json").read_text())
+    assert [(f["run"], f["channel"], f["kind"]) for f in table["data_faults"]] == [
+        ("stairs", "T7", "level_jump"),
+        ("steady", "T2", "spikes"),
+        ("stops", "S3", "step"),
+    ]
+    assert [effect["name"] for effect in table["effects"]] == ["thermal_preload"]
+    both = table["cosimulation"]
+    assert both["after"] < 0.2 * both["before"]
+    assert both["after"] == pytest.approx(table["gap"]["holdout"]["after"], rel=0.1)
+    assert "S3 in stops: leaps by" in (out / "report.html").read_text()
+    listed = json.loads((out / "table.json").read_text())["files"]
+    assert sorted(path.name for path in out.iterdir()) == sorted(listed)
+    assert {"plant_before.fmu", "plant_after.fmu", "machine_before.toml"} <= set(listed)
