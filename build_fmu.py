@@ -259,6 +259,9 @@ def _arguments(given: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument(
         "--native", action="store_true", help="build the compensator without Python, in C99"
     )
+    parser.add_argument(
+        "--fmi", type=int, choices=(2, 3), default=2, help="version of FMI, with --native (2)"
+    )
     parser.add_argument("--out", type=Path, default=HERE / "dist", help="folder (dist)")
     parser.add_argument("--name", help="name of the FMU, with --only")
     parser.add_argument("--json", action="store_true", help="print the summary as JSON")
@@ -267,6 +270,8 @@ def _arguments(given: Sequence[str] | None) -> argparse.Namespace:
         if arguments.only == "plant":
             parser.error("--native: only the compensator has a form without Python")
         arguments.only = "compensator"
+    elif arguments.fmi != 2:
+        parser.error("--fmi: only the compensator without Python has FMI 3.0: add --native")
     if arguments.name is not None:
         if arguments.only is None:
             parser.error("--name: say which FMU it names, with --only")
@@ -283,7 +288,8 @@ def _arguments(given: Sequence[str] | None) -> argparse.Namespace:
 def _recipes(arguments: argparse.Namespace) -> list[tuple[Recipe, Reference]]:
     recipes = []
     if arguments.only != "plant":
-        name = arguments.name or ("compensator_native" if arguments.native else "compensator")
+        usual = {2: "compensator_native", 3: "compensator_native_fmi3"}
+        name = arguments.name or (usual[arguments.fmi] if arguments.native else "compensator")
         recipes.append(compensator_recipe(arguments.model, name, arguments.native))
     if arguments.only != "compensator":
         recipes.append(plant_recipe(read_machine(arguments.machine), arguments.name or "plant"))
@@ -326,7 +332,7 @@ def main(given: Sequence[str] | None = None) -> int:
     entries = []
     for recipe, reference in recipes:
         try:
-            package = native_package(recipe, found) if found else build(recipe)
+            package = native_package(recipe, found, arguments.fmi) if found else build(recipe)
             path, written = publish(package, arguments.out, reference)
         except (PublishError, NativeError, CompileError) as error:
             print(f"{recipe.identity.name}.fmu is not built:\n{error}", file=sys.stderr)

@@ -1,7 +1,8 @@
 /* The smallest host: sets the inputs, steps, gets the outputs, and prints what a step took [ns].
 
-   native_host LIBRARY GUID STEPS INPUTS OUTPUTS; the inputs are the value references from 0 on,
-   the outputs those that follow. Temperatures start at 20 degC and rise, each a little faster. */
+   native_host LIBRARY GUID STEPS INPUTS TOOL FIRST OUTPUTS: the inputs are the value references from
+   0 on, TOOL is that of the tool length, the outputs are those from FIRST on. All other inputs start
+   at 20 and rise, each a little faster. */
 #define _POSIX_C_SOURCE 200809L
 #include <dlfcn.h>
 #include <stdio.h>
@@ -32,7 +33,7 @@ static void find(void *library, const char *name, void *function)
 int main(int count, char **arguments)
 {
     static const fmi2CallbackFunctions host = {logger, NULL, NULL, NULL, NULL};
-    static fmi2ValueReference refs[2 * MOST];
+    static fmi2ValueReference in_refs[MOST], out_refs[MOST];
     static double in[MOST], out[MOST];
     fmi2InstantiateTYPE *instantiate;
     fmi2ExitInitializationModeTYPE *start;
@@ -40,9 +41,9 @@ int main(int count, char **arguments)
     fmi2GetRealTYPE *get;
     fmi2DoStepTYPE *step;
     fmi2FreeInstanceTYPE *release;
-    void *library = count == 6 ? dlopen(arguments[1], RTLD_NOW) : NULL;
+    void *library = count == 8 ? dlopen(arguments[1], RTLD_NOW) : NULL;
     if (library == NULL) {
-        fprintf(stderr, "usage: native_host LIBRARY GUID STEPS INPUTS OUTPUTS\n");
+        fprintf(stderr, "usage: native_host LIBRARY GUID STEPS INPUTS TOOL FIRST OUTPUTS\n");
         return 1;
     }
     find(library, "fmi2Instantiate", &instantiate);
@@ -52,14 +53,16 @@ int main(int count, char **arguments)
     find(library, "fmi2DoStep", &step);
     find(library, "fmi2FreeInstance", &release);
     long steps = atol(arguments[3]);
-    size_t inputs = (size_t)atol(arguments[4]), outputs = (size_t)atol(arguments[5]);
+    size_t inputs = (size_t)atol(arguments[4]), tool = (size_t)atol(arguments[5]);
+    size_t first = (size_t)atol(arguments[6]), outputs = (size_t)atol(arguments[7]);
     fmi2Component c = instantiate("one", fmi2CoSimulation, arguments[2], "", &host, 0, 0);
-    if (c == NULL || inputs > MOST || outputs > MOST || start(c) != fmi2OK) {
+    if (c == NULL || inputs > MOST || outputs > MOST || tool >= inputs || start(c) != fmi2OK) {
         fprintf(stderr, "the FMU does not start\n");
         return 1;
     }
-    for (size_t i = 0; i < inputs + outputs; i++) {
-        refs[i] = (fmi2ValueReference)i;
+    for (size_t i = 0; i < MOST; i++) {
+        in_refs[i] = (fmi2ValueReference)i;
+        out_refs[i] = (fmi2ValueReference)(first + i);
     }
     struct timespec before, after;
     int status = 0;
@@ -68,10 +71,10 @@ int main(int count, char **arguments)
         for (size_t i = 0; i < inputs; i++) {
             in[i] = 20.0 + 1e-6 * (double)(i + 1) * (double)k;
         }
-        in[inputs - 1] = 100.0; /* the tool length, the last one */
-        status |= (int)set(c, refs, inputs, in);
+        in[tool] = 100.0;
+        status |= (int)set(c, in_refs, inputs, in);
         status |= (int)step(c, (double)k, 1.0, 1);
-        status |= (int)get(c, refs + inputs, outputs, out);
+        status |= (int)get(c, out_refs, outputs, out);
     }
     clock_gettime(CLOCK_MONOTONIC, &after);
     double seconds = (double)(after.tv_sec - before.tv_sec);

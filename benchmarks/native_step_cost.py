@@ -16,7 +16,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -26,6 +26,7 @@ from fmpy.fmi2 import FMU2Slave, fmi2ValueReference
 import build_fmu
 from fmu_compensator.native.build import HEADERS, native_package
 from fmu_compensator.native.compilers import STRICT, compilers, run_compiler
+from fmu_packaging.variables import Variable
 
 HERE = Path(__file__).resolve().parent
 EMPTY = HERE / "empty_compensator.c"
@@ -35,13 +36,14 @@ C_FACTOR = 100  # steps of the program in C for each of the loop in Python
 
 @dataclass(frozen=True)
 class Fmu:
-    """One of the two FMUs, unpacked; how many real inputs and outputs it has."""
+    """One of the two FMUs, unpacked, with the value references of its real variables."""
 
     folder: str
     guid: str
     name: str
-    inputs: int
-    outputs: int
+    inputs: range
+    outputs: range
+    tool: int
 
     @property
     def library(self) -> str:
@@ -54,14 +56,25 @@ def _fmus(folder: Path, model: Path) -> dict[str, Fmu]:
     recipe, _ = build_fmu.compensator_recipe(model, "compensator_native", native=True)
     found = {}
     for kind, exchanged in (("real", {}), ("empty", {"compensator.c": EMPTY.read_text("utf-8")})):
-        package = native_package(recipe, compilers()[:1], exchanged)
+        package = native_package(recipe, compilers()[:1], exchanged=exchanged)
         path = folder / f"{kind}.fmu"
         path.write_bytes(package.zipped())
-        reals = [variable for variable in package.slave.variables if variable.kind == "real"]
-        inputs = sum(variable.causality == "input" for variable in reals)
         unpacked = fmpy.extract(str(path), unzipdir=str(folder / kind))
-        found[kind] = Fmu(unpacked, package.guid, package.name, inputs, len(reals) - inputs)
+        slave = package.slave
+        places = [_reals(slave.variables, causality) for causality in ("input", "output")]
+        tool = slave.refs["tool_length"]
+        found[kind] = Fmu(unpacked, package.guid, package.name, *places, tool)
     return found
+
+
+def _reals(variables: Sequence[Variable], causality: str) -> range:
+    """Return the value references of the real variables of a causality, which are consecutive."""
+    found = [
+        reference
+        for reference, variable in enumerate(variables)
+        if variable.kind == "real" and variable.causality == causality
+    ]
+    return range(found[0], found[-1] + 1)
 
 
 def in_python(fmu: Fmu, steps: int) -> float:
@@ -73,17 +86,17 @@ def in_python(fmu: Fmu, steps: int) -> float:
     slave.setupExperiment(startTime=0.0)
     slave.enterInitializationMode()
     slave.exitInitializationMode()
-    numbers = [*range(fmu.inputs)], [*range(fmu.inputs, fmu.inputs + fmu.outputs)]
-    refs = [(fmi2ValueReference * len(one))(*one) for one in numbers]
-    given, taken = (ctypes.c_double * fmu.inputs)(), (ctypes.c_double * fmu.outputs)()
-    given[:] = [20.0] * fmu.inputs
-    given[fmu.inputs - 1] = 100.0
+    inputs, outputs = len(fmu.inputs), len(fmu.outputs)
+    refs = [(fmi2ValueReference * len(one))(*one) for one in (fmu.inputs, fmu.outputs)]
+    given, taken = (ctypes.c_double * inputs)(), (ctypes.c_double * outputs)()
+    given[:] = [20.0] * inputs
+    given[fmu.tool] = 100.0
     begun = time.perf_counter()
     for k in range(steps):
         given[0] = 20.0 + 1e-6 * k
-        slave.fmi2SetReal(slave.component, refs[0], fmu.inputs, given)
+        slave.fmi2SetReal(slave.component, refs[0], inputs, given)
         slave.fmi2DoStep(slave.component, float(k), 1.0, 1)
-        slave.fmi2GetReal(slave.component, refs[1], fmu.outputs, taken)
+        slave.fmi2GetReal(slave.component, refs[1], outputs, taken)
     spent = time.perf_counter() - begun
     slave.terminate()
     slave.freeInstance()
@@ -94,7 +107,7 @@ def in_c(host: Path) -> Callable[[Fmu, int], float]:
     """Return what measures a step in a program in C [us]."""
 
     def measure(fmu: Fmu, steps: int) -> float:
-        numbers = (steps * C_FACTOR, fmu.inputs, fmu.outputs)
+        numbers = (steps * C_FACTOR, len(fmu.inputs), fmu.tool, fmu.outputs.start, len(fmu.outputs))
         done = subprocess.run(
             [str(host), fmu.library, fmu.guid, *map(str, numbers)],
             capture_output=True,

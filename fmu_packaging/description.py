@@ -117,19 +117,9 @@ def model_description(
         },
     )
     _co_simulation(root, identity, program)
-    _unit_definitions(root, variables)
-    categories = ET.SubElement(root, "LogCategories")
-    for name, text in slave.log_categories.items():
-        ET.SubElement(categories, "Category", {"name": name, "description": text})
-    ET.SubElement(
-        root,
-        "DefaultExperiment",
-        {
-            "startTime": "0",
-            "stopTime": _number(identity.stop_s),
-            "stepSize": _number(identity.step_s),
-        },
-    )
+    unit_definitions(root, variables)
+    log_categories(root, slave)
+    experiment(root, identity)
     listed = ET.SubElement(root, "ModelVariables")
     for reference, variable in enumerate(variables):
         listed.append(_scalar_variable(variable, reference))
@@ -147,7 +137,7 @@ def described(slave: DriftSlave, program: Program) -> list[Variable]:
 def _co_simulation(root: ET.Element, identity: Identity, program: Program) -> None:
     attributes = {
         "modelIdentifier": identity.name,
-        "needsExecutionTool": _number(program.needs_host),
+        "needsExecutionTool": number(program.needs_host),
         **CAPABILITIES,
     }
     element = ET.SubElement(root, "CoSimulation", attributes)
@@ -157,21 +147,42 @@ def _co_simulation(root: ET.Element, identity: Identity, program: Program) -> No
             ET.SubElement(listed, "File", {"name": path})
 
 
-def _unit_definitions(root: ET.Element, variables: Sequence[Variable]) -> None:
+def log_categories(root: ET.Element, slave: DriftSlave) -> None:
+    """Add the categories of messages."""
+    categories = ET.SubElement(root, "LogCategories")
+    for name, text in slave.log_categories.items():
+        ET.SubElement(categories, "Category", {"name": name, "description": text})
+
+
+def experiment(root: ET.Element, identity: Identity) -> None:
+    """Add the default experiment."""
+    attributes = {
+        "startTime": "0",
+        "stopTime": number(identity.stop_s),
+        "stepSize": number(identity.step_s),
+    }
+    ET.SubElement(root, "DefaultExperiment", attributes)
+
+
+def unit_definitions(
+    root: ET.Element, variables: Sequence[Variable], always: Sequence[str] = ()
+) -> None:
+    """Add the units of the variables, and those that are wanted in any case."""
     definitions = ET.SubElement(root, "UnitDefinitions")
-    for name in sorted({variable.unit for variable in variables if variable.kind == "real"}):
+    used = {variable.unit for variable in variables if variable.kind == "real"}
+    for name in sorted(used.union(always)):
         unit = ET.SubElement(definitions, "Unit", {"name": name})
         base = base_unit(name)
         attributes = {power: str(base.powers[power]) for power in BASES if power in base.powers}
         if base.factor != 1.0:
-            attributes["factor"] = _number(base.factor)
+            attributes["factor"] = number(base.factor)
         if base.offset:
-            attributes["offset"] = _number(base.offset)
+            attributes["offset"] = number(base.offset)
         ET.SubElement(unit, "BaseUnit", attributes)
         for shown, (factor, offset) in DISPLAY.get(name, {}).items():
-            display = {"name": shown, "factor": _number(factor)}
+            display = {"name": shown, "factor": number(factor)}
             if offset:
-                display["offset"] = _number(offset)
+                display["offset"] = number(offset)
             ET.SubElement(unit, "DisplayUnit", display)
 
 
@@ -196,11 +207,11 @@ def _scalar_variable(variable: Variable, reference: int) -> ET.Element:
             attributes["displayUnit"] = variable.display_unit
     for key, value in (("min", variable.low), ("max", variable.high)):
         if value is not None and variable.kind in {"real", "integer"}:
-            attributes[key] = _number(value if variable.kind == "real" else int(value))
+            attributes[key] = number(value if variable.kind == "real" else int(value))
     if variable.nominal is not None and variable.kind == "real":
-        attributes["nominal"] = _number(variable.nominal)
+        attributes["nominal"] = number(variable.nominal)
     if not variable.is_output:
-        attributes["start"] = _number(
+        attributes["start"] = number(
             ZERO[variable.kind] if variable.start is None else variable.start
         )
     ET.SubElement(element, variable.kind.capitalize(), attributes)
@@ -230,7 +241,7 @@ def _structure(variables: Sequence[Variable]) -> ET.Element:
     return structure
 
 
-def _number(value: Value) -> str:
+def number(value: Value) -> str:
     """Return a value as XML writes it; floats in full."""
     if isinstance(value, bool):
         return str(value).lower()

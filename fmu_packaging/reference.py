@@ -94,7 +94,8 @@ def _run(fmu: str, given: str, result: str, stop_s: float, step_s: float) -> Non
         debug_logging=True,
     )
     names = list(found.dtype.names)
-    reals = {"time"} | {variable.name for variable in outputs if variable.type == "Real"}
+    kinds = {"Real", "Float64"}
+    reals = {"time"} | {variable.name for variable in outputs if variable.type in kinds}
     rows = [
         [
             # Adding zero turns -0.0 into 0.0.

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Literal
 
 import fmpy
 
@@ -13,11 +14,13 @@ from fmu_compensator.native.generate import constants, data_sources, program
 from fmu_compensator.runtime.fmi_slave import MODEL_FILE
 from fmu_compensator.runtime.modelfile import parse_model
 from fmu_packaging.description import Program, described, model_description
+from fmu_packaging.description3 import build_description, model_description3
 from fmu_packaging.documentation import Running, index_page
 from fmu_packaging.package import LICENCE, Package, Recipe, guid_of, slave_of
 from fmu_packaging.slave import DriftSlave
 from fmu_packaging.variables import Variable
 
+Fmi = Literal[2, 3]
 HEADERS = Path(fmpy.__file__).parent / "c-code"
 HOST = """
 <p>C99 without Python: the host needs nothing but the C library. Binaries: {platforms}. For another
@@ -33,7 +36,10 @@ NO_OTHER_FILE = (
 
 
 def native_package(
-    recipe: Recipe, compilers: Sequence[Compiler], exchanged: Mapping[str, str] | None = None
+    recipe: Recipe,
+    compilers: Sequence[Compiler],
+    fmi: Fmi = 2,
+    exchanged: Mapping[str, str] | None = None,
 ) -> Package:
     """Return the C twin of a compensator FMU.
 
@@ -43,6 +49,8 @@ def native_package(
         Of the Python FMU: identity, compensator file and page are taken from it.
     compilers : sequence of Compiler
         One binary is made with each.
+    fmi : {2, 3}
+        Version of FMI.
     exchanged : dict of str to str, optional
         Sources that take the place of the program's, by path.
 
@@ -53,25 +61,27 @@ def native_package(
     CompileError
         If a compiler refuses the sources.
     """
-    name = recipe.identity.name
-    slave = slave_of(recipe)
-    sources = {**program(), "constants.h": constants(), **_headers(), **(exchanged or {})}
+    identity, slave = recipe.identity, slave_of(recipe)
+    sources = {**shared_sources(fmi), **(exchanged or {})}
     twin = Program(
         "C99", needs_host=False, sources=_listed(sources), variables=_own_variables(slave)
     )
     variables = described(slave, twin)
-    page = index_page(recipe.page, recipe.identity, variables, _running(compilers))
+    model = parse_model(recipe.data[MODEL_FILE].decode(), MODEL_FILE)
+    page = index_page(recipe.page, identity, variables, _running(compilers, fmi))
     files = {
         "model.png": recipe.icon,
         "documentation/index.html": page.encode(),
         "documentation/licenses/LICENSE.txt": LICENCE.read_bytes(),
         f"documentation/{MODEL_FILE}": recipe.data[MODEL_FILE],
     }
+    if fmi == 3:
+        files["sources/buildDescription.xml"] = build_description(identity, twin)
+    describe = model_description if fmi == 2 else model_description3
 
     def complete(guid: str) -> dict[str, str]:
-        model = parse_model(recipe.data[MODEL_FILE].decode(), MODEL_FILE)
-        files["modelDescription.xml"] = model_description(slave, recipe.identity, guid, twin)
-        found = {**sources, "model_data.c": data_sources(model, variables, name, guid)}
+        files["modelDescription.xml"] = describe(slave, identity, guid, twin)
+        found = {**sources, "model_data.c": data_sources(model, variables, identity.name, guid)}
         files.update({f"sources/{path}": text.encode() for path, text in found.items()})
         return found
 
@@ -79,13 +89,22 @@ def native_package(
     guid = guid_of(files)
     found = complete(guid)
     for compiler in compilers:
-        path = f"binaries/{compiler.platform}/{name}{compiler.suffix}"
+        platform = compiler.platform if fmi == 2 else compiler.platform3
+        path = f"binaries/{platform}/{identity.name}{compiler.suffix}"
         files[path] = compiler.library(found)
-    return Package(name, guid, files, slave)
+    return Package(identity.name, guid, files, slave)
 
 
-def _headers() -> dict[str, str]:
-    return {path.name: path.read_text("utf-8") for path in sorted(HEADERS.glob("fmi2*.h"))}
+def shared_sources(fmi: Fmi) -> dict[str, str]:
+    """Return the sources of every compensator for a version of FMI, headers included, by path."""
+    front = f"fmi{fmi}"
+    headers = {path.name: path.read_text("utf-8") for path in HEADERS.glob(f"{front}*.h")}
+    chosen = {
+        path: text
+        for path, text in program().items()
+        if path.startswith(front) or not path.startswith("fmi")
+    }
+    return {**chosen, **headers, "constants.h": constants()}
 
 
 def _listed(sources: Mapping[str, str]) -> tuple[str, ...]:
@@ -98,6 +117,6 @@ def _own_variables(slave: DriftSlave) -> dict[str, Variable]:
     return {other.name: replace(other, description=NO_OTHER_FILE)}
 
 
-def _running(compilers: Sequence[Compiler]) -> Running:
+def _running(compilers: Sequence[Compiler], fmi: Fmi) -> Running:
     platforms = " and ".join(compiler.platform for compiler in compilers)
-    return Running(HOST.format(platforms=platforms), LICENCE_OF_HEADERS)
+    return Running(HOST.format(platforms=platforms), LICENCE_OF_HEADERS, f"{fmi}.0")

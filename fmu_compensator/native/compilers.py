@@ -42,8 +42,8 @@ class Compiler:
     ----------
     command : tuple of str
         How to call it.
-    platform : str
-        FMI 2.0's name of the platform that it makes libraries for.
+    platform, platform3 : str
+        FMI 2.0's and FMI 3.0's name of the platform that it makes libraries for.
     suffix : str
         Of a library's file name.
     flags : tuple of str
@@ -52,6 +52,7 @@ class Compiler:
 
     command: tuple[str, ...]
     platform: str
+    platform3: str
     suffix: str
     flags: tuple[str, ...]
 
@@ -87,9 +88,11 @@ def compilers() -> list[Compiler]:
         wanted = f"CC names {given!r}, which" if given else f"of {', '.join(OWN)} none"
         raise NativeError(f"--native: no C compiler: {wanted} can be found")
     flags = LIBRARY_HERE if fmpy.system == "linux" else LIBRARY
-    found = [Compiler(tuple(own), fmpy.platform, fmpy.sharedLibraryExtension, flags)]
+    names = fmpy.platform, fmpy.platform_tuple
+    found = [Compiler(tuple(own), *names, fmpy.sharedLibraryExtension, flags)]
     if fmpy.system == "linux" and shutil.which(FOR_WINDOWS):
-        found.append(Compiler((FOR_WINDOWS,), "win64", ".dll", LIBRARY_FOR_WINDOWS))
+        names = "win64", "x86_64-windows"
+        found.append(Compiler((FOR_WINDOWS,), *names, ".dll", LIBRARY_FOR_WINDOWS))
     return found
 
 

@@ -8,11 +8,17 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import fmpy
 import pytest
 
-from fmu_compensator.native.compilers import STRICT, compilers, run_compiler, write_sources
-from fmu_compensator.native.generate import NativeError, constants, data_sources, program
+from fmu_compensator.native.build import shared_sources
+from fmu_compensator.native.compilers import (
+    STRICT,
+    c_files,
+    compilers,
+    run_compiler,
+    write_sources,
+)
+from fmu_compensator.native.generate import NativeError, data_sources
 from fmu_compensator.runtime.fmi_slave import variables
 from fmu_compensator.runtime.modelfile import Model
 
@@ -57,10 +63,9 @@ def driver_of(
 ) -> Callable[[Model], Driver]:
     """Makes the program that runs a model."""
     folder = tmp_path_factory.mktemp("driver")
-    headers = {path.name: path.read_text() for path in _header_paths()}
-    sources = {**program(), **headers, "constants.h": constants()}
-    write_sources(folder, {**sources, "driver.c": (HERE / "driver.c").read_text()})
-    files = [path for path in [*program(), "driver.c"] if path.endswith(".c")]
+    sources = {**shared_sources(2), "driver.c": (HERE / "driver.c").read_text()}
+    write_sources(folder, sources)
+    files = c_files(sources)
     strict = [*compiler, *STRICT, *SANITIZED, "-I."]
     run_compiler([*strict, "-c", *files], folder)
     objects = [f"{Path(path).stem}.o" for path in files]
@@ -76,7 +81,3 @@ def driver_of(
         return made[model.name]
 
     return driver
-
-
-def _header_paths() -> list[Path]:
-    return sorted((Path(fmpy.__file__).parent / "c-code").glob("fmi2*.h"))

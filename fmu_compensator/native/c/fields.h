@@ -7,7 +7,15 @@
 
 #include "setup.h"
 
-enum field_form { FIELD_NULL, FIELD_NUMBER, FIELD_TEXT, FIELD_NUMBERS, FIELD_MATRIX, FIELD_LIST, FIELD_TABLE };
+enum field_form {
+    FIELD_NULL,
+    FIELD_NUMBER,
+    FIELD_TEXT,
+    FIELD_NUMBERS,
+    FIELD_MATRIX,
+    FIELD_LIST,
+    FIELD_TABLE
+};
 
 struct field {
     const char *name; /* in a table; NULL in a list */

@@ -14,7 +14,8 @@ struct component {
     char *name;
 };
 
-static void say(const struct component *self, fmi2Status status, const char *about, const char *text)
+static void say(
+    const struct component *self, fmi2Status status, const char *about, const char *text)
 {
     char message[2 * TEXT_LENGTH];
     if (self->host == NULL || self->host->logger == NULL) {
@@ -165,9 +166,8 @@ fmi2Status fmi2GetReal(
     fmi2Component c, const fmi2ValueReference refs[], size_t count, fmi2Real values[])
 {
     struct component *self = c;
-    const char *problem = NULL;
-    for (size_t i = 0; i < count && problem == NULL; i++) {
-        problem = instance_get_real(self->instance, refs[i], &values[i]);
+    for (size_t i = 0; i < count; i++) {
+        const char *problem = instance_get_real(self->instance, refs[i], &values[i]);
         if (problem != NULL) {
             return variable_outcome(self, refs[i], problem);
         }

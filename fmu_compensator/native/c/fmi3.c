@@ -1,0 +1,353 @@
+/* FMI 3.0 co-simulation in front of an instance. */
+#include "fmi3Functions.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "instance.h"
+#include "model_data.h"
+
+struct component {
+    struct instance *instance;
+    fmi3InstanceEnvironment environment;
+    fmi3LogMessageCallback log;
+};
+
+static fmi3Status said(
+    const struct component *self, fmi3Status status, const char *about, const char *text)
+{
+    char message[2 * TEXT_LENGTH];
+    if (self->log != NULL) {
+        snprintf(message, sizeof message, "%s%s", about, text);
+        self->log(
+            self->environment, status,
+            status == fmi3Discard ? "logStatusDiscard" : "logStatusError", message);
+    }
+    return status;
+}
+
+static fmi3Status outcome(const struct component *self, const char *problem)
+{
+    return problem == NULL ? fmi3OK : said(self, fmi3Error, "", problem);
+}
+
+static fmi3Status variable_outcome(
+    const struct component *self, fmi3ValueReference ref, const char *problem)
+{
+    char about[80];
+    snprintf(about, sizeof about, "value reference %u: ", (unsigned)ref);
+    return said(self, fmi3Error, about, problem);
+}
+
+/* No variable is an array, so there are as many values as references. */
+static const char *const ANOTHER_COUNT = "there are not as many values as value references";
+
+const char *fmi3GetVersion(void)
+{
+    return fmi3Version;
+}
+
+fmi3Status fmi3SetDebugLogging(
+    fmi3Instance c, fmi3Boolean on, size_t count, const fmi3String categories[])
+{
+    /* Only errors are logged, and those always. */
+    (void)c, (void)on, (void)count, (void)categories;
+    return fmi3OK;
+}
+
+fmi3Instance fmi3InstantiateCoSimulation(
+    fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible,
+    fmi3Boolean logging, fmi3Boolean event_mode, fmi3Boolean early_return,
+    const fmi3ValueReference intermediate[], size_t intermediates,
+    fmi3InstanceEnvironment environment, fmi3LogMessageCallback log,
+    fmi3IntermediateUpdateCallback update)
+{
+    struct component *self = calloc(1, sizeof *self);
+    const char *problem = NULL;
+    (void)name, (void)resources, (void)visible, (void)logging, (void)event_mode;
+    (void)early_return, (void)intermediate, (void)intermediates, (void)update;
+    if (self == NULL) {
+        return NULL;
+    }
+    self->environment = environment;
+    self->log = log;
+    self->instance = instance_new();
+    if (token == NULL || strcmp(token, model_guid) != 0) {
+        problem = "the instantiation token is not that of this FMU";
+    } else if (self->instance == NULL) {
+        problem = "there is not enough memory";
+    } else {
+        problem = self->instance->setup.problem;
+    }
+    if (problem != NULL) {
+        said(self, fmi3Error, "the FMU cannot be instantiated: ", problem);
+        fmi3FreeInstance(self);
+        return NULL;
+    }
+    return self;
+}
+
+void fmi3FreeInstance(fmi3Instance c)
+{
+    struct component *self = c;
+    if (self != NULL) {
+        instance_free(self->instance);
+        free(self);
+    }
+}
+
+fmi3Status fmi3EnterInitializationMode(
+    fmi3Instance c, fmi3Boolean tolerance_defined, fmi3Float64 tolerance, fmi3Float64 start,
+    fmi3Boolean stop_defined, fmi3Float64 stop)
+{
+    struct component *self = c;
+    (void)tolerance_defined, (void)tolerance, (void)stop_defined, (void)stop;
+    self->instance->memory->time_s = start;
+    return fmi3OK;
+}
+
+fmi3Status fmi3ExitInitializationMode(fmi3Instance c)
+{
+    struct component *self = c;
+    return outcome(self, instance_start(self->instance));
+}
+
+fmi3Status fmi3Terminate(fmi3Instance c)
+{
+    (void)c;
+    return fmi3OK;
+}
+
+fmi3Status fmi3Reset(fmi3Instance c)
+{
+    struct component *self = c;
+    instance_reset(self->instance);
+    return fmi3OK;
+}
+
+fmi3Status fmi3DoStep(
+    fmi3Instance c, fmi3Float64 time, fmi3Float64 step, fmi3Boolean no_set_state,
+    fmi3Boolean *event_needed, fmi3Boolean *terminate, fmi3Boolean *early_return,
+    fmi3Float64 *reached)
+{
+    struct component *self = c;
+    (void)no_set_state;
+    *event_needed = *terminate = *early_return = fmi3False;
+    *reached = self->instance->memory->time_s;
+    if (!self->instance->memory->running) {
+        return outcome(self, "a step before the end of the initialisation");
+    }
+    const char *problem = instance_step(self->instance, time, step);
+    if (problem != NULL) {
+        return said(self, fmi3Discard, "the step was not made: ", problem);
+    }
+    *reached = self->instance->memory->time_s;
+    return fmi3OK;
+}
+
+fmi3Status fmi3GetFloat64(
+    fmi3Instance c, const fmi3ValueReference refs[], size_t count, fmi3Float64 values[],
+    size_t value_count)
+{
+    struct component *self = c;
+    if (count != value_count) {
+        return outcome(self, ANOTHER_COUNT);
+    }
+    for (size_t i = 0; i < count; i++) {
+        const char *problem = NULL;
+        /* The time comes after the variables that the FMI 2.0 form has, too. */
+        if (refs[i] == model_variable_count) {
+            values[i] = self->instance->memory->time_s;
+        } else {
+            problem = instance_get_real(self->instance, refs[i], &values[i]);
+        }
+        if (problem != NULL) {
+            return variable_outcome(self, refs[i], problem);
+        }
+    }
+    return fmi3OK;
+}
+
+fmi3Status fmi3GetInt32(
+    fmi3Instance c, const fmi3ValueReference refs[], size_t count, fmi3Int32 values[],
+    size_t value_count)
+{
+    struct component *self = c;
+    if (count != value_count) {
+        return outcome(self, ANOTHER_COUNT);
+    }
+    for (size_t i = 0; i < count; i++) {
+        int32_t value = 0;
+        const char *problem = instance_get_whole(self->instance, INTEGER, refs[i], &value);
+        if (problem != NULL) {
+            return variable_outcome(self, refs[i], problem);
+        }
+        values[i] = value;
+    }
+    return fmi3OK;
+}
+
+fmi3Status fmi3GetBoolean(
+    fmi3Instance c, const fmi3ValueReference refs[], size_t count, fmi3Boolean values[],
+    size_t value_count)
+{
+    struct component *self = c;
+    if (count != value_count) {
+        return outcome(self, ANOTHER_COUNT);
+    }
+    for (size_t i = 0; i < count; i++) {
+        int32_t value = 0;
+        const char *problem = instance_get_whole(self->instance, BOOLEAN, refs[i], &value);
+        if (problem != NULL) {
+            return variable_outcome(self, refs[i], problem);
+        }
+        values[i] = value != 0;
+    }
+    return fmi3OK;
+}
+
+fmi3Status fmi3GetString(
+    fmi3Instance c, const fmi3ValueReference refs[], size_t count, fmi3String values[],
+    size_t value_count)
+{
+    struct component *self = c;
+    if (count != value_count) {
+        return outcome(self, ANOTHER_COUNT);
+    }
+    for (size_t i = 0; i < count; i++) {
+        const char *problem = instance_get_string(self->instance, refs[i], &values[i]);
+        if (problem != NULL) {
+            return variable_outcome(self, refs[i], problem);
+        }
+    }
+    return fmi3OK;
+}
+
+fmi3Status fmi3SetFloat64(
+    fmi3Instance c, const fmi3ValueReference refs[], size_t count, const fmi3Float64 values[],
+    size_t value_count)
+{
+    struct component *self = c;
+    if (count != value_count) {
+        return outcome(self, ANOTHER_COUNT);
+    }
+    for (size_t i = 0; i < count; i++) {
+        const char *problem = instance_set_number(self->instance, REAL, refs[i], values[i]);
+        if (problem != NULL) {
+            return variable_outcome(self, refs[i], problem);
+        }
+    }
+    return fmi3OK;
+}
+
+fmi3Status fmi3SetInt32(
+    fmi3Instance c, const fmi3ValueReference refs[], size_t count, const fmi3Int32 values[],
+    size_t value_count)
+{
+    struct component *self = c;
+    if (count != value_count) {
+        return outcome(self, ANOTHER_COUNT);
+    }
+    for (size_t i = 0; i < count; i++) {
+        const char *problem = instance_set_number(self->instance, INTEGER, refs[i], values[i]);
+        if (problem != NULL) {
+            return variable_outcome(self, refs[i], problem);
+        }
+    }
+    return fmi3OK;
+}
+
+fmi3Status fmi3SetBoolean(
+    fmi3Instance c, const fmi3ValueReference refs[], size_t count, const fmi3Boolean values[],
+    size_t value_count)
+{
+    struct component *self = c;
+    if (count != value_count) {
+        return outcome(self, ANOTHER_COUNT);
+    }
+    for (size_t i = 0; i < count; i++) {
+        const char *problem = instance_set_number(self->instance, BOOLEAN, refs[i], values[i]);
+        if (problem != NULL) {
+            return variable_outcome(self, refs[i], problem);
+        }
+    }
+    return fmi3OK;
+}
+
+fmi3Status fmi3SetString(
+    fmi3Instance c, const fmi3ValueReference refs[], size_t count, const fmi3String values[],
+    size_t value_count)
+{
+    struct component *self = c;
+    if (count != value_count) {
+        return outcome(self, ANOTHER_COUNT);
+    }
+    for (size_t i = 0; i < count; i++) {
+        const char *problem = instance_set_string(self->instance, refs[i], values[i]);
+        if (problem != NULL) {
+            return variable_outcome(self, refs[i], problem);
+        }
+    }
+    return fmi3OK;
+}
+
+fmi3Status fmi3GetFMUState(fmi3Instance c, fmi3FMUState *state)
+{
+    struct component *self = c;
+    /* A host may hand in a state of before, to be used again. */
+    if (*state == NULL) {
+        *state = instance_state(self->instance);
+    } else {
+        memcpy(*state, self->instance->memory, self->instance->memory_size);
+    }
+    return outcome(self, *state == NULL ? "there is not enough memory for the state" : NULL);
+}
+
+fmi3Status fmi3SetFMUState(fmi3Instance c, fmi3FMUState state)
+{
+    struct component *self = c;
+    if (state == NULL) {
+        return outcome(self, "there is no state to continue from");
+    }
+    instance_restore(self->instance, state);
+    return fmi3OK;
+}
+
+fmi3Status fmi3FreeFMUState(fmi3Instance c, fmi3FMUState *state)
+{
+    (void)c;
+    if (state != NULL) {
+        free(*state);
+        *state = NULL;
+    }
+    return fmi3OK;
+}
+
+fmi3Status fmi3SerializedFMUStateSize(fmi3Instance c, fmi3FMUState state, size_t *size)
+{
+    struct component *self = c;
+    (void)state;
+    *size = state_bytes_size(self->instance);
+    return fmi3OK;
+}
+
+fmi3Status fmi3SerializeFMUState(
+    fmi3Instance c, fmi3FMUState state, fmi3Byte bytes[], size_t size)
+{
+    struct component *self = c;
+    if (state == NULL || size < state_bytes_size(self->instance)) {
+        return outcome(self, "the state does not fit into the bytes given for it");
+    }
+    state_to_bytes(self->instance, state, bytes);
+    return fmi3OK;
+}
+
+fmi3Status fmi3DeserializeFMUState(
+    fmi3Instance c, const fmi3Byte bytes[], size_t size, fmi3FMUState *state)
+{
+    struct component *self = c;
+    const char *problem = NULL;
+    *state = state_from_bytes(self->instance, bytes, size, &problem);
+    return outcome(self, problem);
+}

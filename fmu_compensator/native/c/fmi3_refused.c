@@ -1,0 +1,251 @@
+/* What FMI 3.0 asks a library to have, and what this FMU's description says that it cannot do. */
+#include "fmi3Functions.h"
+
+#define GET_AND_SET(type)                                                                         \
+    fmi3Status fmi3Get##type(                                                                     \
+        fmi3Instance c, const fmi3ValueReference refs[], size_t count, fmi3##type values[],       \
+        size_t value_count)                                                                       \
+    {                                                                                             \
+        (void)c, (void)refs, (void)count, (void)values, (void)value_count;                        \
+        return count == 0 ? fmi3OK : fmi3Error;                                                   \
+    }                                                                                             \
+    fmi3Status fmi3Set##type(                                                                     \
+        fmi3Instance c, const fmi3ValueReference refs[], size_t count, const fmi3##type values[], \
+        size_t value_count)                                                                       \
+    {                                                                                             \
+        (void)c, (void)refs, (void)count, (void)values, (void)value_count;                        \
+        return count == 0 ? fmi3OK : fmi3Error;                                                   \
+    }
+
+GET_AND_SET(Float32)
+GET_AND_SET(Int8)
+GET_AND_SET(UInt8)
+GET_AND_SET(Int16)
+GET_AND_SET(UInt16)
+GET_AND_SET(UInt32)
+GET_AND_SET(Int64)
+GET_AND_SET(UInt64)
+
+#define CHANGE_MODE(name)       \
+    fmi3Status name(fmi3Instance c) \
+    {                           \
+        (void)c;                \
+        return fmi3Error;       \
+    }
+
+CHANGE_MODE(fmi3EnterEventMode)
+CHANGE_MODE(fmi3EnterConfigurationMode)
+CHANGE_MODE(fmi3ExitConfigurationMode)
+CHANGE_MODE(fmi3EvaluateDiscreteStates)
+CHANGE_MODE(fmi3EnterContinuousTimeMode)
+CHANGE_MODE(fmi3EnterStepMode)
+
+#define GET_ROW(name)                                                 \
+    fmi3Status name(fmi3Instance c, fmi3Float64 values[], size_t count) \
+    {                                                                 \
+        (void)c, (void)values;                                        \
+        return count == 0 ? fmi3OK : fmi3Error;                       \
+    }
+
+GET_ROW(fmi3GetContinuousStateDerivatives)
+GET_ROW(fmi3GetEventIndicators)
+GET_ROW(fmi3GetContinuousStates)
+GET_ROW(fmi3GetNominalsOfContinuousStates)
+
+#define GET_NOTHING(name)                        \
+    fmi3Status name(fmi3Instance c, size_t *count) \
+    {                                            \
+        (void)c;                                 \
+        *count = 0;                              \
+        return fmi3OK;                           \
+    }
+
+GET_NOTHING(fmi3GetNumberOfEventIndicators)
+GET_NOTHING(fmi3GetNumberOfContinuousStates)
+
+#define DERIVE(name)                                                                               \
+    fmi3Status name(                                                                               \
+        fmi3Instance c, const fmi3ValueReference unknowns[], size_t unknown_count,                 \
+        const fmi3ValueReference knowns[], size_t known_count, const fmi3Float64 seed[],           \
+        size_t seed_count, fmi3Float64 sensitivity[], size_t sensitivity_count)                    \
+    {                                                                                              \
+        (void)c, (void)unknowns, (void)unknown_count, (void)knowns, (void)known_count, (void)seed; \
+        (void)seed_count, (void)sensitivity, (void)sensitivity_count;                              \
+        return fmi3Error;                                                                          \
+    }
+
+DERIVE(fmi3GetDirectionalDerivative)
+DERIVE(fmi3GetAdjointDerivative)
+
+fmi3Instance fmi3InstantiateModelExchange(
+    fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible,
+    fmi3Boolean logging, fmi3InstanceEnvironment environment, fmi3LogMessageCallback log)
+{
+    (void)name, (void)token, (void)resources, (void)visible, (void)logging, (void)environment;
+    (void)log;
+    return NULL;
+}
+
+fmi3Instance fmi3InstantiateScheduledExecution(
+    fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible,
+    fmi3Boolean logging, fmi3InstanceEnvironment environment, fmi3LogMessageCallback log,
+    fmi3ClockUpdateCallback update, fmi3LockPreemptionCallback lock,
+    fmi3UnlockPreemptionCallback unlock)
+{
+    (void)name, (void)token, (void)resources, (void)visible, (void)logging, (void)environment;
+    (void)log, (void)update, (void)lock, (void)unlock;
+    return NULL;
+}
+
+fmi3Status fmi3GetBinary(
+    fmi3Instance c, const fmi3ValueReference refs[], size_t count, size_t sizes[],
+    fmi3Binary values[], size_t value_count)
+{
+    (void)c, (void)refs, (void)sizes, (void)values, (void)value_count;
+    return count == 0 ? fmi3OK : fmi3Error;
+}
+
+fmi3Status fmi3SetBinary(
+    fmi3Instance c, const fmi3ValueReference refs[], size_t count, const size_t sizes[],
+    const fmi3Binary values[], size_t value_count)
+{
+    (void)c, (void)refs, (void)sizes, (void)values, (void)value_count;
+    return count == 0 ? fmi3OK : fmi3Error;
+}
+
+fmi3Status fmi3GetClock(
+    fmi3Instance c, const fmi3ValueReference refs[], size_t count, fmi3Clock values[])
+{
+    (void)c, (void)refs, (void)values;
+    return count == 0 ? fmi3OK : fmi3Error;
+}
+
+fmi3Status fmi3SetClock(
+    fmi3Instance c, const fmi3ValueReference refs[], size_t count, const fmi3Clock values[])
+{
+    (void)c, (void)refs, (void)values;
+    return count == 0 ? fmi3OK : fmi3Error;
+}
+
+fmi3Status fmi3GetNumberOfVariableDependencies(
+    fmi3Instance c, fmi3ValueReference ref, size_t *count)
+{
+    (void)c, (void)ref;
+    *count = 0;
+    return fmi3Error;
+}
+
+fmi3Status fmi3GetVariableDependencies(
+    fmi3Instance c, fmi3ValueReference dependent, size_t elements[],
+    fmi3ValueReference independents[], size_t independent_elements[],
+    fmi3DependencyKind kinds[], size_t count)
+{
+    (void)c, (void)dependent, (void)elements, (void)independents, (void)independent_elements;
+    (void)kinds, (void)count;
+    return fmi3Error;
+}
+
+fmi3Status fmi3GetIntervalDecimal(
+    fmi3Instance c, const fmi3ValueReference refs[], size_t count, fmi3Float64 intervals[],
+    fmi3IntervalQualifier qualifiers[])
+{
+    (void)c, (void)refs, (void)intervals, (void)qualifiers;
+    return count == 0 ? fmi3OK : fmi3Error;
+}
+
+fmi3Status fmi3GetIntervalFraction(
+    fmi3Instance c, const fmi3ValueReference refs[], size_t count, fmi3UInt64 counters[],
+    fmi3UInt64 resolutions[], fmi3IntervalQualifier qualifiers[])
+{
+    (void)c, (void)refs, (void)counters, (void)resolutions, (void)qualifiers;
+    return count == 0 ? fmi3OK : fmi3Error;
+}
+
+fmi3Status fmi3GetShiftDecimal(
+    fmi3Instance c, const fmi3ValueReference refs[], size_t count, fmi3Float64 shifts[])
+{
+    (void)c, (void)refs, (void)shifts;
+    return count == 0 ? fmi3OK : fmi3Error;
+}
+
+fmi3Status fmi3GetShiftFraction(
+    fmi3Instance c, const fmi3ValueReference refs[], size_t count, fmi3UInt64 counters[],
+    fmi3UInt64 resolutions[])
+{
+    (void)c, (void)refs, (void)counters, (void)resolutions;
+    return count == 0 ? fmi3OK : fmi3Error;
+}
+
+fmi3Status fmi3SetIntervalDecimal(
+    fmi3Instance c, const fmi3ValueReference refs[], size_t count, const fmi3Float64 intervals[])
+{
+    (void)c, (void)refs, (void)intervals;
+    return count == 0 ? fmi3OK : fmi3Error;
+}
+
+fmi3Status fmi3SetIntervalFraction(
+    fmi3Instance c, const fmi3ValueReference refs[], size_t count, const fmi3UInt64 counters[],
+    const fmi3UInt64 resolutions[])
+{
+    (void)c, (void)refs, (void)counters, (void)resolutions;
+    return count == 0 ? fmi3OK : fmi3Error;
+}
+
+fmi3Status fmi3SetShiftDecimal(
+    fmi3Instance c, const fmi3ValueReference refs[], size_t count, const fmi3Float64 shifts[])
+{
+    (void)c, (void)refs, (void)shifts;
+    return count == 0 ? fmi3OK : fmi3Error;
+}
+
+fmi3Status fmi3SetShiftFraction(
+    fmi3Instance c, const fmi3ValueReference refs[], size_t count, const fmi3UInt64 counters[],
+    const fmi3UInt64 resolutions[])
+{
+    (void)c, (void)refs, (void)counters, (void)resolutions;
+    return count == 0 ? fmi3OK : fmi3Error;
+}
+
+fmi3Status fmi3UpdateDiscreteStates(
+    fmi3Instance c, fmi3Boolean *update_needed, fmi3Boolean *terminate,
+    fmi3Boolean *nominals_changed, fmi3Boolean *values_changed, fmi3Boolean *next_defined,
+    fmi3Float64 *next)
+{
+    (void)c, (void)update_needed, (void)terminate, (void)nominals_changed, (void)values_changed;
+    (void)next_defined, (void)next;
+    return fmi3Error;
+}
+
+fmi3Status fmi3CompletedIntegratorStep(
+    fmi3Instance c, fmi3Boolean no_set_state, fmi3Boolean *event_mode, fmi3Boolean *terminate)
+{
+    (void)c, (void)no_set_state, (void)event_mode, (void)terminate;
+    return fmi3Error;
+}
+
+fmi3Status fmi3SetTime(fmi3Instance c, fmi3Float64 time)
+{
+    (void)c, (void)time;
+    return fmi3Error;
+}
+
+fmi3Status fmi3SetContinuousStates(fmi3Instance c, const fmi3Float64 states[], size_t count)
+{
+    (void)c, (void)states;
+    return count == 0 ? fmi3OK : fmi3Error;
+}
+
+fmi3Status fmi3GetOutputDerivatives(
+    fmi3Instance c, const fmi3ValueReference refs[], size_t count, const fmi3Int32 orders[],
+    fmi3Float64 values[], size_t value_count)
+{
+    (void)c, (void)refs, (void)orders, (void)values, (void)value_count;
+    return count == 0 ? fmi3OK : fmi3Error;
+}
+
+fmi3Status fmi3ActivateModelPartition(
+    fmi3Instance c, fmi3ValueReference clock, fmi3Float64 time)
+{
+    (void)c, (void)clock, (void)time;
+    return fmi3Error;
+}

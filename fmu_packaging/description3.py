@@ -1,0 +1,157 @@
+"""modelDescription.xml of FMI 3.0, from the same variables as that of FMI 2.0."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from xml.etree import ElementTree as ET
+
+from fmu_packaging.description import (
+    PINNED_DATE,
+    Identity,
+    Program,
+    described,
+    experiment,
+    log_categories,
+    number,
+    unit_definitions,
+)
+from fmu_packaging.slave import DriftSlave
+from fmu_packaging.variables import ZERO, Variable
+
+TYPES = {"real": "Float64", "integer": "Int32", "boolean": "Boolean", "string": "String"}
+TIME = "time"
+
+CAPABILITIES = {
+    "canHandleVariableCommunicationStepSize": "true",
+    "canGetAndSetFMUState": "true",
+    "canSerializeFMUState": "true",
+    "canBeInstantiatedOnlyOncePerProcess": "false",
+    "hasEventMode": "false",
+}
+
+
+def model_description3(
+    slave: DriftSlave, identity: Identity, token: str, program: Program
+) -> bytes:
+    """Return modelDescription.xml of FMI 3.0.
+
+    The value references are those of the FMI 2.0 form; the time, which FMI 3.0 wants among the
+    variables, comes after them.
+
+    Parameters
+    ----------
+    slave : DriftSlave
+        An instance; its variables are described.
+    identity : Identity
+    token : str
+        The instantiation token.
+    program : Program
+        What does the slave's work.
+
+    Raises
+    ------
+    UnitError
+        For a variable with a unit that is not understood.
+    """
+    variables = described(slave, program)
+    root = ET.Element(
+        "fmiModelDescription",
+        {
+            "fmiVersion": "3.0",
+            "modelName": identity.name,
+            "instantiationToken": token,
+            "description": identity.description,
+            "author": identity.author,
+            "version": identity.version,
+            "copyright": identity.copyright,
+            "license": identity.licence,
+            "generationTool": f"spindle-drift {identity.version} with {program.tool}",
+            "generationDateAndTime": PINNED_DATE,
+            "variableNamingConvention": "structured",
+        },
+    )
+    attributes = {"needsExecutionTool": number(program.needs_host), **CAPABILITIES}
+    ET.SubElement(root, "CoSimulation", {"modelIdentifier": identity.name, **attributes})
+    unit_definitions(root, variables, always=("s",))
+    log_categories(root, slave)
+    experiment(root, identity)
+    listed = ET.SubElement(root, "ModelVariables")
+    for reference, variable in enumerate(variables):
+        listed.append(_variable(variable, reference))
+    listed.append(_time(len(variables)))
+    root.append(_structure(variables))
+    ET.indent(root)
+    body: bytes = ET.tostring(root, encoding="UTF-8", xml_declaration=True)
+    return body + b"\n"
+
+
+def build_description(identity: Identity, program: Program) -> bytes:
+    """Return sources/buildDescription.xml: how the sources are compiled."""
+    root = ET.Element("fmiBuildDescription", {"fmiVersion": "3.0"})
+    configuration = ET.SubElement(root, "BuildConfiguration", {"modelIdentifier": identity.name})
+    sources = ET.SubElement(configuration, "SourceFileSet", {"language": "C99"})
+    for path in program.sources:
+        ET.SubElement(sources, "SourceFile", {"name": path})
+    ET.indent(root)
+    body: bytes = ET.tostring(root, encoding="UTF-8", xml_declaration=True)
+    return body + b"\n"
+
+
+def _variable(variable: Variable, reference: int) -> ET.Element:
+    attributes = {
+        "name": variable.name,
+        "valueReference": str(reference),
+        "description": variable.description,
+        "causality": variable.causality,
+        "variability": str(variable.variability),
+    }
+    if variable.causality != "input":
+        attributes["initial"] = "calculated" if variable.is_output else "exact"
+    if variable.kind == "real":
+        attributes["unit"] = variable.unit
+        if variable.display_unit:
+            attributes["displayUnit"] = variable.display_unit
+        if variable.nominal is not None:
+            attributes["nominal"] = number(variable.nominal)
+    for key, value in (("min", variable.low), ("max", variable.high)):
+        if value is not None and variable.kind in {"real", "integer"}:
+            attributes[key] = number(value if variable.kind == "real" else int(value))
+    element = ET.Element(TYPES[variable.kind], attributes)
+    if not variable.is_output:
+        start = number(ZERO[variable.kind] if variable.start is None else variable.start)
+        if variable.kind == "string":
+            ET.SubElement(element, "Start", {"value": start})
+        else:
+            element.set("start", start)
+    return element
+
+
+def _time(reference: int) -> ET.Element:
+    return ET.Element(
+        TYPES["real"],
+        {
+            "name": TIME,
+            "valueReference": str(reference),
+            "description": "The time that has been reached",
+            "causality": "independent",
+            "variability": "continuous",
+            "unit": "s",
+        },
+    )
+
+
+def _structure(variables: Sequence[Variable]) -> ET.Element:
+    """Return the ModelStructure; its dependencies are those of the FMI 2.0 form."""
+    structure = ET.Element("ModelStructure")
+    references = {variable.name: reference for reference, variable in enumerate(variables)}
+    outputs = [variable for variable in variables if variable.is_output]
+    for tag in ("Output", "InitialUnknown"):
+        for variable in outputs:
+            attributes = {"valueReference": str(references[variable.name])}
+            if tag == "Output":
+                attributes["dependencies"] = ""
+            elif variable.depends_at_start is not None:
+                known = sorted(references[name] for name in variable.depends_at_start)
+                attributes["dependencies"] = " ".join(map(str, known))
+            ET.SubElement(structure, tag, attributes)
+    return structure
