@@ -1,6 +1,9 @@
-"""What a co-simulated step costs, against two FMUs of the same variables with an empty step.
+"""What a co-simulated step costs, as ratios against named baselines of the same run.
 
-Same master, same scenario, same packaging; the two pairs take turns and the median is printed.
+Each FMU alone, against two FMUs of the same variables whose step is empty: one on this project's
+base class, and one as pythonfmu alone would have it. And the scenario's loop over both FMUs,
+against the same FMI calls over arrays made beforehand. All take turns, and a ratio is the median
+over the turns: runs that lie side by side suffer alike from other load. Times are the processor's.
 ``python -m benchmarks.step_cost``
 """
 
@@ -11,20 +14,42 @@ import json
 import statistics
 import sys
 import tempfile
+import time
+import warnings
+from collections.abc import Callable
 from dataclasses import asdict, replace
 from pathlib import Path
+from typing import Any
+from unittest.mock import patch
+
+from pythonfmu.builder import FmuBuilder
 
 import build_fmu
+from benchmarks.bare_loop import alone, coupled
 from benchmarks.empty_slave import VARIABLES_FILE
 from fmu_packaging.package import Recipe, build
 from plant_model.machine_file import read_machine
 from scenarios.cosimulation import simulate
 from scenarios.scenario import Case, read_scenario
 
+PLAIN_SCRIPT = Path(__file__).with_name("plain_slave.py")
+RATIOS = {
+    "compensator": ("compensator, real", "compensator, empty", 1.5),
+    "compensator, plain": ("compensator, real", "compensator, plain", None),
+    "plant": ("plant, real", "plant, empty", None),
+    "scenario loop": ("both, scenario loop", "both, bare loop", 1.3),
+    "scenario loop, empty FMUs": ("both empty, scenario loop", "both empty, bare loop", None),
+}
+"""What is compared with what, and the target if there is one."""
 
-def _emptied(recipe: Recipe) -> Recipe:
+CHANGING = {"plant": "ambient", "compensator": "T1"}
+"""The input that is another in every step of an FMU alone."""
+
+Fmus = dict[tuple[str, str], Path]
+
+
+def _emptied(recipe: Recipe, variables: bytes) -> Recipe:
     """Return a recipe with the same variables and an empty step."""
-    variables = [asdict(variable) for variable in build(recipe).slave.variables]
     return replace(
         recipe,
         module="benchmarks.empty_slave",
@@ -32,81 +57,134 @@ def _emptied(recipe: Recipe) -> Recipe:
         roots=("benchmarks", "fmu_packaging"),
         whole=(),
         third_party={},
-        data={VARIABLES_FILE: json.dumps(variables).encode()},
+        data={VARIABLES_FILE: variables},
     )
 
 
-def _pairs(folder: Path, model: Path) -> dict[str, tuple[Path, Path]]:
-    recipes = (
-        build_fmu.plant_recipe(read_machine(build_fmu.DEFAULT_MACHINE), "plant")[0],
-        build_fmu.compensator_recipe(model, "compensator")[0],
-    )
-    pairs = {}
-    for kind, chosen in (("real", recipes), ("empty", tuple(map(_emptied, recipes)))):
-        paths = []
-        for recipe in chosen:
-            path = folder / f"{kind}_{recipe.identity.name}.fmu"
-            path.write_bytes(build(recipe).zipped())
-            paths.append(path)
-        pairs[kind] = (paths[0], paths[1])
-    return pairs
+def _plain(label: str, variables: bytes, folder: Path) -> Path:
+    """Return an FMU of the same variables that pythonfmu's own builder made."""
+    # The script's name must be its own: two of one name in a process are one to pythonfmu.
+    script, table = folder / f"plain_{label}.py", folder / VARIABLES_FILE
+    script.write_bytes(PLAIN_SCRIPT.read_bytes())
+    table.write_bytes(variables)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return Path(FmuBuilder.build_FMU(script, dest=folder, project_files=[table]))
 
 
-def _case(steps: int) -> Case:
-    scenario = read_scenario("step_speed", [("duration_s", float(steps)), ("step_s", 1.0)])
-    return scenario.cases[0]
+def _fmus(folder: Path, model: Path) -> Fmus:
+    recipes = {
+        "plant": build_fmu.plant_recipe(read_machine(build_fmu.DEFAULT_MACHINE), "plant")[0],
+        "compensator": build_fmu.compensator_recipe(model, "compensator")[0],
+    }
+    found = {}
+    for label, recipe in recipes.items():
+        package = build(recipe)
+        declared = [asdict(variable) for variable in package.slave.variables]
+        variables = json.dumps(declared).encode()
+        for kind, chosen in (
+            ("real", package),
+            ("empty", build(_emptied(recipe, variables))),
+        ):
+            path = folder / f"{kind}_{label}.fmu"
+            path.write_bytes(chosen.zipped())
+            found[label, kind] = path
+        work = folder / f"plain_{label}"
+        work.mkdir()
+        found[label, "plain"] = _plain(label, variables, work)
+    return found
 
 
-def measure(steps: int, repeats: int, model: Path) -> dict[str, float]:
-    """Return the cost of a step of each pair [us], their ratio, and simulated seconds a second.
+def _runs(fmus: Fmus, case: Case, folder: Path) -> dict[str, Callable[[], float]]:
+    """Return what is measured, each as a function that gives the cost of a step [us]."""
+    steps = case.settings.steps
+
+    def in_a_folder(run: Callable[..., float], *arguments: Any) -> Callable[[], float]:
+        def measure() -> float:
+            with tempfile.TemporaryDirectory(dir=folder) as work:
+                return run(*arguments, Path(work))
+
+        return measure
+
+    def one(label: str, path: Path, work: Path) -> float:
+        return alone(path, work, steps, CHANGING[label])
+
+    def scenario(pair: tuple[Path, Path]) -> Callable[[], float]:
+        def measure() -> float:
+            # The loop times itself; here by the processor's clock, like the others.
+            with patch("scenarios.cosimulation.time.perf_counter", time.process_time):
+                return simulate(case, *pair, quiet=True).wall_s / steps * 1e6
+
+        return measure
+
+    runs = {
+        f"{label}, {kind}": in_a_folder(one, label, path) for (label, kind), path in fmus.items()
+    }
+    for title, kind in (("both", "real"), ("both empty", "empty")):
+        pair = (fmus["plant", kind], fmus["compensator", kind])
+        runs[f"{title}, scenario loop"] = scenario(pair)
+        runs[f"{title}, bare loop"] = in_a_folder(coupled, case, *pair)
+    return runs
+
+
+def measure(steps: int, repeats: int, model: Path) -> dict[str, Any]:
+    """Return the costs of a step [us] and their ratios.
 
     Parameters
     ----------
     steps : int
         Steps of 1 s a run.
     repeats : int
-        Runs of each pair; one more of each warms up and is not counted.
+        Runs of each; one more of each warms up and is not counted.
     model : Path
         Compensator file.
     """
-    case = _case(steps)
-    costs: dict[str, list[float]] = {"real": [], "empty": []}
-    with tempfile.TemporaryDirectory(prefix="step_cost_") as folder:
-        pairs = _pairs(Path(folder), model)
-        for repeat in range(repeats + 1):
-            for kind, pair in pairs.items():
-                wall_s = simulate(case, *pair, quiet=True).wall_s
-                if repeat:
-                    costs[kind].append(wall_s / steps * 1e6)
-    medians = {kind: statistics.median(values) for kind, values in costs.items()}
-    # Each turn's two runs lie side by side in time, so their ratio suffers least from other load.
-    turns = zip(costs["real"], costs["empty"], strict=True)
+    overrides = [("duration_s", float(steps)), ("step_s", 1.0)]
+    case = read_scenario("step_speed", overrides).cases[0]
+    with tempfile.TemporaryDirectory(prefix="step_cost_") as name:
+        runs = _runs(_fmus(Path(name), model), case, Path(name))
+        turns = [{title: run() for title, run in runs.items()} for _ in range(repeats + 1)][1:]
     return {
-        "real_us": medians["real"],
-        "empty_us": medians["empty"],
-        "ratio": statistics.median(real / empty for real, empty in turns),
-        "simulated_s_per_s": 1e6 / medians["real"],
         "steps": steps,
         "repeats": repeats,
+        "cost_us": {title: statistics.median(turn[title] for turn in turns) for title in runs},
+        "ratios": {
+            title: {
+                "of": of,
+                "to": to,
+                "ratio": statistics.median(turn[of] / turn[to] for turn in turns),
+                "target": target,
+            }
+            for title, (of, to, target) in RATIOS.items()
+        },
     }
+
+
+def as_text(found: dict[str, Any]) -> str:
+    """Return the figures as lines of text."""
+    costs = found["cost_us"]
+    lines = ["ratio  target   a step of                  us    against                    us"]
+    for entry in found["ratios"].values():
+        target = "" if entry["target"] is None else f"{entry['target']:.1f}"
+        of, to = entry["of"], entry["to"]
+        lines.append(
+            f"{entry['ratio']:5.2f}  {target:>6}   {of:<25}{costs[of]:6.1f}"
+            f"    {to:<25}{costs[to]:6.1f}"
+        )
+    pace = 1e6 / costs["both, scenario loop"]
+    return "\n".join([*lines, f"simulated seconds a second, steps of 1 s: {pace:.0f}"])
 
 
 def main() -> int:
     """Measure and print."""
     parser = argparse.ArgumentParser("benchmarks.step_cost", description=__doc__)
-    parser.add_argument("--steps", type=int, default=7200, help="steps a run (7200)")
-    parser.add_argument("--repeats", type=int, default=7, help="runs of each pair (7)")
+    parser.add_argument("--steps", type=int, default=5000, help="steps a run (5000)")
+    parser.add_argument("--repeats", type=int, default=7, help="runs of each (7)")
     parser.add_argument("--model", type=Path, default=build_fmu.DEFAULT_MODEL)
     parser.add_argument("--json", action="store_true", help="print JSON")
     arguments = parser.parse_args()
     found = measure(arguments.steps, arguments.repeats, arguments.model)
-    if arguments.json:
-        print(json.dumps(found, indent=1))
-        return 0
-    print(f"a co-simulated step, plant and compensator: {found['real_us']:.1f} us")
-    print(f"the floor, two FMUs with an empty step:     {found['empty_us']:.1f} us")
-    print(f"ratio, median of {arguments.repeats}: {found['ratio']:.2f}")
-    print(f"simulated seconds a second: {found['simulated_s_per_s']:.0f}")
+    print(json.dumps(found, indent=1) if arguments.json else as_text(found))
     return 0
 
 
