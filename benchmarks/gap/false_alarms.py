@@ -1,0 +1,57 @@
+"""Whether the search for broken channels is silent where none is broken.
+
+``python -m benchmarks.gap.false_alarms DIR/cases`` looks at every case that ``benchmarks.gap.make``
+wrote: as recorded, thinned to 120 s and 240 s, and with a tenth of the rows dropped at random. No
+sensor of these cases is broken, though some are a little wrong, late or drifting.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+from tqdm import tqdm
+
+from measurement.faults import find_faults, unusable
+from measurement.runs import Run, read_run
+
+
+def variants(runs: list[Run], seed: int) -> Iterator[tuple[str, list[Run]]]:
+    """Return the runs as recorded, thinned, and with rows dropped."""
+    yield "as recorded", runs
+    for every_s in (120.0, 240.0):
+        thinned = []
+        for run in runs:
+            every = max(1, round(every_s / float(np.median(np.diff(run.time_s)))))
+            thinned.append(Run(run.name, run.frame.iloc[::every]))
+        yield f"every {every_s:g} s", thinned
+    random = np.random.default_rng(seed)
+    yield (
+        "a tenth dropped",
+        [Run(run.name, run.frame[random.random(len(run.frame)) > 0.1]) for run in runs],
+    )
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Print every alarm, and how many there were."""
+    parser = argparse.ArgumentParser(prog="benchmarks.gap.false_alarms", description=__doc__)
+    parser.add_argument("cases", type=Path, help="folder of cases")
+    args = parser.parse_args(arguments)
+    folders = sorted(path for path in args.cases.iterdir() if path.is_dir())
+    alarms = looked_at = 0
+    for number, folder in enumerate(tqdm(folders, unit="case")):
+        runs = [read_run(path) for path in sorted(folder.glob("*.csv"))]
+        for how, some in variants(runs, number):
+            looked_at += len(some)
+            for fault, span in unusable(find_faults(some)):
+                alarms += 1
+                print(f"{folder.name}, {how}: {fault.kind}: {span.text}")
+    print(f"{alarms} alarms in {looked_at} runs of {len(folders)} cases")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
