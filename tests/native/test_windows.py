@@ -1,0 +1,70 @@
+"""The binary for Windows, run by Wine, beside the one for Linux."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import zipfile
+from pathlib import Path
+
+import fmpy
+import pytest
+
+import build_fmu
+from fmu_compensator.native.build import HEADERS
+from fmu_compensator.native.compilers import FOR_WINDOWS, STRICT, run_compiler
+from tests.fmus.models import five_point_text
+
+HOST = Path(__file__).with_name("printing_host.c")
+DEBIAN = "/usr/lib/wine"  # where Debian's package puts the program, out of the way
+
+
+@pytest.fixture(scope="module")
+def wine() -> str:
+    """The program that runs programs for Windows."""
+    found = shutil.which("wine64", path=os.pathsep.join([os.environ["PATH"], DEBIAN]))
+    problem = "" if found else "wine64 is not there"
+    if shutil.which(FOR_WINDOWS) is None:
+        problem = f"{FOR_WINDOWS} is not there"
+    if problem:
+        pytest.fail(problem) if os.environ.get("CI") else pytest.skip(problem)
+    return str(found)
+
+
+def test_windows_gives_the_numbers_and_words_of_linux(
+    wine: str, compiler: tuple[str, ...], tmp_path: Path
+) -> None:
+    model = tmp_path / "by_hand.json"
+    model.write_text(five_point_text())
+    assert build_fmu.main(["--native", "--model", str(model), "--out", str(tmp_path)]) == 0
+    path = tmp_path / "compensator_native.fmu"
+    with zipfile.ZipFile(path) as archive:
+        archive.extractall(tmp_path)
+    guid = fmpy.read_model_description(str(path)).guid
+    common = [*STRICT, f"-I{HEADERS}", str(HOST)]
+    run_compiler([*compiler, *common, "-o", "host", "-ldl", "-lm"], tmp_path)
+    run_compiler([FOR_WINDOWS, *common, "-D__USE_MINGW_ANSI_STDIO=1", "-o", "host.exe"], tmp_path)
+    environment = {**os.environ, "WINEPREFIX": str(tmp_path / "wine"), "WINEDEBUG": "-all"}
+    binaries = tmp_path / "binaries"
+    linux, windows = (
+        subprocess.run(
+            [*command, guid],
+            cwd=tmp_path,
+            env=environment,
+            capture_output=True,
+            text=True,
+            timeout=300,
+            check=True,
+        ).stdout.splitlines()
+        for command in (
+            ["./host", str(binaries / "linux64" / "compensator_native.so")],
+            [wine, "host.exe", "binaries/win64/compensator_native.dll"],
+        )
+    )
+    assert len(linux) == 300
+    assert any("T4 is missing" in line for line in linux)
+    for one, other in zip(linux, windows, strict=True):
+        assert one.split(" ", 10)[10] == other.split(" ", 10)[10]
+        numbers = [[float(word) for word in line.split(" ", 10)[:10]] for line in (one, other)]
+        assert numbers[1] == pytest.approx(numbers[0], rel=1e-12, abs=1e-12)
