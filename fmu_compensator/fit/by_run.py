@@ -1,7 +1,8 @@
 """Ridge regression in which the run is the unit: of noise, of trust, and of judging.
 
-Rows of one run are no independent samples: what a model misses there wanders slowly. So the rows
-are whitened with the covariance of a random walk plus white noise (generalised least squares),
+Rows of one run are no independent samples: what a model misses there wanders slowly, and the noise
+of the sample that they all count from is in each of them. So the rows are whitened with the
+covariance of a random walk, that sample and white noise (generalised least squares),
 each run counts as one, a run that the others do not explain counts less (the weights of Student's
 t with one degree of freedom, by run), and what a choice is worth is judged on runs left out.
 """
@@ -73,19 +74,26 @@ class Problem:
         The runs.
     walk : float
         Standard deviation of the random walk after one hour, over that of the white noise [1].
+    referenced : bool
+        Whether rises and drift count from the run's first sample. Its noise is in every row then,
+        as large as that of the row itself.
     """
 
-    def __init__(self, blocks: Sequence[Block], walk: float) -> None:
+    def __init__(self, blocks: Sequence[Block], walk: float, *, referenced: bool = False) -> None:
         self._blocks = blocks
         size = np.array([np.mean(block.features**2, axis=0) for block in blocks]).mean(axis=0)
         self._scale = np.where(size > 0, np.sqrt(size), 1.0)
         self._gram, self._moment = [], []
         for block in blocks:
-            whiten = _whitener(block.hours, walk)
+            whiten = _whitener(block.hours, walk, float(referenced))
             x = whiten @ (block.features / self._scale)
             y = whiten @ block.targets
             self._gram.append(x.T @ x / len(x))
             self._moment.append(x.T @ y / len(x))
+
+    def normal_equations(self, target: int) -> tuple[Array, Array, Array]:
+        """Return each run's X'X and X'y at unit size of the features, and that size."""
+        return np.array(self._gram), np.array(self._moment)[:, :, target], self._scale
 
     def solve(self, target: int, penalty: float, *, robust: bool = True) -> Solution:
         """Return the ridge regression of one target.
@@ -130,7 +138,8 @@ class Problem:
         )
 
 
-def _whitener(hours: Array, walk: float) -> Array:
-    covariance = np.eye(len(hours)) + walk**2 * np.minimum(hours[:, None], hours[None, :])
+def _whitener(hours: Array, walk: float, shared: float) -> Array:
+    """Return what turns the noise of a run's rows into white noise of unit size."""
+    covariance = np.eye(len(hours)) + shared + walk**2 * np.minimum(hours[:, None], hours[None, :])
     factor = np.linalg.cholesky(covariance)
     return np.asarray(solve_triangular(factor, np.eye(len(hours)), lower=True))

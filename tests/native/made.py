@@ -153,8 +153,10 @@ MADE: dict[str, Callable[[Random, int, int], Table]] = {
     "bp": bp,
     "fem": fem,
     "ga_bp": bp,
+    "lasso": thermal_states,
     "mlr": mlr,
     "ne": ne,
+    "ridge": thermal_states,
     "thermal_states": thermal_states,
     "vac": vac,
 }
@@ -172,7 +174,8 @@ def _geometry(random: Random, direct: bool) -> tuple[Table, tuple[str, ...]]:
 
 def made_model(kind: str, seed: int) -> Model:
     """Return a compensator of one kind; a seed decides on everything else."""
-    random = Random(f"{kind} {seed}")
+    # Kinds that run the same map are made alike.
+    random = Random(f"{MADE[kind].__name__} {seed}")
     sensors = random.randint(1, 5)
     chosen = random.sample(range(sensors), random.randint(1, sensors))
     geometry, targets = _geometry(random, direct=seed % 3 == 0)

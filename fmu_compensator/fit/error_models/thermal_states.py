@@ -9,39 +9,50 @@ from typing import Any
 
 import numpy as np
 
-from fmu_compensator.fit.by_run import Block, Problem, Solution
+from fmu_compensator.fit.by_run import Problem, Solution
 from fmu_compensator.fit.error_models.base import FittedModel, Task
 from fmu_compensator.fit.error_models.options import refuse_poor, refuse_unknown, within
+from fmu_compensator.fit.lagged import blocks_of, features, start_range
 from fmu_compensator.fit.training import Array, TrainingRun
 from measurement.errors import BadInput
 
-SPEED_UNIT = 1000.0
-THIN_S = 300.0
-"""Rows closer together say the same; they are thinned to this for fitting [s]."""
-LAGS_S = ((1800.0,), (900.0, 3600.0), (600.0, 2400.0, 9600.0))
+LAGS_S = ((2400.0,), (600.0, 2400.0), (600.0, 2400.0, 9600.0))
+"""Each set holds the one before: the average of all needs no more lags than the last [s]."""
 PENALTIES = (1e-5, 1e-4, 1e-3, 1e-2, 1e-1)
 WALKS = (0.0, 0.5, 2.0)
+REFERENCED = (False, True)
+WORTH = 0.1
+"""A candidate that is off by 10 % more on runs left out counts 1/e in the average [1]."""
+FEWEST_SHARE = 0.01
+"""A candidate that counts less than this, beside the best, is left out of the average [1]."""
 _Choices = tuple[
-    tuple[tuple[float, ...], ...], tuple[bool, ...], tuple[float, ...], tuple[float, ...]
+    tuple[tuple[float, ...], ...],
+    tuple[bool, ...],
+    tuple[float, ...],
+    tuple[bool, ...],
+    tuple[float, ...],
 ]
 FEWEST_TO_CHOOSE = 3
-OPTIONS = ("lags_s", "penalty", "walk", "levels", "robust", "speed")
+OPTIONS = ("lags_s", "penalty", "walk", "levels", "referenced", "robust", "speed", "average")
 FEWEST_ROWS = 30
-START_MARGIN, SMALLEST_START_MARGIN_K = 0.5, 2.0
-"""By how much the range of levels at the start is widened: share of it [1], at least [K]."""
 SMALLEST_NOISE = 0.2
 """No displacement sensor is believed to better than this [um, urad]."""
 
 
 @dataclass(frozen=True)
-class _Candidate:
+class Candidate:
     """One choice for one target, and its solution."""
 
     lags_s: tuple[float, ...]
     levels: bool
     walk: float
+    referenced: bool
     penalty: float
     solution: Solution
+
+
+Mix = list[tuple[float, Candidate]]
+"""Candidates, and how much each counts; their average is again a model of the same form."""
 
 
 class ThermalStates(FittedModel):
@@ -89,8 +100,10 @@ class ThermalStates(FittedModel):
         penalty: float | None = None,
         walk: float | None = None,
         levels: bool | None = None,
+        referenced: bool | None = None,
         robust: bool = True,
         speed: bool = True,
+        average: bool = True,
         **options: Any,
     ) -> ThermalStates:
         """Return the model fitted to the task's runs.
@@ -109,50 +122,54 @@ class ThermalStates(FittedModel):
         levels : bool, optional
             Use the lagged levels: what the machine's state at the start does to the drift. In the
             rise form there are none by default.
+        referenced : bool, optional
+            Reckon with the noise of the sample that rises and drift count from.
         robust : bool
             Trust runs less that the others do not explain.
         speed : bool
             Use the lagged speed and its square, where every run has the speed.
+        average : bool
+            Average all candidates, the better on runs left out the more; else take the best.
 
         Raises
         ------
         BadInput
             For an unknown option or value, too few rows, or constant columns.
         """
-        refuse_unknown("thermal_states", options, OPTIONS)
+        kind = cls.__module__.rpartition(".")[2]
+        refuse_unknown(kind, options, OPTIONS)
         refuse_poor(task, FEWEST_ROWS)
-        for value in lags_s or ():
-            within("thermal_states", "lags_s", value, 1.0, 1e7)
-        if lags_s is not None and not 1 <= len(lags_s) <= 6:
-            raise BadInput("thermal_states", "lags_s", "1 to 6 time constants are needed")
         choices: _Choices = (
-            LAGS_S if lags_s is None else (tuple(map(float, lags_s)),),
+            LAGS_S if lags_s is None else (checked_lags(kind, lags_s),),
             (True, False) if levels is None and task.input_form != "rise" else (bool(levels),),
-            WALKS if walk is None else (within("thermal_states", "walk", walk, 0.0, 100.0),),
-            PENALTIES
-            if penalty is None
-            else (within("thermal_states", "penalty", penalty, 1e-12, 1e3),),
+            WALKS if walk is None else (within(kind, "walk", walk, 0.0, 100.0),),
+            REFERENCED if referenced is None else (bool(referenced),),
+            PENALTIES if penalty is None else (checked_penalty(kind, penalty, 1e3),),
         )
         if len(task.runs) < FEWEST_TO_CHOOSE:
-            lag_sets, with_levels, walks, penalties = choices
-            choices = (lag_sets[-2:][:1], with_levels[-1:], walks[-2:][:1], penalties[-3:][:1])
+            lag_sets, with_levels, walks, noises, penalties = choices
+            few = lag_sets[-2:][:1], with_levels[-1:], walks[-2:][:1]
+            choices = (*few, noises[-1:], penalties[-3:][:1])
         uses_speed = speed and all(np.isfinite(run.speed).any() for run in task.runs)
         candidates = _solved(task, choices, uses_speed, robust)
-        return cls._assembled(task, [_best(found) for found in candidates], uses_speed)
+        mixed = averaged if average else best
+        return cls._assembled(task, [mixed(found) for found in candidates], uses_speed)
 
     @classmethod
-    def _assembled(cls, task: Task, chosen: list[_Candidate], uses_speed: bool) -> ThermalStates:
+    def _assembled(cls, task: Task, mixes: list[Mix], uses_speed: bool) -> ThermalStates:
         """Put the targets' solutions over the union of their lags."""
-        lags = sorted({lag for one in chosen for lag in one.lags_s})
+        lags = sorted({lag for mix in mixes for _, one in mix for lag in one.lags_s})
         inputs = len(task.input_names)
         block = 2 * inputs + 2
-        coefficients = np.zeros((len(chosen), inputs + len(lags) * block))
-        for row, one in zip(coefficients, chosen, strict=True):
-            b = one.solution.coefficients
-            row[:inputs] = b[:inputs]
-            for lag, part in zip(one.lags_s, b[inputs:].reshape(-1, block), strict=True):
-                at = inputs + lags.index(lag) * block
-                row[at : at + block] = part
+        coefficients = np.zeros((len(mixes), inputs + len(lags) * block))
+        for row, mix in zip(coefficients, mixes, strict=True):
+            for share, one in mix:
+                b = share * one.solution.coefficients
+                row[:inputs] += b[:inputs]
+                for lag, part in zip(one.lags_s, b[inputs:].reshape(-1, block), strict=True):
+                    at = inputs + lags.index(lag) * block
+                    row[at : at + block] += part
+        chosen = [max(mix, key=lambda part: part[0])[1] for mix in mixes]
         left_out = np.array([np.median(one.solution.left_out_rms) for one in chosen])
         # The error of an unseen run wanders to its usual size within an hour.
         walk = np.where(np.isfinite(left_out), left_out, 1.0) ** 2
@@ -164,11 +181,13 @@ class ThermalStates(FittedModel):
                     "lags_s": list(one.lags_s),
                     "levels": one.levels,
                     "walk": one.walk,
+                    "referenced": one.referenced,
+                    "averaged": len(mix),
                     "penalty": one.penalty,
                     "left_out_rms": _listed(one.solution.left_out_rms),
                     "trust": dict(zip(names, _listed(one.solution.trust), strict=True)),
                 }
-                for name, one in zip(task.target_names, chosen, strict=True)
+                for name, one, mix in zip(task.target_names, chosen, mixes, strict=True)
             },
         }
         start = start_range(task.runs)
@@ -223,92 +242,41 @@ class ThermalStates(FittedModel):
         return self._diagnostics
 
 
-def features(
-    run: TrainingRun,
-    lags_s: Sequence[float],
-    *,
-    uses_speed: bool,
-    uses_levels: bool = True,
-    start: tuple[Array, Array, Array] | None = None,
-) -> Array:
-    """Return the regressors of every row, shape (n, k + lags * (2 k + 2)).
+def checked_lags(kind: str, lags_s: Sequence[float]) -> tuple[float, ...]:
+    """Return the time constants that a caller gives.
 
-    *start* is the range of levels at the start, low, usual, high; None takes them as they are.
+    Raises
+    ------
+    BadInput
+        If there are none or many, or one is no time constant.
     """
-    rises = run.inputs - run.inputs[0]
-    mended = run.inputs
-    if start is not None:
-        low, usual, high = start
-        level = _levels(run.inputs[:1])[0]
-        mended = mended + np.where((level < low) | (level > high), usual - level, 0.0)
-    speed = np.zeros(len(run.time_s))
-    last = 0.0
-    for k in range(1, len(speed)):  # of the sample before, the last one known
-        last = abs(run.speed[k - 1]) / SPEED_UNIT if np.isfinite(run.speed[k - 1]) else last
-        speed[k] = last
-    drives = np.column_stack([rises, _levels(mended), speed, speed**2])
-    if not uses_speed:
-        drives[:, -2:] = 0.0
-    if not uses_levels:
-        drives[:, rises.shape[1] : -2] = 0.0
-    elapsed = np.diff(run.time_s, prepend=run.time_s[0])
-    return np.column_stack([rises, *(lagged(drives, elapsed, lag) for lag in lags_s)])
+    if not 1 <= len(lags_s) <= 6:
+        raise BadInput(kind, "lags_s", "1 to 6 time constants are needed")
+    return tuple(float(within(kind, "lags_s", value, 1.0, 1e7)) for value in lags_s)
 
 
-def _levels(inputs: Array) -> Array:
-    return np.asarray(inputs - np.median(inputs, axis=1, keepdims=True))
+def checked_penalty(kind: str, penalty: float, highest: float) -> float:
+    """Return the penalty that a caller gives.
+
+    Raises
+    ------
+    BadInput
+        If it is out of range.
+    """
+    return float(within(kind, "penalty", penalty, 1e-12, highest))
 
 
-def start_range(runs: Sequence[TrainingRun]) -> tuple[Array, Array, Array]:
-    """Return the range of levels at the start over all runs, widened, and their middle [K]."""
-    levels = np.concatenate([_levels(run.inputs[:1]) for run in runs])
-    low, high = levels.min(axis=0), levels.max(axis=0)
-    margin = np.maximum(START_MARGIN * (high - low), SMALLEST_START_MARGIN_K)
-    return low - margin, np.median(levels, axis=0), high + margin
-
-
-def lagged(drives: Array, elapsed_s: Array, tau_s: float) -> Array:
-    """Return each column behind a first-order lag that starts at zero, shape of *drives*."""
-    shares = -np.expm1(-elapsed_s / tau_s)
-    values = np.zeros_like(drives)
-    value = np.zeros(drives.shape[1])
-    for k, (drive, part) in enumerate(zip(drives, shares, strict=True)):
-        value = value + part * (drive - value)
-        values[k] = value
-    return values
-
-
-def thinned(run: TrainingRun, step_s: float) -> np.ndarray[Any, np.dtype[np.intp]]:
-    """Return the rows with targets, no two closer than *step_s*."""
-    kept: list[int] = []
-    for row in np.flatnonzero(run.known):
-        if not kept or run.time_s[row] - run.time_s[kept[-1]] >= step_s:
-            kept.append(int(row))
-    return np.array(kept, dtype=np.intp)
-
-
-def _solved(
-    task: Task, choices: _Choices, uses_speed: bool, robust: bool
-) -> list[list[_Candidate]]:
+def _solved(task: Task, choices: _Choices, uses_speed: bool, robust: bool) -> list[list[Candidate]]:
     """Return every candidate of each target, judged on training runs left out."""
-    lag_sets, with_levels, walks, penalties = choices
-    rows = [thinned(run, THIN_S) for run in task.runs]
-    used = [(run, row) for run, row in zip(task.runs, rows, strict=True) if len(row) > 1]
-    found: list[list[_Candidate]] = [[] for _ in task.target_names]
+    lag_sets, with_levels, walks, noises, penalties = choices
+    found: list[list[Candidate]] = [[] for _ in task.target_names]
     for lags, levels in product(lag_sets, with_levels):
-        blocks = [
-            Block(
-                (run.time_s[row] - run.time_s[0]) / 3600.0,
-                features(run, lags, uses_speed=uses_speed, uses_levels=levels)[row],
-                run.targets[row],
-            )
-            for run, row in used
-        ]
-        for walk in walks:
-            problem = Problem(blocks, walk)
+        blocks = blocks_of(task, lags, uses_speed=uses_speed, uses_levels=levels)
+        for walk, noise in product(walks, noises):
+            problem = Problem(blocks, walk, referenced=noise)
             for penalty, target in product(penalties, range(len(found))):
                 solution = problem.solve(target, penalty, robust=robust)
-                found[target].append(_Candidate(lags, levels, walk, penalty, solution))
+                found[target].append(Candidate(lags, levels, walk, noise, penalty, solution))
     return found
 
 
@@ -319,11 +287,27 @@ def _sensor_noise(runs: Sequence[TrainingRun], targets: int) -> Array:
     return np.asarray(np.maximum(np.broadcast_to(variance, targets), SMALLEST_NOISE**2))
 
 
-def _best(candidates: list[_Candidate]) -> _Candidate:
-    """Return the candidate with the smallest error on runs left out."""
+def best(candidates: list[Candidate]) -> Mix:
+    """Return the candidate with the smallest error on runs left out, alone."""
     if len(candidates) == 1:
-        return candidates[0]
-    return min(candidates, key=lambda one: one.solution.score)
+        return [(1.0, candidates[0])]
+    return [(1.0, min(candidates, key=lambda one: one.solution.score))]
+
+
+def averaged(candidates: list[Candidate]) -> Mix:
+    """Return all candidates that do nearly as well as the best on runs left out.
+
+    The best of many is partly the luckiest; their average errs less on further runs.
+    """
+    if len(candidates) == 1:
+        return best(candidates)
+    scores = np.array([one.solution.score for one in candidates])
+    shares = np.exp(-(scores - scores.min()) / WORTH)
+    shares[shares < FEWEST_SHARE] = 0.0
+    shares /= shares.sum()
+    return [
+        (float(share), one) for share, one in zip(shares, candidates, strict=True) if share > 0.0
+    ]
 
 
 def _listed(values: Array) -> list[float | None]:

@@ -51,6 +51,19 @@ def test_a_walk_in_the_noise_is_whitened() -> None:
     assert np.mean(errors[5.0]) < 0.7 * np.mean(errors[0.0])
 
 
+def test_a_noisy_first_sample_is_whitened() -> None:
+    errors: dict[bool, list[float]] = {False: [], True: []}
+    for seed in range(20):
+        blocks = []
+        for block in blocks_of(3, seed):
+            y = block.targets + 3.0 * np.random.default_rng(seed).standard_normal()
+            blocks.append(Block(block.hours, block.features, y))
+        for referenced, found in errors.items():
+            b = Problem(blocks, 0.0, referenced=referenced).solve(0, 1e-9, robust=False)
+            found.append(float(np.linalg.norm(b.coefficients - [2.0, -1.0])))
+    assert np.mean(errors[True]) < 0.7 * np.mean(errors[False])
+
+
 def test_an_odd_run_loses_trust() -> None:
     blocks = blocks_of(6)
     odd = Block(blocks[5].hours, blocks[5].features, -blocks[5].targets)

@@ -7,11 +7,20 @@ from typing import Any
 import numpy as np
 import pytest
 
+from fmu_compensator.fit.by_run import Solution
 from fmu_compensator.fit.error_models.arma import AutoregressiveMovingAverage
 from fmu_compensator.fit.error_models.arx import AutoregressiveExogenous
+from fmu_compensator.fit.error_models.lasso import Lasso
 from fmu_compensator.fit.error_models.mlr import MultipleLinearRegression
 from fmu_compensator.fit.error_models.ne import NaturalExponential
-from fmu_compensator.fit.error_models.thermal_states import ThermalStates
+from fmu_compensator.fit.error_models.ridge import Ridge
+from fmu_compensator.fit.error_models.thermal_states import (
+    WORTH,
+    Candidate,
+    ThermalStates,
+    averaged,
+)
+from fmu_compensator.fit.lagged import features
 from fmu_compensator.fit.training import TrainingRun
 from measurement.errors import BadInput
 from tests.fmu_compensator.models.made import lag, run_of, steps, task_of
@@ -253,3 +262,65 @@ def test_a_measured_bias_is_taken_up_and_kept() -> None:
 def test_wrong_options_are_refused(options: dict[str, Any], told: str) -> None:
     with pytest.raises(BadInput, match=told):
         ThermalStates.fit(task_of([hysteresis_run(0)], "level"), **options)
+
+
+# Ridge and LASSO
+
+
+def copies_run(seed: int) -> TrainingRun:
+    """Twelve sensors of which the first alone, and late, makes the drift."""
+    random = np.random.default_rng(seed)
+    source = lag(steps(seed, rows=300) / 1000.0, 600.0)
+    others = np.cumsum(0.05 * random.standard_normal((300, 11)), axis=0)
+    rises = np.column_stack([source, others])
+    drift = 3.0 * lag(source, 2400.0) + 0.05 * random.standard_normal(300)
+    return run_of(rises - rises[0], (drift - drift[0])[:, None], speed=steps(seed, rows=300))
+
+
+@pytest.mark.parametrize("kind", [Ridge, Lasso])
+def test_a_regression_on_lags_finds_the_lagged_sensor(kind: type[ThermalStates]) -> None:
+    fitted = kind.fit(task_of([copies_run(seed) for seed in range(5)]))
+    unseen = copies_run(30)
+    assert rms(unseen.targets - fitted.predict(unseen)) < 0.05 * rms(unseen.targets)
+    table = fitted.table()
+    assert not np.any(table["speed_lags"])
+    assert not np.any(table["level_lags"])
+
+
+def test_lasso_leaves_most_inputs_out_and_ridge_none() -> None:
+    task = task_of([copies_run(seed) for seed in range(5)])
+    used = {}
+    for kind in (Ridge, Lasso):
+        table = kind.fit(task, lags_s=(600.0, 2400.0)).table()
+        weights = np.concatenate([np.ravel(table["direct"]), np.ravel(table["rise_lags"])])
+        used[kind] = int((weights != 0.0).sum())
+    assert used[Ridge] == 36
+    assert used[Lasso] < 18
+
+
+def test_lasso_solves_its_own_problem() -> None:
+    # Where a weight is not zero, its slope is the penalty; elsewhere it is smaller.
+    run = copies_run(3)
+    options = {"lags_s": (2400.0,), "penalty": 0.05}
+    fitted = Lasso.fit(task_of([run]), **options)
+    x = features(run, (2400.0,), uses_speed=False, uses_levels=False)[::5]
+    y = run.targets[::5, 0]
+    size = np.sqrt(np.mean(x**2, axis=0))
+    moving = size > 0
+    slope = (x[:, moving] / size[moving]).T @ (y - x @ fitted.coefficients[0]) / len(x)
+    largest = np.abs((x[:, moving] / size[moving]).T @ y).max() / len(x)
+    active = fitted.coefficients[0][moving] != 0.0
+    assert 0 < active.sum() < active.size
+    assert np.abs(slope[active]) == pytest.approx(0.05 * largest, rel=1e-3)
+    assert (np.abs(slope[~active]) <= 0.05 * largest * 1.001).all()
+
+
+def test_the_shares_of_the_average_fall_with_the_error() -> None:
+    found = [
+        Candidate((1.0,), False, 0.0, False, 1.0, Solution(np.zeros(1), np.ones(2), rms))
+        for rms in (np.full(2, 1.0), np.full(2, 1.1), np.full(2, 3.0))
+    ]
+    mix = averaged(found)
+    assert sum(share for share, _ in mix) == pytest.approx(1.0)
+    assert [one for _, one in mix] == found[:2]
+    assert mix[1][0] / mix[0][0] == pytest.approx(np.exp(-np.log(1.1) / WORTH))

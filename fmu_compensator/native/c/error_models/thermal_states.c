@@ -6,8 +6,8 @@
 #include <math.h>
 
 #include "../constants.h"
-#include "../error_model.h"
 #include "../numbers.h"
+#include "thermal_states.h"
 
 struct lag {
     double tau_s;
@@ -60,7 +60,7 @@ static void make_lags(struct setup *setup, const struct field *table, struct the
     }
 }
 
-static struct error_model *make(
+struct error_model *thermal_states_make(
     struct setup *setup, const struct field *table, size_t inputs, size_t targets)
 {
     struct thermal_states *self = setup_take(setup, 1, sizeof *self);
@@ -164,7 +164,7 @@ static double weighted(const struct thermal_states *self, const double *lagged, 
     return total;
 }
 
-static void predict(
+void thermal_states_predict(
     const struct error_model *model, double *state, const struct sample *sample, double *targets)
 {
     const struct thermal_states *self = (const struct thermal_states *)model;
@@ -198,4 +198,5 @@ static void predict(
     }
 }
 
-const struct error_model_kind thermal_states_kind = {"thermal_states", make, NULL, predict};
+const struct error_model_kind thermal_states_kind = {
+    "thermal_states", thermal_states_make, NULL, thermal_states_predict};
