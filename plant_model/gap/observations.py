@@ -35,6 +35,9 @@ DISPLACEMENT_TOLERANCE = 0.5
 SWITCH = 0.02
 """A held input that changes by more than this share of its range has switched [1]."""
 
+SPARSE_S = 90.0
+"""Rows further apart than this are taken not to have been written for the switch [s]."""
+
 SHARP_S = 30.0
 """Rows no further apart than this give a switch's instant well enough [s]."""
 
@@ -54,7 +57,7 @@ class Switch:
     uncertain_s : float
         Standard deviation of its instant [s].
     later : Drive
-        The run's inputs with this switch *later_s* later.
+        The run's inputs with this switch *later_s* later (negative: earlier).
     later_s : float
         [s]
     """
@@ -178,8 +181,9 @@ def observe(
 def _driven(machine: Machine, run: Run) -> tuple[Drive, tuple[Switch, ...]]:
     """Put a run's inputs on an even grid; uneven rows would make every step its own case.
 
-    A switch lies somewhere between the last row without it and the first with it. Where these are
-    far apart it is put in the middle, and how the run would look with it later is kept, too.
+    A switch lies somewhere between the last row without it and the first with it, often at the
+    latter, for many recorders write a row when something changes. Where these are far apart it is
+    put in the middle; in any case, how the run would look with it at another instant is kept, too.
     """
     rows = run.time_s
     changed = np.flatnonzero(np.diff(_segments(machine, run))) + 1
@@ -190,7 +194,11 @@ def _driven(machine: Machine, run: Run) -> tuple[Drive, tuple[Switch, ...]]:
     )
     between = rows[changed] - rows[changed - 1]
     unclear = changed[between > SHARP_S]
-    instants = {int(row): float(rows[row - 1 : row + 1].mean()) for row in unclear}
+    sparse = between[between > SHARP_S] > SPARSE_S
+    instants = {
+        int(row): float(rows[row - 1 : row + 1].mean() if middle else rows[row])
+        for row, middle in zip(unclear, sparse, strict=True)
+    }
 
     def drive(at: dict[int, float]) -> Drive:
         return drive_from(machine, _switched_at(machine, run, at), BIN_S, at=middles)
@@ -198,9 +206,11 @@ def _driven(machine: Machine, run: Run) -> tuple[Drive, tuple[Switch, ...]]:
     found = []
     for row in unclear.tolist():
         interval = float(rows[row] - rows[row - 1])
-        later_s = 0.2 * interval
-        moved = instants | {row: instants[row] + later_s}
-        found.append(Switch(interval / np.sqrt(12.0), drive(moved), later_s))
+        later_s = -0.2 * interval
+        # Standard deviation of an even law between the rows, about where the switch was put.
+        away = instants[row] - float(rows[row - 1 : row + 1].mean())
+        spread = float(np.sqrt(interval**2 / 12.0 + away**2))
+        found.append(Switch(spread, drive(instants | {row: instants[row] + later_s}), later_s))
     return drive(instants), tuple(found)
 
 
@@ -211,7 +221,8 @@ def _switched_at(machine: Machine, run: Run, instants: dict[int, float]) -> pd.D
     held = [e.column for e in machine.inputs if not e.is_boundary and e.column in run.frame.columns]
     extra = run.frame.iloc[list(instants)][["time_s", *held]].copy()
     extra["time_s"] = list(instants.values())
-    return pd.concat([run.frame, extra]).sort_values("time_s", ignore_index=True)
+    both = pd.concat([run.frame, extra]).drop_duplicates("time_s")
+    return both.sort_values("time_s", ignore_index=True)
 
 
 def _segments(machine: Machine, run: Run) -> npt.NDArray[np.int64]:
