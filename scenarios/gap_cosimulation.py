@@ -157,7 +157,7 @@ def compare_fmus(
     dict
         ``before`` and ``after``, root mean square of residual over sensor noise; ``channels`` with
         the residual of each by itself; ``apart``, how far the FMUs are from the simulation in one
-        process at most, and ``agrees_within``, how far they may be.
+        process at most, ``agrees_within``, how far they may be, and ``agrees``.
     """
     machine = before[1]
     left: list[list[Residuals]] = []
@@ -185,4 +185,5 @@ def compare_fmus(
         },
         "apart": apart,
         "agrees_within": AGREES,
+        "agrees": all(apart[unit] <= AGREES[unit] for unit in AGREES),
     }

@@ -227,6 +227,8 @@ def five_lines(table: dict[str, Any]) -> list[str]:
     gap = table["gap"]["holdout"]
     both = table.get("cosimulation")
     fmu = f" The plant FMU: {both['before']:.2f}, then {both['after']:.2f}." if both else ""
+    if both and not both["agrees"]:
+        fmu += " It is further from the simulation in one process than it may be: see the report."
     lines.append(
         f"Gap on the run never used: {gap['before']:.2f} before, {gap['after']:.2f} after, in "
         f"units of sensor noise; noise alone would leave {gap['floor']:.2f}.{fmu}"

@@ -131,7 +131,8 @@ def test_the_fmus_show_the_gap_that_the_machines_show(
         path = write_machine(which, "jig_borer", tmp_path / f"{name}.toml")
         built.append((build_plant(str(path), tmp_path, name), which))
     found = compare_fmus(built[0], built[1], observe(machine, [run]))
-    assert all(found["apart"][unit] < AGREES[unit] for unit in AGREES)
+    assert found["agrees"]
+    assert all(0.0 < found["apart"][unit] < AGREES[unit] for unit in AGREES)
     assert found["after"] < 2.0
     assert found["before"] > 5.0 * found["after"]
     assert found["channels"]["T1"]["after"] < 0.2 < found["channels"]["T1"]["before"]
@@ -162,6 +163,7 @@ def test_broken_channels_do_not_hide_what_is_missing(
     ]
     assert [effect["name"] for effect in table["effects"]] == ["thermal_preload"]
     both = table["cosimulation"]
+    assert both["agrees"]
     assert both["after"] < 0.2 * both["before"]
     assert both["after"] == pytest.approx(table["gap"]["holdout"]["after"], rel=0.1)
     assert "S3 in stops: leaps by" in (out / "report.html").read_text()
