@@ -36,7 +36,7 @@ from plant_model.machine_file import read_machine
 
 HERE = Path(__file__).resolve().parent
 ASSETS = HERE / "fmu_packaging" / "assets"
-DEFAULT_MODEL = HERE / "fmu_compensator" / "library" / "jig_borer_mlr.json"
+DEFAULT_MODEL = HERE / "fmu_compensator" / "library" / "jig_borer.json"
 DEFAULT_MACHINE = "jig_borer"
 WORKING_DAY_S, STEP_S = 28800.0, 1.0
 REFERENCE_S, REFERENCE_STEP_S = 3600.0, 10.0

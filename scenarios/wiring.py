@@ -23,6 +23,9 @@ COMPENSATOR_OUTPUTS = {
     "status": "Integer",
 }
 
+PROBED = "measured"
+"""How the inputs begin that a compensator takes from a probe; without one they stay open."""
+
 
 @dataclass(frozen=True)
 class Wiring:
@@ -188,7 +191,8 @@ def wire(
     needed = names_of(compensator, "input")
     told = tuple(name for name in needed if name in signals)
     measured = tuple(name for name in needed if name in readings and name not in told)
-    lost = [name for name in needed if name not in told and name not in measured]
+    connected = {*told, *measured}
+    lost = [name for name in needed if name not in connected and not name.startswith(PROBED)]
     if lost:
         raise BadInput(
             source,

@@ -20,6 +20,7 @@ from typing import Any
 from measurement.errors import BadInput
 from measurement.files import read_bytes, write_atomically
 from scenarios.fmu import WARNING, Port, Slave
+from scenarios.wiring import PROBED
 
 FORMAT = 1
 OLDEST_S = 3600.0
@@ -168,7 +169,7 @@ class CompensatorUnit:
     Attributes
     ----------
     inputs : list of str
-        The real inputs of the FMU.
+        The real inputs of the FMU, without those for a probe: no frame carries them.
     outputs : dict of str to float
         Every output but texts, by name; ``valid`` and the status are numbers.
     time_s : float
@@ -182,7 +183,8 @@ class CompensatorUnit:
         printed: io.StringIO | None = None,
     ) -> None:
         self.slave = StatefulSlave(path, "compensator", show, printed or io.StringIO())
-        self.inputs: list[str] = self.slave.names("input")
+        named = self.slave.names("input")
+        self.inputs = [name for name in named if not name.startswith(PROBED)]
         self._in = Port(self.slave, self.inputs)
         kinds = ("Real", "Integer", "Boolean")
         self._ports = [Port(self.slave, self.slave.names("output", k), k) for k in kinds]

@@ -135,7 +135,7 @@ def quick_fmu(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def fmu_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The shipped compensator and plant, under their usual names."""
     folder = tmp_path_factory.mktemp("fmus")
-    build_compensator(LIBRARY / "jig_borer_mlr.json", folder)
+    build_compensator(LIBRARY / "jig_borer.json", folder)
     build_plant("jig_borer", folder)
     return folder
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from scenarios.cli import main
 
 ROOT = Path(__file__).resolve().parents[2]
-SHIPPED = ROOT / "fmu_compensator" / "library" / "jig_borer_mlr.json"
+SHIPPED = ROOT / "fmu_compensator" / "library" / "jig_borer.json"
 
 
 def test_make_compensator_gives_the_shipped_file(tmp_path: Path) -> None:
@@ -22,9 +22,9 @@ def test_make_compensator_gives_the_shipped_file(tmp_path: Path) -> None:
         runs.append(str(tmp_path / f"{name}.csv"))
         assert main(["simulate", name, "-o", runs[-1]]) == 0
     out = tmp_path / "compensator.json"
-    usual = ["--machine", "jig_borer", "--model", "mlr", "--lambda", "0.95"]
+    usual = ["--machine", "jig_borer", "--model", "thermal_states"]
     assert all(option in makefile for option in usual)
-    assert main(["fit", *runs, *usual, "--name", "jig_borer_mlr", "-o", str(out)]) == 0
+    assert main(["fit", *runs, *usual, "--name", "jig_borer", "-o", str(out)]) == 0
     new, shipped = (
         re.sub(r'"sha256": "\w+"', "", path.read_text(encoding="utf-8")) for path in (out, SHIPPED)
     )
