@@ -30,7 +30,9 @@ def groups_of(answer: dict[str, Any]) -> list[Group]:
     groups = []
     for number, effect in enumerate(answer["effects"]):
         key = ":".join(filter(None, (effect["name"], effect.get("channel", ""))))
-        rivals = answer["one_of"] if number == 0 else effect.get("one_of", [])
+        rivals = (
+            answer.get("one_of_keys", answer["one_of"]) if number == 0 else effect.get("one_of", [])
+        )
         groups.append((key, *(name for name in rivals if name not in (key, effect["name"]))))
     return groups
 

@@ -120,10 +120,11 @@ def report_of(
     table = {
         "verdict": found.verdict,
         "effects": [_effect(judged, found) for judged in found.rounds if judged.named],
-        "one_of": list(first.one_of) if first.named else [],
+        "one_of": list(dict.fromkeys(_name(key) for key in first.one_of)),
+        "one_of_keys": list(first.one_of),
         "separate_by": _separate(first, found),
         "runners_up": [
-            {"name": _name(one.added[-1]), "probability": p}
+            {**_named(one.added[-1]), "probability": p}
             for one, p in zip(first.tried, first.probability, strict=True)
             if not first.named or one is not first.best
         ],
@@ -147,6 +148,12 @@ def _name(key: str) -> str:
     return key.partition(":")[0]
 
 
+def _named(key: str) -> dict[str, str]:
+    """Return an effect's name, and its channel if it acts on one."""
+    name, _, channel = key.partition(":")
+    return {"name": name, "channel": channel} if channel else {"name": name}
+
+
 def _place(table: dict[str, Any]) -> dict[str, Any]:
     table.pop("tolerances")
     return table
@@ -154,11 +161,11 @@ def _place(table: dict[str, Any]) -> dict[str, Any]:
 
 def _effect(judged: Judged, found: Found) -> dict[str, Any]:
     key = judged.best.added[-1]
-    name, _, channel = key.partition(":")
     prefix = f"effects.{key}."
-    entry: dict[str, Any] = {"name": name, "title": catalogue()[name].title}
-    if channel:
-        entry["channel"] = channel
+    entry: dict[str, Any] = {**_named(key), "title": catalogue()[_name(key)].title}
+    since = [one.run.name for one in judged.best.observed if key not in one.absent]
+    if len(since) < len(judged.best.observed):
+        entry["runs"] = since
     entry["parameters"] = {
         one.name.removeprefix(prefix): {
             "value": one.value,
@@ -198,7 +205,9 @@ def five_lines(table: dict[str, Any]) -> list[str]:
     lines = [f"Where the model is wrong: {worst}.{_left_out(table['data_faults'])}"]
     if table["effects"]:
         titles = " and ".join(
-            entry["title"] + (f" on {entry['channel']}" if "channel" in entry else "")
+            entry["title"]
+            + (f" on {entry['channel']}" if "channel" in entry else "")
+            + (f" from {entry['runs'][0]} on" if "runs" in entry else "")
             for entry in table["effects"]
         )
         sure = table["effects"][0]
@@ -210,10 +219,15 @@ def five_lines(table: dict[str, Any]) -> list[str]:
         )
     else:
         lines.append("What is missing: nothing that stands out of the tolerance.")
-    if len(table["one_of"]) > 1:
-        lines.append(f"Rivals: {', '.join(table['one_of'][1:])}. To tell: {table['separate_by']}.")
+    if len(table["one_of_keys"]) > 1:
+        others = ", ".join(table["one_of_keys"][1:])
+        lines.append(f"Rivals: {others}. To tell: {table['separate_by']}.")
     else:
-        rivals = ", ".join(f"{r['name']} ({r['probability']:.0%})" for r in table["runners_up"][:2])
+        rivals = ", ".join(
+            f"{one['name']}{' on ' + one['channel'] if 'channel' in one else ''}"
+            f" ({one['probability']:.0%})"
+            for one in table["runners_up"][:2]
+        )
         lines.append(f"Rivals: none that the data leaves open; next were {rivals or 'none'}.")
     added = "; ".join(
         f"{entry['name']}: "
