@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from operator import mul
 from statistics import median
 
 from fmu_compensator.runtime.error_models.base import ErrorModel
@@ -62,6 +63,8 @@ class ThermalStates(ErrorModel):
         self._lags_s, self._walk, self._noise = lags_s, walk, noise
         self._start = list(zip(start_low, start_usual, start_high, strict=True))
         self._inputs = len(direct[0])
+        # Steps are mostly of one length: the lags' shares of it are worth keeping.
+        self._elapsed_s, self._shares = 0.0, [0.0] * len(lags_s)
         # One row of weights per target, over: rises; per lag: rises, levels, speeds.
         self._weights = []
         for target, row in enumerate(direct):
@@ -124,16 +127,18 @@ class ThermalStates(ErrorModel):
         rises = [value - first for value, first in zip(inputs, self._first, strict=True)]
         drives = [*rises, *_levels(mended), self._speed, self._speed**2]
         features = list(rises)
-        for lag, tau_s in enumerate(self._lags_s):
-            part, values = share(elapsed_s, tau_s), self._lagged[lag]
-            for index, drive in enumerate(drives):
-                values[index] += part * (drive - values[index])
+        if elapsed_s != self._elapsed_s:
+            self._elapsed_s = elapsed_s
+            self._shares = [share(elapsed_s, tau_s) for tau_s in self._lags_s]
+        for lag, part in enumerate(self._shares):
+            values = [
+                value + part * (drive - value)
+                for value, drive in zip(self._lagged[lag], drives, strict=True)
+            ]
+            self._lagged[lag] = values
             features += values
         self._speed = known_speed(speed, self._speed * SPEED_UNIT) / SPEED_UNIT
-        self._raw = [
-            sum(weight * value for weight, value in zip(weights, features, strict=True))
-            for weights in self._weights
-        ]
+        self._raw = [sum(map(mul, weights, features)) for weights in self._weights]
         return [raw + bias for raw, bias in zip(self._raw, self._bias, strict=True)]
 
     def _correct(self, elapsed_s: float, measured: Sequence[float] | None) -> None:
