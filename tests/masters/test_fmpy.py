@@ -22,7 +22,7 @@ def test_offsets_that_come_a_step_late_or_early_would_be_noticed(reference: pd.D
     for steps in (-1, 1):
         moved = found.assign(dZ=found["dZ"].shift(steps).bfill().ffill())
         with pytest.raises(AssertionError, match="dZ is off by"):
-            agree(moved, reference, tolerance=0.5)
+            agree(moved, reference, tolerance=0.05)
 
 
 def test_a_missing_master_is_a_failure_in_continuous_integration_only(
