@@ -19,6 +19,13 @@ from plant_model.gap.find import Found, find_gap
 from plant_model.gap.observations import observe
 from plant_model.gap.report import Comparison
 from plant_model.machine import Machine
+from plant_model.machine_file import read_machine
+
+
+@pytest.fixture
+def jig_borer() -> Machine:
+    """The machine file that the cases are asked with."""
+    return read_machine("jig_borer")
 
 
 def _runs(number: int, folder: Path) -> tuple[list[Run], list[Run]]:
