@@ -182,7 +182,7 @@ def naming_by_size(records: Sequence[Record]) -> bytes:
     _bars(right, [r for r in records if r.kind in ("deleted", "outside")], OPEN_OUTCOMES)
     right.set_title("What is missing is in no catalogue", fontsize=11, loc="left")
     for axes in (left, right):
-        axes.set_xlabel("gap of the calibrated model over that of nothing hidden (cases)")
+        axes.set_xlabel("gap over that of nothing hidden (cases)")
         axes.spines[["top", "right"]].set_visible(False)
         axes.legend(
             loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=6, frameon=False, fontsize=8.5
