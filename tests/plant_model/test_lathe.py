@@ -50,6 +50,22 @@ def test_it_warms_and_grows_about_as_measured(lathe: Machine) -> None:
     assert -70.0 < z.min() < -10.0
 
 
+def test_axes_and_spindle_warm_the_air_inside(lathe: Machine) -> None:
+    moving = warmed(lathe, 0.0, 5000.0)["TC05_degC"].iloc[-1]
+    turning = warmed(lathe, 2000.0, 5000.0)["TC05_degC"].iloc[-1]
+    assert 22.0 < moving < turning < 28.0
+
+
+def test_what_carries_the_probes_follows_the_hall_before_the_bed_does(lathe: Machine) -> None:
+    time = np.arange(0.0, 3600.0 + 1.0, 60.0)
+    hall = np.where(time < 60.0, 20.0, 30.0)
+    columns = {"time_s": time, "speed_rpm": 0.0, "feed_mm_min": 0.0, "TC08_degC": hall}
+    shown = simulate(lathe, pd.DataFrame(columns)).run_frame().iloc[-1]
+    assert shown["PT04_degC"] - 20.0 < 3.0
+    # As measured: down where the hall rises.
+    assert -40.0 < shown["disp_z_um"] < -5.0
+
+
 @pytest.mark.real_data
 def test_the_measured_runs_have_its_columns(lathe: Machine, lathe_runs: list[Path]) -> None:
     names = [sensor.name for sensor in lathe.sensors] + displacement_names(lathe)
