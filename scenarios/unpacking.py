@@ -1,13 +1,16 @@
 """FMUs unpacked into temporary folders, which go when nobody uses them any more.
 
 A process that is killed removes nothing. So the folder holds a file that its process keeps locked,
-and whoever unpacks next removes the folders whose lock nobody holds.
+and whoever unpacks next removes the folders whose lock nobody holds. Locks are a kernel's own: a
+guest and its host that share a temporary folder do not see each other's. So folders carry the kernel's
+name, and only those of the running one are looked at.
 """
 
 from __future__ import annotations
 
 import contextlib
 import os
+import platform
 import shutil
 import tempfile
 import urllib.parse
@@ -24,6 +27,16 @@ except ImportError:  # elsewhere than on Linux and macOS nothing is locked, and 
 
 PREFIX = "spindle-drift-fmu-"
 LOCK = "in_use.lock"
+BOOT_ID = Path("/proc/sys/kernel/random/boot_id")
+
+
+def prefix() -> str:
+    """Return how the folders of the running kernel begin."""
+    try:
+        return f"{PREFIX}{BOOT_ID.read_text()[:8]}-"
+    except OSError:  # elsewhere than on Linux: the machine's name must do
+        plain = "".join(c for c in platform.node() if c.isascii() and c.isalnum())
+        return f"{PREFIX}{plain[:32]}-"
 
 
 class Unpacked:
@@ -52,7 +65,7 @@ class Unpacked:
             raise BadInput(place, "", f"{problem} ASCII")
         sweep(place)
         self._lock: int | None = None
-        self.folder = Path(tempfile.mkdtemp(prefix=PREFIX))
+        self.folder = Path(tempfile.mkdtemp(prefix=prefix()))
         try:
             self._lock = _locked(self.folder)
             fmpy.extract(str(path), unzipdir=str(self.folder))
@@ -75,7 +88,7 @@ def sweep(place: Path) -> None:
     """Remove the folders in *place* whose processes have gone without removing them."""
     if fcntl is None:
         return
-    for lock in place.glob(f"{PREFIX}*/{LOCK}"):
+    for lock in place.glob(f"{prefix()}*/{LOCK}"):
         # A folder of another user, or one that somebody else removes at the same time.
         with contextlib.suppress(OSError):
             handle = os.open(lock, os.O_RDWR)

@@ -15,6 +15,7 @@ from pathlib import Path
 import pytest
 
 from measurement.errors import BadInput
+from scenarios import unpacking
 from scenarios.cli import main
 from scenarios.cosimulation import simulate
 from scenarios.fmu import FmuError
@@ -157,3 +158,16 @@ def test_a_run_that_is_terminated_leaves_nothing_unpacked(
     assert process.returncode == 143, said
     assert list(temporary.iterdir()) == []
     assert not (tmp_path / "out").exists()
+
+
+def test_what_another_kernel_unpacked_is_left_alone(tiny_plant: Path, temporary: Path) -> None:
+    mine = Unpacked(tiny_plant)
+    theirs = temporary / f"{unpacking.PREFIX}another0-abc"
+    theirs.mkdir()
+    (theirs / unpacking.LOCK).touch()
+    ours = temporary / f"{unpacking.prefix()}abc"
+    ours.mkdir()
+    (ours / unpacking.LOCK).touch()
+    unpacking.sweep(temporary)
+    assert set(temporary.iterdir()) == {mine.folder, theirs}
+    mine.remove()
