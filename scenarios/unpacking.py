@@ -2,8 +2,8 @@
 
 A process that is killed removes nothing. So the folder holds a file that its process keeps locked,
 and whoever unpacks next removes the folders whose lock nobody holds. Locks are a kernel's own: a
-guest and its host that share a temporary folder do not see each other's. So folders carry the kernel's
-name, and only those of the running one are looked at.
+guest and its host that share a temporary folder do not see each other's. So folders carry the
+kernel's name, and only those of the running one are looked at.
 """
 
 from __future__ import annotations
