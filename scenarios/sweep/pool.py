@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import multiprocessing
 import os
 import signal
@@ -86,11 +87,25 @@ def _one_pool(
     pool = ProcessPoolExecutor(min(workers, len(jobs)), context, _prepare)
     futures: list[Future[dict[str, Any]]] = []
     try:
-        futures += [pool.submit(outcome_of, job, places) for job in jobs]
+        with _interrupts_wait():
+            futures += [pool.submit(outcome_of, job, places) for job in jobs]
         for future in as_completed(futures):
             yield future.result()
     finally:
         pool.shutdown(cancel_futures=True)
+
+
+@contextlib.contextmanager
+def _interrupts_wait() -> Iterator[None]:
+    """Hold Ctrl-C back while processes start: they inherit that, and the parent answers it."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _prepare() -> None:
