@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 
 import numpy as np
@@ -60,7 +61,9 @@ def _against_others(runs: Sequence[Run], columns: Sequence[str]) -> FloatArray:
 
 def _middle(levels: FloatArray) -> FloatArray:
     """Return the median of each row; NaN where a row has no value."""
-    return np.array([_median(row) for row in levels])
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # A row without a value has no median.
+        return np.asarray(np.nanmedian(np.where(np.isfinite(levels), levels, np.nan), axis=1))
 
 
 def _median(values: FloatArray) -> float:

@@ -165,19 +165,32 @@ def start_temperatures(machine: Machine, inputs: pd.DataFrame, drive: Drive) -> 
         if node.start in drive.first:
             value = drive.first[node.start][0]
         starts.append(value)
+    columns = _first_readings(machine, inputs)
     for at, sensor in _read_at_start(machine, inputs, drive).items():
-        starts[at] = float(inputs[f"{sensor}_degC"].dropna().iloc[0])
+        starts[at] = columns[sensor]
     return np.array(starts)
+
+
+def _first_readings(machine: Machine, inputs: pd.DataFrame) -> dict[str, float]:
+    """Return what the sensors that nodes start at read first, of those that the frame has."""
+    found = {}
+    for name in {node.start for node in machine.nodes}:
+        if (column := f"{name}_degC") in inputs:
+            read = inputs[column].to_numpy(dtype=np.float64)
+            known = np.isfinite(read)
+            if known.any():
+                found[name] = float(read[known.argmax()])
+    return found
 
 
 def _read_at_start(machine: Machine, inputs: pd.DataFrame, drive: Drive) -> dict[int, str]:
     """Return the nodes, by position, that start at a sensor's reading, and that sensor."""
-    found = {}
-    for i, node in enumerate(machine.nodes):
-        column = f"{node.start}_degC"
-        if node.start not in drive.first and column in inputs and inputs[column].notna().any():
-            found[i] = node.start
-    return found
+    columns = _first_readings(machine, inputs)
+    return {
+        i: node.start
+        for i, node in enumerate(machine.nodes)
+        if node.start not in drive.first and node.start in columns
+    }
 
 
 def _simulate_some(

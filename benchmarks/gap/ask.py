@@ -23,6 +23,7 @@ from plant_model.gap.regimes import by_channel, gap_of, residuals
 from plant_model.gap.report import Comparison, report_of
 from plant_model.machine import Machine
 from plant_model.machine_file import read_machine
+from scenarios.gap_runner import usable_runs
 
 MACHINE = "jig_borer"
 
@@ -58,11 +59,11 @@ def ask(folder: Path, without: Sequence[str] = (), seed: int = 0) -> dict[str, A
     """
     machine = read_machine(MACHINE)
     with clocked() as spent:
-        runs, unseen = runs_of(folder)
+        runs, unseen, faults = usable_runs(machine, *runs_of(folder))
         # One process: the cases themselves run side by side.
         found = find_gap(machine, runs, without=without, seed=seed, workers=1)
         comparison = Comparison(found.before.machine, found.after.machine, observe(machine, unseen))
-        answer = report_of(found, comparison)
+        answer = report_of(found, comparison, faults)
     return {"seconds": spent, "answer": answer, "details": _details(found, comparison)}
 
 
@@ -70,7 +71,7 @@ def ask_empty(folder: Path, seed: int = 0) -> dict[str, Any]:
     """Return the gap that calibration leaves where nothing is hidden, as ``answer`` has it."""
     machine = read_machine(MACHINE)
     with clocked() as spent:
-        runs, unseen = runs_of(folder)
+        runs, unseen, _ = usable_runs(machine, *runs_of(folder))
         observed = observe(machine, runs)
         found = calibrate(machine, observed, seed=seed).machine
         gap = {
