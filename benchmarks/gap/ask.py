@@ -137,9 +137,9 @@ def _left_out(value: Any) -> bool:
 
 @cache
 def finder_version() -> str:
-    """Return a fingerprint of everything that the gap finder consists of."""
+    """Return a fingerprint of everything that the gap finder consists of and is given."""
     root = Path(plant_model.__file__).parent
     digest = hashlib.sha256()
-    for path in sorted(p for p in root.rglob("*") if p.suffix in (".py", ".toml")):
+    for path in sorted((*root.rglob("*.py"), *root.rglob(f"{MACHINE}.toml"))):
         digest.update(path.relative_to(root).as_posix().encode() + b"\0" + path.read_bytes())
     return digest.hexdigest()[:12]
