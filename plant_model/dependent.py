@@ -71,5 +71,5 @@ class DependentStepper:
         at_end = self._scheme.interval(apply(modes.to_modes, state), length, forcing)
         end = apply(modes.to_state, at_end)
         if network.settles:
-            end[:, nodes:] = network.settled(end[:, :nodes], end[:, nodes:])
+            end[:, nodes:] = network.settled(held, end[:, :nodes], end[:, nodes:])
         return end

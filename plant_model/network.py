@@ -182,11 +182,12 @@ class Network:
             out[:, self._slices[effect.key]] = effect.state_decay()
         return out
 
-    def settled(self, temperatures: FloatArray, states: FloatArray) -> FloatArray:
+    def settled(self, inputs: Inputs, temperatures: FloatArray, states: FloatArray) -> FloatArray:
         """Return the own states after what happens at the end of a step, (sets, own states).
 
         Parameters
         ----------
+        inputs : mapping of str to array, shape (1,)
         temperatures : array, shape (sets, nodes)
         states : array, shape (sets, own states)
         """
@@ -194,7 +195,7 @@ class Network:
         for effect in self._with_states:
             if effect.settles:
                 part = self._slices[effect.key]
-                out[:, part] = effect.settled(temperatures, states[:, part])
+                out[:, part] = effect.settled(inputs, temperatures, states[:, part])
         return out
 
     def followed(
@@ -222,7 +223,8 @@ class Network:
             start = states[:, part]
             if effect.settles:
                 for k in range(len(steps)):
-                    start = effect.settled(last[1][:, k], start)
+                    now = {name: values[k : k + 1] for name, values in last[0].items()}
+                    start = effect.settled(now, last[1][:, k], start)
                     out[:, k, part] = start
                 continue
             decay = np.broadcast_to(1.0 / effect.time_constants(), start.shape)

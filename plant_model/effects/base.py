@@ -117,6 +117,8 @@ class Effect:
         in the cycle at which a run begins [1].
     from_one_run_on : bool
         Whether it may have begun between two runs, as a fault does.
+    proportional : str
+        Parameter that its answer grows in proportion to, if that is not its amplitude.
     tried : dict of str to tuple of float
         Values at which the gap finder tries a parameter, where its usual few would miss what
         jumps or swings.
@@ -140,7 +142,9 @@ class Effect:
     settles: ClassVar[bool] = False
     from_one_run_on: ClassVar[bool] = False
     swings: ClassVar[tuple[str, ...]] = ()
+    proportional: ClassVar[str] = ""
     tried: ClassVar[dict[str, tuple[float, ...]]] = {}
+    constant_exchanges: Sequence[Exchange] = ()
 
     def __init__(self, machine: Machine, values: Values, channel: str = "") -> None:
         self.machine = machine
@@ -182,8 +186,11 @@ class Effect:
     def conductance(
         self, inputs: Inputs, temperatures: FloatArray | None, states: FloatArray | None
     ) -> Sequence[Exchange]:
-        """Return heat exchanges; *temperatures* is None unless ``temperature_dependent``."""
-        return ()
+        """Return heat exchanges; *temperatures* is None unless ``temperature_dependent``.
+
+        Where nothing changes them, ``prepare`` puts them into ``constant_exchanges`` once.
+        """
+        return self.constant_exchanges
 
     def heat(
         self,
@@ -217,11 +224,13 @@ class Effect:
             return np.asarray(1.0 / self.time_constants())
         return np.zeros((1, len(self.states)))
 
-    def settled(self, temperatures: FloatArray, states: FloatArray) -> FloatArray:
+    def settled(self, inputs: Inputs, temperatures: FloatArray, states: FloatArray) -> FloatArray:
         """Return own states, (sets, own states), after a step that ends at *temperatures*.
 
         Parameters
         ----------
+        inputs : mapping of str to array, shape (1,)
+            In force during the step; under `leaps_of` the effect's key what was seen at its end.
         temperatures : array, shape (sets, nodes)
         states : array, shape (sets, own states)
         """
@@ -265,6 +274,15 @@ class Effect:
 def effect_key(name: str, channel: str = "") -> str:
     """Return how a machine file names an effect: its name, and its channel if it has one."""
     return f"{name}:{channel}" if channel else name
+
+
+def leaps_of(key: str) -> str:
+    """Return the name under which inputs hold what was seen of an effect's leaps.
+
+    An array, shape (K,): +1 or -1 where elongation was seen to leap up or down at the end of a
+    step, else 0. Such an input is there only where measured runs are compared with.
+    """
+    return f"{key} leaps"
 
 
 def exchange(

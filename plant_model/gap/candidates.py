@@ -10,6 +10,7 @@ import numpy as np
 
 from plant_model.effects import Effect, catalogue
 from plant_model.effects.base import effect_key
+from plant_model.gap.leaps import Leaps, leaps_in
 from plant_model.gap.linearise import modelled, simulate_at
 from plant_model.gap.observations import Observations
 from plant_model.gap.periods import PHASES, likely_periods, quick
@@ -47,6 +48,8 @@ class Candidate:
         Position of the first run that has it.
     own : tuple of dict of str to float
         Parameters that every run has for itself, by position; empty if there are none.
+    leaps : tuple of Leaps
+        Of every run, by position, for an effect that slips; else empty.
     """
 
     key: str
@@ -54,6 +57,7 @@ class Candidate:
     answers: tuple[FloatArray, ...]
     begins: int = 0
     own: tuple[dict[str, float], ...] = ()
+    leaps: tuple[Leaps, ...] = ()
 
     @property
     def acts(self) -> tuple[bool, ...]:
@@ -65,17 +69,21 @@ class Candidate:
         """Return a run's observations with what this candidate says of that run alone."""
         if position < self.begins:
             return replace(observed, absent=observed.absent | {self.key})
+        if self.leaps:
+            return self.leaps[position].marked(observed, self.key)
         if not self.own:
             return observed
         named = {f"effects.{self.key}.{n}": v for n, v in self.own[position].items()}
         return replace(observed, own={**observed.own, **named})
 
     def scaled(self, scale: float) -> dict[str, float]:
-        """Return its parameters with the amplitude scaled, within its range."""
+        """Return its parameters with what its answer is proportional to scaled, in its range."""
         effect = catalogue()[self.key.partition(":")[0]]
-        size = effect.parameters[effect.amplitude]
-        value = effect.off + scale * (self.values[effect.amplitude] - effect.off)
-        return self.values | {effect.amplitude: float(np.clip(value, size.low, size.high))}
+        name = effect.proportional or effect.amplitude
+        off = 0.0 if effect.proportional else effect.off
+        limits = effect.parameters[name]
+        value = off + scale * (self.values[name] - off)
+        return self.values | {name: float(np.clip(value, limits.low, limits.high))}
 
 
 def missing_effects(machine: Machine, without: Sequence[str] = ()) -> list[type[Effect]]:
@@ -140,6 +148,13 @@ def candidates(
         return
     tried = grid(effect)
     bases = [modelled(simulate_at(machine, one), one) for one in observed]
+    leaps: tuple[Leaps, ...] = ()
+    if effect.settles:
+        pairs = zip(observed, bases, strict=True)
+        leaps = tuple(leaps_in(machine, one, base[0]) for one, base in pairs)
+        observed = [
+            seen.marked(one, effect.name) for one, seen in zip(observed, leaps, strict=True)
+        ]
     for key in keys_of(machine, effect, observed):
         grown = with_effect(machine, key)
         sets = {
@@ -155,7 +170,7 @@ def candidates(
         for i, values in enumerate(tried):
             of_runs = tuple(answer[i] for answer in answers)
             if max(float(np.max(np.abs(answer))) for answer in of_runs) > 1e-6:
-                yield Candidate(key, values, of_runs)
+                yield Candidate(key, values, of_runs, leaps=leaps)
             for begins in range(1, len(observed) if effect.from_one_run_on else 0):
                 since = [a * (j >= begins) for j, a in enumerate(of_runs)]
                 yield Candidate(key, values, tuple(since), begins)
