@@ -2,19 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import ClassVar
 
-from plant_model.effects.base import (
-    Effect,
-    Exchange,
-    Inputs,
-    ItemSpec,
-    NumberSpec,
-    amplitude,
-    exchange,
-)
-from plant_model.parameters import FloatArray, Parameter
+from plant_model.effects.base import Effect, ItemSpec, NumberSpec, amplitude, exchange
+from plant_model.parameters import Parameter
 
 _FORM = ItemSpec(
     refs={"between": "node,node"},
@@ -44,14 +35,8 @@ class Conduction(Effect):
     }
 
     def prepare(self) -> None:
-        """Collect the conductances."""
+        """Put the conductances into the constant exchanges."""
         scale = self.own("scale")
-        self._exchanges = [
+        self.constant_exchanges = [
             exchange(self, item, scale * self.of(item, "conductance")) for item in self.items
         ]
-
-    def conductance(
-        self, inputs: Inputs, temperatures: FloatArray | None, states: FloatArray | None
-    ) -> Sequence[Exchange]:
-        """Return the constant exchanges."""
-        return self._exchanges

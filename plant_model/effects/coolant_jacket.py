@@ -2,19 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import ClassVar
 
-from plant_model.effects.base import (
-    Effect,
-    Exchange,
-    Inputs,
-    ItemSpec,
-    NumberSpec,
-    amplitude,
-    exchange,
-)
-from plant_model.parameters import FloatArray, Parameter
+from plant_model.effects.base import Effect, ItemSpec, NumberSpec, amplitude, exchange
+from plant_model.parameters import Parameter
 
 
 class CoolantJacket(Effect):
@@ -49,19 +40,14 @@ class CoolantJacket(Effect):
     }
 
     def prepare(self) -> None:
-        """Collect the conductances."""
+        """Put the conductances into the constant exchanges."""
         scale = self.own("scale")
-        self._exchanges: list[Exchange] = []
+        exchanges = []
         for item in self.items:
             if item.kind == "coolant_flow":
                 g = scale * self.of(item, "flow") / 60.0 * self.of(item, "heat_capacity")
-                self._exchanges.append(exchange(self, item, g, one_way=True))
+                exchanges.append(exchange(self, item, g, one_way=True))
             else:
                 g = scale * self.of(item, "conductance")
-                self._exchanges.append(exchange(self, item, g))
-
-    def conductance(
-        self, inputs: Inputs, temperatures: FloatArray | None, states: FloatArray | None
-    ) -> Sequence[Exchange]:
-        """Return the constant exchanges."""
-        return self._exchanges
+                exchanges.append(exchange(self, item, g))
+        self.constant_exchanges = exchanges
