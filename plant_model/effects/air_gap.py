@@ -33,7 +33,9 @@ def gap_nusselt(taylor: FloatArray) -> FloatArray:
     Notes
     -----
     2 below 1700 (pure conduction), 0.128 Ta^0.367 up to 1e4 and 0.409 Ta^0.241 above: Becker and
-    Kaye, J. Heat Transfer 84 (1962) 97-105, doi:10.1115/1.3684335. Fitted up to Ta = 1e7. The
+    Kaye, J. Heat Transfer 84 (1962) 97-105, doi:10.1115/1.3684335; among other correlations in
+    Howey, Childs and Holmes, IEEE Trans. Ind. Electron. 59 (2012) 1367-1375. Fitted up to
+    Ta = 1e7. Their factor for the shape of the gap is near 1 in a narrow one, and left out. The
     branches do not quite meet at 1700 (1.96 against 2), hence the maximum.
     """
     laminar = np.maximum(2.0, 0.128 * np.maximum(taylor, 1.0) ** 0.367)
@@ -48,7 +50,7 @@ class AirGap(Effect):
     title: ClassVar[str] = "Exchange across the air gap"
     explanation: ClassVar[str] = "Vortices in the gap carry more heat the faster the shaft turns."
     parameters: ClassVar[dict[str, Parameter]] = {
-        "scale": amplitude(1.0, 0.0, 3.0, "factor on the correlation, good to about 30 %")
+        "scale": amplitude(1.0, 0.0, 3.0, "factor on the correlation, range by judgement")
     }
     amplitude: ClassVar[str] = "scale"
     handles: ClassVar[dict[tuple[str, str], ItemSpec]] = {

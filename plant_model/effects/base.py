@@ -117,6 +117,9 @@ class Effect:
         in the cycle at which a run begins [1].
     from_one_run_on : bool
         Whether it may have begun between two runs, as a fault does.
+    law : tuple of str
+        Parameters that, like the amplitude, make the law what it is: one that calibration takes to
+        an end of its range says that another law is at work.
     proportional : str
         Parameter that its answer grows in proportion to, if that is not its amplitude.
     tried : dict of str to tuple of float
@@ -142,6 +145,7 @@ class Effect:
     settles: ClassVar[bool] = False
     from_one_run_on: ClassVar[bool] = False
     swings: ClassVar[tuple[str, ...]] = ()
+    law: ClassVar[tuple[str, ...]] = ()
     proportional: ClassVar[str] = ""
     tried: ClassVar[dict[str, tuple[float, ...]]] = {}
     constant_exchanges: Sequence[Exchange] = ()

@@ -69,7 +69,7 @@ class BearingFriction(Effect):
         "Friction in the bearings grows with speed; lubricant and preload stay."
     )
     parameters: ClassVar[dict[str, Parameter]] = {
-        "scale": amplitude(1.0, 0.0, 3.0, "factor on Palmgren's torque, good to about 30 %")
+        "scale": amplitude(1.0, 0.0, 3.0, "factor on Palmgren's torque, range by judgement")
     }
     amplitude: ClassVar[str] = "scale"
     handles: ClassVar[dict[tuple[str, str], ItemSpec]] = {

@@ -16,10 +16,12 @@ class BearingRunIn(Effect):
     """Friction times 1 + a exp(-t / tau), t the hours turned since the start of the run.
 
     Grease churns until it is spread evenly, and torque and temperature are high meanwhile (Lugt,
-    Grease Lubrication in Rolling Bearings, Wiley 2013; Chatra, Osara and Lugt, Tribol. Int. (2023)
-    108375). Schedules for preloaded spindle bearings take up to 10 h in all (NSK), so tau is seldom
-    above 3 h; the range reaches wider. Hours at standstill do not count. The excess is the same
-    share of Palmgren's heat at every speed, viscosity and preload as given.
+    Grease Lubrication in Rolling Bearings, Wiley 2013, doi:10.1002/9781118483961; Chatra, Osara and
+    Lugt, Tribol. Int. (2023) 108375). NSK's run-in of new preloaded bearings takes up to 10 h in
+    all (Tech Talk 06, Protect your bearing investment), so tau is seldom above 3 h; the range
+    reaches wider. The size of the excess is engineering judgement. Hours at standstill do not
+    count. The excess is the same share of Palmgren's heat at every speed, viscosity and preload as
+    given.
     """
 
     name: ClassVar[str] = "bearing_run_in"
@@ -28,10 +30,11 @@ class BearingRunIn(Effect):
         "Friction is higher in the first hours and falls with the hours that the bearings turned."
     )
     parameters: ClassVar[dict[str, Parameter]] = {
-        "excess": Parameter(0.6, "1", 0.0, 2.0, "Lugt, Grease Lubrication in Rolling Bearings"),
-        "hours": Parameter(2.5, "h", 0.5, 10.0, "run-in schedules of up to 10 h in all, NSK"),
+        "excess": Parameter(0.6, "1", 0.0, 2.0, "judgement; that grease churns: Lugt 2013"),
+        "hours": Parameter(2.5, "h", 0.5, 10.0, "run-in of up to 10 h in all: NSK Tech Talk 06"),
     }
     amplitude: ClassVar[str] = "excess"
+    law: ClassVar[tuple[str, ...]] = ("hours",)
     temperature_dependent: ClassVar[bool] = True
     needs: ClassVar[tuple[str, ...]] = ("bearing_friction",)
     states: ClassVar[tuple[str, ...]] = ("hours_turned",)

@@ -18,10 +18,9 @@ class BearingStickSlip(Effect):
     c (u - s). At |u - s| = h the seat lets go, s jumps until a tenth of the strain is left (sliding
     friction is less than sticking, so it overshoots what would just hold), and it holds again.
     Seats of floating bearings are meant to slide at some 100 N; fretting and tilt multiply that,
-    and against 20 to 200 N/um of the locating bearing it makes 2 to 20 um
-    (orders of magnitude: Weck and Brecher, Werkzeugmaschinen 2, 8th ed.). The range is twice as
-    wide, because a model of few parts may grow more than the machine. It does nothing where the
-    structure has no shaft, housing and bearing that locates.
+    and against 20 to 200 N/um of the locating bearing it makes 2 to 20 um (all of it engineering
+    judgement). The range is twice as wide, because a model of few parts may grow more than the
+    machine. It does nothing where the structure has no shaft, housing and bearing that locates.
 
     The instants of slips depend on the last tenths of a micrometre. In a measured run the seat
     also lets go where the nose was seen to leap, if it leaps the right way and at least half of

@@ -12,11 +12,12 @@ from plant_model.parameters import FloatArray, Parameter
 class CentrifugalShift(Effect):
     """Elongation moves by k (n / n_high)^2 at once, n_high the highest speed.
 
-    Centrifugal load moves the balls outwards and lowers the inner contact angle, the rings grow,
-    and the shaft narrows lengthwise (Poisson): the nose moves by 1 to 30 um at full speed, forwards
-    or backwards as the bearings are arranged (Jorgensen and Shin, J. Manuf. Sci. Eng. 120 (1998)
+    Centrifugal load goes with the square of speed. It moves the balls outwards, which lowers the
+    outer contact angle and raises the inner one (Jorgensen and Shin, J. Manuf. Sci. Eng. 120 (1998)
     387-394; Abele, Altintas and Brecher, CIRP Annals 59 (2010) 781-802,
-    doi:10.1016/j.cirp.2010.05.002).
+    doi:10.1016/j.cirp.2010.05.002), the rings grow, and the shaft shortens as it widens (Poisson).
+    The nose moves forwards or backwards, as the bearings are arranged. That this is 1 to 30 um at
+    full speed is engineering judgement.
     """
 
     name: ClassVar[str] = "centrifugal_shift"
@@ -25,7 +26,7 @@ class CentrifugalShift(Effect):
         "Centrifugal load shifts the nose along its axis at the instant of a speed change."
     )
     parameters: ClassVar[dict[str, Parameter]] = {
-        "shift": Parameter(10.0, "um", -30.0, 30.0, "doi:10.1016/j.cirp.2010.05.002")
+        "shift": Parameter(10.0, "um", -30.0, 30.0, "judgement: 1 to 30 um at full speed")
     }
     amplitude: ClassVar[str] = "shift"
 

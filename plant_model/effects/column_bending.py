@@ -40,9 +40,10 @@ class ColumnBending(Effect):
 
     One wall of a column follows the hall sooner than the other. A difference of half of
     T_column - T_hall across 0.4 m bends 1.5 m of iron by 20 urad a kelvin; walls of 20 to 60 mm
-    need 0.5 to 6 h. Environmental influence on column machines: Mayr et al., CIRP Annals 61 (2012)
-    771-791, doi:10.1016/j.cirp.2012.05.008; ISO 230-3. The column is the heaviest node that gives
-    heat to the hall, the carrier the heaviest that passes heat to it.
+    need 0.5 to 6 h (rho c t / h). These sizes are engineering judgement. How the surroundings act
+    on machines: Mayr et al., CIRP Annals 61 (2012) 771-791, doi:10.1016/j.cirp.2012.05.008; how
+    that is tested: ISO 230-3. The column is the heaviest node that gives heat to the hall, the
+    carrier the heaviest that passes heat to it.
     """
 
     name: ClassVar[str] = "column_bending"
@@ -51,13 +52,14 @@ class ColumnBending(Effect):
         "The column follows the hall unevenly and tilts the spindle, also at rest."
     )
     parameters: ClassVar[dict[str, Parameter]] = {
-        "tilt": Parameter(8.0, "urad/K", 0.0, 40.0, "alpha L / w of columns"),
+        "tilt": Parameter(8.0, "urad/K", 0.0, 40.0, "judgement: alpha L / w of columns"),
         "hours": Parameter(2.0, "h", 0.5, 6.0, "iron walls of 20 to 60 mm in still air"),
         "carrier_share": Parameter(0.5, "1", 0.0, 1.0, "judgement: either may bend the column"),
         "direction": Parameter(45.0, "deg", -180.0, 180.0, "0 tilts towards X, 90 towards Y"),
         "lever": Parameter(300.0, "mm", 0.0, 1500.0, "from the column's middle to the nose"),
     }
     amplitude: ClassVar[str] = "tilt"
+    law: ClassVar[tuple[str, ...]] = ("hours",)
     tried: ClassVar[dict[str, tuple[float, ...]]] = {
         "tilt": (16.0,),
         "hours": (0.8, 2.0, 5.0),

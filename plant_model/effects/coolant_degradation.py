@@ -13,20 +13,22 @@ from plant_model.parameters import FloatArray, Parameter
 class CoolantDegradation(Effect):
     """Wall conductance UA (1 - d min(t / t_end, 1)), t the time since the run began.
 
-    A clogging filter, air in the circuit or a warm pump lowers flow, and film coefficients of
-    turbulent flow go with flow^0.8 (Gnielinski, VDI Heat Atlas, 2nd ed., part G1): a loss of UA
-    of 5 to 70 % for a loss of flow of 6 to 78 %. The walls' differences around the circumference
-    fall with them. Where a machine file has no jacket walls, the flows fall instead.
+    A clogging filter, air in the circuit or a worn pump lowers flow, and film coefficients of
+    turbulent pipe flow go with about flow^0.8 (Dittus and Boelter's correlation; Gnielinski's in
+    VDI Heat Atlas, 2nd ed., part G1): a loss of UA of 5 to 70 % for a loss of flow of 6 to 78 %.
+    How much is lost, and how fast, is engineering judgement. The walls' differences around the
+    circumference fall with them. Where a machine file has no jacket walls, the flows fall instead.
     """
 
     name: ClassVar[str] = "coolant_degradation"
     title: ClassVar[str] = "Cooling that gets worse over the run"
     explanation: ClassVar[str] = "The jackets take away less heat from hour to hour."
     parameters: ClassVar[dict[str, Parameter]] = {
-        "loss": Parameter(0.3, "1", 0.0, 0.7, "flow^0.8: VDI Heat Atlas, part G1"),
+        "loss": Parameter(0.3, "1", 0.0, 0.7, "judgement; UA goes with flow^0.8"),
         "hours": Parameter(8.0, "h", 2.0, 24.0, "judgement: a shift to a day"),
     }
     amplitude: ClassVar[str] = "loss"
+    law: ClassVar[tuple[str, ...]] = ("hours",)
     temperature_dependent: ClassVar[bool] = True
     states: ClassVar[tuple[str, ...]] = ("hours_elapsed",)
 

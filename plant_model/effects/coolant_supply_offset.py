@@ -12,15 +12,16 @@ from plant_model.parameters import FloatArray, Parameter
 class CoolantSupplyOffset(Effect):
     """Coolant enters every jacket at T_inlet + dT: extra heat V rho c dT per flow.
 
-    A pump of 100 to 1000 W in a flow of 5 to 20 l/min warms it by 0.1 to 2 K, a long line in a
-    colder or warmer hall changes it either way, and the sensor has an error of its own.
+    A pump that leaves 100 to 600 W in a flow of 5 to 20 l/min warms it by 0.1 to 2 K (water with
+    glycol, 3700 J/(l K)), a long line in a colder or warmer hall changes it either way, and the
+    sensor has an error of its own. Power and flow are engineering judgement.
     """
 
     name: ClassVar[str] = "coolant_supply_offset"
     title: ClassVar[str] = "Coolant not at its sensor's temperature"
     explanation: ClassVar[str] = "Pump and line change the coolant between sensor and jackets."
     parameters: ClassVar[dict[str, Parameter]] = {
-        "offset": Parameter(0.8, "K", -2.0, 2.0, "pump power over V rho c")
+        "offset": Parameter(0.8, "K", -2.0, 2.0, "judgement: pump power over V rho c")
     }
     amplitude: ClassVar[str] = "offset"
 

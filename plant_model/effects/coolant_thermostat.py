@@ -17,7 +17,8 @@ class CoolantThermostat(Effect):
     dT = b y climbs while the compressor rests and falls while it runs, at the same even rate: y
     goes from -1 to 1 and back in a period p. Where in its cycle a run begins is a parameter.
     Two-point chillers keep +-0.5 to 2 K, and switch no more than some ten times an hour to spare
-    the compressor. It acts on every flow that a boundary feeds.
+    the compressor (engineering judgement; see the chiller's data sheet). It acts on every flow that
+    a boundary feeds.
     """
 
     name: ClassVar[str] = "coolant_thermostat"
@@ -26,8 +27,8 @@ class CoolantThermostat(Effect):
         "The chiller's dead band makes the coolant's temperature swing, whatever the spindle does."
     )
     parameters: ClassVar[dict[str, Parameter]] = {
-        "band": Parameter(0.6, "K", 0.0, 1.5, "two-point chillers keep +-0.5 to 2 K"),
-        "period": Parameter(15.0, "min", 5.0, 40.0, "up to some ten switchings an hour"),
+        "band": Parameter(0.6, "K", 0.0, 1.5, "judgement: two-point chillers keep +-0.5 to 2 K"),
+        "period": Parameter(15.0, "min", 5.0, 40.0, "judgement: up to some ten switchings an hour"),
         "phase": Parameter(0.0, "1", 0.0, 1.0, "any; 0 is the coldest instant"),
     }
     amplitude: ClassVar[str] = "band"

@@ -13,9 +13,9 @@ class CopperLoss(Effect):
     """P = P_ref (M / M_ref)^2 (1 + 0.0039 (T_stator - 20)), M_ref a tenth of the highest torque.
 
     Current goes with torque, loss with its square, and copper gains 0.39 % of resistance a kelvin
-    (IEC 60034-1: 235 K rule, 1 / (235 + 20) per kelvin). It does nothing on a machine without an
-    input in Nm or without a motor; several motors share it evenly. The range is that of spindle
-    motors of 10 to 40 kW in light to heavy cutting.
+    (IEC 60034-1: resistance goes with 235 + T, 1 / (235 + 20) per kelvin). It does nothing on a
+    machine without an input in Nm or without a motor; several motors share it evenly. The range is
+    that of spindle motors of 10 to 40 kW in light to heavy cutting, by engineering judgement.
     """
 
     name: ClassVar[str] = "copper_loss"
@@ -25,7 +25,7 @@ class CopperLoss(Effect):
     )
     parameters: ClassVar[dict[str, Parameter]] = {
         "power": Parameter(
-            150.0, "W", 0.0, 2000.0, "1 to 3 % of a spindle motor's power, hour-long overloads"
+            150.0, "W", 0.0, 2000.0, "judgement: 1 to 3 % of a spindle motor's power, overloads"
         )
     }
     amplitude: ClassVar[str] = "power"

@@ -14,18 +14,19 @@ from plant_model.parameters import FloatArray, Parameter
 class CuttingHeat(Effect):
     """A share s of the cutting power |M omega| warms tool and nose.
 
-    The chip takes most of it, the tool 2 to 20 % (Abukhshim, Mativenga and Sheikh, Int. J. Mach.
-    Tools Manuf. 46 (2006) 782-800, doi:10.1016/j.ijmachtools.2005.07.024); coolant washes part of
-    that off. At 1 to 10 kW that is 10 to 500 W. Half of it reaches the foremost part of the shaft,
-    half stays in the tool; without a tool in the structure all goes to the shaft. It does nothing
-    on a machine without an input in Nm.
+    The chip takes most of it. What the tool takes differs much with material and speed (review:
+    Abukhshim, Mativenga and Sheikh, Int. J. Mach. Tools Manuf. 46 (2006) 782-800,
+    doi:10.1016/j.ijmachtools.2005.07.024); coolant washes part of that off. A share of 1 to 20 %
+    of 1 to 10 kW is engineering judgement. Half of it reaches the foremost part of the shaft, half
+    stays in the tool; without a tool in the structure all goes to the shaft. It does nothing on a
+    machine without an input in Nm.
     """
 
     name: ClassVar[str] = "cutting_heat"
     title: ClassVar[str] = "Heat from cutting"
     explanation: ClassVar[str] = "While cutting, a share of the cutting power warms tool and nose."
     parameters: ClassVar[dict[str, Parameter]] = {
-        "share": Parameter(0.04, "1", 0.0, 0.2, "doi:10.1016/j.ijmachtools.2005.07.024"),
+        "share": Parameter(0.04, "1", 0.0, 0.2, "judgement: 1 to 20 % of the cutting power"),
         "tool_share": Parameter(0.5, "1", 0.0, 1.0, "judgement: as much stays as is passed on"),
     }
     amplitude: ClassVar[str] = "share"

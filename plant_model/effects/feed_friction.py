@@ -11,7 +11,7 @@ from plant_model.parameters import FloatArray, Parameter
 
 
 class FeedFriction(Effect):
-    """Heat in proportion to the feed rate: P = k |v|."""
+    """Heat in proportion to the feed rate: P = k |v|, as of a force that speed does not change."""
 
     name: ClassVar[str] = "feed_friction"
     title: ClassVar[str] = "Feed axis friction"

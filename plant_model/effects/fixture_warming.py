@@ -16,8 +16,9 @@ class FixtureWarming(Effect):
 
     dT counts from the start of the run; the nose is the front of the housing above the fixture. A
     bracket that holds probes 50 to 450 mm from where it is clamped moves them by 0.5 to 5 um/K
-    (steel and aluminium, 11.5 to 23e-6/K); ISO 230-3 asks to keep it out or to correct it. The
-    spindle does not move: only readings change, and no tilt appears.
+    (steel and aluminium, 11.5 to 23e-6/K); the lengths are engineering judgement. ISO 230-3
+    measures the drift of spindles with probes in such a fixture. The spindle does not move: only
+    readings change, and no tilt appears.
     """
 
     name: ClassVar[str] = "fixture_warming"
@@ -32,6 +33,7 @@ class FixtureWarming(Effect):
         "direction": Parameter(45.0, "deg", -180.0, 180.0, "0 moves X readings, 90 Y readings"),
     }
     amplitude: ClassVar[str] = "growth"
+    law: ClassVar[tuple[str, ...]] = ("minutes",)
     tried: ClassVar[dict[str, tuple[float, ...]]] = {
         "growth": (2.0,),
         "minutes": (8.0, 25.0, 80.0),

@@ -17,7 +17,9 @@ class ForcedConvection(Effect):
 
     It acts on the surfaces of the spindle: shaft, housing, tool, bearings and motor; where a
     machine file gives none of these a surface, on all. The exponent is that of a cylinder turning
-    in still air, Nu = 0.095 (0.5 Re^2 + Gr)^0.35: Kays and Bjorklund, Trans. ASME 80 (1958) 70-78.
+    in still air: 2/3 in Anderson and Saunders, Proc. R. Soc. A 217 (1953) 555-562, and in Kays and
+    Bjorklund, Trans. ASME 80 (1958) 70-78; 0.7 in Dropkin and Carmi, Trans. ASME 79 (1957) 741-749.
+    That parts which do not turn share in it, and by how much, is engineering judgement.
     """
 
     name: ClassVar[str] = "forced_convection"
@@ -26,7 +28,7 @@ class ForcedConvection(Effect):
         "The turning spindle stirs the air and cools its own outside; at standstill that stops."
     )
     parameters: ClassVar[dict[str, Parameter]] = {
-        "gain": Parameter(1.5, "1", 0.0, 4.0, "5 to 45 W/(m2 K) beside a turning spindle")
+        "gain": Parameter(1.5, "1", 0.0, 4.0, "judgement: 5 to 45 W/(m2 K) in all")
     }
     amplitude: ClassVar[str] = "gain"
     conductance_inputs: ClassVar[tuple[str, ...]] = ("speed",)

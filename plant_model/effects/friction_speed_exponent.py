@@ -15,11 +15,11 @@ from plant_model.parameters import FloatArray, Parameter
 class FrictionSpeedExponent(Effect):
     """Heat of the bearings Q = Q_Palmgren (n / n_ref)^d, n_ref half of the highest speed.
 
-    Palmgren's viscous part goes with n^(5/3), its load part with n. Measured exponents are lower
-    where oil is scarce (starvation, oil and air) and higher with grease that churns and with the
-    balls' centrifugal load: 1 to 2.5 in all (Harris and Kotzalas, Advanced Concepts of Bearing
-    Technology, 5th ed., ch. 2; Bossmanns and Tu, J. Manuf. Sci. Eng. 123 (2001) 494-505,
-    doi:10.1115/1.1349555). At n_ref the heat stays as it is, so d changes nothing but the slope.
+    Palmgren's viscous part goes with n^(5/3), its load part with n. The exponent is lower where oil
+    is scarce (starvation, oil and air) and higher with grease that churns and with the balls'
+    centrifugal load; 1 to 2.5 in all is engineering judgement. Where the heat of fast spindles
+    arises: Bossmanns and Tu, J. Manuf. Sci. Eng. 123 (2001) 494-505, doi:10.1115/1.1349555. At
+    n_ref the heat stays as it is, so d changes nothing but the slope.
     """
 
     name: ClassVar[str] = "friction_speed_exponent"
@@ -28,7 +28,9 @@ class FrictionSpeedExponent(Effect):
         "The bearings' heat rises with speed more steeply, or less, than the usual law says."
     )
     parameters: ClassVar[dict[str, Parameter]] = {
-        "deviation": Parameter(0.4, "1", -0.7, 0.9, "exponents of 1 to 2.5 against Palmgren's 5/3")
+        "deviation": Parameter(
+            0.4, "1", -0.7, 0.9, "judgement: exponents of 1 to 2.5, Palmgren 5/3"
+        )
     }
     amplitude: ClassVar[str] = "deviation"
     needs: ClassVar[tuple[str, ...]] = ("bearing_friction",)

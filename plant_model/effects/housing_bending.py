@@ -13,6 +13,7 @@ from plant_model.parameters import FloatArray, Parameter
 class HousingBending(Effect):
     """A part with a linear temperature difference across its width bends: phi = alpha dT L / w.
 
+    That is a beam which nothing holds straight: its curvature is alpha dT / w all along.
     The nose turns by phi and moves sideways by phi times the distance from the part's middle to
     the gauge line. ``towards`` lists the nodes whose warming turns the nose towards the positive
     axis, ``away`` those on the opposite side; ``yaw`` and ``pitch`` say in which plane.

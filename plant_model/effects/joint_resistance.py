@@ -16,9 +16,12 @@ class JointResistance(Effect):
 
     f is the contact pressure against the cold one. The outer ring presses harder into its bore the
     warmer it is than the housing; a seat of 110 mm gains 0.7 um a kelvin in radius against 1 to
-    5 um of fit, and contact conductance goes with pressure^0.95 (Cooper, Mikic and Yovanovich,
-    Int. J. Heat Mass Transf. 12 (1969) 279-300, doi:10.1016/0017-9310(69)90011-8). Negative k: the
-    fit loosens. It acts on every contact of a bearing's outer side but the one to its inner side.
+    5 um of fit (engineering judgement). Contact conductance goes with pressure^0.95: Yovanovich's
+    correlation (Thermal contact correlations, in Spacecraft Radiative Transfer and Temperature
+    Control, AIAA 1982) of the theory of Cooper, Mikic and Yovanovich, Int. J. Heat Mass Transf. 12
+    (1969) 279-300, doi:10.1016/0017-9310(69)90011-8. Negative k: the fit loosens. The limits of f
+    are engineering judgement. It acts on every contact of a bearing's outer side but the one to its
+    inner side.
     """
 
     name: ClassVar[str] = "joint_resistance"
@@ -27,7 +30,7 @@ class JointResistance(Effect):
         "The joint from bearing to housing conducts better, or worse, the warmer the bearing is."
     )
     parameters: ClassVar[dict[str, Parameter]] = {
-        "gain": Parameter(0.25, "1/K", -0.3, 0.7, "ring growth against fit; pressure^0.95")
+        "gain": Parameter(0.25, "1/K", -0.3, 0.7, "judgement: ring growth against fit")
     }
     amplitude: ClassVar[str] = "gain"
     temperature_dependent: ClassVar[bool] = True

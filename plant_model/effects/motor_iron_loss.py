@@ -13,9 +13,11 @@ from plant_model.parameters import FloatArray, Parameter
 class MotorIronLoss(Effect):
     """P = P_high ((1 - q) r + q r^2) with r = n / n_high, n_high the highest speed.
 
-    Hysteresis goes with frequency, eddy currents with its square (Bertotti, IEEE Trans. Magn. 24
-    (1988) 621-630, doi:10.1109/20.43994). Most of it arises in the stator. Several motors share it
-    evenly. Spindle motors of 10 to 40 kW lose 1 to 4 % of their power in iron: 50 to 1000 W.
+    Hysteresis goes with frequency, classical eddy currents with its square; the excess loss between
+    them is left out (separation of losses: Bertotti, IEEE Trans. Magn. 24 (1988) 621-630,
+    doi:10.1109/20.43994). Most of it arises in the stator. Several motors share it evenly. That
+    spindle motors of 10 to 40 kW lose up to 1000 W in iron, and the shares, are engineering
+    judgement.
     """
 
     name: ClassVar[str] = "motor_iron_loss"
@@ -24,11 +26,12 @@ class MotorIronLoss(Effect):
         "Changing magnetisation heats the stator, with speed and with its square."
     )
     parameters: ClassVar[dict[str, Parameter]] = {
-        "power": Parameter(300.0, "W", 0.0, 1000.0, "1 to 4 % of a spindle motor's power"),
-        "eddy_share": Parameter(0.6, "1", 0.0, 1.0, "thin sheets at some 100 Hz, judgement"),
-        "stator_share": Parameter(0.85, "1", 0.6, 1.0, "the rotor sees slip frequency only"),
+        "power": Parameter(300.0, "W", 0.0, 1000.0, "judgement: motors of 10 to 40 kW"),
+        "eddy_share": Parameter(0.6, "1", 0.0, 1.0, "judgement: thin sheets at some 100 Hz"),
+        "stator_share": Parameter(0.85, "1", 0.6, 1.0, "judgement: the rotor sees slip frequency"),
     }
     amplitude: ClassVar[str] = "power"
+    law: ClassVar[tuple[str, ...]] = ("eddy_share",)
 
     def prepare(self) -> None:
         """Find the motors."""

@@ -11,7 +11,11 @@ from plant_model.parameters import FloatArray, Parameter
 
 
 class MotorLoss(Effect):
-    """No-load loss P = k |n|, split between rotor and stator."""
+    """No-load loss P = k |n|, split between rotor and stator.
+
+    A straight line in place of the iron's and the drive's losses, and a third of it in the rotor:
+    engineering judgement, to be replaced by a loss from a data sheet.
+    """
 
     name: ClassVar[str] = "motor_loss"
     title: ClassVar[str] = "Motor loss"

@@ -15,8 +15,8 @@ class NaturalConvection(Effect):
     """Film coefficient beyond the constant one, h = h1 (|T - T_air| / 10 K)^(1/4).
 
     Laminar free convection along a plate of height L, 1.42 (dT / L)^(1/4) W/(m2 K) in air, gives
-    2.5 to 6 W/(m2 K) at 10 K for 1 to 0.03 m (Holman, Heat Transfer, 10th ed., table 7-2; VDI Heat
-    Atlas, 2nd ed., part F2). The range covers 0 to 8.
+    2.5 to 6 W/(m2 K) at 10 K for 1 to 0.03 m (Holman, Heat Transfer, 10th ed., table 7-2; fuller
+    correlations: VDI Heat Atlas, 2nd ed., part F2). The range covers 0 to 8.
     """
 
     name: ClassVar[str] = "natural_convection"

@@ -11,15 +11,15 @@ from plant_model.parameters import FloatArray, Parameter
 class SensorDrift(Effect):
     """Reading = T + r t, t the time since the run began.
 
-    0.1 to 3 K over a run of 6 to 8 h, as a loosening contact or a wetting lead shows; sound sensors
-    drift far less in a year (IEC 60751). It does nothing for a displacement sensor.
+    0.1 to 3 K over a run of 6 to 8 h, as a loosening contact or a wetting lead may cause, is
+    engineering judgement; sound sensors drift far less. It does nothing for a displacement sensor.
     """
 
     name: ClassVar[str] = "sensor_drift"
     title: ClassVar[str] = "Thermometer that drifts"
     explanation: ClassVar[str] = "The error of one thermometer grows from hour to hour."
     parameters: ClassVar[dict[str, Parameter]] = {
-        "rate": Parameter(0.15, "K/h", -0.5, 0.5, "0.1 to 3 K over a run, judgement")
+        "rate": Parameter(0.15, "K/h", -0.5, 0.5, "judgement: 0.1 to 3 K over a run")
     }
     amplitude: ClassVar[str] = "rate"
     on_channel: ClassVar[bool] = True

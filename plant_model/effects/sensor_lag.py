@@ -13,17 +13,17 @@ from plant_model.parameters import FloatArray, Parameter
 class SensorLag(Effect):
     """Reading y of one thermometer, tau dy/dt = T - y.
 
-    A loose sensor in a thick pocket needs minutes (first-order response: ASTM E644; VDI/VDE 3522),
-    a clamped one seconds. Below 30 s the state lags by 30 s and the reading takes tau / 30 s of its
-    distance, the same for anything slow, so that the reading returns to T as tau goes to zero. It
-    does nothing for a displacement sensor.
+    A loose sensor in a thick pocket needs minutes, a clamped one seconds, by engineering judgement;
+    ASTM E644 and VDI/VDE 3522 say how to measure it. Below 30 s the state lags by 30 s and the
+    reading takes tau / 30 s of its distance, the same for anything slow, so that the reading
+    returns to T as tau goes to zero. It does nothing for a displacement sensor.
     """
 
     name: ClassVar[str] = "sensor_lag"
     title: ClassVar[str] = "Thermometer that follows late"
     explanation: ClassVar[str] = "One thermometer lags behind its part whenever that changes."
     parameters: ClassVar[dict[str, Parameter]] = {
-        "minutes": Parameter(5.0, "min", 0.0, 20.0, "sensors in pockets: VDI/VDE 3522")
+        "minutes": Parameter(5.0, "min", 0.0, 20.0, "judgement: sensors loose in their pockets")
     }
     amplitude: ClassVar[str] = "minutes"
     on_channel: ClassVar[bool] = True

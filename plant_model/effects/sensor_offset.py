@@ -11,16 +11,16 @@ from plant_model.parameters import FloatArray, Parameter
 class SensorOffset(Effect):
     """Reading = T + e, the same through the whole run.
 
-    A swapped class or lead costs 0.1 to 2 K (Pt100 class B: 0.3 K + 0.005 |t|, IEC 60751), a wrong
-    type, a bad contact or a wrong scale tens of kelvin. It does nothing for a displacement sensor,
-    whose zero means nothing.
+    A Pt100 of class B may be off by 0.3 K + 0.005 |t| (IEC 60751). A lead of two wires adds up to
+    2 K, a wrong type, a bad contact or a wrong scale tens of kelvin (engineering judgement). It
+    does nothing for a displacement sensor, whose zero means nothing.
     """
 
     name: ClassVar[str] = "sensor_offset"
     title: ClassVar[str] = "Thermometer with a constant error"
     explanation: ClassVar[str] = "One thermometer reads too high or too low by the same amount."
     parameters: ClassVar[dict[str, Parameter]] = {
-        "error": Parameter(1.0, "K", -40.0, 40.0, "IEC 60751; faults of tens of kelvin occur")
+        "error": Parameter(1.0, "K", -40.0, 40.0, "judgement: faults of tens of kelvin occur")
     }
     amplitude: ClassVar[str] = "error"
     tried: ClassVar[dict[str, tuple[float, ...]]] = {

@@ -15,8 +15,9 @@ class SlowStructure(Effect):
     """Growth k y with tau dy/dt = (T_hall - T_hall at the start) - y.
 
     Bed and column between tool and work are metres of iron (11 um/(m K)) with hours of lag: 3 h
-    for a column in moving air to 20 h for a bed on its foundation (environmental variation error:
-    ISO 230-3; Mayr et al., CIRP Annals 61 (2012) 771-791, doi:10.1016/j.cirp.2012.05.008).
+    for a column in moving air to 20 h for a bed on its foundation, by engineering judgement (what
+    the hall does to machines: Mayr et al., CIRP Annals 61 (2012) 771-791,
+    doi:10.1016/j.cirp.2012.05.008; its test: environmental temperature variation error, ISO 230-3).
     ``direction`` turns the growth from the elongation (0) to the radial drift (90), ``azimuth``
     turns that drift from X (0) to Y (90).
     """
@@ -27,12 +28,13 @@ class SlowStructure(Effect):
         "Bed and column grow with the hall hours later, so drift never settles."
     )
     parameters: ClassVar[dict[str, Parameter]] = {
-        "growth": Parameter(8.0, "um/K", 0.0, 30.0, "0.1 to 3 m of iron"),
-        "hours": Parameter(8.0, "h", 3.0, 20.0, "column in moving air to bed on its foundation"),
+        "growth": Parameter(8.0, "um/K", 0.0, 30.0, "judgement: 0.1 to 3 m of iron"),
+        "hours": Parameter(8.0, "h", 3.0, 20.0, "judgement: column in air to bed on foundation"),
         "direction": Parameter(0.0, "deg", -180.0, 180.0, "0 is elongation, 90 radial"),
         "azimuth": Parameter(90.0, "deg", -90.0, 90.0, "0 is X, 90 is Y"),
     }
     amplitude: ClassVar[str] = "growth"
+    law: ClassVar[tuple[str, ...]] = ("hours",)
     tried: ClassVar[dict[str, tuple[float, ...]]] = {
         "growth": (8.0,),
         "hours": (3.5, 7.0, 14.0),

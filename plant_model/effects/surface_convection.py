@@ -11,8 +11,9 @@ from plant_model.parameters import Parameter
 class SurfaceConvection(Effect):
     """Newton's law of cooling: Q = h A (T_ambient - T), with h constant.
 
-    Still air at machine surfaces: h of 5 to 12 W/(m2 K), radiation at room temperature included
-    (VDI Heat Atlas, 2nd ed., parts F2 and K).
+    Still air at machine surfaces: h of 5 to 12 W/(m2 K), of which 2 to 6 are free convection (see
+    ``natural_convection``) and 3 to 5 radiation, 4 eps sigma T^3 at room temperature and an
+    emissivity of 0.6 to 0.9 (VDI Heat Atlas, 2nd ed., parts F2 and K).
     """
 
     name: ClassVar[str] = "surface_convection"

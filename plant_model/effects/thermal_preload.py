@@ -19,9 +19,9 @@ class ThermalPreload(Effect):
     an elastic approach of 1 to 5 um under preload, and load rises with the power 3/2 of approach:
     k of 0.1 to 0.6 per kelvin for bearings clamped stiffly, little for spring preload (Hertz
     stiffness: Harris and Kotzalas, Essential Concepts of Bearing Technology, 5th ed., ch. 6 and 8;
-    thermally induced preload in spindles: Bossmanns and Tu, Int. J. Mach. Tools Manuf. 39 (1999)
-    1345-1366). The range reaches wider. At ten times its load torque a bearing is about to seize:
-    the factor goes no further.
+    thermally induced preload in spindles: Stein and Tu, J. Dyn. Syst. Meas. Control 116 (1994)
+    372-386). The approach under preload is engineering judgement, and the range reaches wider. At
+    ten times its load torque a bearing is taken to be about to seize: the factor goes no further.
     """
 
     name: ClassVar[str] = "thermal_preload"
@@ -30,7 +30,7 @@ class ThermalPreload(Effect):
         "After a speed-up the inner ring warms first, the bearing tightens and heats more."
     )
     parameters: ClassVar[dict[str, Parameter]] = {
-        "gain": Parameter(0.2, "1/K", 0.0, 2.0, "ring growth against elastic approach")
+        "gain": Parameter(0.2, "1/K", 0.0, 2.0, "judgement: ring growth against approach")
     }
     amplitude: ClassVar[str] = "gain"
     temperature_dependent: ClassVar[bool] = True

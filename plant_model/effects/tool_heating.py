@@ -17,9 +17,9 @@ class ToolHeating(Effect):
     Own states are the excess of holder and tool over the hall. The holder's growth adds to the
     elongation over its length, the tool's to its growth per length, beyond what the structure
     already has. G: an HSK or SK taper has 2 to 20 W/K across its joint, and carries what it takes
-    along some 50 mm of shank, 1 to 8 W/K in all (k A / L, steel 48 W/(m K); joints: VDI Heat Atlas,
-    2nd ed., part G). Half of the capacity is the holder's. The tool comes out of the magazine at
-    the hall's temperature.
+    along some 50 mm of shank, 1 to 8 W/K in all (k A / L, steel 48 W/(m K)). Half of the capacity
+    is the holder's. Joint, masses, lengths and films are engineering judgement. The tool comes out
+    of the magazine at the hall's temperature.
     """
 
     name: ClassVar[str] = "tool_heating"
@@ -28,9 +28,9 @@ class ToolHeating(Effect):
         "The warm nose heats holder and tool, which go on growing after it."
     )
     parameters: ClassVar[dict[str, Parameter]] = {
-        "conductance": Parameter(2.0, "W/K", 0.0, 8.0, "taper joint and shank, k A / L"),
+        "conductance": Parameter(2.0, "W/K", 0.0, 8.0, "judgement: joint, and k A / L of shank"),
         "capacity": Parameter(900.0, "J/K", 200.0, 3000.0, "0.4 to 6 kg of steel"),
-        "holder_length": Parameter(80.0, "mm", 20.0, 250.0, "holders by DIN 69893 and ISO 7388"),
+        "holder_length": Parameter(80.0, "mm", 20.0, 250.0, "judgement: usual holders"),
         "loss": Parameter(0.8, "W/K", 0.1, 3.0, "20 to 60 W/(m2 K) on 0.005 to 0.05 m2, turning"),
     }
     amplitude: ClassVar[str] = "conductance"

@@ -17,9 +17,9 @@ class UnevenBearingHeating(Effect):
     """Tilt alpha (L / w) D, with tau dD/dt = D_ref P / P_ref - D across the race.
 
     P is the bearings' heat at the speed in force and P_ref that at half of the highest speed. Load
-    zones, an oil inlet or a rib make one side warmer: outer rings of spindles differ by up to 5 K
-    around the circumference. alpha = 11.5e-6/K for steel; L / w is the length over the width of the
-    zone that bends. No tilt of its own at rest.
+    zones, an oil inlet or a rib make one side warmer; up to 5 K around the circumference is
+    engineering judgement, as are lag, zone and lever. alpha = 11.5e-6/K for steel; L / w is the
+    length over the width of the zone that bends. No tilt of its own at rest.
     """
 
     name: ClassVar[str] = "uneven_bearing_heating"
@@ -28,13 +28,14 @@ class UnevenBearingHeating(Effect):
         "One side of the race is warmer, so the nose tilts as the bearings heat."
     )
     parameters: ClassVar[dict[str, Parameter]] = {
-        "difference": Parameter(1.5, "K", 0.0, 5.0, "outer rings of spindles, judgement"),
+        "difference": Parameter(1.5, "K", 0.0, 5.0, "judgement: outer rings of spindles"),
         "minutes": Parameter(15.0, "min", 3.0, 60.0, "capacity over conductance of a seat"),
         "direction": Parameter(0.0, "deg", -180.0, 180.0, "0 tilts towards X, 90 towards Y"),
         "slenderness": Parameter(0.8, "1", 0.3, 2.0, "length over width of the warm zone"),
         "lever": Parameter(100.0, "mm", 0.0, 500.0, "from the bearing to the gauge line"),
     }
     amplitude: ClassVar[str] = "difference"
+    law: ClassVar[tuple[str, ...]] = ("minutes",)
     tried: ClassVar[dict[str, tuple[float, ...]]] = {
         "difference": (2.0,),
         "minutes": (5.0, 15.0, 45.0),

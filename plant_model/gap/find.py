@@ -135,7 +135,11 @@ def _find(
             if not judged.named:
                 break
             progress("calibrating the named effect in full")
-            after, around = refined(judged.best)
+            grown, around = refined(judged.best)
+            if grown.beyond:
+                rounds[-1] = replace(judged, one_of=())
+                break
+            after = grown
     if not adequate(before, after, len(observed[0].channels)):
         rounds, after = [replace(rounds[0], one_of=())], before
     return Found(before, after, tuple(rounds))

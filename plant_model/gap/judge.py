@@ -16,7 +16,7 @@ ABOVE_TOLERANCE = 2.2
 """Cost per run and channel from which something is wrong even if no effect explains it: half as
 much again as the tolerance, all the time."""
 
-ADEQUATE, MOSTLY = 5.0, 1.0 / 3.0
+ADEQUATE, MOSTLY = 5.0, 0.5
 """Where so much is left per run and channel after all that was added, and less than this share of
 it was explained, what was named does little of what is missing: something else is."""
 
@@ -46,7 +46,7 @@ class Judged:
     probability : tuple of float
         Of each, of being the one that is missing among these.
     share : float
-        What the best one explains of the cost on unseen runs [1].
+        What the one named, or else the best one, explains of the cost on unseen runs [1].
     chance : float
         What the best of all candidates explains by chance in 99 of 100 cases [1].
     one_of : tuple of str
@@ -70,8 +70,9 @@ class Judged:
 
     @property
     def best(self) -> Explained:
-        """The best explanation."""
-        return self.tried[0]
+        """The explanation that is named, or else the best one."""
+        key = self.one_of[:1]
+        return next((one for one in self.tried if one.added[-1:] == key), self.tried[0])
 
 
 def left_over(now: Explained, channels: int) -> float:
@@ -124,23 +125,25 @@ def judge(
     pieces = len(now.unseen) * channels
     unit = max(1.0, costs[0] / pieces) if len(costs) else 1.0
     odds = np.exp(-(costs - costs[0]) / (2.0 * unit)) if len(costs) else costs
-    share = 1.0 - costs[0] / before if len(costs) else 0.0
-    gain = before - costs[0] if len(costs) else 0.0
+    # What does it only at an end of its range is not what is missing, but something like it is.
+    rivals = [
+        i
+        for i, one in enumerate(ranked)
+        if odds[i] >= RIVAL and 1.0 - costs[i] / before >= chance and not one.beyond
+    ]
+    first = rivals[0] if rivals else 0
+    gain = before - costs[first] if len(costs) else 0.0
+    share = gain / before
     enough = share >= max(LEAST_SHARE, chance) and gain > max(
         LEAST_GAIN * unit, LATER_SHARE * at_first
     )
-    helped = enough and _helps(ranked[0], now)
-    rivals = [
-        one.added[-1]
-        for one, odd, cost in zip(ranked, odds, costs, strict=True)
-        if odd >= RIVAL and 1.0 - cost / before >= chance
-    ]
+    named = bool(rivals) and enough and _helps(ranked[first], now)
     return Judged(
         now,
         tuple(ranked),
         tuple(float(odd) for odd in odds / max(odds.sum(), 1e-300)),
         float(share),
         chance,
-        tuple(rivals) if helped else (),
+        tuple(ranked[i].added[-1] for i in rivals) if named else (),
         left_over(now, channels) > ABOVE_TOLERANCE,
     )

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from plant_model.effects import catalogue
 from plant_model.gap.calibrate import Calibration, calibrate, intervals
 from plant_model.gap.candidates import Candidate, with_effect
 from plant_model.gap.design import RunDesign, Surroundings, all_surroundings, design_of
@@ -56,6 +57,22 @@ class Explained:
     def machine(self) -> Machine:
         """The calibrated machine."""
         return self.calibration.machine
+
+    @property
+    def beyond(self) -> tuple[str, ...]:
+        """What the effect added last would have to leave the range of, to do what it is named for.
+
+        Its amplitude, and what else makes its law; empty if all of them lie inside.
+        """
+        if not self.added:
+            return ()
+        effect = catalogue()[self.added[-1].partition(":")[0]]
+        telling = {f"effects.{self.added[-1]}.{name}" for name in (effect.amplitude, *effect.law)}
+        return tuple(
+            one.name.rpartition(".")[2]
+            for one in self.calibration.parameters
+            if one.at_bound and one.name in telling
+        )
 
     def pull(self) -> FloatArray:
         """Return where calibration left its parameters, in the fitting scale, shape (P,)."""

@@ -124,7 +124,7 @@ def report_of(
         "one_of_keys": list(first.one_of),
         "separate_by": _separate(first, found),
         "runners_up": [
-            {**_named(one.added[-1]), "probability": p}
+            {**_named(one.added[-1]), "probability": p, "beyond_its_range": list(one.beyond)}
             for one, p in zip(first.tried, first.probability, strict=True)
             if not first.named or one is not first.best
         ],
@@ -176,7 +176,8 @@ def _effect(judged: Judged, found: Found) -> dict[str, Any]:
         for one in found.after.calibration.parameters
         if one.name.startswith(prefix)
     }
-    entry["probability"] = judged.probability[0]
+    place = next(i for i, one in enumerate(judged.tried) if one is judged.best)
+    entry["probability"] = judged.probability[place]
     entry["evidence"] = (
         f"explains {judged.share:.0%} of what is left on runs predicted from the others; "
         f"chance explains {judged.chance:.0%} or less in 99 of 100 cases"
@@ -215,7 +216,7 @@ def five_lines(table: dict[str, Any]) -> list[str]:
     elif table["verdict"] == "unknown":
         lines.append(
             "What is missing: something that no effect of the catalogue explains; the best of them "
-            f"explains {max(evidence['share_explained'], 0.0):.0%}."
+            f"explains {max(evidence['share_explained'], 0.0):.0%}{_beyond(table['runners_up'])}."
         )
     else:
         lines.append("What is missing: nothing that stands out of the tolerance.")
@@ -249,6 +250,13 @@ def five_lines(table: dict[str, Any]) -> list[str]:
     )
     assert all(np.isfinite([gap["before"], gap["after"]]))
     return lines
+
+
+def _beyond(tried: Sequence[Mapping[str, Any]]) -> str:
+    """Return in words why the best one was not named, if it would have to leave its range."""
+    if not tried or not tried[0]["beyond_its_range"]:
+        return ""
+    return f", and would have to leave its range ({', '.join(tried[0]['beyond_its_range'])})"
 
 
 def _left_out(faults: Sequence[Mapping[str, Any]]) -> str:

@@ -86,8 +86,14 @@ def test_candidates_cover_both_signs_and_stay_in_range(jig_borer: Machine) -> No
 class _Scored:
     """What judging needs to know of an explanation."""
 
-    def __init__(self, name: str, unseen: list[float], acts: tuple[bool, ...] = ()) -> None:
-        self.added, self.unseen, self.acts = (name,), np.array(unseen), acts
+    def __init__(
+        self,
+        name: str,
+        unseen: list[float],
+        acts: tuple[bool, ...] = (),
+        beyond: tuple[str, ...] = (),
+    ) -> None:
+        self.added, self.unseen, self.acts, self.beyond = (name,), np.array(unseen), acts, beyond
 
 
 @pytest.mark.parametrize(
@@ -116,6 +122,18 @@ def test_only_runs_in_which_an_effect_acts_speak_of_it() -> None:
     )
     assert judge(now, [everywhere], 0.1, channels=14).one_of == ()  # type: ignore[arg-type]
     assert judge(now, [last], 0.1, channels=14).one_of == ("a",)  # type: ignore[arg-type]
+
+
+def test_an_effect_at_the_end_of_its_range_is_not_named() -> None:
+    now = _Scored("", [50.0, 50.0, 50.0])
+    ended = _Scored("a", [20.0, 20.0, 20.0], beyond=("power",))
+    close, far = (_Scored("b", [cost] * 3) for cost in (20.5, 40.0))
+    assert judge(now, [ended], 0.1, channels=14).one_of == ()  # type: ignore[list-item, arg-type]
+    # Another that does nearly as well may be it; one that does far worse is not.
+    judged = judge(now, [ended, close], 0.1, channels=14)  # type: ignore[list-item, arg-type]
+    assert judged.one_of == ("b",)
+    assert judged.best is close  # type: ignore[comparison-overlap]
+    assert judge(now, [ended, far], 0.1, channels=14).one_of == ()  # type: ignore[list-item, arg-type]
 
 
 def test_a_written_machine_reads_back_and_keeps_its_comments(
