@@ -33,7 +33,7 @@ class Windage(Hidden):
 
     name: ClassVar[str] = "windage"
     unit: ClassVar[str] = "W"
-    sizes: ClassVar[tuple[float, float, float]] = (60.0, 150.0, 350.0)
+    sizes: ClassVar[tuple[float, float, float]] = (50.0, 110.0, 250.0)
 
     def begin(self, spindle: Spindle, drive: Drive) -> None:
         """Most of it in the motor's gap, some at the nose."""

@@ -81,7 +81,7 @@ class Radiation(_Surface):
 
     name: ClassVar[str] = "radiation"
     unit: ClassVar[str] = "1"
-    sizes: ClassVar[tuple[float, float, float]] = (0.3, 0.6, 0.95)
+    sizes: ClassVar[tuple[float, float, float]] = (0.3, 0.5, 0.8)
 
     def heat(self, now: Now, out: Array) -> None:
         """Add what the surfaces gain."""
