@@ -27,7 +27,7 @@ class FixtureWarming(Effect):
         "The fixture grows and moves all radial probes alike, though the spindle stays."
     )
     parameters: ClassVar[dict[str, Parameter]] = {
-        "growth": Parameter(2.0, "um/K", 0.0, 5.0, "50 to 450 mm of steel or aluminium"),
+        "growth": Parameter(2.0, "um/K", 0.0, 6.0, "50 to 450 mm of steel or aluminium"),
         "minutes": Parameter(30.0, "min", 5.0, 120.0, "5 to 30 mm of steel in still air"),
         "nose_share": Parameter(0.3, "1", 0.0, 1.0, "judgement: how near the nose it stands"),
         "direction": Parameter(45.0, "deg", -180.0, 180.0, "0 moves X readings, 90 Y readings"),

@@ -20,7 +20,7 @@ class Windage(Effect):
     the power as area times radius cubed; without any, rotor and stator of the motors take it. A
     smooth rotor of 180 mm length in a gap of 0.7 mm loses 20, 40 or 95 W at 20,000 r/min with a
     radius of 40, 50 or 65 mm. Slots, end faces and further gaps make up to three times of that, by
-    engineering judgement.
+    engineering judgement; the range leaves room for a model that loses the heat too easily.
     """
 
     name: ClassVar[str] = "windage"
@@ -29,7 +29,7 @@ class Windage(Effect):
         "Air friction in the gaps heats shaft and housing with the cube of speed."
     )
     parameters: ClassVar[dict[str, Parameter]] = {
-        "power": Parameter(120.0, "W", 0.0, 300.0, "judgement: 1 to 3 times a smooth rotor's loss")
+        "power": Parameter(120.0, "W", 0.0, 400.0, "judgement: 1 to 3 times a smooth rotor's loss")
     }
     amplitude: ClassVar[str] = "power"
 
