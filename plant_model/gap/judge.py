@@ -23,8 +23,10 @@ it was explained, what was named does little of what is missing: something else 
 LEAST_GAIN = 10.0
 """Fall of the cost on unseen runs that an effect must bring, in units (see :func:`judge`)."""
 
-LATER_SHARE = 0.1
-"""Share of what was left at first that a further effect must explain [1]."""
+LATER_SHARE, LATER_MOST = 0.1, 0.5
+"""Share of what was left at first that a further effect must explain, or of what is left now [1].
+
+What is left of a strong effect is its law being not quite the machine's, and looks like others."""
 
 MOST_RUNS = 0.75
 """Share of the runs in which an effect acts that it must make better to be named [1]."""
@@ -134,9 +136,8 @@ def judge(
     first = rivals[0] if rivals else 0
     gain = before - costs[first] if len(costs) else 0.0
     share = gain / before
-    enough = share >= max(LEAST_SHARE, chance) and gain > max(
-        LEAST_GAIN * unit, LATER_SHARE * at_first
-    )
+    much = gain > LATER_SHARE * at_first or share >= LATER_MOST
+    enough = share >= max(LEAST_SHARE, chance) and gain > LEAST_GAIN * unit and much
     named = bool(rivals) and enough and _helps(ranked[first], now)
     return Judged(
         now,

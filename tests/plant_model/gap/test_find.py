@@ -124,6 +124,18 @@ def test_only_runs_in_which_an_effect_acts_speak_of_it() -> None:
     assert judge(now, [last], 0.1, channels=14).one_of == ("a",)  # type: ignore[arg-type]
 
 
+def test_a_further_effect_explains_much_of_what_was_or_of_what_is_left() -> None:
+    now = _Scored("first", [50.0, 50.0, 50.0])
+    some, most = (_Scored("b", [cost] * 3) for cost in (30.0, 20.0))
+    for at_first, found, named in (
+        (150.0, some, True),
+        (3000.0, some, False),
+        (3000.0, most, True),
+    ):
+        judged = judge(now, [found], 0.1, channels=14, at_first=at_first)  # type: ignore[list-item, arg-type]
+        assert judged.named == named
+
+
 def test_an_effect_at_the_end_of_its_range_is_not_named() -> None:
     now = _Scored("", [50.0, 50.0, 50.0])
     ended = _Scored("a", [20.0, 20.0, 20.0], beyond=("power",))
