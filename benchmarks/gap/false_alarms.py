@@ -9,30 +9,15 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 
-import numpy as np
 from tqdm import tqdm
 
+from benchmarks.gap.variants import variants
 from measurement.faults import find_faults, unusable
-from measurement.runs import Run, read_run
+from measurement.runs import read_run
 
-
-def variants(runs: list[Run], seed: int) -> Iterator[tuple[str, list[Run]]]:
-    """Return the runs as recorded, thinned, and with rows dropped."""
-    yield "as recorded", runs
-    for every_s in (120.0, 240.0):
-        thinned = []
-        for run in runs:
-            every = max(1, round(every_s / float(np.median(np.diff(run.time_s)))))
-            thinned.append(Run(run.name, run.frame.iloc[::every]))
-        yield f"every {every_s:g} s", thinned
-    random = np.random.default_rng(seed)
-    yield (
-        "a tenth dropped",
-        [Run(run.name, run.frame[random.random(len(run.frame)) > 0.1]) for run in runs],
-    )
+THINNED_S = (120.0, 240.0)
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -44,7 +29,7 @@ def main(arguments: list[str] | None = None) -> int:
     alarms = looked_at = 0
     for number, folder in enumerate(tqdm(folders, unit="case")):
         runs = [read_run(path) for path in sorted(folder.glob("*.csv"))]
-        for how, some in variants(runs, number):
+        for how, some in variants(runs, number, THINNED_S):
             looked_at += len(some)
             for fault, span in unusable(find_faults(some)):
                 alarms += 1
