@@ -21,6 +21,7 @@ from plant_model.gap.nothing_missing import chance_share
 from plant_model.gap.observations import Observations, observe
 from plant_model.gap.refit import Explained, explain_with, refined, scored
 from plant_model.gap.screen import Data, Grams, Screen
+from plant_model.gap.swaps import swapped
 from plant_model.machine import Machine
 
 REFITTED = 4
@@ -140,6 +141,9 @@ def _find(
                 rounds[-1] = replace(judged, one_of=())
                 break
             after = grown
+            if count:
+                progress("asking again which of the first it is")
+                rounds[0], after = swapped(rounds[0], after, around)
     if not adequate(before, after, len(observed[0].channels)):
         rounds, after = [replace(rounds[0], one_of=())], before
     return Found(before, after, tuple(rounds))

@@ -1,0 +1,77 @@
+"""With two effects missing, the first was chosen while the second was not known: ask again."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from plant_model.gap.candidates import with_effect
+from plant_model.gap.design import Surroundings
+from plant_model.gap.judge import RIVAL, Judged
+from plant_model.gap.observations import Observations
+from plant_model.gap.refit import Explained, explain, refined
+from plant_model.machine import Machine
+
+
+def swapped(
+    first: Judged, after: Explained, around: Sequence[Surroundings]
+) -> tuple[Judged, Explained]:
+    """Choose anew among the effects that the first round could not tell apart.
+
+    Parameters
+    ----------
+    first : Judged
+        The first round, which named one or one of several.
+    after : Explained
+        With the first round's best and the second round's effect in force.
+    around : sequence of Surroundings
+        About *after*.
+
+    Returns
+    -------
+    first : Judged
+        With those of the set that are left beside the second effect, the best first.
+    after : Explained
+        With the best of them and the second effect in force.
+    """
+    key = after.added[-1]
+    rivals = [name for name in first.one_of[1:] if name != key]
+    if not rivals:
+        return first, after
+    options = {first.one_of[0]: after}
+    for name in rivals:
+        alone = next(one for one in first.tried if one.added[-1] == name)
+        observed = [_of_both(*pair) for pair in zip(alone.observed, after.observed, strict=True)]
+        start = with_effect(alone.machine, key, _values(after.machine, key))
+        base = with_effect(alone.base, key)
+        options[name] = explain(base, (*alone.added, key), observed, [start], around)
+    costs = {name: float(one.unseen.sum()) for name, one in options.items()}
+    least = min(costs.values())
+    pieces = len(after.unseen) * len(after.observed[0].channels)
+    unit = max(1.0, least / pieces)
+    left = sorted(
+        (n for n in costs if np.exp(-(costs[n] - least) / (2.0 * unit)) >= RIVAL),
+        key=costs.__getitem__,
+    )
+    best = options[left[0]]
+    if best is not after:
+        best, _ = refined(best)
+    return replace(first, one_of=tuple(left)), best
+
+
+def _values(machine: Machine, key: str) -> dict[str, float]:
+    """Return the values of an effect's parameters."""
+    return {name: parameter.value for name, parameter in machine.effects[key].items()}
+
+
+def _of_both(one: Observations, other: Observations) -> Observations:
+    """Return a run's observations with what is said of it alone by either."""
+    held = {**one.drive.held, **other.drive.held}
+    return replace(
+        other,
+        drive=replace(other.drive, held=held),
+        absent=one.absent | other.absent,
+        own={**one.own, **other.own},
+    )

@@ -1,0 +1,54 @@
+"""Of two missing effects, the first is chosen anew once the second is known."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from plant_model.effects import catalogue
+from plant_model.gap.calibrate import calibrate
+from plant_model.gap.candidates import candidates, with_effect
+from plant_model.gap.design import all_surroundings
+from plant_model.gap.judge import Judged
+from plant_model.gap.observations import observe
+from plant_model.gap.refit import explain_with, refined, scored
+from plant_model.gap.swaps import swapped
+from plant_model.machine import Machine
+from tests.plant_model.gap.conftest import runs_of
+
+TRUE = {"windage": {"power": 250.0}, "centrifugal_shift": {"shift": 12.0}}
+
+
+@pytest.mark.slow
+def test_a_neighbour_named_first_gives_way_beside_the_second(jig_borer: Machine) -> None:
+    truth = jig_borer
+    for key, values in TRUE.items():
+        truth = with_effect(truth, key, values)
+    observed = observe(jig_borer, runs_of(truth))
+    calibration = calibrate(jig_borer, observed, starts=1)
+    around = all_surroundings(jig_borer, calibration.machine, observed)
+    before = scored(jig_borer, (), observed, calibration, around)
+
+    def tried(now, key):  # type: ignore[no-untyped-def]
+        found = list(candidates(now.machine, now.observed, catalogue()[key]))
+        one = found[len(found) // 2]
+        return explain_with(now, one, 1.0, np.full(len(observed), np.inf), around)
+
+    neighbour, right = (tried(before, key) for key in ("friction_speed_exponent", "windage"))
+    # As if the first round had preferred the neighbour.
+    first = Judged(
+        before, (neighbour, right), (0.6, 0.4), 0.5, 0.1, (*neighbour.added, *right.added), True
+    )
+    both, around_both = refined(tried(neighbour, "centrifugal_shift"))
+    again, after = swapped(first, both, around_both)
+    assert again.one_of == ("windage",)
+    assert again.best is right
+    assert after.added == ("windage", "centrifugal_shift")
+    assert after.cost < both.cost
+    power = after.machine.parameters["effects.windage.power"].value
+    assert power == pytest.approx(250.0, rel=0.25)
+    # With no rival there is nothing to ask.
+    alone = replace(first, one_of=first.one_of[:1])
+    assert swapped(alone, both, around_both) == (alone, both)
