@@ -4,8 +4,36 @@ from __future__ import annotations
 
 from typing import ClassVar
 
+from plant_model.anatomy import incidence
 from plant_model.effects.base import Effect, ItemSpec, NumberSpec, amplitude, exchange
-from plant_model.parameters import Parameter
+from plant_model.parameters import FloatArray, Parameter
+
+
+def carried_from_inlets(effect: Effect, factor: FloatArray) -> FloatArray:
+    """Return what the flows that a boundary feeds bring into each node [W/K].
+
+    Parameters
+    ----------
+    effect : Effect
+        Any effect of the machine.
+    factor : array, shape (sets or 1, 1)
+        On every flow, besides the scale of ``coolant_jacket``.
+
+    Returns
+    -------
+    array, shape (sets or 1, 1, nodes)
+        ``factor`` V rho c.
+    """
+    machine = effect.machine
+    flows = [
+        item
+        for item in machine.of_kind("links", "coolant_flow")
+        if item.refs["between"][1] in machine.boundary_index
+    ]
+    nodes = [machine.node_index[item.refs["between"][0]] for item in flows]
+    scale = factor * effect.scale_of("coolant_jacket") / 60.0
+    carried = [scale * effect.of(item, "flow") * effect.of(item, "heat_capacity") for item in flows]
+    return effect.table(carried) @ incidence(nodes, len(machine.nodes))
 
 
 class CoolantJacket(Effect):

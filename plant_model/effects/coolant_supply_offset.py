@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from plant_model.anatomy import incidence
 from plant_model.effects.base import Effect, Inputs
+from plant_model.effects.coolant_jacket import carried_from_inlets
 from plant_model.parameters import FloatArray, Parameter
 
 
@@ -26,17 +26,8 @@ class CoolantSupplyOffset(Effect):
     amplitude: ClassVar[str] = "offset"
 
     def prepare(self) -> None:
-        """Find the flows that a boundary feeds and what each brings per kelvin [W/K]."""
-        boundaries = self.machine.boundary_index
-        flows = [
-            item
-            for item in self.machine.of_kind("links", "coolant_flow")
-            if item.refs["between"][1] in boundaries
-        ]
-        nodes = [self.machine.node_index[item.refs["between"][0]] for item in flows]
-        scale = self.own("offset") * self.scale_of("coolant_jacket") / 60.0
-        brought = [scale * self.of(item, "flow") * self.of(item, "heat_capacity") for item in flows]
-        self._brought = self.table(brought) @ incidence(nodes, len(self.machine.nodes))
+        """Compute the heat that the offset brings into every node [W]."""
+        self._brought = carried_from_inlets(self, self.own("offset"))
 
     def heat(
         self,

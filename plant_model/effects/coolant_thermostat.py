@@ -6,8 +6,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from plant_model.anatomy import incidence
 from plant_model.effects.base import Effect, Inputs
+from plant_model.effects.coolant_jacket import carried_from_inlets
 from plant_model.parameters import FloatArray, Parameter
 
 
@@ -38,17 +38,8 @@ class CoolantThermostat(Effect):
     state_scales: ClassVar[tuple[float, ...]] = (100.0,)
 
     def prepare(self) -> None:
-        """Find the flows that a boundary feeds."""
-        boundaries = self.machine.boundary_index
-        flows = [
-            item
-            for item in self.machine.of_kind("links", "coolant_flow")
-            if item.refs["between"][1] in boundaries
-        ]
-        nodes = [self.machine.node_index[item.refs["between"][0]] for item in flows]
-        scale = self.scale_of("coolant_jacket") / 60.0
-        carried = [scale * self.of(item, "flow") * self.of(item, "heat_capacity") for item in flows]
-        self._carried = self.table(carried) @ incidence(nodes, len(self.machine.nodes))
+        """Compute what the flows that a boundary feeds bring into every node [W/K]."""
+        self._carried = carried_from_inlets(self, np.ones((1, 1)))
         self._period_s = 60.0 * self.own("period")
 
     def start_states(self, temperatures: FloatArray, inputs: Inputs) -> FloatArray:
