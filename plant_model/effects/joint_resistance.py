@@ -12,16 +12,17 @@ from plant_model.parameters import FloatArray, Parameter
 
 
 class JointResistance(Effect):
-    """Conductance of a bearing's seat G = G0 f^0.95, f = 1 + k (T_outer - T_housing) in 0.2..5.
+    """Conductance of a bearing's seat G = G0 f^0.95, with y = k (T_outer - T_housing).
 
-    f is the contact pressure against the cold one. The outer ring presses harder into its bore the
-    warmer it is than the housing; a seat of 110 mm gains 0.7 um a kelvin in radius against 1 to
-    5 um of fit (engineering judgement). Contact conductance goes with pressure^0.95: Yovanovich's
-    correlation (Thermal contact correlations, in Spacecraft Radiative Transfer and Temperature
-    Control, AIAA 1982) of the theory of Cooper, Mikic and Yovanovich, Int. J. Heat Mass Transf. 12
-    (1969) 279-300, doi:10.1016/0017-9310(69)90011-8. Negative k: the fit loosens. The limits of f
-    are engineering judgement. It acts on every contact of a bearing's outer side but the one to its
-    inner side.
+    f = 1 + y where the seat tightens, 1 / (1 - y) where it opens, in 0.2..5. Tightening, f is the
+    contact pressure against the cold one: the outer ring presses harder into its bore the warmer it
+    is than the housing; a seat of 110 mm gains 0.7 um a kelvin in radius against 1 to 5 um of fit
+    (engineering judgement). Contact conductance goes with pressure^0.95: Yovanovich's correlation
+    (Thermal contact correlations, in Spacecraft Radiative Transfer and Temperature Control, AIAA
+    1982) of the theory of Cooper, Mikic and Yovanovich, Int. J. Heat Mass Transf. 12 (1969)
+    279-300, doi:10.1016/0017-9310(69)90011-8. Opening (k below zero), a gap and its resistance grow
+    in proportion to y. The limits of f are engineering judgement. It acts on every contact of a
+    bearing's outer side but the one to its inner side.
     """
 
     name: ClassVar[str] = "joint_resistance"
@@ -30,9 +31,12 @@ class JointResistance(Effect):
         "The joint from bearing to housing conducts better, or worse, the warmer the bearing is."
     )
     parameters: ClassVar[dict[str, Parameter]] = {
-        "gain": Parameter(0.25, "1/K", -0.3, 0.7, "judgement: ring growth against fit")
+        "gain": Parameter(0.25, "1/K", -0.7, 0.7, "judgement: ring growth against fit")
     }
     amplitude: ClassVar[str] = "gain"
+    tried: ClassVar[dict[str, tuple[float, ...]]] = {
+        "gain": tuple(sign * size for sign in (-1.0, 1.0) for size in (0.02, 0.06, 0.2, 0.5))
+    }
     temperature_dependent: ClassVar[bool] = True
 
     def prepare(self) -> None:
@@ -66,5 +70,7 @@ class JointResistance(Effect):
         if not self._rings:
             return
         warmer = temperatures[..., self._rings] - temperatures[..., self._bores]
-        pressure = np.clip(1.0 + self.own("gain")[..., None] * warmer, 0.2, 5.0)
+        tighter = self.own("gain")[..., None] * warmer
+        factor = np.where(tighter > 0.0, 1.0 + tighter, 1.0 / (1.0 - np.minimum(tighter, 0.0)))
+        pressure = np.clip(factor, 0.2, 5.0)
         out += (self._seats * (pressure**0.95 - 1.0) * warmer) @ self._into

@@ -86,6 +86,27 @@ class Candidate:
         return self.values | {name: float(np.clip(value, limits.low, limits.high))}
 
 
+def larger(tried: Sequence[Candidate], one: Candidate) -> list[Candidate]:
+    """Return an effect of temperature at its next larger size, or nothing.
+
+    Others are near enough to linear to be calibrated from the size that the screening gives.
+    """
+    effect = catalogue()[one.key.partition(":")[0]]
+    if not effect.temperature_dependent:
+        return []
+    name, off = effect.amplitude, effect.off
+    size = one.values[name] - off
+    shape = one.values | {name: off}
+    same = [
+        other
+        for other in tried
+        if other.key == one.key
+        and other.values | {name: off} == shape
+        and (other.values[name] - off) / size > 1.0
+    ]
+    return sorted(same, key=lambda other: abs(other.values[name] - off))[:1]
+
+
 def missing_effects(machine: Machine, without: Sequence[str] = ()) -> list[type[Effect]]:
     """Return the effects of the catalogue that are not in force, other than *without*."""
     return [

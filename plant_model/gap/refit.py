@@ -131,22 +131,44 @@ def explain_with(
     scale: float,
     screened: FloatArray,
     around: Sequence[Surroundings],
+    larger: Sequence[Candidate] = (),
 ) -> Explained:
     """Add a candidate to what is explained so far and calibrate everything anew.
 
-    *scale* is what the screening multiplied its answer by; where the effect is far from linear, its
-    amplitude as it was tried may be the better point to start from. *screened*, shape (R,), is what
-    the screening leaves of every run predicted from the others. Both are predictions of runs not
-    seen, so the better one counts: about the calibrated point an effect that is far from linear
-    answers to other values in a way that its derivatives do not know.
+    Parameters
+    ----------
+    before : Explained
+    candidate : Candidate
+    scale : float
+        What the screening multiplied its answer by. Where the effect is far from linear, its
+        amplitude as it was tried may be the better point to start from.
+    screened : array, shape (R,)
+        What the screening leaves of every run predicted from the others. That and the calibrated
+        machine's own are predictions of runs not seen, so the better one counts: about the
+        calibrated point an effect that is far from linear answers to other values in a way that
+        its derivatives do not know.
+    around : sequence of Surroundings
+    larger : sequence of Candidate
+        The same at larger sizes: further points to start from, each for itself, for an effect so
+        far from linear that everything else must have moved before it does any good.
     """
     observed = [candidate.seen_by(i, one) for i, one in enumerate(before.observed)]
     base = with_effect(before.base, candidate.key)
-    starts = [
-        with_effect(before.machine, candidate.key, candidate.scaled(share))
-        for share in (scale, 1.0)
-    ]
-    found = explain(base, (*before.added, candidate.key), observed, starts, around)
+    sizes = [candidate.scaled(scale), candidate.values]
+    points = [sizes, *([one.values] for one in (candidate, *larger) if larger)]
+    found = min(
+        (
+            explain(
+                base,
+                (*before.added, candidate.key),
+                observed,
+                [with_effect(before.machine, candidate.key, values) for values in point],
+                around,
+            )
+            for point in points
+        ),
+        key=lambda one: one.calibration.cost,
+    )
     unseen = min(found.unseen, screened, key=np.sum)
     return replace(found, unseen=unseen, acts=candidate.acts)
 

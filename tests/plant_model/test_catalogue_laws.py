@@ -198,6 +198,9 @@ def test_joint_resistance_tightens_the_seat_by_its_law() -> None:
     assert heat["headstock"] == pytest.approx(60.0 * (1.5**0.95 - 1.0) * 5.0)
     assert heat["race"] == pytest.approx(-heat["headstock"])
     assert heat["ring"] == 0.0
+    # Opening, the resistance grows by as much as the conductance would, tightening.
+    opened = heat_of(made(lathe(), "joint_resistance", gain=-0.1)[1], 0.0, {"race": 25.0})
+    assert opened["headstock"] == pytest.approx(60.0 * (1.5**-0.95 - 1.0) * 5.0)
     # No looser than a fifth of the pressure, however hot.
     loose = heat_of(made(lathe(), "joint_resistance", gain=-0.3)[1], 0.0, {"race": 120.0})
     assert loose["headstock"] == pytest.approx(60.0 * (0.2**0.95 - 1.0) * 100.0)

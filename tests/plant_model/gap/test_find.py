@@ -11,7 +11,7 @@ import pytest
 from measurement.errors import BadInput
 from measurement.runs import write_run
 from plant_model.effects import catalogue
-from plant_model.gap.candidates import grid, missing_effects
+from plant_model.gap.candidates import Candidate, grid, larger, missing_effects
 from plant_model.gap.find import find_gap
 from plant_model.gap.judge import judge
 from plant_model.machine import Machine
@@ -134,6 +134,16 @@ def test_a_further_effect_explains_much_of_what_was_or_of_what_is_left() -> None
     ):
         judged = judge(now, [found], 0.1, channels=14, at_first=at_first)  # type: ignore[list-item, arg-type]
         assert judged.named == named
+
+
+def test_effects_of_temperature_are_calibrated_from_a_larger_size_too() -> None:
+    sizes = (-0.5, -0.2, -0.06, 0.06, 0.2)
+    tried = [Candidate("joint_resistance", {"gain": gain}, ()) for gain in sizes]
+    assert larger(tried, tried[2]) == [tried[1]]
+    assert larger(tried, tried[3]) == [tried[4]]
+    assert larger(tried, tried[0]) == []
+    shifts = [Candidate("centrifugal_shift", {"shift": shift}, ()) for shift in (1.0, 2.0)]
+    assert larger(shifts, shifts[0]) == [], "near enough to linear"
 
 
 def test_an_effect_at_the_end_of_its_range_is_not_named() -> None:
