@@ -10,11 +10,13 @@ import numpy as np
 
 from plant_model.effects import catalogue
 from plant_model.gap.find import Found
-from plant_model.gap.regimes import Residuals
+from plant_model.gap.regimes import Residuals, residuals
 from plant_model.gap.report import Comparison, five_lines
 from plant_model.sensors import displacement_names
 from scenarios.charts import BEFORE, LINES, Chart, Line, Panel
 from scenarios.figures import draw
+from scenarios.gap_map import RegimeMap, regime_map
+from scenarios.gap_signature import signature_charts
 from scenarios.report import chart_html, write_page
 
 PAGE = "report.html"
@@ -30,7 +32,7 @@ def write_gap_page(
     folder: Path,
 ) -> list[Path]:
     """Write the page and its figures into *folder* and return the files."""
-    charts = [
+    charts = signature_charts(found) + [
         chart
         for before, after in zip(unseen.before, unseen.after, strict=True)
         for chart in _charts(found, before, after)
@@ -45,12 +47,24 @@ def write_gap_page(
         channels=list(table["channels"].items()),
         rounds=[_round(judged) for judged in found.rounds],
         where=table["where"],
+        maps=_maps(found, unseen),
         faults=table["data_faults"],
         cosimulation=table.get("cosimulation"),
         charts=[(chart, chart_html(chart)) for chart in charts],
         facts=facts,
     )
     return [page, *(draw(chart, folder) for chart in charts)]
+
+
+def _maps(found: Found, unseen: Comparison) -> list[tuple[str, RegimeMap]]:
+    """Return the regime map as the calibrated machine leaves it, and with what was added."""
+    first, last = found.before.machine, found.after.machine
+    before = [*(residuals(first, one) for one in found.observed), *unseen.before]
+    maps = [("calibrated as given", regime_map(before))]
+    if found.after.added:
+        after = [*(residuals(last, one) for one in found.observed), *unseen.after]
+        maps.append(("with what was added", regime_map(after)))
+    return maps
 
 
 def _round(judged: Any) -> dict[str, Any]:
@@ -64,6 +78,7 @@ def _round(judged: Any) -> dict[str, Any]:
                 "cost": float(one.unseen.sum()),
                 "share": 1.0 - float(one.unseen.sum()) / before,
                 "probability": p,
+                "beyond": ", ".join(one.beyond),
             }
             for one, p in zip(judged.tried, judged.probability, strict=True)
         ],

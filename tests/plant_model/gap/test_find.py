@@ -45,7 +45,8 @@ def test_a_hidden_effect_is_named_added_and_closes_the_gap(
     after = read_machine(out / "machine_after.toml")
     assert after.parameters["effects.thermal_preload.gain"].value == gain["value"]
     assert (out / "report.html").stat().st_size > 1e6
-    assert len(list(out.glob("*.png"))) == 2
+    assert len(list(out.glob("residual_*.png"))) == 2
+    assert len(list(out.glob("signature_thermal_preload_*.png"))) == 1
     assert len(capsys.readouterr().out.strip().splitlines()) == 6
 
 

@@ -1,0 +1,80 @@
+"""The regime map: how far each channel is off while the machine does what, run by run."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from plant_model.gap.regimes import Residuals, regimes
+
+KINDS = ("standing", "warming up", "steady", "cooling down")
+
+LIGHT, DARK = (255, 255, 255), (222, 110, 75)
+WORST = 6.0
+"""Tolerances from which a cell has its full colour [1]."""
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One channel in one regime of one run: what is written, and the colour behind it."""
+
+    text: str
+    colour: str
+
+
+@dataclass(frozen=True)
+class RegimeMap:
+    """A table of channels against regimes.
+
+    Attributes
+    ----------
+    runs : tuple of (str, int)
+        Names of the runs and how many columns each has.
+    kinds : tuple of str
+        What the machine does, for each column.
+    rows : tuple of (str, tuple of Cell)
+        Channels, and their cells.
+    """
+
+    runs: tuple[tuple[str, int], ...]
+    kinds: tuple[str, ...]
+    rows: tuple[tuple[str, tuple[Cell, ...]], ...]
+
+
+def regime_map(found: Sequence[Residuals]) -> RegimeMap:
+    """Return root mean squares in tolerances, by channel, run and regime; blank if not measured."""
+    runs, kinds, columns = [], [], []
+    for one in found:
+        time = one.observed.time_s
+        rows = {kind: np.zeros(len(time), dtype=bool) for kind in KINDS}
+        for start, end, regime in regimes(one.observed):
+            rows[regime.partition(",")[0]] |= (time >= start) & (time <= end)
+        present = [kind for kind in KINDS if rows[kind].any()]
+        runs.append((one.observed.run.name, len(present)))
+        kinds += present
+        for kind in present:
+            part = one.values[rows[kind]] / one.observed.tolerance
+            known = np.isfinite(part)
+            squares = np.where(known, part, 0.0) ** 2
+            mean = squares.sum(axis=0) / np.maximum(known.sum(axis=0), 1)
+            columns.append(np.where(known.any(axis=0), np.sqrt(mean), np.nan))
+    table = np.array(columns).T
+    channels = found[0].observed.channels
+    return RegimeMap(
+        tuple(runs),
+        tuple(kinds),
+        tuple(
+            (name, tuple(_cell(float(value)) for value in row))
+            for name, row in zip(channels, table, strict=True)
+        ),
+    )
+
+
+def _cell(ratio: float) -> Cell:
+    if not np.isfinite(ratio):
+        return Cell("", "none")
+    share = min(max(ratio - 1.0, 0.0) / (WORST - 1.0), 1.0)
+    mixed = [round(a + share * (b - a)) for a, b in zip(LIGHT, DARK, strict=True)]
+    return Cell(f"{ratio:.1f}", f"rgb({mixed[0]}, {mixed[1]}, {mixed[2]})")

@@ -1,0 +1,80 @@
+"""What the named effects do, drawn over what the calibrated machine leaves."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from plant_model.gap.find import Found
+from plant_model.gap.linearise import modelled, simulate_at
+from plant_model.gap.observations import Observations
+from plant_model.gap.regimes import residuals
+from plant_model.machine import Machine
+from plant_model.parameters import FloatArray
+from plant_model.sensors import displacement_names
+from scenarios.charts import BEFORE, LINES, Chart, Line, Panel
+
+MOST_CHANNELS = 5
+
+
+def signature_charts(found: Found) -> list[Chart]:
+    """Return a chart for each effect that was added: the run and the channels it moves most.
+
+    The signature is the calibrated machine with everything that was added, less the same without
+    this effect.
+    """
+    return [_chart(found, key) for key in found.after.added]
+
+
+def _chart(found: Found, key: str) -> Chart:
+    after = found.after.machine
+    signatures = [_signature(after, key, one) for one in found.observed]
+    sizes = np.array(
+        [
+            np.max(np.abs(_moving(values)), axis=0) / one.tolerance
+            for values, one in zip(signatures, found.observed, strict=True)
+        ]
+    )
+    run = int(np.argmax(sizes.max(axis=1)))
+    observed, signature = found.observed[run], signatures[run]
+    left = -residuals(found.before.machine, observed).values
+    lengths = set(displacement_names(after))
+    order = np.argsort(-sizes[run], kind="stable")[:MOST_CHANNELS]
+    panels = []
+    for i in sorted(int(at) for at in order if sizes[run, at] > 0.0):
+        name = observed.channels[i]
+        curves = [left[:, i], signature[:, i]]
+        if name in lengths:
+            # The zero of a displacement is the run's own, so only what changes can be compared.
+            measured = np.isfinite(left[:, i])
+            curves = [values - np.mean(values[measured]) for values in curves]
+        lines = (
+            Line("measured minus calibrated model", observed.time_s, curves[0], BEFORE),
+            Line("what the effect does", observed.time_s, curves[1], LINES[1], rank=2),
+        )
+        panels.append(Panel(f"{name} [{'µm' if name in lengths else 'K'}]", lines))
+    name = key.replace(":", "_")
+    return Chart(
+        f"signature_{name}_{observed.run.name}",
+        f"Signature of {key} over what was left: {observed.run.name}",
+        "The run in which the effect does most, and the channels that it moves most. Calibration "
+        "takes over part of what an effect does, so that the two curves need not coincide.",
+        tuple(panels),
+    )
+
+
+def _moving(values: FloatArray) -> FloatArray:
+    """Return a signature less its mean: a constant is what calibration takes first."""
+    return np.asarray(values - np.mean(values, axis=0))
+
+
+def _signature(machine: Machine, key: str, observed: Observations) -> FloatArray:
+    """Return what an effect adds to every channel, shape (K, C)."""
+    without = replace(
+        machine, effects={name: p for name, p in machine.effects.items() if name != key}
+    )
+    with_it, base = (
+        modelled(simulate_at(which, observed), observed)[0] for which in (machine, without)
+    )
+    return np.asarray(with_it - base)

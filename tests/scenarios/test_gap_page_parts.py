@@ -1,0 +1,100 @@
+"""The regime map and the signatures of the gap finder's page."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from measurement.runs import Run
+from plant_model.gap.candidates import with_effect
+from plant_model.gap.find import Found
+from plant_model.gap.observations import Observations, observe
+from plant_model.gap.regimes import Residuals, residuals
+from plant_model.machine import Machine
+from plant_model.machine_file import read_machine
+from plant_model.simulate import simulate
+from scenarios.gap_map import regime_map
+from scenarios.gap_signature import signature_charts
+
+
+@pytest.fixture(scope="module")
+def machine() -> Machine:
+    """The jig borer."""
+    return read_machine("jig_borer")
+
+
+@pytest.fixture(scope="module")
+def observed(machine: Machine) -> list[Observations]:
+    """Two runs of the jig borer with a centrifugal shift."""
+    shifted = with_effect(machine, "centrifugal_shift", {"shift": 15.0})
+    time = np.arange(0.0, 9001.0, 60.0)
+    runs = []
+    for name, speed in (("slow", 4000.0), ("fast", 16000.0)):
+        inputs = pd.DataFrame(
+            {
+                "time_s": time,
+                "speed_rpm": np.where((time >= 1800.0) & (time < 7200.0), speed, 0.0),
+                "T5_degC": 21.0,
+                "T9_degC": 21.0,
+            }
+        )
+        runs.append(Run(name, simulate(shifted, inputs, noise_seed=1).run_frame()))
+    return observe(machine, runs)
+
+
+def test_the_map_shows_where_and_in_which_regime(
+    machine: Machine, observed: list[Observations]
+) -> None:
+    found = [residuals(machine, one) for one in observed]
+    shown = regime_map(found)
+    assert shown.runs == (("slow", 4), ("fast", 4))
+    assert shown.kinds[:4] == ("standing", "warming up", "steady", "cooling down")
+    cells = dict(shown.rows)["S5"]
+    ratios = dict(
+        zip(zip(["slow"] * 4 + ["fast"] * 4, shown.kinds, strict=True), cells, strict=True)
+    )
+    # 15 um at the highest speed: sixteen times as much at four times the speed, none standing.
+    assert float(ratios["fast", "steady"].text) > 10.0 * float(ratios["fast", "standing"].text)
+    assert float(ratios["fast", "steady"].text) > 5.0 * float(ratios["slow", "steady"].text)
+    assert ratios["slow", "standing"].colour == "rgb(255, 255, 255)"
+    assert ratios["fast", "steady"].colour == "rgb(222, 110, 75)"
+
+
+def test_what_was_not_measured_stays_blank(machine: Machine, observed: list[Observations]) -> None:
+    first = residuals(machine, observed[0])
+    values = first.values.copy()
+    values[:, 0] = np.nan
+    shown = regime_map([Residuals(first.observed, values)])
+    assert {cell.text for cell in shown.rows[0][1]} == {""}
+    assert all(cell.text for cell in shown.rows[1][1])
+
+
+def test_a_signature_is_what_the_effect_alone_adds(
+    machine: Machine, observed: list[Observations]
+) -> None:
+    after = with_effect(machine, "centrifugal_shift", {"shift": 15.0})
+    found = cast(
+        "Found",
+        SimpleNamespace(
+            before=SimpleNamespace(machine=machine),
+            after=SimpleNamespace(machine=after, added=("centrifugal_shift",)),
+            observed=observed,
+        ),
+    )
+    (chart,) = signature_charts(found)
+    assert chart.name == "signature_centrifugal_shift_fast", "the run in which it does most"
+    (panel,) = [one for one in chart.panels if one.y_label.startswith("S5")]
+    left, signature = (line.values for line in panel.lines)
+    # Nothing else was wrong, so that the signature is what was left, but for noise.
+    assert np.std(left - signature) < 0.1 * np.std(left)
+    assert np.ptp(signature) == pytest.approx(15.0 * (16.0 / 20.0) ** 2, rel=0.02)
+
+
+def test_no_effect_no_chart(machine: Machine, observed: list[Observations]) -> None:
+    nothing: Any = SimpleNamespace(machine=machine, added=())
+    found: Any = SimpleNamespace(before=nothing, after=nothing, observed=observed)
+    assert signature_charts(found) == []
