@@ -58,7 +58,9 @@ def swapped(
     best = options[left[0]]
     if best is not after:
         best, _ = refined(best)
-    return replace(first, one_of=tuple(left)), best
+    chosen = replace(first, one_of=tuple(left))
+    share = 1.0 - float(chosen.best.unseen.sum()) / float(first.now.unseen.sum())
+    return replace(chosen, share=share), best
 
 
 def _values(machine: Machine, key: str) -> dict[str, float]:

@@ -45,6 +45,7 @@ def test_a_neighbour_named_first_gives_way_beside_the_second(jig_borer: Machine)
     again, after = swapped(first, both, around_both)
     assert again.one_of == ("windage",)
     assert again.best is right
+    assert again.share == pytest.approx(1.0 - right.unseen.sum() / before.unseen.sum())
     assert after.added == ("windage", "centrifugal_shift")
     assert after.cost < both.cost
     power = after.machine.parameters["effects.windage.power"].value
