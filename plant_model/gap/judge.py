@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -30,6 +31,10 @@ What is left of a strong effect is its law being not quite the machine's, and lo
 
 MOST_RUNS = 0.75
 """Share of the runs in which an effect acts that it must make better to be named [1]."""
+
+MOST_SENSORS = 2
+"""A sensor's error shows on that sensor: one that may as well be on any of more is something else's
+doing."""
 
 RIVAL = 0.05
 """An effect with this share of the best one's probability or more cannot be excluded."""
@@ -94,6 +99,12 @@ def _helps(best: Explained, now: Explained) -> bool:
     return bool(np.mean(better[list(best.acts)] if any(best.acts) else better) >= MOST_RUNS)
 
 
+def _of_any_sensor(keys: Sequence[str]) -> bool:
+    """Tell whether an error of one sensor may as well be on any of several others."""
+    sensors = Counter(key.partition(":")[0] for key in keys if ":" in key)
+    return any(count > MOST_SENSORS for count in sensors.values())
+
+
 def judge(
     now: Explained,
     tried: Sequence[Explained],
@@ -138,13 +149,14 @@ def judge(
     share = gain / before
     much = gain > LATER_SHARE * at_first or share >= LATER_MOST
     enough = share >= max(LEAST_SHARE, chance) and gain > LEAST_GAIN * unit and much
-    named = bool(rivals) and enough and _helps(ranked[first], now)
+    keys = [ranked[i].added[-1] for i in rivals]
+    named = bool(keys) and enough and _helps(ranked[first], now) and not _of_any_sensor(keys)
     return Judged(
         now,
         tuple(ranked),
         tuple(float(odd) for odd in odds / max(odds.sum(), 1e-300)),
         float(share),
         chance,
-        tuple(ranked[i].added[-1] for i in rivals) if named else (),
+        tuple(keys) if named else (),
         left_over(now, channels) > ABOVE_TOLERANCE,
     )

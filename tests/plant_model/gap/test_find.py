@@ -147,6 +147,13 @@ def test_effects_of_temperature_are_calibrated_from_a_larger_size_too() -> None:
     assert larger(shifts, shifts[0]) == [], "near enough to linear"
 
 
+def test_an_error_that_may_be_on_any_sensor_is_no_sensor_s() -> None:
+    now = _Scored("", [50.0, 50.0, 50.0])
+    tried = [_Scored(f"sensor_offset:T{i}", [20.0 + 0.1 * i] * 3) for i in (1, 2, 3)]
+    assert judge(now, tried, 0.1, channels=14).one_of == ()  # type: ignore[arg-type]
+    assert len(judge(now, tried[:2], 0.1, channels=14).one_of) == 2  # type: ignore[arg-type]
+
+
 def test_an_effect_at_the_end_of_its_range_is_not_named() -> None:
     now = _Scored("", [50.0, 50.0, 50.0])
     ended = _Scored("a", [20.0, 20.0, 20.0], beyond=("power",))
