@@ -28,7 +28,6 @@ class CoolantDegradation(Effect):
         "hours": Parameter(8.0, "h", 2.0, 24.0, "judgement: a shift to a day"),
     }
     amplitude: ClassVar[str] = "loss"
-    law: ClassVar[tuple[str, ...]] = ("hours",)
     temperature_dependent: ClassVar[bool] = True
     states: ClassVar[tuple[str, ...]] = ("hours_elapsed",)
 
