@@ -45,7 +45,8 @@ class RegimeMap:
 
 def regime_map(found: Sequence[Residuals]) -> RegimeMap:
     """Return root mean squares in tolerances, by channel, run and regime; blank if not measured."""
-    runs, kinds, columns = [], [], []
+    runs, kinds = [], []
+    columns: list[dict[str, float]] = []
     for one in found:
         time = one.observed.time_s
         rows = {kind: np.zeros(len(time), dtype=bool) for kind in KINDS}
@@ -59,15 +60,16 @@ def regime_map(found: Sequence[Residuals]) -> RegimeMap:
             known = np.isfinite(part)
             squares = np.where(known, part, 0.0) ** 2
             mean = squares.sum(axis=0) / np.maximum(known.sum(axis=0), 1)
-            columns.append(np.where(known.any(axis=0), np.sqrt(mean), np.nan))
-    table = np.array(columns).T
-    channels = found[0].observed.channels
+            ratios = np.where(known.any(axis=0), np.sqrt(mean), np.nan)
+            columns.append(dict(zip(one.observed.channels, ratios.tolist(), strict=True)))
+    # A channel that is broken in every held-out run is none of theirs.
+    channels = dict.fromkeys(name for one in found for name in one.observed.channels)
     return RegimeMap(
         tuple(runs),
         tuple(kinds),
         tuple(
-            (name, tuple(_cell(float(value)) for value in row))
-            for name, row in zip(channels, table, strict=True)
+            (name, tuple(_cell(column.get(name, np.nan)) for column in columns))
+            for name in channels
         ),
     )
 

@@ -73,6 +73,21 @@ def test_what_was_not_measured_stays_blank(machine: Machine, observed: list[Obse
     assert all(cell.text for cell in shown.rows[1][1])
 
 
+def test_a_channel_that_a_run_lacks_stays_blank_there(
+    machine: Machine, observed: list[Observations]
+) -> None:
+    used, unseen = observed
+    gone = unseen.channels[3]
+    frame = unseen.run.frame.drop(columns=[f"{gone}_degC"])
+    (lacking,) = observe(machine, [Run("lacking", frame)])
+    assert gone not in lacking.channels
+    shown = regime_map([residuals(machine, one) for one in (used, lacking)])
+    assert [name for name, _ in shown.rows] == list(used.channels)
+    cells = dict(shown.rows)
+    assert [bool(cell.text) for cell in cells[gone]] == [True] * 4 + [False] * 4
+    assert all(cell.text for cell in cells[used.channels[4]])
+
+
 def test_a_signature_is_what_the_effect_alone_adds(
     machine: Machine, observed: list[Observations]
 ) -> None:
