@@ -155,7 +155,7 @@ def judge(
         now,
         tuple(ranked),
         tuple(float(odd) for odd in odds / max(odds.sum(), 1e-300)),
-        float(share),
+        float(share if named or not len(costs) else 1.0 - costs[0] / before),
         chance,
         tuple(keys) if named else (),
         left_over(now, channels) > ABOVE_TOLERANCE,

@@ -215,8 +215,8 @@ def five_lines(table: dict[str, Any]) -> list[str]:
         lines.append(f"What is missing: {titles}; {sure['evidence']}.")
     elif table["verdict"] == "unknown":
         lines.append(
-            "What is missing: something that no effect of the catalogue explains; the best of them "
-            f"explains {max(evidence['share_explained'], 0.0):.0%}{_beyond(table['runners_up'])}."
+            "What is missing: something that no effect of the catalogue explains"
+            + _best(table["runners_up"], evidence["share_explained"])
         )
     else:
         lines.append("What is missing: nothing that stands out of the tolerance.")
@@ -252,11 +252,15 @@ def five_lines(table: dict[str, Any]) -> list[str]:
     return lines
 
 
-def _beyond(tried: Sequence[Mapping[str, Any]]) -> str:
-    """Return in words why the best one was not named, if it would have to leave its range."""
-    if not tried or not tried[0]["beyond_its_range"]:
-        return ""
-    return f", and would have to leave its range ({', '.join(tried[0]['beyond_its_range'])})"
+def _best(tried: Sequence[Mapping[str, Any]], share: float) -> str:
+    """Return in words how far the best effect went that was not named."""
+    if not tried:
+        return "."
+    best = tried[0]
+    words = f"; the best of them, {best['name']}, explains {max(share, 0.0):.0%}"
+    if best["beyond_its_range"]:
+        words += f", and would have to leave its range ({', '.join(best['beyond_its_range'])})"
+    return words + "."
 
 
 def _left_out(faults: Sequence[Mapping[str, Any]]) -> str:
