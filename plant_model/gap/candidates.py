@@ -86,8 +86,8 @@ class Candidate:
         return self.values | {name: float(np.clip(value, limits.low, limits.high))}
 
 
-def larger(tried: Sequence[Candidate], one: Candidate) -> list[Candidate]:
-    """Return an effect of temperature at its next larger size, or nothing.
+def as_tried(tried: Sequence[Candidate], one: Candidate) -> list[Candidate]:
+    """Return an effect of temperature as it was tried and at its next larger size, or nothing.
 
     Others are near enough to linear to be calibrated from the size that the screening gives.
     """
@@ -104,7 +104,7 @@ def larger(tried: Sequence[Candidate], one: Candidate) -> list[Candidate]:
         and other.values | {name: off} == shape
         and (other.values[name] - off) / size > 1.0
     ]
-    return sorted(same, key=lambda other: abs(other.values[name] - off))[:1]
+    return [one, *sorted(same, key=lambda other: abs(other.values[name] - off))[:1]]
 
 
 def missing_effects(machine: Machine, without: Sequence[str] = ()) -> list[type[Effect]]:

@@ -14,7 +14,7 @@ from measurement.errors import BadInput
 from measurement.runs import Run
 from plant_model.effects import Effect
 from plant_model.gap.calibrate import Progress, calibrate, quiet
-from plant_model.gap.candidates import Candidate, candidates, larger, missing_effects
+from plant_model.gap.candidates import Candidate, as_tried, candidates, missing_effects
 from plant_model.gap.design import Surroundings, all_surroundings
 from plant_model.gap.judge import Judged, adequate, judge, left_over
 from plant_model.gap.nothing_missing import chance_share
@@ -194,7 +194,7 @@ def _round(
     scale, screened = scores.scale[0].tolist(), scores.unseen_cost[0][:, None] - scores.unseen[0]
     refits = [
         pool.submit(
-            explain_with, now, tried[i], scale[i], screened[:, i], around, larger(tried, tried[i])
+            explain_with, now, tried[i], scale[i], screened[:, i], around, as_tried(tried, tried[i])
         )
         for i in chosen
     ]

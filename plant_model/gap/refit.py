@@ -131,7 +131,7 @@ def explain_with(
     scale: float,
     screened: FloatArray,
     around: Sequence[Surroundings],
-    larger: Sequence[Candidate] = (),
+    sizes: Sequence[Candidate] = (),
 ) -> Explained:
     """Add a candidate to what is explained so far and calibrate everything anew.
 
@@ -148,14 +148,13 @@ def explain_with(
         calibrated point an effect that is far from linear answers to other values in a way that
         its derivatives do not know.
     around : sequence of Surroundings
-    larger : sequence of Candidate
-        The same at larger sizes: further points to start from, each for itself, for an effect so
-        far from linear that everything else must have moved before it does any good.
+    sizes : sequence of Candidate
+        Further points to start from, each for itself, for an effect so far from linear that
+        everything else must have moved before it does any good.
     """
     observed = [candidate.seen_by(i, one) for i, one in enumerate(before.observed)]
     base = with_effect(before.base, candidate.key)
-    sizes = [candidate.scaled(scale), candidate.values]
-    points = [sizes, *([one.values] for one in (candidate, *larger) if larger)]
+    points = [[candidate.scaled(scale), candidate.values], *([one.values] for one in sizes)]
     found = min(
         (
             explain(

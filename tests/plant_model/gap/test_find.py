@@ -11,7 +11,7 @@ import pytest
 from measurement.errors import BadInput
 from measurement.runs import write_run
 from plant_model.effects import catalogue
-from plant_model.gap.candidates import Candidate, grid, larger, missing_effects
+from plant_model.gap.candidates import Candidate, as_tried, grid, missing_effects
 from plant_model.gap.find import find_gap
 from plant_model.gap.judge import judge
 from plant_model.machine import Machine
@@ -137,14 +137,14 @@ def test_a_further_effect_explains_much_of_what_was_or_of_what_is_left() -> None
         assert judged.named == named
 
 
-def test_effects_of_temperature_are_calibrated_from_a_larger_size_too() -> None:
+def test_effects_of_temperature_are_calibrated_from_larger_sizes_too() -> None:
     sizes = (-0.5, -0.2, -0.06, 0.06, 0.2)
     tried = [Candidate("joint_resistance", {"gain": gain}, ()) for gain in sizes]
-    assert larger(tried, tried[2]) == [tried[1]]
-    assert larger(tried, tried[3]) == [tried[4]]
-    assert larger(tried, tried[0]) == []
+    assert as_tried(tried, tried[2]) == [tried[2], tried[1]]
+    assert as_tried(tried, tried[3]) == [tried[3], tried[4]]
+    assert as_tried(tried, tried[0]) == [tried[0]]
     shifts = [Candidate("centrifugal_shift", {"shift": shift}, ()) for shift in (1.0, 2.0)]
-    assert larger(shifts, shifts[0]) == [], "near enough to linear"
+    assert as_tried(shifts, shifts[0]) == [], "near enough to linear"
 
 
 def test_an_error_that_may_be_on_any_sensor_is_no_sensor_s() -> None:
