@@ -115,8 +115,9 @@ def simulate(
     """
     everything = Values(machine.parameters, parameters)
     drive = drive or drive_from(machine, inputs, step_s, boundary)
-    starts = start_temperatures(machine, inputs, drive)[None, :] if start is None else start
-    read = _read_at_start(machine, inputs, drive) if start is None else {}
+    first = _first_readings(machine, inputs) if start is None else {}
+    starts = _starts(machine, drive, first)[None, :] if start is None else start
+    read = _read_at_start(machine, drive, first)
     everything.widen(len(starts))
     time = inputs["time_s"].to_numpy(dtype=np.float64) if at is None else at
     shown = drive.rows if at is None else drive.inputs_at(at)
@@ -158,17 +159,14 @@ def start_temperatures(machine: Machine, inputs: pd.DataFrame, drive: Drive) -> 
     A node starts at an input's first value, or at the first reading of the sensor that the machine
     file names; where the run has no such column, at the machine's first boundary temperature.
     """
-    first_boundary = next(iter(drive.first.values()))[0]
-    starts = []
-    for node in machine.nodes:
-        value = first_boundary
-        if node.start in drive.first:
-            value = drive.first[node.start][0]
-        starts.append(value)
-    columns = _first_readings(machine, inputs)
-    for at, sensor in _read_at_start(machine, inputs, drive).items():
-        starts[at] = columns[sensor]
-    return np.array(starts)
+    return _starts(machine, drive, _first_readings(machine, inputs))
+
+
+def _starts(machine: Machine, drive: Drive, first: dict[str, float]) -> FloatArray:
+    """Return where each node starts; *first* is what the sensors read first, by name."""
+    usual = next(iter(drive.first.values()))[0]
+    known = first | {name: values[0] for name, values in drive.first.items()}
+    return np.array([known.get(node.start, usual) for node in machine.nodes])
 
 
 def _first_readings(machine: Machine, inputs: pd.DataFrame) -> dict[str, float]:
@@ -183,13 +181,12 @@ def _first_readings(machine: Machine, inputs: pd.DataFrame) -> dict[str, float]:
     return found
 
 
-def _read_at_start(machine: Machine, inputs: pd.DataFrame, drive: Drive) -> dict[int, str]:
+def _read_at_start(machine: Machine, drive: Drive, first: dict[str, float]) -> dict[int, str]:
     """Return the nodes, by position, that start at a sensor's reading, and that sensor."""
-    columns = _first_readings(machine, inputs)
     return {
         i: node.start
         for i, node in enumerate(machine.nodes)
-        if node.start not in drive.first and node.start in columns
+        if node.start not in drive.first and node.start in first
     }
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from plant_model.effects import catalogue
 from plant_model.gap.find import Found
-from plant_model.gap.regimes import Residuals, residuals
+from plant_model.gap.regimes import Residuals
 from plant_model.gap.report import Comparison, five_lines
 from plant_model.sensors import displacement_names
 from scenarios.charts import BEFORE, LINES, Chart, Line, Panel
@@ -59,11 +59,10 @@ def write_gap_page(
 def _maps(found: Found, unseen: Comparison) -> list[tuple[str, RegimeMap]]:
     """Return the regime map as the calibrated machine leaves it, and with what was added."""
     first, last = found.before.machine, found.after.machine
-    before = [*(residuals(first, one) for one in found.observed), *unseen.before]
-    maps = [("calibrated as given", regime_map(before))]
+    known = Comparison(first, last, found.observed)
+    maps = [("calibrated as given", regime_map([*known.before, *unseen.before]))]
     if found.after.added:
-        after = [*(residuals(last, one) for one in found.observed), *unseen.after]
-        maps.append(("with what was added", regime_map(after)))
+        maps.append(("with what was added", regime_map([*known.after, *unseen.after])))
     return maps
 
 

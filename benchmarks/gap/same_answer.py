@@ -13,7 +13,6 @@ import os
 import sys
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -67,7 +66,7 @@ def main(arguments: list[str] | None = None) -> int:
     cases = plan(args.split, args.cases, kind="effect", size=args.size)
     told = []
     with ProcessPoolExecutor(args.workers) as pool:
-        jobs = [pool.submit(partial(answers, out=args.out), planned) for planned in cases]
+        jobs = [pool.submit(answers, planned, args.out) for planned in cases]
         for job in tqdm(as_completed(jobs), total=len(jobs), unit="case"):
             told.append(job.result())
             text = json.dumps(sorted(told, key=lambda one: one["case"]), indent=1) + "\n"

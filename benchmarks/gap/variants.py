@@ -8,17 +8,14 @@ import numpy as np
 
 from measurement.runs import Run
 
-THINNED_S = (60.0, 120.0, 240.0)
-"""Sampling intervals that runs are thinned to [s]."""
-
 LOST = 0.1
 """Share of the rows that are dropped at random [1]."""
 
 
 def variants(
-    runs: Sequence[Run], seed: int, thinned_s: Sequence[float] = THINNED_S
+    runs: Sequence[Run], seed: int, thinned_s: Sequence[float]
 ) -> Iterator[tuple[str, list[Run]]]:
-    """Return the runs as recorded, thinned to each interval, and with rows dropped."""
+    """Return the runs as recorded, thinned to each interval [s], and with rows dropped."""
     yield "as recorded", list(runs)
     for every_s in thinned_s:
         thinned = []

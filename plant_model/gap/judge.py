@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from plant_model.gap.refit import Explained
+from plant_model.parameters import FloatArray
 
 LEAST_SHARE = 0.15
 """Share of what is left on unseen runs that an effect must explain to be named [1]."""
@@ -93,6 +94,16 @@ def adequate(before: Explained, after: Explained, channels: int) -> bool:
     return explained >= MOSTLY or left_over(after, channels) <= ADEQUATE
 
 
+def unit_of(least: float, pieces: int) -> float:
+    """Return the unit in which costs are compared (see :func:`judge`), of *pieces* of evidence."""
+    return max(1.0, least / pieces)
+
+
+def odds_of(costs: FloatArray, unit: float) -> FloatArray:
+    """Return the odds of explanations against the best of them, from their costs, shape (M,)."""
+    return np.asarray(np.exp(-(costs - costs.min()) / (2.0 * unit)))
+
+
 def _helps(best: Explained, now: Explained) -> bool:
     """Tell whether an explanation makes most of those runs better in which it does anything."""
     better = best.unseen < now.unseen
@@ -136,8 +147,8 @@ def judge(
     costs = np.array([float(one.unseen.sum()) for one in ranked])
     before = float(now.unseen.sum())
     pieces = len(now.unseen) * channels
-    unit = max(1.0, costs[0] / pieces) if len(costs) else 1.0
-    odds = np.exp(-(costs - costs[0]) / (2.0 * unit)) if len(costs) else costs
+    unit = unit_of(float(costs[0]), pieces) if len(costs) else 1.0
+    odds = odds_of(costs, unit) if len(costs) else costs
     # What does it only at an end of its range is not what is missing, but something like it is.
     rivals = [
         i

@@ -9,7 +9,7 @@ import numpy as np
 
 from plant_model.gap.candidates import with_effect
 from plant_model.gap.design import Surroundings
-from plant_model.gap.judge import RIVAL, Judged
+from plant_model.gap.judge import RIVAL, Judged, odds_of, unit_of
 from plant_model.gap.observations import Observations
 from plant_model.gap.refit import Explained, explain, refined
 from plant_model.machine import Machine
@@ -47,14 +47,11 @@ def swapped(
         start = with_effect(alone.machine, key, _values(after.machine, key))
         base = with_effect(alone.base, key)
         options[name] = explain(base, (*alone.added, key), observed, [start], around)
-    costs = {name: float(one.unseen.sum()) for name, one in options.items()}
-    least = min(costs.values())
+    ranked = sorted(options, key=lambda name: float(options[name].unseen.sum()))
+    costs = np.array([float(options[name].unseen.sum()) for name in ranked])
     pieces = len(after.unseen) * len(after.observed[0].channels)
-    unit = max(1.0, least / pieces)
-    left = sorted(
-        (n for n in costs if np.exp(-(costs[n] - least) / (2.0 * unit)) >= RIVAL),
-        key=costs.__getitem__,
-    )
+    odds = odds_of(costs, unit_of(float(costs[0]), pieces))
+    left = [name for name, odd in zip(ranked, odds, strict=True) if odd >= RIVAL]
     best = options[left[0]]
     if best is not after:
         best, _ = refined(best)
