@@ -12,20 +12,18 @@ from typing import Any
 
 import numpy as np
 
+from fmu_compensator.fit.careful import CarefulModel
 from fmu_compensator.fit.columns import MeasuredColumns, shown_targets
 from fmu_compensator.fit.contestants import NO_MODEL, ONE_STEP, Contestant, held
-from fmu_compensator.fit.data import Prepared, prepare
-from fmu_compensator.fit.error_models.base import FittedModel
-from fmu_compensator.fit.intervals import Interval, Residuals, conformal
+from fmu_compensator.fit.data import Prepared, PreparedRun, prepare
+from fmu_compensator.fit.intervals import COVERAGE, Interval, Residuals, conformal
 from fmu_compensator.fit.recipe import Recipe
 from fmu_compensator.fit.splits import Split
 from fmu_compensator.fit.training import Array, TrainingRun
+from fmu_compensator.fit.unseen import predict_unseen, residuals_of
 from measurement.errors import BadInput
 from measurement.figures import figures_of_merit
 from measurement.rig import Rig
-
-MOST_FOLDS = 4
-FEWEST_RUNS_FOR_INTERVAL = 3
 
 
 @dataclass(frozen=True)
@@ -257,9 +255,7 @@ class _Bench:
         train, validate = self.of(recipe.input_form)
         chosen, _ = recipe.choose(train, train.runs)
         fitted = recipe.fit(train, train.runs, chosen)
-        interval = None
-        if intervals and len(train.runs) >= FEWEST_RUNS_FOR_INTERVAL:
-            interval = _interval(recipe, train)
+        band = _band(recipe, train, chosen) if intervals else None
         for row in rows:
             free = not row.uses_displacement
             if not free and not fitted.uses_measured:
@@ -270,8 +266,11 @@ class _Bench:
                 for run in runs:
                     whole = recipe.rows(run, chosen)
                     values = fitted.predict(whole, None if free else whole.targets)
-                    band = interval if free and judged is row.validate else None
-                    judged += _judged(whole, values, places, band)
+                    width = None
+                    if band is not None and free and judged is row.validate:
+                        kept = np.isin(run.history(chosen).time_s, whole.time_s)
+                        width = band.half_width(run, chosen)[kept]
+                    judged += _judged(whole, values, places, width)
 
     def _baseline(self, rows: Sequence[Row], places: list[int]) -> None:
         train, validate = self.of("rise")
@@ -284,59 +283,44 @@ class _Bench:
 
 
 def _judged(
-    run: TrainingRun, values: Array, places: list[int], interval: Interval | None
+    run: TrainingRun, values: Array, places: list[int], width: Array | None
 ) -> list[Judged]:
     known = run.known
     if not known.any():
         return []
-    width = None
-    if interval is not None:
-        hours = (run.time_s[known] - run.time_s[0]) / 3600.0
-        width = interval.half_width(hours)[:, places]
     return [
         Judged(
             run.name,
             run.time_s[known],
             run.targets[known][:, places],
             values[known][:, places],
-            width,
+            None if width is None else width[known][:, places],
         )
     ]
 
 
-def left_out_residuals(recipe: Recipe, prepared: Prepared, folds: int) -> list[Residuals]:
-    """Return what fits without a run miss in it, for every run, in a number of fits.
+class _Band:
+    """The prediction interval of a fitted model, from training runs left out."""
 
-    Parameters
-    ----------
-    recipe : Recipe
-        Points are chosen anew in each fit.
-    prepared : Prepared
-        The runs.
-    folds : int
-        So many fits; each leaves every so-many-th run out.
-    """
-    found = []
-    for fold in range(folds):
-        others = [run for number, run in enumerate(prepared.runs) if number % folds != fold]
-        chosen, _ = recipe.choose(prepared, others)
-        fitted: FittedModel = recipe.fit(prepared, others, chosen)
-        for run in prepared.runs[fold::folds]:
-            rows = recipe.rows(run, chosen)
-            known = rows.known
-            if known.any():
-                missed = (rows.targets - fitted.predict(rows))[known]
-                found.append(Residuals((rows.time_s[known] - rows.time_s[0]) / 3600.0, missed))
-    return found
+    def __init__(self, interval: Interval, careful: CarefulModel) -> None:
+        self._interval, self._careful = interval, careful
+
+    def half_width(self, run: PreparedRun, chosen: Sequence[int]) -> Array:
+        """Return the half width at the rows of a run's history, shape (n, m) [um, urad]."""
+        targets, novelty = self._careful.predict(run, chosen)
+        time_s = run.history(chosen).time_s
+        hours = (time_s - time_s[:1]) / 3600.0
+        return self._interval.half_width(Residuals(hours, np.zeros_like(targets), novelty))
 
 
-def _interval(recipe: Recipe, train: Prepared) -> Interval | None:
-    folds = min(len(train.runs), MOST_FOLDS)
+def _band(recipe: Recipe, train: Prepared, chosen: Sequence[int]) -> _Band | None:
+    """Return the interval of a model without a leash; None where there are too few runs."""
     try:
-        residuals = left_out_residuals(recipe, train, folds)
+        records = predict_unseen(recipe, train)
+        careful = CarefulModel.fit(train.runs, chosen, recipe.input_form)
     except BadInput:  # a fold's runs alone may be too poor; then there is no interval
         return None
-    return conformal(residuals) if residuals else None
+    return _Band(conformal(residuals_of(records, None)), careful) if records else None
 
 
 def _measure_coverage(rows: Iterable[Row]) -> None:
@@ -348,7 +332,7 @@ def _measure_coverage(rows: Iterable[Row]) -> None:
             for one in row.validate
             if one.half_width is not None
         ]
-        row.coverage = [0.9, *np.concatenate(inside).mean(axis=0).tolist()]
+        row.coverage = [COVERAGE, *np.concatenate(inside).mean(axis=0).tolist()]
 
 
 def _unit(rig: Rig | MeasuredColumns, name: str) -> str:

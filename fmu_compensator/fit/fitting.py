@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from functools import cache
 from typing import Any
 
 import numpy as np
 
+from fmu_compensator.fit.choosing import choose_model
+from fmu_compensator.fit.conditions import LIKE
 from fmu_compensator.fit.data import Prepared, prepare
 from fmu_compensator.fit.error_models.base import FittedModel
-from fmu_compensator.fit.intervals import FRESH_H, Residuals, conformal, tool_tip_table
+from fmu_compensator.fit.guarding import Guarding, guarding
 from fmu_compensator.fit.ranges import limits_table, sensor_table
 from fmu_compensator.fit.recipe import Recipe
 from fmu_compensator.fit.training import Array, TrainingRun
+from fmu_compensator.fit.unseen import Unseen, predict_unseen, promise
 from fmu_compensator.runtime.fields import Fields
 from fmu_compensator.runtime.geometry import FORMS, geometry_from_fields
 from fmu_compensator.runtime.modelfile import FORMAT, KIND, model_text
@@ -24,13 +27,12 @@ from measurement.rig import FivePointRig, Rig
 from measurement.runs import Run
 
 FIGURES = ("max_abs", "mean_abs", "rmse", "r2", "eta")
-FEWEST_RUNS_TO_LEAVE_OUT = 3
 
 
 def fit_compensator(
     runs: Sequence[Run],
     rig: Rig,
-    model: str = "mlr",
+    model: str | None = None,
     *,
     points: str | Sequence[str] | None = None,
     input_form: str | None = None,
@@ -43,6 +45,8 @@ def fit_compensator(
     name: str | None = None,
     title: str | None = None,
     created: str | None = None,
+    candidates: Sequence[str] | None = None,
+    on_step: Callable[[str, float], None] = lambda label, done: None,
     **model_options: Any,
 ) -> dict[str, Any]:
     """Fit a compensator to measured runs.
@@ -53,8 +57,10 @@ def fit_compensator(
         The training runs. A run counts by its duration, whatever its sampling.
     rig : rig of `measurement.rig`
         What the displacement columns mean.
-    model : str
-        Kind of error model: a file in `fmu_compensator.fit.error_models`.
+    model : str, optional
+        Kind of error model: a file in `fmu_compensator.fit.error_models`. By default the simplest
+        that is among the best on runs left out, conditions that it must go beyond included:
+        `fmu_compensator.fit.choosing`.
     points : {"grey", "hierarchical", "fuzzy", "all"} or names, optional
         The temperatures to use: one per group of the grey, hierarchical or fuzzy clustering, every
         one that moves in every run, or those named (a sequence, or one text with commas). By
@@ -77,6 +83,10 @@ def fit_compensator(
         Do not use rows in which a displacement is frozen or saturated.
     name, title, created : str, optional
         For the file; *created* is a date (YYYY-MM-DD). No clock is read.
+    candidates : sequence of str, optional
+        Kinds to choose among where no *model* is named.
+    on_step : callable
+        Told a model after each of its fits, and which share of the work is done [1].
     **model_options
         Options of the error model.
 
@@ -95,19 +105,46 @@ def fit_compensator(
         raise BadInput(
             "fit", "points", "'' is not allowed: grey, hierarchical, fuzzy, all, or names"
         )
-    recipe = Recipe(model, points or "", input_form or "", dict(grey or {}), model_options)
     if geometry_form not in FORMS:
         allowed = f"{shown(geometry_form)} is not allowed: {', '.join(FORMS)}"
         raise BadInput("fit", "geometry form", allowed)
-    input_form = recipe.input_form
-    prepared = prepare(runs, rig, input_form, sensors=sensors, leave_out_frozen=leave_out_frozen)
+    if model is None and model_options:
+        name = next(iter(model_options))
+        raise BadInput("fit", name, "an option needs a model to belong to: name one (--model)")
+
+    @cache
+    def prepare_form(form: str) -> Prepared:
+        return prepare(runs, rig, form, sensors=sensors, leave_out_frozen=leave_out_frozen)
+
+    def recipe_of(kind: str) -> Recipe:
+        return Recipe(kind, points or "", input_form or "", dict(grey or {}), model_options)
+
+    decision = None
+    if model is None:
+        decision = choose_model(prepare_form, recipe_of, candidates, on_step)
+        recipe, records = decision.chosen.recipe, decision.chosen.records
+    else:
+        recipe = recipe_of(model)
+        records = predict_unseen(
+            recipe, prepare_form(recipe.input_form), lambda done: on_step(recipe.kind, done)
+        )
+    model, input_form = recipe.kind, recipe.input_form
+    prepared = prepare_form(input_form)
     geometry_table = _geometry_table(rig, geometry_form)
     geometry = geometry_from_fields(Fields(geometry_table, "fit", "geometry"))
     chosen, choice = recipe.choose(prepared, prepared.runs)
     fitted = recipe.fit(prepared, prepared.runs, chosen)
     rows = [run.complete(chosen) for run in prepared.runs]
-    left_out = _leave_one_run_out(recipe, prepared)
     limits_of = limits_table(geometry, rows, tool_length_mm, limits or {})
+    around = guarding(
+        prepared,
+        chosen,
+        input_form,
+        [fitted.predict(run.history(chosen)) for run in prepared.runs],
+        records,
+        geometry,
+        limits_of["tool_length_mm"],
+    )
     named = recipe.points if isinstance(recipe.points, str) else list(recipe.points)
     options = {"points": named, "input_form": input_form, **recipe.grey, **model_options}
     table = {
@@ -125,10 +162,9 @@ def fit_compensator(
         "error_model": {"kind": model, "targets": list(geometry.targets), **fitted.table()},
         "geometry": geometry_table,
         "limits": limits_of,
-        "interval": left_out
-        and tool_tip_table(
-            left_out.rows, left_out.predicted, geometry, limits_of["tool_length_mm"]
-        ),
+        "interval": around.interval,
+        "guard": around.guard,
+        "correction": around.correction,
         "provenance": {
             "runs": [
                 {"name": run.name, "sha256": run.sha256, "rows": len(kept.time_s)}
@@ -139,6 +175,7 @@ def fit_compensator(
             "figures": _plain(
                 {
                     "choice": choice,
+                    "models": [] if decision is None else decision.table(),
                     "fit": fitted.report(),
                     "training": _figures(
                         prepared.targets,
@@ -148,7 +185,7 @@ def fit_compensator(
                             for run in prepared.runs
                         ],
                     ),
-                    "leave_one_run_out": left_out and _unseen_figures(prepared.targets, left_out),
+                    "unseen": _unseen_figures(prepared.targets, records, around),
                 }
             ),
         },
@@ -176,60 +213,33 @@ def predicted_known(fitted: FittedModel, run: TrainingRun) -> Array:
     return fitted.predict(run)[run.known]
 
 
-@dataclass(frozen=True)
-class _LeftOut:
-    """Runs, each predicted by a model of the others, and the points of each model."""
-
-    rows: list[TrainingRun]
-    predicted: list[Array]
-    chosen: list[list[str]]
-
-
-def _leave_one_run_out(recipe: Recipe, prepared: Prepared) -> _LeftOut | None:
-    """Return each run predicted by a model of the others; None with too few runs.
-
-    The points are chosen anew each time: a choice that has seen the run would flatter it.
-    """
-    if len(prepared.runs) < FEWEST_RUNS_TO_LEAVE_OUT:
-        return None
-    found = _LeftOut([], [], [])
-    for index, run in enumerate(prepared.runs):
-        others = prepared.without(index)
-        chosen, _ = recipe.choose(prepared, others)
-        fitted = recipe.fit(prepared, others, chosen)
-        rows = run.complete(chosen)
-        if len(rows.time_s):
-            found.rows.append(rows)
-            found.predicted.append(predicted_known(fitted, recipe.rows(run, chosen)))
-            found.chosen.append([prepared.sensors[i] for i in chosen])
-    return found if found.rows else None
-
-
-def _unseen_figures(targets: Sequence[str], left_out: _LeftOut) -> dict[str, Any]:
+def _unseen_figures(
+    targets: Sequence[str], records: Sequence[Unseen], found: Guarding
+) -> dict[str, Any] | None:
     """Return what the predictions of runs left out are worth, for the provenance."""
-    kept, values = left_out.rows, left_out.predicted
-    rmse = np.array([_rms(run.targets - y) for run, y in zip(kept, values, strict=True)])
-    raw = np.array([_rms(run.targets) for run in kept])
-    interval = conformal(
-        [
-            Residuals((run.time_s - run.time_s[0]) / 3600.0, run.targets - y)
-            for run, y in zip(kept, values, strict=True)
-        ]
-    )
+    if not records:
+        return None
+    like = [one for one in records if one.fold.kind == LIKE]
+    held = [one.held(found.leash) for one in like]
+    interval = found.targets
+    assert interval is not None
     return {
-        "pooled": _figures(targets, kept, values),
+        **promise(records, found.leash, targets),
         "interval": {
             "coverage": interval.coverage,
-            # Half width: scale times (FRESH_H plus the hours since the start) to the power.
+            # Half width: scale times (fresh_h plus the hours since the start) to the power, times
+            # the root of one plus per_novelty times the novelty.
             "scale": dict(zip(targets, interval.scale.tolist(), strict=True)),
             "power": interval.power,
-            "fresh_h": FRESH_H,
+            "per_novelty": interval.per_novelty,
             "longest_h": interval.longest_h,
         },
-        "median_rmse_of_runs": _model_and_none(targets, np.median(rmse, 0), np.median(raw, 0)),
         "rmse_by_run": [
-            {"run": run.name, "chosen": names, **_model_and_none(targets, one, none)}
-            for run, names, one, none in zip(kept, left_out.chosen, rmse, raw, strict=True)
+            {
+                "run": one.run,
+                **_model_and_none(targets, _rms(one.measured - values), _rms(one.measured)),
+            }
+            for one, values in zip(like, held, strict=True)
         ],
     }
 

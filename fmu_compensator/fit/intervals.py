@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, field
+from itertools import product
 
 import numpy as np
 
-from fmu_compensator.fit.training import Array, TrainingRun
-from fmu_compensator.runtime.geometry import AXES, Direct, Geometry
+from fmu_compensator.fit.training import Array
+from fmu_compensator.runtime.geometry import Geometry
 
 COVERAGE = 0.9
 FRESH_H = 0.25
 """An error of a run just started is that of a quarter of an hour [h]."""
 POWERS = (0.0, 0.25, 0.5)
 """Ways in which an interval may grow with time [1]."""
+PER_NOVELTY = (1.0, 2.0, 4.0)
+"""Ways in which the error's variance may grow with novelty [1]. A Bayesian regression that is
+right grows by 1; it never grows less, whatever the runs at hand say."""
 
 
 @dataclass(frozen=True)
@@ -28,27 +31,38 @@ class Residuals:
         Time since the run's start [h].
     values : array (n, m)
         Measured minus predicted [um, urad].
+    novelty : array (n,), optional
+        Of the inputs; zeros where it is not known [1].
+    unlike : bool
+        Whether no run of its condition was learnt from.
     """
 
     hours: Array
     values: Array
+    novelty: Array = field(default_factory=lambda: np.zeros(1))
+    unlike: bool = False
 
 
 @dataclass(frozen=True)
 class Interval:
-    r"""Predictions are within plus and minus ``scale * (FRESH_H + hours since the start)^power``.
+    r"""Predictions are within plus and minus ``scale * grown``, the latter
 
-    An error of a model that starts right may wander off like a random walk (power 1/2); that of a
-    model that has seen all there is stays as large as it is (power 0).
+    .. math:: (t_0 + t)^p \sqrt{1 + k h}
+
+    with t the hours since the start and h the novelty of the inputs. An error of a model that
+    starts right may wander off like a random walk (p = 1/2); that of a model that has seen all
+    there is stays as large as it is (p = 0).
 
     Attributes
     ----------
     coverage : float
         Wanted share of samples within [1].
     power : float
-        How the width grows with time [1].
+        p [1].
+    per_novelty : float
+        k [1].
     scale : array (m,)
-        Of each target [um or urad per h^power].
+        Of each target [um or urad per h^p].
     longest_h : float
         The longest run that was looked at; later the width stays [h].
     runs : int
@@ -57,19 +71,28 @@ class Interval:
 
     coverage: float
     power: float
+    per_novelty: float
     scale: Array
     longest_h: float
     runs: int
 
-    def half_width(self, hours: Array) -> Array:
-        """Return the half width at times since the start, shape (n, m) [um, urad]."""
-        grown = (FRESH_H + np.minimum(hours, self.longest_h)) ** self.power
-        return np.asarray(grown[:, None] * self.scale)
+    def half_width(self, residuals: Residuals) -> Array:
+        """Return the half width at each sample of a run, shape (n, m) [um, urad]."""
+        return np.asarray(self.growth(residuals)[:, None] * self.scale)
+
+    def growth(self, residuals: Residuals) -> Array:
+        """Return the width over the scale at each sample of a run, shape (n,) [h^p]."""
+        return _growth(residuals, self.power, self.per_novelty, self.longest_h)
 
     def within(self, residuals: Residuals) -> Array:
         """Return the share of samples that lie within, per target (m,) [1]."""
-        inside = np.abs(residuals.values) <= self.half_width(residuals.hours)
+        inside = np.abs(residuals.values) <= self.half_width(residuals)
         return np.asarray(inside.mean(axis=0))
+
+
+def _growth(residuals: Residuals, power: float, per_novelty: float, longest_h: float) -> Array:
+    grown = (FRESH_H + np.minimum(residuals.hours, longest_h)) ** power
+    return np.asarray(grown * np.sqrt(1.0 + per_novelty * residuals.novelty))
 
 
 def conformal(runs: Sequence[Residuals], coverage: float = COVERAGE) -> Interval:
@@ -89,96 +112,66 @@ def conformal(runs: Sequence[Residuals], coverage: float = COVERAGE) -> Interval
     distribution functions, after Dunn, Wasserman and Ramdas (2023), doi:10.1080/
     01621459.2022.2060112). With nine runs or fewer that level is no level. Then it is the largest
     of the runs' own quantiles: of n + 1 runs, the further one is the worst in one case of n + 1.
-    Of the ways to grow, the one with the narrowest interval for that is taken.
+    Runs of conditions that were learnt from and runs of others are looked at apart, and the wider
+    interval counts: it is to hold in either. Of the ways to grow with time and with novelty, the
+    one with the narrowest interval for that is taken.
     """
     if not runs:
         raise ValueError("no run is left to learn the interval from")
     longest = max(float(run.hours[-1]) for run in runs)
-    found = [
-        Interval(coverage, power, _scales(runs, coverage, power), longest, len(runs))
-        for power in POWERS
-    ]
+    new = any(run.novelty.any() for run in runs)
+    found = []
+    for power, per_novelty in product(POWERS, PER_NOVELTY if new else PER_NOVELTY[:1]):
+        grown = [_growth(run, power, per_novelty, longest)[:, None] for run in runs]
+        scale = np.max(
+            [
+                _scales(
+                    [
+                        np.abs(run.values) / size
+                        for run, size in zip(runs, grown, strict=True)
+                        if run.unlike == unlike
+                    ],
+                    coverage,
+                )
+                for unlike in {run.unlike for run in runs}
+            ],
+            axis=0,
+        )
+        found.append(Interval(coverage, power, per_novelty, scale, longest, len(runs)))
     return min(found, key=lambda interval: _mean_width(interval, runs))
 
 
 def _mean_width(interval: Interval, runs: Sequence[Residuals]) -> float:
     """Return the mean logarithm of the targets' mean widths."""
-    width = np.mean([interval.half_width(run.hours).mean(axis=0) for run in runs], axis=0)
+    width = np.mean([interval.half_width(run).mean(axis=0) for run in runs], axis=0)
     return float(np.log(width[width > 0.0]).sum())
 
 
-def _scales(runs: Sequence[Residuals], coverage: float, power: float) -> Array:
-    scaled = [np.abs(run.values) / ((FRESH_H + run.hours) ** power)[:, None] for run in runs]
-    if coverage * (1.0 + 1.0 / len(runs)) >= 1.0:
-        return np.asarray(np.max([_quantiles([one], coverage) for one in scaled], axis=0))
-    return _quantiles(scaled, coverage * (1.0 + 1.0 / len(runs)))
+def _scales(scaled: Sequence[Array], coverage: float) -> Array:
+    level = coverage * (1.0 + 1.0 / len(scaled))
+    if level >= 1.0:
+        return np.asarray(np.max([quantiles([one], coverage) for one in scaled], axis=0))
+    return quantiles(scaled, level)
 
 
-def _quantiles(scaled: Sequence[Array], level: float) -> Array:
-    """Return each target's quantile of the mean of the runs' distributions."""
-    weights = np.concatenate([np.full(len(one), 1.0 / len(one) / len(scaled)) for one in scaled])
-    values = np.concatenate(list(scaled))
+def quantiles(samples: Sequence[Array], level: float) -> Array:
+    """Return each column's quantile of the mean of the runs' distributions, shape (m,).
+
+    Parameters
+    ----------
+    samples : sequence of array (n, m)
+        One per run; every run counts as one, whatever its rows.
+    level : float
+        Of the quantile [1].
+    """
+    weights = np.concatenate([np.full(len(one), 1.0 / len(one) / len(samples)) for one in samples])
+    values = np.concatenate(list(samples))
     order = np.argsort(values, axis=0)
     place = [int(np.searchsorted(np.cumsum(weights[o]), level - 1e-12)) for o in order.T]
     rows = [order[min(at, len(order) - 1), k] for k, at in enumerate(place)]
     return np.asarray(values[rows, np.arange(values.shape[1])])
 
 
-def tool_tip_table(
-    runs: Sequence[TrainingRun],
-    predicted: Sequence[Array],
-    geometry: Geometry,
-    tool_length_mm: Sequence[float],
-    coverage: float = COVERAGE,
-) -> dict[str, Any]:
-    """Return the compensator file's interval: of the tool tip's drift, in the machine's axes.
-
-    Parameters
-    ----------
-    runs : sequence of TrainingRun
-        Rows with targets.
-    predicted : sequence of array (n, m)
-        What a model that was fitted without the run predicts for its rows [um, urad].
-    geometry : Geometry
-        From targets to drift. Errors of tilt and radial drift go together, so their widths must
-        not be added: it is the drift itself that the interval is learnt from.
-    tool_length_mm : sequence of float
-        Shortest and longest tool. In between, the run time takes the straight line; the spread of
-        a sum that is linear in the length lies on or below it.
-    coverage : float
-        Wanted share of samples within [1].
-    """
-    residuals = [
-        Residuals(
-            (run.time_s - run.time_s[0]) / 3600.0,
-            np.hstack(
-                [
-                    _drift(geometry, run.targets, length) - _drift(geometry, values, length)
-                    for length in tool_length_mm
-                ]
-            ),
-        )
-        for run, values in zip(runs, predicted, strict=True)
-    ]
-    interval = conformal(residuals, coverage)
-    measured = geometry.axes if isinstance(geometry, Direct) else AXES
-    shortest, longest = (
-        [
-            float(f"{scale:.6g}") if axis in measured else None
-            for axis, scale in zip(AXES, scales, strict=True)
-        ]
-        for scales in interval.scale.reshape(2, 3).tolist()
-    )
-    return {
-        "coverage": coverage,
-        "power": interval.power,
-        "fresh_h": FRESH_H,
-        "longest_h": float(f"{interval.longest_h:.6g}"),
-        "shortest_tool_um": shortest,
-        "longest_tool_um": longest,
-    }
-
-
-def _drift(geometry: Geometry, targets: Array, tool_length_mm: float) -> Array:
+def axis_drift(geometry: Geometry, targets: Array, tool_length_mm: float) -> Array:
     """Return the tool tip's drift of every row, shape (n, 3) [um]."""
     return np.array([geometry.drift(row, tool_length_mm) for row in targets.tolist()])

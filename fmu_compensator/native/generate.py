@@ -25,6 +25,7 @@ from fmu_packaging.variables import Variable
 
 C_FOLDER = Path(__file__).resolve().parent / "c"
 ERROR_MODELS = "error_models"
+ROOTS = ("geometry", "error_model", "guard", "correction")  # the file's tables that C reads
 TEXT_OUTPUT = "status_text"
 NUMBERS_PER_LINE = 6
 HEAD = "/* Made by spindle-drift from {what}; not to be edited. */\n"
@@ -65,7 +66,8 @@ def data_sources(model: Model, variables: Sequence[Variable], name: str, guid: s
         if kind not in kinds():
             raise NativeError(f"{model.source}: error_model.kind: {kind!r} has no C twin")
     tree = _Tree()
-    roots = {key: tree.field(model.table[key], None) for key in ("geometry", "error_model")}
+    # A file of an older format has no field for what it does not know; that is as null.
+    roots = {key: tree.field(model.table.get(key), None) for key in ROOTS}
     found = kinds()
     chosen = ", ".join(map(str, model.chosen))
     lines = [
@@ -84,6 +86,7 @@ def data_sources(model: Model, variables: Sequence[Variable], name: str, guid: s
         "",
         *tree.lines,
         *(f"const struct field model_{key} = {value};" for key, value in roots.items()),
+        f"const bool model_corrects_itself = {_literal(model.new_error_model().corrects_itself)};",
         "",
         *(f"extern const struct error_model_kind {kind}_kind;" for kind in found),
         *_table("struct error_model_kind *const", "model_kinds", (f"&{k}_kind" for k in found)),

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from math import isfinite, nan
+from math import isfinite, nan, sqrt
 from typing import Any, NamedTuple
 
 from fmu_compensator.runtime.checks import IMPLAUSIBLE, MISSING, Fault, SensorCheck
+from fmu_compensator.runtime.guard import Guard
 from fmu_compensator.runtime.interval import NOT_KNOWN
 from fmu_compensator.runtime.modelfile import Model
 
@@ -23,7 +24,9 @@ STATUS_TEXTS = {
 }
 LONGEST_S = 1e9  # a longer step is as good as this one, and sums of it stay finite
 LARGEST = 1e6  # of a measured target [um, urad]; six orders above any spindle
-FORMAT = 1
+JOINT = 5
+"""Cause of `UNTRAINED` where no temperature alone is outside training, but all of them together."""
+FORMAT = 2
 
 
 class Output(NamedTuple):
@@ -37,8 +40,9 @@ class Output(NamedTuple):
         The predicted pose [um, urad, urad]; the last good one while the inputs are bad.
     dX_uncertainty, dY_uncertainty, dZ_uncertainty : float
         Half the width of the interval about the predicted drift at this tool length in which most
-        unseen drift lies [um]; the last good one while the inputs are bad. -1: not known, because
-        the file has no interval, or nothing was predicted yet.
+        unseen drift lies [um]: wider the newer the inputs are, narrower after a measurement. The
+        last good one while the inputs are bad. -1: not known, because the file has no interval, or
+        nothing was predicted yet.
     valid : bool
         Whether the offsets follow the model. False while waiting, recovering or in a fault.
     status : int
@@ -46,7 +50,8 @@ class Output(NamedTuple):
         3 recovering; 1x holding, 2x ramping to zero, 3x at zero, where x is the cause: 1 missing,
         2 out of the plausible range, 3 changing too fast, 4 stale.
     status_sensor : int
-        1-based index of the sensor to blame, 0 for none.
+        1-based index of the sensor to blame, 0 for none. Outside training: the one that is
+        furthest out; the text names up to three.
     status_text : str
         One line for people.
     """
@@ -67,7 +72,7 @@ class Output(NamedTuple):
 
 
 class Compensator:
-    """Inputs checked, error model, offset geometry, limits.
+    """Inputs checked, error model on its leash, offset geometry, limits.
 
     Parameters
     ----------
@@ -80,11 +85,18 @@ class Compensator:
     inputs have been good for ``recover_s``, the offsets move back to what the model wants, and
     are valid again once they got there. All of it happens within the slew limit, so offsets
     never step. The reference of the rise form outlives a fault.
+
+    Where the file has a guard, the error model's prediction is kept near a careful one, and the
+    offsets fade the further the inputs are from what training knew: `Guard`. Measured targets
+    then correct any error model: `Correction`.
     """
 
     def __init__(self, model: Model) -> None:
         self.model = model
         self._error_model = model.new_error_model()
+        self._guard, self._correction = model.new_guard(), model.new_correction()
+        # An error model that only adds a bias leaves that to the correction.
+        self._own_correction = self._correction is None or self._error_model.corrects_itself
         self._checks = [SensorCheck(model.sensors[i], i + 1) for i in model.chosen]
         self._rise = model.input_form == "rise"
         chosen = [model.sensors[index] for index in model.chosen]
@@ -95,6 +107,10 @@ class Compensator:
     def reset(self) -> None:
         """Start over: no reference, no offsets."""
         self._error_model.reset()
+        if self._guard is not None:
+            self._guard.reset()
+        if self._correction is not None:
+            self._correction.reset()
         for check in self._checks:
             check.reset()
         self._last_time: float | None = None
@@ -111,6 +127,10 @@ class Compensator:
         self._pose = (0.0, 0.0, 0.0)
         self._since_start = 0.0  # [s]
         self._half_width = (NOT_KNOWN, NOT_KNOWN, NOT_KNOWN)
+        self._predicted: list[float] | None = None  # of the last good sample [um, urad]
+        self._growth = 1.0  # of its error [1]
+        self._novelty = 0.0  # [1]
+        self._followed: list[float] | None = None  # by the correction, not the error model's own
 
     def step(
         self,
@@ -163,8 +183,9 @@ class Compensator:
         inputs: list[float] = []
         if fault is None:
             inputs = self._inputs(temperatures)
-            self._predict(inputs, speed, tool_length)
-        if measured is not None and all(map(isfinite, measured)):
+            self._predict(inputs, temperatures, speed, tool_length)
+        # What was measured while the inputs were bad has no prediction to be compared with.
+        if measured is not None and fault is None and all(map(isfinite, measured)):
             self._measured = [min(max(value, -LARGEST), LARGEST) for value in measured]
         if not self._started:
             return self._output(False, WAITING, fault)
@@ -207,22 +228,75 @@ class Compensator:
         pairs = zip(chosen, self._reference, strict=True)
         return [temperatures[index] - start for index, start in pairs if start is not None]
 
-    def _predict(self, inputs: Sequence[float], speed: float, tool_length: float) -> None:
+    def _predict(
+        self,
+        inputs: Sequence[float],
+        temperatures: Sequence[float],
+        speed: float,
+        tool_length: float,
+    ) -> None:
         """Put down the wanted offsets and the pose for a good sample."""
-        targets = self._error_model.predict(inputs, self._unmodelled, speed, self._measured)
-        self._unmodelled, self._measured = 0.0, None
-        geometry, limits = self.model.geometry, self.model.limits
-        x, y, z = geometry.drift(targets, tool_length)
-        self._wanted = (
-            limits.saturated(0.0 - x),
-            limits.saturated(0.0 - y),
-            limits.saturated(0.0 - z),
+        elapsed_s, measured = self._unmodelled, self._measured
+        self._unmodelled, self._measured, self._followed = 0.0, None, None
+        targets = self._error_model.predict(
+            inputs, elapsed_s, speed, measured if self._own_correction else None
         )
+        doubt = self._corrected(elapsed_s, measured)
+        guard, interval = self._guard, self.model.interval
+        if guard is not None:
+            careful = guard.step([temperatures[index] for index in self.model.chosen], elapsed_s)
+            self._novelty = careful.novelty
+            targets = self._leashed(guard, targets, careful.targets)
+        elif not self._own_correction:
+            targets = self._biased(targets)
+        geometry, limits = self.model.geometry, self.model.limits
+        share = limits.tool_share(tool_length)
+        wanted = [0.0 - drift for drift in geometry.drift(targets, tool_length)]
+        if guard is not None and self._novelty > guard.known:
+            wanted = [
+                offset * guard.faded(axis, self._novelty, share, doubt)
+                for axis, offset in enumerate(wanted)
+            ]
+        x, y, z = wanted
+        self._wanted = limits.saturated(x), limits.saturated(y), limits.saturated(z)
         self._pose = geometry.pose(targets)
-        if self.model.interval is not None:
-            self._half_width = self.model.interval.half_width(self._since_start, tool_length)
+        if interval is not None:
+            self._growth = interval.growth(self._since_start, self._novelty)
+            self._half_width = interval.half_width(self._growth * sqrt(doubt), share)
+        if self._correction is not None:
+            self._predicted = targets if self._followed is None else self._followed
         if not self._started:
             self._started = self._recovering = True
+
+    def _corrected(self, elapsed_s: float, measured: Sequence[float] | None) -> float:
+        """Take in what was measured with the sample before; return the doubt that is left [1]."""
+        correction = self._correction
+        if correction is None:
+            return 1.0
+        if measured is not None and self._predicted is not None:
+            pairs = zip(measured, self._predicted, strict=True)
+            correction.take([value - predicted for value, predicted in pairs], self._growth)
+        correction.wait(elapsed_s)
+        return correction.doubt
+
+    def _leashed(
+        self, guard: Guard, targets: Sequence[float], careful: Sequence[float]
+    ) -> list[float]:
+        """Return a prediction near the careful one, both with what measurements corrected.
+
+        An error model that corrects itself is not corrected again; there the correction follows
+        the careful model, so that the leash moves with what was measured.
+        """
+        if self._correction is None:
+            return guard.held(targets, careful)
+        if not self._own_correction:
+            return self._biased(guard.held(targets, careful))
+        self._followed = self._biased(careful)
+        return guard.held(targets, self._followed)
+
+    def _biased(self, targets: Sequence[float]) -> list[float]:
+        assert self._correction is not None
+        return [value + b for value, b in zip(targets, self._correction.bias, strict=True)]
 
     def _follow(self, fault: Fault | None, elapsed_s: float) -> None:
         """Count how long the inputs have been bad or good again."""
@@ -264,6 +338,8 @@ class Compensator:
         for (low, high), value in zip(self._trained, inputs, strict=True):
             if not low <= value <= high:
                 return self._output(True, UNTRAINED, self._untrained(inputs))
+        if self._guard is not None and inputs and self._novelty > self._guard.known:
+            return self._output(True, UNTRAINED, self._together(self._guard))
         return self._output(True, OK, None)
 
     def _untrained(self, inputs: Sequence[float]) -> Fault | None:
@@ -278,6 +354,17 @@ class Compensator:
                 )
                 return Fault(0, index + 1, text)
         return None
+
+    def _together(self, guard: Guard) -> Fault:
+        """Return the inputs that lie outside what training saw only when taken together."""
+        places = [self.model.chosen[place] for place in guard.culprits(self._novelty)]
+        names = ", ".join(self.model.sensors[index].name for index in places)
+        times = self._novelty / guard.known if guard.known > 0.0 else LARGEST
+        text = (
+            "temperatures together are outside training, novelty "
+            f"{min(times, LARGEST):.1f} times the largest known: {names}"
+        )
+        return Fault(JOINT, places[0] + 1, text)
 
     def _output(self, valid: bool, status: int, reason: Fault | None) -> Output:
         text = STATUS_TEXTS[status if status < HOLDING else status - status % 10]
@@ -306,6 +393,11 @@ class Compensator:
             "pose": list(self._pose),
             "since_start": self._since_start,
             "half_width": list(self._half_width),
+            "predicted": self._predicted,
+            "growth": self._growth,
+            "novelty": self._novelty,
+            "guard": [] if self._guard is None else self._guard.state(),
+            "correction": [] if self._correction is None else self._correction.state(),
             "checks": [check.state() for check in self._checks],
             "error_model": self._error_model.state(),
         }
@@ -326,6 +418,11 @@ class Compensator:
                 count = f"{len(state[name])} chosen sensors, the file {len(known[name])}"
                 raise ValueError(f"the state holds {count}")
         self._error_model.restore(state["error_model"])
+        for part, name in ((self._guard, "guard"), (self._correction, "correction")):
+            if part is not None:
+                part.restore(state[name])
+            elif len(state[name]) != 0:
+                raise ValueError(f"the state holds a {name}, the file has none")
         for check, remembered in zip(self._checks, state["checks"], strict=True):
             check.restore(remembered)
         self._last_time = state["last_time"]
@@ -340,6 +437,8 @@ class Compensator:
         self._pose = _three(state["pose"])
         self._since_start = state["since_start"]
         self._half_width = _three(state["half_width"])
+        self._predicted = None if state["predicted"] is None else list(state["predicted"])
+        self._growth, self._novelty = state["growth"], state["novelty"]
 
 
 def _three(values: Sequence[float]) -> tuple[float, float, float]:

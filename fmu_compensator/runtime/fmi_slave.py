@@ -142,7 +142,7 @@ def variables(model: Model) -> list[Variable]:
             start=min(max(USUAL_TOOL, low), high),
         ),
     ]
-    if model.new_error_model().uses_measured:
+    if model.takes_measured:
         declared += _measured_inputs(model)
     declared += [
         _output(

@@ -54,6 +54,16 @@ class Limits:
             )
         return low, high
 
+    def tool_share(self, tool_length_mm: float) -> float:
+        """Return where a tool is from the shortest (0) to the longest (1).
+
+        Outside the range it is at the nearer end; 0 where the range is one length, or where the
+        length is not a number.
+        """
+        low, high = self.tool_length_mm
+        share = (tool_length_mm - low) / (high - low) if low < high else 0.0
+        return min(share, 1.0) if share > 0.0 else 0.0
+
     def saturated(self, offset_um: float) -> float:
         """Return the nearest allowed offset [um]."""
         largest = self.offset_um

@@ -13,16 +13,20 @@ from pathlib import Path
 from typing import Any
 
 from fmu_compensator.runtime.checks import Sensor
+from fmu_compensator.runtime.correction import Correction
 from fmu_compensator.runtime.error_models import error_models
 from fmu_compensator.runtime.error_models.base import ErrorModel
 from fmu_compensator.runtime.fields import Fields, ModelFileError
 from fmu_compensator.runtime.geometry import Geometry, geometry_from_fields
+from fmu_compensator.runtime.guard import Guard
 from fmu_compensator.runtime.interval import Interval
 from fmu_compensator.runtime.limits import Limits
 
 __all__ = ["Model", "ModelFileError", "load_model", "model_text", "parse_model"]
 
-FORMAT = 1
+FORMAT = 2
+"""1 had no guard, no correction, and an interval that knew nothing of novelty."""
+WITH_GUARD = 2
 KIND = "spindle-drift compensator"
 LARGEST_FILE = 4_000_000  # bytes; a large network is a few hundred thousand
 MOST_SENSORS = 500
@@ -81,6 +85,19 @@ class Model:
         """Return a fresh error model: it may have states, so each compensator has its own."""
         fields = Fields(self.table["error_model"], self.source, "error_model")
         return _error_model(fields, len(self.chosen), self.geometry)
+
+    @property
+    def takes_measured(self) -> bool:
+        """Whether measured targets make the offsets better."""
+        return self.new_correction() is not None or self.new_error_model().uses_measured
+
+    def new_guard(self) -> Guard | None:
+        """Return a fresh guard; None where the file has none."""
+        return _guard(Fields(self.table, self.source), len(self.chosen), len(self.targets))
+
+    def new_correction(self) -> Correction | None:
+        """Return a fresh correction by measurements; None where the file has none."""
+        return _correction(Fields(self.table, self.source), len(self.targets))
 
 
 def load_model(path: str | Path) -> Model:
@@ -146,7 +163,8 @@ def model_text(table: dict[str, Any], source: str = "compensator file") -> str:
 def _model(table: object, source: str) -> Model:
     fields = Fields(table, source)
     fields.choice("kind", (KIND,))
-    if fields.integer("format", 1, 10**9) > FORMAT:
+    number = fields.integer("format", 1, 10**9)
+    if number > FORMAT:
         raise fields.refusal(
             "format", f"the file was written by a newer version; this one reads format {FORMAT}"
         )
@@ -170,14 +188,26 @@ def _model(table: object, source: str) -> Model:
         limits=limits,
         interval=None
         if interval is None
-        else Interval.from_fields(interval, limits.tool_length_mm),
+        else Interval.from_fields(interval, novelty=number >= WITH_GUARD),
         provenance=_provenance(fields.table("provenance")),
         table=fields.as_table(),
         source=source,
     )
     _error_model(fields.table("error_model"), len(chosen), geometry)
+    _guard(fields, len(chosen), len(geometry.targets))
+    _correction(fields, len(geometry.targets))
     fields.done()
     return model
+
+
+def _guard(fields: Fields, inputs: int, targets: int) -> Guard | None:
+    table = fields.table_or_none("guard") if fields.raw("format") >= WITH_GUARD else None
+    return None if table is None else Guard.from_fields(table, inputs, targets)
+
+
+def _correction(fields: Fields, targets: int) -> Correction | None:
+    table = fields.table_or_none("correction") if fields.raw("format") >= WITH_GUARD else None
+    return None if table is None else Correction.from_fields(table, targets)
 
 
 def _sensors(fields: Fields) -> tuple[Sensor, ...]:

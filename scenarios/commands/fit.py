@@ -4,10 +4,15 @@ from __future__ import annotations
 
 import argparse
 import json
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from inspect import signature
 from pathlib import Path
 from typing import Any
 
+from tqdm import tqdm
+
+from fmu_compensator.fit.choosing import CANDIDATES
 from fmu_compensator.fit.fitting import compensator_text, fit_compensator
 from measurement.errors import BadInput, shown
 from measurement.files import write_atomically
@@ -25,7 +30,17 @@ RESERVED = frozenset(signature(fit_compensator).parameters)
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
     parser.add_argument("runs", nargs="+", metavar="RUN", type=Path, help="run file (CSV)")
-    parser.add_argument("--model", default="mlr", help="error model (default: mlr)")
+    parser.add_argument(
+        "--model",
+        help="error model (default: the simplest of the best on runs left out, those included that "
+        "go beyond the others: docs/trust.md)",
+    )
+    parser.add_argument(
+        "--among",
+        metavar="NAME,NAME...",
+        help="error models to choose among, from the simplest on, where no --model is named "
+        f"(default: {','.join(CANDIDATES)})",
+    )
     parser.add_argument(
         "-o",
         "--output",
@@ -97,10 +112,49 @@ def run(args: argparse.Namespace) -> int:
     """Fit, write the file, and print how well it does."""
     runs = [read_run(path) for path in args.runs]
     rig, sensors = _rig(runs[0], args.machine)
-    table = fit_compensator(
+    if args.among is not None and args.model is not None:
+        raise BadInput("fit", "--among", "cannot stand beside --model")
+    with _bar() as on_step:
+        table = _fitted(args, runs, rig, sensors, on_step)
+    path = write_atomically(args.output, compensator_text(table))
+    if args.json:
+        shown = {"file": str(path), "chosen": table["chosen"], **table["provenance"]}
+        print(json.dumps(shown, indent=1))
+    else:
+        print("\n".join(_report(table, path)))
+    return 0
+
+
+@contextmanager
+def _bar() -> Iterator[Callable[[str, float], None]]:
+    """Show a bar with the time left; give what tells it how far the work is."""
+    form = "{desc}: {percentage:3.0f}%|{bar}| {elapsed}<{remaining}"
+    with tqdm(total=1.0, bar_format=form, disable=None, leave=False) as bar:
+
+        def tell(label: str, done: float) -> None:
+            bar.set_description(label, refresh=False)
+            bar.update(done - bar.n)
+
+        yield tell
+
+
+def _kinds(among: str | None) -> list[str] | None:
+    return None if among is None else [name.strip() for name in among.split(",")]
+
+
+def _fitted(
+    args: argparse.Namespace,
+    runs: list[Run],
+    rig: Rig,
+    sensors: list[str] | None,
+    on_step: Callable[[str, float], None],
+) -> dict[str, Any]:
+    return fit_compensator(
         runs,
         rig,
         args.model,
+        candidates=_kinds(args.among),
+        on_step=on_step,
         points=args.points,
         input_form=args.input_form,
         grey={"threshold": args.threshold, "score": args.score},
@@ -112,13 +166,6 @@ def run(args: argparse.Namespace) -> int:
         created=args.created,
         **_options(args.option),
     )
-    path = write_atomically(args.output, compensator_text(table))
-    if args.json:
-        shown = {"file": str(path), "chosen": table["chosen"], **table["provenance"]}
-        print(json.dumps(shown, indent=1))
-    else:
-        print("\n".join(_report(table, path)))
-    return 0
 
 
 def _options(given: list[str]) -> dict[str, Any]:
@@ -162,15 +209,57 @@ def _report(table: dict[str, Any], path: Path) -> list[str]:
             f"condition number {fit['condition_number']:.1f}, "
             f"largest variance inflation {inflation:.1f}"
         )
-    lines += [
-        "",
-        f"{'RMSE [um, urad]':<18}{'no model':>12}{'training':>12}{'unseen run':>12}",
+    lines += ["", *_judgement(figures["models"]), *_promise(figures)]
+    return [*lines, f"wrote {path}"]
+
+
+def _judgement(models: list[dict[str, Any]]) -> list[str]:
+    """Return the table of the models that were judged for the choice."""
+    if not models or (len(models) == 1 and not models[0].get("ratio_to_none")):
+        return []
+    lines = [
+        "Error left on runs left out, in % of no compensation; each model is kept near the careful "
+        "one:",
+        f"{'model':<18}{'hard half':>12}{'worst fold':>12}   which",
     ]
-    unseen = (figures["leave_one_run_out"] or {}).get("pooled", {})
+    for row in models:
+        name = f"{row['model']}{' *' if row['chosen'] else ''}"
+        if "refused" in row:
+            lines.append(f"{name:<18}{'-':>12}{'-':>12}   {row['refused']}")
+            continue
+        ratios = row["ratio_to_none"]
+        worst = max(ratios, key=ratios.__getitem__)
+        cells = f"{100 * row['hard_folds']:>12.0f}{100 * row['worst_fold']:>12.0f}"
+        lines.append(f"{name:<18}{cells}   {worst}")
+    lines.append(f"{'no compensation':<18}{100:>12}{100:>12}")
+    return [*lines, "* chosen: the simplest within one standard error of the best", ""]
+
+
+def _promise(figures: dict[str, Any]) -> list[str]:
+    """Return what the fit may promise, and where it measured nothing."""
+    unseen = figures["unseen"] or {}
+    lines = [
+        f"{'RMSE [um, urad]':<18}"
+        + "".join(f"{name:>12}" for name in ("no model", "training", "like runs", "unlike runs"))
+    ]
     for target, row in figures["training"].items():
-        other = f"{unseen[target]['model']['rmse']:.2f}" if target in unseen else "-"
-        lines.append(
-            f"{target:<18}{row['no_model']['rmse']:>12.2f}{row['model']['rmse']:>12.2f}{other:>12}"
-        )
-    why = "each run predicted by a model of the others" if unseen else "needs at least three runs"
-    return [*lines, f"unseen run: {why}", f"wrote {path}"]
+        cells = [
+            f"{unseen[kind][target]['model']:>12.2f}" if kind in unseen else f"{'-':>12}"
+            for kind in ("like", "unlike")
+        ]
+        none, model = row["no_model"]["rmse"], row["model"]["rmse"]
+        lines.append(f"{target:<18}{none:>12.2f}{model:>12.2f}{''.join(cells)}")
+    if not unseen:
+        return [
+            *lines,
+            "nothing is promised for other runs: fewer than three runs were given, so none could be"
+            " left out",
+        ]
+    hardest = max(unseen["unlike_folds"], key=lambda one: one["ratio_to_none"], default=None)
+    lines += [
+        "like runs: each predicted by a model of the others; unlike: whole conditions left out",
+    ]
+    if hardest is not None:
+        share = 100 * hardest["ratio_to_none"]
+        lines.append(f"worst: {hardest['left_out']} left out, {share:.0f} % of the drift is left")
+    return lines

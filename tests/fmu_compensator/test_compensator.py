@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from math import inf, nan
+from math import exp, inf, nan
 from typing import Any
 
 import pytest
@@ -12,7 +12,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from fmu_compensator.runtime.compensator import Compensator, Output
-from fmu_compensator.runtime.modelfile import Model
+from fmu_compensator.runtime.modelfile import Model, parse_model
+from tests.fmu_compensator.guarded import guarded
+from tests.native.made import made_model
 
 AsModel = Callable[[dict[str, Any]], Model]
 ROOM = [20.0, 20.0, 20.0, 20.0]
@@ -26,11 +28,15 @@ class Bench:
         self.time = 0.0
 
     def step(
-        self, temperatures: list[float] | None = None, tool: float = 100.0, count: int = 1
+        self,
+        temperatures: list[float] | None = None,
+        tool: float = 100.0,
+        count: int = 1,
+        measured: list[float] | None = None,
     ) -> Output:
         for _ in range(count):
             output = self.compensator.step(
-                self.time, 1.0, temperatures or self.readings(), 1000.0, tool
+                self.time, 1.0, temperatures or self.readings(), 1000.0, tool, measured
             )
             self.time += 1.0
         return output
@@ -49,6 +55,13 @@ def quick(table: dict[str, Any]) -> dict[str, Any]:
     """Return the table with a slew that never limits."""
     table["limits"]["slew_um_per_s"] = 1000.0
     return table
+
+
+def free(table: dict[str, Any]) -> dict[str, Any]:
+    """Return the table guarded without lags; no jump and no single reading is too much."""
+    for sensor in table["sensors"]:
+        sensor |= {"noise": 50.0, "trained_low": -50.0, "trained_high": 50.0}
+    return guarded(quick(table), lags_s=())
 
 
 def test_offsets_are_the_opposite_of_the_predicted_drift(
@@ -126,6 +139,138 @@ def test_a_half_width_that_is_not_known_is_minus_one(
     assert Bench(as_model(five_point_table | {"interval": None})).step()[6:9] == (-1.0, -1.0, -1.0)
     # A direct rig without Y; the tool does not matter.
     assert Bench(as_model(direct_table)).step(tool=nan)[6:9] == (0.5, -1.0, 1.0)
+
+
+def test_a_prediction_stays_on_its_leash(
+    five_point_table: dict[str, Any], as_model: AsModel
+) -> None:
+    bench = Bench(as_model(free(five_point_table)))
+    bench.step(ROOM)
+    output = bench.step(warm(4.0, 4.0), tool=130.0)
+    # The error model says 12, 20, -16, 2 and 1; the careful one 4 + 0.5 * 4 = 6, give or take 4.
+    assert (output.elongation, output.yaw, output.pitch) == (10.0, 10.0, 2.0)
+    assert output.dX == pytest.approx(-(2.0 + 0.1e6 * 10e-6), abs=1e-6)
+    assert output.dY == pytest.approx(-(2.0 + 0.1e6 * 2e-6), abs=1e-6)
+    assert (output.status, output.valid) == (0, True)
+
+
+def test_what_is_new_only_together_fades_and_is_named(
+    five_point_table: dict[str, Any], as_model: AsModel
+) -> None:
+    table = free(five_point_table) | {"correction": None}
+    all_known = table | {"guard": table["guard"] | {"known": 1e6}}
+    bench, other = Bench(as_model(table)), Bench(as_model(all_known))
+    for one in (bench, other):
+        one.step(ROOM)
+    output, whole = (one.step(warm(0.0, 4.0), tool=100.0) for one in (bench, other))
+    beyond = 0.5 * 16.0 - 0.495 / 2.0 * 16.0 - 0.5
+    # Z is between 0.5 and 1.5 at half of the longest tool; for Y the file gives no fade.
+    assert output.dX == pytest.approx(whole.dX / (1.0 + beyond))
+    assert output.dY == whole.dY
+    assert output.dZ == pytest.approx(whole.dZ / (1.0 + beyond))
+    assert output[3:6] == whole[3:6]
+    assert (output.status, output.valid, output.status_sensor) == (2, True, 4)
+    told = "temperatures together are outside training, novelty 8.1 times the largest known: T4"
+    assert output.status_text == told
+    assert (whole.status, whole.status_text) == (0, "offsets follow the model")
+    apart = bench.step(warm(-3.0, 3.0))
+    assert apart.status_text.endswith("novelty 18.0 times the largest known: T4, T1")
+    worst = bench.step(warm(-4.0, 3.0))
+    assert worst.status_text.endswith(": T1, T4")
+    assert worst.status_sensor == 1
+    assert bench.step(warm(4.0, 4.0)).status == 0
+    # In a fault nobody speaks of training.
+    assert bench.step([nan] * 4).status == 11
+
+
+def test_a_single_reading_outside_training_is_named_first(
+    five_point_table: dict[str, Any], as_model: AsModel
+) -> None:
+    table = free(five_point_table)
+    table["sensors"][3]["trained_high"] = 3.0
+    bench = Bench(as_model(table))
+    bench.step(ROOM)
+    output = bench.step(warm(0.0, 4.0))
+    assert output.status == 2
+    assert output.status_text.startswith("T4 4.0 K rise is outside")
+
+
+def test_where_nothing_is_known_the_text_has_an_end(
+    five_point_table: dict[str, Any], as_model: AsModel
+) -> None:
+    table = free(five_point_table)
+    table["guard"]["known"] = 0.0
+    bench = Bench(as_model(table))
+    assert bench.step(ROOM).status == 0
+    assert "novelty 1000000.0 times the largest known: T1" in bench.step(warm(0.01, 0)).status_text
+
+
+def test_the_half_width_grows_with_novelty(
+    five_point_table: dict[str, Any], as_model: AsModel
+) -> None:
+    bench = Bench(as_model(free(five_point_table)))
+    first = bench.step(ROOM)
+    assert first[6:9] == pytest.approx([0.5 * scale for scale in (1.5, 4.0, 3.0)])
+    novel = bench.step(warm(0.0, 4.0))
+    grown = (0.25 + 1.0 / 3600.0) ** 0.5 * (1.0 + 3.0 * (0.5 - 0.495 / 2.0) * 16.0) ** 0.5
+    assert novel[6:9] == pytest.approx([grown * scale for scale in (1.5, 4.0, 3.0)])
+
+
+def test_a_measurement_moves_the_prediction_and_removes_doubt(
+    five_point_table: dict[str, Any], as_model: AsModel
+) -> None:
+    bench = Bench(as_model(free(five_point_table)))
+    # What was measured before anything was predicted says nothing about the prediction.
+    assert bench.step([nan] * 4, measured=[50.0] * 5).status == 1
+    bench.step(ROOM)
+    before = bench.step(warm(4.0, 4.0), measured=[13.0, 10.0, -1.0, 2.0, nan])
+    before = bench.step(warm(4.0, 4.0), measured=[13.0, 10.0, -1.0, 2.0, 2.0])
+    assert (before.elongation, before.yaw, before.pitch) == (10.0, 10.0, 2.0)
+    after = bench.step(warm(4.0, 4.0))
+    growth = before.dX_uncertainty / 1.5
+    variance, kept = (2.0 * growth) ** 2, exp(-1.0 / 3600.0)
+    gain = variance / (variance + 0.25)
+    moved = (after.elongation - 10.0, after.yaw - 10.0, after.pitch - 2.0)
+    assert moved == pytest.approx((3.0 * gain * kept, 0.0, -3.0 * gain * kept))
+    doubt = 1.0 - gain * kept**2
+    ratio = [new / old for new, old in zip(after[6:9], before[6:9], strict=True)]
+    assert ratio == pytest.approx([doubt**0.5] * 3, rel=1e-3)
+    bench.time += 1e6
+    forgotten = bench.step(warm(4.0, 4.0))
+    assert forgotten.elongation == pytest.approx(10.0)
+
+
+def test_what_was_measured_is_no_longer_faded(
+    five_point_table: dict[str, Any], as_model: AsModel
+) -> None:
+    bench = Bench(as_model(free(five_point_table)))
+    bench.step(ROOM)
+    novel = bench.step(warm(0.0, 4.0))
+    pose = novel[3:6]
+    for _ in range(20):  # each says that the prediction is right
+        last = bench.step(warm(0.0, 4.0), measured=[8.0, 8.0, 0.0, 2.0, 0.0])
+    assert last[3:6] == pytest.approx(pose, abs=1e-6)
+    assert abs(novel.dZ) < 0.25 * pose[0] < 0.75 * pose[0] < abs(last.dZ) < pose[0]
+
+
+@pytest.mark.parametrize(
+    ("kind", "itself"),
+    [("arma", True), ("arx", True), ("bayes", False), ("ridge", False), ("thermal_states", False)],
+)
+def test_an_error_model_that_only_adds_a_bias_leaves_that_to_the_correction(
+    kind: str, itself: bool
+) -> None:
+    with_correction = made_model(kind, 0)
+    alone = parse_model(json.dumps(with_correction.table | {"correction": None}), "alone")
+    for model, takes in ((with_correction, itself), (alone, True)):
+        states = []
+        for measured in (None, [5.0] * len(model.targets)):
+            compensator = Compensator(model)
+            for second in range(20):
+                readings = [20.0 + 0.01 * second] * len(model.sensors)
+                compensator.step(60.0 * second, 60.0, readings, 0.0, 100.0, measured)
+            states.append(compensator.state()["error_model"])
+        assert (states[0] != states[1]) == takes
 
 
 def test_it_waits_for_the_first_complete_sample(
@@ -257,22 +402,27 @@ def test_offsets_saturate(five_point_table: dict[str, Any], as_model: AsModel) -
 
 READING = st.floats() | st.floats(19.0, 23.0) | st.sampled_from([nan, inf, -inf, 1e308])
 TIMING = st.floats() | st.floats(0.0, 10.0) | st.sampled_from([0.0, -1.0, nan, inf, 1.0])
-SAMPLE = st.tuples(TIMING, TIMING, st.tuples(READING, READING, READING, READING), READING, READING)
+PROBE = st.floats() | st.floats(-50.0, 50.0)
+MEASURED = st.none() | st.tuples(PROBE, PROBE, PROBE, PROBE, PROBE)
+READINGS = st.tuples(READING, READING, READING, READING)
+SAMPLE = st.tuples(TIMING, TIMING, READINGS, READING, READING, MEASURED)
 ONCE = settings(
     max_examples=200, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
 )
 
 
 @ONCE
-@given(st.lists(SAMPLE, max_size=40))
+@given(st.lists(SAMPLE, max_size=40), st.booleans())
 def test_offsets_never_step_and_never_exceed_the_limit(
-    five_point_table: dict[str, Any], as_model: AsModel, samples: list[Any]
+    five_point_table: dict[str, Any], as_model: AsModel, samples: list[Any], guard: bool
 ) -> None:
     five_point_table["limits"] |= {"hold_s": 3.0, "recover_s": 1.0, "offset_um": 4.0}
-    compensator = Compensator(as_model(five_point_table))
+    table = guarded(five_point_table) if guard else five_point_table
+    compensator = Compensator(as_model(table))
+    widest = 3000.0 if guard else 10.0  # novelty is that of 80 K at most
     before = (0.0, 0.0, 0.0)
-    for time, step, temperatures, speed, tool in samples:
-        output = compensator.step(time, step, temperatures, speed, tool)
+    for time, step, temperatures, speed, tool, measured in samples:
+        output = compensator.step(time, step, temperatures, speed, tool, measured)
         allowed = step if 0.0 < step < inf else 0.0
         for old, new in zip(before, output[:3], strict=True):
             assert abs(new) <= 4.0
@@ -280,39 +430,53 @@ def test_offsets_never_step_and_never_exceed_the_limit(
         assert output.valid == (output.status in {0, 2})
         assert output.status in {0, 1, 2, 3, *range(11, 15), *range(21, 25), *range(31, 35)}
         assert all(abs(value) < inf for value in output[3:6])
-        assert all(value == -1.0 or 0.0 < value < 10.0 for value in output[6:9])
+        assert all(value == -1.0 or 0.0 < value < widest for value in output[6:9])
         assert "\n" not in output.status_text
         before = output[:3]
 
 
 @ONCE
-@given(st.lists(SAMPLE, max_size=30), st.integers(0, 30))
+@given(st.lists(SAMPLE, max_size=30), st.integers(0, 30), st.booleans())
 def test_a_restored_state_continues_bit_for_bit(
-    five_point_table: dict[str, Any], as_model: AsModel, samples: list[Any], split: int
+    five_point_table: dict[str, Any],
+    as_model: AsModel,
+    samples: list[Any],
+    split: int,
+    guard: bool,
 ) -> None:
     five_point_table["limits"] |= {"hold_s": 3.0, "recover_s": 1.0}
-    model = as_model(five_point_table)
+    model = as_model(guarded(five_point_table) if guard else five_point_table)
     whole, first, second = Compensator(model), Compensator(model), Compensator(model)
     expected = [whole.step(*sample) for sample in samples]
     found = [first.step(*sample) for sample in samples[:split]]
-    second.step(0.0, 1.0, [50.0] * 4, 0.0, 10.0)  # a past of its own, to be overwritten
+    for _ in range(2):  # a past of its own, to be overwritten
+        second.step(0.0, 1.0, [50.0] * 4, 0.0, 10.0, [9.0] * 5)
     second.restore(json.loads(json.dumps(first.state(), allow_nan=False)))
     found += [second.step(*sample) for sample in samples[split:]]
     assert [repr(output) for output in found] == [repr(output) for output in expected]
 
 
 def test_reset_starts_over(five_point_table: dict[str, Any], as_model: AsModel) -> None:
-    bench = warmed_bench(five_point_table, as_model)
-    bench.compensator.reset()
-    assert bench.compensator.state() == Compensator(bench.compensator.model).state()
+    for table in (five_point_table, guarded(five_point_table)):
+        bench = warmed_bench(table, as_model)
+        bench.step(measured=[1.0] * 5)
+        bench.step(measured=[1.0] * 5)
+        bench.compensator.reset()
+        assert bench.compensator.state() == Compensator(bench.compensator.model).state()
 
 
 def test_a_foreign_state_is_refused(five_point_table: dict[str, Any], as_model: AsModel) -> None:
-    compensator = Compensator(as_model(five_point_table))
-    state = compensator.state()
-    for damaged in ({}, state | {"format": 2}, state | {"reference": [1.0]}):
-        with pytest.raises(ValueError, match="state"):
-            compensator.restore(damaged)
+    plain = Compensator(as_model(five_point_table))
+    careful = Compensator(as_model(guarded(five_point_table)))
+    for compensator, other in ((plain, careful), (careful, plain)):
+        state, foreign = compensator.state(), other.state()
+        strange = [{name: foreign[name]} for name in ("guard", "correction")]
+        for damage in ({"format": 1}, {"format": 3}, {"reference": [1.0]}, *strange):
+            with pytest.raises(ValueError, match="state"):
+                compensator.restore(state | damage)
+        for name in ({*state} - {"guard"}, ()):
+            with pytest.raises(ValueError, match="state"):
+                compensator.restore({key: state[key] for key in name})
 
 
 def test_the_number_of_temperatures_must_be_the_files(

@@ -71,7 +71,20 @@ def unseen(form: str) -> TrainingRun:
 
 def test_each_fitted_model_has_a_twin_in_the_runtime() -> None:
     assert set(fitted_models()) == set(error_models())
-    usual = {"mlr", "ridge", "lasso", "bp", "ga_bp", "arma", "arx", "ne", "vac", "thermal_states"}
+    usual = {
+        "mlr",
+        "bayes",
+        "gp",
+        "ridge",
+        "lasso",
+        "bp",
+        "ga_bp",
+        "arma",
+        "arx",
+        "ne",
+        "vac",
+        "thermal_states",
+    }
     assert usual <= set(KINDS)
 
 

@@ -33,7 +33,8 @@ def test_it_writes_a_file_and_says_how_good_it_is(
     run_files: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "new" / "compensator.json"
-    assert call(*run_files, "-o", str(out), "--created", "2026-01-31", "--name", "mine") == 0
+    named = ["--created", "2026-01-31", "--name", "mine"]
+    assert call(*run_files, "-o", str(out), "--model", "mlr", *named) == 0
     model = load_model(out)
     assert (model.name, model.created, len(model.chosen)) == ("mine", "2026-01-31", 2)
     # Without a machine file, the shipped five-point rig serves runs that have its columns.
@@ -44,20 +45,49 @@ def test_it_writes_a_file_and_says_how_good_it_is(
     assert f"wrote {out}" in text
 
 
+def test_without_a_model_it_chooses_one_and_shows_the_judgement(
+    run_files: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "c.json"
+    assert call(*run_files, "-o", str(out), "--among", "mlr,bayes,bp") == 0
+    told = capsys.readouterr().out
+    table = load_model(out).table
+    rows = table["provenance"]["figures"]["models"]
+    assert [row["model"] for row in rows] == ["mlr", "bayes", "bp"]
+    [chosen] = [row["model"] for row in rows if row["chosen"]]
+    assert table["error_model"]["kind"] == chosen
+    assert f"{chosen} *" in told
+    assert "unlike: whole conditions left out" in told
+    best = min(rows, key=lambda row: row["hard_folds"])
+    assert rows.index(next(row for row in rows if row["chosen"])) <= rows.index(best)
+
+
+def test_few_runs_promise_nothing(
+    run_files: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "c.json"
+    assert call(*run_files[:2], "-o", str(out)) == 0
+    assert "nothing is promised" in capsys.readouterr().out
+    model = load_model(out)
+    assert model.table["error_model"]["kind"] == "bayes"
+    assert model.interval is None
+
+
 def test_the_figures_as_json(
     run_files: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "c.json"
-    call(*run_files, "-o", str(out), "--json", "--points", "T4,T1", "--input-form", "absolute")
+    usual = ["-o", str(out), "--model", "mlr", "--json"]
+    call(*run_files, *usual, "--points", "T4,T1", "--input-form", "absolute")
     shown = json.loads(capsys.readouterr().out)
     assert shown["chosen"] == ["T4", "T1"]
-    assert shown["figures"]["leave_one_run_out"]["pooled"]["yaw"]["model"]["rmse"] > 0
+    assert shown["figures"]["unseen"]["like"]["yaw"]["model"] > 0
     assert load_model(out).input_form == "absolute"
 
 
 def test_a_machine_says_which_sensors_count(run_files: list[str], tmp_path: Path) -> None:
     out = tmp_path / "c.json"
-    call(*run_files, "-o", str(out), "--machine", "jig_borer", "--lambda", "0.99")
+    call(*run_files, "-o", str(out), "--model", "mlr", "--machine", "jig_borer", "--lambda", "0.99")
     assert [sensor.name for sensor in load_model(out).sensors] == ["T1", "T2", "T3", "T4"]
 
 
@@ -68,6 +98,9 @@ def test_a_machine_says_which_sensors_count(run_files: list[str], tmp_path: Path
         (["--created", "soon"], "created"),
         (["--machine", "no_such_machine"], "no_such_machine"),
         (["--model", "magic"], "magic"),
+        (["--model", "mlr", "--among", "bp"], "--among"),
+        (["--among", "magic"], "magic"),
+        (["--option", "hidden=3"], "--model"),
     ],
 )
 def test_a_refusal_writes_nothing(

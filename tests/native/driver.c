@@ -160,6 +160,7 @@ static void show(fmi2Component c, fmi2Status status)
     double single[] = {memory->last_time,   memory->started,    memory->recovering,
                        memory->fault.cause, memory->fault.sensor, memory->fault_age,
                        memory->good_for,    memory->unmodelled, memory->since_start,
+                       memory->growth,      memory->novelty,    memory->has_predicted,
                        memory->has_measured};
     show_numbers(single, sizeof single / sizeof single[0]);
     show_numbers(memory->wanted, 3);

@@ -128,6 +128,19 @@ def thermal_states(random: Random, inputs: int, targets: int) -> Table:
     }
 
 
+def gp(random: Random, inputs: int, targets: int) -> Table:
+    lags = [random.choice([60.0, 600.0, 7200.0]) for _ in range(random.randint(0, 3))]
+    width, centres = inputs * (1 + len(lags)), random.randint(1, 6)
+    return {
+        "lags_s": lags,
+        "length": random.choice([0.1, 5.0, 50.0]),
+        "constant": row(random, targets),
+        "linear": matrix(random, targets, width),
+        "centres": matrix(random, centres, width, 20.0),
+        "weights": matrix(random, targets, centres, 30.0),
+    }
+
+
 def vac(random: Random, inputs: int, targets: int) -> Table:
     kinds = random.sample(sorted(set(MADE) - {"vac"}), random.randint(1, 4))
     models = [{"kind": kind, **MADE[kind](random, inputs, targets)} for kind in kinds]
@@ -150,9 +163,11 @@ def vac(random: Random, inputs: int, targets: int) -> Table:
 MADE: dict[str, Callable[[Random, int, int], Table]] = {
     "arma": arma,
     "arx": arx,
+    "bayes": thermal_states,
     "bp": bp,
     "fem": fem,
     "ga_bp": bp,
+    "gp": gp,
     "lasso": thermal_states,
     "mlr": mlr,
     "ne": ne,
@@ -172,6 +187,10 @@ def _geometry(random: Random, direct: bool) -> tuple[Table, tuple[str, ...]]:
     return {"kind": "direct", "axes": columns}, tuple(columns)
 
 
+PARTS = (("guard", "correction"), None, ("guard",), ("correction",), ("guard", "correction"), ())
+"""What a file of each seed has besides its error model; None: the format that knows no more."""
+
+
 def made_model(kind: str, seed: int) -> Model:
     """Return a compensator of one kind; a seed decides on everything else."""
     # Kinds that run the same map are made alike.
@@ -179,13 +198,14 @@ def made_model(kind: str, seed: int) -> Model:
     sensors = random.randint(1, 5)
     chosen = random.sample(range(sensors), random.randint(1, sensors))
     geometry, targets = _geometry(random, direct=seed % 3 == 0)
+    wide = random.random() < 0.5
     table = {
         "format": 1,
         "kind": "spindle-drift compensator",
         "name": f"made_{kind}_{seed}",
         "title": "Random numbers",
         "created": None,
-        "sensors": [_sensor(random, number) for number in range(sensors)],
+        "sensors": [_sensor(random, number, wide) for number in range(sensors)],
         "chosen": [f"T{place + 1}" for place in chosen],
         "input_form": ("rise", "absolute", "level")[seed % 3],
         "error_model": {
@@ -204,11 +224,53 @@ def made_model(kind: str, seed: int) -> Model:
         "interval": _interval(random),
         "provenance": {"runs": [], "options": {}, "figures": {}, "notes": []},
     }
+    parts = PARTS[seed % len(PARTS)]
+    if parts is not None:
+        table |= {
+            "format": 2,
+            "guard": _guard(random, len(chosen), len(targets)) if "guard" in parts else None,
+            "correction": _correction(random, len(targets)) if "correction" in parts else None,
+        }
+        if table["interval"] is not None:
+            table["interval"]["per_novelty"] = random.choice([0.0, 0.3, 30.0])
     return parse_model(json.dumps(table), "made")
 
 
-def _sensor(random: Random, number: int) -> Table:
-    low = random.uniform(-5.0, 18.0)
+def _guard(random: Random, inputs: int, targets: int) -> Table:
+    lags = random.sample([30.0, 600.0, 7200.0], random.randint(0, 3))
+    prior = random.choice([1e-4, 1e-3, 1e-2, 1.0])
+    fixed = random.random() < 0.3
+    width = inputs * (1 + 2 * len(lags))
+    # All directions together take off less than the prior gives; at times they take off more.
+    count = random.randint(0, 4)
+    size = (random.choice([0.9, 0.9, 3.0]) * prior / (width * max(count, 1))) ** 0.5
+    return {
+        "lags_s": lags,
+        "reference": "fixed" if fixed else "start",
+        "usual": row(random, inputs, 18.0, 24.0) if fixed else row(random, inputs, -2.0, 2.0),
+        "constant": row(random, targets),
+        "direct": matrix(random, targets, inputs, 3.0),
+        "rise_lags": [matrix(random, targets, inputs) for _ in lags],
+        "start_lags": [matrix(random, targets, inputs) for _ in lags],
+        "prior": prior,
+        "seen": matrix(random, count, width, size),
+        "known": random.choice([0.0, 0.05, 0.5, 5.0]),
+        "leash": [random.choice([0.0, 2.0, 30.0, 1e6]) for _ in range(targets)],
+        "fade_shortest": [random.choice([None, 0.3]), 0.01, 2.5],
+        "fade_longest": [1.0, random.choice([None, 0.2]), 0.0],
+    }
+
+
+def _correction(random: Random, targets: int) -> Table:
+    return {
+        "memory_s": random.choice([1.0, 600.0, 1e5]),
+        "spread": row(random, targets, 0.5, 30.0),
+        "noise": row(random, targets, 1e-3, 100.0),
+    }
+
+
+def _sensor(random: Random, number: int, wide: bool) -> Table:
+    low = -1000.0 if wide else random.uniform(-5.0, 18.0)
     return {
         "name": f"T{number + 1}",
         "unit": "degC",
@@ -218,7 +280,7 @@ def _sensor(random: Random, number: int) -> Table:
         "noise": 0.5,
         "stale_after_s": random.choice([None, 30.0]),
         "trained_low": low,
-        "trained_high": low + random.uniform(1.0, 20.0),
+        "trained_high": 1000.0 if wide else low + random.uniform(1.0, 20.0),
     }
 
 
@@ -241,7 +303,7 @@ class Samples:
     def __init__(self, model: Model, seed: int) -> None:
         self.random = Random(f"samples {seed}")
         self.model = model
-        self.probed = model.new_error_model().uses_measured
+        self.probed = model.takes_measured
         self.time = self.random.choice([0.0, 1e5])
         self.base = [self.random.uniform(18.0, 24.0) for _ in model.sensors]
         self.shift = [0.0 for _ in model.sensors]

@@ -6,7 +6,7 @@ not only the outputs.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from math import inf, isclose, isnan, nan
 from typing import Any
 
@@ -17,12 +17,13 @@ from fmu_compensator.runtime.compensator import Compensator, Output
 from fmu_compensator.runtime.error_models import error_models
 from fmu_compensator.runtime.modelfile import Model
 from tests.native.conftest import Driver
-from tests.native.made import MADE, Samples, made_model
+from tests.native.made import MADE, PARTS, Samples, made_model
 
 KINDS = sorted(error_models())
 STEPS = 900
 TIGHT = 1e-12  # relative; absolute in um and urad for what lies near zero
 Row = tuple[list[float], ...]
+CHECKED = 1 + 6  # numbers of a sensor: its reference, and what its check remembers
 
 
 def test_every_error_model_has_a_c_twin_and_is_tested() -> None:
@@ -38,7 +39,7 @@ def line_of(model: Model, sample: Any) -> list[str]:
     """Return the driver's lines of one sample."""
     time, step, temperatures, speed, tool, measured = sample
     values = [*temperatures, speed, tool]
-    if model.new_error_model().uses_measured:
+    if model.takes_measured:
         values += [*(measured or [0.0] * len(model.targets)), float(measured is not None)]
     return [f"i {written(values)}", f"d {written([time, step])}"]
 
@@ -47,7 +48,9 @@ def remembered(compensator: Compensator) -> Row:
     """Return a state as the driver shows one."""
     state = compensator.state()
     cause, sensor = state["fault"][:2] if state["fault"] else (0, 0)
-    measured = state["measured"] or [nan] * len(compensator.model.targets)
+    measured, predicted = (
+        state[name] or [nan] * len(compensator.model.targets) for name in ("measured", "predicted")
+    )
     single = [
         state["last_time"],
         state["started"],
@@ -58,15 +61,19 @@ def remembered(compensator: Compensator) -> Row:
         state["good_for"],
         state["unmodelled"],
         state["since_start"],
+        state["growth"],
+        state["novelty"],
+        state["predicted"] is not None,
         state["measured"] is not None,
     ]
     checks = [value for check in state["checks"] for value in check]
-    numbers = [*state["reference"], *checks, *measured, *state["error_model"]]
+    numbers = [*state["reference"], *checks, *measured, *predicted]
+    numbers += [*state["guard"], *state["correction"], *state["error_model"]]
     parts = (single, *(state[name] for name in ("wanted", "offset", "pose", "half_width")), numbers)
     return tuple([nan if value is None else float(value) for value in part] for part in parts)
 
 
-def same(found: str, expected: list[float], unused: range = range(0)) -> bool:
+def same(found: str, expected: list[float], unused: Collection[int] = ()) -> bool:
     numbers = [float.fromhex(value) for value in found.split()]
     return len(numbers) == len(expected) and all(
         place in unused or (isnan(a) and isnan(b)) or isclose(a, b, rel_tol=TIGHT, abs_tol=TIGHT)
@@ -74,25 +81,22 @@ def same(found: str, expected: list[float], unused: range = range(0)) -> bool:
     )
 
 
-def model_states(model: Model) -> int:
-    return len(model.new_error_model().state())
-
-
 def check(model: Model, parts: list[str], output: Output, row: Row) -> None:
     status, outputs, single, *rest, text = parts
-    after_checks = len(row[-1]) - len(model.targets) - model_states(model)
+    after_checks, targets = len(model.chosen) * CHECKED, len(model.targets)
     assert int(status) == 0
     assert same(outputs, [float(value) for value in output[:-1]])
     assert text == output.status_text
     # A fault that is over keeps its sensor in C, and a measurement that is used keeps its value.
-    assert same(single, row[0], range(4, 5) if row[0][3] == 0 else range(0))
-    used = row[0][-1] == 0
-    gone = range(after_checks, after_checks + len(model.targets)) if used else range(0)
+    assert same(single, row[0], {4} if row[0][3] == 0 else ())
+    predicted, measured = row[0][-2:]
+    gone = {after_checks + k for k in range(targets) if not measured}
+    gone |= {after_checks + targets + k for k in range(targets) if not predicted}
     for place, (found, expected) in enumerate(zip(rest, row[1:], strict=True)):
-        assert same(found, expected, gone if place == 4 else range(0)), (place, found, expected)
+        assert same(found, expected, gone if place == 4 else ()), (place, found, expected)
 
 
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", range(len(PARTS)))
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_number_is_that_of_the_runtime(
     kind: str, seed: int, driver_of: Callable[[Model], Driver]

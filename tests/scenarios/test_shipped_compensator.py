@@ -22,7 +22,7 @@ def test_make_compensator_gives_the_shipped_file(tmp_path: Path) -> None:
         runs.append(str(tmp_path / f"{name}.csv"))
         assert main(["simulate", name, "-o", runs[-1]]) == 0
     out = tmp_path / "compensator.json"
-    usual = ["--machine", "jig_borer", "--model", "thermal_states"]
+    usual = ["--machine", "jig_borer"]
     assert all(option in makefile for option in usual)
     assert main(["fit", *runs, *usual, "--name", "jig_borer", "-o", str(out)]) == 0
     new, shipped = (

@@ -191,7 +191,7 @@ class ThermalStates(FittedModel):
             },
         }
         start = start_range(task.runs)
-        noise = _sensor_noise(task.runs, len(chosen))
+        noise = sensor_noise(task.runs, len(chosen))
         return cls(lags, start, coefficients, np.maximum(walk, 1e-6), noise, diagnostics)
 
     def predict(self, run: TrainingRun, measured: Array | None = None) -> Array:
@@ -280,7 +280,7 @@ def _solved(task: Task, choices: _Choices, uses_speed: bool, robust: bool) -> li
     return found
 
 
-def _sensor_noise(runs: Sequence[TrainingRun], targets: int) -> Array:
+def sensor_noise(runs: Sequence[TrainingRun], targets: int) -> Array:
     """Return the variance of a measured target: half of that from one sample to the next."""
     steps = [np.diff(run.targets[run.known], axis=0) for run in runs if run.known.sum() > 1]
     variance = np.median([np.mean(step**2, axis=0) / 2.0 for step in steps], axis=0)

@@ -1,6 +1,7 @@
 #include "compensator.h"
 
 #include <math.h>
+#include <string.h>
 
 #include "constants.h"
 #include "interval.h"
@@ -10,16 +11,20 @@
 struct parts {
     double *reference;
     struct sensor_memory *checks;
-    double *measured, *error_model;
+    double *measured, *predicted, *guard, *correction, *error_model;
 };
 
-static struct parts parts_of(double *numbers)
+static struct parts parts_of(const struct compensator *self, double *numbers)
 {
     struct parts parts;
     parts.reference = numbers;
     parts.checks = (struct sensor_memory *)(parts.reference + model_chosen_count);
     parts.measured = (double *)(parts.checks + model_chosen_count);
-    parts.error_model = parts.measured + model_target_count;
+    parts.predicted = parts.measured + model_target_count;
+    parts.guard = parts.predicted + model_target_count;
+    parts.correction = parts.guard + (self->guard == NULL ? 0 : self->guard->states);
+    parts.error_model
+        = parts.correction + (self->correction == NULL ? 0 : self->correction->states);
     return parts;
 }
 
@@ -28,15 +33,20 @@ void compensator_make(struct setup *setup, struct compensator *self)
     geometry_make(setup, &model_geometry, &self->geometry);
     self->error_model
         = error_model_make(setup, &model_error_model, model_chosen_count, model_target_count);
+    self->guard = guard_make(setup, &model_guard, model_chosen_count, model_target_count);
+    self->correction = correction_make(setup, &model_correction, model_target_count);
     self->inputs = setup_take(setup, model_chosen_count, sizeof(double));
-    self->measured = setup_take(setup, model_target_count, sizeof(double));
+    self->readings = setup_take(setup, model_chosen_count, sizeof(double));
     self->targets = setup_take(setup, model_target_count, sizeof(double));
+    self->careful = setup_take(setup, model_target_count, sizeof(double));
     if (self->error_model == NULL) {
         setup_fail(setup, "the compiled-in file cannot be used", "error_model");
         return;
     }
-    self->numbers = model_chosen_count + model_target_count + self->error_model->states
+    self->numbers = model_chosen_count + 2 * model_target_count + self->error_model->states
                     + model_chosen_count * (sizeof(struct sensor_memory) / sizeof(double));
+    self->numbers += self->guard == NULL ? 0 : self->guard->states;
+    self->numbers += self->correction == NULL ? 0 : self->correction->states;
 }
 
 /* Puts down an output; the reason is NULL where there is none. */
@@ -65,9 +75,10 @@ void compensator_reset(
     struct output *output)
 {
     static const struct remembered nothing;
-    struct parts parts = parts_of(numbers);
+    struct parts parts = parts_of(self, numbers);
     *memory = nothing;
     memory->last_time = NAN;
+    memory->growth = 1.0;
     for (size_t axis = 0; axis < 3; axis++) {
         memory->half_width[axis] = INTERVAL_NOT_KNOWN;
     }
@@ -76,7 +87,13 @@ void compensator_reset(
         sensor_reset(&parts.checks[place]);
     }
     for (size_t target = 0; target < model_target_count; target++) {
-        parts.measured[target] = 0.0;
+        parts.measured[target] = parts.predicted[target] = 0.0;
+    }
+    for (size_t i = 0; self->guard != NULL && i < self->guard->states; i++) {
+        parts.guard[i] = 0.0;
+    }
+    if (self->correction != NULL) {
+        correction_reset(self->correction, parts.correction);
     }
     error_model_reset(self->error_model, parts.error_model);
     put(memory, false, COMPENSATOR_WAITING, NULL, output);
@@ -130,29 +147,105 @@ static struct reason look(
     return first;
 }
 
+/* Returns where a tool is from the shortest (0) to the longest (1); NaN counts as 0. */
+static double tool_share(double length)
+{
+    double low = model_limits.tool_length_mm[0], high = model_limits.tool_length_mm[1];
+    double share = low < high ? (length - low) / (high - low) : 0.0;
+    if (!(share > 0.0)) {
+        return 0.0;
+    }
+    return share > 1.0 ? 1.0 : share;
+}
+
+/* Takes in what was measured with the sample before; returns the doubt that is left [1]. */
+static double corrected(
+    const struct compensator *self, const struct remembered *memory, const struct parts *parts)
+{
+    if (self->correction == NULL) {
+        return 1.0;
+    }
+    if (memory->has_measured && memory->has_predicted) {
+        correction_take(
+            self->correction, parts->correction, parts->measured, parts->predicted,
+            memory->growth);
+    }
+    correction_wait(self->correction, parts->correction, memory->unmodelled);
+    return correction_doubt(self->correction, parts->correction);
+}
+
+static void add_bias(double *targets, const double *bias)
+{
+    for (size_t target = 0; target < model_target_count; target++) {
+        targets[target] += bias[target];
+    }
+}
+
+/* Keeps the prediction near the careful one, both with what measurements corrected. Returns what
+   the correction follows: of an error model that corrects itself it is the careful model. */
+static const double *corrected_targets(const struct compensator *self, const double *bias)
+{
+    bool own = self->correction == NULL || model_corrects_itself;
+    if (self->guard != NULL) {
+        if (self->correction != NULL && own) {
+            add_bias(self->careful, bias);
+        }
+        guard_hold(self->guard, self->targets, self->careful);
+    }
+    if (!own) {
+        add_bias(self->targets, bias);
+    }
+    return self->guard != NULL && own ? self->careful : self->targets;
+}
+
+/* Puts down the targets and the novelty of a good sample; returns the doubt that is left [1]. */
+static double predict_targets(
+    const struct compensator *self, struct remembered *memory, const struct parts *parts,
+    double speed)
+{
+    struct sample sample = {self->inputs, memory->unmodelled, speed, NULL};
+    /* An error model that only adds a bias leaves that to the correction. */
+    if (memory->has_measured && (self->correction == NULL || model_corrects_itself)) {
+        sample.measured = parts->measured;
+    }
+    self->error_model->kind->predict(
+        self->error_model, parts->error_model, &sample, self->targets);
+    double doubt = corrected(self, memory, parts);
+    if (self->guard != NULL) {
+        memory->novelty = guard_step(
+            self->guard, parts->guard, self->readings, memory->unmodelled, self->careful);
+    }
+    const double *followed = corrected_targets(self, parts->correction);
+    if (self->correction != NULL) {
+        memcpy(parts->predicted, followed, model_target_count * sizeof(double));
+        memory->has_predicted = 1;
+    }
+    memory->unmodelled = 0.0;
+    memory->has_measured = 0;
+    return doubt;
+}
+
 /* Puts down the wanted offsets and the pose for a good sample. */
 static void predict(
     const struct compensator *self, struct remembered *memory, const struct parts *parts,
     const struct input *input)
 {
-    struct sample sample = {self->inputs, memory->unmodelled, input->speed, NULL};
-    double drift[3];
-    if (memory->has_measured) {
-        sample.measured = parts->measured;
-    }
-    self->error_model->kind->predict(
-        self->error_model, parts->error_model, &sample, self->targets);
-    memory->unmodelled = 0.0;
-    memory->has_measured = 0;
+    double drift[3], share = tool_share(input->tool_length);
+    double doubt = predict_targets(self, memory, parts, input->speed);
     geometry_drift(&self->geometry, self->targets, input->tool_length, drift);
     for (size_t axis = 0; axis < 3; axis++) {
+        double offset = 0.0 - drift[axis];
+        if (self->guard != NULL && memory->novelty > self->guard->known) {
+            offset *= guard_faded(self->guard, axis, memory->novelty, share, doubt);
+        }
         memory->wanted[axis]
-            = clamped(0.0 - drift[axis], -model_limits.offset_um, model_limits.offset_um);
+            = clamped(offset, -model_limits.offset_um, model_limits.offset_um);
     }
     geometry_pose(&self->geometry, self->targets, memory->pose);
     if (model_interval != NULL) {
-        half_width(
-            model_interval, memory->since_start, input->tool_length, memory->half_width);
+        memory->growth
+            = interval_growth(model_interval, memory->since_start, memory->novelty);
+        half_width(model_interval, memory->growth * sqrt(doubt), share, memory->half_width);
     }
     if (!memory->started) {
         memory->started = memory->recovering = 1;
@@ -203,6 +296,21 @@ static double slewed(double offset, double wanted, double step_s)
     return wanted > offset ? offset + reach : offset - reach;
 }
 
+/* Returns the inputs that lie outside what training saw only when taken together. */
+static struct reason together(const struct guard *guard, double novelty)
+{
+    struct reason reason = {COMPENSATOR_JOINT, 0, COMPENSATOR_LARGEST, 0.0, 0.0};
+    size_t places[GUARD_CULPRITS];
+    size_t count = guard_culprits(guard, novelty, places);
+    if (guard->known > 0.0) {
+        reason.value = clamped(novelty / guard->known, 0.0, COMPENSATOR_LARGEST);
+    }
+    reason.sensor = (int32_t)model_chosen[places[0]] + 1;
+    reason.extent = count > 1 ? (double)model_chosen[places[1]] + 1.0 : 0.0;
+    reason.allowed = count > 2 ? (double)model_chosen[places[2]] + 1.0 : 0.0;
+    return reason;
+}
+
 /* Puts down a valid output, which says so if an input lies outside what training saw. */
 static void put_trained(
     const struct compensator *self, const struct remembered *memory, struct output *output)
@@ -215,6 +323,11 @@ static void put_trained(
             put(memory, true, COMPENSATOR_UNTRAINED, &reason, output);
             return;
         }
+    }
+    if (self->guard != NULL && memory->novelty > self->guard->known) {
+        struct reason reason = together(self->guard, memory->novelty);
+        put(memory, true, COMPENSATOR_UNTRAINED, &reason, output);
+        return;
     }
     put(memory, true, COMPENSATOR_OK, NULL, output);
 }
@@ -252,7 +365,7 @@ void compensator_step(
     const struct compensator *self, struct remembered *memory, double *numbers,
     const struct input *input, struct output *output)
 {
-    struct parts parts = parts_of(numbers);
+    struct parts parts = parts_of(self, numbers);
     double step_s = isfinite(input->step_s) && input->step_s > 0.0 ? input->step_s : 0.0;
     step_s = step_s > COMPENSATOR_LONGEST_S ? COMPENSATOR_LONGEST_S : step_s;
     double elapsed_s = elapsed_since(memory, input->time_s, step_s);
@@ -263,13 +376,14 @@ void compensator_step(
             = clamped(memory->since_start + elapsed_s, 0.0, COMPENSATOR_LONGEST_S);
     }
     for (size_t place = 0; place < model_chosen_count; place++) {
-        double value = input->temperatures[model_chosen[place]];
+        double value = self->readings[place] = input->temperatures[model_chosen[place]];
         self->inputs[place] = model_takes_rises ? value - parts.reference[place] : value;
     }
     if (fault.cause == 0) {
         predict(self, memory, &parts, input);
     }
-    if (input->measured != NULL) {
+    /* What was measured while the inputs were bad has no prediction to be compared with. */
+    if (input->measured != NULL && fault.cause == 0) {
         keep_measured(memory, &parts, input->measured);
     }
     if (!memory->started) {

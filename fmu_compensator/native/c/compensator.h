@@ -5,8 +5,10 @@
 #include <stdint.h>
 
 #include "checks.h"
+#include "correction.h"
 #include "error_model.h"
 #include "geometry.h"
+#include "guard.h"
 #include "setup.h"
 
 struct input {
@@ -30,17 +32,20 @@ struct output {
 struct compensator {
     struct geometry geometry;
     struct error_model *error_model;
-    size_t numbers;                      /* how long the row of numbers remembered is */
-    double *inputs, *measured, *targets; /* of one sample */
+    struct guard *guard;           /* NULL: the file has none, as below */
+    struct correction *correction;
+    size_t numbers;                                 /* how long the row of numbers remembered is */
+    double *inputs, *readings, *targets, *careful; /* of one sample */
 };
 
 /* What is remembered, beside the row of numbers: the reference of each chosen sensor, what its
-   check remembers, the measured targets, the error model's state. NaN stands for nothing. */
+   check remembers, the measured targets, the predicted ones of the last good sample, the states of
+   guard, correction and error model. NaN stands for nothing. */
 struct remembered {
-    double last_time, fault_age, good_for, unmodelled, since_start;
+    double last_time, fault_age, good_for, unmodelled, since_start, growth, novelty;
     double wanted[3], offset[3], pose[3], half_width[3];
     struct reason fault; /* the newest, kept until recovered from; cause 0: none */
-    int32_t started, recovering, has_measured, reserved;
+    int32_t started, recovering, has_measured, has_predicted;
 };
 
 /* Makes it from the compiled-in file; whether that worked stands in the setup. */

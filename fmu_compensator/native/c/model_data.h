@@ -64,6 +64,9 @@ extern const struct limits model_limits;
 extern const struct interval *const model_interval; /* NULL: the file has none */
 extern const struct field model_geometry;
 extern const struct field model_error_model;
+extern const bool model_corrects_itself; /* the error model takes measured targets its own way */
+extern const struct field model_guard;      /* FIELD_NULL: the file has none, as below */
+extern const struct field model_correction;
 extern const struct error_model_kind *const model_kinds[];
 extern const size_t model_kind_count;
 extern const struct status_text model_status_texts[];

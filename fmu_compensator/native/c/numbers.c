@@ -21,6 +21,19 @@ double dot(const double *a, const double *b, size_t count)
     return total;
 }
 
+double median(const double *values, size_t count, double *sorted)
+{
+    for (size_t i = 0; i < count; i++) {
+        size_t place = i;
+        for (; place > 0 && sorted[place - 1] > values[i]; place--) {
+            sorted[place] = sorted[place - 1];
+        }
+        sorted[place] = values[i];
+    }
+    size_t half = count / 2;
+    return count % 2 == 0 ? (sorted[half - 1] + sorted[half]) / 2.0 : sorted[half];
+}
+
 double lag_share(double elapsed_s, double tau_s)
 {
     return -expm1(-elapsed_s / tau_s);

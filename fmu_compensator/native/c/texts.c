@@ -50,6 +50,19 @@ static void add_untrained(char *text, size_t size, const struct reason *reason)
     add(text, size, " seen in training");
 }
 
+static void add_together(char *text, size_t size, const struct reason *reason)
+{
+    const double others[] = {reason->extent, reason->allowed};
+    add(text, size, "temperatures together are outside training, novelty ");
+    add_number(text, size, "%.1f", reason->value);
+    add(text, size, " times the largest known: ");
+    add(text, size, model_sensors[reason->sensor - 1].name);
+    for (size_t i = 0; i < 2 && others[i] != 0.0; i++) {
+        add(text, size, ", ");
+        add(text, size, model_sensors[(size_t)others[i] - 1].name);
+    }
+}
+
 static void add_tool_fault(char *text, size_t size, const struct reason *reason)
 {
     if (reason->cause == CHECKS_MISSING) {
@@ -100,7 +113,11 @@ void status_text(const struct output *output, char *text, size_t size)
     int32_t status = output->status;
     text[0] = '\0';
     if (status == COMPENSATOR_UNTRAINED) {
-        add_untrained(text, size, reason);
+        if (reason->cause == COMPENSATOR_JOINT) {
+            add_together(text, size, reason);
+        } else {
+            add_untrained(text, size, reason);
+        }
         return;
     }
     status = status < COMPENSATOR_HOLDING ? status : status - status % 10;

@@ -113,6 +113,7 @@ class AutoregressiveMovingAverage(ErrorModel):
     """
 
     uses_measured = True
+    corrects_itself = True
 
     def __init__(self, step_s: float, series: list[Series]) -> None:
         self._step_s, self._series = step_s, series

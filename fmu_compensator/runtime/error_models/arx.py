@@ -30,6 +30,7 @@ class AutoregressiveExogenous(ErrorModel):
     """
 
     uses_measured = True
+    corrects_itself = True
 
     def __init__(
         self,

@@ -111,12 +111,13 @@ def test_options_of_a_model_reach_it_and_wrong_ones_do_not(text: str) -> None:
 
 
 def test_the_file_says_how_far_a_prediction_may_be_off(text: str) -> None:
-    figures = parse_model(text, "t").provenance["figures"]["leave_one_run_out"]
+    figures = parse_model(text, "t").provenance["figures"]["unseen"]
     interval = figures["interval"]
     assert interval["coverage"] == 0.9
-    widest = interval["scale"]["elongation"] * (interval["fresh_h"] + interval["longest_h"]) ** 0.5
-    # Three runs: the largest error of all counts, so every one of them is within.
-    assert widest >= figures["pooled"]["elongation"]["model"]["max_abs"] * 0.99
+    # Three runs: the worst one's own quantile counts, so no RMSE is larger than the half width.
+    rmse = max(row["elongation"]["model"] for row in figures["rmse_by_run"])
+    grown = (0.25 + interval["longest_h"]) ** interval["power"]
+    assert interval["scale"]["elongation"] * grown * 3.0 > rmse > 0.0
 
 
 def test_a_sensor_with_another_level_in_some_runs_is_not_used_by_level() -> None:

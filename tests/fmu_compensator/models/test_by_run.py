@@ -108,8 +108,31 @@ def test_with_few_runs_the_worst_run_counts() -> None:
     held = np.array([interval.within(run) for run in runs])
     # 60 samples a run: 0.9 is 54 of them.
     assert held.min(axis=0) == pytest.approx([0.9, 0.9], abs=1e-9)
-    scaled = [np.abs(run.values) / interval.half_width(run.hours) for run in runs]
+    scaled = [np.abs(run.values) / interval.half_width(run) for run in runs]
     assert sum(np.isclose(one, 1.0).any(axis=0).all() for one in scaled) >= 1
+
+
+def test_new_inputs_make_it_wider_and_unlike_runs_count_apart() -> None:
+    random = np.random.default_rng(6)
+    hours = np.arange(1, 61) / 12.0
+
+    def run(novelty: float, *, unlike: bool = False) -> Residuals:
+        size = np.sqrt(1.0 + novelty)
+        values = size * random.standard_normal((60, 2))
+        return Residuals(hours, values, np.full(60, novelty), unlike)
+
+    like = [run(0.2) for _ in range(12)]
+    interval = conformal([*like, *(run(9.0, unlike=True) for _ in range(12))])
+    narrow, wide = (interval.half_width(run(novelty)).mean() for novelty in (0.0, 15.0))
+    assert wide == pytest.approx(4.0 * narrow) if interval.per_novelty == 1.0 else wide > narrow
+    # Errors that do not grow with novelty: it widens all the same, by no less than theory says.
+    assert conformal([*like, *(run(0.0) for _ in range(12))]).per_novelty >= 1.0
+    # A few unlike runs with large errors are not drowned by many like ones.
+    loud = [
+        Residuals(hours, 5.0 * random.standard_normal((60, 2)), np.zeros(60), True)
+        for _ in range(3)
+    ]
+    assert (conformal([*like, *loud]).scale > 2.5 * conformal(like).scale).all()
 
 
 def test_errors_that_do_not_grow_get_an_interval_that_does_not() -> None:
@@ -122,7 +145,8 @@ def test_errors_that_do_not_grow_get_an_interval_that_does_not() -> None:
 
 def test_the_width_grows_with_time_up_to_the_longest_run() -> None:
     interval = conformal(wandering(5, 3))
-    width = interval.half_width(np.array([0.0, 1.0, 5.0, 50.0]))
+    hours = np.array([0.0, 1.0, 5.0, 50.0])
+    width = interval.half_width(Residuals(hours, np.zeros((4, 2))))
     assert (np.diff(width[:3], axis=0) > 0).all()
     assert width[3] == pytest.approx(width[2])
     with pytest.raises(ValueError, match="no run"):

@@ -1,0 +1,84 @@
+"""Which training runs are left out together: like the rest, or unlike it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fmu_compensator.fit.data import PreparedRun
+
+LIKE, UNLIKE = "like", "unlike"
+LIKE_FOLDS = 5
+FEWEST_RUNS = 3
+"""With fewer runs nothing is left to learn from and to judge on."""
+EXTREME = 1.0 / 3.0
+"""Share of the runs at either end of a condition that are left out together [1]."""
+
+
+@dataclass(frozen=True)
+class Fold:
+    """Runs left out together.
+
+    Attributes
+    ----------
+    name : str
+        What sets them apart.
+    kind : {"like", "unlike"}
+        Whether the runs kept are of the same conditions.
+    out : tuple of int
+        Their places among the runs.
+    """
+
+    name: str
+    kind: str
+    out: tuple[int, ...]
+
+
+def folds_of(runs: Sequence[PreparedRun]) -> list[Fold]:
+    """Return the ways to leave runs out; none with fewer than three runs.
+
+    Like folds take every so-many-th run. Unlike ones take the third of the runs at either end of
+    a condition, so that the model must go beyond what it saw: temperature at the start, spindle
+    speed, rise of temperature, and the order in which the runs are given.
+    """
+    count = len(runs)
+    if count < FEWEST_RUNS:
+        return []
+    found = []
+    for first in range(min(count, LIKE_FOLDS)):
+        places = tuple(range(first, count, LIKE_FOLDS))
+        names = [runs[place].name for place in places]
+        name = names[0] if len(names) == 1 else f"{names[0]} and every {LIKE_FOLDS}th from there"
+        found.append(Fold(name, LIKE, places))
+    size = max(round(count * EXTREME), 1)
+    taken: list[tuple[int, ...]] = []
+    for low, high, values in _conditions(runs):
+        if not np.isfinite(values).all() or np.ptp(values) == 0.0:
+            continue
+        order = np.argsort(values, kind="stable")
+        for name, ends in ((low, order[:size]), (high, order[-size:])):
+            out = tuple(sorted(int(place) for place in ends))
+            if out not in taken:
+                taken.append(out)
+                found.append(Fold(name, UNLIKE, out))
+    return found
+
+
+def _conditions(runs: Sequence[PreparedRun]) -> list[tuple[str, str, np.ndarray]]:
+    """Return what tells runs apart: names of the low and the high end, and a value per run."""
+    start, rise, speed = [], [], []
+    for run in runs:
+        rows = np.isfinite(run.temperatures).any(axis=1)
+        middle = np.nanmedian(run.temperatures[rows], axis=1) if rows.any() else np.array([np.nan])
+        start.append(middle[0])
+        rise.append(np.max(middle) - middle[0])
+        known = run.speed[np.isfinite(run.speed)]
+        speed.append(np.mean(np.abs(known)) if len(known) else np.nan)
+    return [
+        ("coldest starts", "warmest starts", np.array(start)),
+        ("slowest", "fastest", np.array(speed)),
+        ("smallest rises", "largest rises", np.array(rise)),
+        ("first runs", "last runs", np.arange(len(runs), dtype=float)),
+    ]

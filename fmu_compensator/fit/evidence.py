@@ -1,0 +1,128 @@
+"""Bayesian ridge regression in which a run counts as a few independent samples, and no more."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fmu_compensator.fit.training import Array
+
+SAMPLES_PER_RUN = 4.0
+"""Rows of one run are alike: heating up, settling, cooling down and one more are what it tells [1].
+With one count a row the posterior would be sure of everything that one day showed."""
+RATIOS = np.logspace(-4.0, 6.0, 61)
+"""Ratios of noise to prior variance that are tried [K^2]."""
+ROUNDS = 3
+FEWEST_TO_DISTRUST = 4
+"""With fewer runs none can be told to be the odd one."""
+
+
+@dataclass(frozen=True)
+class Posterior:
+    r"""What the runs say of the weights.
+
+    The posterior covariance of a target's weights is its noise times
+    :math:`V\,\mathrm{diag}(1 / (e + \lambda))\,V^T`.
+
+    Attributes
+    ----------
+    weights : array (p, m)
+        Posterior mean.
+    ratio : float
+        lambda: noise variance over prior variance, common to all targets.
+    values, vectors : array (p,), array (p, p)
+        e and V: eigenvalues and vectors of the information matrix, runs counted as samples.
+    noise : array (m,)
+        Variance of what the features leave [um^2, urad^2].
+    trust : array (runs,)
+        Weight of each run, about 1 [1].
+    log_evidence : float
+        Of the data under the model, up to a constant; comparable for equal targets.
+    """
+
+    weights: Array
+    ratio: float
+    values: Array
+    vectors: Array
+    noise: Array
+    trust: Array
+    log_evidence: float
+
+    @property
+    def seen(self) -> Array:
+        """D, shape (r, p): the leverage of x is ``|x|^2 / ratio - |D x|^2``.
+
+        Directions that the runs hardly determine are left out: they count as unseen.
+        """
+        told = self.values > 0.05 * self.ratio
+        size = np.sqrt(1.0 / self.ratio - 1.0 / (self.values[told] + self.ratio))
+        vectors = self.vectors[:, told]
+        # A direction has no sign of its own; with one, equal runs give an equal file anywhere.
+        largest = np.abs(vectors).argmax(axis=0)
+        signs = np.sign(vectors[largest, np.arange(vectors.shape[1])])
+        return np.asarray((vectors * signs * size).T)
+
+    def leverage(self, features: Array) -> Array:
+        """Return the novelty of rows, shape (n,) [1]."""
+        along = features @ self.seen.T
+        novelty = (features**2).sum(axis=1) / self.ratio - (along**2).sum(axis=1)
+        return np.asarray(np.maximum(novelty, 0.0))
+
+
+def posterior(features: Sequence[Array], targets: Sequence[Array]) -> Posterior:
+    """Return the regression of some runs, its strength chosen by the evidence.
+
+    Parameters
+    ----------
+    features : sequence of array (n, p)
+        One per run, in units in which one prior suits all columns.
+    targets : sequence of array (n, m)
+
+    Notes
+    -----
+    The evidence (marginal likelihood) of each ratio is that of a Gaussian model with the noise
+    profiled out, summed over targets (MacKay (1992), doi:10.1162/neco.1992.4.3.415). A run that
+    the others do not explain counts less: the weights of Student's t with two degrees of freedom,
+    by run.
+    """
+    gram = np.array([x.T @ x / len(x) for x in features])
+    moment = np.array([x.T @ y / len(x) for x, y in zip(features, targets, strict=True)])
+    power = np.array([np.mean(y**2, axis=0) for y in targets])
+    trust = np.ones(len(gram))
+    rounds = ROUNDS if len(gram) >= FEWEST_TO_DISTRUST else 1
+    for last in [False] * (rounds - 1) + [True]:
+        found = _most_evident(gram, moment, power, trust)
+        if last:
+            break
+        missed = np.array(
+            [
+                np.mean((y - x @ found.weights) ** 2, axis=0)
+                for x, y in zip(features, targets, strict=True)
+            ]
+        )
+        usual = np.maximum(np.median(missed, axis=0), 1e-30)
+        trust = 2.0 / (1.0 + np.mean(missed / usual, axis=1))
+        trust /= trust.mean()
+    return found
+
+
+def _most_evident(gram: Array, moment: Array, power: Array, trust: Array) -> Posterior:
+    weights = SAMPLES_PER_RUN * trust
+    count, targets = float(weights.sum()), moment.shape[2]
+    values, vectors = np.linalg.eigh(np.tensordot(weights, gram, 1))
+    values = np.maximum(values, 0.0)
+    projected = vectors.T @ np.tensordot(weights, moment, 1)
+    total = weights @ power
+    best: Posterior | None = None
+    for ratio in RATIOS:
+        mean = projected / (values + ratio)[:, None]
+        left = np.maximum(total - (projected * mean).sum(axis=0), 1e-12)
+        spent = np.log1p(values / ratio).sum()
+        evidence = float(-0.5 * count * np.log(left).sum() - 0.5 * targets * spent)
+        if best is None or evidence > best.log_evidence:
+            noise = left / count
+            best = Posterior(vectors @ mean, float(ratio), values, vectors, noise, trust, evidence)
+    assert best is not None
+    return best

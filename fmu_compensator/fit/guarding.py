@@ -1,0 +1,270 @@
+"""The guard, the correction and the interval of a compensator file, from runs left out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from fmu_compensator.fit.careful import CarefulModel
+from fmu_compensator.fit.conditions import UNLIKE
+from fmu_compensator.fit.data import Prepared
+from fmu_compensator.fit.intervals import (
+    COVERAGE,
+    FRESH_H,
+    Interval,
+    Residuals,
+    axis_drift,
+    conformal,
+)
+from fmu_compensator.fit.training import Array, TrainingRun
+from fmu_compensator.fit.unseen import (
+    DEVIATIONS,
+    Unseen,
+    known_novelty,
+    leash_of,
+    residuals_of,
+)
+from fmu_compensator.runtime.geometry import AXES, Direct, Geometry
+
+MEMORIES_H = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0)
+"""How long an error may stay alike [h]."""
+PACE_H = 0.25
+"""Errors this far apart are compared for it [h]."""
+UNMEASURED_MEMORY_H = 1.0
+"""Where no run could be left out [h]."""
+SMALLEST_NOISE = 0.2
+"""No displacement sensor or probe is believed to better than this [um, urad]."""
+
+
+@dataclass(frozen=True)
+class Guarding:
+    """What goes into the file, beside the error model.
+
+    Attributes
+    ----------
+    guard, correction : dict
+        The file's tables.
+    interval : dict or None
+        Likewise; None where no run could be left out.
+    leash : array (m,)
+        Of the guard [um, urad].
+    targets : Interval or None
+        The interval of the targets, of which the correction is made.
+    """
+
+    guard: dict[str, Any]
+    correction: dict[str, Any]
+    interval: dict[str, Any] | None
+    leash: Array
+    targets: Interval | None
+
+
+def guarding(
+    prepared: Prepared,
+    chosen: Sequence[int],
+    input_form: str,
+    predicted: Sequence[Array],
+    records: Sequence[Unseen],
+    geometry: Geometry,
+    tool_length_mm: Sequence[float],
+) -> Guarding:
+    """Return guard, correction and interval.
+
+    Parameters
+    ----------
+    prepared : Prepared
+        All training runs.
+    chosen : sequence of int
+        The error model's sensors.
+    input_form : {"rise", "absolute", "level"}
+        Its input form.
+    predicted : sequence of array (n, m)
+        What the error model predicts for each run's ``history`` rows, fitted to all of them.
+    records : sequence of Unseen
+        Runs left out; may be empty: then training itself says how far the models differ and how
+        new its inputs are, and there is no interval.
+    geometry : Geometry
+        From targets to drift.
+    tool_length_mm : sequence of float
+        Shortest and longest tool.
+    """
+    careful = CarefulModel.fit(prepared.runs, chosen, input_form)
+    rows = [run.history(chosen) for run in prepared.runs]
+    usual = _usual_drift(rows, geometry, tool_length_mm)
+    noise = _probe_noise(rows, len(prepared.targets))
+    if records:
+        leash, known = leash_of(records), known_novelty(records)
+        residuals = residuals_of(records, leash)
+        interval = conformal(residuals)
+        tip = tool_tip_interval(records, leash, geometry, tool_length_mm)
+        spread = interval.scale / DEVIATIONS
+        memory_h = error_memory(residuals, interval)
+        grown = [_mean_square_growth(tip, one) for one in residuals]
+        per_novelty = tip.per_novelty * (tip.scale / DEVIATIONS) ** 2 * float(np.mean(grown))
+        table: dict[str, Any] | None = _interval_table(tip, geometry)
+    else:
+        own = [careful.predict(run, chosen) for run in prepared.runs]
+        apart = [np.abs(main - safe) for main, (safe, _) in zip(predicted, own, strict=True)]
+        leash = np.max([one.max(axis=0) for one in apart if len(one)], axis=0)
+        known = max(float(novelty.max()) for _, novelty in own if len(novelty))
+        interval, table, memory_h = None, None, UNMEASURED_MEMORY_H
+        spread = np.sqrt(careful.posterior.noise)
+        per_novelty = _axis_noise(careful, rows, geometry, tool_length_mm)
+    fade = _listed(per_novelty / np.maximum(usual, 1e-12), geometry)
+    guard = {
+        **careful.table(),
+        "known": _plain(known),
+        "leash": [_plain(value) for value in leash],
+        "fade_shortest": fade[0],
+        "fade_longest": fade[1],
+    }
+    correction = {
+        "memory_s": 3600.0 * memory_h,
+        "spread": [_plain(max(value, 1e-3)) for value in spread],
+        "noise": [_plain(value) for value in noise],
+    }
+    return Guarding(guard, correction, table, leash, interval)
+
+
+def tool_tip_interval(
+    records: Sequence[Unseen],
+    leash: Array | None,
+    geometry: Geometry,
+    tool_length_mm: Sequence[float],
+    coverage: float = COVERAGE,
+) -> Interval:
+    """Return the interval of the tool tip's drift: X, Y, Z at the shortest tool, then the longest.
+
+    Parameters
+    ----------
+    records : sequence of Unseen
+        Runs left out.
+    leash : array (m,), optional
+        On which the prediction is [um, urad].
+    geometry : Geometry
+        From targets to drift. Errors of tilt and radial drift go together, so their widths must
+        not be added: it is the drift itself that the interval is learnt from.
+    tool_length_mm : sequence of float
+        Shortest and longest tool. In between, the run time takes the straight line; the spread of
+        a sum that is linear in the length lies on or below it.
+    coverage : float
+        Wanted share of samples within [1].
+    """
+    return conformal(
+        [
+            Residuals(
+                one.hours,
+                np.hstack(
+                    [
+                        axis_drift(geometry, one.measured, length)
+                        - axis_drift(geometry, one.held(leash), length)
+                        for length in tool_length_mm
+                    ]
+                ),
+                one.novelty,
+                one.fold.kind == UNLIKE,
+            )
+            for one in records
+        ],
+        coverage,
+    )
+
+
+def error_memory(residuals: Sequence[Residuals], interval: Interval) -> float:
+    """Return how long the errors of unseen runs stay alike [h].
+
+    Of `MEMORIES_H` the most likely, the scaled errors taken as Ornstein-Uhlenbeck processes that
+    start at their usual size.
+    """
+    best, found = -np.inf, MEMORIES_H[0]
+    series = [_paced(one, interval) for one in residuals]
+    for memory in MEMORIES_H:
+        total = 0.0
+        for hours, values in series:
+            kept = np.exp(-np.diff(hours) / memory)[:, None]
+            step = values[1:] - kept * values[:-1]
+            variance = np.maximum(1.0 - kept**2, 1e-6)
+            size = np.maximum(np.mean(values**2, axis=0), 1e-6)
+            total -= float(np.mean(step**2 / variance / size + np.log(variance)))
+        if total > best:
+            best, found = total, memory
+    return found
+
+
+def _paced(residuals: Residuals, interval: Interval) -> tuple[Array, Array]:
+    kept = [0]
+    for row, hour in enumerate(residuals.hours):
+        if hour - residuals.hours[kept[-1]] >= PACE_H:
+            kept.append(row)
+    scale = interval.half_width(residuals)[kept] / DEVIATIONS
+    if len(kept) < 2:
+        return np.array([0.0, 1.0]), np.zeros((2, residuals.values.shape[1]))
+    return residuals.hours[kept], residuals.values[kept] / np.maximum(scale, 1e-9)
+
+
+def _mean_square_growth(interval: Interval, residuals: Residuals) -> float:
+    grown = (FRESH_H + np.minimum(residuals.hours, interval.longest_h)) ** interval.power
+    return float(np.mean(grown**2))
+
+
+def _usual_drift(
+    rows: Sequence[TrainingRun], geometry: Geometry, tool_length_mm: Sequence[float]
+) -> Array:
+    """Return the mean square drift along X, Y, Z at either tool, shape (6,) [um^2]."""
+    known = [run.targets[run.known] for run in rows if run.known.any()]
+    thinned = [one[:: max(len(one) // 100, 1)] for one in known]
+    drift = [
+        np.hstack([axis_drift(geometry, one, length) for length in tool_length_mm])
+        for one in thinned
+    ]
+    return np.asarray(np.mean([np.mean(one**2, axis=0) for one in drift], axis=0))
+
+
+def _axis_noise(
+    careful: CarefulModel,
+    rows: Sequence[TrainingRun],
+    geometry: Geometry,
+    tool_length_mm: Sequence[float],
+) -> Array:
+    """Return the variance that a unit of novelty brings along X, Y, Z at either tool [um^2]."""
+    targets = np.diag(np.sqrt(careful.posterior.noise))
+    parts = [
+        np.sum(axis_drift(geometry, targets, length) ** 2, axis=0) for length in tool_length_mm
+    ]
+    return np.hstack(parts)
+
+
+def _probe_noise(rows: Sequence[TrainingRun], targets: int) -> Array:
+    """Return the variance of a measured target: half of that from one sample to the next."""
+    steps = [np.diff(run.targets[run.known], axis=0) for run in rows if run.known.sum() > 1]
+    variance = np.median([np.mean(step**2, axis=0) / 2.0 for step in steps], axis=0)
+    return np.asarray(np.maximum(np.broadcast_to(variance, targets), SMALLEST_NOISE**2))
+
+
+def _interval_table(interval: Interval, geometry: Geometry) -> dict[str, Any]:
+    shortest, longest = _listed(interval.scale, geometry)
+    return {
+        "coverage": interval.coverage,
+        "power": interval.power,
+        "fresh_h": FRESH_H,
+        "longest_h": _plain(interval.longest_h),
+        "per_novelty": interval.per_novelty,
+        "shortest_tool_um": shortest,
+        "longest_tool_um": longest,
+    }
+
+
+def _listed(values: Array, geometry: Geometry) -> list[list[float | None]]:
+    """Return numbers for X, Y, Z at the shortest and the longest tool; None where unmeasured."""
+    measured = geometry.axes if isinstance(geometry, Direct) else AXES
+    return [
+        [_plain(value) if axis in measured else None for axis, value in zip(AXES, row, strict=True)]
+        for row in values.reshape(2, 3).tolist()
+    ]
+
+
+def _plain(value: float) -> float:
+    return float(f"{value:.6g}")

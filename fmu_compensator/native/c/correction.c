@@ -1,0 +1,73 @@
+/* The error of a prediction as an Ornstein-Uhlenbeck process, filtered (Kalman). */
+#include "correction.h"
+
+#include <math.h>
+
+#include "constants.h"
+#include "numbers.h"
+
+struct correction *correction_make(
+    struct setup *setup, const struct field *table, size_t targets)
+{
+    if (table->form == FIELD_NULL) {
+        return NULL;
+    }
+    struct correction *self = setup_take(setup, 1, sizeof *self);
+    if (self == NULL) {
+        return NULL;
+    }
+    self->targets = targets;
+    self->states = 2 * targets;
+    self->memory_s = field_number(setup, table, "memory_s");
+    self->spread = field_numbers(setup, table, "spread", NULL);
+    self->noise = field_numbers(setup, table, "noise", NULL);
+    return self;
+}
+
+void correction_reset(const struct correction *self, double *state)
+{
+    for (size_t target = 0; target < self->targets; target++) {
+        state[target] = 0.0;
+        state[self->targets + target] = 1.0;
+    }
+}
+
+void correction_take(
+    const struct correction *self, double *state, const double *measured,
+    const double *predicted, double growth)
+{
+    double *bias = state, *doubt = state + self->targets;
+    for (size_t target = 0; target < self->targets; target++) {
+        double missed = measured[target] - predicted[target];
+        double left = doubt[target] * pow(self->spread[target] * growth, 2.0);
+        double gain = left / (left + self->noise[target]);
+        double furthest = CORRECTION_FURTHEST * sqrt(left + self->noise[target]);
+        bias[target] += gain * clamped(missed, -furthest, furthest);
+        if (-furthest <= missed && missed <= furthest) {
+            doubt[target] *= 1.0 - gain;
+        }
+    }
+}
+
+void correction_wait(const struct correction *self, double *state, double elapsed_s)
+{
+    double *bias = state, *doubt = state + self->targets;
+    if (correction_doubt(self, state) >= 1.0) {
+        return;
+    }
+    double kept = exp(-elapsed_s / self->memory_s);
+    for (size_t target = 0; target < self->targets; target++) {
+        bias[target] *= kept;
+        doubt[target] = 1.0 - (1.0 - doubt[target]) * kept * kept;
+    }
+}
+
+double correction_doubt(const struct correction *self, const double *state)
+{
+    const double *doubt = state + self->targets;
+    double largest = doubt[0];
+    for (size_t target = 1; target < self->targets; target++) {
+        largest = doubt[target] > largest ? doubt[target] : largest;
+    }
+    return largest;
+}

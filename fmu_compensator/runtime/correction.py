@@ -1,0 +1,104 @@
+"""What a measurement now and then says of the error: a bias that is believed less and less."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import exp, sqrt
+
+from fmu_compensator.runtime.fields import Fields
+from fmu_compensator.runtime.lags import checked_state
+
+FURTHEST = 4.0
+"""A measurement moves the bias as if it were at most so many standard deviations off [1]."""
+
+
+class Correction:
+    r"""The error of a prediction as an Ornstein-Uhlenbeck process, filtered (Kalman).
+
+    .. math::
+        b \leftarrow b e^{-t/\tau}, \quad u \leftarrow 1 - (1 - u) e^{-2t/\tau}; \qquad
+        g = \frac{u v}{u v + R}, \quad b \leftarrow b + g\,e, \quad u \leftarrow (1 - g) u
+
+    b is the bias, v the error's variance before any measurement, u the share of it that is left,
+    R the variance of a measurement, and e what the corrected prediction missed. A measurement
+    further off than `FURTHEST` standard deviations counts as one that far, and removes no doubt:
+    one bad probe does little, several that agree carry through.
+
+    Parameters
+    ----------
+    memory_s : float
+        tau: how long the error stays alike [s].
+    spread : list of float, one per target
+        Standard deviation of the error at growth 1 [um, urad].
+    noise : list of float, one per target
+        R [um^2, urad^2].
+    """
+
+    def __init__(self, memory_s: float, spread: list[float], noise: list[float]) -> None:
+        self._memory_s, self._spread, self._noise = memory_s, spread, noise
+        self.reset()
+
+    @classmethod
+    def from_fields(cls, fields: Fields, targets: int) -> Correction:
+        """Return the correction of a file's table.
+
+        Raises
+        ------
+        ModelFileError
+            For the first field that is missing or out of range.
+        """
+        memory_s = fields.number("memory_s", 1.0, 1e9)
+        spread, noise = (fields.numbers(key, targets, 1e9) for key in ("spread", "noise"))
+        for key, values in (("spread", spread), ("noise", noise)):
+            for index, value in enumerate(values):
+                if value <= 0.0:
+                    raise fields.refusal(f"{key}.{index}", f"{value:g} is not allowed: above 0")
+        fields.done()
+        return cls(memory_s, spread, noise)
+
+    def take(self, missed: Sequence[float], growth: float) -> None:
+        """Move the bias towards a measurement.
+
+        Parameters
+        ----------
+        missed : sequence of float
+            Measured minus predicted, the bias in force included [um, urad].
+        growth : float
+            Standard deviation of the error, over its spread [1].
+        """
+        for target, value in enumerate(missed):
+            variance = (self._spread[target] * growth) ** 2
+            left = self._doubt[target] * variance
+            gain = left / (left + self._noise[target])
+            furthest = FURTHEST * sqrt(left + self._noise[target])
+            self.bias[target] += gain * min(max(value, -furthest), furthest)
+            if -furthest <= value <= furthest:
+                self._doubt[target] *= 1.0 - gain
+
+    def wait(self, elapsed_s: float) -> None:
+        """Let time pass: the bias fades and the doubt grows."""
+        if self.doubt >= 1.0:
+            return
+        kept = exp(-elapsed_s / self._memory_s)
+        for target, doubt in enumerate(self._doubt):
+            self.bias[target] *= kept
+            self._doubt[target] = 1.0 - (1.0 - doubt) * kept * kept
+
+    @property
+    def doubt(self) -> float:
+        """Share of the error's variance that is left since the last measurement, 0 to 1."""
+        return max(self._doubt)
+
+    def reset(self) -> None:
+        """Forget all measurements."""
+        self.bias = [0.0] * len(self._spread)
+        self._doubt = [1.0] * len(self._spread)
+
+    def state(self) -> list[float]:
+        """Return what is remembered."""
+        return [*self.bias, *self._doubt]
+
+    def restore(self, state: Sequence[float]) -> None:
+        """Take up the state that `state` returned."""
+        values = checked_state(state, 2 * len(self._spread))
+        self.bias, self._doubt = values[: len(self._spread)], values[len(self._spread) :]

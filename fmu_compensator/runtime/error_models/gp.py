@@ -1,0 +1,116 @@
+"""Gaussian-process regression on temperatures and their lags, written out as a sum."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import exp
+from operator import mul
+
+from fmu_compensator.runtime.error_models.base import ErrorModel
+from fmu_compensator.runtime.fields import Fields
+from fmu_compensator.runtime.lags import checked_state, share, taus
+
+LARGEST = 1e6
+MOST_CENTRES = 500
+
+
+class GaussianProcess(ErrorModel):
+    r"""A plane and bumps: what a Gaussian process with a linear and a Gaussian kernel predicts.
+
+    .. math:: y = c + A x + \sum_i w_i \exp(-|x - z_i|^2 / (2 \ell^2))
+
+    x are the inputs less their reference (the first sample, in the rise form zero), and behind each
+    first-order lag that starts at zero; z_i are centres among the training samples.
+
+    Parameters
+    ----------
+    lags_s : list of float
+        Time constants [s].
+    length : float
+        l [K].
+    constant : list of float, one per target [um, urad]
+    linear : list of list of float, targets x features [um/K, urad/K]
+    centres : list of list of float, centres x features [K]
+    weights : list of list of float, targets x centres [um, urad]
+    """
+
+    def __init__(
+        self,
+        lags_s: list[float],
+        length: float,
+        constant: list[float],
+        linear: list[list[float]],
+        centres: list[list[float]],
+        weights: list[list[float]],
+        inputs: int,
+    ) -> None:
+        self._lags_s, self._inputs = lags_s, inputs
+        self._sharpness = 0.5 / (length * length)
+        self._constant, self._linear = constant, linear
+        self._centres, self._weights = centres, weights
+        self._started = False
+        self._lagged = [[0.0] * inputs for _ in lags_s]
+
+    @classmethod
+    def from_fields(cls, fields: Fields, inputs: int, targets: int) -> GaussianProcess:
+        """Return the model that the file's numbers describe."""
+        lags_s = taus(fields, "lags_s")
+        width = inputs * (1 + len(lags_s))
+        count = len(fields.items("centres", 1, MOST_CENTRES, "lists of numbers"))
+        return cls(
+            lags_s,
+            fields.number("length", 1e-3, 1e6),
+            fields.numbers("constant", targets, LARGEST),
+            fields.matrix("linear", targets, width, LARGEST),
+            fields.matrix("centres", count, width, LARGEST),
+            fields.matrix("weights", targets, count, LARGEST),
+            inputs,
+        )
+
+    def predict(
+        self,
+        inputs: Sequence[float],
+        elapsed_s: float = 0.0,
+        speed: float = 0.0,
+        measured: Sequence[float] | None = None,
+    ) -> list[float]:
+        """Return the predicted targets; speed and measurements have no part in them."""
+        if not self._started:
+            self._started, elapsed_s = True, 0.0
+        features = list(inputs)
+        for lag, tau_s in enumerate(self._lags_s):
+            part = share(elapsed_s, tau_s)
+            values = [
+                value + part * (one - value)
+                for value, one in zip(self._lagged[lag], inputs, strict=True)
+            ]
+            self._lagged[lag] = values
+            features += values
+        bumps = []
+        for centre in self._centres:
+            away = 0.0
+            for value, place in zip(features, centre, strict=True):
+                away += (value - place) * (value - place)
+            bumps.append(exp(-self._sharpness * away))
+        return [
+            constant + sum(map(mul, row, features)) + sum(map(mul, weights, bumps))
+            for constant, row, weights in zip(
+                self._constant, self._linear, self._weights, strict=True
+            )
+        ]
+
+    def reset(self) -> None:
+        """Forget everything."""
+        self._started = False
+        self._lagged = [[0.0] * self._inputs for _ in self._lags_s]
+
+    def state(self) -> list[float]:
+        """Return what is remembered."""
+        return [float(self._started), *(value for values in self._lagged for value in values)]
+
+    def restore(self, state: Sequence[float]) -> None:
+        """Take up the state that `state` returned."""
+        values = iter(checked_state(state, len(self.state())))
+        self._started = bool(next(values))
+        for held in self._lagged:
+            held[:] = [next(values) for _ in held]
