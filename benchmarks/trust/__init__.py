@@ -1,0 +1,1 @@
+"""How far compensators can be trusted, in conditions like their training and unlike it."""

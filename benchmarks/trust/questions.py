@@ -1,0 +1,151 @@
+"""What is learnt from and what is judged on: measured and simulated runs, like and unlike."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from measurement.rig import Rig, default_rig, rig_from_table
+from measurement.runs import Run, read_run
+from plant_model.machine_file import read_machine
+from plant_model.simulate import simulate
+from scenarios.commands.simulate import inputs_of
+from scenarios.scenario import read_scenario
+
+TRAINING = ("training_down", "training_random", "training_stops", "training_warm_hall")
+JUDGED = ("step_speed", "stop_and_go")
+EVERY_S = 30.0
+PIECE_H = 6.0
+"""The electric spindle's record is one of 50 h; it is cut into pieces, each a warm restart [h]."""
+
+
+@dataclass(frozen=True)
+class Question:
+    """One split of runs.
+
+    Attributes
+    ----------
+    data, name : str
+        Which machine, and what sets the judged runs apart.
+    unlike : bool
+        Whether the judged runs are of conditions that were not learnt from.
+    train, judged : sequence of Run
+    rig : Rig
+        What the displacements mean.
+    """
+
+    data: str
+    name: str
+    unlike: bool
+    train: Sequence[Run]
+    judged: Sequence[Run]
+    rig: Rig
+
+
+def lathe_questions(folder: Path) -> Iterator[Question]:
+    """Yield the splits of the lathe's thirty runs: by month, hall, speed, and every fifth run."""
+    runs = [read_run(path) for path in sorted(folder.glob("2*.csv"))]
+    if not runs:
+        return
+    rig = default_rig(runs[0], read_machine("jig_borer").rig)
+    places = np.arange(len(runs))
+    start = np.array([_start(run) for run in runs])
+    speed = np.array([float(np.nanmean(run.frame["speed_rpm"])) for run in runs])
+    order = np.argsort(start, kind="stable")
+    early = np.array([run.name < "202008" for run in runs])
+
+    def split(name: str, out: np.ndarray, unlike: bool = True) -> Question:
+        train = [runs[place] for place in places if place not in out]
+        return Question("lathe", name, unlike, train, [runs[place] for place in out], rig)
+
+    for first in (0, 2):
+        yield split(f"every fifth run, from number {first + 1}", places[first::5], unlike=False)
+    yield split("August to October, from June and July", places[~early])
+    yield split("June and July, from the rest", places[early])
+    yield split("the ten coldest starts", np.sort(order[:10]))
+    yield split("the ten warmest starts", np.sort(order[-10:]))
+    yield split("means above 1,200 r/min", places[speed > 1200.0])
+    yield split("means below 1,200 r/min", places[speed <= 1200.0])
+    yield split("all but the first six", places[6:])
+
+
+def electric_questions(record: Path) -> Iterator[Question]:
+    """Yield the halves of the electric spindle's record, each cut into runs of `PIECE_H` hours."""
+    if not record.is_file():
+        return
+    whole = read_run(record)
+    rows = round(PIECE_H * 3600.0 / float(np.median(np.diff(whole.time_s))))
+    pieces = [
+        Run(f"{whole.name}_{at}", whole.frame.iloc[at : at + rows].reset_index(drop=True))
+        for at in range(0, len(whole.frame) - rows // 2, rows)
+    ]
+    axis = rig_from_table({"kind": "direct", "axes": {"growth": {"axis": "Z"}}}, "rig")
+    half = len(pieces) // 2
+    yield Question("electric spindle", "the second half", True, pieces[:half], pieces[half:], axis)
+    yield Question("electric spindle", "the first half", True, pieces[half:], pieces[:half], axis)
+    yield Question(
+        "electric spindle",
+        "every other piece",
+        False,
+        pieces[::2],
+        pieces[1::2],
+        axis,
+    )
+
+
+def simulated_questions() -> Iterator[Question]:
+    """Yield the shipped jig borer's training, judged on machines and halls that are not its own."""
+    machine = read_machine("jig_borer")
+    rig = rig_from_table(machine.rig, "rig")
+    train = [_simulated(name, name, 0.0, 0.0, "") for name in TRAINING]
+    judged: list[tuple[str, bool, float, float, str]] = [
+        ("the same machine, other speeds", False, 0.0, 0.0, ""),
+        ("coolant 3 K warmer", True, 3.0, 0.0, ""),
+        ("coolant 3 K colder", True, -3.0, 0.0, ""),
+        ("hall 6 K warmer", True, 0.0, 6.0, ""),
+        ("a thicker lubricant", True, 0.0, 0.0, "lubricant"),
+        ("a worn front bearing", True, 0.0, 0.0, "worn"),
+        ("another machine of the series", True, 0.0, 0.0, "other"),
+    ]
+    for name, unlike, coolant, hall, what in judged:
+        runs = [_simulated(f"{base}, {name}", base, coolant, hall, what) for base in JUDGED]
+        yield Question("jig borer", name, unlike, train, runs, rig)
+
+
+CHANGES: dict[str, Callable[[str], float]] = {
+    "": lambda name: 1.0,
+    "lubricant": lambda name: 1.5 if name.endswith(".viscosity") else 1.0,
+    "worn": lambda name: 2.5 if name in ("sources.front_bearing.f1",) else 1.0,
+    "other": lambda name: _drawn(name),
+}
+
+
+@cache
+def _drawn(name: str) -> float:
+    """Return a factor within 15 %, the same for the same name."""
+    return float(np.random.default_rng([ord(letter) for letter in name]).uniform(0.85, 1.15))
+
+
+def _simulated(name: str, scenario: str, coolant_k: float, hall_k: float, what: str) -> Run:
+    """Return a run of a library scenario on a changed machine, with noise."""
+    machine = read_machine("jig_borer")
+    case = read_scenario(scenario).cases[0]
+    inputs = inputs_of(case, machine, EVERY_S)
+    inputs["coolant_inlet"] += coolant_k
+    inputs["ambient"] += hall_k
+    values = {
+        key: min(max(parameter.value * CHANGES[what](key), parameter.low), parameter.high)
+        for key, parameter in machine.parameters.items()
+        if parameter.low < parameter.high
+    }
+    result = simulate(machine, inputs, values, noise_seed=case.settings.seed)
+    return Run(name, result.run_frame())
+
+
+def _start(run: Run) -> float:
+    first = run.frame[list(run.temperatures)].to_numpy(float)[0]
+    return float(np.nanmedian(first))

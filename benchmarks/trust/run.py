@@ -1,0 +1,81 @@
+"""Fit each error model on some runs, install it, and drive it through runs that it never saw.
+
+    python -m benchmarks.trust.run DATA [--models NAME,NAME] [--data lathe] [--json FILE] [--docs]
+
+DATA is the folder that holds ``lathe/`` and ``electric_spindle/``; what is missing is left out.
+The answers are kept in FILE as they come, and a run that was stopped goes on from there.
+``--docs`` writes the tables into docs/trust.md.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from tqdm import tqdm
+
+from benchmarks.trust.judge import CHOICE, judge
+from benchmarks.trust.questions import (
+    Question,
+    electric_questions,
+    lathe_questions,
+    simulated_questions,
+)
+from benchmarks.trust.tables import tables, write_docs
+from measurement.errors import BadInput
+from measurement.files import write_atomically
+
+MODELS = f"{CHOICE},mlr,bayes,ridge,lasso,arx,ne,gp,thermal_states,bp"
+
+
+def questions(folder: Path) -> Iterator[Question]:
+    """Yield all splits of all data."""
+    yield from lathe_questions(folder / "lathe")
+    yield from electric_questions(folder / "electric_spindle" / "first_3000_min.csv")
+    yield from simulated_questions()
+
+
+def main() -> int:
+    """Ask what was not asked yet and print the tables."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("folder", type=Path, metavar="DATA")
+    parser.add_argument("--models", default=MODELS)
+    parser.add_argument("--data", help="only this data set")
+    parser.add_argument("--json", type=Path, default=Path("results/trust.json"))
+    parser.add_argument("--docs", action="store_true", help="write the tables into docs/trust.md")
+    args = parser.parse_args()
+    found: list[dict[str, Any]] = json.loads(args.json.read_text()) if args.json.exists() else []
+    asked = {(one["data"], one["question"], one["model"]) for one in found}
+    todo = [
+        (question, model)
+        for question in questions(args.folder)
+        if args.data in (None, question.data)
+        for model in args.models.split(",")
+        if (question.data, question.name, model) not in asked
+    ]
+    for question, model in tqdm(todo, disable=None):
+        try:
+            found.append(judge(question, model).to_dict())
+        except BadInput as refusal:
+            found.append(
+                {
+                    "data": question.data,
+                    "question": question.name,
+                    "model": model,
+                    "refused": str(refusal),
+                }
+            )
+        args.json.parent.mkdir(parents=True, exist_ok=True)
+        write_atomically(args.json, json.dumps(found, indent=1) + "\n")
+    text = tables(found)
+    print(text)
+    if args.docs:
+        write_docs(text)
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

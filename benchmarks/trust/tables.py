@@ -1,0 +1,101 @@
+"""The tables of docs/trust.md."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.trust.judge import CHOICE
+from measurement.files import write_atomically
+
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "trust.md"
+BEGIN, END = "<!-- tables: begin -->", "<!-- tables: end -->"
+
+
+def tables(found: Sequence[dict[str, Any]]) -> str:
+    """Return a summary by model, then every question with fit's own choice beside the rest."""
+    good = [one for one in found if "axes" in one]
+    return "\n".join([*_summary(good), "", *_questions(good)])
+
+
+def _ratio(one: dict[str, Any]) -> float:
+    logs = [np.log(axis["rmse"] / axis["none"]) for axis in one["axes"].values()]
+    return float(np.exp(np.mean(logs)))
+
+
+def _summary(good: Sequence[dict[str, Any]]) -> list[str]:
+    lines = [
+        "| Model | like: error | coverage | unlike: error | worst split | worst run | coverage |"
+        " status 2 | badly wrong at status 0 |",
+        "| --- | --- | --- | --- | --- | --- | --- | --- | --- |",
+    ]
+    for model in dict.fromkeys(one["model"] for one in good):
+        here = [one for one in good if one["model"] == model]
+        cells = [f"`{model}`" if model != CHOICE else f"**{model}**"]
+        for unlike in (False, True):
+            kind = [one for one in here if one["unlike"] == unlike]
+            if not kind:
+                cells += ["-"] * (4 if unlike else 2)
+                continue
+            ratios = [_ratio(one) for one in kind]
+            cells.append(f"{100 * np.exp(np.mean(np.log(ratios))):.0f} %")
+            if unlike:
+                cells.append(f"{100 * max(ratios):.0f} %")
+                cells.append(f"{100 * max(one['worst'] for one in kind):.0f} %")
+            covered = [axis["coverage"] for one in kind for axis in one["axes"].values()]
+            cells.append(f"{100 * np.mean(covered):.0f} %")
+        cells.append(f"{100 * np.mean([one['outside'] for one in here]):.0f} %")
+        cells.append(f"{100 * np.mean([one['badly_wrong'] for one in here]):.1f} %")
+        lines.append("| " + " | ".join(cells) + " |")
+    return lines
+
+
+def _questions(good: Sequence[dict[str, Any]]) -> list[str]:
+    lines = []
+    for data in dict.fromkeys(one["data"] for one in good):
+        lines += [
+            f"### {data.capitalize()}",
+            "",
+            "| Judged on | | axis | none | fit's own choice | coverage, half width | status 2 |"
+            " others, error in % of none |",
+            "| --- | --- | --- | --- | --- | --- | --- | --- |",
+        ]
+        for question in dict.fromkeys(one["question"] for one in good if one["data"] == data):
+            here = [one for one in good if (one["data"], one["question"]) == (data, question)]
+            lines += _rows(question, here)
+        lines.append("")
+    return lines
+
+
+def _rows(question: str, here: Sequence[dict[str, Any]]) -> list[str]:
+    own = next((one for one in here if one["model"] == CHOICE), None)
+    others = ", ".join(
+        f"{one['model']} {100 * _ratio(one):.0f}" for one in here if one["model"] != CHOICE
+    )
+    first = own or here[0]
+    rows = []
+    for number, (axis, figures) in enumerate(first["axes"].items()):
+        like = "unlike" if first["unlike"] else "like"
+        cells = [question, like] if number == 0 else ["", ""]
+        cells += [axis, f"{figures['none']:.1f}"]
+        if own is None:
+            cells += ["-", "-", "-"]
+        else:
+            name = f" (`{own['kind']}`)" if number == 0 else ""
+            cells.append(f"{figures['rmse']:.2f}{name}")
+            cells.append(f"{100 * figures['coverage']:.0f} %, {figures['half_width']:.1f}")
+            cells.append(f"{100 * own['outside']:.0f} %" if number == 0 else "")
+        cells.append(others if number == 0 else "")
+        rows.append("| " + " | ".join(cells) + " |")
+    return rows
+
+
+def write_docs(text: str) -> None:
+    """Put the tables between the marks of the page."""
+    page = PAGE.read_text("utf-8")
+    head, rest = page.split(BEGIN)
+    tail = rest.split(END)[1]
+    write_atomically(PAGE, f"{head}{BEGIN}\n\n{text.rstrip()}\n\n{END}{tail}")
