@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.trust.questions import Question
+from fmu_compensator.fit.data import prepare
 from fmu_compensator.fit.fitting import compensator_text, fit_compensator
 from fmu_compensator.runtime.compensator import OK, UNTRAINED, Compensator
 from fmu_compensator.runtime.modelfile import Model, parse_model
@@ -149,7 +150,8 @@ def _driven(model: Model, question: Question, place: int) -> dict[str, Any] | No
     at = ["XYZ".index(axis) for axis in axes]
     measured = drift[[f"drift_{axis}_um" for axis in axes]].to_numpy(float)[kept]
     status = np.array(statuses)
-    rows = np.isfinite(measured).all(axis=1) & (status != 1)
+    usable = prepare([run], question.rig).runs[0].usable[kept]
+    rows = np.isfinite(measured).all(axis=1) & usable & (status != 1)
     if not rows.any():
         return None
     return {

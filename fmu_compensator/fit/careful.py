@@ -12,6 +12,7 @@ from fmu_compensator.fit.data import PreparedRun
 from fmu_compensator.fit.evidence import Posterior, posterior
 from fmu_compensator.fit.lagged import lagged
 from fmu_compensator.fit.training import Array
+from fmu_compensator.runtime.guard import LEVEL_FAULT_K, LONE
 from measurement.errors import BadInput
 
 LAGS_S = (2400.0,)
@@ -102,13 +103,21 @@ def _readings(run: PreparedRun, columns: Sequence[int]) -> Array:
     return run.temperatures[rows][:, columns]
 
 
+def _believed(start: Array) -> Array:
+    """Return how far the first readings are from their usual places; 0 for a lone wrong level."""
+    away = np.sort(np.abs(start))
+    if len(away) > 1 and away[-1] > LEVEL_FAULT_K and away[-1] > LONE * away[-2]:
+        return np.where(np.abs(start) == away[-1], 0.0, start)
+    return start
+
+
 def _features(readings: Array, time_s: Array, usual: Array, fixed: bool) -> Array:
     """Return rises, then for each lag the lagged rises and starts, shape (n, k (1 + 2 lags))."""
     if fixed:
         rises, start = readings - usual, np.zeros(readings.shape[1])
     else:
         rises = readings - readings[0]
-        start = readings[0] - np.median(readings[0]) - usual
+        start = _believed(readings[0] - np.median(readings[0]) - usual)
     drives = np.hstack([rises, np.broadcast_to(start, rises.shape)])
     elapsed = np.diff(time_s, prepend=time_s[0])
     return np.hstack([rises, *(lagged(drives, elapsed, lag) for lag in LAGS_S)])

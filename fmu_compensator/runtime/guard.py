@@ -18,6 +18,12 @@ CULPRITS = 3
 CULPRIT_SHARE = 0.15
 """A sensor is named if it brings at least this share of the novelty [1]."""
 
+LEVEL_FAULT_K = 10.0
+"""One sensor alone this far from its usual place at the start is wrong by a constant [K]: heat
+that is left from before is never in one place only. Its rises are as good as ever."""
+LONE = 3.0
+"""It is alone if it is so many times further off than any other [1]."""
+
 
 class Careful(NamedTuple):
     """What the guard says of a sample.
@@ -42,7 +48,7 @@ class Guard:
         h = x^T (\lambda I + X^T X)^{-1} x = |x|^2 / \lambda - |D x|^2
 
     r is the rise of each temperature above its first reading, s how far its first reading lay from
-    its usual place among the others, L_j a first-order lag that starts at zero, x all of them in a
+    its usual place among the others (0 for a lone sensor with a wrong level), L_j a first-order lag that starts at zero, x all of them in a
     row. h, the novelty, is the leverage of x: 0 where nothing moved yet, about 1 at the edge of
     what training determines, and growing with the square of the distance beyond.
 
@@ -194,6 +200,9 @@ class Guard:
         self._starts = [
             value - middle - usual for value, usual in zip(readings, self._usual, strict=True)
         ]
+        away = sorted(map(abs, self._starts))
+        if len(away) > 1 and away[-1] > LEVEL_FAULT_K and away[-1] > LONE * away[-2]:
+            self._starts = [0.0 if abs(start) == away[-1] else start for start in self._starts]
 
     def held(self, targets: Sequence[float], careful: Sequence[float]) -> list[float]:
         """Return an error model's prediction, on its leash to the careful one [um, urad]."""

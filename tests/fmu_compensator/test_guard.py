@@ -246,3 +246,21 @@ def test_a_missing_field_is_named() -> None:
         with pytest.raises(ModelFileError) as caught:
             guard_of({name: value for name, value in table.items() if name != field})
         assert str(caught.value) == f"f.json: guard.{field}: is missing"
+
+
+def test_a_lone_wrong_level_is_not_taken_for_heat_but_a_warm_restart_is() -> None:
+    random = np.random.default_rng(21)
+    _, table = trained(random, "start")
+    table["usual"] = [0.0, 0.5, -0.5, 0.0]
+    time, readings = warming(random)
+    readings[:] += 20.0 + np.array(table["usual"]) - readings[0]
+    right = run_through(guard_of(table), time, readings)
+    off = readings + np.array([0.0, 31.0, 0.0, 0.0])
+    wrong = run_through(guard_of(table), time, off)
+    for one, other in zip(right, wrong, strict=True):
+        assert other.novelty == pytest.approx(one.novelty, rel=1e-9, abs=1e-12)
+        assert other.targets == pytest.approx(one.targets, rel=1e-9, abs=1e-12)
+    # Heat left from before is in more than one place, and a few kelvins may be in one.
+    for warm in ([0.0, 31.0, 14.0, 0.0], [0.0, 6.0, 0.0, 0.0]):
+        restarted = run_through(guard_of(table), time, readings + np.array(warm))
+        assert restarted[-1].novelty > 1.5 * right[-1].novelty

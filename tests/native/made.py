@@ -247,7 +247,7 @@ def _guard(random: Random, inputs: int, targets: int) -> Table:
     return {
         "lags_s": lags,
         "reference": "fixed" if fixed else "start",
-        "usual": row(random, inputs, 18.0, 24.0) if fixed else row(random, inputs, -2.0, 2.0),
+        "usual": row(random, inputs, 18.0, 24.0) if fixed else row(random, inputs, -9.0, 9.0),
         "constant": row(random, targets),
         "direct": matrix(random, targets, inputs, 3.0),
         "rise_lags": [matrix(random, targets, inputs) for _ in lags],

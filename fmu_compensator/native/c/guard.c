@@ -80,6 +80,29 @@ struct guard *guard_make(
     return self;
 }
 
+/* A lone sensor with a wrong level counts as at its usual place. */
+static void believe(double *starts, size_t count)
+{
+    double furthest = 0.0, next = 0.0;
+    for (size_t i = 0; i < count; i++) {
+        double away = fabs(starts[i]);
+        if (away > furthest) {
+            next = furthest;
+            furthest = away;
+        } else if (away > next) {
+            next = away;
+        }
+    }
+    if (count < 2 || !(furthest > GUARD_LEVEL_FAULT_K && furthest > GUARD_LONE * next)) {
+        return;
+    }
+    for (size_t i = 0; i < count; i++) {
+        if (fabs(starts[i]) == furthest) {
+            starts[i] = 0.0;
+        }
+    }
+}
+
 static void begin(const struct guard *self, struct memory *memory, const double *readings)
 {
     double middle = median(readings, self->inputs, self->sorted);
@@ -87,6 +110,7 @@ static void begin(const struct guard *self, struct memory *memory, const double 
         memory->first[i] = self->fixed ? self->usual[i] : readings[i];
         memory->starts[i] = self->fixed ? 0.0 : readings[i] - middle - self->usual[i];
     }
+    believe(memory->starts, self->inputs);
 }
 
 /* Puts down the features of a sample: the rises; per lag: lagged rises, starts. */
