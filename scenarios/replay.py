@@ -21,12 +21,12 @@ import pandas as pd
 from fmu_compensator.runtime.fmi_slave import MODEL_FILE
 from fmu_compensator.runtime.geometry import FivePoint
 from fmu_compensator.runtime.modelfile import Model, ModelFileError, parse_model
+from measurement.drift import measured_drift
 from measurement.errors import BadInput
 from measurement.quality import look_over
 from measurement.rig import FivePointRig, Rig, rig_from_table
 from measurement.runs import Run
 from scenarios.charts import BEFORE, LINES, Chart, Line, Panel
-from scenarios.drift import measured_drift
 from scenarios.fmu import Port, Slave, interruptible
 from scenarios.recording import Event, FmuFacts, facts_of
 from scenarios.table import NO_COMPENSATION
@@ -138,7 +138,7 @@ def replay(
                 length = float(slave.variables["tool_length"].start)
             sent, codes, events = _drive(slave, run, length)
             facts = facts_of(slave)
-    drift = measured_drift(run, rig, length, from_first=model.input_form == "rise")
+    drift = measured_drift(run, rig, length, model.input_form)
     frozen = _frozen(run, rig)
     if frozen.any() and not keep_frozen:
         drift[frozen] = np.nan

@@ -31,6 +31,10 @@ from scenarios.runner import fmu_facts, versions
 from scenarios.table import Group, group_of, overall
 
 ALL = "All runs together"
+WAITING, AT_ZERO = 1, 31
+"""Status codes: not started yet, and given up (from the second one on)."""
+WORTH_SAYING = 0.05
+"""A smaller share of samples without offsets needs no note [1]."""
 NOTE = (
     "Largest and mean absolute drift, as the run's own displacement sensors show it, and what is "
     "left of it with the offsets that the compensator sent. Better by: 1 - mean with / mean "
@@ -162,7 +166,24 @@ def _notes(replays: Sequence[Replay]) -> list[str]:
             f"{left_out} of {rows} rows do not count: a displacement sensor was frozen or at the "
             "end of its range."
         )
-    return notes
+    return notes + [note for entry in replays for note in _without_offsets(entry)]
+
+
+def _without_offsets(entry: Replay) -> list[str]:
+    """Say why a run has no offsets, or none for a good part of it."""
+    status = entry.frame["status_1"].to_numpy()
+    idle = (status == WAITING) | (status >= AT_ZERO)
+    if idle.mean() < WORTH_SAYING:
+        return []
+    # What it says at the end is why it does not go on; a first sample merely waits.
+    said = [event for event in entry.events if event.code == WAITING or event.code >= AT_ZERO]
+    if (status == WAITING).all():
+        return [f"{entry.run.name}: the compensator never started: {said[-1].text}."]
+    since = said[-1].time_s / 60.0
+    return [
+        f"{entry.run.name}: no offsets in {idle.mean():.0%} of the samples, last from "
+        f"{since:.0f} min on: {said[-1].text}."
+    ]
 
 
 def _run_facts(entry: Replay, file: str) -> dict[str, Any]:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from fmu_compensator.fit.columns import MeasuredColumns
 from fmu_compensator.fit.training import Array, TrainingRun, row_weights
 from fmu_compensator.runtime.fields import is_name
+from measurement.drift import counted
 from measurement.errors import BadInput
 from measurement.quality import look_over
 from measurement.rig import Rig
@@ -156,7 +157,7 @@ def prepare(
     targets: tuple[str, ...] = ()
     prepared = []
     for run in runs:
-        frame = _targets(rig, run)
+        frame = counted(_targets(rig, run), input_form)
         targets = tuple(split_column(str(name))[0] for name in frame.columns)
         prepared.append(_prepared_run(run, frame.to_numpy(float), common, input_form))
         if leave_out_frozen:
@@ -221,7 +222,7 @@ def _prepared_run(run: Run, targets: Array, sensors: Sequence[str], input_form: 
         run.time_s,
         temperatures,
         temperatures - _first_valid(temperatures) if rise else temperatures,
-        targets if input_form == "absolute" else targets - _first_valid(targets),
+        targets,
         speed,
         np.ones(rows, dtype=bool),
     )
