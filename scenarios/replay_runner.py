@@ -13,8 +13,10 @@ from typing import Any
 from tqdm import tqdm
 
 from measurement.errors import BadInput
+from measurement.faults import LEVELS, by_column, group_line, looked_over
 from measurement.rig import FivePointRig, rig_from_table
 from measurement.runs import read_run, write_run
+from measurement.units import split_column
 from plant_model.machine_file import read_machine
 from scenarios.fmu_files import find_fmu
 from scenarios.replay import LABEL, Replay, chart_of, model_of, replay, rig_of_model
@@ -94,7 +96,7 @@ def run_replay(
         If the FMU fails; no folder is left then.
     """
     check_folder(out)
-    found = [read_run(path) for path in runs]
+    found = looked_over([read_run(path) for path in runs])
     names = _file_names([run.name for run in found])
     with tempfile.TemporaryDirectory(prefix="spindle-drift-built-") as work:
         fmu = find_fmu(compensator, fmu_dir, near, Path(work), quiet=quiet)
@@ -163,10 +165,15 @@ def _notes(replays: Sequence[Replay]) -> list[str]:
     if left_out:
         rows = sum(len(entry.frame) for entry in replays)
         notes.append(
-            f"{left_out} of {rows} rows do not count: a displacement sensor was frozen or at the "
-            "end of its range."
+            f"{left_out} of {rows} rows do not count: a displacement sensor was broken in them."
         )
-    return notes + [note for entry in replays for note in _without_offsets(entry)]
+    notes += [note for entry in replays for note in _without_offsets(entry)]
+    faults = [fault for entry in replays for fault in entry.faults]
+    told = [group for group in by_column(faults) if group[0].is_gross or group[0].kind in LEVELS]
+    notes += [group_line(group) for group in told]
+    if any(split_column(group[0].column)[1] == "degC" for group in told):
+        notes.append("The compensator was given all thermometers as they read.")
+    return notes
 
 
 def _without_offsets(entry: Replay) -> list[str]:
@@ -192,6 +199,7 @@ def _run_facts(entry: Replay, file: str) -> dict[str, Any]:
         "sha256": entry.run.sha256,
         "rows": len(entry.frame),
         "left_out": entry.left_out,
+        "faults": [fault.to_dict() for fault in entry.faults],
         "file": file,
         "events": [asdict(event) for event in entry.events],
     }

@@ -130,6 +130,31 @@ def test_drift_of_a_tilted_tool_keeps_the_exact_cosine() -> None:
     assert drift["drift_Z_um"][0] == pytest.approx(130e3 * (1.0 - 1.0 / np.hypot(1.0, 0.2)))
 
 
+def test_a_thermometer_that_is_read_rarely_is_held_and_one_that_fails_is_not(
+    direct_fmu: Path,
+) -> None:
+    model = model_of(direct_fmu)
+    run = warming("unseen", 9)
+    rows = np.arange(len(run.frame))
+    rare = Run("rare", run.frame.assign(T2_degC=run.frame["T2_degC"].where(rows % 15 == 0)))
+    failed = Run("failed", run.frame.assign(T2_degC=run.frame["T2_degC"].where(rows < 180)))
+    frames = [replay(direct_fmu, model, one, rig_of_model(model)).frame for one in (rare, failed)]
+    assert set(frames[0]["status_1"]) <= {0, 1, 2}
+    assert frames[0]["error_Z_um"].abs().mean() < 0.3 * frames[0]["drift_Z_um"].abs().mean()
+    assert frames[1]["status_1"].iloc[-1] > 10
+
+
+def test_a_spike_of_the_gauge_does_not_move_the_run(direct_fmu: Path) -> None:
+    model = model_of(direct_fmu)
+    run = warming("unseen", 9)
+    values = run.frame["growth_um"].to_numpy() + np.where(np.arange(len(run.frame)) == 0, 80.0, 0.0)
+    spiked = Run("spiked", run.frame.assign(growth_um=values))
+    found = replay(direct_fmu, model, spiked, rig_of_model(model))
+    assert found.left_out == 1
+    assert [(fault.kind, fault.column) for fault in found.faults] == [("spikes", "growth_um")]
+    assert found.frame["error_Z_um"].abs().mean() < 0.15 * found.frame["drift_Z_um"].abs().mean()
+
+
 def test_rows_with_a_frozen_sensor_do_not_count_unless_asked(direct_fmu: Path) -> None:
     model = model_of(direct_fmu)
     run = warming("frozen", 9)
