@@ -31,6 +31,14 @@ SPIKE = {"degC": 4.0, "um": 20.0}
 """A reading that leaves the readings around it by more is a spike [K, um], if also by ..."""
 STEP = {"degC": 6.0, "um": 25.0}
 """A leap between two samples that lasts is a step [K, um], if also by ..."""
+AT_THE_ENDS = {"degC": 6.0, "um": 40.0}
+"""The same for the first and the last reading, which nothing follows or precedes [K, um]: a shaft
+that centrifugal force widens moves by 30 um between two samples."""
+RATE = 0.02
+"""Each of these limits grows by this much with the time between two readings [K/s, um/s]: a sensor
+that is read every quarter of an hour rightly leaps."""
+NEAR_TIMES = 2.5
+"""A thermometer that leaps by so many times the limit is told near a switch, too [1]."""
 TIMES = 12.0
 """... this many times the channel's usual scatter [1]."""
 LASTS = 0.3
@@ -58,16 +66,17 @@ def _spikes(
 ) -> Iterator[Fault]:
     """Find readings that leap away and come back; at either end, that leave all beside them."""
     away = values - running_median(values)
-    limit = max(SPIKE[split_column(column)[1]], TIMES * scatter(away))
-    bad = np.abs(away) > limit
-    if split_column(column)[1] != "degC":
+    unit, slack = split_column(column)[1], RATE * _interval(run, rows)
+    usual = TIMES * scatter(away)
+    bad = np.abs(away) > max(SPIKE[unit] + slack, usual)
+    if unit != "degC":
         bad &= ~_pulsed(rows, switched)
     for end, beside in ((0, values[1:]), (-1, values[-2::-1])):
         level = np.median(beside[:NEIGHBOURS])
         gone = values[end] - level
         still = np.ptp(beside[:NEIGHBOURS]) < LASTS * abs(gone)
         at = slice(rows[0], rows[1]) if end == 0 else slice(rows[-2], rows[-1])
-        if abs(gone) > limit and still and not switched[at].any():
+        if abs(gone) > max(AT_THE_ENDS[unit] + slack, usual) and still and not switched[at].any():
             bad[end], away[end] = True, gone
     if not bad.any():
         return
@@ -85,6 +94,11 @@ def _spikes(
         yield Fault(run.name, column, "spikes", moment, moment, text)
 
 
+def _interval(run: Run, rows: IntArray) -> float:
+    """Return the usual time between two readings [s]."""
+    return float(np.median(np.diff(run.time_s[rows])))
+
+
 def _pulsed(rows: IntArray, switched: BoolArray) -> BoolArray:
     """Return which readings lie between two switches: a short pulse may move them and be over."""
     count = np.r_[0, np.cumsum(switched)]
@@ -99,12 +113,14 @@ def _steps(
     """Find leaps to another level; what comes after is bad until a leap back, if there is one."""
     time = run.time_s[rows]
     moves, intervals = np.diff(values), np.diff(time)
-    limit = max(STEP[split_column(column)[1]], TIMES * scatter(moves))
+    unit = split_column(column)[1]
+    limit = max(STEP[unit] + RATE * _interval(run, rows), TIMES * scatter(moves))
     watched = intervals <= GAP_INTERVALS * np.median(intervals)
     large = np.flatnonzero((np.abs(moves) > limit) & watched).tolist()
     until = -1
     for i in large:
-        if i <= until or near[rows[i + 1]]:
+        told = NEAR_TIMES * limit if unit == "degC" else np.inf
+        if i <= until or (near[rows[i + 1]] and abs(moves[i]) < told):
             continue
         before, after = values[max(0, i - 4) : i + 1], values[i + 1 : i + 6]
         step = float(np.median(after) - np.median(before))
@@ -114,8 +130,5 @@ def _steps(
         back = next((j for j in large if j > i and abs(moves[j] + step) < LASTS * abs(step)), None)
         until = len(values) - 1 if back is None else back
         stays = "stays there" if back is None else "comes back"
-        text = (
-            f"leaps by {step:+.3g} {unit_of(column)} and {stays}, with no switch of the machine "
-            "near"
-        )
+        text = f"leaps by {step:+.3g} {unit_of(column)} and {stays}, more than a switch explains"
         yield Fault(run.name, column, "step", float(time[i + 1]), float(time[until]), text)

@@ -138,12 +138,16 @@ class _Distances:
                 self.spread[place] = np.nanmedian(wide)
 
     def range(self, column: int) -> tuple[float, float, float]:
-        """Return the 5 %, 50 % and 95 % of a sensor's distance [K]; NaN without a value."""
+        """Return the 5 %, 50 % and 95 % of a sensor's distance, its start included [K].
+
+        A part that is hot for most of a run began near the others. NaN without a value.
+        """
         away = self.away[column][np.isfinite(self.away[column])]
         if not away.size:
             return (float("nan"),) * 3
         low, middle, high = np.percentile(away, [5, 50, 95])
-        return float(low), float(middle), float(high)
+        start = float(np.median(away[:FEWEST_SAMPLES]))
+        return min(float(low), start), float(middle), max(float(high), start)
 
     def never_right(self, column: int) -> float:
         """Return the distance of a sensor that is far from all others all the time; else 0 [K]."""
@@ -168,7 +172,9 @@ def _level_jumps(tables: Sequence[_Distances], column: int) -> list[tuple[int, f
     gaps = np.diff(ranked)
     cut = float(ranked[int(np.argmax(gaps))])
     above: npt.NDArray[np.bool_] = middle > cut
-    between = float(low[above].min() - high[~above].max()) if above.any() else 0.0
+    if not above.any():  # all alike to the last digit
+        return []
+    between = float(low[above].min() - high[~above].max())
     if max(np.ptp(middle[above]), np.ptp(middle[~above])) > gaps.max():
         return []
     # The level that is nearer to all other sensors' is the right one.

@@ -94,6 +94,8 @@ def standing_thermometers(runs: Sequence[Run]) -> Iterator[Fault]:
         for place, run in enumerate(runs):
             if column not in run.frame:
                 continue
+            # It may have been read more coarsely in this run than in the others.
+            step = max(resolution, resolution_of([run], column))
             elsewhere = [
                 longest[id(other)]
                 for other in having
@@ -102,7 +104,7 @@ def standing_thermometers(runs: Sequence[Run]) -> Iterator[Fault]:
             ]
             usual = float(np.median(elsewhere)) if ends and elsewhere else 0.0
             at_end = id(run) in clipped and len(clipped) > 1
-            habits = _Habits(column, resolution, ends, usual, coarse, noisy, at_end)
+            habits = _Habits(column, step, ends, usual, coarse, noisy, at_end)
             for fault in _stands(run, place, habits, witnesses):
                 yield replace(fault, place=place)
 

@@ -18,7 +18,7 @@ FEWEST_WINDOWS = 24
 """Fewer changes than this to learn from say nothing [1]."""
 PENALTY = 0.02
 """Of the ridge regression, against the others' mean square change [1]."""
-SURE = 4.0
+SURE = 3.0
 """What the others say counts if it is so many times its own error [1]."""
 
 

@@ -59,6 +59,10 @@ def test_one_odd_run_among_good_ones() -> None:
     assert (fault.kind, fault.run) == ("level_jump", "run2")
 
 
+def test_runs_that_are_alike_to_the_last_digit_are_no_trouble() -> None:
+    assert find_faults([Run(name, GOOD[0].frame) for name in "abc"]) == []
+
+
 def test_a_run_is_judged_alike_alone_and_among_others() -> None:
     odd = changed(GOOD[2], "T3_degC", GOOD[2].frame["T3_degC"].to_numpy() - 20.0)
     runs = looked_over([*GOOD[:2], odd, *GOOD[3:]])
