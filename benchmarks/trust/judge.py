@@ -12,8 +12,8 @@ from fmu_compensator.fit.data import prepare
 from fmu_compensator.fit.fitting import compensator_text, fit_compensator
 from fmu_compensator.runtime.compensator import OK, UNTRAINED, Compensator
 from fmu_compensator.runtime.modelfile import Model, parse_model
+from measurement.drift import measured_drift
 from measurement.errors import BadInput
-from scenarios.drift import measured_drift
 
 CHOICE = "fit's own choice"
 STEP_S = 60.0
@@ -126,7 +126,7 @@ def _driven(model: Model, question: Question, place: int) -> dict[str, Any] | No
     Faults count: while a sensor is broken, held and faded offsets are what the machine gets.
     """
     run = question.judged[place]
-    drift = measured_drift(run, question.rig, TOOL_MM, from_first=True)
+    drift = measured_drift(run, question.rig, TOOL_MM, model.input_form)
     time_s = run.time_s
     columns = [f"{sensor.name}_degC" for sensor in model.sensors]
     readings = run.frame[columns].to_numpy(float)

@@ -48,9 +48,10 @@ class Guard:
         h = x^T (\lambda I + X^T X)^{-1} x = |x|^2 / \lambda - |D x|^2
 
     r is the rise of each temperature above its first reading, s how far its first reading lay from
-    its usual place among the others (0 for a lone sensor with a wrong level), L_j a first-order lag that starts at zero, x all of them in a
-    row. h, the novelty, is the leverage of x: 0 where nothing moved yet, about 1 at the edge of
-    what training determines, and growing with the square of the distance beyond.
+    its usual place among the others (0 for a lone sensor with a wrong level), L_j a first-order lag
+    that starts at zero, x all of them in a row. h, the novelty, is the leverage of x: 0 where
+    nothing moved yet, about 1 at the edge of what training determines, and growing with the square
+    of the distance beyond.
 
     The error model is believed as far as it stays near the careful one (the leash): it may differ
     by what runs left out of training showed, and no further. Beyond the novelty that training knew,

@@ -4,6 +4,8 @@
    lag by lag. */
 #include "guard.h"
 
+#include <math.h>
+
 #include <string.h>
 
 #include "numbers.h"
