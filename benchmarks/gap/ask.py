@@ -18,6 +18,7 @@ from measurement.runs import Run, read_run
 from plant_model.gap.calibrate import Identified, calibrate
 from plant_model.gap.design import RunDesign
 from plant_model.gap.find import Found, find_gap
+from plant_model.gap.held_out import confirmed
 from plant_model.gap.observations import Observations, observe
 from plant_model.gap.regimes import by_channel, gap_of, residuals
 from plant_model.gap.report import Comparison, report_of
@@ -62,7 +63,7 @@ def ask(folder: Path, without: Sequence[str] = (), seed: int = 0) -> dict[str, A
         runs, unseen, faults = usable_runs(machine, *runs_of(folder))
         # One process: the cases themselves run side by side.
         found = find_gap(machine, runs, without=without, seed=seed, workers=1)
-        comparison = Comparison(found.before.machine, found.after.machine, observe(machine, unseen))
+        found, comparison = confirmed(found, observe(machine, unseen))
         answer = report_of(found, comparison, faults)
     return {"seconds": spent, "answer": answer, "details": _details(found, comparison)}
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -19,9 +19,13 @@ from plant_model.gap.design import Surroundings, all_surroundings
 from plant_model.gap.judge import Judged, adequate, judge, left_over
 from plant_model.gap.nothing_missing import chance_share
 from plant_model.gap.observations import Observations, observe
+from plant_model.gap.periods import in_step
+from plant_model.gap.reference import Reference
 from plant_model.gap.refit import Explained, explain_with, refined, scored
+from plant_model.gap.regimes import residuals
 from plant_model.gap.screen import Data, Grams, Screen
 from plant_model.gap.swaps import swapped
+from plant_model.gap.workers import workers as processes
 from plant_model.machine import Machine
 
 REFITTED = 4
@@ -47,24 +51,55 @@ class Found:
         The calibrated machine as it was given, and with what was added (the same if nothing was).
     rounds : tuple of Judged
         One judgement for each effect asked for.
+    withdrawn : tuple of str
+        Keys of effects that were taken back, because runs never used were worse with them.
     """
 
     before: Explained
     after: Explained
     rounds: tuple[Judged, ...]
+    withdrawn: tuple[str, ...] = ()
 
     @property
     def observed(self) -> tuple[Observations, ...]:
         """What was compared, with what had not begun yet in each run."""
         return self.after.observed
 
+    @cached_property
+    def reference(self) -> Reference:
+        """How well any model with these inputs could do on the runs used, after what was added."""
+        machine = self.after.machine
+        return Reference(
+            machine, [residuals(machine, in_step(machine, one)) for one in self.observed]
+        )
+
     @property
     def verdict(self) -> str:
-        """``effect``, ``one_of``, ``none_missing`` or ``unknown``."""
+        """``effect``, ``one_of``, ``none_missing`` or ``unknown``.
+
+        What does not follow from the inputs in the same way in every run is not reducible, and may
+        still be more than a lumped model is wrong by: then something is missing, too.
+        """
         first = self.rounds[0]
         if not first.named:
-            return "unknown" if first.above_tolerance else "none_missing"
+            wrong = first.above_tolerance or self.reference.is_left
+            return "unknown" if wrong else "none_missing"
         return "one_of" if any(len(entry.one_of) > 1 for entry in self.rounds) else "effect"
+
+    def with_only(self, count: int) -> Found:
+        """Return what was found with no more than the first *count* effects that were added."""
+        named = [judged for judged in self.rounds if judged.named]
+        if count >= len(named):
+            return self
+        gone = tuple(judged.best.added[-1] for judged in named[count:])
+        last = self.rounds[count]
+        # The second round may have changed which of a set the first is: what it began with counts.
+        kept = [
+            replace(judged, one_of=tuple(dict.fromkeys((key, *judged.one_of))))
+            for judged, key in zip(self.rounds[:count], last.now.added, strict=True)
+        ]
+        rounds = (*kept, replace(last, one_of=()))
+        return replace(self, after=last.now, rounds=rounds, withdrawn=gone)
 
 
 def find_gap(
@@ -125,8 +160,7 @@ def _find(
     around = all_surroundings(machine, calibration.machine, observed)
     before = after = scored(machine, (), observed, calibration, around)
     rounds: list[Judged] = []
-    # One thread each: small matrices gain nothing from more, and workers would crowd each other.
-    with ProcessPoolExecutor(workers or os.cpu_count(), initializer=_one_thread) as pool:
+    with processes(workers) as pool:
         for count in range(MOST_ADDED):
             if count and left_over(after, len(observed[0].channels)) < SETTLED:
                 break
@@ -147,10 +181,6 @@ def _find(
     if not adequate(before, after, len(observed[0].channels)):
         rounds, after = [replace(rounds[0], one_of=())], before
     return Found(before, after, tuple(rounds))
-
-
-def _one_thread() -> None:
-    threadpool_limits(1)
 
 
 def _need_excitation(machine: Machine, runs: Sequence[Run]) -> None:

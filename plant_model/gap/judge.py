@@ -33,6 +33,10 @@ What is left of a strong effect is its law being not quite the machine's, and lo
 MOST_RUNS = 0.75
 """Share of the runs in which an effect acts that it must make better to be named [1]."""
 
+LARGER_SHARE = 0.6
+"""Share that an effect must explain to be named larger than usual [1]: a law that is only like what
+is missing may well fit better where no bound holds it."""
+
 MOST_SENSORS = 2
 """A sensor's error shows on that sensor: one that may as well be on any of more is something else's
 doing."""
@@ -153,7 +157,9 @@ def judge(
     rivals = [
         i
         for i, one in enumerate(ranked)
-        if odds[i] >= RIVAL and 1.0 - costs[i] / before >= chance and not one.beyond
+        if odds[i] >= RIVAL
+        and 1.0 - costs[i] / before >= (LARGER_SHARE if one.larger else chance)
+        and not one.beyond
     ]
     first = rivals[0] if rivals else 0
     gain = before - costs[first] if len(costs) else 0.0
