@@ -38,6 +38,7 @@ KINDS = {
     "runaway": "runs away",
     "saturated": "at the end of its range",
     "step": "slipped",
+    "probe_step": "slipped, its zero taken anew",
     "spikes": "jumping",
     "jump": "another recording joined on",
 }
