@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
-from scipy.ndimage import maximum_filter1d
+from scipy.ndimage import maximum_filter1d, median_filter
 
 from measurement.channels import near_switch
 from measurement.runs import Run
@@ -156,7 +156,7 @@ def _leaps(time: FloatArray, values: FloatArray) -> _Leaps:
     rows = np.flatnonzero(np.isfinite(values))
     known, instants = values[rows], time[rows]
     moves = np.diff(known)
-    usual = _usual_move(np.abs(moves))
+    usual = _usual_move(moves)
     if len(rows) < 4 * ROWS:
         return _Leaps(size, move, 0.0, usual)
     parts, times = (np.lib.stride_tricks.sliding_window_view(x, ROWS) for x in (known, instants))
@@ -176,8 +176,11 @@ def _leaps(time: FloatArray, values: FloatArray) -> _Leaps:
 
 
 def _usual_move(moves: FloatArray) -> float:
-    """Return how far a probe moves from row to row where it moves much: many stand on stairs."""
-    some = moves[moves > 0.0]
+    """Return how far a probe moves from row to row where it moves much: many stand on stairs.
+
+    What the rows around have in common is the machine's warming, which is not meant.
+    """
+    some = np.abs(moves[moves != 0.0] - median_filter(moves, ROWS + 1)[moves != 0.0])
     return float(np.quantile(some, USUAL)) if some.size else 0.0
 
 
