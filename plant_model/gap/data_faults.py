@@ -98,6 +98,28 @@ def without_faults(machine: Machine, runs: Sequence[Run]) -> tuple[list[Run], li
     return [put_back(machine, run, steps) for run, steps in slips], faults
 
 
+def taken_out(machine: Machine, run: Run, faults: Sequence[DataFault]) -> Run:
+    """Return a run without the readings of its thermometers that are told to be bad.
+
+    Parameters
+    ----------
+    machine : Machine
+    run : Run
+    faults : sequence of DataFault
+        Of sensors; those of other runs are passed over.
+    """
+    mine = [fault for fault in faults if fault.run == run.name]
+    if not mine:
+        return run
+    frame, time = run.frame.copy(), run.time_s
+    for fault in mine:
+        rows = (time >= fault.start_s) & (time <= fault.end_s)
+        frame.loc[rows, column_of(machine, fault.channel)] = np.nan
+    # A channel without a reading is one that the run does not have.
+    dead = {column_of(machine, fault.channel) for fault in mine}
+    return replace(run, frame=frame.drop(columns=[n for n in dead if frame[n].isna().all()]))
+
+
 def need_readings(machine: Machine, runs: Sequence[Run], option: str) -> None:
     """Refuse runs in which no channel is left that the machine can be compared with.
 

@@ -13,17 +13,19 @@ from threadpoolctl import threadpool_limits
 from measurement.errors import BadInput
 from measurement.runs import Run
 from plant_model.effects import Effect
-from plant_model.gap.calibrate import Progress, calibrate, quiet
+from plant_model.gap.calibrate import Progress, quiet
 from plant_model.gap.candidates import Candidate, as_tried, candidates, missing_effects
+from plant_model.gap.data_faults import DataFault
 from plant_model.gap.design import Surroundings, all_surroundings
 from plant_model.gap.judge import Judged, adequate, judge, left_over
 from plant_model.gap.nothing_missing import chance_share
-from plant_model.gap.observations import Observations, observe
+from plant_model.gap.observations import Observations
 from plant_model.gap.periods import in_step
 from plant_model.gap.reference import Reference
 from plant_model.gap.refit import Explained, explain_with, refined, scored
 from plant_model.gap.regimes import residuals
 from plant_model.gap.screen import Data, Grams, Screen
+from plant_model.gap.standing import calibrated
 from plant_model.gap.swaps import swapped
 from plant_model.gap.workers import workers as processes
 from plant_model.machine import Machine
@@ -42,6 +44,27 @@ FEWEST_RUNS = 3
 
 
 @dataclass(frozen=True)
+class Withdrawn:
+    """An effect that was named and taken back.
+
+    Attributes
+    ----------
+    key : str
+    runs : tuple of str
+        Those that have it, of the runs used.
+    """
+
+    key: str
+    runs: tuple[str, ...]
+
+    @classmethod
+    def of(cls, best: Explained) -> Withdrawn:
+        """Gather from the explanation that added it."""
+        key = best.added[-1]
+        return cls(key, tuple(one.run.name for one in best.observed if key not in one.absent))
+
+
+@dataclass(frozen=True)
 class Found:
     """What the gap finder found.
 
@@ -51,14 +74,17 @@ class Found:
         The calibrated machine as it was given, and with what was added (the same if nothing was).
     rounds : tuple of Judged
         One judgement for each effect asked for.
-    withdrawn : tuple of str
-        Keys of effects that were taken back, because runs never used were worse with them.
+    withdrawn : tuple of Withdrawn
+        Effects that were taken back, because runs never used were worse with them.
+    faults : tuple of DataFault
+        What was left out besides, because the calibrated machine says that it is broken.
     """
 
     before: Explained
     after: Explained
     rounds: tuple[Judged, ...]
-    withdrawn: tuple[str, ...] = ()
+    withdrawn: tuple[Withdrawn, ...] = ()
+    faults: tuple[DataFault, ...] = ()
 
     @property
     def observed(self) -> tuple[Observations, ...]:
@@ -91,7 +117,7 @@ class Found:
         named = [judged for judged in self.rounds if judged.named]
         if count >= len(named):
             return self
-        gone = tuple(judged.best.added[-1] for judged in named[count:])
+        gone = tuple(Withdrawn.of(judged.best) for judged in named[count:])
         last = self.rounds[count]
         # The second round may have changed which of a set the first is: what it began with counts.
         kept = [
@@ -153,9 +179,8 @@ def _find(
             "--runs", "", f"{len(runs)} given; {FEWEST_RUNS} or more are needed to name an effect"
         )
     ordered = sorted(runs, key=lambda run: run.name)
-    observed = observe(machine, ordered, bad)
     _need_excitation(machine, ordered)
-    calibration = calibrate(machine, observed, seed=seed, progress=progress)
+    calibration, observed, faults = calibrated(machine, ordered, bad, seed=seed, progress=progress)
     progress("what else may be wrong")
     around = all_surroundings(machine, calibration.machine, observed)
     before = after = scored(machine, (), observed, calibration, around)
@@ -180,7 +205,7 @@ def _find(
                 rounds[0], after = swapped(rounds[0], after, around)
     if not adequate(before, after, len(observed[0].channels)):
         rounds, after = [replace(rounds[0], one_of=())], before
-    return Found(before, after, tuple(rounds))
+    return Found(before, after, tuple(rounds), faults=tuple(faults))
 
 
 def _need_excitation(machine: Machine, runs: Sequence[Run]) -> None:

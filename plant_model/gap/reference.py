@@ -102,6 +102,8 @@ class Reference:
     reducible : float
         Mean square that can be predicted of what the plant leaves of the runs used, over all
         channels [tolerances squared].
+    share : float
+        The same as a share of all that it leaves [1].
     """
 
     def __init__(
@@ -133,6 +135,7 @@ class Reference:
             self.unseen.append(one.values - _chosen(choice, options))
         before, after = (_mean_squares(part) / self._tolerance**2 for part in (left, self.known))
         self.reducible = float(np.nanmean(before - after)) if np.isfinite(before).any() else 0.0
+        self.share = self.reducible / max(float(np.nanmean(before)), 1e-12)
 
     @property
     def is_left(self) -> bool:
@@ -305,21 +308,23 @@ class _Ridge:
     Attributes
     ----------
     predicted : list of array, each (K, C)
-        Every run from the others, with the penalty that does best at that.
+        Every run from the others, each channel with the penalty that does best at that.
     """
 
     def __init__(self, predictors: Sequence[FloatArray], left: Sequence[FloatArray]) -> None:
         self._runs = [
             (x.T @ x, x.T @ np.nan_to_num(y), len(x)) for x, y in zip(predictors, left, strict=True)
         ]
-        everything = range(len(predictors))
-        tried = []
+        everything = list(range(len(predictors)))
+        costs, made = [], []
         for penalty in PENALTIES:
             weights = [self._fit([j for j in everything if j != k], penalty) for k in everything]
-            made = [x @ weight for x, weight in zip(predictors, weights, strict=True)]
-            tried.append((float(np.nansum(_mean_squares(_less(left, made)))), penalty, made))
-        _, best, self.predicted = min(tried, key=lambda one: one[0])
-        self._weight = self._fit(list(everything), best)
+            made.append([x @ weight for x, weight in zip(predictors, weights, strict=True)])
+            costs.append(_mean_squares(_less(left, made[-1])))
+        best = np.argmin(np.nan_to_num(np.array(costs), nan=np.inf), axis=0)
+        self.predicted = [_chosen(best, parts) for parts in zip(*made, strict=True)]
+        weights = [self._fit(everything, penalty) for penalty in PENALTIES]
+        self._weight = _chosen(best, weights)
 
     def _fit(self, runs: Sequence[int], penalty: float) -> FloatArray:
         matrix = np.sum([self._runs[k][0] for k in runs], axis=0)

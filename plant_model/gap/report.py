@@ -38,6 +38,7 @@ KINDS = {
     "runaway": "runs away",
     "saturated": "at the end of its range",
     "step": "slipped",
+    "one_run": "wrong in one run alone",
     "probe_step": "slipped, its zero taken anew",
     "spikes": "jumping",
     "jump": "another recording joined on",
@@ -159,7 +160,7 @@ def report_of(
         },
         "channels": _channels(unseen, reference),
         "remaining": _remaining(at_first, reference),
-        "withdrawn": [_named(key) for key in found.withdrawn],
+        "withdrawn": [_named(one.key) | {"runs": list(one.runs)} for one in found.withdrawn],
         "machine": MACHINE_AFTER,
         "data_faults": [asdict(fault) for fault in faults],
         "evidence": {
@@ -187,6 +188,7 @@ def _remaining(before: Reference, reference: Reference) -> dict[str, Any]:
         "is_reducible": reference.is_left,
         "squared_tolerances": reference.reducible,
         "before": before.reducible,
+        "share": reference.share,
         "limit": LEFT,
         "where": [asdict(place) for place in reference.places()],
         "predicted_by": [asdict(one) for one in reference.sources()],
@@ -197,7 +199,7 @@ def _name(key: str) -> str:
     return key.partition(":")[0]
 
 
-def _named(key: str) -> dict[str, str]:
+def _named(key: str) -> dict[str, Any]:
     """Return an effect's name, and its channel if it acts on one."""
     name, _, channel = key.partition(":")
     return {"name": name, "channel": channel} if channel else {"name": name}
@@ -311,11 +313,12 @@ def five_lines(table: dict[str, Any]) -> list[str]:
 def _left(table: Mapping[str, Any]) -> str:
     """Return in words where something can still be explained, and what predicts it."""
     remaining = table["remaining"]
-    if not remaining["is_reducible"]:
+    if not remaining["where"] or remaining["share"] < 0.1:
         return "none of it follows from the inputs in the same way in every run"
     where = "; ".join(f"{p['channel']} {p['regime']}" for p in remaining["where"][:2])
     by = " or ".join(_source(one) for one in remaining["predicted_by"][:2])
-    return f"it can be predicted {f'by {by}' if by else 'by all inputs together'}, most in {where}"
+    share = f"{remaining['share']:.0%} of it can be predicted from the inputs"
+    return f"{share}{f', by {by}' if by else ''}, most in {where}"
 
 
 def _source(one: Mapping[str, Any]) -> str:

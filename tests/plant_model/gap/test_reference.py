@@ -102,7 +102,7 @@ def test_an_answer_that_makes_the_unseen_run_worse_is_taken_back(
     found = Found(now, wrong, (judged,))
     assert found.verdict == "effect"
     kept, comparison = confirmed(found, observed[3:])
-    assert kept.withdrawn == ("windage",)
+    assert [one.key for one in kept.withdrawn] == ["windage"]
     assert kept.after is now
     assert kept.verdict == "unknown"
     assert comparison.gap()["after"] == comparison.gap()["before"]
