@@ -53,6 +53,7 @@ class _NodeForm(_Form):
     name: Name
     capacity: _ParameterForm
     start: str = "ambient"
+    start_share: Number = Field(default=1.0, ge=0.0, le=2.0)
 
 
 class _SensorForm(_Form):
@@ -198,6 +199,7 @@ class _Reader:
                 node.name,
                 self._parameter(f"nodes.{i}.capacity", node.capacity.model_dump(), Capacity),
                 self._one_of(f"nodes.{i}.start", node.start, signals),
+                node.start_share,
             )
             for i, node in enumerate(form.nodes)
         )

@@ -16,7 +16,7 @@ from plant_model.parameters import Parameter
 
 
 def write_machine(machine: Machine, like: str | Path, path: str | Path) -> Path:
-    """Write a machine that came from a file and has other values, or effects besides.
+    """Write a machine that came from a file and has other values or starts, or effects besides.
 
     Parameters
     ----------
@@ -36,6 +36,10 @@ def write_machine(machine: Machine, like: str | Path, path: str | Path) -> Path:
     document: Any = tomlkit.parse(source.read_text(encoding="utf-8"))
     for entry, node in zip(document["nodes"], machine.nodes, strict=True):
         _move(entry, "capacity", node.capacity)
+        if entry.get("start", "ambient") != node.start:
+            entry["start"] = node.start
+        if entry.get("start_share", 1.0) != node.start_share:
+            entry["start_share"] = node.start_share
     _write_items(document, machine)
     _write_effects(document["effects"], machine)
     text = tomlkit.dumps(document)

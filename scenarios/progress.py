@@ -30,6 +30,7 @@ FIND_GAP = (
     Stage("looking for broken", 1.0, 1),
     Stage("start", 15.0, 10),
     Stage("what else", 4.0, 1),
+    Stage("what starts", 2.0, 1),
     *_ROUND,
     *_ROUND,
     Stage("judging", 2.0, 1),

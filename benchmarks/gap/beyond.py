@@ -62,6 +62,7 @@ def asked(name: str, seed: int, without: tuple[str, ...] = ()) -> dict[str, Any]
         "right": named == [truth] if not without else not named,
         "gap": answer["gap"]["holdout"],
         "remaining": {k: answer["remaining"][k] for k in ("before", "squared_tolerances")},
+        "share_explained": answer["evidence"]["share_explained"],
         "runners_up": answer["runners_up"][:3],
         "data_faults": answer["data_faults"],
         "seconds": told["seconds"],

@@ -17,7 +17,7 @@ from plant_model.gap.calibrate import Progress, quiet
 from plant_model.gap.candidates import Candidate, as_tried, candidates, missing_effects
 from plant_model.gap.data_faults import DataFault
 from plant_model.gap.design import Surroundings, all_surroundings
-from plant_model.gap.judge import Judged, adequate, judge, left_over
+from plant_model.gap.judge import Judged, adequate, judge, left_over, out_of_range
 from plant_model.gap.nothing_missing import chance_share
 from plant_model.gap.observations import Observations
 from plant_model.gap.periods import in_step
@@ -26,6 +26,7 @@ from plant_model.gap.refit import Explained, explain_with, refined, scored
 from plant_model.gap.regimes import residuals
 from plant_model.gap.screen import Data, Grams, Screen
 from plant_model.gap.standing import calibrated
+from plant_model.gap.start_states import Restarted, look_at_starts
 from plant_model.gap.swaps import swapped
 from plant_model.gap.workers import workers as processes
 from plant_model.machine import Machine
@@ -76,6 +77,8 @@ class Found:
         One judgement for each effect asked for.
     withdrawn : tuple of Withdrawn
         Effects that were taken back, because runs never used were worse with them.
+    restarted : Restarted or None
+        Parts that start at another temperature than the machine file says.
     faults : tuple of DataFault
         What was left out besides, because the calibrated machine says that it is broken.
     """
@@ -84,6 +87,7 @@ class Found:
     after: Explained
     rounds: tuple[Judged, ...]
     withdrawn: tuple[Withdrawn, ...] = ()
+    restarted: Restarted | None = None
     faults: tuple[DataFault, ...] = ()
 
     @property
@@ -107,10 +111,18 @@ class Found:
         still be more than a lumped model is wrong by: then something is missing, too.
         """
         first = self.rounds[0]
-        if not first.named:
+        if not first.named and self.restarted is None:
             wrong = first.above_tolerance or self.reference.is_left
             return "unknown" if wrong else "none_missing"
         return "one_of" if any(len(entry.one_of) > 1 for entry in self.rounds) else "effect"
+
+    def without_start(self) -> Found:
+        """Return what was found as if nothing had been added at all, starts included."""
+        if self.restarted is None:
+            return self
+        first = replace(self.restarted.judged, one_of=())
+        gone = (Withdrawn(self.restarted.start.key, ()), *self.withdrawn)
+        return replace(self, after=self.before, rounds=(first,), withdrawn=gone, restarted=None)
 
     def with_only(self, count: int) -> Found:
         """Return what was found with no more than the first *count* effects that were added."""
@@ -184,28 +196,32 @@ def _find(
     progress("what else may be wrong")
     around = all_surroundings(machine, calibration.machine, observed)
     before = after = scored(machine, (), observed, calibration, around)
+    progress("what starts at another temperature")
+    restarted, after = look_at_starts(before, around, seed)
+    started = after
     rounds: list[Judged] = []
     with processes(workers) as pool:
         for count in range(MOST_ADDED):
             if count and left_over(after, len(observed[0].channels)) < SETTLED:
                 break
-            at_first = float(before.unseen.sum())
+            at_first = float(started.unseen.sum())
             judged = _round(pool, after, around, without, at_first, seed, progress)
             rounds.append(judged)
             if not judged.named:
                 break
             progress("calibrating the named effect in full")
             grown, around = refined(judged.best)
-            if grown.beyond:
+            share = 1.0 - float(grown.unseen.sum()) / float(after.unseen.sum())
+            if out_of_range(grown, share):
                 rounds[-1] = replace(judged, one_of=())
                 break
             after = grown
             if count:
                 progress("asking again which of the first it is")
                 rounds[0], after = swapped(rounds[0], after, around)
-    if not adequate(before, after, len(observed[0].channels)):
-        rounds, after = [replace(rounds[0], one_of=())], before
-    return Found(before, after, tuple(rounds), faults=tuple(faults))
+    if not adequate(started, after, len(observed[0].channels)):
+        rounds, after = [replace(rounds[0], one_of=())], started
+    return Found(before, after, tuple(rounds), restarted=restarted, faults=tuple(faults))
 
 
 def _need_excitation(machine: Machine, runs: Sequence[Run]) -> None:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from plant_model.effects import catalogue
 from plant_model.gap.refit import Explained
 from plant_model.parameters import FloatArray
 
@@ -36,6 +37,10 @@ MOST_RUNS = 0.75
 LARGER_SHARE = 0.6
 """Share that an effect must explain to be named larger than usual [1]: a law that is only like what
 is missing may well fit better where no bound holds it."""
+
+NEARLY_ALL = 0.9
+"""Share from which an effect is named though what makes its law ends at an end of its range [1]:
+where it is that strong, a law that is not quite the machine's shows."""
 
 MOST_SENSORS = 2
 """A sensor's error shows on that sensor: one that may as well be on any of more is something else's
@@ -108,6 +113,14 @@ def odds_of(costs: FloatArray, unit: float) -> FloatArray:
     return np.asarray(np.exp(-(costs - costs.min()) / (2.0 * unit)))
 
 
+def out_of_range(one: Explained, share: float) -> bool:
+    """Tell whether an explanation of that *share* of what was left is only like what is missing."""
+    effect = catalogue().get(one.added[-1].partition(":")[0])
+    if effect is None or effect.amplitude in one.beyond:
+        return bool(one.beyond)
+    return bool(one.beyond) and share < NEARLY_ALL
+
+
 def _helps(best: Explained, now: Explained) -> bool:
     """Tell whether an explanation makes most of those runs better in which it does anything."""
     better = best.unseen < now.unseen
@@ -159,7 +172,7 @@ def judge(
         for i, one in enumerate(ranked)
         if odds[i] >= RIVAL
         and 1.0 - costs[i] / before >= (LARGER_SHARE if one.larger else chance)
-        and not one.beyond
+        and not out_of_range(one, 1.0 - costs[i] / before)
     ]
     first = rivals[0] if rivals else 0
     gain = before - costs[first] if len(costs) else 0.0

@@ -69,7 +69,7 @@ class Explained:
         Its amplitude, and what else makes its law; empty if all of them lie inside. An amplitude's
         range is the usual one at first, and the possible one in :func:`beyond_usual`.
         """
-        if not self.added:
+        if not self._of_catalogue:
             return ()
         effect = catalogue()[self.added[-1].partition(":")[0]]
         telling = {f"effects.{self.added[-1]}.{name}" for name in (effect.amplitude, *effect.law)}
@@ -82,7 +82,12 @@ class Explained:
     @property
     def larger(self) -> tuple[str, ...]:
         """Parameters of the effect added last that lie outside what is usual."""
-        return larger(self.machine, self.added[-1]) if self.added else ()
+        return larger(self.machine, self.added[-1]) if self._of_catalogue else ()
+
+    @property
+    def _of_catalogue(self) -> bool:
+        """Whether what was added last is an effect, and not another start of a part."""
+        return bool(self.added) and self.added[-1].partition(":")[0] in catalogue()
 
     def pull(self) -> FloatArray:
         """Return where calibration left its parameters, in the fitting scale, shape (P,)."""

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from plant_model.effects import catalogue
+from plant_model.gap import start_states
 from plant_model.gap.candidates import larger
 from plant_model.gap.data_faults import DataFault
 from plant_model.gap.find import Found
@@ -26,6 +27,7 @@ from plant_model.gap.regimes import (
     places,
     residuals,
 )
+from plant_model.gap.start_states import Restarted
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
 from plant_model.sensors import displacement_names
@@ -144,7 +146,10 @@ def report_of(
     first = found.rounds[0]
     table = {
         "verdict": found.verdict,
-        "effects": [_effect(judged, found) for judged in found.rounds if judged.named],
+        "effects": [
+            *([_restarted(found.restarted)] if found.restarted else []),
+            *(_effect(judged, found) for judged in found.rounds if judged.named),
+        ],
         "one_of": list(dict.fromkeys(_name(key) for key in first.one_of)),
         "one_of_keys": list(first.one_of),
         "separate_by": _separate(first, found),
@@ -200,8 +205,10 @@ def _name(key: str) -> str:
 
 
 def _named(key: str) -> dict[str, Any]:
-    """Return an effect's name, and its channel if it acts on one."""
+    """Return an effect's name, and its channel or place if it has one."""
     name, _, channel = key.partition(":")
+    if name == start_states.NAME:
+        return {"name": name, "place": channel.split("+")}
     return {"name": name, "channel": channel} if channel else {"name": name}
 
 
@@ -230,11 +237,30 @@ def _effect(judged: Judged, found: Found) -> dict[str, Any]:
     entry["larger_than_usual"] = list(larger(found.after.machine, key))
     place = next(i for i, one in enumerate(judged.tried) if one is judged.best)
     entry["probability"] = judged.probability[place]
-    entry["evidence"] = (
+    entry["evidence"] = _evidence(judged)
+    return entry
+
+
+def _restarted(found: Restarted) -> dict[str, Any]:
+    """Return parts that start elsewhere as an entry of what was added."""
+    share = found.start.share
+    return {
+        "name": start_states.NAME,
+        "title": start_states.TITLE,
+        "place": list(found.start.place),
+        "starts_at": found.start.signal,
+        "parameters": {"share": {"value": share, "low": share, "high": share, "unit": "1"}},
+        "larger_than_usual": [],
+        "probability": found.judged.probability[0],
+        "evidence": _evidence(found.judged),
+    }
+
+
+def _evidence(judged: Judged) -> str:
+    return (
         f"explains {judged.share:.0%} of what is left on runs predicted from the others; "
         f"chance explains {judged.chance:.0%} or less in 99 of 100 cases"
     )
-    return entry
 
 
 def _separate(first: Judged, found: Found) -> str:
@@ -260,6 +286,11 @@ def five_lines(table: dict[str, Any]) -> list[str]:
         titles = " and ".join(
             entry["title"]
             + (f" on {entry['channel']}" if "channel" in entry else "")
+            + (
+                f" ({', '.join(entry['place'])} at {entry['starts_at']})"
+                if "place" in entry
+                else ""
+            )
             + (f" from {entry['runs'][0]} on" if "runs" in entry else "")
             + (", larger than usual" if entry["larger_than_usual"] else "")
             for entry in table["effects"]
