@@ -33,6 +33,7 @@ FIND_GAP = (
     Stage("what starts", 2.0, 1),
     *_ROUND,
     *_ROUND,
+    Stage("looking for heat", 5.0, 1),
     Stage("judging", 2.0, 1),
     Stage("co-simulating", 8.0, 2),
 )

@@ -16,7 +16,9 @@ from plant_model.effects import Effect
 from plant_model.gap.calibrate import Progress, quiet
 from plant_model.gap.candidates import Candidate, as_tried, candidates, missing_effects
 from plant_model.gap.data_faults import DataFault
+from plant_model.gap.description import Described
 from plant_model.gap.design import Surroundings, all_surroundings
+from plant_model.gap.heat_paths import look_at_paths
 from plant_model.gap.judge import Judged, adequate, judge, left_over, out_of_range
 from plant_model.gap.nothing_missing import chance_share
 from plant_model.gap.observations import Observations
@@ -26,7 +28,7 @@ from plant_model.gap.refit import Explained, explain_with, refined, scored
 from plant_model.gap.regimes import residuals
 from plant_model.gap.screen import Data, Grams, Screen
 from plant_model.gap.standing import calibrated
-from plant_model.gap.start_states import Restarted, look_at_starts
+from plant_model.gap.start_states import look_at_starts
 from plant_model.gap.swaps import swapped
 from plant_model.gap.workers import workers as processes
 from plant_model.machine import Machine
@@ -77,8 +79,8 @@ class Found:
         One judgement for each effect asked for.
     withdrawn : tuple of Withdrawn
         Effects that were taken back, because runs never used were worse with them.
-    restarted : Restarted or None
-        Parts that start at another temperature than the machine file says.
+    described : tuple of Described
+        What of the description itself was changed: starts of parts, heat paths.
     faults : tuple of DataFault
         What was left out besides, because the calibrated machine says that it is broken.
     """
@@ -87,7 +89,7 @@ class Found:
     after: Explained
     rounds: tuple[Judged, ...]
     withdrawn: tuple[Withdrawn, ...] = ()
-    restarted: Restarted | None = None
+    described: tuple[Described, ...] = ()
     faults: tuple[DataFault, ...] = ()
 
     @property
@@ -111,18 +113,24 @@ class Found:
         still be more than a lumped model is wrong by: then something is missing, too.
         """
         first = self.rounds[0]
-        if not first.named and self.restarted is None:
+        if not first.named and not self.described:
             wrong = first.above_tolerance or self.reference.is_left
             return "unknown" if wrong else "none_missing"
         return "one_of" if any(len(entry.one_of) > 1 for entry in self.rounds) else "effect"
 
-    def without_start(self) -> Found:
-        """Return what was found as if nothing had been added at all, starts included."""
-        if self.restarted is None:
+    def as_described(self) -> Found:
+        """Return what was found as if nothing had been added at all, to the description neither."""
+        if not self.described:
             return self
-        first = replace(self.restarted.judged, one_of=())
-        gone = (Withdrawn(self.restarted.start.key, ()), *self.withdrawn)
-        return replace(self, after=self.before, rounds=(first,), withdrawn=gone, restarted=None)
+        first = replace(self.described[0].judged, one_of=())
+        gone = tuple(Withdrawn(one.key, ()) for one in self.described)
+        return replace(
+            self,
+            after=self.before,
+            rounds=(first,),
+            withdrawn=(*gone, *self.withdrawn),
+            described=(),
+        )
 
     def with_only(self, count: int) -> Found:
         """Return what was found with no more than the first *count* effects that were added."""
@@ -196,8 +204,10 @@ def _find(
     progress("what else may be wrong")
     around = all_surroundings(machine, calibration.machine, observed)
     before = after = scored(machine, (), observed, calibration, around)
+    around_first = around
     progress("what starts at another temperature")
     restarted, after = look_at_starts(before, around, seed)
+    described = [restarted] if restarted else []
     started = after
     rounds: list[Judged] = []
     with processes(workers) as pool:
@@ -219,9 +229,15 @@ def _find(
             if count:
                 progress("asking again which of the first it is")
                 rounds[0], after = swapped(rounds[0], after, around)
-    if not adequate(started, after, len(observed[0].channels)):
-        rounds, after = [replace(rounds[0], one_of=())], started
-    return Found(before, after, tuple(rounds), restarted=restarted, faults=tuple(faults))
+        if not adequate(started, after, len(observed[0].channels)):
+            rounds, after = [replace(rounds[0], one_of=())], started
+        found = Found(before, after, tuple(rounds), (), tuple(described), tuple(faults))
+        # Not by the verdict: with another start of a part, that is an answer already.
+        if rounds[0].named or not (rounds[0].above_tolerance or found.reference.is_left):
+            return found
+        progress("looking for heat paths")
+        path, after = look_at_paths(pool, started, around_first, seed)
+    return replace(found, after=after, described=(*described, path)) if path else found
 
 
 def _need_excitation(machine: Machine, runs: Sequence[Run]) -> None:

@@ -101,11 +101,11 @@ def confirmed(found: Found, unseen: Sequence[Observations]) -> tuple[Found, Comp
         On these runs, before and after what is left.
     """
     before = found.before.machine
-    least = 0 if found.restarted else 1
+    least = 0 if found.described else 1
     for count in range(len(found.after.added), least - 1, -1):
         fewer = found.with_only(count)
         comparison = Comparison(before, fewer.after.machine, unseen)
         gap = comparison.gap()
         if gap["after"] <= gap["before"]:
             return fewer, comparison
-    return found.with_only(0).without_start(), Comparison(before, before, unseen)
+    return found.with_only(0).as_described(), Comparison(before, before, unseen)

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from plant_model.effects import catalogue
-from plant_model.gap import start_states
 from plant_model.gap.candidates import larger
 from plant_model.gap.data_faults import DataFault
+from plant_model.gap.description import place_of
 from plant_model.gap.find import Found
 from plant_model.gap.further_run import further_run
 from plant_model.gap.judge import Judged
@@ -27,7 +27,6 @@ from plant_model.gap.regimes import (
     places,
     residuals,
 )
-from plant_model.gap.start_states import Restarted
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
 from plant_model.sensors import displacement_names
@@ -147,7 +146,10 @@ def report_of(
     table = {
         "verdict": found.verdict,
         "effects": [
-            *([_restarted(found.restarted)] if found.restarted else []),
+            *(
+                one.entry(found.after) | {"evidence": _evidence(one.judged)}
+                for one in found.described
+            ),
             *(_effect(judged, found) for judged in found.rounds if judged.named),
         ],
         "one_of": list(dict.fromkeys(_name(key) for key in first.one_of)),
@@ -207,8 +209,8 @@ def _name(key: str) -> str:
 def _named(key: str) -> dict[str, Any]:
     """Return an effect's name, and its channel or place if it has one."""
     name, _, channel = key.partition(":")
-    if name == start_states.NAME:
-        return {"name": name, "place": channel.split("+")}
+    if name not in catalogue():
+        return {"name": name, "place": place_of(key)}
     return {"name": name, "channel": channel} if channel else {"name": name}
 
 
@@ -241,21 +243,6 @@ def _effect(judged: Judged, found: Found) -> dict[str, Any]:
     return entry
 
 
-def _restarted(found: Restarted) -> dict[str, Any]:
-    """Return parts that start elsewhere as an entry of what was added."""
-    share = found.start.share
-    return {
-        "name": start_states.NAME,
-        "title": start_states.TITLE,
-        "place": list(found.start.place),
-        "starts_at": found.start.signal,
-        "parameters": {"share": {"value": share, "low": share, "high": share, "unit": "1"}},
-        "larger_than_usual": [],
-        "probability": found.judged.probability[0],
-        "evidence": _evidence(found.judged),
-    }
-
-
 def _evidence(judged: Judged) -> str:
     return (
         f"explains {judged.share:.0%} of what is left on runs predicted from the others; "
@@ -286,11 +273,7 @@ def five_lines(table: dict[str, Any]) -> list[str]:
         titles = " and ".join(
             entry["title"]
             + (f" on {entry['channel']}" if "channel" in entry else "")
-            + (
-                f" ({', '.join(entry['place'])} at {entry['starts_at']})"
-                if "place" in entry
-                else ""
-            )
+            + _place_in_words(entry)
             + (f" from {entry['runs'][0]} on" if "runs" in entry else "")
             + (", larger than usual" if entry["larger_than_usual"] else "")
             for entry in table["effects"]
@@ -339,6 +322,15 @@ def five_lines(table: dict[str, Any]) -> list[str]:
     )
     assert all(np.isfinite([gap["before"], gap["after"]]))
     return lines
+
+
+def _place_in_words(entry: Mapping[str, Any]) -> str:
+    """Return where the description was changed, if it was."""
+    if "place" not in entry:
+        return ""
+    at = f" at {entry['starts_at']}" if "starts_at" in entry else ""
+    others = " or ".join(" and ".join(place) for place in entry["other_places"])
+    return f" ({' and '.join(entry['place'])}{at}{f', or {others}' if others else ''})"
 
 
 def _left(table: Mapping[str, Any]) -> str:

@@ -15,8 +15,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from plant_model.gap.candidates import Candidate
+from plant_model.gap.description import Described, key_of
 from plant_model.gap.design import Surroundings
-from plant_model.gap.judge import LEAST_SHARE, Judged, judge
+from plant_model.gap.judge import LEAST_SHARE, judge
 from plant_model.gap.linearise import START_K, simulate_at
 from plant_model.gap.nothing_missing import chance_share
 from plant_model.gap.observations import Observations
@@ -63,7 +64,7 @@ class Start:
     @property
     def key(self) -> str:
         """What it is called among what is tried."""
-        return f"{NAME}:{'+'.join(self.place)}"
+        return key_of(NAME, self.place)
 
     def put_into(self, machine: Machine) -> Machine:
         """Return the machine with these parts starting there."""
@@ -76,24 +77,9 @@ class Start:
         return replace(machine, nodes=nodes)
 
 
-@dataclass(frozen=True)
-class Restarted:
-    """A start that was named.
-
-    Attributes
-    ----------
-    start : Start
-    judged : Judged
-        Its key is the one that is named first.
-    """
-
-    start: Start
-    judged: Judged
-
-
 def look_at_starts(
     now: Explained, around: Sequence[Surroundings], seed: int
-) -> tuple[Restarted | None, Explained]:
+) -> tuple[Described | None, Explained]:
     """Look for parts that start wrongly.
 
     Parameters
@@ -107,7 +93,7 @@ def look_at_starts(
 
     Returns
     -------
-    restarted : Restarted or None
+    described : Described or None
         What was named.
     after : Explained
         Calibrated anew with it, or *now*.
@@ -145,7 +131,9 @@ def look_at_starts(
     if not judged.named:
         return None, now
     start, best = found[judged.one_of[0]]
-    return Restarted(start, judged), replace(best, added=now.added)
+    share = {"value": start.share, "low": start.share, "high": start.share, "unit": "1"}
+    more = {"starts_at": start.signal, "parameters": {"share": share}}
+    return Described(NAME, TITLE, start.place, judged, more), replace(best, added=now.added)
 
 
 def _candidates(
