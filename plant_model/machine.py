@@ -5,7 +5,7 @@ Data only, and the standard library only: the plant FMU carries a machine as JSO
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -46,11 +46,30 @@ class Input:
 
 @dataclass(frozen=True)
 class Node:
-    """A lump of one temperature; it starts at the first value of the signal *start*."""
+    """A lump of one temperature, and where it starts.
+
+    It starts at the first value of the signal *start*, or so large a share of the way there from
+    the first boundary temperature.
+    """
 
     name: str
     capacity: Parameter
     start: str
+    start_share: float = 1.0
+
+    def starts_at(self, first: Mapping[str, float], usual: float) -> float:
+        """Return where it starts [degC].
+
+        Parameters
+        ----------
+        first : mapping of str to float
+            First values of signals, by name [degC].
+        usual : float
+            The first boundary temperature, which stands for signals that are not there [degC].
+        """
+        value = first.get(self.start, usual)
+        # The whole way without any rounding.
+        return value if self.start_share == 1.0 else usual + self.start_share * (value - usual)
 
 
 @dataclass(frozen=True)
@@ -213,7 +232,12 @@ class Machine:
             description=table["description"],
             inputs=tuple(Input(**entry) for entry in table["inputs"]),
             nodes=tuple(
-                Node(entry["name"], Parameter(**entry["capacity"]), entry["start"])
+                Node(
+                    entry["name"],
+                    Parameter(**entry["capacity"]),
+                    entry["start"],
+                    entry.get("start_share", 1.0),
+                )
                 for entry in table["nodes"]
             ),
             items=tuple(

@@ -16,7 +16,7 @@ from pydantic import BaseModel, ConfigDict, Field, StringConstraints
 
 from measurement.errors import BadInput, checked, shown
 from plant_model.effects import ItemSpec, catalogue, item_kinds
-from plant_model.effects.base import NumberSpec
+from plant_model.effects.base import NumberSpec, possible
 from plant_model.machine import FAMILIES, Axis, Input, Item, Machine, Node, Sensor
 from plant_model.parameters import Parameter
 
@@ -53,6 +53,7 @@ class _NodeForm(_Form):
     name: Name
     capacity: _ParameterForm
     start: str = "ambient"
+    start_share: Number = Field(default=1.0, ge=0.0, le=2.0)
 
 
 class _SensorForm(_Form):
@@ -198,6 +199,7 @@ class _Reader:
                 node.name,
                 self._parameter(f"nodes.{i}.capacity", node.capacity.model_dump(), Capacity),
                 self._one_of(f"nodes.{i}.start", node.start, signals),
+                node.start_share,
             )
             for i, node in enumerate(form.nodes)
         )
@@ -361,7 +363,7 @@ class _Reader:
             for parameter, entry in table.items():
                 place = f"effects.{key}.{parameter}"
                 nominal = effect.parameters[self._one_of(place, parameter, effect.parameters)]
-                spec = NumberSpec(nominal.unit, nominal.low, nominal.high)
+                spec = NumberSpec(nominal.unit, *possible(effect, parameter))
                 given[parameter] = self._parameter(place, entry, spec)
             effects[key] = dict(effect.parameters) | given
         return effects

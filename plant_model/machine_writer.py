@@ -10,18 +10,18 @@ import tomlkit
 from measurement.errors import BadInput
 from measurement.files import write_atomically
 from plant_model.effects import catalogue
-from plant_model.machine import FAMILIES, Machine
+from plant_model.machine import FAMILIES, Item, Machine
 from plant_model.machine_file import machine_from_table, machine_path
 from plant_model.parameters import Parameter
 
 
 def write_machine(machine: Machine, like: str | Path, path: str | Path) -> Path:
-    """Write a machine that came from a file and has other values, or effects besides.
+    """Write a machine that came from a file and has other values or starts, or effects besides.
 
     Parameters
     ----------
     machine : Machine
-        Same nodes and items as in *like*.
+        Same nodes as in *like*, and the same items; of each family there may be more behind.
     like : str or path
         The file (or shipped name) that it came from; its comments and order stay.
     path : path
@@ -36,6 +36,10 @@ def write_machine(machine: Machine, like: str | Path, path: str | Path) -> Path:
     document: Any = tomlkit.parse(source.read_text(encoding="utf-8"))
     for entry, node in zip(document["nodes"], machine.nodes, strict=True):
         _move(entry, "capacity", node.capacity)
+        if entry.get("start", "ambient") != node.start:
+            entry["start"] = node.start
+        if entry.get("start_share", 1.0) != node.start_share:
+            entry["start_share"] = node.start_share
     _write_items(document, machine)
     _write_effects(document["effects"], machine)
     text = tomlkit.dumps(document)
@@ -48,11 +52,25 @@ def write_machine(machine: Machine, like: str | Path, path: str | Path) -> Path:
 def _write_items(document: Any, machine: Machine) -> None:
     counts = dict.fromkeys(FAMILIES, 0)
     for item in machine.items:
-        entry = document[item.family][counts[item.family]]
+        known = document.setdefault(item.family, tomlkit.aot())
+        if counts[item.family] == len(known):
+            known.append(_new_item(item))
+        entry = known[counts[item.family]]
         counts[item.family] += 1
         for name, parameter in item.parameters.items():
             if name in entry:
                 _move(entry, name, parameter)
+
+
+def _new_item(item: Item) -> Any:
+    """Return an item that the file does not have yet."""
+    table = tomlkit.table()
+    table["kind"] = item.kind
+    for role, names in item.refs.items():
+        table[role] = list(names) if len(names) > 1 else names[0]
+    for name, parameter in item.parameters.items():
+        table[name] = _inline(parameter)
+    return table
 
 
 def _write_effects(effects: Any, machine: Machine) -> None:

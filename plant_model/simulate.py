@@ -157,7 +157,8 @@ def start_temperatures(machine: Machine, inputs: pd.DataFrame, drive: Drive) -> 
     """Return the temperature at which each node starts [degC], shape (nodes,).
 
     A node starts at an input's first value, or at the first reading of the sensor that the machine
-    file names; where the run has no such column, at the machine's first boundary temperature.
+    file names, or a share of the way there from the machine's first boundary temperature; where
+    the run has no such column, at that.
     """
     return _starts(machine, drive, _first_readings(machine, inputs))
 
@@ -166,7 +167,7 @@ def _starts(machine: Machine, drive: Drive, first: dict[str, float]) -> FloatArr
     """Return where each node starts; *first* is what the sensors read first, by name."""
     usual = next(iter(drive.first.values()))[0]
     known = first | {name: values[0] for name, values in drive.first.items()}
-    return np.array([known.get(node.start, usual) for node in machine.nodes])
+    return np.array([node.starts_at(known, usual) for node in machine.nodes])
 
 
 def _first_readings(machine: Machine, inputs: pd.DataFrame) -> dict[str, float]:
@@ -207,7 +208,7 @@ def _simulate_some(
         for effect in effects:
             if effect.channel == sensor:
                 start = start.copy()
-                start[:, node] -= effect.error_at_start()[:, 0]
+                start[:, node] -= machine.nodes[node].start_share * effect.error_at_start()[:, 0]
     on_grid = trajectory(machine, network, drive, start, tolerance)
     at_rows = _at_rows(drive.grid, on_grid, time)
     temperatures = at_rows[..., : network.node_count]

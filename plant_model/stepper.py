@@ -86,7 +86,7 @@ class PlantStepper:
         names = self.machine.boundary_index
         first = inputs[next(iter(names))]
         known = dict(readings or {}) | {name: inputs[name] for name in names}
-        self._start = np.array([known.get(node.start, first) for node in self.machine.nodes])
+        self._start = np.array([node.starts_at(known, first) for node in self.machine.nodes])
         own = self.network.start_states(self._start[None], _arrays(inputs, self._names))
         self._state = np.concatenate([self._start, own[0]])
         self._time = 0.0

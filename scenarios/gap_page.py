@@ -47,6 +47,7 @@ def write_gap_page(
         channels=list(table["channels"].items()),
         rounds=[_round(judged) for judged in found.rounds],
         where=table["where"],
+        remaining=table["remaining"],
         maps=_maps(found, unseen),
         faults=table["data_faults"],
         cosimulation=table.get("cosimulation"),

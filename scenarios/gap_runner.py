@@ -11,9 +11,10 @@ from typing import Any
 from measurement.errors import BadInput
 from measurement.runs import Run, read_run
 from plant_model.gap.data_faults import DataFault, need_readings, without_faults
-from plant_model.gap.find import FEWEST_RUNS, Found, find_gap
-from plant_model.gap.observations import Observations, observe
-from plant_model.gap.report import MACHINE_AFTER, Comparison, five_lines, report_of
+from plant_model.gap.find import FEWEST_RUNS, Found
+from plant_model.gap.held_out import answer
+from plant_model.gap.observations import Observations
+from plant_model.gap.report import MACHINE_AFTER, five_lines, report_of
 from plant_model.machine import Machine
 from plant_model.machine_file import machine_path, read_machine
 from plant_model.machine_writer import write_machine
@@ -89,17 +90,17 @@ def run_find_gap(asked: Question, say: Callable[[str], None]) -> tuple[dict[str,
     runs, unseen = _read(asked)
     say("looking for broken channels")
     used, kept_back, faults = usable_runs(machine, runs, unseen)
-    found = find_gap(
+    found, comparison, more = answer(
         machine,
         used,
+        kept_back,
         without=asked.without,
         seed=asked.seed,
         workers=asked.workers,
         progress=say,
     )
-    say("judging by what was kept back")
-    observed = observe(machine, kept_back)
-    comparison = Comparison(found.before.machine, found.after.machine, observed)
+    observed = [one.observed for one in comparison.before]
+    faults = sorted([*faults, *more], key=lambda fault: (fault.run, fault.channel, fault.start_s))
     with results_folder(asked.out) as folder:
         machines = (found.before.machine, found.after.machine)
         for which, name in zip(machines, (MACHINE_BEFORE, MACHINE_AFTER), strict=True):

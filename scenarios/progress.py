@@ -30,8 +30,10 @@ FIND_GAP = (
     Stage("looking for broken", 1.0, 1),
     Stage("start", 15.0, 10),
     Stage("what else", 4.0, 1),
+    Stage("what starts", 2.0, 1),
     *_ROUND,
     *_ROUND,
+    Stage("looking for heat", 5.0, 1),
     Stage("judging", 2.0, 1),
     Stage("co-simulating", 8.0, 2),
 )

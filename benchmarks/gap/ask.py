@@ -17,7 +17,8 @@ from benchmarks.gap.truth.case import RUNS
 from measurement.runs import Run, read_run
 from plant_model.gap.calibrate import Identified, calibrate
 from plant_model.gap.design import RunDesign
-from plant_model.gap.find import Found, find_gap
+from plant_model.gap.find import Found
+from plant_model.gap.held_out import answer
 from plant_model.gap.observations import Observations, observe
 from plant_model.gap.regimes import by_channel, gap_of, residuals
 from plant_model.gap.report import Comparison, report_of
@@ -61,10 +62,11 @@ def ask(folder: Path, without: Sequence[str] = (), seed: int = 0) -> dict[str, A
     with clocked() as spent:
         runs, unseen, faults = usable_runs(machine, *runs_of(folder))
         # One process: the cases themselves run side by side.
-        found = find_gap(machine, runs, without=without, seed=seed, workers=1)
-        comparison = Comparison(found.before.machine, found.after.machine, observe(machine, unseen))
-        answer = report_of(found, comparison, faults)
-    return {"seconds": spent, "answer": answer, "details": _details(found, comparison)}
+        found, comparison, more = answer(
+            machine, runs, unseen, without=without, seed=seed, workers=1
+        )
+        table = report_of(found, comparison, [*faults, *more])
+    return {"seconds": spent, "answer": table, "details": _details(found, comparison)}
 
 
 def ask_empty(folder: Path, seed: int = 0) -> dict[str, Any]:

@@ -13,9 +13,12 @@ from pathlib import Path
 
 from tqdm import tqdm
 
+from benchmarks.gap.ask import MACHINE
 from benchmarks.gap.variants import variants
 from measurement.faults import GROSS, LEVELS, find_faults, unusable
 from measurement.runs import read_run
+from plant_model.gap.probe_steps import probe_steps
+from plant_model.machine_file import read_machine
 
 THINNED_S = (120.0, 240.0)
 
@@ -26,7 +29,8 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("cases", type=Path, help="folder of cases")
     args = parser.parse_args(arguments)
     folders = sorted(path for path in args.cases.iterdir() if path.is_dir())
-    alarms = looked_at = 0
+    machine = read_machine(MACHINE)
+    alarms = slips = looked_at = 0
     for number, folder in enumerate(tqdm(folders, unit="case")):
         runs = [read_run(path) for path in sorted(folder.glob("*.csv"))]
         for how, some in variants(runs, number, THINNED_S):
@@ -34,7 +38,11 @@ def main(arguments: list[str] | None = None) -> int:
             for fault in unusable(find_faults(some), (*GROSS, *LEVELS)):
                 alarms += 1
                 print(f"{folder.name}, {how}: {fault.line()}")
-    print(f"{alarms} alarms in {looked_at} runs of {len(folders)} cases")
+            for run, steps in zip(some, probe_steps(machine, some), strict=True):
+                for one in steps:
+                    slips += 1
+                    print(f"{folder.name}, {how}: {one.text(run.name)}")
+    print(f"{alarms} alarms and {slips} slips in {looked_at} runs of {len(folders)} cases")
     return 0
 
 

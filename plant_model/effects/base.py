@@ -122,6 +122,8 @@ class Effect:
         an end of its range says that another law is at work.
     proportional : str
         Parameter that its answer grows in proportion to, if that is not its amplitude.
+    physical : tuple of float
+        What bounds the amplitude where more than its sign does; empty if nothing else.
     tried : dict of str to tuple of float
         Values at which the gap finder tries a parameter, where its usual few would miss what
         jumps or swings.
@@ -147,6 +149,7 @@ class Effect:
     swings: ClassVar[tuple[str, ...]] = ()
     law: ClassVar[tuple[str, ...]] = ()
     proportional: ClassVar[str] = ""
+    physical: ClassVar[tuple[float, ...]] = ()
     tried: ClassVar[dict[str, tuple[float, ...]]] = {}
     constant_exchanges: Sequence[Exchange] = ()
 
@@ -273,6 +276,26 @@ class Effect:
         readings: dict[str, FloatArray],
     ) -> None:
         """Change what sensors show, in place; each reading is (sets, times)."""
+
+
+BEYOND = 10.0
+"""How many times its usual range an amplitude may reach where physics sets no other limit [1]."""
+
+
+def possible(effect: type[Effect], parameter: str) -> tuple[float, float]:
+    """Return the range in which a parameter of an effect is possible, usual or not.
+
+    A range of the catalogue says what is usual. An amplitude may be larger than that, as far as
+    physics lets it; it never changes its sign where the usual range has but one. The numbers that
+    make a law what it is stay in their ranges: beyond them it would be another law.
+    """
+    usual = effect.parameters[parameter]
+    if parameter != effect.amplitude:
+        return usual.low, usual.high
+    if effect.physical:
+        low, high = effect.physical
+        return low, high
+    return BEYOND * min(usual.low, 0.0), BEYOND * max(usual.high, 0.0)
 
 
 def effect_key(name: str, channel: str = "") -> str:

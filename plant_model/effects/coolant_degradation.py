@@ -28,6 +28,7 @@ class CoolantDegradation(Effect):
         "hours": Parameter(8.0, "h", 2.0, 24.0, "judgement: a shift to a day"),
     }
     amplitude: ClassVar[str] = "loss"
+    physical: ClassVar[tuple[float, ...]] = (0.0, 0.98)
     temperature_dependent: ClassVar[bool] = True
     states: ClassVar[tuple[str, ...]] = ("hours_elapsed",)
 

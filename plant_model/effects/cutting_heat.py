@@ -30,6 +30,7 @@ class CuttingHeat(Effect):
         "tool_share": Parameter(0.5, "1", 0.0, 1.0, "judgement: as much stays as is passed on"),
     }
     amplitude: ClassVar[str] = "share"
+    physical: ClassVar[tuple[float, ...]] = (0.0, 1.0)
 
     def prepare(self) -> None:
         """Find nose, tool and inputs."""

@@ -33,6 +33,7 @@ class FrictionSpeedExponent(Effect):
         )
     }
     amplitude: ClassVar[str] = "deviation"
+    physical: ClassVar[tuple[float, ...]] = (-1.6, 3.0)
     needs: ClassVar[tuple[str, ...]] = ("bearing_friction",)
 
     def prepare(self) -> None:

@@ -26,6 +26,7 @@ class Radiation(Effect):
         "emissivity": Parameter(0.6, "1", 0.0, 0.95, "VDI Heat Atlas, 2nd ed., part K")
     }
     amplitude: ClassVar[str] = "emissivity"
+    physical: ClassVar[tuple[float, ...]] = (0.0, 1.0)
     temperature_dependent: ClassVar[bool] = True
 
     def prepare(self) -> None:

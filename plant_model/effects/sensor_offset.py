@@ -23,6 +23,7 @@ class SensorOffset(Effect):
         "error": Parameter(1.0, "K", -40.0, 40.0, "judgement: faults of tens of kelvin occur")
     }
     amplitude: ClassVar[str] = "error"
+    physical: ClassVar[tuple[float, ...]] = (-40.0, 40.0)
     tried: ClassVar[dict[str, tuple[float, ...]]] = {
         "error": (-20.0, -1.0, 1.0, 20.0),
     }

@@ -27,6 +27,7 @@ class ViscosityTemperature(Effect):
         "slope": Parameter(0.035, "1/K", 0.0, 0.06, "slopes of spindle oils by ASTM D341")
     }
     amplitude: ClassVar[str] = "slope"
+    physical: ClassVar[tuple[float, ...]] = (0.0, 0.2)
     temperature_dependent: ClassVar[bool] = True
     needs: ClassVar[tuple[str, ...]] = ("bearing_friction",)
     reference_degc: ClassVar[float] = 25.0

@@ -9,7 +9,7 @@ from itertools import product
 import numpy as np
 
 from plant_model.effects import Effect, catalogue
-from plant_model.effects.base import effect_key
+from plant_model.effects.base import effect_key, possible
 from plant_model.gap.leaps import Leaps, leaps_in
 from plant_model.gap.linearise import modelled, simulate_at
 from plant_model.gap.observations import Observations
@@ -120,11 +120,37 @@ def missing_effects(machine: Machine, without: Sequence[str] = ()) -> list[type[
 
 
 def with_effect(machine: Machine, key: str, values: dict[str, float] | None = None) -> Machine:
-    """Return the machine with an effect in force, its parameters free to be calibrated."""
+    """Return the machine with an effect in force, its parameters free to be calibrated.
+
+    Its ranges are the usual ones, but for an amplitude whose value lies beyond: that is as free as
+    physics lets it be.
+    """
     effect = catalogue()[key.partition(":")[0]]
     parameters = {name: replace(p, calibrate=True) for name, p in effect.parameters.items()}
     grown = replace(machine, effects=machine.effects | {key: parameters})
+    usual = effect.parameters[effect.amplitude]
+    if not usual.low <= (values or {}).get(effect.amplitude, usual.value) <= usual.high:
+        grown = widened(grown, key)
     return grown.with_values({f"effects.{key}.{name}": v for name, v in (values or {}).items()})
+
+
+def widened(machine: Machine, key: str) -> Machine:
+    """Return the machine with an effect's amplitude as free as physics lets it be."""
+    effect = catalogue()[key.partition(":")[0]]
+    name = effect.amplitude
+    low, high = possible(effect, name)
+    free = replace(machine.effects[key][name], low=low, high=high)
+    return replace(machine, effects={**machine.effects, key: {**machine.effects[key], name: free}})
+
+
+def larger(machine: Machine, key: str) -> tuple[str, ...]:
+    """Return the parameters of an effect in force that lie outside their usual range."""
+    usual = catalogue()[key.partition(":")[0]].parameters
+    return tuple(
+        name
+        for name, parameter in machine.effects[key].items()
+        if not usual[name].low <= parameter.value <= usual[name].high
+    )
 
 
 def grid(effect: type[Effect]) -> list[dict[str, float]]:

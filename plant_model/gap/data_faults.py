@@ -13,6 +13,7 @@ import numpy as np
 from measurement.errors import BadInput
 from measurement.faults import GROSS, LEVELS, Fault, find_faults, unusable
 from measurement.runs import TIME, Run
+from plant_model.gap.probe_steps import probe_steps, put_back
 from plant_model.machine import Machine
 from plant_model.sensors import column_of, displacement_names
 
@@ -31,9 +32,9 @@ class DataFault:
     ----------
     run, channel, kind : str
         The channel is a sensor of the machine, an input's name, or `WHOLE_RUN`; the kind one of
-        ``measurement.faults``.
+        ``measurement.faults``, or ``probe_step``.
     start_s, end_s : float
-        [s]
+        [s]; the same instant for ``probe_step``, of which nothing is left out.
     text : str
         One line that a person can read.
     """
@@ -59,7 +60,8 @@ def without_faults(machine: Machine, runs: Sequence[Run]) -> tuple[list[Run], li
     Returns
     -------
     runs : list of Run
-        In the order given, readings that are bad taken out; runs that are spoilt are missing.
+        In the order given, readings that are bad taken out and probes that slipped put back; runs
+        that are spoilt are missing.
     faults : list of DataFault
         By run and channel.
 
@@ -86,7 +88,36 @@ def without_faults(machine: Machine, runs: Sequence[Run]) -> tuple[list[Run], li
             kept.append(left)
     if not kept:
         raise BadInput("--runs", "", f"none can be used: {faults[0].text}")
-    return kept, faults
+    slips = list(zip(kept, probe_steps(machine, kept), strict=True))
+    faults += [
+        DataFault(run.name, one.channel, "probe_step", one.time_s, one.time_s, one.text(run.name))
+        for run, steps in slips
+        for one in steps
+    ]
+    faults.sort(key=lambda fault: (fault.run, fault.channel, fault.start_s))
+    return [put_back(machine, run, steps) for run, steps in slips], faults
+
+
+def taken_out(machine: Machine, run: Run, faults: Sequence[DataFault]) -> Run:
+    """Return a run without the readings of its thermometers that are told to be bad.
+
+    Parameters
+    ----------
+    machine : Machine
+    run : Run
+    faults : sequence of DataFault
+        Of sensors; those of other runs are passed over.
+    """
+    mine = [fault for fault in faults if fault.run == run.name]
+    if not mine:
+        return run
+    frame, time = run.frame.copy(), run.time_s
+    for fault in mine:
+        rows = (time >= fault.start_s) & (time <= fault.end_s)
+        frame.loc[rows, column_of(machine, fault.channel)] = np.nan
+    # A channel without a reading is one that the run does not have.
+    dead = {column_of(machine, fault.channel) for fault in mine}
+    return replace(run, frame=frame.drop(columns=[n for n in dead if frame[n].isna().all()]))
 
 
 def need_readings(machine: Machine, runs: Sequence[Run], option: str) -> None:

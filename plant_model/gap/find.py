@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -13,15 +13,24 @@ from threadpoolctl import threadpool_limits
 from measurement.errors import BadInput
 from measurement.runs import Run
 from plant_model.effects import Effect
-from plant_model.gap.calibrate import Progress, calibrate, quiet
+from plant_model.gap.calibrate import Progress, quiet
 from plant_model.gap.candidates import Candidate, as_tried, candidates, missing_effects
+from plant_model.gap.data_faults import DataFault
+from plant_model.gap.description import Described
 from plant_model.gap.design import Surroundings, all_surroundings
-from plant_model.gap.judge import Judged, adequate, judge, left_over
+from plant_model.gap.heat_paths import look_at_paths
+from plant_model.gap.judge import Judged, adequate, judge, left_over, out_of_range
 from plant_model.gap.nothing_missing import chance_share
-from plant_model.gap.observations import Observations, observe
+from plant_model.gap.observations import Observations
+from plant_model.gap.periods import in_step
+from plant_model.gap.reference import Reference
 from plant_model.gap.refit import Explained, explain_with, refined, scored
+from plant_model.gap.regimes import residuals
 from plant_model.gap.screen import Data, Grams, Screen
+from plant_model.gap.standing import calibrated
+from plant_model.gap.start_states import look_at_starts
 from plant_model.gap.swaps import swapped
+from plant_model.gap.workers import workers as processes
 from plant_model.machine import Machine
 
 REFITTED = 4
@@ -38,6 +47,27 @@ FEWEST_RUNS = 3
 
 
 @dataclass(frozen=True)
+class Withdrawn:
+    """An effect that was named and taken back.
+
+    Attributes
+    ----------
+    key : str
+    runs : tuple of str
+        Those that have it, of the runs used.
+    """
+
+    key: str
+    runs: tuple[str, ...]
+
+    @classmethod
+    def of(cls, best: Explained) -> Withdrawn:
+        """Gather from the explanation that added it."""
+        key = best.added[-1]
+        return cls(key, tuple(one.run.name for one in best.observed if key not in one.absent))
+
+
+@dataclass(frozen=True)
 class Found:
     """What the gap finder found.
 
@@ -47,24 +77,75 @@ class Found:
         The calibrated machine as it was given, and with what was added (the same if nothing was).
     rounds : tuple of Judged
         One judgement for each effect asked for.
+    withdrawn : tuple of Withdrawn
+        Effects that were taken back, because runs never used were worse with them.
+    described : tuple of Described
+        What of the description itself was changed: starts of parts, heat paths.
+    faults : tuple of DataFault
+        What was left out besides, because the calibrated machine says that it is broken.
     """
 
     before: Explained
     after: Explained
     rounds: tuple[Judged, ...]
+    withdrawn: tuple[Withdrawn, ...] = ()
+    described: tuple[Described, ...] = ()
+    faults: tuple[DataFault, ...] = ()
 
     @property
     def observed(self) -> tuple[Observations, ...]:
         """What was compared, with what had not begun yet in each run."""
         return self.after.observed
 
+    @cached_property
+    def reference(self) -> Reference:
+        """How well any model with these inputs could do on the runs used, after what was added."""
+        machine = self.after.machine
+        return Reference(
+            machine, [residuals(machine, in_step(machine, one)) for one in self.observed]
+        )
+
     @property
     def verdict(self) -> str:
-        """``effect``, ``one_of``, ``none_missing`` or ``unknown``."""
+        """``effect``, ``one_of``, ``none_missing`` or ``unknown``.
+
+        What does not follow from the inputs in the same way in every run is not reducible, and may
+        still be more than a lumped model is wrong by: then something is missing, too.
+        """
         first = self.rounds[0]
-        if not first.named:
-            return "unknown" if first.above_tolerance else "none_missing"
+        if not first.named and not self.described:
+            wrong = first.above_tolerance or self.reference.is_left
+            return "unknown" if wrong else "none_missing"
         return "one_of" if any(len(entry.one_of) > 1 for entry in self.rounds) else "effect"
+
+    def as_described(self) -> Found:
+        """Return what was found as if nothing had been added at all, to the description neither."""
+        if not self.described:
+            return self
+        first = replace(self.described[0].judged, one_of=())
+        gone = tuple(Withdrawn(one.key, ()) for one in self.described)
+        return replace(
+            self,
+            after=self.before,
+            rounds=(first,),
+            withdrawn=(*gone, *self.withdrawn),
+            described=(),
+        )
+
+    def with_only(self, count: int) -> Found:
+        """Return what was found with no more than the first *count* effects that were added."""
+        named = [judged for judged in self.rounds if judged.named]
+        if count >= len(named):
+            return self
+        gone = tuple(Withdrawn.of(judged.best) for judged in named[count:])
+        last = self.rounds[count]
+        # The second round may have changed which of a set the first is: what it began with counts.
+        kept = [
+            replace(judged, one_of=tuple(dict.fromkeys((key, *judged.one_of))))
+            for judged, key in zip(self.rounds[:count], last.now.added, strict=True)
+        ]
+        rounds = (*kept, replace(last, one_of=()))
+        return replace(self, after=last.now, rounds=rounds, withdrawn=gone)
 
 
 def find_gap(
@@ -118,39 +199,45 @@ def _find(
             "--runs", "", f"{len(runs)} given; {FEWEST_RUNS} or more are needed to name an effect"
         )
     ordered = sorted(runs, key=lambda run: run.name)
-    observed = observe(machine, ordered, bad)
     _need_excitation(machine, ordered)
-    calibration = calibrate(machine, observed, seed=seed, progress=progress)
+    calibration, observed, faults = calibrated(machine, ordered, bad, seed=seed, progress=progress)
     progress("what else may be wrong")
     around = all_surroundings(machine, calibration.machine, observed)
     before = after = scored(machine, (), observed, calibration, around)
+    around_first = around
+    progress("what starts at another temperature")
+    restarted, after = look_at_starts(before, around, seed)
+    described = [restarted] if restarted else []
+    started = after
     rounds: list[Judged] = []
-    # One thread each: small matrices gain nothing from more, and workers would crowd each other.
-    with ProcessPoolExecutor(workers or os.cpu_count(), initializer=_one_thread) as pool:
+    with processes(workers) as pool:
         for count in range(MOST_ADDED):
             if count and left_over(after, len(observed[0].channels)) < SETTLED:
                 break
-            at_first = float(before.unseen.sum())
+            at_first = float(started.unseen.sum())
             judged = _round(pool, after, around, without, at_first, seed, progress)
             rounds.append(judged)
             if not judged.named:
                 break
             progress("calibrating the named effect in full")
             grown, around = refined(judged.best)
-            if grown.beyond:
+            share = 1.0 - float(grown.unseen.sum()) / float(after.unseen.sum())
+            if out_of_range(grown, share):
                 rounds[-1] = replace(judged, one_of=())
                 break
             after = grown
             if count:
                 progress("asking again which of the first it is")
                 rounds[0], after = swapped(rounds[0], after, around)
-    if not adequate(before, after, len(observed[0].channels)):
-        rounds, after = [replace(rounds[0], one_of=())], before
-    return Found(before, after, tuple(rounds))
-
-
-def _one_thread() -> None:
-    threadpool_limits(1)
+        if not adequate(started, after, len(observed[0].channels)):
+            rounds, after = [replace(rounds[0], one_of=())], started
+        found = Found(before, after, tuple(rounds), (), tuple(described), tuple(faults))
+        # Not by the verdict: with another start of a part, that is an answer already.
+        if rounds[0].named or not (rounds[0].above_tolerance or found.reference.is_left):
+            return found
+        progress("looking for heat paths")
+        path, after = look_at_paths(pool, started, around_first, seed)
+    return replace(found, after=after, described=(*described, path)) if path else found
 
 
 def _need_excitation(machine: Machine, runs: Sequence[Run]) -> None:

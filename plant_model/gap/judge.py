@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from plant_model.effects import catalogue
 from plant_model.gap.refit import Explained
 from plant_model.parameters import FloatArray
 
@@ -32,6 +33,14 @@ What is left of a strong effect is its law being not quite the machine's, and lo
 
 MOST_RUNS = 0.75
 """Share of the runs in which an effect acts that it must make better to be named [1]."""
+
+LARGER_SHARE = 0.6
+"""Share that an effect must explain to be named larger than usual [1]: a law that is only like what
+is missing may well fit better where no bound holds it."""
+
+NEARLY_ALL = 0.9
+"""Share from which an effect is named though what makes its law ends at an end of its range [1]:
+where it is that strong, a law that is not quite the machine's shows."""
 
 MOST_SENSORS = 2
 """A sensor's error shows on that sensor: one that may as well be on any of more is something else's
@@ -104,6 +113,14 @@ def odds_of(costs: FloatArray, unit: float) -> FloatArray:
     return np.asarray(np.exp(-(costs - costs.min()) / (2.0 * unit)))
 
 
+def out_of_range(one: Explained, share: float) -> bool:
+    """Tell whether an explanation of that *share* of what was left is only like what is missing."""
+    effect = catalogue().get(one.added[-1].partition(":")[0])
+    if effect is None or effect.amplitude in one.beyond:
+        return bool(one.beyond)
+    return bool(one.beyond) and share < NEARLY_ALL
+
+
 def _helps(best: Explained, now: Explained) -> bool:
     """Tell whether an explanation makes most of those runs better in which it does anything."""
     better = best.unseen < now.unseen
@@ -112,7 +129,9 @@ def _helps(best: Explained, now: Explained) -> bool:
 
 def _of_any_sensor(keys: Sequence[str]) -> bool:
     """Tell whether an error of one sensor may as well be on any of several others."""
-    sensors = Counter(key.partition(":")[0] for key in keys if ":" in key)
+    names = (key.partition(":")[0] for key in keys if ":" in key)
+    # A change of the description has its place behind the colon, and no sensor.
+    sensors = Counter(name for name in names if name in catalogue())
     return any(count > MOST_SENSORS for count in sensors.values())
 
 
@@ -153,7 +172,9 @@ def judge(
     rivals = [
         i
         for i, one in enumerate(ranked)
-        if odds[i] >= RIVAL and 1.0 - costs[i] / before >= chance and not one.beyond
+        if odds[i] >= RIVAL
+        and 1.0 - costs[i] / before >= (LARGER_SHARE if one.larger else chance)
+        and not out_of_range(one, 1.0 - costs[i] / before)
     ]
     first = rivals[0] if rivals else 0
     gain = before - costs[first] if len(costs) else 0.0

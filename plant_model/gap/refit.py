@@ -9,13 +9,17 @@ import numpy as np
 
 from plant_model.effects import catalogue
 from plant_model.gap.calibrate import Calibration, calibrate, intervals
-from plant_model.gap.candidates import Candidate, with_effect
+from plant_model.gap.candidates import Candidate, larger, widened, with_effect
 from plant_model.gap.design import RunDesign, Surroundings, all_surroundings, design_of
 from plant_model.gap.observations import Observations
 from plant_model.gap.priors import Priors
 from plant_model.gap.screen import Data, Grams, Screen
+from plant_model.integrate import IntegrationError
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
+
+LARGER = (1.2, 2.5, 6.0)
+"""Times the end of the usual range at which an amplitude beyond it is started from [1]."""
 
 REFITS = 4
 """Iterations of a calibration that starts from a calibrated machine."""
@@ -62,9 +66,10 @@ class Explained:
     def beyond(self) -> tuple[str, ...]:
         """What the effect added last would have to leave the range of, to do what it is named for.
 
-        Its amplitude, and what else makes its law; empty if all of them lie inside.
+        Its amplitude, and what else makes its law; empty if all of them lie inside. An amplitude's
+        range is the usual one at first, and the possible one in :func:`beyond_usual`.
         """
-        if not self.added:
+        if not self._of_catalogue:
             return ()
         effect = catalogue()[self.added[-1].partition(":")[0]]
         telling = {f"effects.{self.added[-1]}.{name}" for name in (effect.amplitude, *effect.law)}
@@ -73,6 +78,16 @@ class Explained:
             for one in self.calibration.parameters
             if one.at_bound and one.name in telling
         )
+
+    @property
+    def larger(self) -> tuple[str, ...]:
+        """Parameters of the effect added last that lie outside what is usual."""
+        return larger(self.machine, self.added[-1]) if self._of_catalogue else ()
+
+    @property
+    def _of_catalogue(self) -> bool:
+        """Whether what was added last is an effect, and not another start of a part."""
+        return bool(self.added) and self.added[-1].partition(":")[0] in catalogue()
 
     def pull(self) -> FloatArray:
         """Return where calibration left its parameters, in the fitting scale, shape (P,)."""
@@ -169,7 +184,31 @@ def explain_with(
         key=lambda one: one.calibration.cost,
     )
     unseen = min(found.unseen, screened, key=np.sum)
-    return replace(found, unseen=unseen, acts=candidate.acts)
+    found = replace(found, unseen=unseen, acts=candidate.acts)
+    return beyond_usual(found, around) if found.beyond else found
+
+
+def beyond_usual(found: Explained, around: Sequence[Surroundings]) -> Explained:
+    """Calibrate anew what ends at an end of its range, its amplitude bounded by physics alone.
+
+    A range says what is usual. What fits better beyond it is larger than usual; what does not is
+    something else, and stays as it was found.
+    """
+    key = found.added[-1]
+    effect = catalogue()[key.partition(":")[0]]
+    base, start = widened(found.base, key), widened(found.machine, key)
+    name = f"effects.{key}.{effect.amplitude}"
+    now, free = start.parameters[name].value, base.parameters[name]
+    if effect.amplitude not in found.beyond or not free.low < now < free.high:
+        return found
+    sizes = [effect.off + times * (now - effect.off) for times in LARGER]
+    points = [start.with_values({name: float(np.clip(v, free.low, free.high))}) for v in sizes]
+    try:
+        wider = explain(base, found.added, found.observed, points, around)
+    except IntegrationError:
+        return found
+    better = float(wider.unseen.sum()) < float(found.unseen.sum())
+    return replace(wider, acts=found.acts) if better and wider.larger else found
 
 
 def refined(best: Explained) -> tuple[Explained, list[Surroundings]]:

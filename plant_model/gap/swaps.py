@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from plant_model.gap.candidates import with_effect
+from plant_model.gap.candidates import larger, widened, with_effect
 from plant_model.gap.design import Surroundings
 from plant_model.gap.judge import RIVAL, Judged, odds_of, unit_of
 from plant_model.gap.observations import Observations
@@ -46,6 +46,8 @@ def swapped(
         observed = [_of_both(*pair) for pair in zip(alone.observed, after.observed, strict=True)]
         start = with_effect(alone.machine, key, _values(after.machine, key))
         base = with_effect(alone.base, key)
+        if larger(after.machine, key):
+            base = widened(base, key)
         options[name] = explain(base, (*alone.added, key), observed, [start], around)
     ranked = sorted(options, key=lambda name: float(options[name].unseen.sum()))
     costs = np.array([float(options[name].unseen.sum()) for name in ranked])

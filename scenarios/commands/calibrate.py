@@ -28,9 +28,8 @@ def run(args: argparse.Namespace) -> int:
     """Calibrate, write the machine file, and say what the runs determine."""
     from measurement.errors import BadInput
     from measurement.runs import read_run
-    from plant_model.gap.calibrate import calibrate
-    from plant_model.gap.observations import observe
     from plant_model.gap.regimes import by_channel, residuals
+    from plant_model.gap.standing import calibrated
     from plant_model.machine_file import read_machine
     from plant_model.machine_writer import write_machine
     from scenarios.gap_runner import usable_runs
@@ -40,9 +39,11 @@ def run(args: argparse.Namespace) -> int:
         raise BadInput("--starts", "", f"{args.starts} is outside 1..50")
     machine = read_machine(args.machine)
     runs, _, faults = usable_runs(machine, [read_run(path) for path in args.runs])
-    observed = observe(machine, runs)
     with spoken(args.quiet, CALIBRATE) as say:
-        found = calibrate(machine, observed, starts=args.starts, seed=args.seed, progress=say)
+        found, observed, more = calibrated(
+            machine, runs, starts=args.starts, seed=args.seed, progress=say
+        )
+    faults += more
     path = write_machine(found.machine, args.machine, args.output)
     channels = {
         moment: by_channel(which, [residuals(which, one) for one in observed])
@@ -58,7 +59,7 @@ def run(args: argparse.Namespace) -> int:
         print(json.dumps(table, indent=1))
         return 0
     for fault in faults:
-        print(f"left out: {fault.text}")
+        print(f"{'put back' if fault.kind == 'probe_step' else 'left out'}: {fault.text}")
     print(f"{'RMS [K, um]':<14}{'before':>10}{'after':>10}")
     for name, before in channels["before"].items():
         print(f"{name:<14}{before:>10.2f}{channels['after'][name]:>10.2f}")

@@ -11,6 +11,8 @@ import pytest
 
 from plant_model.drive import drive_from
 from plant_model.effects import catalogue
+from plant_model.effects.base import possible
+from plant_model.gap.candidates import with_effect
 from plant_model.machine import Machine
 from plant_model.network import Network, effects_in_force
 from plant_model.parameters import Values
@@ -196,3 +198,24 @@ def test_a_lag_s_error_comes_before_an_offset_in_whatever_order(jig_borer: Machi
     np.testing.assert_allclose(one["T1_degC"], other["T1_degC"], atol=1e-12)
     only_lag = shown(with_effects(jig_borer, "sensor_lag"), inputs)
     np.testing.assert_allclose(one["T1_degC"] - only_lag["T1_degC"], 1.0, atol=1e-9)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_what_is_possible_holds_what_is_usual_and_can_be_simulated(
+    name: str, jig_borer: Machine
+) -> None:
+    effect = catalogue()[name]
+    usual = effect.parameters[effect.amplitude]
+    low, high = possible(effect, effect.amplitude)
+    assert low <= usual.low < usual.high <= high
+    assert low <= effect.off <= high
+    # The sign is physics: what only heats never cools.
+    assert (low < effect.off) == (usual.low < effect.off)
+    for other in effect.parameters.keys() - {effect.amplitude}:
+        parameter = effect.parameters[other]
+        assert possible(effect, other) == (parameter.low, parameter.high)
+    inputs = inputs_over(0.5)
+    for size in {low, high} - {effect.off}:
+        grown = with_effect(jig_borer, key_of(name), {effect.amplitude: size})
+        frame = simulate(grown, inputs).run_frame()
+        assert np.isfinite(frame.to_numpy()).all()

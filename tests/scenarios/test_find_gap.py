@@ -99,7 +99,7 @@ def test_nothing_is_left_of_a_folder_when_something_fails(
     def fails(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(gap_runner, "find_gap", fails)
+    monkeypatch.setattr(gap_runner, "answer", fails)
     out = tmp_path / "out"
     assert main(["find-gap", "jig_borer", "--runs", *paths, "--out", str(out), "--quiet"]) == 130
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(

@@ -11,7 +11,7 @@ import pytest
 from measurement.errors import BadInput
 from measurement.runs import write_run
 from plant_model.effects import catalogue
-from plant_model.gap.candidates import Candidate, as_tried, grid, missing_effects
+from plant_model.gap.candidates import Candidate, as_tried, grid, missing_effects, with_effect
 from plant_model.gap.find import find_gap
 from plant_model.gap.judge import judge
 from plant_model.machine import Machine
@@ -93,8 +93,10 @@ class _Scored:
         unseen: list[float],
         acts: tuple[bool, ...] = (),
         beyond: tuple[str, ...] = (),
+        larger: tuple[str, ...] = (),
     ) -> None:
-        self.added, self.unseen, self.acts, self.beyond = (name,), np.array(unseen), acts, beyond
+        self.added, self.unseen, self.acts = (name,), np.array(unseen), acts
+        self.beyond, self.larger = beyond, larger
 
 
 @pytest.mark.parametrize(
@@ -177,3 +179,28 @@ def test_a_written_machine_reads_back_and_keeps_its_comments(
     assert "# Jackets: one each" in path.read_text()
     with pytest.raises(BadInput, match="not the file"):
         write_machine(jig_borer, path, tmp_path / "other.toml")
+
+
+def test_an_effect_larger_than_usual_must_explain_most() -> None:
+    now = _Scored("", [50.0, 50.0, 50.0])
+    for cost, named in ((15.0, ("a",)), (25.0, ())):
+        found = _Scored("a", [cost] * 3, larger=("gain",))
+        assert judge(now, [found], 0.1, channels=14).one_of == named  # type: ignore[list-item, arg-type]
+    # Half of it is enough for one that stays within what is usual.
+    assert judge(now, [_Scored("a", [25.0] * 3)], 0.1, channels=14).named  # type: ignore[list-item, arg-type]
+
+
+@pytest.mark.slow
+def test_a_loss_far_beyond_its_usual_range_is_named_and_said_to_be_large(
+    jig_borer: Machine, tmp_path: Path
+) -> None:
+    truth = with_effect(jig_borer, "windage", {"power": 1500.0})
+    runs = runs_of(truth)
+    found = find_gap(jig_borer, runs[:3], without=LEFT_OUT)
+    assert found.rounds[0].one_of == ("windage",)
+    assert found.after.larger == ("power",)
+    power = found.after.machine.parameters["effects.windage.power"]
+    assert power.value == pytest.approx(1500.0, rel=0.15)
+    # Beyond the catalogue's range, and read back all the same.
+    path = write_machine(found.after.machine, "jig_borer", tmp_path / "after.toml")
+    assert read_machine(path).effects["windage"]["power"] == power

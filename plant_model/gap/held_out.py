@@ -1,0 +1,111 @@
+"""What runs never used say of an answer: it is given only if it does not make them worse."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from measurement.runs import Run
+from plant_model.gap.calibrate import Progress, quiet
+from plant_model.gap.data_faults import DataFault, taken_out
+from plant_model.gap.find import Found, find_gap
+from plant_model.gap.observations import Observations, observe
+from plant_model.gap.report import Comparison
+from plant_model.gap.standing import standing_still
+from plant_model.machine import Machine
+
+MOST_ASKED = 2
+"""Times that the gap finder is asked at most: again where a sensor was wrong in one run alone."""
+
+
+def answer(
+    machine: Machine,
+    runs: Sequence[Run],
+    unseen: Sequence[Run],
+    *,
+    without: Sequence[str] = (),
+    seed: int = 0,
+    workers: int | None = None,
+    progress: Progress = quiet,
+) -> tuple[Found, Comparison, list[DataFault]]:
+    """Find what is missing in a machine's model, and hold it against runs never used.
+
+    Parameters
+    ----------
+    machine : Machine
+    runs, unseen : sequence of Run
+        Without what is broken by the data alone.
+    without, seed, workers, progress
+        As in `find_gap`.
+
+    Returns
+    -------
+    found : Found
+    comparison : Comparison
+        On the runs never used.
+    faults : list of DataFault
+        What was left out besides. An error of a sensor that began in the last run used, and that no
+        other run bears out, is a fault of that run, and no property of the machine.
+    """
+    lone: list[DataFault] = []
+    for _ in range(MOST_ASKED):
+        sound = [taken_out(machine, run, lone) for run in runs]
+        found = find_gap(
+            machine, sound, without=without, seed=seed, workers=workers, progress=progress
+        )
+        progress("judging by what was kept back")
+        later = observe(machine, unseen)
+        names = {run.name for run in unseen}
+        still = [
+            fault
+            for fault in standing_still(found.before.machine, [*found.observed, *later])
+            if fault.run in names
+        ]
+        if still:
+            later = observe(machine, [taken_out(machine, run, still) for run in unseen])
+        found, comparison = confirmed(found, later)
+        new = [fault for fault in _lone(found) if fault not in lone]
+        if not new:
+            break
+        lone += new
+    return found, comparison, [*found.faults, *lone, *still]
+
+
+def _lone(found: Found) -> list[DataFault]:
+    """Return errors of sensors that were found in one run alone and not borne out."""
+    faults = []
+    for one in found.withdrawn:
+        channel = one.key.partition(":")[2]
+        if not channel or len(one.runs) != 1:
+            continue
+        (run,) = (seen.run for seen in found.observed if seen.run.name == one.runs[0])
+        start, end = float(run.time_s[0]), float(run.time_s[-1])
+        text = f"{channel} in {run.name}: wrong in this run alone, and not so in runs never used"
+        faults.append(DataFault(run.name, channel, "one_run", start, end, text))
+    return faults
+
+
+def confirmed(found: Found, unseen: Sequence[Observations]) -> tuple[Found, Comparison]:
+    """Take back what makes runs never used worse, the effect added last first.
+
+    Parameters
+    ----------
+    found : Found
+    unseen : sequence of Observations
+        Of runs that took no part in finding it.
+
+    Returns
+    -------
+    found : Found
+        With what is left, and in ``withdrawn`` what was taken back.
+    comparison : Comparison
+        On these runs, before and after what is left.
+    """
+    before = found.before.machine
+    least = 0 if found.described else 1
+    for count in range(len(found.after.added), least - 1, -1):
+        fewer = found.with_only(count)
+        comparison = Comparison(before, fewer.after.machine, unseen)
+        gap = comparison.gap()
+        if gap["after"] <= gap["before"]:
+            return fewer, comparison
+    return found.with_only(0).as_described(), Comparison(before, before, unseen)

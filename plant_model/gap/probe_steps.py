@@ -1,0 +1,199 @@
+"""Small steps in one displacement probe: the probe slipped, and its zero is another from there on.
+
+A machine does not leap by itself, but for a floating bearing that slips, which it does again and
+again and only along the axis. So a leap of a few micrometres in one probe, with no switch near and
+no other channel leaping with it, is a fault of that probe before it is physics. What comes after it
+is as good as what came before: only the zero is lost. (Leaps of 25 um and more are found with the
+other broken channels, and what follows them is not used.)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+from scipy.ndimage import maximum_filter1d, median_filter
+
+from measurement.channels import near_switch
+from measurement.runs import Run
+from plant_model.effects.base import POSE
+from plant_model.machine import Machine
+from plant_model.parameters import FloatArray
+from plant_model.sensors import column_of, displacement_names, displacements
+
+LEAST_UM = 2.0
+"""A smaller leap is left to the fit [um]."""
+
+ROWS = 6
+"""Rows before and after a leap through which lines are laid."""
+
+OUTSTANDING = 8.0
+"""A leap is this many times the scatter of such differences elsewhere in the run [1]."""
+
+USUAL, TIMES = 0.95, 3.0
+"""And this many times what the probe moves by from row to row, in this share of the rows in which
+it moves at all [1]: a probe on coarse stairs, or one that leaps all the time, has not slipped."""
+
+SHARP = 0.5
+"""And this share of it happens between two rows [1]."""
+
+TOGETHER = 0.2
+"""Another channel leaps with it if it leaps by this share of it (probes) or by ... [1]"""
+TOGETHER_K = 0.3
+"""... this much (thermometers) [K], both if also by ..."""
+TOGETHER_TIMES = 4.0
+"""... this many times its own scatter [1]."""
+
+MOST_SLIPS = 1
+"""Leaps along the axis in one run; more of them are a bearing's and not a probe's."""
+
+
+@dataclass(frozen=True)
+class ProbeStep:
+    """A probe that slipped.
+
+    Attributes
+    ----------
+    channel : str
+    time_s : float
+        First row after it [s].
+    leap_um : float
+        How far its zero moved [um].
+    """
+
+    channel: str
+    time_s: float
+    leap_um: float
+
+    def text(self, run: str) -> str:
+        """Return one line that a person can read."""
+        return (
+            f"{self.channel} in {run}: leaps by {self.leap_um:+.1f} um at {self.time_s / 60:.0f} "
+            "min, alone and with no switch near; its zero is taken anew from there"
+        )
+
+
+def probe_steps(machine: Machine, runs: Sequence[Run]) -> list[tuple[ProbeStep, ...]]:
+    """Return the steps of single probes in every run, in order of time."""
+    found = [_steps_in(machine, run) for run in runs]
+    slipping = {
+        name
+        for name in _along_the_axis(machine)
+        if any([one.channel for one in steps].count(name) > MOST_SLIPS for steps in found)
+    }
+    return [tuple(one for one in steps if one.channel not in slipping) for steps in found]
+
+
+def put_back(machine: Machine, run: Run, steps: Sequence[ProbeStep]) -> Run:
+    """Return a run in which the zeros of probes that slipped are as they were before."""
+    if not steps:
+        return run
+    frame = run.frame.copy()
+    for one in steps:
+        column = column_of(machine, one.channel)
+        frame.loc[run.time_s >= one.time_s, column] -= one.leap_um
+    return replace(run, frame=frame)
+
+
+def _along_the_axis(machine: Machine) -> set[str]:
+    """Return the probes that elongation moves."""
+    unit = np.zeros(len(POSE))
+    unit[POSE.index("elongation")] = 1.0
+    moved = displacements(machine, unit)
+    return {name for name, value in moved.items() if abs(float(np.ravel(value)[0])) > 1e-9}
+
+
+def _steps_in(machine: Machine, run: Run) -> list[ProbeStep]:
+    quiet = ~near_switch(run)
+    columns = {name: column_of(machine, name) for name in displacement_names(machine)}
+    series = {
+        column: _leaps(run.time_s, run.frame[column].to_numpy(dtype=np.float64))
+        for column in run.frame.columns
+        if column.endswith(("_um", "_degC"))
+    }
+    found = []
+    for name, column in columns.items():
+        if column not in series:
+            continue
+        leaps = series[column]
+        for row in _outstanding(leaps, quiet):
+            size = float(leaps.size[row])
+            limits = {"_um": TOGETHER * abs(size), "_degC": TOGETHER_K}
+            others = [
+                _with_it(other, row, next(x for end, x in limits.items() if key.endswith(end)))
+                for key, other in series.items()
+                if key != column
+            ]
+            if not any(others):
+                found.append(ProbeStep(name, float(run.time_s[row]), size))
+    return sorted(found, key=lambda one: one.time_s)
+
+
+@dataclass(frozen=True)
+class _Leaps:
+    """How far a channel leaps between each row and the row before it.
+
+    Attributes
+    ----------
+    size : array, shape (rows,)
+        Between lines through the rows before and after; NaN where there are too few.
+    move : array, shape (rows,)
+        From the one reading to the other.
+    scatter, usual : float
+        Usual size of such differences, and how far the channel moves between rows at most, usually.
+    """
+
+    size: FloatArray
+    move: FloatArray
+    scatter: float
+    usual: float
+
+
+def _leaps(time: FloatArray, values: FloatArray) -> _Leaps:
+    size, move = np.full(len(values), np.nan), np.full(len(values), np.nan)
+    rows = np.flatnonzero(np.isfinite(values))
+    known, instants = values[rows], time[rows]
+    moves = np.diff(known)
+    usual = _usual_move(moves)
+    if len(rows) < 4 * ROWS:
+        return _Leaps(size, move, 0.0, usual)
+    parts, times = (np.lib.stride_tricks.sliding_window_view(x, ROWS) for x in (known, instants))
+    middle, level = times.mean(axis=1), parts.mean(axis=1)
+    away = times - middle[:, None]
+    slope = np.sum(away * parts, axis=1) / np.sum(away**2, axis=1)
+    # Window k ends where window k + ROWS begins; the leap lies between the two.
+    first, second = slice(0, len(level) - ROWS), slice(ROWS, None)
+    at = slice(ROWS, len(rows) - ROWS + 1)
+    between = (instants[at] + instants[ROWS - 1 : len(rows) - ROWS]) / 2.0
+    before = level[first] + slope[first] * (between - middle[first])
+    after = level[second] + slope[second] * (between - middle[second])
+    size[rows[at]] = after - before
+    move[rows[at]] = moves[ROWS - 1 : len(rows) - ROWS]
+    scatter = 1.4826 * float(np.median(np.abs(after - before)))
+    return _Leaps(size, move, scatter, usual)
+
+
+def _usual_move(moves: FloatArray) -> float:
+    """Return how far a probe moves from row to row where it moves much: many stand on stairs.
+
+    What the rows around have in common is the machine's warming, which is not meant.
+    """
+    some = np.abs(moves[moves != 0.0] - median_filter(moves, ROWS + 1)[moves != 0.0])
+    return float(np.quantile(some, USUAL)) if some.size else 0.0
+
+
+def _outstanding(leaps: _Leaps, quiet: npt.NDArray[np.bool_]) -> list[int]:
+    """Return the rows at which a probe leaps by itself."""
+    size = np.abs(np.nan_to_num(leaps.size))
+    limit = max(LEAST_UM, OUTSTANDING * leaps.scatter, TIMES * leaps.usual)
+    found = (size > limit) & quiet & (size == maximum_filter1d(size, 2 * ROWS + 1))
+    found &= np.nan_to_num(leaps.move * np.sign(leaps.size)) > SHARP * size
+    return np.flatnonzero(found).tolist()
+
+
+def _with_it(other: _Leaps, row: int, limit: float) -> bool:
+    """Tell whether another channel leaps about a row, too, by more than *limit*."""
+    near = np.abs(np.nan_to_num(other.size[max(row - 1, 0) : row + 2]))
+    return bool(near.max(initial=0.0) > max(limit, TOGETHER_TIMES * other.scatter))

@@ -1,0 +1,96 @@
+"""The gap finder's processes, which end when it ends: done, interrupted, terminated or killed."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import threading
+import time
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
+
+from threadpoolctl import threadpool_limits
+
+STOPS = (signal.SIGINT, signal.SIGTERM)
+
+LOOK_S = 0.5
+"""How often a worker looks whether its parent is still there [s]."""
+
+GRACE_S = 0.3
+"""How long a worker may take to end when told to [s]; it is killed then."""
+
+
+@contextmanager
+def workers(count: int | None = None) -> Iterator[ProcessPoolExecutor]:
+    """Give a pool of processes that does not outlive what is done with it.
+
+    Parameters
+    ----------
+    count : int, optional
+        Processes; by default one for each core.
+
+    Notes
+    -----
+    The pool of the standard library waits on leaving for whatever its workers have begun, and they
+    wait for ever if a signal has ended the thread that feeds them. So the workers are ended first
+    where something was raised: nothing that they have begun is wanted any more.
+    """
+    before = set(multiprocessing.active_children())
+    # One thread each: small matrices gain nothing from more, and workers would crowd each other.
+    pool = ProcessPoolExecutor(count or os.cpu_count(), initializer=_begin, initargs=(os.getpid(),))
+    try:
+        _start(pool)
+        yield pool
+    except BaseException:
+        _end(set(multiprocessing.active_children()) - before)
+        pool.shutdown(wait=False, cancel_futures=True)
+        raise
+    pool.shutdown()
+
+
+def _start(pool: ProcessPoolExecutor) -> None:
+    """Start the workers while no signal can reach them half begun."""
+    # Windows has no signal masks, and begins processes that inherit no handlers.
+    if not hasattr(signal, "pthread_sigmask"):
+        pool.submit(_idle)
+        return
+    usual = signal.pthread_sigmask(signal.SIG_BLOCK, STOPS)
+    try:
+        pool.submit(_idle)
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, usual)
+
+
+def _idle() -> None:
+    """Do nothing: the first job makes the pool start its processes."""
+
+
+def _begin(parent: int) -> None:
+    """Prepare a worker: it leaves Ctrl-C to its parent, and ends when told to."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    if hasattr(signal, "pthread_sigmask"):
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, STOPS)
+    threadpool_limits(1)
+    threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
+
+
+def _end_with(parent: int) -> None:
+    """End this process once its parent is gone, which no signal of its own tells it."""
+    while os.getppid() == parent:
+        time.sleep(LOOK_S)
+    os._exit(1)
+
+
+def _end(processes: set[multiprocessing.process.BaseProcess]) -> None:
+    """End processes, by force those that do not go at once."""
+    for process in processes:
+        process.terminate()
+    until = time.monotonic() + GRACE_S
+    for process in processes:
+        process.join(max(until - time.monotonic(), 0.0))
+        if process.is_alive():
+            process.kill()
+            process.join()
