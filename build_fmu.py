@@ -19,20 +19,21 @@ from html import escape
 from pathlib import Path
 from typing import Any, NoReturn
 
-from fmu_compensator.native.build import native_package
-from fmu_compensator.native.compilers import CompileError, compilers
-from fmu_compensator.native.generate import NativeError
+from fmu_compensator.native.build import native_compensator
 from fmu_compensator.runtime.compensator import STATUS_TEXTS
 from fmu_compensator.runtime.fmi_slave import MODEL_FILE
 from fmu_compensator.runtime.modelfile import Model, ModelFileError, parse_model
 from fmu_packaging.description import Identity
 from fmu_packaging.documentation import Page, table
+from fmu_packaging.native.build import Native, native_package
+from fmu_packaging.native.compilers import CompileError, NativeError, compilers
 from fmu_packaging.package import Package, Recipe, build
 from fmu_packaging.publish import PublishError, Reference, publish
 from measurement.errors import BadInput
 from plant_model.fmi_slave import MACHINE_FILE
 from plant_model.machine import Machine
 from plant_model.machine_file import read_machine
+from plant_model.native.build import native_plant
 
 HERE = Path(__file__).resolve().parent
 ASSETS = HERE / "fmu_packaging" / "assets"
@@ -257,7 +258,7 @@ def _arguments(given: Sequence[str] | None) -> argparse.Namespace:
     )
     parser.add_argument("--only", choices=("compensator", "plant"), help="build one of them")
     parser.add_argument(
-        "--native", action="store_true", help="build the compensator without Python, in C99"
+        "--native", action="store_true", help="build FMUs that need no Python, in C99"
     )
     parser.add_argument(
         "--fmi", type=int, choices=(2, 3), default=2, help="version of FMI, with --native (2)"
@@ -266,12 +267,8 @@ def _arguments(given: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument("--name", help="name of the FMU, with --only")
     parser.add_argument("--json", action="store_true", help="print the summary as JSON")
     arguments = parser.parse_args(given)
-    if arguments.native:
-        if arguments.only == "plant":
-            parser.error("--native: only the compensator has a form without Python")
-        arguments.only = "compensator"
-    elif arguments.fmi != 2:
-        parser.error("--fmi: only the compensator without Python has FMI 3.0: add --native")
+    if arguments.fmi != 2 and not arguments.native:
+        parser.error("--fmi: only the FMUs without Python have FMI 3.0: add --native")
     if arguments.name is not None:
         if arguments.only is None:
             parser.error("--name: say which FMU it names, with --only")
@@ -287,13 +284,19 @@ def _arguments(given: Sequence[str] | None) -> argparse.Namespace:
 
 def _recipes(arguments: argparse.Namespace) -> list[tuple[Recipe, Reference]]:
     recipes = []
+    ending = ("_native" if arguments.fmi == 2 else "_native_fmi3") if arguments.native else ""
     if arguments.only != "plant":
-        usual = {2: "compensator_native", 3: "compensator_native_fmi3"}
-        name = arguments.name or (usual[arguments.fmi] if arguments.native else "compensator")
+        name = arguments.name or f"compensator{ending}"
         recipes.append(compensator_recipe(arguments.model, name, arguments.native))
     if arguments.only != "compensator":
-        recipes.append(plant_recipe(read_machine(arguments.machine), arguments.name or "plant"))
+        name = arguments.name or f"plant{ending}"
+        recipes.append(plant_recipe(read_machine(arguments.machine), name))
     return recipes
+
+
+def _native(recipe: Recipe) -> Native:
+    """Return what the C twin of an FMU is made of."""
+    return (native_compensator if MODEL_FILE in recipe.data else native_plant)(recipe)
 
 
 def _summary(package: Package, path: Path, written: bool) -> dict[str, Any]:
@@ -321,6 +324,7 @@ def main(given: Sequence[str] | None = None) -> int:
     try:
         recipes = _recipes(arguments)
         found = compilers() if arguments.native else []
+        natives = [_native(recipe) for recipe, _ in recipes] if arguments.native else []
     except (BadInput, ModelFileError, NativeError) as error:
         print(error, file=sys.stderr)
         return 2
@@ -330,9 +334,12 @@ def main(given: Sequence[str] | None = None) -> int:
         print(f"--out: {arguments.out}: cannot be made: {error.strerror}", file=sys.stderr)
         return 2
     entries = []
-    for recipe, reference in recipes:
+    for place, (recipe, reference) in enumerate(recipes):
         try:
-            package = native_package(recipe, found, arguments.fmi) if found else build(recipe)
+            if natives:
+                package = native_package(recipe, natives[place], found, arguments.fmi)
+            else:
+                package = build(recipe)
             path, written = publish(package, arguments.out, reference)
         except (PublishError, NativeError, CompileError) as error:
             print(f"{recipe.identity.name}.fmu is not built:\n{error}", file=sys.stderr)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, ClassVar
 
 from fmu_compensator.runtime.compensator import STATUS_TEXTS, WAITING, Compensator
 from fmu_compensator.runtime.interval import NOT_KNOWN
@@ -26,6 +26,9 @@ WIDEST_UM, LONGEST_MM = 1e5, 2000.0  # what any compensator file may ask for
 
 class CompensatorSlave(DriftSlave):
     """Temperatures, speed and tool length in; axis offsets, pose and status out."""
+
+    # A gap in the clock is time without a sample: the checks and limits know what to do.
+    clock_may_jump: ClassVar[bool] = True
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)

@@ -12,8 +12,8 @@ import fmpy
 import pytest
 
 import build_fmu
-from fmu_compensator.native.build import HEADERS
-from fmu_compensator.native.compilers import FOR_WINDOWS, STRICT, run_compiler
+from fmu_packaging.native.build import HEADERS
+from fmu_packaging.native.compilers import FOR_WINDOWS, STRICT, run_compiler
 from tests.fmus.models import five_point_text
 
 HOST = Path(__file__).with_name("printing_host.c")
@@ -37,7 +37,12 @@ def test_windows_gives_the_numbers_and_words_of_linux(
 ) -> None:
     model = tmp_path / "by_hand.json"
     model.write_text(five_point_text())
-    assert build_fmu.main(["--native", "--model", str(model), "--out", str(tmp_path)]) == 0
+    assert (
+        build_fmu.main(
+            ["--native", "--only", "compensator", "--model", str(model), "--out", str(tmp_path)]
+        )
+        == 0
+    )
     path = tmp_path / "compensator_native.fmu"
     with zipfile.ZipFile(path) as archive:
         archive.extractall(tmp_path)

@@ -13,8 +13,6 @@ from pathlib import Path
 
 import fmpy
 
-from fmu_compensator.native.generate import NativeError
-
 # Contracted multiply-adds round once where the Python twin rounds twice.
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-ffp-contract=off")
 OWN = ("gcc", "clang", "cc")
@@ -28,6 +26,10 @@ LIBRARY_FOR_WINDOWS = (
     "-D__USE_MINGW_ANSI_STDIO=1",
     "-Wl,--no-insert-timestamp",
 )
+
+
+class NativeError(ValueError):
+    """A C twin that cannot be made; the text is one line that says what and why."""
 
 
 class CompileError(RuntimeError):
