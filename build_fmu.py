@@ -296,7 +296,10 @@ def _recipes(arguments: argparse.Namespace) -> list[tuple[Recipe, Reference]]:
 
 def _native(recipe: Recipe) -> Native:
     """Return what the C twin of an FMU is made of."""
-    return (native_compensator if MODEL_FILE in recipe.data else native_plant)(recipe)
+    if MODEL_FILE in recipe.data:
+        return native_compensator(recipe)
+    machine = Machine.from_dict(json.loads(recipe.data[MACHINE_FILE]))
+    return native_plant(recipe, build(plant_recipe(machine, "plant")[0]).guid)
 
 
 def _summary(package: Package, path: Path, written: bool) -> dict[str, Any]:

@@ -42,12 +42,15 @@ class Native:
         The file among the recipe's data that it was made from.
     variables : dict of str to Variable
         Those of which it says something else than the Python FMU.
+    documents : dict of str to bytes
+        Further files of the documentation, by name.
     """
 
     program: Mapping[str, str]
     data: Callable[[Sequence[Variable], str], Mapping[str, str]]
     model_file: str
     variables: Mapping[str, Variable] = field(default_factory=dict)
+    documents: Mapping[str, bytes] = field(default_factory=dict)
 
 
 def front(fmi: Fmi) -> dict[str, str]:
@@ -90,6 +93,7 @@ def native_package(
         "documentation/licenses/LICENSE.txt": LICENCE.read_bytes(),
         f"documentation/{native.model_file}": recipe.data[native.model_file],
     }
+    files |= {f"documentation/{name}": data for name, data in native.documents.items()}
     if fmi == 3:
         files["sources/buildDescription.xml"] = build_description(identity, twin)
     describe = model_description if fmi == 2 else model_description3

@@ -87,8 +87,8 @@ def compilers() -> list[Compiler]:
     given = os.environ.get("CC")
     own = shlex.split(given) if given else [name for name in OWN if shutil.which(name)][:1]
     if not own or shutil.which(own[0]) is None:
-        wanted = f"CC names {given!r}, which" if given else f"of {', '.join(OWN)} none"
-        raise NativeError(f"--native: no C compiler: {wanted} can be found")
+        missing = f"CC names {given!r}, which cannot" if given else f"of {', '.join(OWN)} none can"
+        raise NativeError(f"--native: no C compiler: {missing} be found")
     flags = LIBRARY_HERE if fmpy.system == "linux" else LIBRARY
     names = fmpy.platform, fmpy.platform_tuple
     found = [Compiler(tuple(own), *names, fmpy.sharedLibraryExtension, flags)]

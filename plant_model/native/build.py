@@ -14,14 +14,19 @@ from plant_model.machine import Machine
 from plant_model.native.equations import NoFormulaError
 from plant_model.native.generate import machine_sources, program, variable_sources
 
+TWIN_OF = "twin_of.txt"
+"""In the documentation of the FMU: the GUID of the Python FMU of the same machine and program."""
 
-def native_plant(recipe: Recipe) -> Native:
+
+def native_plant(recipe: Recipe, twin_of: str = "") -> Native:
     """Return what the C twin of a plant FMU is made of.
 
     Parameters
     ----------
     recipe : Recipe
         Of the Python FMU.
+    twin_of : str
+        GUID of the Python FMU that it gives the results of.
 
     Raises
     ------
@@ -37,4 +42,4 @@ def native_plant(recipe: Recipe) -> Native:
     def data(variables: Sequence[Variable], guid: str) -> dict[str, str]:
         return {"model_data.c": variable_sources(variables, recipe.identity.name, guid)}
 
-    return Native(sources, data, MACHINE_FILE)
+    return Native(sources, data, MACHINE_FILE, documents={TWIN_OF: twin_of.encode()})

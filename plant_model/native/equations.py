@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from plant_model.effects import Effect
+from plant_model.effects import Effect, catalogue
 from plant_model.machine import Machine
 from plant_model.native.trace import Expr, Graph, Traced, UntraceableError, tracing
 from plant_model.network import Network, effects_in_force
@@ -133,6 +133,7 @@ def equations_of(machine: Machine, tunable: Sequence[str]) -> Equations:
         For an effect that computes something which has no formula.
     """
     graph = Graph()
+    catalogue()  # What is imported later would be numpy's code as it is.
     with tracing(graph, "plant_model", lambda name: name.startswith("plant_model.native")):
         values = SymbolicValues(machine, tunable, graph)
         try:
