@@ -19,4 +19,7 @@ double known_speed(double speed, double last);
 /* Returns how many steps of an even clock have passed, and takes them off the age [s]. */
 long clock_ticks(double *age_s, double step_s);
 
+/* Returns the median of count > 0 numbers, whose order it changes. */
+double median(double *values, size_t count);
+
 #endif

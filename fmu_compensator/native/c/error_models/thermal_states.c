@@ -4,6 +4,7 @@
    raw prediction, the bias and its variance per target, then the lagged values of each lag: rises,
    levels, speed and its square. */
 #include <math.h>
+#include <string.h>
 
 #include "../constants.h"
 #include "../numbers.h"
@@ -86,19 +87,8 @@ struct error_model *thermal_states_make(
 /* Takes the median of all values off each. */
 static void take_levels(const struct thermal_states *self, double *values)
 {
-    double *sorted = self->sorted;
-    for (size_t i = 0; i < self->inputs; i++) {
-        size_t place = i;
-        for (; place > 0 && sorted[place - 1] > values[i]; place--) {
-            sorted[place] = sorted[place - 1];
-        }
-        sorted[place] = values[i];
-    }
-    size_t half = self->inputs / 2;
-    double middle = sorted[half];
-    if (self->inputs % 2 == 0) {
-        middle = (sorted[half - 1] + sorted[half]) / 2.0;
-    }
+    memcpy(self->sorted, values, self->inputs * sizeof *values);
+    double middle = median(self->sorted, self->inputs);
     for (size_t i = 0; i < self->inputs; i++) {
         values[i] -= middle;
     }
