@@ -20,8 +20,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from fmu_compensator.native.build import native_compensator
-from fmu_compensator.runtime.compensator import STATUS_TEXTS
-from fmu_compensator.runtime.fmi_slave import MODEL_FILE
+from fmu_compensator.runtime.fmi_slave import MODEL_FILE, status_meanings, variables
 from fmu_compensator.runtime.modelfile import Model, ModelFileError, parse_model
 from fmu_packaging.description import Identity
 from fmu_packaging.documentation import Page, table
@@ -41,7 +40,6 @@ DEFAULT_MODEL = HERE / "fmu_compensator" / "library" / "jig_borer.json"
 DEFAULT_MACHINE = "jig_borer"
 WORKING_DAY_S, STEP_S = 28800.0, 1.0
 REFERENCE_S, REFERENCE_STEP_S = 3600.0, 10.0
-CAUSES = ("missing", "outside its plausible range", "changing too fast", "stale")
 
 
 def version() -> str:
@@ -72,6 +70,11 @@ def compensator_recipe(path: Path, name: str, native: bool = False) -> tuple[Rec
     except OSError as error:
         raise BadInput(path, "", f"cannot be read: {error.strerror}") from None
     model = parse_model(data.decode("utf-8", "replace"), str(path))
+    own = {"time", *(variable.name for variable in variables(model)[len(model.sensors) :])}
+    for place, sensor in enumerate(model.sensors):
+        if sensor.name in own:
+            problem = f"{sensor.name!r} is not allowed: the FMU has a variable of this name"
+            raise BadInput(path, f"sensors.{place}.name", problem)
     identity = Identity(
         name,
         f"Thermal drift compensator: {model.title}",
@@ -168,10 +171,7 @@ def _plant_reference(machine: Machine) -> Reference:
 
 
 def _compensator_page(model: Model, digest: str, native: bool) -> Page:
-    codes = [(str(code), text) for code, text in STATUS_TEXTS.items() if code < 10]
-    for tens in (10, 20, 30):
-        for cause, words in enumerate(CAUSES, start=1):
-            codes.append((str(tens + cause), f"{STATUS_TEXTS[tens]}: a used input is {words}"))
+    codes = [(str(code), text) for code, text in status_meanings().items()]
     used = ", ".join(model.sensors[index].name for index in model.chosen)
     limits = model.limits
     work = (

@@ -73,9 +73,12 @@ class DriftSlave(Fmi2Slave):
         The time that has been reached [s].
     clock_may_jump : bool
         Whether a step need not begin where the one before ended.
+    enumerations : dict of str to dict of int to str
+        What the codes of integer variables mean, by the name of the enumeration.
     """
 
     clock_may_jump: ClassVar[bool] = False
+    enumerations: ClassVar[dict[str, dict[int, str]]] = {}
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)

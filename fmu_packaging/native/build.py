@@ -10,9 +10,10 @@ from typing import Literal
 import fmpy
 
 from fmu_packaging.description import Program, described, model_description
-from fmu_packaging.description3 import build_description, model_description3
+from fmu_packaging.description3 import build_description, model_description3, terminals
 from fmu_packaging.documentation import Running, index_page
 from fmu_packaging.native.compilers import Compiler, c_files
+from fmu_packaging.native.names import with_prefix
 from fmu_packaging.package import LICENCE, Package, Recipe, guid_of, slave_of
 from fmu_packaging.variables import Variable
 
@@ -26,6 +27,24 @@ shared library, with <code>-ffp-contract=off</code>; <code>fmpy compile</code> d
 takes memory, and no two instances share any. Errors go to the host's log.</p>
 """
 LICENCE_OF_HEADERS = "The FMI headers in <code>sources</code> are under the 2-clause BSD licence."
+
+# fmpy's header of FMI 2.0 leaves the standard's prefix out; here it comes back.
+NO_PREFIX = """\
+This definition has been changed to add no prefix.
+*/
+#define fmi2FullName(name) name
+"""
+PREFIX = """\
+As in the standard, FMI2_FUNCTION_PREFIX stands before it where it is defined.
+*/
+#if defined(FMI2_FUNCTION_PREFIX)
+  #define fmi2Paste(a, b)    a ## b
+  #define fmi2PasteB(a, b)   fmi2Paste(a, b)
+  #define fmi2FullName(name) fmi2PasteB(FMI2_FUNCTION_PREFIX, name)
+#else
+  #define fmi2FullName(name) name
+#endif
+"""
 
 
 @dataclass(frozen=True)
@@ -57,7 +76,12 @@ def front(fmi: Fmi) -> dict[str, str]:
     """Return the sources that stand between FMI and any model, headers included, by path."""
     other = f"fmi{5 - fmi}"
     paths = [*HEADERS.glob(f"fmi{fmi}*.h"), *C_FOLDER.glob("*.c"), *C_FOLDER.glob("*.h")]
-    return {path.name: path.read_text("utf-8") for path in paths if not path.name.startswith(other)}
+    found = {path.name: path.read_text("utf-8") for path in paths}
+    return {
+        name: text.replace(NO_PREFIX, PREFIX)
+        for name, text in found.items()
+        if not name.startswith(other)
+    }
 
 
 def native_package(
@@ -84,23 +108,24 @@ def native_package(
     fixed = {**front(fmi), **native.program}
     twin = Program("C99", needs_host=False, variables=dict(native.variables))
     variables = described(slave, twin)
-    sources = {**fixed, **native.data(variables, "")}
+    sources = with_prefix({**fixed, **native.data(variables, "")}, fmi)
     twin = Program("C99", False, tuple(c_files(sources)), dict(native.variables))
     page = index_page(recipe.page, identity, variables, _running(compilers, fmi))
     files = {
-        "model.png": recipe.icon,
+        "model.png" if fmi == 2 else "terminalsAndIcons/icon.png": recipe.icon,
         "documentation/index.html": page.encode(),
         "documentation/licenses/LICENSE.txt": LICENCE.read_bytes(),
         f"documentation/{native.model_file}": recipe.data[native.model_file],
     }
     files |= {f"documentation/{name}": data for name, data in native.documents.items()}
     if fmi == 3:
+        files["terminalsAndIcons/terminalsAndIcons.xml"] = terminals(slave)
         files["sources/buildDescription.xml"] = build_description(identity, twin)
     describe = model_description if fmi == 2 else model_description3
 
     def complete(guid: str) -> dict[str, str]:
         files["modelDescription.xml"] = describe(slave, identity, guid, twin)
-        found = {**fixed, **native.data(variables, guid)}
+        found = with_prefix({**fixed, **native.data(variables, guid)}, fmi)
         files.update({f"sources/{path}": text.encode() for path, text in found.items()})
         return found
 
