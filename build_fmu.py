@@ -19,20 +19,20 @@ from html import escape
 from pathlib import Path
 from typing import Any, NoReturn
 
-from fmu_compensator.native.build import native_package
-from fmu_compensator.native.compilers import CompileError, compilers
-from fmu_compensator.native.generate import NativeError
-from fmu_compensator.runtime.compensator import STATUS_TEXTS
-from fmu_compensator.runtime.fmi_slave import MODEL_FILE
+from fmu_compensator.native.build import native_compensator
+from fmu_compensator.runtime.fmi_slave import MODEL_FILE, status_meanings, variables
 from fmu_compensator.runtime.modelfile import Model, ModelFileError, parse_model
 from fmu_packaging.description import Identity
 from fmu_packaging.documentation import Page, table
+from fmu_packaging.native.build import Native, native_package
+from fmu_packaging.native.compilers import CompileError, NativeError, compilers
 from fmu_packaging.package import Package, Recipe, build
 from fmu_packaging.publish import PublishError, Reference, publish
 from measurement.errors import BadInput
 from plant_model.fmi_slave import MACHINE_FILE
 from plant_model.machine import Machine
 from plant_model.machine_file import read_machine
+from plant_model.native.build import native_plant
 
 HERE = Path(__file__).resolve().parent
 ASSETS = HERE / "fmu_packaging" / "assets"
@@ -40,7 +40,6 @@ DEFAULT_MODEL = HERE / "fmu_compensator" / "library" / "jig_borer.json"
 DEFAULT_MACHINE = "jig_borer"
 WORKING_DAY_S, STEP_S = 28800.0, 1.0
 REFERENCE_S, REFERENCE_STEP_S = 3600.0, 10.0
-CAUSES = ("missing", "outside its plausible range", "changing too fast", "stale")
 
 
 def version() -> str:
@@ -71,6 +70,11 @@ def compensator_recipe(path: Path, name: str, native: bool = False) -> tuple[Rec
     except OSError as error:
         raise BadInput(path, "", f"cannot be read: {error.strerror}") from None
     model = parse_model(data.decode("utf-8", "replace"), str(path))
+    own = {"time", *(variable.name for variable in variables(model)[len(model.sensors) :])}
+    for place, sensor in enumerate(model.sensors):
+        if sensor.name in own:
+            problem = f"{sensor.name!r} is not allowed: the FMU has a variable of this name"
+            raise BadInput(path, f"sensors.{place}.name", problem)
     identity = Identity(
         name,
         f"Thermal drift compensator: {model.title}",
@@ -167,10 +171,7 @@ def _plant_reference(machine: Machine) -> Reference:
 
 
 def _compensator_page(model: Model, digest: str, native: bool) -> Page:
-    codes = [(str(code), text) for code, text in STATUS_TEXTS.items() if code < 10]
-    for tens in (10, 20, 30):
-        for cause, words in enumerate(CAUSES, start=1):
-            codes.append((str(tens + cause), f"{STATUS_TEXTS[tens]}: a used input is {words}"))
+    codes = [(str(code), text) for code, text in status_meanings().items()]
     used = ", ".join(model.sensors[index].name for index in model.chosen)
     limits = model.limits
     work = (
@@ -257,7 +258,7 @@ def _arguments(given: Sequence[str] | None) -> argparse.Namespace:
     )
     parser.add_argument("--only", choices=("compensator", "plant"), help="build one of them")
     parser.add_argument(
-        "--native", action="store_true", help="build the compensator without Python, in C99"
+        "--native", action="store_true", help="build FMUs that need no Python, in C99"
     )
     parser.add_argument(
         "--fmi", type=int, choices=(2, 3), default=2, help="version of FMI, with --native (2)"
@@ -266,12 +267,8 @@ def _arguments(given: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument("--name", help="name of the FMU, with --only")
     parser.add_argument("--json", action="store_true", help="print the summary as JSON")
     arguments = parser.parse_args(given)
-    if arguments.native:
-        if arguments.only == "plant":
-            parser.error("--native: only the compensator has a form without Python")
-        arguments.only = "compensator"
-    elif arguments.fmi != 2:
-        parser.error("--fmi: only the compensator without Python has FMI 3.0: add --native")
+    if arguments.fmi != 2 and not arguments.native:
+        parser.error("--fmi: only the FMUs without Python have FMI 3.0: add --native")
     if arguments.name is not None:
         if arguments.only is None:
             parser.error("--name: say which FMU it names, with --only")
@@ -287,13 +284,22 @@ def _arguments(given: Sequence[str] | None) -> argparse.Namespace:
 
 def _recipes(arguments: argparse.Namespace) -> list[tuple[Recipe, Reference]]:
     recipes = []
+    ending = ("_native" if arguments.fmi == 2 else "_native_fmi3") if arguments.native else ""
     if arguments.only != "plant":
-        usual = {2: "compensator_native", 3: "compensator_native_fmi3"}
-        name = arguments.name or (usual[arguments.fmi] if arguments.native else "compensator")
+        name = arguments.name or f"compensator{ending}"
         recipes.append(compensator_recipe(arguments.model, name, arguments.native))
     if arguments.only != "compensator":
-        recipes.append(plant_recipe(read_machine(arguments.machine), arguments.name or "plant"))
+        name = arguments.name or f"plant{ending}"
+        recipes.append(plant_recipe(read_machine(arguments.machine), name))
     return recipes
+
+
+def _native(recipe: Recipe) -> Native:
+    """Return what the C twin of an FMU is made of."""
+    if MODEL_FILE in recipe.data:
+        return native_compensator(recipe)
+    machine = Machine.from_dict(json.loads(recipe.data[MACHINE_FILE]))
+    return native_plant(recipe, build(plant_recipe(machine, "plant")[0]).guid)
 
 
 def _summary(package: Package, path: Path, written: bool) -> dict[str, Any]:
@@ -321,6 +327,7 @@ def main(given: Sequence[str] | None = None) -> int:
     try:
         recipes = _recipes(arguments)
         found = compilers() if arguments.native else []
+        natives = [_native(recipe) for recipe, _ in recipes] if arguments.native else []
     except (BadInput, ModelFileError, NativeError) as error:
         print(error, file=sys.stderr)
         return 2
@@ -330,9 +337,12 @@ def main(given: Sequence[str] | None = None) -> int:
         print(f"--out: {arguments.out}: cannot be made: {error.strerror}", file=sys.stderr)
         return 2
     entries = []
-    for recipe, reference in recipes:
+    for place, (recipe, reference) in enumerate(recipes):
         try:
-            package = native_package(recipe, found, arguments.fmi) if found else build(recipe)
+            if natives:
+                package = native_package(recipe, natives[place], found, arguments.fmi)
+            else:
+                package = build(recipe)
             path, written = publish(package, arguments.out, reference)
         except (PublishError, NativeError, CompileError) as error:
             print(f"{recipe.identity.name}.fmu is not built:\n{error}", file=sys.stderr)

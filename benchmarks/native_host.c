@@ -36,6 +36,7 @@ int main(int count, char **arguments)
     static fmi2ValueReference in_refs[MOST], out_refs[MOST];
     static double in[MOST], out[MOST];
     fmi2InstantiateTYPE *instantiate;
+    fmi2EnterInitializationModeTYPE *begin;
     fmi2ExitInitializationModeTYPE *start;
     fmi2SetRealTYPE *set;
     fmi2GetRealTYPE *get;
@@ -47,6 +48,7 @@ int main(int count, char **arguments)
         return 1;
     }
     find(library, "fmi2Instantiate", &instantiate);
+    find(library, "fmi2EnterInitializationMode", &begin);
     find(library, "fmi2ExitInitializationMode", &start);
     find(library, "fmi2SetReal", &set);
     find(library, "fmi2GetReal", &get);
@@ -56,7 +58,8 @@ int main(int count, char **arguments)
     size_t inputs = (size_t)atol(arguments[4]), tool = (size_t)atol(arguments[5]);
     size_t first = (size_t)atol(arguments[6]), outputs = (size_t)atol(arguments[7]);
     fmi2Component c = instantiate("one", fmi2CoSimulation, arguments[2], "", &host, 0, 0);
-    if (c == NULL || inputs > MOST || outputs > MOST || tool >= inputs || start(c) != fmi2OK) {
+    if (c == NULL || inputs > MOST || outputs > MOST || tool >= inputs || begin(c) != fmi2OK
+        || start(c) != fmi2OK) {
         fprintf(stderr, "the FMU does not start\n");
         return 1;
     }

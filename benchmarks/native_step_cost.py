@@ -24,8 +24,9 @@ import fmpy
 from fmpy.fmi2 import FMU2Slave, fmi2ValueReference
 
 import build_fmu
-from fmu_compensator.native.build import HEADERS, native_package
-from fmu_compensator.native.compilers import STRICT, compilers, run_compiler
+from fmu_compensator.native.build import native_compensator
+from fmu_packaging.native.build import HEADERS, native_package
+from fmu_packaging.native.compilers import STRICT, compilers, run_compiler
 from fmu_packaging.variables import Variable
 
 HERE = Path(__file__).resolve().parent
@@ -56,7 +57,7 @@ def _fmus(folder: Path, model: Path) -> dict[str, Fmu]:
     recipe, _ = build_fmu.compensator_recipe(model, "compensator_native", native=True)
     found = {}
     for kind, exchanged in (("real", {}), ("empty", {"compensator.c": EMPTY.read_text("utf-8")})):
-        package = native_package(recipe, compilers()[:1], exchanged=exchanged)
+        package = native_package(recipe, native_compensator(recipe, exchanged), compilers()[:1])
         path = folder / f"{kind}.fmu"
         path.write_bytes(package.zipped())
         unpacked = fmpy.extract(str(path), unzipdir=str(folder / kind))

@@ -118,6 +118,7 @@ def model_description(
     )
     _co_simulation(root, identity, program)
     unit_definitions(root, variables)
+    type_definitions(root, slave)
     log_categories(root, slave)
     experiment(root, identity)
     listed = ET.SubElement(root, "ModelVariables")
@@ -152,6 +153,19 @@ def log_categories(root: ET.Element, slave: DriftSlave) -> None:
     categories = ET.SubElement(root, "LogCategories")
     for name, text in slave.log_categories.items():
         ET.SubElement(categories, "Category", {"name": name, "description": text})
+
+
+def type_definitions(root: ET.Element, slave: DriftSlave, fmi: int = 2) -> None:
+    """Add the enumerations that say what codes mean; the variables stay integers."""
+    definitions = ET.SubElement(root, "TypeDefinitions") if slave.enumerations else root
+    for name, meanings in slave.enumerations.items():
+        if fmi == 2:
+            simple = ET.SubElement(definitions, "SimpleType", {"name": name})
+            listed = ET.SubElement(simple, "Enumeration")
+        else:
+            listed = ET.SubElement(definitions, "EnumerationType", {"name": name})
+        for code, text in meanings.items():
+            ET.SubElement(listed, "Item", {"name": text, "value": str(code)})
 
 
 def experiment(root: ET.Element, identity: Identity) -> None:

@@ -11,8 +11,8 @@ from fmu_packaging.description import (
     Program,
     described,
     experiment,
-    log_categories,
     number,
+    type_definitions,
     unit_definitions,
 )
 from fmu_packaging.slave import DriftSlave
@@ -20,6 +20,11 @@ from fmu_packaging.variables import ZERO, Variable
 
 TYPES = {"real": "Float64", "integer": "Int32", "boolean": "Boolean", "string": "String"}
 TIME = "time"
+CATEGORIES = {
+    "logStatusDiscard": "Steps that were not made",
+    "logStatusError": "Calls that were refused",
+}
+OFFSETS = ("dX", "dY", "dZ")
 
 CAPABILITIES = {
     "canHandleVariableCommunicationStepSize": "true",
@@ -73,7 +78,10 @@ def model_description3(
     attributes = {"needsExecutionTool": number(program.needs_host), **CAPABILITIES}
     ET.SubElement(root, "CoSimulation", {"modelIdentifier": identity.name, **attributes})
     unit_definitions(root, variables, always=("s",))
-    log_categories(root, slave)
+    type_definitions(root, slave, 3)
+    categories = ET.SubElement(root, "LogCategories")
+    for name, text in CATEGORIES.items():
+        ET.SubElement(categories, "Category", {"name": name, "description": text})
     experiment(root, identity)
     listed = ET.SubElement(root, "ModelVariables")
     for reference, variable in enumerate(variables):
@@ -92,6 +100,35 @@ def build_description(identity: Identity, program: Program) -> bytes:
     sources = ET.SubElement(configuration, "SourceFileSet", {"language": "C99"})
     for path in program.sources:
         ET.SubElement(sources, "SourceFile", {"name": path})
+    ET.indent(root)
+    body: bytes = ET.tostring(root, encoding="UTF-8", xml_declaration=True)
+    return body + b"\n"
+
+
+def terminals(slave: DriftSlave) -> bytes:
+    """Return terminalsAndIcons.xml: what a tool can connect at once, by the names of its members.
+
+    ``temperatures`` are those that one FMU reads and the other uses, ``offsets`` dX, dY and dZ.
+    """
+    root = ET.Element("fmiTerminalsAndIcons", {"fmiVersion": "3.0"})
+    listed = ET.SubElement(root, "Terminals")
+    known = [variable for variable in slave.variables if not variable.is_parameter]
+    offsets = [variable for variable in known if variable.name in OFFSETS]
+    side = "input" if offsets and offsets[0].is_output else "output"
+    temperatures = [v for v in known if v.unit == "degC" and v.causality == side]
+    for name, members in (("temperatures", temperatures), ("offsets", offsets)):
+        attributes = {"name": name, "matchingRule": "bus"}
+        terminal = ET.SubElement(listed, "Terminal", attributes)
+        for variable in members:
+            ET.SubElement(
+                terminal,
+                "TerminalMemberVariable",
+                {
+                    "variableName": variable.name,
+                    "memberName": variable.name,
+                    "variableKind": "signal",
+                },
+            )
     ET.indent(root)
     body: bytes = ET.tostring(root, encoding="UTF-8", xml_declaration=True)
     return body + b"\n"

@@ -25,8 +25,16 @@ from fmu_packaging.slave import DriftSlave
 PINNED_TIME = (1980, 1, 1, 0, 0, 0)
 LICENCE = Path(__file__).resolve().parent.parent / "LICENSE"
 
+OLDEST_PYTHON = (3, 11)
 SCRIPT = """\
 import ctypes
+import sys
+
+if sys.version_info < {oldest}:
+    _said = "this FMU needs Python %d.%d or newer" % {oldest}
+    _said += "; the host has loaded Python %d.%d" % sys.version_info[:2]
+    print(_said, file=sys.stderr, flush=True)
+    raise ImportError(_said)
 
 from {module} import {slave}
 
@@ -116,7 +124,7 @@ def build(recipe: Recipe) -> Package:
     files |= {f"resources/{path}": data for path, data in recipe.data.items()}
     files["resources/slavemodule.txt"] = script.encode()
     files[f"resources/{script}.py"] = SCRIPT.format(
-        module=f"{root}.{recipe.module}", slave=recipe.slave
+        module=f"{root}.{recipe.module}", slave=recipe.slave, oldest=OLDEST_PYTHON
     ).encode()
     needed = sorted(bundle.third_party)
     if needed:

@@ -18,12 +18,13 @@ from __future__ import annotations
 import ctypes
 import hashlib
 import json
+import math
 import sys
 import traceback
 from abc import abstractmethod
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any, ClassVar, NoReturn
 
 from pythonfmu.enums import Fmi2Status
 from pythonfmu.fmi2slave import Fmi2Slave
@@ -32,6 +33,9 @@ from fmu_packaging.closing import close_in_order
 from fmu_packaging.variables import ZERO, Value, Variable
 
 STATE_FORMAT = 1
+SAME_TIME = 1e-9
+"""Clocks that differ by less, relative to what they show, agree."""
+
 KINDS = ("real", "integer", "boolean", "string")
 _resources: dict[tuple[str, str], str] = {}
 
@@ -67,7 +71,14 @@ class DriftSlave(Fmi2Slave):
         Parameters by name.
     time_s : float
         The time that has been reached [s].
+    clock_may_jump : bool
+        Whether a step need not begin where the one before ended.
+    enumerations : dict of str to dict of int to str
+        What the codes of integer variables mean, by the name of the enumeration.
     """
+
+    clock_may_jump: ClassVar[bool] = False
+    enumerations: ClassVar[dict[str, dict[int, str]]] = {}
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
@@ -88,8 +99,8 @@ class DriftSlave(Fmi2Slave):
         self.outputs: dict[int, float] = self.results["real"]
         self._input_count = len(self.inputs)
         self._input_starts = {kind: dict(values) for kind, values in self.settable.items()}
-        self.time_s = 0.0
-        self._running = False
+        self.time_s, self._stop_s = 0.0, math.inf
+        self._running = self._terminated = False
         self._broken = ""
 
     # What a subclass says
@@ -139,8 +150,15 @@ class DriftSlave(Fmi2Slave):
     def setup_experiment(
         self, start_time: float, stop_time: float | None = None, tolerance: float | None = None
     ) -> None:
-        """Take the start time [s]."""
+        """Take the start time and the stop time [s]."""
+        if not math.isfinite(start_time) or not start_time <= (stop_time or math.inf):
+            self._fail("the experiment must begin at a finite time and not stop before it begins")
         self.time_s = start_time
+        self._stop_s = math.inf if stop_time is None else stop_time
+
+    def terminate(self) -> None:
+        """End the simulation: no step follows."""
+        self._terminated = True
 
     def exit_initialization_mode(self) -> None:
         """Check the parameters and start; a failure is logged with its cause and is an error."""
@@ -151,10 +169,7 @@ class DriftSlave(Fmi2Slave):
     def do_step(self, current_time: float, step_size: float) -> bool:
         """Advance by a step; a failure is logged with its traceback and the step is discarded."""
         try:
-            if not self._running:
-                raise FmuError(self._broken or "a step before the end of the initialisation")
-            if not step_size > 0.0:
-                raise FmuError(f"a step of {step_size:g} s: it must be above 0")
+            self._may_step(current_time, step_size)
             self.advance(current_time, step_size)
         except Exception as error:
             cause = traceback.format_exc() if not isinstance(error, FmuError) else str(error)
@@ -162,6 +177,20 @@ class DriftSlave(Fmi2Slave):
             return False
         self.time_s = current_time + step_size
         return True
+
+    def _may_step(self, time_s: float, step_s: float) -> None:
+        """Refuse a step that cannot be."""
+        slack = SAME_TIME * (abs(self.time_s) + 1.0)
+        if self._terminated:
+            raise FmuError("a step after the end of the simulation")
+        if not self._running:
+            raise FmuError(self._broken or "a step before the end of the initialisation")
+        if not 0.0 < step_s < math.inf:
+            raise FmuError(f"a step of {step_s:g} s: it must be above 0 and finite")
+        if not self.clock_may_jump and not abs(time_s - self.time_s) <= slack:
+            raise FmuError(f"the step does not begin at {self.time_s:g} s, the time reached")
+        if time_s + step_s > self._stop_s + slack:
+            raise FmuError(f"the step goes beyond {self._stop_s:g} s, the stop time")
 
     def _started(self) -> bool:
         """Run `begin` unless it has run for the values in force; return whether it worked."""
@@ -311,7 +340,7 @@ class DriftSlave(Fmi2Slave):
             results.clear()
             results.update((int(ref), value) for ref, value in state["results"][kind])
         self.time_s = state["time_s"]
-        self._running = state["running"]
+        self._running, self._terminated = state["running"], False
 
     def _state_problem(self, state: dict[str, Any]) -> str:
         if "problem" in state:

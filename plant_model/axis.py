@@ -6,6 +6,9 @@ import math
 
 from plant_model.machine import Axis
 
+MOST_ALLOWANCE = 1e15
+"""Increments that any step allows at most: farther than any axis goes, and a whole number still."""
+
 
 class AxisOffset:
     """One axis with the "feedback integral method".
@@ -43,6 +46,7 @@ class AxisOffset:
         missing = round(target / self._increment) - self._counts
         # Travel that is less than an increment is kept for the next step, but not hoarded.
         self._allowance += axis.slew_um_per_s * step_s / self._increment
+        self._allowance = min(self._allowance, MOST_ALLOWANCE)
         reach = int(self._allowance)
         move = min(max(missing, -reach), reach)
         self._allowance = min(self._allowance - abs(move), 1.0)

@@ -32,6 +32,15 @@ class DependentStepper:
         self.modes = modes if network.linear else modes.with_state_decay(self._decay)
         self._scheme = ExponentialRungeKutta(self.modes, tolerance, network.error_scale)
 
+    @property
+    def part(self) -> float:
+        """The part of an interval that error control goes at a time [1]."""
+        return self._scheme.part
+
+    @part.setter
+    def part(self, value: float) -> None:
+        self._scheme.part = value
+
     def advance(
         self,
         state: FloatArray,

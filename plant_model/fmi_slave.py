@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 from collections.abc import Sequence
 from typing import Any
@@ -11,7 +12,7 @@ from fmu_packaging.slave import DriftSlave, FmuError
 from fmu_packaging.variables import Variable
 from plant_model.machine import Input, Machine
 from plant_model.parameters import Parameter, ParameterError
-from plant_model.stepper import AXES, InputError, PlantStepper
+from plant_model.stepper import AXES, OFFSETS, PlantStepper
 
 MACHINE_FILE = "machine.json"
 """The machine, in the FMU's resources."""
@@ -28,6 +29,7 @@ class PlantSlave(DriftSlave):
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
         self._names = [self.variables[ref].name for ref in self.inputs]
+        self._is_offset = [name in OFFSETS for name in self._names]
 
     def declare(self) -> Sequence[Variable]:
         """Return the variables that the machine asks for."""
@@ -52,13 +54,7 @@ class PlantSlave(DriftSlave):
             for variable, name in self._numbers.items()
             if self.parameters[variable] != self._machine.parameters[name].value
         }
-        for entry in self._machine.inputs:
-            value = self.inputs[self.refs[entry.name]]
-            if not entry.low <= value <= entry.high:
-                raise FmuError(
-                    f"{entry.name}: {value:g} is not allowed: it must be "
-                    f"{entry.low:g} to {entry.high:g} {entry.unit}"
-                )
+        self._look()
         try:
             seed = int(self.parameters["noise_seed"])
             self._stepper = PlantStepper(self._machine, moved or None, seed or None)
@@ -76,12 +72,20 @@ class PlantSlave(DriftSlave):
 
     def advance(self, time_s: float, step_s: float) -> None:
         """Step the machine with inputs held."""
+        self._look()
         inputs = dict(zip(self._names, self.inputs.values(), strict=True))
-        try:
-            self._stepper.step(step_s, inputs)
-        except InputError as error:
-            raise FmuError(str(error)) from None
+        self._stepper.step(step_s, inputs)
         self._publish()
+
+    def _look(self) -> None:
+        """Refuse an input that is not finite or out of its range.
+
+        Offsets beyond the limit are none of these: the control stays within it.
+        """
+        for (ref, value), offset in zip(self.inputs.items(), self._is_offset, strict=True):
+            refusal = self.variables[ref].refusal(value)
+            if refusal and not (offset and math.isfinite(value)):
+                raise FmuError(refusal)
 
     def _publish(self) -> None:
         self.outputs.update(zip(self._outputs, self._stepper.outputs().values(), strict=True))

@@ -145,6 +145,11 @@ class ExponentialRungeKutta:
         Local error allowed [K].
     scale : array, shape (size,), optional
         What counts like 1 K in the state, for own states in other units.
+
+    Attributes
+    ----------
+    part : float
+        The part of an interval that it goes at a time [1].
     """
 
     def __init__(
@@ -154,7 +159,7 @@ class ExponentialRungeKutta:
         self.tolerance = tolerance
         self._scale = scale
         self._weights: dict[float, tuple[FloatArray, ...]] = {}
-        self._part = 1.0
+        self.part = 1.0
 
     def _weights_of(self, h: float) -> tuple[FloatArray, ...]:
         # Instants of a grid differ in their last digits: steps equal to a nanosecond share weights.
@@ -201,17 +206,17 @@ class ExponentialRungeKutta:
         """
         at = 0.0
         while at < 1.0:
-            part = min(self._part, 1.0 - at)
+            part = min(self.part, 1.0 - at)
             end, error = self.once(state, length * part, forcing, at, part)
             worst = float(np.max(np.abs(apply(self.modes.to_state, error) / self._scale)))
             if worst <= self.tolerance:
                 at, state = at + part, end
                 if worst < self.tolerance / 16.0:
-                    self._part = min(1.0, 2.0 * self._part)
-            elif self._part <= SMALLEST_SPLIT or not np.isfinite(worst):
+                    self.part = min(1.0, 2.0 * self.part)
+            elif self.part <= SMALLEST_SPLIT or not np.isfinite(worst):
                 raise IntegrationError(
                     f"an error of {worst:g} is left in a step of {length * part:g} s"
                 )
             else:
-                self._part = part / 2.0
+                self.part = part / 2.0
         return state

@@ -9,6 +9,7 @@ from __future__ import annotations
 import difflib
 import tomllib
 from collections.abc import Iterable
+from itertools import zip_longest
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -19,6 +20,12 @@ from plant_model.effects import ItemSpec, catalogue, item_kinds
 from plant_model.effects.base import NumberSpec, possible
 from plant_model.machine import FAMILIES, Axis, Input, Item, Machine, Node, Sensor
 from plant_model.parameters import Parameter
+
+KINDS_OF_AXES = ("d", "drift_", "offset_", "error_")
+RESERVED = {"time", "tool_length", "noise_seed"}.union(
+    f"{kind}{axis}" for kind in KINDS_OF_AXES for axis in "XYZ"
+)
+"""Names that the plant's other signals have."""
 
 SHIPPED = Path(__file__).parent / "machines"
 
@@ -229,6 +236,14 @@ class _Reader:
                 raise self.refuse(place, f"the name {name} stands twice")
             seen.add(name)
 
+    def _free(self, place: str, name: str, taken: Iterable[str] = ()) -> None:
+        """Refuse a name that the plant's other signals have."""
+        if name in RESERVED or name in taken:
+            raise self.refuse(
+                place,
+                f"{shown(name)} is not allowed: it is the name of an input, an output or the time",
+            )
+
     def _one_of(self, place: str, name: object, known: Iterable[str]) -> str:
         known = list(known)
         if isinstance(name, str) and name in known:
@@ -239,6 +254,7 @@ class _Reader:
         raise self.refuse(place, f"{shown(name)} is not one of {listed}{hint}")
 
     def _input(self, place: str, name: str, entry: _InputForm) -> Input:
+        self._free(place, name)
         if not entry.low < entry.high:
             raise self.refuse(place, f"low {entry.low:g} must be below high {entry.high:g}")
         if entry.default is not None and not entry.low <= entry.default <= entry.high:
@@ -257,6 +273,9 @@ class _Reader:
             sensors.append(Sensor(entry.name, "degC", of, entry.noise, entry.resolution))
         names = [*(sensor.name for sensor in sensors), *self._displacements()]
         self._unique("sensors and rig", names)
+        places = [f"sensors.{i}.name" for i in range(len(sensors))]
+        for place, name in zip_longest(places, names, fillvalue="rig"):
+            self._free(place, name, self.inputs)
         return tuple(sensors)
 
     def _displacements(self) -> list[str]:

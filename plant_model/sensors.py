@@ -106,10 +106,17 @@ class SensorNoise:
         counts = np.rint(noisy / self._resolution)
         return dict(zip(self.names, np.round(counts * self._resolution, 9), strict=True))
 
-    def added_now(self, exact: FloatArray) -> FloatArray:
-        """Return one instant's readings, shape (sensors,), as noisy sensors would show them."""
+    def added_now(self, exact: FloatArray, normal: FloatArray) -> FloatArray:
+        """Return one instant's readings as noisy sensors would show them.
+
+        Parameters
+        ----------
+        exact : array, shape (sensors,)
+        normal : array, shape (sensors,)
+            Numbers of mean 0 and standard deviation 1.
+        """
         resolution = self._resolution[:, 0, 0]
-        noisy = exact + self._noise[:, 0, 0] * self.generator.standard_normal(len(exact))
+        noisy = exact + self._noise[:, 0, 0] * normal
         shown: FloatArray = np.round(np.rint(noisy / resolution) * resolution, 9)
         return shown
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import json
+import math
 from collections.abc import Iterable, Mapping
 from typing import Any
 
@@ -14,6 +14,7 @@ from plant_model.instant import Instant, drift_of
 from plant_model.integrate import Modes, phi
 from plant_model.machine import Machine
 from plant_model.network import Network, effects_in_force
+from plant_model.noise import NormalSequence
 from plant_model.parameters import FloatArray, Values
 from plant_model.sensors import SensorNoise
 
@@ -62,7 +63,8 @@ class PlantStepper:
         self._held = [name for name in self._names if name not in machine.boundary_index]
         self._ranges = [(entry.name, entry.low, entry.high) for entry in machine.inputs]
         self._seed = noise_seed
-        self._noise = SensorNoise(machine, noise_seed)
+        self._noise = SensorNoise(machine, None)
+        self._normal = NormalSequence(noise_seed or 0, len(self._noise.names))
         self._axes = [AxisOffset(machine.axis) for _ in AXES]
         self._modes: dict[tuple[float, ...], tuple[Modes, FloatArray, DependentStepper]] = {}
         self._linear: dict[tuple[float, ...], tuple[FloatArray, FloatArray]] = {}
@@ -90,7 +92,8 @@ class PlantStepper:
         own = self.network.start_states(self._start[None], _arrays(inputs, self._names))
         self._state = np.concatenate([self._start, own[0]])
         self._time = 0.0
-        self._noise = SensorNoise(self.machine, self._seed)
+        self._normal.drawn = 0
+        self._part = 1.0
         for axis in self._axes:
             axis.restore([0.0, 0.0])
         self._refresh(inputs)
@@ -109,10 +112,11 @@ class PlantStepper:
         Raises
         ------
         ValueError
-            For a step that is not positive; :class:`InputError` for an input out of range.
+            For a step that is not above 0 and finite; :class:`InputError` for an input out of
+            range.
         """
-        if not step_s > 0.0:
-            raise ValueError(f"a step of {step_s:g} s: it must be above 0")
+        if not 0.0 < step_s < math.inf:
+            raise ValueError(f"a step of {step_s:g} s: it must be above 0 and finite")
         self._check(inputs)
         self._state = self._advanced(step_s, inputs)
         self._time += step_s
@@ -146,7 +150,10 @@ class PlantStepper:
             return np.concatenate([after, followed[0, 0]])
         between = (force[None], force[None]), (outside, outside)
         held = _arrays(inputs, self._names)
+        # What error control has learned belongs to the trajectory, whatever the conductances.
+        stepper.part = self._part
         end: FloatArray = stepper.advance(self._state[None], step_s, held, *between)[0]
+        self._part = stepper.part
         return end
 
     def _modes_at(self, level: tuple[float, ...]) -> tuple[Modes, FloatArray, DependentStepper]:
@@ -189,7 +196,7 @@ class PlantStepper:
         """Compute all outputs for the state as it is."""
         pose, shown = self._instant.at(self._state, self._start, inputs, self._time)
         if self._seed is not None:
-            shown = self._noise.added_now(shown)
+            shown = self._noise.added_now(shown, self._normal.draw())
         outputs = dict(zip(self._instant.names, shown.tolist(), strict=True))
         drift = drift_of(pose, inputs.get("tool_length", 0.0))
         for axis, (out, moved, left), value in zip(self._axes, AXIS_OUTPUTS, drift, strict=True):
@@ -209,7 +216,8 @@ class PlantStepper:
             "start": self._start.tolist(),
             "state": self._state.tolist(),
             "axes": [axis.state() for axis in self._axes],
-            "noise": json.dumps(self._noise.generator.bit_generator.state),
+            "drawn": self._normal.drawn,
+            "part": self._part,
             "outputs": self._outputs,
         }
 
@@ -220,7 +228,8 @@ class PlantStepper:
         self._state = np.array(state["state"])
         for axis, part in zip(self._axes, state["axes"], strict=True):
             axis.restore(part)
-        self._noise.generator.bit_generator.state = json.loads(state["noise"])
+        self._normal.drawn = state["drawn"]
+        self._part = state["part"]
         self._outputs = dict(state["outputs"])
 
 

@@ -81,7 +81,7 @@ def run_scenario(
         for case in scenario.cases:
             settings = case.settings
             fmus = [
-                find_fmu(given or usual, fmu_dir, near, Path(work), quiet=quiet)
+                find_fmu(given or usual, fmu_dir, near, Path(work), quiet=quiet, native=True)
                 for given, usual, needed in (
                     (plant, settings.plant.fmu, True),
                     (compensator, settings.compensator.fmu, settings.compensator.enabled),

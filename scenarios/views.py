@@ -19,6 +19,7 @@ from scenarios.signals.base import FloatArray
 from scenarios.table import NO_COMPENSATION, Group, group_of
 
 AXES = ("X", "Y", "Z")
+MACHINES = ("resources/machine.json", "documentation/machine.json")  # in Python, in C
 TOOL = "tool_length_mm"
 AVERAGE_S = 60.0
 
@@ -86,9 +87,10 @@ def rig_of(plant_fmu: Path) -> FivePointRig | None:
     """Return the five-point rig of the machine in a plant FMU, or None if it says of none."""
     try:
         with zipfile.ZipFile(plant_fmu) as archive:
-            rig = json.loads(archive.read("resources/machine.json"))["rig"]
+            place = next(name for name in MACHINES if name in archive.namelist())
+            rig = json.loads(archive.read(place))["rig"]
         found = rig_from_table(rig, plant_fmu)
-    except (OSError, KeyError, TypeError, ValueError, AttributeError, BadInput):
+    except (OSError, StopIteration, KeyError, TypeError, ValueError, AttributeError, BadInput):
         return None
     return found if isinstance(found, FivePointRig) else None
 

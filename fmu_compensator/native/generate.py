@@ -21,6 +21,7 @@ from fmu_compensator import runtime
 from fmu_compensator.runtime.compensator import STATUS_TEXTS
 from fmu_compensator.runtime.fmi_slave import MEASURED
 from fmu_compensator.runtime.modelfile import Model
+from fmu_packaging.native.compilers import NativeError
 from fmu_packaging.variables import Variable
 
 C_FOLDER = Path(__file__).resolve().parent / "c"
@@ -29,10 +30,6 @@ ROOTS = ("geometry", "error_model", "guard", "correction")  # the file's tables 
 TEXT_OUTPUT = "status_text"
 NUMBERS_PER_LINE = 6
 HEAD = "/* Made by spindle-drift from {what}; not to be edited. */\n"
-
-
-class NativeError(ValueError):
-    """A C twin that cannot be made; the text is one line that says what and why."""
 
 
 def program() -> dict[str, str]:

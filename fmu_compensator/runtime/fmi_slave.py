@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, ClassVar
 
-from fmu_compensator.runtime.compensator import STATUS_TEXTS, WAITING, Compensator
+from fmu_compensator.runtime.compensator import HOLDING, STATUS_TEXTS, WAITING, Compensator
 from fmu_compensator.runtime.interval import NOT_KNOWN
 from fmu_compensator.runtime.modelfile import Model, ModelFileError, load_model, parse_model
 from fmu_packaging.slave import DriftSlave, FmuError
@@ -21,11 +21,29 @@ HALF_WIDTHS = ("dX_uncertainty", "dY_uncertainty", "dZ_uncertainty")
 REALS = ("dX", "dY", "dZ", "elongation", "yaw", "pitch", *HALF_WIDTHS)
 """In the order of the compensator's `Output`."""
 USUAL_TEMPERATURE, USUAL_TOOL = 20.0, 150.0  # start values [degC, mm]
+CAUSES = ("missing", "outside its plausible range", "changing too fast", "stale")
+"""The last digit of a status above ten, from 1 on."""
 WIDEST_UM, LONGEST_MM = 1e5, 2000.0  # what any compensator file may ask for
+
+
+def status_meanings() -> dict[int, str]:
+    """Return what each status means."""
+    found = {}
+    for status, text in STATUS_TEXTS.items():
+        if status < HOLDING:
+            found[status] = text
+        else:
+            for cause, words in enumerate(CAUSES, start=1):
+                found[status + cause] = f"{text}: a used input is {words}"
+    return found
 
 
 class CompensatorSlave(DriftSlave):
     """Temperatures, speed and tool length in; axis offsets, pose and status out."""
+
+    # A gap in the clock is time without a sample: the checks and limits know what to do.
+    clock_may_jump: ClassVar[bool] = True
+    enumerations: ClassVar[dict[str, dict[int, str]]] = {"Status": status_meanings()}
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)

@@ -72,8 +72,13 @@ class Limits:
         return min(max(offset_um, -largest), largest)
 
     def slewed(self, offset_um: float, wanted_um: float, step_s: float) -> float:
-        """Return where an offset stands after moving for *step_s* towards *wanted_um* [um]."""
+        """Return where an offset stands after moving for *step_s* towards *wanted_um* [um].
+
+        This is the last guard: what is not a number moves nothing, and no offset leaves its limit.
+        """
         reach = self.slew_um_per_s * step_s
         if abs(wanted_um - offset_um) <= reach:
-            return wanted_um
-        return offset_um + reach if wanted_um > offset_um else offset_um - reach
+            return self.saturated(wanted_um)
+        if wanted_um > offset_um:
+            return self.saturated(offset_um + reach)
+        return self.saturated(offset_um - reach) if wanted_um < offset_um else offset_um

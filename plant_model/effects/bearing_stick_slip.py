@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import reduce
 from typing import ClassVar
 
 import numpy as np
@@ -57,7 +58,7 @@ class BearingStickSlip(Effect):
         if not self.acts:
             return
         front = self.of(located[0], "at")
-        rear = np.minimum.reduce([self.of(item, "start") for item in shafts])
+        rear = reduce(np.minimum, [self.of(item, "start") for item in shafts])
         for item in (*shafts, *housings):
             low = np.maximum(self.of(item, "start"), rear)
             length = np.maximum(np.minimum(self.of(item, "end"), front) - low, 0.0)

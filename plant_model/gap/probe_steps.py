@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.ndimage import maximum_filter1d, median_filter
 
-from measurement.channels import near_switch
+from measurement.faults.switches import near_switch
 from measurement.runs import Run
 from plant_model.effects.base import POSE
 from plant_model.machine import Machine

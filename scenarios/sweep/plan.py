@@ -231,7 +231,9 @@ class _Fmus:
             # A folder each: FMUs that are built for this sweep share their file name.
             work = self._work / str(len(self._known))
             work.mkdir()
-            path = find_fmu(name, self._fmu_dir, near, work, quiet=self._quiet).resolve()
+            path = find_fmu(
+                name, self._fmu_dir, near, work, quiet=self._quiet, native=True
+            ).resolve()
             self._known[name] = sha256_of(path)
             self.paths[self._known[name]] = path
         return self._known[name]

@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 from fmu_compensator.runtime.limits import Limits
 
 LIMITS = Limits(30.0, 2.0, 10.0, 5.0, (0.0, 100.0))
-FINITE = st.floats(-1e6, 1e6)
 
 
 @pytest.mark.parametrize(("wanted", "after"), [(10.0, 1.0), (-10.0, -1.0), (0.5, 0.5), (0.0, 0.0)])
@@ -17,7 +16,16 @@ def test_an_offset_moves_by_the_slew_limit_at_most(wanted: float, after: float) 
     assert LIMITS.slewed(0.0, wanted, 0.5) == after
 
 
-@given(FINITE, FINITE, st.floats(0, 100))
+@pytest.mark.parametrize("wanted", [float("nan"), float("inf"), float("-inf"), 1e300])
+@pytest.mark.parametrize("step", [0.5, 1e6])
+def test_nothing_wanted_moves_an_offset_past_its_limit(wanted: float, step: float) -> None:
+    after = LIMITS.slewed(29.0, wanted, step)
+    assert abs(after) <= 30.0
+    if wanted != wanted:
+        assert after == 29.0
+
+
+@given(st.floats(-30.0, 30.0), st.floats(-30.0, 30.0), st.floats(0, 100))
 def test_slewing_goes_towards_the_wanted_value_and_never_past(
     offset: float, wanted: float, step: float
 ) -> None:

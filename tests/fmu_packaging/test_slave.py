@@ -85,7 +85,10 @@ show([statuses, messages])
     assert "Traceback" in text
     assert "tiny_slave.py" in text
     assert text.endswith("RuntimeError: broke at 100% of 1")
-    assert found[1][-1] == [3, "the step at 0 s failed: a step of 0 s: it must be above 0"]
+    assert found[1][-1] == [
+        3,
+        "the step at 0 s failed: a step of 0 s: it must be above 0 and finite",
+    ]
 
 
 @pytest.mark.parametrize(

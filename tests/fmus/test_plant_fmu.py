@@ -140,7 +140,7 @@ show([status, messages[-1][1].splitlines()[-1]])
         built.plant,
     )
     assert found[0] == 2
-    assert "speed: 1e+06 is outside 0..20000 rpm" in found[1]
+    assert "speed: 1e+06 is not allowed: it must be 0 to 20000 rpm" in found[1]
 
 
 NOISE = """

@@ -12,8 +12,7 @@ import pandas as pd
 import pytest
 
 import build_fmu
-from fmu_compensator.native.compilers import compilers
-from fmu_compensator.native.generate import NativeError
+from fmu_packaging.native.compilers import NativeError, compilers
 from scenarios.cli import main
 from scenarios.cosimulation import simulate
 from scenarios.scenario import read_scenario

@@ -10,17 +10,18 @@ from pathlib import Path
 
 import pytest
 
-from fmu_compensator.native.build import shared_sources
-from fmu_compensator.native.compilers import (
+from fmu_compensator.native.generate import constants, data_sources, program
+from fmu_compensator.runtime.fmi_slave import variables
+from fmu_compensator.runtime.modelfile import Model
+from fmu_packaging.native.build import front
+from fmu_packaging.native.compilers import (
     STRICT,
+    NativeError,
     c_files,
     compilers,
     run_compiler,
     write_sources,
 )
-from fmu_compensator.native.generate import NativeError, data_sources
-from fmu_compensator.runtime.fmi_slave import variables
-from fmu_compensator.runtime.modelfile import Model
 
 HERE = Path(__file__).resolve().parent
 SANITIZED = ("-g", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
@@ -63,7 +64,8 @@ def driver_of(
 ) -> Callable[[Model], Driver]:
     """Makes the program that runs a model."""
     folder = tmp_path_factory.mktemp("driver")
-    sources = {**shared_sources(2), "driver.c": (HERE / "driver.c").read_text()}
+    sources = {**front(2), **program(), "constants.h": constants()}
+    sources |= {"driver.c": (HERE / "driver.c").read_text()}
     write_sources(folder, sources)
     files = c_files(sources)
     strict = [*compiler, *STRICT, *SANITIZED, "-I."]

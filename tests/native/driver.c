@@ -12,6 +12,7 @@
 #include <string.h>
 
 #include "fmi2Functions.h"
+#include "content.h"
 #include "instance.h"
 #include "model_data.h"
 
@@ -154,7 +155,8 @@ static void show_text(fmi2Component c)
 static void show(fmi2Component c, fmi2Status status)
 {
     const struct instance *instance = ((struct seen *)c)->instance;
-    const struct remembered *memory = &instance->memory->remembered;
+    const struct content *content = instance->content;
+    const struct remembered *memory = &content->remembered;
     printf("%d |", (int)status);
     show_outputs(c);
     double single[] = {memory->last_time,   memory->started,    memory->recovering,
@@ -167,7 +169,7 @@ static void show(fmi2Component c, fmi2Status status)
     show_numbers(memory->offset, 3);
     show_numbers(memory->pose, 3);
     show_numbers(memory->half_width, 3);
-    show_numbers(instance->memory->numbers, instance->compensator.numbers);
+    show_numbers(content->numbers, instance->model->compensator.numbers);
     show_text(c);
 }
 

@@ -16,8 +16,8 @@ import pytest
 from fmpy.validation import validate_fmu
 
 import build_fmu
-from fmu_compensator.native.compilers import STRICT, run_compiler
 from fmu_packaging.description import CAPABILITIES
+from fmu_packaging.native.compilers import STRICT, run_compiler
 from tests.fmu_packaging.apart import apart
 from tests.fmus.models import five_point_text
 
@@ -59,7 +59,7 @@ def both(tmp_path_factory: pytest.TempPathFactory) -> Both:
     model = folder / "by_hand.json"
     model.write_text(five_point_text())
     common = ["--model", str(model), "--out", str(folder)]
-    assert build_fmu.main(["--native", *common]) == 0
+    assert build_fmu.main(["--native", "--only", "compensator", *common]) == 0
     assert build_fmu.main(["--only", "compensator", *common]) == 0
     return Both(folder / "compensator_native.fmu", folder / "compensator.fmu", model)
 
@@ -176,7 +176,12 @@ show([said, [m[1] for m in messages]])
 def test_a_state_of_another_model_is_refused(both: Both, tmp_path: Path) -> None:
     other = tmp_path / "other.json"
     other.write_text(five_point_text(gain=2.0))
-    assert build_fmu.main(["--native", "--model", str(other), "--out", str(tmp_path)]) == 0
+    assert (
+        build_fmu.main(
+            ["--native", "--only", "compensator", "--model", str(other), "--out", str(tmp_path)]
+        )
+        == 0
+    )
     found = apart(
         """
 one, two = (started(opened(path)) for path in sys.argv[1:])
@@ -190,7 +195,16 @@ show([status_of(two.deSerializeFMUstate, data), messages[-1][1]])
 
 
 def test_a_build_in_another_process_gives_the_same_bytes(both: Both, tmp_path: Path) -> None:
-    arguments = ["--native", "--model", str(both.model), "--out", str(tmp_path), "--json"]
+    arguments = [
+        "--native",
+        "--only",
+        "compensator",
+        "--model",
+        str(both.model),
+        "--out",
+        str(tmp_path),
+        "--json",
+    ]
     done = subprocess.run(
         [sys.executable, build_fmu.__file__, *arguments], capture_output=True, text=True, check=True
     )
@@ -217,17 +231,23 @@ def test_without_a_compiler_one_line_says_so(
     monkeypatch.setenv("PATH", str(tmp_path))
     monkeypatch.delenv("CC", raising=False)
     assert shutil.which("gcc") is None
-    assert build_fmu.main(["--native", "--model", str(both.model), "--out", str(tmp_path)]) == 2
+    assert (
+        build_fmu.main(
+            [
+                "--native",
+                "--only",
+                "compensator",
+                "--model",
+                str(both.model),
+                "--out",
+                str(tmp_path),
+            ]
+        )
+        == 2
+    )
     said = capsys.readouterr().err
     assert said == "--native: no C compiler: of gcc, clang, cc none can be found\n"
     assert list(tmp_path.iterdir()) == []
-
-
-def test_the_plant_has_no_form_in_c(capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit) as ended:
-        build_fmu.main(["--native", "--only", "plant"])
-    assert ended.value.code == 2
-    assert "--native: only the compensator" in capsys.readouterr().err
 
 
 def test_there_is_no_global_state(both: Both, compiler: tuple[str, ...], tmp_path: Path) -> None:

@@ -12,9 +12,9 @@ import fmpy
 import pytest
 
 import build_fmu
-from fmu_compensator.native.build import HEADERS
-from fmu_compensator.native.compilers import FOR_WINDOWS, STRICT, run_compiler
 from fmu_compensator.runtime.modelfile import model_text
+from fmu_packaging.native.build import HEADERS
+from fmu_packaging.native.compilers import FOR_WINDOWS, STRICT, run_compiler
 from tests.fmu_compensator.guarded import guarded
 from tests.fmus.models import five_point_table
 
@@ -40,7 +40,12 @@ def test_windows_gives_the_numbers_and_words_of_linux(
     model = tmp_path / "by_hand.json"
     # Without the correction, whose measured inputs the host does not know.
     model.write_text(model_text(guarded(five_point_table()) | {"correction": None}))
-    assert build_fmu.main(["--native", "--model", str(model), "--out", str(tmp_path)]) == 0
+    assert (
+        build_fmu.main(
+            ["--native", "--only", "compensator", "--model", str(model), "--out", str(tmp_path)]
+        )
+        == 0
+    )
     path = tmp_path / "compensator_native.fmu"
     with zipfile.ZipFile(path) as archive:
         archive.extractall(tmp_path)

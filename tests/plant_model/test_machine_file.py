@@ -206,3 +206,16 @@ def test_moving_values_is_checked(jig_borer: Machine) -> None:
         jig_borer.with_values({"nodes.column.capacity": 1.0})
     with pytest.raises(ParameterError, match="no parameter"):
         jig_borer.with_values({"nodes.colum.capacity": 1.0})
+
+
+@pytest.mark.parametrize("name", ["time", "speed", "dX", "error_Z", "noise_seed", "tool_length"])
+def test_a_sensor_with_the_name_of_another_signal_is_refused(name: str, tmp_path: Path) -> None:
+    text = machine_path("jig_borer").read_text(encoding="utf-8")
+    path = tmp_path / "machine.toml"
+    path.write_text(text.replace('name = "T3"', f'name = "{name}"'), encoding="utf-8")
+    said = f"sensors.2.name: '{name}' is not allowed: it is the name of an input, an output"
+    with pytest.raises(BadInput, match=said):
+        read_machine(path)
+    path.write_text(text.replace('near_y = "S2"', f'near_y = "{name}"'), encoding="utf-8")
+    with pytest.raises(BadInput, match=f"rig: '{name}' is not allowed"):
+        read_machine(path)

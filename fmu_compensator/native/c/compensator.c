@@ -287,13 +287,17 @@ static void follow(struct remembered *memory, const struct reason *fault, double
     }
 }
 
+/* The last guard, too: what is not a number moves nothing, and no offset leaves its limit. */
 static double slewed(double offset, double wanted, double step_s)
 {
-    double reach = model_limits.slew_um_per_s * step_s;
+    double reach = model_limits.slew_um_per_s * step_s, limit = model_limits.offset_um;
     if (fabs(wanted - offset) <= reach) {
-        return wanted;
+        return clamped(wanted, -limit, limit);
     }
-    return wanted > offset ? offset + reach : offset - reach;
+    if (wanted > offset) {
+        return clamped(offset + reach, -limit, limit);
+    }
+    return wanted < offset ? clamped(offset - reach, -limit, limit) : offset;
 }
 
 /* Returns the inputs that lie outside what training saw only when taken together. */

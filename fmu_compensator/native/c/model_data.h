@@ -9,6 +9,7 @@
 #include "error_model.h"
 #include "fields.h"
 #include "interval.h"
+#include "model.h"
 
 /* One temperature input; see the Python twin, checks.Sensor. */
 struct sensor {
@@ -31,18 +32,6 @@ struct status_text {
     const char *text;
 };
 
-enum kind { REAL, INTEGER, BOOLEAN, STRING };
-enum causality { INPUT, OUTPUT, PARAMETER };
-
-/* One variable of the FMU; its place in the table is its value reference. */
-struct variable {
-    const char *name;
-    enum kind kind;
-    enum causality causality;
-    double start;  /* of an input */
-    size_t offset; /* of an output, in struct output */
-};
-
 /* Value references that the program must know; NONE where the FMU has no such variable. */
 struct ports {
     size_t speed, tool_length, model_file;
@@ -50,10 +39,6 @@ struct ports {
     size_t measured;
 };
 
-#define NONE ((size_t)-1)
-
-extern const char *const model_guid;
-extern const char *const model_name;
 extern const struct sensor model_sensors[];
 extern const size_t model_sensor_count;
 extern const size_t model_chosen[]; /* places of the sensors that the error model uses */
@@ -71,8 +56,6 @@ extern const struct error_model_kind *const model_kinds[];
 extern const size_t model_kind_count;
 extern const struct status_text model_status_texts[];
 extern const size_t model_status_text_count;
-extern const struct variable model_variables[];
-extern const size_t model_variable_count;
 extern const struct ports model_ports;
 
 #endif

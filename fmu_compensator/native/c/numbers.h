@@ -10,8 +10,8 @@ double clamped(double value, double low, double high);
 /* Returns the sum of a[i] b[i], from the first on. */
 double dot(const double *a, const double *b, size_t count);
 
-/* Returns the median; the row of as many numbers to sort them in is the caller's. */
-double median(const double *values, size_t count, double *sorted);
+/* Returns the median of count > 0 numbers; the row of as many to select it in is the caller's. */
+double median(const double *values, size_t count, double *kept);
 
 /* Returns how much of the way to its input a first-order lag goes [1]. */
 double lag_share(double elapsed_s, double tau_s);

@@ -4,6 +4,7 @@
    raw prediction, the bias and its variance per target, then the lagged values of each lag: rises,
    levels, speed and its square. */
 #include <math.h>
+#include <string.h>
 
 #include "../constants.h"
 #include "../numbers.h"

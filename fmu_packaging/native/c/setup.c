@@ -15,7 +15,7 @@ void *setup_take(struct setup *setup, size_t count, size_t size)
         block = calloc(1, sizeof *block + count * size);
     }
     if (block == NULL) {
-        setup_fail(setup, "there is not enough memory", "the compensator");
+        setup_fail(setup, "there is not enough memory", "the model");
         return NULL;
     }
     block->next = setup->blocks;

@@ -5,29 +5,28 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "compensator.h"
+#include "model.h"
 #include "setup.h"
-#include "texts.h"
 
-#define FILE_LENGTH 1024 /* of the text of the parameter model_file */
+enum phase { INSTANTIATED, INITIALISING, STEPPING, TERMINATED };
 
 /* All that changes, in one piece of memory: an FMU state is a copy of it. */
 struct memory {
     double time_s; /* the time that has been reached */
-    int32_t running, reserved;
-    struct output output;
-    struct remembered remembered;
-    char model_file[FILE_LENGTH];
-    double numbers[]; /* of the compensator; then a value per variable, of which inputs count */
+    double stop_s; /* no step goes farther; infinite where the host said nothing */
+    int32_t phase;
+    int32_t fresh;    /* the outputs before the start are those of the values in force */
+    double numbers[]; /* a value per variable, of which inputs and parameters count; the content */
 };
 
 struct instance {
     struct setup setup;
-    struct compensator compensator;
+    struct model *model;
     struct memory *memory;
     size_t memory_size; /* [bytes] */
-    double *values;     /* of the inputs, by value reference */
-    char text[TEXT_LENGTH];
+    double *values;     /* by value reference */
+    void *content;      /* of the model */
+    char text[PROBLEM_LENGTH], problem[PROBLEM_LENGTH];
 };
 
 /* Returns a fresh instance; NULL without memory. Its setup says whether it can be used. */
@@ -37,8 +36,14 @@ void instance_free(struct instance *self);
 /* Brings back the start values. */
 void instance_reset(struct instance *self);
 
-/* Ends the initialisation; returns what is wrong, NULL for nothing. */
-const char *instance_start(struct instance *self);
+/* Each returns what is wrong, NULL for nothing. */
+const char *instance_experiment(struct instance *self, double start_s, bool has_stop, double stop_s);
+const char *instance_initialise(struct instance *self); /* begins the initialisation */
+const char *instance_start(struct instance *self);      /* ends it */
+const char *instance_terminate(struct instance *self);
+
+/* Says why no step of a length can begin at a time at all, NULL if one can. */
+const char *instance_may_step(const struct instance *self, double time_s, double step_s);
 
 /* Advances by a step; returns what is wrong, NULL for nothing. */
 const char *instance_step(struct instance *self, double time_s, double step_s);

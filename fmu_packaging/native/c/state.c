@@ -3,7 +3,6 @@
 #include <string.h>
 
 #include "instance.h"
-#include "model_data.h"
 
 /* What stands before the copy. The model and the size say whose state it is. */
 struct head {
@@ -24,6 +23,7 @@ struct memory *instance_state(const struct instance *self)
 void instance_restore(struct instance *self, const struct memory *state)
 {
     memcpy(self->memory, state, self->memory_size);
+    model_restored(self->model, self->content, self->values);
 }
 
 /* FNV-1a, 64 bits. */

@@ -6,19 +6,20 @@
 #include <string.h>
 
 #include "instance.h"
-#include "model_data.h"
+#include "model.h"
 
 struct component {
     struct instance *instance;
     fmi3InstanceEnvironment environment;
     fmi3LogMessageCallback log;
+    fmi3Boolean logging;
 };
 
 static fmi3Status said(
     const struct component *self, fmi3Status status, const char *about, const char *text)
 {
-    char message[2 * TEXT_LENGTH];
-    if (self->log != NULL) {
+    char message[2 * PROBLEM_LENGTH];
+    if (self != NULL && self->logging && self->log != NULL) {
         snprintf(message, sizeof message, "%s%s", about, text);
         self->log(
             self->environment, status,
@@ -32,6 +33,24 @@ static fmi3Status outcome(const struct component *self, const char *problem)
     return problem == NULL ? fmi3OK : said(self, fmi3Error, "", problem);
 }
 
+/* Whether a call lacks its instance, or the place that its result or its values come to. */
+static bool incomplete(const struct component *self, const void *place)
+{
+    return outcome(self, self == NULL || place == NULL ? "a null pointer" : NULL) != fmi3OK;
+}
+
+/* No variable is an array, so there are as many values as references. */
+static bool without(
+    const struct component *self, const void *refs, const void *values, size_t count,
+    size_t value_count)
+{
+    if (incomplete(self, count == 0 || (refs != NULL && values != NULL) ? self : NULL)) {
+        return true;
+    }
+    const char *problem = "there are not as many values as value references";
+    return outcome(self, count != value_count ? problem : NULL) != fmi3OK;
+}
+
 static fmi3Status variable_outcome(
     const struct component *self, fmi3ValueReference ref, const char *problem)
 {
@@ -39,9 +58,6 @@ static fmi3Status variable_outcome(
     snprintf(about, sizeof about, "value reference %u: ", (unsigned)ref);
     return said(self, fmi3Error, about, problem);
 }
-
-/* No variable is an array, so there are as many values as references. */
-static const char *const ANOTHER_COUNT = "there are not as many values as value references";
 
 const char *fmi3GetVersion(void)
 {
@@ -51,8 +67,12 @@ const char *fmi3GetVersion(void)
 fmi3Status fmi3SetDebugLogging(
     fmi3Instance c, fmi3Boolean on, size_t count, const fmi3String categories[])
 {
-    /* Only errors are logged, and those always. */
-    (void)c, (void)on, (void)count, (void)categories;
+    struct component *self = c;
+    (void)count, (void)categories;
+    if (incomplete(self, self)) {
+        return fmi3Error;
+    }
+    self->logging = on;
     return fmi3OK;
 }
 
@@ -65,15 +85,18 @@ fmi3Instance fmi3InstantiateCoSimulation(
 {
     struct component *self = calloc(1, sizeof *self);
     const char *problem = NULL;
-    (void)name, (void)resources, (void)visible, (void)logging, (void)event_mode;
+    (void)name, (void)resources, (void)visible;
     (void)early_return, (void)intermediate, (void)intermediates, (void)update;
     if (self == NULL) {
         return NULL;
     }
     self->environment = environment;
     self->log = log;
+    self->logging = logging;
     self->instance = instance_new();
-    if (token == NULL || strcmp(token, model_guid) != 0) {
+    if (event_mode) {
+        problem = "this FMU has no event mode";
+    } else if (token == NULL || strcmp(token, model_guid) != 0) {
         problem = "the instantiation token is not that of this FMU";
     } else if (self->instance == NULL) {
         problem = "there is not enough memory";
@@ -102,26 +125,33 @@ fmi3Status fmi3EnterInitializationMode(
     fmi3Boolean stop_defined, fmi3Float64 stop)
 {
     struct component *self = c;
-    (void)tolerance_defined, (void)tolerance, (void)stop_defined, (void)stop;
-    self->instance->memory->time_s = start;
-    return fmi3OK;
+    (void)tolerance_defined, (void)tolerance;
+    if (incomplete(self, self)) {
+        return fmi3Error;
+    }
+    const char *problem = instance_experiment(self->instance, start, stop_defined, stop);
+    return outcome(self, problem != NULL ? problem : instance_initialise(self->instance));
 }
 
 fmi3Status fmi3ExitInitializationMode(fmi3Instance c)
 {
     struct component *self = c;
-    return outcome(self, instance_start(self->instance));
+    return incomplete(self, self) ? fmi3Error : outcome(self, instance_start(self->instance));
 }
 
 fmi3Status fmi3Terminate(fmi3Instance c)
 {
-    (void)c;
-    return fmi3OK;
+    struct component *self = c;
+    return incomplete(self, self) ? fmi3Error
+                                  : outcome(self, instance_terminate(self->instance));
 }
 
 fmi3Status fmi3Reset(fmi3Instance c)
 {
     struct component *self = c;
+    if (incomplete(self, self)) {
+        return fmi3Error;
+    }
     instance_reset(self->instance);
     return fmi3OK;
 }
@@ -133,12 +163,17 @@ fmi3Status fmi3DoStep(
 {
     struct component *self = c;
     (void)no_set_state;
+    if (incomplete(self, event_needed) || incomplete(self, terminate)
+        || incomplete(self, early_return) || incomplete(self, reached)) {
+        return fmi3Error;
+    }
     *event_needed = *terminate = *early_return = fmi3False;
     *reached = self->instance->memory->time_s;
-    if (!self->instance->memory->running) {
-        return outcome(self, "a step before the end of the initialisation");
+    const char *problem = instance_may_step(self->instance, time, step);
+    if (problem != NULL) {
+        return outcome(self, problem);
     }
-    const char *problem = instance_step(self->instance, time, step);
+    problem = instance_step(self->instance, time, step);
     if (problem != NULL) {
         return said(self, fmi3Discard, "the step was not made: ", problem);
     }
@@ -151,8 +186,8 @@ fmi3Status fmi3GetFloat64(
     size_t value_count)
 {
     struct component *self = c;
-    if (count != value_count) {
-        return outcome(self, ANOTHER_COUNT);
+    if (without(self, refs, values, count, value_count)) {
+        return fmi3Error;
     }
     for (size_t i = 0; i < count; i++) {
         const char *problem = NULL;
@@ -174,8 +209,8 @@ fmi3Status fmi3GetInt32(
     size_t value_count)
 {
     struct component *self = c;
-    if (count != value_count) {
-        return outcome(self, ANOTHER_COUNT);
+    if (without(self, refs, values, count, value_count)) {
+        return fmi3Error;
     }
     for (size_t i = 0; i < count; i++) {
         int32_t value = 0;
@@ -193,8 +228,8 @@ fmi3Status fmi3GetBoolean(
     size_t value_count)
 {
     struct component *self = c;
-    if (count != value_count) {
-        return outcome(self, ANOTHER_COUNT);
+    if (without(self, refs, values, count, value_count)) {
+        return fmi3Error;
     }
     for (size_t i = 0; i < count; i++) {
         int32_t value = 0;
@@ -212,8 +247,8 @@ fmi3Status fmi3GetString(
     size_t value_count)
 {
     struct component *self = c;
-    if (count != value_count) {
-        return outcome(self, ANOTHER_COUNT);
+    if (without(self, refs, values, count, value_count)) {
+        return fmi3Error;
     }
     for (size_t i = 0; i < count; i++) {
         const char *problem = instance_get_string(self->instance, refs[i], &values[i]);
@@ -229,8 +264,8 @@ fmi3Status fmi3SetFloat64(
     size_t value_count)
 {
     struct component *self = c;
-    if (count != value_count) {
-        return outcome(self, ANOTHER_COUNT);
+    if (without(self, refs, values, count, value_count)) {
+        return fmi3Error;
     }
     for (size_t i = 0; i < count; i++) {
         const char *problem = instance_set_number(self->instance, REAL, refs[i], values[i]);
@@ -246,8 +281,8 @@ fmi3Status fmi3SetInt32(
     size_t value_count)
 {
     struct component *self = c;
-    if (count != value_count) {
-        return outcome(self, ANOTHER_COUNT);
+    if (without(self, refs, values, count, value_count)) {
+        return fmi3Error;
     }
     for (size_t i = 0; i < count; i++) {
         const char *problem = instance_set_number(self->instance, INTEGER, refs[i], values[i]);
@@ -263,8 +298,8 @@ fmi3Status fmi3SetBoolean(
     size_t value_count)
 {
     struct component *self = c;
-    if (count != value_count) {
-        return outcome(self, ANOTHER_COUNT);
+    if (without(self, refs, values, count, value_count)) {
+        return fmi3Error;
     }
     for (size_t i = 0; i < count; i++) {
         const char *problem = instance_set_number(self->instance, BOOLEAN, refs[i], values[i]);
@@ -280,8 +315,8 @@ fmi3Status fmi3SetString(
     size_t value_count)
 {
     struct component *self = c;
-    if (count != value_count) {
-        return outcome(self, ANOTHER_COUNT);
+    if (without(self, refs, values, count, value_count)) {
+        return fmi3Error;
     }
     for (size_t i = 0; i < count; i++) {
         const char *problem = instance_set_string(self->instance, refs[i], values[i]);
@@ -295,6 +330,9 @@ fmi3Status fmi3SetString(
 fmi3Status fmi3GetFMUState(fmi3Instance c, fmi3FMUState *state)
 {
     struct component *self = c;
+    if (incomplete(self, state)) {
+        return fmi3Error;
+    }
     /* A host may hand in a state of before, to be used again. */
     if (*state == NULL) {
         *state = instance_state(self->instance);
@@ -307,6 +345,9 @@ fmi3Status fmi3GetFMUState(fmi3Instance c, fmi3FMUState *state)
 fmi3Status fmi3SetFMUState(fmi3Instance c, fmi3FMUState state)
 {
     struct component *self = c;
+    if (incomplete(self, self)) {
+        return fmi3Error;
+    }
     if (state == NULL) {
         return outcome(self, "there is no state to continue from");
     }
@@ -327,6 +368,9 @@ fmi3Status fmi3FreeFMUState(fmi3Instance c, fmi3FMUState *state)
 fmi3Status fmi3SerializedFMUStateSize(fmi3Instance c, fmi3FMUState state, size_t *size)
 {
     struct component *self = c;
+    if (incomplete(self, size)) {
+        return fmi3Error;
+    }
     (void)state;
     *size = state_bytes_size(self->instance);
     return fmi3OK;
@@ -336,6 +380,9 @@ fmi3Status fmi3SerializeFMUState(
     fmi3Instance c, fmi3FMUState state, fmi3Byte bytes[], size_t size)
 {
     struct component *self = c;
+    if (incomplete(self, bytes)) {
+        return fmi3Error;
+    }
     if (state == NULL || size < state_bytes_size(self->instance)) {
         return outcome(self, "the state does not fit into the bytes given for it");
     }
@@ -348,6 +395,9 @@ fmi3Status fmi3DeserializeFMUState(
 {
     struct component *self = c;
     const char *problem = NULL;
+    if (incomplete(self, bytes) || incomplete(self, state)) {
+        return fmi3Error;
+    }
     *state = state_from_bytes(self->instance, bytes, size, &problem);
     return outcome(self, problem);
 }

@@ -6,19 +6,20 @@
 #include <string.h>
 
 #include "instance.h"
-#include "model_data.h"
+#include "model.h"
 
 struct component {
     struct instance *instance;
     const fmi2CallbackFunctions *host;
     char *name;
+    fmi2Boolean logging;
 };
 
 static void say(
     const struct component *self, fmi2Status status, const char *about, const char *text)
 {
-    char message[2 * TEXT_LENGTH];
-    if (self->host == NULL || self->host->logger == NULL) {
+    char message[2 * PROBLEM_LENGTH];
+    if (!self->logging || self->host == NULL || self->host->logger == NULL) {
         return;
     }
     snprintf(message, sizeof message, "%s%s", about, text);
@@ -32,8 +33,22 @@ static fmi2Status outcome(const struct component *self, const char *about, const
     if (problem == NULL) {
         return fmi2OK;
     }
-    say(self, fmi2Error, about, problem);
+    if (self != NULL) {
+        say(self, fmi2Error, about, problem);
+    }
     return fmi2Error;
+}
+
+/* Whether a call lacks its instance, or the place that its result or its values come to. */
+static bool incomplete(const struct component *self, const void *place)
+{
+    return outcome(self, "", self == NULL || place == NULL ? "a null pointer" : NULL) != fmi2OK;
+}
+
+/* The same for a call with rows of values, which may be empty. */
+static bool without(const struct component *self, const void *refs, const void *values, size_t count)
+{
+    return incomplete(self, count == 0 || (refs != NULL && values != NULL) ? self : NULL);
 }
 
 static fmi2Status variable_outcome(
@@ -60,8 +75,12 @@ const char *fmi2GetVersion(void)
 fmi2Status fmi2SetDebugLogging(
     fmi2Component c, fmi2Boolean on, size_t count, const fmi2String categories[])
 {
-    /* Only errors are logged, and those always. */
-    (void)c, (void)on, (void)count, (void)categories;
+    struct component *self = c;
+    (void)count, (void)categories;
+    if (incomplete(self, self)) {
+        return fmi2Error;
+    }
+    self->logging = on;
     return fmi2OK;
 }
 
@@ -83,11 +102,12 @@ fmi2Component fmi2Instantiate(
 {
     struct component *self = calloc(1, sizeof *self);
     const char *given = name == NULL ? "" : name;
-    (void)resources, (void)visible, (void)logging;
+    (void)resources, (void)visible;
     if (self == NULL) {
         return NULL;
     }
     self->host = host;
+    self->logging = logging;
     self->instance = instance_new();
     self->name = malloc(strlen(given) + 1);
     if (self->name != NULL) {
@@ -117,32 +137,37 @@ fmi2Status fmi2SetupExperiment(
     fmi2Boolean stop_defined, fmi2Real stop)
 {
     struct component *self = c;
-    (void)tolerance_defined, (void)tolerance, (void)stop_defined, (void)stop;
-    self->instance->memory->time_s = start;
-    return fmi2OK;
+    (void)tolerance_defined, (void)tolerance;
+    if (incomplete(self, self)) {
+        return fmi2Error;
+    }
+    return outcome(self, "", instance_experiment(self->instance, start, stop_defined, stop));
 }
 
 fmi2Status fmi2EnterInitializationMode(fmi2Component c)
 {
-    (void)c;
-    return fmi2OK;
+    struct component *self = c;
+    return incomplete(self, self) ? fmi2Error : outcome(self, "", instance_initialise(self->instance));
 }
 
 fmi2Status fmi2ExitInitializationMode(fmi2Component c)
 {
     struct component *self = c;
-    return outcome(self, "", instance_start(self->instance));
+    return incomplete(self, self) ? fmi2Error : outcome(self, "", instance_start(self->instance));
 }
 
 fmi2Status fmi2Terminate(fmi2Component c)
 {
-    (void)c;
-    return fmi2OK;
+    struct component *self = c;
+    return incomplete(self, self) ? fmi2Error : outcome(self, "", instance_terminate(self->instance));
 }
 
 fmi2Status fmi2Reset(fmi2Component c)
 {
     struct component *self = c;
+    if (incomplete(self, self)) {
+        return fmi2Error;
+    }
     instance_reset(self->instance);
     return fmi2OK;
 }
@@ -151,10 +176,14 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real step, fmi2Boolean
 {
     struct component *self = c;
     (void)no_set_state;
-    if (!self->instance->memory->running) {
-        return outcome(self, "", "a step before the end of the initialisation");
+    if (incomplete(self, self)) {
+        return fmi2Error;
     }
-    const char *problem = instance_step(self->instance, time, step);
+    const char *problem = instance_may_step(self->instance, time, step);
+    if (problem != NULL) {
+        return outcome(self, "", problem);
+    }
+    problem = instance_step(self->instance, time, step);
     if (problem != NULL) {
         say(self, fmi2Discard, "the step was not made: ", problem);
         return fmi2Discard;
@@ -166,6 +195,9 @@ fmi2Status fmi2GetReal(
     fmi2Component c, const fmi2ValueReference refs[], size_t count, fmi2Real values[])
 {
     struct component *self = c;
+    if (without(self, refs, values, count)) {
+        return fmi2Error;
+    }
     for (size_t i = 0; i < count; i++) {
         const char *problem = instance_get_real(self->instance, refs[i], &values[i]);
         if (problem != NULL) {
@@ -179,6 +211,9 @@ static fmi2Status get_whole(
     struct component *self, enum kind kind, const fmi2ValueReference refs[], size_t count,
     int values[])
 {
+    if (without(self, refs, values, count)) {
+        return fmi2Error;
+    }
     for (size_t i = 0; i < count; i++) {
         int32_t value = 0;
         const char *problem = instance_get_whole(self->instance, kind, refs[i], &value);
@@ -206,6 +241,9 @@ fmi2Status fmi2GetString(
     fmi2Component c, const fmi2ValueReference refs[], size_t count, fmi2String values[])
 {
     struct component *self = c;
+    if (without(self, refs, values, count)) {
+        return fmi2Error;
+    }
     for (size_t i = 0; i < count; i++) {
         const char *problem = instance_get_string(self->instance, refs[i], &values[i]);
         if (problem != NULL) {
@@ -219,6 +257,9 @@ fmi2Status fmi2SetReal(
     fmi2Component c, const fmi2ValueReference refs[], size_t count, const fmi2Real values[])
 {
     struct component *self = c;
+    if (without(self, refs, values, count)) {
+        return fmi2Error;
+    }
     for (size_t i = 0; i < count; i++) {
         const char *problem = instance_set_number(self->instance, REAL, refs[i], values[i]);
         if (problem != NULL) {
@@ -232,6 +273,9 @@ static fmi2Status set_whole(
     struct component *self, enum kind kind, const fmi2ValueReference refs[], size_t count,
     const int values[])
 {
+    if (without(self, refs, values, count)) {
+        return fmi2Error;
+    }
     for (size_t i = 0; i < count; i++) {
         const char *problem = instance_set_number(self->instance, kind, refs[i], values[i]);
         if (problem != NULL) {
@@ -257,6 +301,9 @@ fmi2Status fmi2SetString(
     fmi2Component c, const fmi2ValueReference refs[], size_t count, const fmi2String values[])
 {
     struct component *self = c;
+    if (without(self, refs, values, count)) {
+        return fmi2Error;
+    }
     for (size_t i = 0; i < count; i++) {
         const char *problem = instance_set_string(self->instance, refs[i], values[i]);
         if (problem != NULL) {
@@ -269,6 +316,9 @@ fmi2Status fmi2SetString(
 fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state)
 {
     struct component *self = c;
+    if (incomplete(self, state)) {
+        return fmi2Error;
+    }
     /* A host may hand in a state of before, to be used again. */
     if (*state == NULL) {
         *state = instance_state(self->instance);
@@ -281,6 +331,9 @@ fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state)
 fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state)
 {
     struct component *self = c;
+    if (incomplete(self, self)) {
+        return fmi2Error;
+    }
     if (state == NULL) {
         return outcome(self, "", "there is no state to continue from");
     }
@@ -301,6 +354,9 @@ fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state)
 fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_t *size)
 {
     struct component *self = c;
+    if (incomplete(self, size)) {
+        return fmi2Error;
+    }
     (void)state;
     *size = state_bytes_size(self->instance);
     return fmi2OK;
@@ -310,6 +366,9 @@ fmi2Status fmi2SerializeFMUstate(
     fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size)
 {
     struct component *self = c;
+    if (incomplete(self, bytes)) {
+        return fmi2Error;
+    }
     if (state == NULL || size < state_bytes_size(self->instance)) {
         return outcome(self, "", "the state does not fit into the bytes given for it");
     }
@@ -322,6 +381,9 @@ fmi2Status fmi2DeSerializeFMUstate(
 {
     struct component *self = c;
     const char *problem = NULL;
+    if (incomplete(self, bytes) || incomplete(self, state)) {
+        return fmi2Error;
+    }
     *state = state_from_bytes(self->instance, bytes, size, &problem);
     return outcome(self, "", problem);
 }
@@ -358,14 +420,16 @@ fmi2Status fmi2CancelStep(fmi2Component c)
 fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Status *value)
 {
     (void)c, (void)kind;
-    *value = fmi2OK;
+    if (value != NULL) {
+        *value = fmi2OK;
+    }
     return fmi2Discard;
 }
 
 fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Real *value)
 {
     struct component *self = c;
-    if (kind != fmi2LastSuccessfulTime) {
+    if (self == NULL || value == NULL || kind != fmi2LastSuccessfulTime) {
         return fmi2Discard;
     }
     *value = self->instance->memory->time_s;
@@ -381,13 +445,17 @@ fmi2Status fmi2GetIntegerStatus(fmi2Component c, const fmi2StatusKind kind, fmi2
 fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Boolean *value)
 {
     (void)c, (void)kind;
-    *value = fmi2False;
+    if (value != NULL) {
+        *value = fmi2False;
+    }
     return fmi2Discard;
 }
 
 fmi2Status fmi2GetStringStatus(fmi2Component c, const fmi2StatusKind kind, fmi2String *value)
 {
     (void)c, (void)kind;
-    *value = "";
+    if (value != NULL) {
+        *value = "";
+    }
     return fmi2Discard;
 }

@@ -13,8 +13,6 @@ from pathlib import Path
 
 import fmpy
 
-from fmu_compensator.native.generate import NativeError
-
 # Contracted multiply-adds round once where the Python twin rounds twice.
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-ffp-contract=off")
 OWN = ("gcc", "clang", "cc")
@@ -28,6 +26,10 @@ LIBRARY_FOR_WINDOWS = (
     "-D__USE_MINGW_ANSI_STDIO=1",
     "-Wl,--no-insert-timestamp",
 )
+
+
+class NativeError(ValueError):
+    """A C twin that cannot be made; the text is one line that says what and why."""
 
 
 class CompileError(RuntimeError):
@@ -85,8 +87,8 @@ def compilers() -> list[Compiler]:
     given = os.environ.get("CC")
     own = shlex.split(given) if given else [name for name in OWN if shutil.which(name)][:1]
     if not own or shutil.which(own[0]) is None:
-        wanted = f"CC names {given!r}, which" if given else f"of {', '.join(OWN)} none"
-        raise NativeError(f"--native: no C compiler: {wanted} can be found")
+        missing = f"CC names {given!r}, which cannot" if given else f"of {', '.join(OWN)} none can"
+        raise NativeError(f"--native: no C compiler: {missing} be found")
     flags = LIBRARY_HERE if fmpy.system == "linux" else LIBRARY
     names = fmpy.platform, fmpy.platform_tuple
     found = [Compiler(tuple(own), *names, fmpy.sharedLibraryExtension, flags)]

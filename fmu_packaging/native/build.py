@@ -1,0 +1,144 @@
+"""An FMU in C99: sources, binaries, and the description of the Python FMU that it is a twin of."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal
+
+import fmpy
+
+from fmu_packaging.description import Program, described, model_description
+from fmu_packaging.description3 import build_description, model_description3, terminals
+from fmu_packaging.documentation import Running, index_page
+from fmu_packaging.native.compilers import Compiler, c_files
+from fmu_packaging.native.names import with_prefix
+from fmu_packaging.package import LICENCE, Package, Recipe, guid_of, slave_of
+from fmu_packaging.variables import Variable
+
+Fmi = Literal[2, 3]
+HEADERS = Path(fmpy.__file__).parent / "c-code"
+C_FOLDER = Path(__file__).resolve().parent / "c"
+HOST = """
+<p>C99 without Python: the host needs nothing but the C library. Binaries: {platforms}. For another
+platform compile the folder <code>sources</code>: all files ending in <code>.c</code>, into one
+shared library, with <code>-ffp-contract=off</code>; <code>fmpy compile</code> does it, too. No step
+takes memory, and no two instances share any. Errors go to the host's log.</p>
+"""
+LICENCE_OF_HEADERS = "The FMI headers in <code>sources</code> are under the 2-clause BSD licence."
+
+# fmpy's header of FMI 2.0 leaves the standard's prefix out; here it comes back.
+NO_PREFIX = """\
+This definition has been changed to add no prefix.
+*/
+#define fmi2FullName(name) name
+"""
+PREFIX = """\
+As in the standard, FMI2_FUNCTION_PREFIX stands before it where it is defined.
+*/
+#if defined(FMI2_FUNCTION_PREFIX)
+  #define fmi2Paste(a, b)    a ## b
+  #define fmi2PasteB(a, b)   fmi2Paste(a, b)
+  #define fmi2FullName(name) fmi2PasteB(FMI2_FUNCTION_PREFIX, name)
+#else
+  #define fmi2FullName(name) name
+#endif
+"""
+
+
+@dataclass(frozen=True)
+class Native:
+    """What an FMU in C is made of, besides the front that all share.
+
+    Attributes
+    ----------
+    program : dict of str to str
+        Sources that are the same whatever the FMU's GUID, by path.
+    data : callable
+        Returns the sources that say what the model is, given its variables and its GUID.
+    model_file : str
+        The file among the recipe's data that it was made from.
+    variables : dict of str to Variable
+        Those of which it says something else than the Python FMU.
+    documents : dict of str to bytes
+        Further files of the documentation, by name.
+    """
+
+    program: Mapping[str, str]
+    data: Callable[[Sequence[Variable], str], Mapping[str, str]]
+    model_file: str
+    variables: Mapping[str, Variable] = field(default_factory=dict)
+    documents: Mapping[str, bytes] = field(default_factory=dict)
+
+
+def front(fmi: Fmi) -> dict[str, str]:
+    """Return the sources that stand between FMI and any model, headers included, by path."""
+    other = f"fmi{5 - fmi}"
+    paths = [*HEADERS.glob(f"fmi{fmi}*.h"), *C_FOLDER.glob("*.c"), *C_FOLDER.glob("*.h")]
+    found = {path.name: path.read_text("utf-8") for path in paths}
+    return {
+        name: text.replace(NO_PREFIX, PREFIX)
+        for name, text in found.items()
+        if not name.startswith(other)
+    }
+
+
+def native_package(
+    recipe: Recipe, native: Native, compilers: Sequence[Compiler], fmi: Fmi = 2
+) -> Package:
+    """Return the C twin of an FMU.
+
+    Parameters
+    ----------
+    recipe : Recipe
+        Of the Python FMU: identity, data and page are taken from it.
+    native : Native
+    compilers : sequence of Compiler
+        One binary is made with each.
+    fmi : {2, 3}
+        Version of FMI.
+
+    Raises
+    ------
+    CompileError
+        If a compiler refuses the sources.
+    """
+    identity, slave = recipe.identity, slave_of(recipe)
+    fixed = {**front(fmi), **native.program}
+    twin = Program("C99", needs_host=False, variables=dict(native.variables))
+    variables = described(slave, twin)
+    sources = with_prefix({**fixed, **native.data(variables, "")}, fmi)
+    twin = Program("C99", False, tuple(c_files(sources)), dict(native.variables))
+    page = index_page(recipe.page, identity, variables, _running(compilers, fmi))
+    files = {
+        "model.png" if fmi == 2 else "terminalsAndIcons/icon.png": recipe.icon,
+        "documentation/index.html": page.encode(),
+        "documentation/licenses/LICENSE.txt": LICENCE.read_bytes(),
+        f"documentation/{native.model_file}": recipe.data[native.model_file],
+    }
+    files |= {f"documentation/{name}": data for name, data in native.documents.items()}
+    if fmi == 3:
+        files["terminalsAndIcons/terminalsAndIcons.xml"] = terminals(slave)
+        files["sources/buildDescription.xml"] = build_description(identity, twin)
+    describe = model_description if fmi == 2 else model_description3
+
+    def complete(guid: str) -> dict[str, str]:
+        files["modelDescription.xml"] = describe(slave, identity, guid, twin)
+        found = with_prefix({**fixed, **native.data(variables, guid)}, fmi)
+        files.update({f"sources/{path}": text.encode() for path, text in found.items()})
+        return found
+
+    complete("")
+    guid = guid_of(files)
+    found = complete(guid)
+    for compiler in compilers:
+        platform = compiler.platform if fmi == 2 else compiler.platform3
+        path = f"binaries/{platform}/{identity.name}{compiler.suffix}"
+        files[path] = compiler.library(found)
+    return Package(identity.name, guid, files, slave)
+
+
+def _running(compilers: Sequence[Compiler], fmi: Fmi) -> Running:
+    platforms = " and ".join(compiler.platform for compiler in compilers)
+    return Running(HOST.format(platforms=platforms), LICENCE_OF_HEADERS, f"{fmi}.0")

@@ -1,0 +1,244 @@
+#include "instance.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const char *const NOT_OF_THIS_KIND = "there is no such variable of this type";
+
+#define SAME_TIME 1e-9 /* clocks that differ by less, relative to what they show, agree */
+
+struct instance *instance_new(void)
+{
+    struct instance *self = calloc(1, sizeof *self);
+    size_t content = 0;
+    if (self == NULL) {
+        return NULL;
+    }
+    self->model = model_make(&self->setup, &content);
+    if (self->setup.problem == NULL) {
+        self->memory_size =
+            sizeof *self->memory + model_variable_count * sizeof(double) + content;
+        self->memory = setup_take(&self->setup, 1, self->memory_size);
+    }
+    if (self->memory != NULL) {
+        self->values = self->memory->numbers;
+        self->content = self->values + model_variable_count;
+        instance_reset(self);
+    }
+    return self;
+}
+
+void instance_free(struct instance *self)
+{
+    if (self != NULL) {
+        setup_free(&self->setup);
+        free(self);
+    }
+}
+
+void instance_reset(struct instance *self)
+{
+    memset(self->memory, 0, self->memory_size);
+    self->memory->stop_s = INFINITY;
+    model_reset(self->model, self->content);
+    for (size_t ref = 0; ref < model_variable_count; ref++) {
+        self->values[ref] = model_variables[ref].start;
+    }
+}
+
+const char *instance_experiment(struct instance *self, double start_s, bool has_stop, double stop_s)
+{
+    if (self->memory->phase != INSTANTIATED) {
+        return "the experiment must be set up before the initialisation";
+    }
+    if (!isfinite(start_s) || (has_stop && !(stop_s >= start_s))) {
+        return "the experiment must begin at a finite time and not stop before it begins";
+    }
+    self->memory->time_s = start_s;
+    self->memory->stop_s = has_stop ? stop_s : INFINITY;
+    return NULL;
+}
+
+const char *instance_initialise(struct instance *self)
+{
+    if (self->memory->phase != INSTANTIATED) {
+        return "the initialisation has begun already: reset first";
+    }
+    self->memory->phase = INITIALISING;
+    return NULL;
+}
+
+/* Sees to it that the outputs are those of the values in force. */
+static const char *refresh(struct instance *self)
+{
+    const char *problem = NULL;
+    if (!self->memory->fresh) {
+        problem = model_start(self->model, self->content, self->values, self->problem);
+        self->memory->fresh = problem == NULL;
+    }
+    return problem;
+}
+
+const char *instance_start(struct instance *self)
+{
+    if (self->memory->phase != INITIALISING) {
+        return "the initialisation has not begun, or has ended";
+    }
+    const char *problem = refresh(self);
+    if (problem == NULL) {
+        self->memory->phase = STEPPING;
+    }
+    return problem;
+}
+
+const char *instance_terminate(struct instance *self)
+{
+    if (self->memory->phase != STEPPING) {
+        return "there is no simulation to be terminated";
+    }
+    self->memory->phase = TERMINATED;
+    return NULL;
+}
+
+const char *instance_may_step(const struct instance *self, double time_s, double step_s)
+{
+    const struct memory *memory = self->memory;
+    double slack = SAME_TIME * (fabs(memory->time_s) + 1.0);
+    if (memory->phase == TERMINATED) {
+        return "a step after the end of the simulation";
+    }
+    if (memory->phase != STEPPING) {
+        return "a step before the end of the initialisation";
+    }
+    if (!model_clock_may_jump && !(fabs(time_s - memory->time_s) <= slack)) {
+        return "the step does not begin at the time that has been reached";
+    }
+    if (time_s + step_s > memory->stop_s + slack) {
+        return "the step goes beyond the stop time of the experiment";
+    }
+    return NULL;
+}
+
+const char *instance_step(struct instance *self, double time_s, double step_s)
+{
+    if (!(step_s > 0.0 && isfinite(step_s))) {
+        return "the step must be above 0 s and finite";
+    }
+    const char *problem =
+        model_step(self->model, self->content, self->values, time_s, step_s, self->problem);
+    if (problem == NULL) {
+        self->memory->time_s = time_s + step_s;
+    }
+    return problem;
+}
+
+static const struct variable *variable_of(enum kind kind, size_t ref)
+{
+    if (ref >= model_variable_count || model_variables[ref].kind != kind) {
+        return NULL;
+    }
+    return &model_variables[ref];
+}
+
+/* Finds where an output stands; its form is that of its declaration in the content. */
+static const char *find_output(
+    struct instance *self, const struct variable *variable, const void **place)
+{
+    const char *problem = NULL;
+    if (self->memory->phase < STEPPING) {
+        problem = refresh(self);
+    }
+    *place = (const char *)self->content + variable->offset;
+    return problem;
+}
+
+const char *instance_get_real(struct instance *self, size_t ref, double *value)
+{
+    const struct variable *variable = variable_of(REAL, ref);
+    const void *place = NULL;
+    if (variable == NULL) {
+        return NOT_OF_THIS_KIND;
+    }
+    if (variable->causality != OUTPUT) {
+        *value = self->values[ref];
+        return NULL;
+    }
+    const char *problem = find_output(self, variable, &place);
+    *value = problem == NULL ? *(const double *)place : NAN;
+    return problem;
+}
+
+const char *instance_get_whole(struct instance *self, enum kind kind, size_t ref, int32_t *value)
+{
+    const struct variable *variable = variable_of(kind, ref);
+    const void *place = NULL;
+    if (variable == NULL) {
+        return NOT_OF_THIS_KIND;
+    }
+    if (variable->causality != OUTPUT) {
+        *value = (int32_t)self->values[ref];
+        return NULL;
+    }
+    const char *problem = find_output(self, variable, &place);
+    *value = problem == NULL ? *(const int32_t *)place : 0;
+    return problem;
+}
+
+const char *instance_get_string(struct instance *self, size_t ref, const char **value)
+{
+    const struct variable *variable = variable_of(STRING, ref);
+    size_t size = 0;
+    if (variable == NULL) {
+        return NOT_OF_THIS_KIND;
+    }
+    if (variable->causality == OUTPUT) {
+        model_text(self->content, self->text);
+        *value = self->text;
+    } else {
+        *value = model_text_parameter(self->content, &size);
+    }
+    return NULL;
+}
+
+/* Returns why a variable cannot be set now, NULL if it can. */
+static const char *refusal(const struct instance *self, const struct variable *variable)
+{
+    if (variable == NULL) {
+        return NOT_OF_THIS_KIND;
+    }
+    if (variable->causality == OUTPUT) {
+        return "an output cannot be set";
+    }
+    if (variable->causality == PARAMETER && self->memory->phase >= STEPPING) {
+        return "a parameter cannot be set after the start";
+    }
+    return NULL;
+}
+
+const char *instance_set_number(struct instance *self, enum kind kind, size_t ref, double value)
+{
+    const char *problem = refusal(self, variable_of(kind, ref));
+    if (problem == NULL) {
+        self->values[ref] = value;
+        self->memory->fresh = 0;
+    }
+    return problem;
+}
+
+const char *instance_set_string(struct instance *self, size_t ref, const char *value)
+{
+    const char *problem = refusal(self, variable_of(STRING, ref));
+    size_t size = 0;
+    char *kept = model_text_parameter(self->content, &size);
+    if (problem != NULL) {
+        return problem;
+    }
+    if (value == NULL || strlen(value) >= size) {
+        return "the text is too long";
+    }
+    memset(kept, 0, size);
+    strcpy(kept, value);
+    self->memory->fresh = 0;
+    return NULL;
+}

@@ -1,0 +1,61 @@
+/* What a model gives the FMI front: its variables, and how an instance starts and steps. */
+#ifndef MODEL_H
+#define MODEL_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "setup.h"
+
+enum kind { REAL, INTEGER, BOOLEAN, STRING };
+enum causality { INPUT, OUTPUT, PARAMETER };
+
+/* One variable of the FMU; its place in the table is its value reference. */
+struct variable {
+    const char *name;
+    enum kind kind;
+    enum causality causality;
+    double start;  /* of an input or a parameter */
+    size_t offset; /* of an output, in the content */
+};
+
+#define NONE ((size_t)-1)
+#define PROBLEM_LENGTH 640 /* room for a sentence that says what is wrong */
+
+extern const char *const model_guid;
+extern const char *const model_name;
+extern const struct variable model_variables[];
+extern const size_t model_variable_count;
+extern const bool model_clock_may_jump; /* a step need not begin where the one before ended */
+
+/* What an instance computes with, and what it remembers: each model has its own. All that changes
+   and counts is in the content, which begins with the outputs and is copied as bytes. */
+struct model;
+
+struct model *model_make(struct setup *setup, size_t *content_size);
+
+/* Brings the content back to what it is before the start. */
+void model_reset(struct model *self, void *content);
+
+/* Starts with the values of all variables, by value reference; what is wrong, NULL for nothing.
+   It may be called more than once. problem has room for a sentence. */
+const char *model_start(
+    struct model *self, void *content, const double *values, char problem[PROBLEM_LENGTH]);
+
+/* Advances by a step that is above 0 and finite; what is wrong, NULL for nothing, and then the
+   content is as before. */
+const char *model_step(
+    struct model *self, void *content, const double *values, double time_s, double step_s,
+    char problem[PROBLEM_LENGTH]);
+
+/* Takes note that another content has come, with the values that belong to it. */
+void model_restored(struct model *self, const void *content, const double *values);
+
+/* Writes the text output. */
+void model_text(const void *content, char text[PROBLEM_LENGTH]);
+
+/* Where the text parameter is kept, and its size; NULL where there is none. */
+char *model_text_parameter(void *content, size_t *size);
+
+#endif

@@ -1,0 +1,1 @@
+"""The plant without Python: its equations traced from the effects, written as C99."""

@@ -1,0 +1,45 @@
+"""What the C99 FMU of a machine is made of."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+
+from fmu_packaging.native.build import Native
+from fmu_packaging.native.compilers import NativeError
+from fmu_packaging.package import Recipe
+from fmu_packaging.variables import Variable
+from plant_model.fmi_slave import MACHINE_FILE
+from plant_model.machine import Machine
+from plant_model.native.equations import NoFormulaError
+from plant_model.native.generate import machine_sources, program, variable_sources
+
+TWIN_OF = "twin_of.txt"
+"""In the documentation of the FMU: the GUID of the Python FMU of the same machine and program."""
+
+
+def native_plant(recipe: Recipe, twin_of: str = "") -> Native:
+    """Return what the C twin of a plant FMU is made of.
+
+    Parameters
+    ----------
+    recipe : Recipe
+        Of the Python FMU.
+    twin_of : str
+        GUID of the Python FMU that it gives the results of.
+
+    Raises
+    ------
+    NativeError
+        If an effect in force has no form in C.
+    """
+    machine = Machine.from_dict(json.loads(recipe.data[MACHINE_FILE]))
+    try:
+        sources = {**program(), **machine_sources(machine)}
+    except NoFormulaError as error:
+        raise NativeError(f"--native: {error}") from None
+
+    def data(variables: Sequence[Variable], guid: str) -> dict[str, str]:
+        return {"model_data.c": variable_sources(variables, recipe.identity.name, guid)}
+
+    return Native(sources, data, MACHINE_FILE, documents={TWIN_OF: twin_of.encode()})

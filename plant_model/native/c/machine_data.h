@@ -1,0 +1,89 @@
+/* What one machine says: the generated machine_data.c defines it, machine_sizes.h its sizes. */
+#ifndef MACHINE_DATA_H
+#define MACHINE_DATA_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+#include "machine_sizes.h"
+#include "model.h"
+
+#define SIZE (NODES + STATES)
+#define AT_LEAST_ONE(count) ((count) > 0 ? (count) : 1)
+
+/* Two nodes that exchange heat, or a node and a boundary temperature. */
+struct pair {
+    size_t node, other;
+};
+
+/* An effect that a tunable parameter may switch off. */
+struct acting {
+    size_t amplitude; /* among the tunable parameters; NONE: it is always on */
+    double off;
+    bool dependent; /* makes the network non-linear while it is on */
+    size_t first_state, state_count;
+};
+
+/* Where a node starts: at an input, or above the first boundary temperature by a start_rise. */
+struct start {
+    size_t input;
+    size_t rise; /* among the start_rise parameters; NONE: none */
+};
+
+/* What a variable of the FMU must lie in. */
+struct range {
+    double low, high;
+    const char *unit;
+};
+
+/* Value references: the inputs come first, then tool_length and dX, dY, dZ; behind noise_seed the
+   start_rise parameters and the tunable ones. */
+struct ports {
+    size_t noise_seed;
+};
+
+struct sensor_noise {
+    double deviation, resolution;
+};
+
+struct axis_limits {
+    double slew_um_per_s, limit_um, increment_um;
+};
+
+extern const struct pair machine_edges[AT_LEAST_ONE(EDGES)];
+extern const struct pair machine_outside[AT_LEAST_ONE(OUTSIDE)];
+extern const size_t machine_boundaries[AT_LEAST_ONE(BOUNDARIES)]; /* their places among inputs */
+extern const size_t machine_levels[AT_LEAST_ONE(LEVELS)]; /* inputs that conductances depend on */
+extern const struct acting machine_acting[AT_LEAST_ONE(ACTING)];
+extern const struct start machine_starts[NODES];
+extern const struct range machine_ranges[]; /* by value reference; of an output empty */
+extern const struct ports model_ports;
+extern const struct sensor_noise machine_sensors[AT_LEAST_ONE(SENSORS)];
+extern const struct axis_limits machine_axis;
+extern const double machine_state_scales[AT_LEAST_ONE(STATES)];
+extern const bool machine_lags[AT_LEAST_ONE(STATES)];
+extern const bool machine_one_way; /* heat flows one way between nodes */
+extern const bool machine_settles; /* some own state jumps at the end of a step */
+
+/* The equations. Rows: p tunable parameters, k what follows from them alone, u inputs, h what
+   follows from k and u, T temperatures, x own states, s temperatures at the start, w time since
+   the start [s] and length of the tool [mm]. */
+void equations_prepare(const double *p, double *k);
+void equations_fixed(
+    const double *k, double *capacity, double *decay, double *time_constants);
+void equations_conductances(
+    const double *k, const double *u, double *diagonal, double *edges, double *outside);
+void equations_held(const double *k, const double *u, double *h);
+void equations_heat(const double *k, const double *u, const double *h, double *heat);
+void equations_dependent(
+    const double *k, const double *u, const double *h, const double *T, const double *x,
+    double *heat, double *rates);
+void equations_target(const double *k, const double *u, const double *T, double *target);
+void equations_settled(
+    const double *k, const double *u, const double *T, const double *x, double *settled);
+void equations_first(const double *k, const double *u, const double *T, double *first);
+void equations_outputs(
+    const double *k, const double *u, const double *T, const double *x, const double *s,
+    const double *w, double *outputs);
+
+#endif

@@ -1,0 +1,130 @@
+"""Expressions written as C functions; what comes up twice is computed once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+from plant_model.native.trace import Expr, literal
+
+INFIX = {"add": "+", "subtract": "-", "multiply": "*", "divide": "/"}
+INFIX |= {"greater": ">", "greater_equal": ">=", "less": "<", "less_equal": "<="}
+INFIX |= {"equal": "==", "not_equal": "!=", "logical_and": "&&", "logical_or": "||"}
+CALLS = {"absolute": "fabs", "sqrt": "sqrt", "exp": "exp", "expm1": "expm1", "log": "log"}
+CALLS |= {"sin": "sin", "cos": "cos", "tan": "tan", "arctan": "atan", "tanh": "tanh"}
+CALLS |= {"floor": "floor", "power": "pow", "sign": "sign_of", "remainder": "modulo"}
+CALLS |= {"maximum": "larger", "minimum": "smaller", "radians": "radians"}
+POWERS = {2.0: "square", 3.0: "cube", 4.0: "fourth"}
+
+
+class Stage:
+    """Numbers that are computed before others, kept in a row of that name.
+
+    Parameters
+    ----------
+    row : str
+        Its name in C.
+    needs : iterable of str
+        Rows that are known when it is computed.
+    """
+
+    def __init__(self, row: str, needs: Iterable[str]) -> None:
+        self.row, self.needs = row, frozenset(needs)
+        self.kept: dict[Expr, int] = {}
+
+    def takes(self, cell: Any) -> bool:
+        """Return whether a cell can be computed in this stage."""
+        return isinstance(cell, Expr) and cell.rows <= self.needs
+
+    def place(self, cell: Expr) -> str:
+        """Return where the stage keeps a number."""
+        return f"{self.row}[{self.kept.setdefault(cell, len(self.kept))}]"
+
+
+def function(
+    head: str, results: Mapping[str, Any] | Sequence[tuple[str, Any]], stages: Sequence[Stage]
+) -> str:
+    """Return a C function.
+
+    Parameters
+    ----------
+    head : str
+        Its declaration; parameters have the rows' names.
+    results : mapping of str to number or expression
+        What it computes, by the place to put it.
+    stages : sequence of Stage
+        What has been computed before; the first that can takes an expression.
+    """
+    writer = _Writer(stages)
+    pairs = list(results.items() if isinstance(results, Mapping) else results)
+    puts = [f"    {place} = {writer.value(cell)};" for place, cell in pairs]
+    body = "\n".join([*writer.lines, *puts])
+    unused = ", ".join(f"(void){name}" for name in _parameters(head))
+    return f"{head}\n{{\n    {unused};\n{body}\n}}\n"
+
+
+def stage_function(head: str, stage: Stage, before: Sequence[Stage]) -> str:
+    """Return the C function that computes a stage, once all that need it are written."""
+    results = [(f"{stage.row}[{place}]", cell) for cell, place in stage.kept.items()]
+    return function(head, results, before)
+
+
+def _parameters(head: str) -> list[str]:
+    inside = head[head.index("(") + 1 : head.rindex(")")]
+    return [part.split("*")[-1].split()[-1] for part in inside.split(",")]
+
+
+class _Writer:
+    def __init__(self, stages: Sequence[Stage]) -> None:
+        self.stages = stages
+        self.lines: list[str] = []
+        self._names: dict[Expr, str] = {}
+
+    def value(self, cell: Any) -> str:
+        """Return how C names a cell, having written what it needs."""
+        if not isinstance(cell, Expr):
+            return literal(float(cell))
+        # Not by recursion: a sum over all nodes is as deep as it is long.
+        waiting = [cell]
+        while waiting:
+            now = waiting[-1]
+            if now in self._names:
+                waiting.pop()
+                continue
+            known = self._known(now)
+            missing = [] if known else [a for a in now.args if self._is_new(a)]
+            if missing:
+                waiting += missing
+                continue
+            waiting.pop()
+            self._names[now] = known or self._written(now)
+        return self._names[cell]
+
+    def _is_new(self, arg: Any) -> bool:
+        return isinstance(arg, Expr) and arg not in self._names
+
+    def _known(self, cell: Expr) -> str:
+        for stage in self.stages:
+            if stage.takes(cell):
+                return stage.place(cell)
+        return f"{cell.args[0]}[{cell.args[1]}]" if cell.op == "symbol" else ""
+
+    def _written(self, cell: Expr) -> str:
+        args = [self._names[a] if isinstance(a, Expr) else literal(a) for a in cell.args]
+        name = f"v{len(self.lines)}"
+        self.lines.append(f"    const double {name} = {_operation(cell, args)};")
+        return name
+
+
+def _operation(cell: Expr, args: Sequence[str]) -> str:
+    if cell.op in INFIX:
+        return f"{args[0]} {INFIX[cell.op]} {args[1]}"
+    if cell.op == "negative":
+        return f"-{args[0]}"
+    if cell.op == "logical_not":
+        return f"!{args[0]}"
+    if cell.op == "where":
+        return f"{args[0]} != 0.0 ? {args[1]} : {args[2]}"
+    if cell.op == "power" and cell.args[1] in POWERS:
+        return f"{POWERS[cell.args[1]]}({args[0]})"
+    return f"{CALLS[cell.op]}({', '.join(args)})"

@@ -1,0 +1,264 @@
+"""The C sources of one machine, from the machine file and from the effects as Python has them."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
+
+from fmu_packaging.variables import Variable
+from plant_model.fmi_slave import start_sensors
+from plant_model.machine import Machine
+from plant_model.native.emit import Stage, function, stage_function
+from plant_model.native.equations import Equations, equations_of
+from plant_model.native.trace import literal
+from plant_model.sensors import noise_and_resolution
+from plant_model.stepper import OFFSETS
+
+C_FOLDER = Path(__file__).resolve().parent / "c"
+LARGEST = sys.float_info.max
+NOISE_SEED = "noise_seed"
+HEAD = "/* Made by spindle-drift from the machine {name}; not to be edited. */\n"
+
+
+def program() -> dict[str, str]:
+    """Return the sources that every plant shares, by path in the folder of sources."""
+    paths = sorted([*C_FOLDER.glob("*.c"), *C_FOLDER.glob("*.h")])
+    return {path.name: path.read_text("utf-8") for path in paths}
+
+
+def tunable_of(machine: Machine) -> list[str]:
+    """Return the parameters that an FMU's user may set, by full name."""
+    return [name for name, entry in machine.parameters.items() if entry.calibrate]
+
+
+def machine_sources(machine: Machine) -> dict[str, str]:
+    """Return the sources that hold one machine, by path in the folder of sources.
+
+    Raises
+    ------
+    NoFormulaError
+        For an effect that has no form in C.
+    """
+    tunable = tunable_of(machine)
+    equations = equations_of(machine, tunable)
+    functions, of_parameters, of_inputs = _functions(equations)
+    sizes = {
+        "NODES": len(machine.nodes),
+        "STATES": len(equations.scales),
+        "INPUTS": len(machine.inputs),
+        "BOUNDARIES": len(machine.boundary_index),
+        "EDGES": len(_edges(equations)),
+        "OUTSIDE": len(equations.boundary),
+        "LEVELS": len(equations.levels),
+        "ACTING": len(equations.acting),
+        "TUNABLE": len(tunable),
+        "RISES": len(start_sensors(machine)),
+        "SENSORS": len(noise_and_resolution(machine)),
+        "KEPT_OF_PARAMETERS": of_parameters,
+        "KEPT_OF_INPUTS": of_inputs,
+    }
+    head = HEAD.format(name=machine.name)
+    defines = "\n".join(f"#define {name} {size}" for name, size in sizes.items())
+    guard = "MACHINE_SIZES_H"
+    return {
+        "machine_sizes.h": f"{head}#ifndef {guard}\n#define {guard}\n\n{defines}\n\n#endif\n",
+        "machine_data.c": "\n".join(
+            [head, '#include "machine_data.h"\n', *_tables(machine, equations), ""]
+        ),
+        "equations.c": "\n".join(
+            [head, '#include "machine_data.h"\n#include "formulas.h"\n', *functions]
+        ),
+    }
+
+
+def _functions(equations: Equations) -> tuple[list[str], int, int]:
+    """Return the C functions, and how many numbers each stage keeps."""
+    of_parameters = Stage("k", {"p"})
+    of_inputs = Stage("h", {"p", "u"})
+    first, both = [of_parameters], [of_parameters, of_inputs]
+    k, u, rows = "const double *k", "const double *u", "const double *T, const double *x"
+    lists = {
+        "capacity": equations.capacity,
+        "decay": equations.decay,
+        "time_constants": equations.time_constants,
+    }
+    matrix = equations.matrix
+    parts = {
+        "diagonal": [matrix[i, i] for i in range(len(equations.capacity))],
+        "edges": [matrix[place] for place in _edges(equations)],
+        "outside": list(equations.boundary.values()),
+    }
+    made = [
+        function(
+            f"void equations_fixed({k}, double *capacity, double *decay, double *time_constants)",
+            _places(lists.items()),
+            first,
+        ),
+        function(
+            f"void equations_conductances({k}, {u}, double *diagonal, double *edges, "
+            "double *outside)",
+            _places(parts.items()),
+            first,
+        ),
+        function(
+            f"void equations_heat({k}, {u}, const double *h, double *heat)",
+            _places([("heat", equations.heat)]),
+            both,
+        ),
+        function(
+            f"void equations_dependent({k}, {u}, const double *h, {rows}, double *heat, "
+            "double *rates)",
+            _places([("heat", equations.dependent), ("rates", equations.rates)]),
+            both,
+        ),
+        function(
+            f"void equations_target({k}, {u}, const double *T, double *target)",
+            _places([("target", equations.target)]),
+            first,
+        ),
+        function(
+            f"void equations_settled({k}, {u}, {rows}, double *settled)",
+            _places([("settled", equations.settled)]),
+            first,
+        ),
+        function(
+            f"void equations_first({k}, {u}, const double *T, double *first)",
+            _places([("first", equations.first)]),
+            first,
+        ),
+        function(
+            f"void equations_outputs({k}, {u}, {rows}, const double *s, const double *w, "
+            "double *outputs)",
+            _places([("outputs", equations.outputs)]),
+            first,
+        ),
+    ]
+    made.append(stage_function(f"void equations_held({k}, {u}, double *h)", of_inputs, first))
+    made.append(
+        stage_function("void equations_prepare(const double *p, double *k)", of_parameters, [])
+    )
+    return made, len(of_parameters.kept), len(of_inputs.kept)
+
+
+def _places(lists: Iterable[tuple[str, Sequence[object]]]) -> list[tuple[str, object]]:
+    return [(f"{row}[{place}]", cell) for row, cells in lists for place, cell in enumerate(cells)]
+
+
+def _edges(equations: Equations) -> list[tuple[int, int]]:
+    return [place for place in equations.matrix if place[0] != place[1]]
+
+
+def _tables(machine: Machine, equations: Equations) -> Iterator[str]:
+    names = [entry.name for entry in machine.inputs]
+    lagging = set(equations.lagging)
+    states = range(len(equations.scales))
+    axis = machine.axis
+    yield from _array("struct pair", "machine_edges", "EDGES", map(_braced, _edges(equations)))
+    yield from _array("struct pair", "machine_outside", "OUTSIDE", map(_braced, equations.boundary))
+    boundaries = (str(names.index(name)) for name in machine.boundary_index)
+    yield from _array("size_t", "machine_boundaries", "BOUNDARIES", boundaries)
+    yield from _array("size_t", "machine_levels", "LEVELS", map(str, equations.levels))
+    yield from _array(
+        "struct acting",
+        "machine_acting",
+        "ACTING",
+        (
+            _braced(
+                (
+                    "NONE" if effect.amplitude is None else effect.amplitude,
+                    literal(effect.off),
+                    str(effect.dependent).lower(),
+                    effect.states.start,
+                    len(effect.states),
+                )
+            )
+            for effect in equations.acting
+        ),
+    )
+    yield from _array("struct start", "machine_starts", "NODES", _starts(machine))
+    noise = (_braced(map(literal, pair)) for pair in noise_and_resolution(machine).values())
+    yield from _array("struct sensor_noise", "machine_sensors", "SENSORS", noise)
+    limits = (axis.slew_um_per_s, axis.limit_um, axis.resolution_um or 1e-9)
+    yield f"const struct axis_limits machine_axis = {_braced(map(literal, limits))};"
+    scales = (literal(float(scale)) for scale in equations.scales)
+    yield from _array("double", "machine_state_scales", "STATES", scales)
+    lags = (str(place in lagging).lower() for place in states)
+    yield from _array("bool", "machine_lags", "STATES", lags)
+    yield f"const bool machine_one_way = {str(equations.one_way).lower()};"
+    yield f"const bool machine_settles = {str(bool(equations.settling)).lower()};"
+
+
+def _array(kind: str, name: str, size: str, rows: Iterable[str]) -> list[str]:
+    found = [f"    {row}," for row in rows] or ["    0,"]
+    if found == ["    0,"] and kind.startswith("struct"):
+        found = ["    {0},"]
+    return [f"const {kind} {name}[AT_LEAST_ONE({size})] = {{", *found, "};"]
+
+
+def _braced(parts: Iterable[object]) -> str:
+    return "{" + ", ".join(map(str, parts)) + "}"
+
+
+def _starts(machine: Machine) -> Iterator[str]:
+    names = [entry.name for entry in machine.inputs]
+    first = names.index(next(iter(machine.boundary_index)))
+    sensors = start_sensors(machine)
+    for node in machine.nodes:
+        if node.start in machine.boundary_index:
+            yield _braced((names.index(node.start), "NONE"))
+        else:
+            yield _braced((first, sensors.index(node.start)))
+
+
+def variable_sources(variables: Sequence[Variable], name: str, guid: str) -> str:
+    """Return ``model_data.c``: the FMU's variables, in the order of their value references.
+
+    Parameters
+    ----------
+    variables : sequence of Variable
+    name, guid : str
+        Of the FMU.
+    """
+    outputs = [variable.name for variable in variables if variable.is_output]
+    rows, ranges = [], []
+    for variable in variables:
+        offset, start = "0", 0.0
+        if variable.is_output:
+            place = outputs.index(variable.name)
+            offset = f"offsetof(struct plant_memory, outputs) + {place} * sizeof(double)"
+        else:
+            start = float(variable.start or 0.0)
+        kind, causality = variable.kind.upper(), variable.causality.upper()
+        rows.append(_braced((f'"{variable.name}"', kind, causality, literal(start), offset)))
+        low, high = _bounds(variable)
+        ranges.append(_braced((literal(low), literal(high), f'"{variable.unit}"')))
+    seed = next(ref for ref, variable in enumerate(variables) if variable.name == NOISE_SEED)
+    return "\n".join(
+        [
+            HEAD.format(name=name),
+            '#include "plant.h"\n',
+            f'const char *const model_guid = "{guid}";',
+            f'const char *const model_name = "{name}";\n',
+            "const struct variable model_variables[] = {",
+            *(f"    {row}," for row in rows),
+            "};",
+            f"const size_t model_variable_count = {len(rows)};",
+            "const struct range machine_ranges[] = {",
+            *(f"    {row}," for row in ranges),
+            "};",
+            f"const struct ports model_ports = {{{seed}}};",
+            "",
+        ]
+    )
+
+
+def _bounds(variable: Variable) -> tuple[float, float]:
+    """Return what a variable may be; the control limits offsets itself, so all finite ones are."""
+    if variable.is_output or variable.name in OFFSETS:
+        return -LARGEST, LARGEST
+    low, high = (-LARGEST, LARGEST)
+    return (
+        low if variable.low is None else float(variable.low),
+        high if variable.high is None else float(variable.high),
+    )

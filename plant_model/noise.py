@@ -1,0 +1,57 @@
+"""The random numbers of a stepped plant's sensor noise, the same in Python and in C.
+
+Number i of a seed's sequence needs no number before it: two 64-bit words of SplitMix64 (Steele, Lea
+and Flood, OOPSLA 2014, doi:10.1145/2714064.2660195), taken at places 2 i + 1 and 2 i + 2 from a
+beginning that is itself a mixed seed, become two even numbers u and v in [0, 1) of 53 bits, and
+these sqrt(-2 ln(1 - u)) cos(2 pi v), which is normally distributed (Box and Muller, Ann. Math.
+Stat. 29 (1958) 610-611, doi:10.1214/aoms/1177706645). The C twin is ``native/c/noise.c``.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from plant_model.parameters import FloatArray
+
+GAMMA = 0x9E3779B97F4A7C15
+WORD = 2**64 - 1
+
+
+def _mixed(z: npt.NDArray[np.uint64]) -> npt.NDArray[np.uint64]:
+    z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    return np.asarray(z ^ (z >> np.uint64(31)))
+
+
+class NormalSequence:
+    """Normally distributed numbers, mean 0 and standard deviation 1.
+
+    Parameters
+    ----------
+    seed : int
+        The same seed gives the same numbers, 0 to 2^32 - 1.
+    count : int
+        How many are drawn at a time.
+
+    Attributes
+    ----------
+    drawn : int
+        How many have been drawn; it may be set.
+    """
+
+    def __init__(self, seed: int, count: int) -> None:
+        self.drawn = 0
+        start = np.array([seed * GAMMA & WORD], dtype=np.uint64)
+        self._begin = int(_mixed(start)[0])
+        self._places = np.arange(1, 2 * count + 1, dtype=np.uint64) * np.uint64(GAMMA)
+        self._count = count
+
+    def draw(self) -> FloatArray:
+        """Return the next numbers, shape (count,)."""
+        at = np.uint64((self._begin + 2 * self.drawn * GAMMA) & WORD)
+        even = (_mixed(at + self._places) >> np.uint64(11)) * 2.0**-53
+        self.drawn += self._count
+        return np.asarray(
+            np.sqrt(-2.0 * np.log(1.0 - even[::2])) * np.cos(2.0 * np.pi * even[1::2])
+        )

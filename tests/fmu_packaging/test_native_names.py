@@ -1,0 +1,85 @@
+"""Sources of several FMUs in one program: the standard's prefix is on everything they define."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+from pathlib import Path
+from typing import Literal
+
+import pytest
+
+import build_fmu
+from fmu_compensator.native.build import native_compensator
+from fmu_packaging.native.build import native_package
+from fmu_packaging.native.compilers import (
+    STRICT,
+    NativeError,
+    c_files,
+    compilers,
+    run_compiler,
+    write_sources,
+)
+from plant_model.machine_file import read_machine
+from plant_model.native.build import native_plant
+
+
+@pytest.fixture(scope="module")
+def command() -> tuple[str, ...]:
+    """The command of this machine's C compiler."""
+    try:
+        return compilers()[0].command
+    except NativeError as error:
+        if os.environ.get("CI"):
+            pytest.fail(str(error))
+        pytest.skip(str(error))
+
+
+def sources(kind: str, fmi: Literal[2, 3]) -> dict[str, str]:
+    """Return the sources of one of the shipped FMUs, by path."""
+    if kind == "plant":
+        recipe, _ = build_fmu.plant_recipe(read_machine("jig_borer"), "plant_native")
+        package = native_package(recipe, native_plant(recipe), [], fmi)
+    else:
+        recipe, _ = build_fmu.compensator_recipe(build_fmu.DEFAULT_MODEL, "compensator_native")
+        package = native_package(recipe, native_compensator(recipe), [], fmi)
+    return {
+        path.removeprefix("sources/"): data.decode()
+        for path, data in package.files.items()
+        if path.startswith("sources/")
+    }
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_two_fmus_link_into_one_program(
+    version: Literal[2, 3], command: tuple[str, ...], tmp_path: Path
+) -> None:
+    for kind in ("plant", "compensator"):
+        folder, texts = tmp_path / kind, sources(kind, version)
+        folder.mkdir()
+        write_sources(folder, texts)
+        prefix = f"-DFMI{version}_FUNCTION_PREFIX={kind}_"
+        flags = [*STRICT, "-O0", "-fno-pie", "-c", prefix]
+        run_compiler([*command, *flags, *c_files(texts)], folder)
+        objects = sorted(path.name for path in folder.glob("*.o"))
+        run_compiler(["ld", "-r", "-o", f"../{kind}.o", *objects], folder)
+        listed = subprocess.run(
+            ["nm", "--defined-only", "-g", str(tmp_path / f"{kind}.o")],
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        names = [line.split()[-1] for line in listed.stdout.splitlines() if line]
+        assert len(names) > 50
+        assert [name for name in names if not name.startswith(f"{kind}_")] == []
+    main = tmp_path / "main.c"
+    main.write_text(
+        f"const char *plant_fmi{version}GetVersion(void);\n"
+        f"const char *compensator_fmi{version}GetVersion(void);\n"
+        "int main(void)\n{\n"
+        f"    return plant_fmi{version}GetVersion()[0] != "
+        f"compensator_fmi{version}GetVersion()[0];\n}}\n"
+    )
+    linked = ["-no-pie", "-o", "both", "main.c", "plant.o", "compensator.o", "-lm"]
+    run_compiler([*command, *linked], tmp_path)
+    assert subprocess.run([str(tmp_path / "both")], check=False).returncode == 0

@@ -1,0 +1,217 @@
+"""The plant's C FMU as a host meets it: beside the Python FMU of the same machine."""
+
+from __future__ import annotations
+
+import csv
+import subprocess
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import fmpy
+import pytest
+from fmpy.validation import validate_fmu
+
+import build_fmu
+from fmu_packaging.native.compilers import STRICT, run_compiler
+from plant_model.machine_file import read_machine
+from tests.fmu_packaging.apart import apart
+
+RUN = """
+import math
+def inputs(k):
+    speed = [3000.0, 12000.0, 0.0][(k // 20) % 3] + (k if 40 < k < 60 else 0)
+    # The machine's inputs, then tool_length, dX, dY, dZ.
+    return [speed, 20.0 + 0.01 * k, 21.0, 5.0, 120.0, 30.0 - k, 5.0, 500.0]
+
+def steps(fmu, first, count):
+    rows = []
+    for k in range(first, first + count):
+        fmu.setReal(fmu.ins, inputs(k))
+        fmu.doStep(float(k), 1.0)
+        rows.append(list(fmu.getReal(fmu.outs)))
+    return rows
+
+def ready(path, seed=0, **reals):
+    fmu = opened(path)
+    fmu.setReal([fmu.refs[name] for name in reals], list(reals.values()))
+    fmu.setInteger([fmu.refs["noise_seed"]], [seed])
+    fmu.setReal(fmu.ins, inputs(0))
+    before = list(fmu.getReal(fmu.outs))
+    fmu.enterInitializationMode()
+    fmu.exitInitializationMode()
+    return fmu, before
+"""
+
+
+@dataclass(frozen=True)
+class Both:
+    """The FMU in C and the one in Python."""
+
+    native: Path
+    python: Path
+
+
+@pytest.fixture(scope="module")
+def both(tmp_path_factory: pytest.TempPathFactory) -> Both:
+    folder = tmp_path_factory.mktemp("dist")
+    common = ["--only", "plant", "--out", str(folder)]
+    assert build_fmu.main(["--native", *common]) == 0
+    assert build_fmu.main(common) == 0
+    return Both(folder / "plant_native.fmu", folder / "plant.fmu")
+
+
+def facts(variable: Any) -> dict[str, Any]:
+    names = ("name", "type", "valueReference", "causality", "variability", "initial", "unit")
+    names += ("displayUnit", "min", "max", "nominal", "start", "description")
+    return {name: getattr(variable, name) for name in names}
+
+
+def test_validation_is_clean_and_the_variables_are_those_of_the_python_fmu(both: Both) -> None:
+    assert validate_fmu(str(both.native)) == []
+    native, python = (fmpy.read_model_description(str(path)) for path in (both.native, both.python))
+    found, expected = ([facts(one) for one in d.modelVariables] for d in (native, python))
+    assert found == expected
+    assert not native.coSimulation.needsExecutionTool
+
+
+def test_the_reference_results_are_those_of_the_python_fmu(both: Both) -> None:
+    tables = []
+    for path in (both.native, both.python):
+        with path.with_name(f"{path.stem}_ref.csv").open() as file:
+            tables.append([[*map(float, row)] for row in list(csv.reader(file))[1:]])
+    assert len(tables[0]) > 100
+    for one, other in zip(*tables, strict=True):
+        assert one == pytest.approx(other, rel=0.0, abs=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("seed", "moved"),
+    [(0, {}), (4, {"sources.motor.loss": 33.0, "start_rise.T1": 1.5})],
+)
+def test_a_run_gives_the_numbers_of_the_python_fmu(
+    both: Both, seed: int, moved: dict[str, float]
+) -> None:
+    code = (
+        f"fmu, before = ready(sys.argv[1], {seed}, **{moved})\nshow([before, *steps(fmu, 0, 90)])"
+    )
+    found, expected = (apart(RUN + code, path) for path in (both.native, both.python))
+    assert max(map(abs, expected[-1])) > 10.0
+    for one, other in zip(found, expected, strict=True):
+        assert one == pytest.approx(other, rel=0.0, abs=1e-8)
+
+
+def test_a_state_continues_bit_for_bit_and_a_reset_starts_over(both: Both) -> None:
+    code = """
+fmu, _ = ready(sys.argv[1], 5, **{"sources.motor.loss": 30.0})
+first = steps(fmu, 0, 37)
+state = fmu.getFMUstate()
+data = fmu.serializeFMUstate(state)
+truth = steps(fmu, 37, 60)
+fmu.setFMUstate(state)
+same = [steps(fmu, 37, 60) == truth]
+other = opened(sys.argv[1])
+other.setFMUstate(other.deSerializeFMUstate(data))
+same.append(steps(other, 37, 60) == truth)
+fmu.reset()
+fmu.setReal([fmu.refs["sources.motor.loss"]], [30.0])
+fmu.setInteger([fmu.refs["noise_seed"]], [5])
+fmu.setReal(fmu.ins, inputs(0))
+same.append(steps(started(fmu), 0, 37) == first)
+show(same)
+"""
+    assert apart(RUN + code, both.native) == [True, True, True]
+
+
+REFUSED = """
+fmu = opened(sys.argv[1])
+def with_input(name, value):
+    fmu.setReal([fmu.refs[name]], [value])
+    before = list(fmu.getReal(fmu.outs))
+    status = status_of(fmu.doStep, reached, 1.0)
+    assert list(fmu.getReal(fmu.outs)) == before
+    fmu.setReal(fmu.ins, inputs(0))
+    return status
+fmu.setReal(fmu.ins, inputs(0))
+fmu.setReal([fmu.refs["tool_length"]], [-1.0])
+fmu.enterInitializationMode()
+said = [status_of(fmu.exitInitializationMode)]
+fmu.setReal([fmu.refs["tool_length"]], [100.0])
+said.append(status_of(fmu.exitInitializationMode))
+reached = 3.0
+fmu.doStep(0.0, 3.0)
+nan, inf = math.nan, math.inf
+for name, value in (("tool_length", nan), ("tool_length", 1e6), ("dX", nan), ("dY", inf),
+                    ("speed", 1e6), ("ambient", nan)):
+    said.append(with_input(name, value))
+said += [status_of(fmu.doStep, reached, step) for step in (0.0, -1.0, nan, inf)]
+said += [status_of(fmu.doStep, 500.0, 1.0), status_of(fmu.doStep, 0.0, 1.0)]
+said.append(status_of(fmu.doStep, reached, 1.0))
+fmu.terminate()
+said.append(status_of(fmu.doStep, reached + 1.0, 1.0))
+show([said, [m[1] for m in messages]])
+"""
+
+
+@pytest.mark.parametrize("kind", ["native", "python"])
+def test_what_is_out_of_range_is_refused_and_changes_nothing(both: Both, kind: str) -> None:
+    statuses, messages = apart(RUN + REFUSED, getattr(both, kind))
+    failure = 3 if kind == "native" else 4
+    begun = statuses.pop(0), statuses.pop(0)
+    # A refusal is fatal in pythonfmu's binary, but the initialisation can be tried again.
+    assert begun == (failure, 0)
+    assert statuses[:10] == [2] * 10
+    # A step at another time and one after the end: an error, which pythonfmu can only discard.
+    refused = 3 if kind == "native" else 2
+    assert statuses[10:] == [refused, refused, 0, refused]
+    words = ["tool_length: -1", "tool_length: nan", "tool_length: 1e+06", "dX: nan", "dY: inf"]
+    words += ["speed: 1e+06", "ambient: nan"]
+    for word in words:
+        assert any(word in said for said in messages), word
+
+
+def test_the_stop_time_holds(both: Both) -> None:
+    code = """
+for path in sys.argv[1:]:
+    fmu = opened(path)
+    if "native" in path:
+        fmu.reset()
+    fmu.setupExperiment(startTime=0.0, stopTime=2.0)
+    fmu.setReal(fmu.ins, inputs(0))
+    started(fmu)
+    fmu.doStep(0.0, 2.0)
+    messages.append([0, str(status_of(fmu.doStep, 2.0, 1e-3))])
+show([m[1] for m in messages if len(m[1]) == 1])
+"""
+    assert apart(RUN + code, both.native, both.python) == ["3", "2"]
+
+
+def test_there_is_no_global_state(both: Both, compiler: tuple[str, ...], tmp_path: Path) -> None:
+    with zipfile.ZipFile(both.native) as archive:
+        archive.extractall(tmp_path)
+    sources = tmp_path / "sources"
+    files = [path.relative_to(sources).as_posix() for path in sources.rglob("*.c")]
+    run_compiler([*compiler, *STRICT, "-O0", "-fno-pie", "-c", *files], sources)
+    objects = sorted(path.name for path in sources.glob("*.o"))
+    listed = subprocess.run(
+        ["nm", *objects], cwd=sources, capture_output=True, text=True, check=True
+    )
+    kinds = {line.split()[-2] for line in listed.stdout.splitlines() if len(line.split()) > 1}
+    assert {"T", "R"} <= kinds
+    assert not kinds & set("dDbBcC")
+
+
+def test_fmi3_gives_the_same_numbers(both: Both, tmp_path: Path) -> None:
+    folder = tmp_path / "dist"
+    arguments = ["--native", "--fmi", "3", "--only", "plant", "--out", str(folder)]
+    assert build_fmu.main(arguments) == 0
+    assert validate_fmu(str(folder / "plant_native_fmi3.fmu")) == []
+    one = folder / "plant_native_fmi3_ref.csv"
+    assert one.read_text() == both.native.with_name("plant_native_ref.csv").read_text()
+
+
+def test_every_shipped_machine_builds(tmp_path: Path) -> None:
+    machine = read_machine("lathe")
+    arguments = ["--native", "--only", "plant", "--machine", machine.name, "--out", str(tmp_path)]
+    assert build_fmu.main(arguments) == 0

@@ -1,0 +1,76 @@
+"""A scenario takes the plant in C where it can be had, and gives the same."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import build_fmu
+from fmu_packaging.native.compilers import NativeError, compilers
+from scenarios import fmu_files
+from scenarios.cosimulation import simulate
+from scenarios.fmu_files import find_fmu
+from scenarios.scenario import read_scenario
+from scenarios.views import rig_of
+
+
+@pytest.fixture(scope="module")
+def dist(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The shipped plant in both forms."""
+    try:
+        compilers()
+    except NativeError as error:
+        pytest.skip(str(error))
+    folder = tmp_path_factory.mktemp("dist")
+    for arguments in ([], ["--native"]):
+        assert build_fmu.main([*arguments, "--only", "plant", "--out", str(folder)]) == 0
+    return folder
+
+
+def test_the_twin_beside_the_plant_is_taken_and_a_path_means_that_file(
+    dist: Path, tmp_path: Path
+) -> None:
+    def found(name: str, native: bool = True) -> Path:
+        return find_fmu(name, dist, tmp_path, tmp_path, native=native)
+
+    assert found("plant.fmu") == dist / "plant_native.fmu"
+    assert found("plant.fmu", native=False) == dist / "plant.fmu"
+    assert found(str(dist / "plant.fmu")) == dist / "plant.fmu"
+    assert rig_of(dist / "plant_native.fmu") == rig_of(dist / "plant.fmu")
+
+
+def test_what_is_no_twin_is_not_taken(dist: Path, tmp_path: Path) -> None:
+    other, work = tmp_path / "dist", tmp_path / "work"
+    work.mkdir()
+    assert build_fmu.main(["--only", "plant", "--machine", "lathe", "--out", str(other)]) == 0
+    shutil.copy(dist / "plant_native.fmu", other)
+    found = find_fmu("plant.fmu", other, tmp_path, work, native=True)
+    assert found == work / "plant_native.fmu"
+    assert find_fmu("plant.fmu", other, tmp_path, work, native=True) == found
+
+
+def test_without_a_compiler_python_does_it_with_a_word(
+    dist: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    shutil.copy(dist / "plant.fmu", tmp_path)
+    monkeypatch.setenv("CC", "no-such-compiler")
+    fmu_files._say_once.cache_clear()
+    found = find_fmu("plant.fmu", tmp_path, tmp_path / "near", tmp_path, native=True)
+    assert found == tmp_path / "plant.fmu"
+    why = "no C compiler: CC names 'no-such-compiler', which cannot be found"
+    assert capsys.readouterr().err == f"{found}: simulated in Python: {why}\n"
+
+
+def test_both_give_the_same_recording(dist: Path) -> None:
+    settings = [("duration_s", 3600), ("compensator.enabled", False), ("step_s", 5)]
+    case = read_scenario("random_speed", settings).cases[0]
+    python, native = (
+        simulate(case, dist / file, None, quiet=True).frame
+        for file in ("plant.fmu", "plant_native.fmu")
+    )
+    assert list(python) == list(native)
+    assert python["drift_Z_um"].abs().max() > 1.0
+    assert np.max(np.abs(python.to_numpy() - native.to_numpy())) < 1e-8
