@@ -61,6 +61,8 @@ class Timebase:
         if ahead > self._period // 2:
             self._begin(raw, arrived)
             return "time_jump", "machine_time went back"
+        if not ahead:
+            return "time_stands", "machine_time stands while the machine runs"
         position_s = self._position_s + ahead * self._count_s
         offset_s, drift_s = arrived - position_s, DRIFT * max(arrived - self._arrived, 0.0)
         behind_s = offset_s - self._low_s

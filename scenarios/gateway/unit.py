@@ -141,6 +141,8 @@ class StateFile:
         """
         if not self.path.exists():
             return None, "there is none yet"
+        if not self.path.is_file():
+            raise BadInput(self.path, "", "is not an ordinary file")
         try:
             table = json.loads(read_bytes(self.path))
             if table["kind"] != KIND or table["format"] != FORMAT:
