@@ -6,12 +6,14 @@ never waits; where the thread cannot follow, jobs are dropped and counted.
 
 from __future__ import annotations
 
+import contextlib
 import queue
 import threading
+import traceback
 from collections.abc import Callable
 
 Job = Callable[[], None]
-LAST_S = 2.0
+LAST_S = 5.0
 """How long the end waits for what is left to do [s]."""
 
 
@@ -28,7 +30,7 @@ class Background:
     Attributes
     ----------
     dropped : int
-        Jobs that found no room.
+        Jobs that found no room, or failed.
     """
 
     def __init__(self, room: int, idle: Job = lambda: None) -> None:
@@ -40,7 +42,7 @@ class Background:
         self._thread.start()
 
     def do(self, job: Job) -> bool:
-        """Hand over a job, which must not raise; return whether there was room."""
+        """Hand over a job; return whether there was room."""
         try:
             self._jobs.put_nowait(job)
         except queue.Full:
@@ -53,11 +55,20 @@ class Background:
             try:
                 job = self._jobs.get(timeout=1.0)
             except queue.Empty:
-                self._idle()
+                self._run(self._idle)
                 continue
             if job is None:
                 return
+            self._run(job)
+
+    def _run(self, job: Job) -> None:
+        try:
             job()
+        except Exception:
+            # The jobs after it must be done all the same.
+            self.dropped += 1
+            with contextlib.suppress(OSError, ValueError):
+                traceback.print_exc()
 
     def close(self) -> bool:
         """Do what is left, for a short while; return whether all was done."""

@@ -222,23 +222,26 @@ def _check(database: Database) -> None:
     ids = [frame.data_id for frame in database.frames]
     if len(set(ids)) < len(ids):
         raise BadInput(database.path, "E2EDataId", "two frames have the same one")
-    for node, names in NEEDED.items():
-        known = [signal.name for _, signal in database.signals(node)]
-        for name in names:
-            if name not in known:
-                raise BadInput(database.path, node, f"sends no signal {name}")
-        for frame in database.of(node):
-            if frame.cycle_s != database.closing(node).cycle_s:
-                raise BadInput(
-                    database.path, frame.name, "frames of a node must share a cycle time"
-                )
-            if frame.cycles != database.closing(node).cycles:
-                raise BadInput(
-                    database.path, frame.name, f"{CYCLE} of a node's frames must be equally long"
-                )
+    for node in NEEDED:
+        _check_node(database, node)
+    if "cold" not in database.signal("thermal_state").codes:
+        raise BadInput(database.path, "thermal_state", "has no value named cold")
     for node, name in ((MACHINE, "machine_time"), (COMPENSATOR, "answered_time")):
         frame = database.closing(node)
         if name not in frame.signals:
             raise BadInput(
                 database.path, frame.name, f"is {node}'s last frame: it must hold {name}"
             )
+
+
+def _check_node(database: Database, node: str) -> None:
+    known = [signal.name for _, signal in database.signals(node)]
+    for name in NEEDED[node]:
+        if name not in known:
+            raise BadInput(database.path, node, f"sends no signal {name}")
+    for frame in database.of(node):
+        if frame.cycle_s != database.closing(node).cycle_s:
+            raise BadInput(database.path, frame.name, "frames of a node must share a cycle time")
+        if frame.cycles != database.closing(node).cycles:
+            problem = f"{CYCLE} of a node's frames must be equally long"
+            raise BadInput(database.path, frame.name, problem)

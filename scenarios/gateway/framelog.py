@@ -16,6 +16,7 @@ from typing import Any
 
 import can
 from can.io.blf import FILE_HEADER_STRUCT
+from can.util import channel2int
 
 from measurement.errors import BadInput
 from scenarios.gateway.background import Background
@@ -26,6 +27,7 @@ ROOM = 20_000
 SYNC_S, RETRY_S = 1.0, 5.0
 """How often frames are brought to the file, and how long after a failure it is tried again [s]."""
 LARGEST_MB = 100.0
+CHANNELS = 254
 KEPT = 9
 """Older logs that are kept beside the newest: FILE.1 is the newest of them."""
 
@@ -68,6 +70,8 @@ class FrameLog:
 
     def write(self, message: can.Message) -> None:
         """Take a frame; it is written when the thread gets to it."""
+        if self.path.suffix.lower() != ".log" and (channel2int(message.channel) or 0) > CHANNELS:
+            message.channel = 0  # these forms number channels, and not so far
         self._thread.do(lambda: self._write(message))
 
     def reopen(self) -> None:

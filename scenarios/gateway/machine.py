@@ -182,7 +182,7 @@ class MachineNode:
             fresh = self.ear.taken(time_s, STALE_CYCLES * self._plant.step_s)
             self.answered += fresh is not None and fresh.usable
             offsets = self.follower.follow(fresh, self._plant.step_s)
-            self._plant.record(offsets, self._heard())
+            self._plant.record(offsets, self._heard(fresh))
             last = self._plant.done or self._stopped()
             sent_at = self._clock()
             self._send("running", self._plant.step_s)
@@ -249,8 +249,10 @@ class MachineNode:
         }
         self._link.send(self._sender.messages(values))
 
-    def _heard(self) -> Mapping[str, float]:
+    def _heard(self, fresh: Cycle | None) -> Mapping[str, float]:
         """Return the flags and codes that go into the table beside the plant's signals."""
         values = self.ear.last.values if self.ear.last else {}
         names = ("valid", "status", "status_sensor", "bus_fault")
-        return {name: values.get(name, float("nan")) for name in names}
+        found = {name: values.get(name, float("nan")) for name in names}
+        # What was valid once is not while nothing comes.
+        return found if fresh is not None else {**found, "valid": 0.0}

@@ -62,14 +62,15 @@ class Timebase:
             self._begin(raw, arrived)
             return "time_jump", "machine_time went back"
         if not ahead:
-            return "time_stands", "machine_time stands while the machine runs"
+            fault = "time_jump" if jumped else "time_stands"
+            return fault, "machine_time stands while the machine runs"
         position_s = self._position_s + ahead * self._count_s
         offset_s, drift_s = arrived - position_s, DRIFT * max(arrived - self._arrived, 0.0)
         behind_s = offset_s - self._low_s
-        if behind_s > self._tolerance_s + drift_s:
-            # What is late once is late for good: the offset to compare with stays.
-            return "delayed", f"machine_time is {behind_s:.3f} s behind this computer's clock"
         self._last, self._position_s, self._arrived = raw, position_s, arrived
+        if behind_s > self._tolerance_s + drift_s:
+            # The offset to compare with stays, or what is late for good would pass for drift.
+            return "delayed", f"machine_time is {behind_s:.3f} s behind this computer's clock"
         self._low_s = min(self._low_s + drift_s, offset_s)
         self._first_s = max(self._first_s - drift_s, self._low_s)
         before_s = self._first_s - offset_s

@@ -119,6 +119,10 @@ class Control:
         for _ in range(50):
             if self.cycle({}, state="starting")["bus_fault"] == "machine_not_running":
                 break
+        # What the gateway said before it was in touch is still waiting to be read.
+        until = time.monotonic() + 0.3
+        while (left := until - time.monotonic()) > 0.0:
+            self.ear.bus.recv(left)
         self.cycle({})
         for _ in range(cycles):
             answer = self.cycle(values)

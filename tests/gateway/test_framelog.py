@@ -76,6 +76,18 @@ def test_a_log_survives_a_kill_but_for_its_last_second(tmp_path: Path, ending: s
     assert numbers(path)[-1] == 1000
 
 
+@pytest.mark.parametrize("ending", ENDINGS)
+def test_a_channel_may_have_any_name(tmp_path: Path, ending: str) -> None:
+    path = tmp_path / f"frames{ending}"
+    log = FrameLog(path)
+    for number, channel in enumerate(("bus-4711", "a1b2c3d4e5f60718293a4b5c6d7e8f90", "can0", 3)):
+        message = frame(number)
+        message.channel = channel
+        log.write(message)
+    log.close()
+    assert numbers(path) == [0, 1, 2, 3]
+
+
 def test_half_a_line_at_the_end_is_cut_off(tmp_path: Path) -> None:
     path = tmp_path / "frames.log"
     path.write_text("(1.0) vcan0 210#0100000000000000 R\n(1.1) vcan0 21")
@@ -138,7 +150,19 @@ def test_a_full_disk_is_told_and_survived(tmp_path: Path, monkeypatch: pytest.Mo
     assert any("written again" in line for line in said)
 
 
-def test_a_disk_that_hangs_keeps_nobody_waiting() -> None:
+def test_a_job_that_fails_does_not_keep_others_from_being_done(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    done: list[int] = []
+    worker = Background(5)
+    worker.do(lambda: [].pop())  # type: ignore[arg-type]
+    worker.do(lambda: done.append(1))
+    assert worker.close()
+    assert (done, worker.dropped) == ([1], 1)
+    assert "IndexError" in capsys.readouterr().err
+
+
+def test_a_disk_that_hangs_keeps_nobody_waiting(monkeypatch: pytest.MonkeyPatch) -> None:
     done, gate = [], threading.Event()
     worker = Background(3)
     worker.do(gate.wait)  # type: ignore[arg-type]
@@ -147,6 +171,7 @@ def test_a_disk_that_hangs_keeps_nobody_waiting() -> None:
         worker.do(lambda number=number: done.append(number))  # type: ignore[misc]
     assert time.monotonic() - begun < 1.0
     assert worker.dropped >= 96
+    monkeypatch.setattr(background, "LAST_S", 0.2)
     assert not worker.close()
     gate.set()
     wait_for(lambda: done == [0, 1, 2] or done == [0, 1])
