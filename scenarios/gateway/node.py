@@ -140,6 +140,9 @@ class GatewayNode:
         )
         self._cold = database.signal("thermal_state").codes["cold"]
         self._usable_at = now
+        self._restored = warm is not None  # and not yet held against the machine's time
+        self._lost_track = False
+        self._own_offsets = [database.signal(f"d{axis}") for axis in AXES]
         self.begun = warm is not None
         own_clock = warm is not None and not settings.machine_clock
         self.state = STARTING
@@ -261,6 +264,10 @@ class GatewayNode:
             end = beat["machine_time"] + step_s
             gap = end - step_s - self._covered if self._covered is not None else 0.0
             self._covered = end
+            self._lost_track |= self._restored and gap > LONGEST_GAP_S
+            if self._lost_track and self._restored:
+                self._say(f"the state is older than {LONGEST_GAP_S:g} s of the machine's time")
+            self._restored = False
             if 1e-6 < gap <= LONGEST_GAP_S:
                 # Time in which nothing came counts as time without inputs.
                 self._step({}, gap, now)
@@ -294,11 +301,12 @@ class GatewayNode:
         rival = self._rival.finding(arrived)
         if rival is not None and not lost:
             finding, usable = rival, False
-        valid = usable and self.begun and bool(outputs.get("valid", False))
+        known = self.begun and not self._lost_track
+        valid = usable and known and bool(outputs.get("valid", False)) and self._fits(outputs)
         if valid and self._clock is not None and self._clock() - arrived > self._timeout_s:
             text = f"the answer took {self._clock() - arrived:.3f} s"
             finding, valid = Finding("stale", self._closing, text), False
-        self._note(finding, done=valid or (usable and not self.begun))
+        self._note(finding, done=valid or (usable and not known))
         if lost:
             self.state = "reconnecting"
         elif self.begun or usable:
@@ -314,9 +322,13 @@ class GatewayNode:
             "bus_fault_frame": kept.frame.frame_id & 0xFF if kept else 0.0,
             "answered_time": self._judge.raw % self._answers * self._time.scale,
         }
-        if usable and not self.begun:
+        if usable and not known:
             values["status"] = "reference_unknown"
         self._send(self._sender.messages(values | self._by_tool_length(outputs)))
+
+    def _fits(self, outputs: Mapping[str, float]) -> bool:
+        """Whether the frames can carry the offsets."""
+        return all(s.low <= outputs.get(s.name, nan) <= s.high for s in self._own_offsets)
 
     def _note(self, finding: Finding | None, *, done: bool) -> None:
         """Keep the last thing wrong until the offsets are valid again, or wait for a reference."""

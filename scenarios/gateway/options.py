@@ -60,7 +60,8 @@ def add_bus_arguments(parser: argparse.ArgumentParser) -> None:
         "--timeout",
         type=float,
         metavar="MS",
-        help="silence after which the other end is missing (what the DBC says)",
+        help="silence after which the other end is missing, and how old what it sends may be "
+        "(what the DBC says)",
     )
     parser.add_argument(
         "--fmu-dir", type=Path, default=Path("dist"), metavar="DIR", help="where FMUs are (dist)"

@@ -85,7 +85,8 @@ class Service:
         store = StateFile(self.state_file, self.unit.slave.sha256) if self.state_file else None
         if store is not None and not self.unit.slave.can_save:
             raise BadInput(self.fmu, "", "cannot give its state away: run without --state")
-        warm, why_not = store.read() if store else (None, "")
+        rate = 1.0 if self.settings.machine_clock else self.settings.speed_up
+        warm, why_not = store.read(rate) if store else (None, "")
         self.unit.start(warm)
         if warm is not None:
             self.say(f"goes on from the state of {warm.age_s:.0f} s ago")

@@ -131,8 +131,13 @@ class StateFile:
         }
         write_atomically(self.path, json.dumps(table) + "\n")
 
-    def read(self) -> tuple[Saved | None, str]:
+    def read(self, speed_up: float = 1.0) -> tuple[Saved | None, str]:
         """Return what was saved, or None and why it cannot be used.
+
+        Parameters
+        ----------
+        speed_up : float
+            Seconds of the FMU in a second of the time of day.
 
         Raises
         ------
@@ -160,8 +165,9 @@ class StateFile:
             return None, "it belongs to another FMU"
         if age < 0.0:
             return None, f"it was saved {-age:.0f} s in the future: this computer's clock was set"
-        if age > OLDEST_S:
-            return None, f"it was saved {age:.0f} s ago, allowed is {OLDEST_S:g} s"
+        if age * speed_up > OLDEST_S:
+            allowed = f"allowed is {OLDEST_S / speed_up:g} s"
+            return None, f"it was saved {age:.0f} s ago, {allowed}"
         return found, ""
 
 

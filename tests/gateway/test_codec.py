@@ -124,6 +124,13 @@ def test_signals_have_the_names_and_units_of_the_fmus(database: Database, unit: 
         assert sent[name] == unit.unit_of(name)  # type: ignore[attr-defined]
 
 
+def test_every_frame_and_signal_says_what_it_is() -> None:
+    for message in cantools.database.load_file(DBC).messages:
+        assert message.comment
+        for signal in message.signals:
+            assert signal.comment, f"{message.name}.{signal.name}"
+
+
 def test_the_start_values_are_safe(database: Database) -> None:
     assert start_values(database) == {
         "valid": "invalid",

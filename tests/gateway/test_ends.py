@@ -104,6 +104,8 @@ def test_a_state_comes_back(tmp_path: Path, bench: Bench, new_unit: object) -> N
     assert again.outputs["dX"] != 0.0
     now[0] += 3600.0
     assert store.read() == (None, "it was saved 3607 s ago, allowed is 3600 s")
+    now[0] = 5400.0
+    assert store.read(10.0) == (None, "it was saved 400 s ago, allowed is 360 s")
     now[0] = 4990.0
     assert "10 s in the future" in store.read()[1]
     other = StateFile(tmp_path / "s.json", "another", lambda: 5001.0).read()

@@ -108,6 +108,25 @@ def test_a_fresh_state_needs_no_other_proof(
     assert again.offsets == pytest.approx(bench.offsets, abs=0.02)
 
 
+@pytest.mark.parametrize(("gap_s", "known"), [(3000.0, True), (4000.0, False)])
+def test_a_state_that_is_old_in_the_machines_time_is_no_proof(
+    bench: Bench,
+    database: Database,
+    new_unit: Callable[[], CompensatorUnit],
+    gap_s: float,
+    known: bool,
+) -> None:
+    """A simulation at many times real time is hours ahead after a short while."""
+    bench.settle(WARM)
+    saved = Saved(bench.unit.time_s, bench.time_s, 1.5, bench.unit.slave.saved())
+    again = Bench(database, new_unit(), Settings(machine_clock=True), warm=saved)
+    again.time_s = round(bench.time_s + gap_s, 1)
+    for _ in range(200):
+        again.cycle(WARM | NOT_COLD)
+    assert (again.last["valid"] == "valid") == known
+    assert (again.last["status"] == "reference_unknown") != known
+
+
 # Frames of different cycles
 
 
@@ -347,6 +366,20 @@ def test_a_status_of_the_compensator_that_is_not_known_here_passes(
     assert cycle is not None
     assert cycle.usable
     assert cycle.values["valid"] == 1.0
+
+
+@pytest.mark.parametrize("offset", [650.1, -1000.0, nan, float("inf")])
+def test_an_offset_that_no_frame_can_carry_is_not_valid(bench: Bench, offset: float) -> None:
+    bench.settle(WARM)
+    step = bench.unit.step
+
+    def wild(values: object, step_s: float) -> dict[str, float]:
+        step(values, step_s)  # type: ignore[arg-type]
+        bench.unit.outputs["dY"] = offset
+        return bench.unit.outputs
+
+    bench.unit.step = wild  # type: ignore[method-assign,assignment]
+    assert bench.cycle(WARM)["valid"] == "invalid"
 
 
 # What was lost
