@@ -80,7 +80,7 @@ def killed(
         with pair.machine(28_800.0, "--out", str(out)) as machine:
             while done < kills and machine.poll() is None:
                 with pair.gateway(*more):
-                    time.sleep(float(rng.uniform(4.0, 9.0)))
+                    time.sleep(float(rng.uniform(6.0, 16.0)))
                 done += 1
             with pair.gateway(*more):
                 time.sleep(8.0)
@@ -126,12 +126,14 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--interface", default="udp_multicast")
     parser.add_argument("--channel", default="239.74.163.2")
+    parser.add_argument("--option", action="append", default=[], metavar="NAME=VALUE")
     parser.add_argument("--fmu-dir", type=Path, default=Path("dist"))
     parser.add_argument("--kills", type=int, default=5, help="of each kind (5)")
     parser.add_argument("--hours", type=float, default=2.0, help="of machine time (2)")
     parser.add_argument("--seed", type=int, default=1)
     args = parser.parse_args()
     bus = ["--interface", args.interface, "--channel", args.channel]
+    bus += [word for option in args.option for word in ("--option", option)]
     pair = Pair([*bus, "--fmu-dir", str(args.fmu_dir)])
     for with_state in (True, False) if args.kills else ():
         rows, valid, done, worst = killed(

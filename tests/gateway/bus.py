@@ -123,7 +123,8 @@ class Control:
         until = time.monotonic() + 0.3
         while (left := until - time.monotonic()) > 0.0:
             self.ear.bus.recv(left)
-        self.cycle({})
+        for _ in range(3):
+            self.cycle({})  # the first may come late, after this pause
         for _ in range(cycles):
             answer = self.cycle(values)
             if answer["status"] == "ok" and answer["dX"] == self.answers[-2]["dX"] != 0.0:
