@@ -44,6 +44,7 @@ test: $(STAMP) lint
 bench: $(STAMP)
 	$(BIN)/python -m benchmarks.step_cost
 	$(BIN)/python tests/gateway/on_vcan.py python -m benchmarks.gateway_latency
+	$(BIN)/python -m benchmarks.gateway_faults
 
 clean:
 	rm -rf build dist results

@@ -82,6 +82,7 @@ class Bench:
         """Send a cycle."""
         values: dict[str, Value] = {f"T{n}": 20.0 for n in range(1, 12)}
         values |= {"speed": 3000.0, "tool_length": 150.0, "offset_use": "following"}
+        values["thermal_state"] = "cold"
         values |= {"machine_state": state, "machine_time": self.time_s, "machine_step": step_s}
         for message in self.sender.messages(values):
             self.bus.send(message)

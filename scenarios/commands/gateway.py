@@ -46,6 +46,31 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="time for the interface to appear and the machine to be heard (10)",
     )
     parser.add_argument(
+        "--cold-start",
+        action="store_true",
+        help="the machine is cold now: count the drift from its first readings",
+    )
+    parser.add_argument(
+        "--ambient",
+        metavar="NAME",
+        help="the temperature that reads the ambient: a machine whose temperatures all stand "
+        "with it is cold",
+    )
+    parser.add_argument(
+        "--together-band",
+        type=float,
+        default=1.0,
+        metavar="K",
+        help="within so many kelvins of each other and of where they were (1)",
+    )
+    parser.add_argument(
+        "--together-time",
+        type=float,
+        default=1800.0,
+        metavar="S",
+        help="for so many seconds of the compensator (1800)",
+    )
+    parser.add_argument(
         "--duration", type=float, metavar="S", help="end after this time (when interrupted)"
     )
     parser.add_argument("--until-off", action="store_true", help="end when the machine is off")
@@ -68,6 +93,8 @@ def run(args: argparse.Namespace) -> int:
     check_positive("--speed-up", args.speed_up)
     check_positive("--startup-timeout", args.startup_timeout, zero=True)
     check_positive("--duration", args.duration)
+    check_positive("--together-band", args.together_band)
+    check_positive("--together-time", args.together_time)
     summary = _serve(args, database)
     if args.json:
         print(json.dumps(summary, indent=1))
@@ -82,17 +109,18 @@ def _serve(args: argparse.Namespace, database: Any) -> dict[str, Any]:
     from scenarios.gateway.database import MACHINE
     from scenarios.gateway.node import Settings
     from scenarios.gateway.options import new_link, stop_flag, teller
+    from scenarios.gateway.reference import Proof
     from scenarios.gateway.serving import Service
     from scenarios.gateway.unit import CompensatorUnit
 
-    say = teller("gateway", args)
     printed = io.StringIO()
     with contextlib.ExitStack() as stack:
+        say = stack.enter_context(teller("gateway", args))
         work = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="spindle-drift-")))
         fmu = find_fmu(args.compensator, args.fmu_dir, Path(), work, quiet=args.quiet)
-        stopped = stack.enter_context(stop_flag())
         link = new_link(args, database, MACHINE, say)
         stack.callback(link.close)
+        stopped = stack.enter_context(stop_flag(link.reopen_log))
         link.open(args.startup_timeout)
         # A Python FMU shares this process's standard error; its complaints come through its log.
         stack.enter_context(contextlib.redirect_stderr(printed))
@@ -104,6 +132,7 @@ def _serve(args: argparse.Namespace, database: Any) -> dict[str, Any]:
             args.speed_up,
             args.startup_timeout,
             args.timeout and args.timeout / 1e3,
+            Proof(args.cold_start, args.ambient or "", args.together_band, args.together_time),
         )
         service = Service(
             database,

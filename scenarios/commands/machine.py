@@ -107,10 +107,11 @@ def _replay(args: argparse.Namespace, database: Any, speed_up: float | None) -> 
     from scenarios.gateway.options import new_link, stop_flag, teller
     from scenarios.gateway.replay import recorded, replay
 
-    say = teller("machine", args)
     messages = recorded(args.replay, database)
-    link = new_link(args, database, COMPENSATOR, say)
-    with contextlib.closing(link), stop_flag() as stopped:
+    with contextlib.ExitStack() as stack:
+        say = stack.enter_context(teller("machine", args))
+        link = stack.enter_context(contextlib.closing(new_link(args, database, COMPENSATOR, say)))
+        stopped = stack.enter_context(stop_flag(link.reopen_log))
         link.open(args.wait)
         say(f"{args.replay.name}, {len(messages)} frames, on {link.name}")
         sent = replay(
@@ -135,20 +136,20 @@ def _simulate(args: argparse.Namespace, database: Any, speed_up: float | None) -
     from scenarios.gateway.plant import MachinePlant
     from scenarios.gateway.simulating import Simulation
 
-    say = teller("machine", args)
     case, near = _case(args, database, speed_up)
     printed = io.StringIO()
     with contextlib.ExitStack() as stack:
+        say = stack.enter_context(teller("machine", args))
         work = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="spindle-drift-")))
         name = args.plant or case.settings.plant.fmu
         fmu = find_fmu(name, args.fmu_dir, near, work, quiet=args.quiet)
-        stopped = stack.enter_context(stop_flag())
         link = new_link(args, database, COMPENSATOR, say)
         stack.callback(link.close)
+        stopped = stack.enter_context(stop_flag(link.reopen_log))
         link.open(args.wait)
         # A Python FMU shares this process's standard error; its complaints come through its log.
         stack.enter_context(contextlib.redirect_stderr(printed))
-        plant = MachinePlant(fmu, case, say, printed)
+        plant = MachinePlant(fmu, case, say, printed, recorded=args.out is not None)
         stack.push(lambda kind, error, trace: plant.close(error))
         say(f"{fmu.name}, scenario {case.settings.name}, on {link.name}")
         timeout_s = args.timeout and args.timeout / 1e3
@@ -171,14 +172,18 @@ def _case(args: argparse.Namespace, database: Any, speed_up: float | None) -> tu
     overrides = [assignment(text) for text in args.set]
     if speed_up is not None:
         step_s = database.closing(MACHINE).cycle_s * speed_up
-        overrides.append(("step_s", step_s))
+        # The table that --out writes holds every step: how often a scenario records is no matter.
+        overrides += [("step_s", step_s), ("record_s", step_s)]
     scenario = read_scenario(args.scenario, overrides)
     if not scenario.cases:
         raise BadInput(scenario.path, "replay", "nothing is simulated; see --replay for a log")
     case = scenario.cases[0]
     signal = database.closing(MACHINE).signals["machine_step"]
     step_s, raw = case.settings.step_s, case.settings.step_s / signal.scale
-    if abs(raw - round(raw)) > 1e-6 or step_s > signal.high:
-        problem = f"{step_s:g} is not allowed: whole milliseconds, at most {signal.high:g} s"
+    if abs(raw - round(raw)) > 1e-6 or not 0.0 < step_s <= signal.high:
+        problem = (
+            f"{step_s:g} is not allowed: a multiple of {signal.scale:g} s, "
+            f"at most {signal.high:g} s"
+        )
         raise BadInput(scenario.path, "step_s", problem)
     return case, scenario.path.resolve().parent

@@ -12,7 +12,16 @@ from math import isfinite, nan
 
 import can
 
-from scenarios.gateway.database import COUNTER, CRC, ERROR, NOT_AVAILABLE, Database, Frame, Signal
+from scenarios.gateway.database import (
+    COUNTER,
+    CRC,
+    CYCLE,
+    ERROR,
+    NOT_AVAILABLE,
+    Database,
+    Frame,
+    Signal,
+)
 from scenarios.gateway.e2e import COUNTERS, protected
 
 Value = float | str
@@ -68,16 +77,16 @@ class Encoder:
 
     def __init__(self, frame: Frame) -> None:
         self.frame = frame
-        self._counter = 0
+        self._count = 0
         self._raw: dict[str, int] = {CRC: 0}
 
     def message(self, values: Mapping[str, Value]) -> can.Message:
         """Return the next message; a signal without a value is *not available*."""
         raw = self._raw
-        raw[COUNTER] = self._counter
+        raw[COUNTER], raw[CYCLE] = self._count % COUNTERS, self._count % self.frame.cycles
         for name, signal in self.frame.signals.items():
             raw[name] = raw_of(signal, values.get(name, nan))
-        self._counter = (self._counter + 1) % COUNTERS
+        self._count = (self._count + 1) % (COUNTERS * self.frame.cycles)
         data = self.frame.message.encode(raw, scaling=False, strict=False)
         return can.Message(
             arbitration_id=self.frame.frame_id,
@@ -105,8 +114,17 @@ class Sender:
         return [encoder.message(values) for encoder in self._encoders]
 
 
-def decode(frame: Frame, data: bytes | bytearray) -> tuple[dict[str, float], Sequence[Problem]]:
-    """Return a frame's values, NaN where there is none, and what is wrong with them.
+@dataclass(frozen=True)
+class Content:
+    """What a frame holds: its cycle count, its values, and what is wrong with them."""
+
+    cycle: int
+    values: dict[str, float]
+    problems: Sequence[Problem]
+
+
+def decode(frame: Frame, data: bytes | bytearray) -> Content:
+    """Return a frame's content; values are NaN where there is none.
 
     Parameters
     ----------
@@ -128,7 +146,9 @@ def decode(frame: Frame, data: bytes | bytearray) -> tuple[dict[str, float], Seq
         else:
             values[name] = nan
             problems.append(problem)
-    return values, problems
+    cycle = found[CYCLE]
+    assert isinstance(cycle, int)
+    return Content(cycle, values, problems)
 
 
 def name_of(signal: Signal, value: float) -> str:

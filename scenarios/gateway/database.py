@@ -16,13 +16,13 @@ from measurement.errors import BadInput
 
 DBC = Path(__file__).with_name("spindle_drift.dbc")
 MACHINE, COMPENSATOR = "MACHINE", "COMPENSATOR"
-CRC, COUNTER = "crc", "counter"
-PROTECTION = (CRC, COUNTER)
+CRC, COUNTER, CYCLE = "crc", "counter", "cycle"
+PROTECTION = (CRC, COUNTER, CYCLE)
 ERROR, NOT_AVAILABLE = "error", "not_available"
 SIZE = 8  # bytes of every frame
 # The signals that the two programs themselves need, and the node that sends them.
 NEEDED = {
-    MACHINE: ("machine_state", "machine_time", "machine_step"),
+    MACHINE: ("machine_state", "machine_time", "machine_step", "thermal_state"),
     COMPENSATOR: ("valid", "gateway_state", "status", "bus_fault", "bus_fault_frame"),
 }
 
@@ -83,7 +83,9 @@ class Frame:
     cycle_s, timeout_s : float
         How often it is sent, and after which silence it is late [s].
     signals : dict of str to Signal
-        Its content by name, without CRC and counter.
+        Its content by name, without CRC and counts.
+    cycles : int
+        The cycle count starts anew after so many cycles.
     message : cantools Message
         What encodes and decodes it.
     """
@@ -96,6 +98,7 @@ class Frame:
     cycle_s: float
     timeout_s: float
     signals: dict[str, Signal]
+    cycles: int
     message: Message
 
 
@@ -157,9 +160,14 @@ def _frame(message: Message, path: Path) -> Frame:
         raise BadInput(path, message.name, f"must be sent by {MACHINE} or by {COMPENSATOR}")
     if message.length != SIZE or message.is_extended_frame or message.is_multiplexed():
         raise BadInput(path, message.name, f"must be a plain standard frame of {SIZE} bytes")
-    places = [(s.name, s.start, s.length) for s in message.signals if s.name in PROTECTION]
+    places = [(s.name, s.start, s.length) for s in message.signals if s.name in (CRC, COUNTER)]
     if sorted(places) != [(COUNTER, 8, 4), (CRC, 0, 8)]:
         raise BadInput(path, message.name, "needs crc in byte 0 and counter in bits 8 to 11")
+    counts = [signal.length for signal in message.signals if signal.name == CYCLE]
+    if not counts:
+        raise BadInput(
+            path, message.name, f"needs a signal {CYCLE}: all frames of a cycle share it"
+        )
     for signal in message.signals:
         if signal.is_float or signal.is_signed:
             raise BadInput(path, f"{message.name}.{signal.name}", "must be an unsigned integer")
@@ -180,6 +188,7 @@ def _frame(message: Message, path: Path) -> Frame:
         cycle_ms / 1e3,
         timeout_ms / 1e3,
         {s.name: _signal(s) for s in message.signals if s.name not in PROTECTION},
+        1 << counts[0],
         message,
     )
 
@@ -213,19 +222,26 @@ def _check(database: Database) -> None:
     ids = [frame.data_id for frame in database.frames]
     if len(set(ids)) < len(ids):
         raise BadInput(database.path, "E2EDataId", "two frames have the same one")
-    for node, names in NEEDED.items():
-        known = [signal.name for _, signal in database.signals(node)]
-        for name in names:
-            if name not in known:
-                raise BadInput(database.path, node, f"sends no signal {name}")
-        for frame in database.of(node):
-            if frame.cycle_s != database.closing(node).cycle_s:
-                raise BadInput(
-                    database.path, frame.name, "frames of a node must share a cycle time"
-                )
+    for node in NEEDED:
+        _check_node(database, node)
+    if "cold" not in database.signal("thermal_state").codes:
+        raise BadInput(database.path, "thermal_state", "has no value named cold")
     for node, name in ((MACHINE, "machine_time"), (COMPENSATOR, "answered_time")):
         frame = database.closing(node)
         if name not in frame.signals:
             raise BadInput(
                 database.path, frame.name, f"is {node}'s last frame: it must hold {name}"
             )
+
+
+def _check_node(database: Database, node: str) -> None:
+    known = [signal.name for _, signal in database.signals(node)]
+    for name in NEEDED[node]:
+        if name not in known:
+            raise BadInput(database.path, node, f"sends no signal {name}")
+    for frame in database.of(node):
+        if frame.cycle_s != database.closing(node).cycle_s:
+            raise BadInput(database.path, frame.name, "frames of a node must share a cycle time")
+        if frame.cycles != database.closing(node).cycles:
+            problem = f"{CYCLE} of a node's frames must be equally long"
+            raise BadInput(database.path, frame.name, problem)

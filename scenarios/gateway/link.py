@@ -7,13 +7,14 @@ from __future__ import annotations
 
 import contextlib
 import time
+from collections import deque
 from collections.abc import Callable, Iterable
-from pathlib import Path
 from typing import Any
 
 import can
 
 from measurement.errors import BadInput
+from scenarios.gateway.framelog import FrameLog
 
 FIRST_WAIT_S, LONGEST_WAIT_S = 0.5, 8.0
 """Back-off: the first wait before the bus is opened again, and the longest [s]."""
@@ -21,7 +22,14 @@ MOST_FAILURES = 12
 """So many frames in a row that cannot be sent mean that the bus is lost."""
 ERR_BUS_OFF = 0x40
 """SocketCAN's class of error frames that says the controller has left the bus."""
-LOGS = (".log", ".asc", ".blf")
+WALL_CLOCK = ("socketcan", "udp_multicast", "virtual")
+"""Interfaces that stamp a frame with this computer's time of day when it arrives."""
+ECHOING = ("udp_multicast",)
+"""Interfaces on which a node hears its own frames."""
+ECHOES = 256
+"""So many own frames may be on their way back."""
+DRIFT = 5e-4
+"""Another interface's clock may drift away from this computer's by so much."""
 Clock = Callable[[], float]
 
 
@@ -34,8 +42,8 @@ class Link:
         As python-can names them: ``socketcan`` and ``vcan0``, ``virtual`` and any name.
     ids : iterable of int
         Identifiers to receive; where the driver can, the kernel drops all others.
-    log : Path, optional
-        Every frame sent and received goes there: candump (``.log``), ``.asc`` or ``.blf``.
+    log : FrameLog, optional
+        Takes every frame sent and received.
     say : callable, optional
         Takes a line for people when the bus is lost or back.
     clock : callable, optional
@@ -47,6 +55,10 @@ class Link:
     ----------
     lost : str
         Empty while the bus is up; otherwise ``bus_off`` or ``interface_lost``.
+    waited_s : float
+        How long the frame that was received last had waited in this computer [s].
+    junk : int
+        What arrived and was no frame.
     """
 
     def __init__(
@@ -54,7 +66,7 @@ class Link:
         interface: str,
         channel: str,
         ids: Iterable[int],
-        log: Path | None = None,
+        log: FrameLog | None = None,
         say: Callable[[str], None] = lambda line: None,
         clock: Clock = time.monotonic,
         options: dict[str, Any] | None = None,
@@ -66,7 +78,10 @@ class Link:
         self._wait_s, self._next_try = FIRST_WAIT_S, 0.0
         self._failures = 0
         self.lost = "interface_lost"
-        self._writer = _writer(log) if log is not None else None
+        self.waited_s, self.junk = 0.0, 0
+        self._log = log
+        self._echoes: deque[tuple[int, bytes]] = deque(maxlen=ECHOES)
+        self._quickest_s, self._quickest_at = float("inf"), 0.0
 
     @property
     def name(self) -> str:
@@ -115,8 +130,8 @@ class Link:
     def close(self) -> None:
         """Leave the bus and finish the log."""
         self._drop()
-        if self._writer is not None:
-            self._writer.stop()
+        if self._log is not None:
+            self._log.close()
 
     def _drop(self) -> None:
         bus, self._bus = self._bus, None
@@ -145,6 +160,12 @@ class Link:
         else:
             self._say(f"{self.name}: back")
 
+    def reopen_log(self) -> bool:
+        """Begin the log's file anew where it was renamed; return whether there is a log."""
+        if self._log is not None:
+            self._log.reopen()
+        return self._log is not None
+
     def trust(self) -> None:
         """Note that the bus works: the next loss starts with the shortest wait again."""
         self._wait_s = FIRST_WAIT_S
@@ -163,10 +184,14 @@ class Link:
         try:
             message = self._bus.recv(timeout_s)
         except (can.CanError, OSError, ValueError) as error:
-            self._lose("interface_lost", _line(error))
+            if _is_junk(error):
+                self.junk += 1
+            else:
+                self._lose("interface_lost", _line(error))
             return None
-        if message is None:
+        if message is None or self._is_echo(message):
             return None
+        self.waited_s = self._age(message)
         self._record(message)
         if message.is_error_frame:
             if message.arbitration_id & ERR_BUS_OFF:
@@ -189,32 +214,46 @@ class Link:
                     self._lose("interface_lost", _line(error))
                 return False
             self._failures = 0
-            if self._writer is not None:
+            if self.interface in ECHOING:
+                self._echoes.append((message.arbitration_id, bytes(message.data)))
+            if self._log is not None:
                 message.timestamp, message.is_rx = time.time(), False
                 self._record(message)
         return True
 
+    def _is_echo(self, message: can.Message) -> bool:
+        """Return whether a frame is one of this node's own; each comes back once."""
+        frame = (message.arbitration_id, bytes(message.data))
+        if frame not in self._echoes:
+            return False
+        self._echoes.remove(frame)
+        return True
+
+    def _age(self, message: can.Message) -> float:
+        """Return how long ago a frame arrived, by the time that its driver stamped on it [s]."""
+        if not message.timestamp:
+            return 0.0
+        if self.interface in WALL_CLOCK:
+            return max(time.time() - message.timestamp, 0.0)
+        # The clock of an adapter began at any time: the quickest frame so far did not wait.
+        now = self._clock()
+        gap = now - message.timestamp
+        self._quickest_s = min(self._quickest_s + DRIFT * (now - self._quickest_at), gap)
+        self._quickest_at = now
+        return gap - self._quickest_s
+
     def _record(self, message: can.Message) -> None:
-        if self._writer is not None:
+        if self._log is not None:
             message.channel = self.channel
-            self._writer.on_message_received(message)
+            self._log.write(message)
 
 
-def _writer(path: Path) -> Any:
-    """Open a log of frames.
-
-    Raises
-    ------
-    BadInput
-        For an ending that names no format, or a file that cannot be written.
-    """
-    if path.suffix.lower() not in LOGS:
-        raise BadInput(path, "", f"its ending must be one of {', '.join(LOGS)}")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        return can.Logger(str(path))
-    except (OSError, ValueError) as error:
-        raise BadInput(path, "", f"cannot be written: {_line(error)}") from None
+def _is_junk(error: Exception) -> bool:
+    """Return whether the bus is well and only what arrived is not: a datagram that is no frame."""
+    cause = error.__cause__
+    return isinstance(error, can.CanOperationError) and not (
+        error.error_code or cause is None or isinstance(cause, OSError)
+    )
 
 
 def _line(error: Exception) -> str:

@@ -67,13 +67,15 @@ class Ear:
         self._signals = closing.signals
         self._scale = closing.signals["answered_time"].scale
         self._wrap = 1 << closing.signals["answered_time"].bits
+        time = database.closing(MACHINE).signals["machine_time"]
+        self._period = high_raw(time) + 1
         self._clock = clock
         self._fresh: Cycle | None = None
         self.last: Cycle | None = None
 
     def hear(self, link: Link, until: float, time_s: float | None = None) -> bool:
         """Listen until a time, or until the answer to the readings of *time_s* [s] has come."""
-        wanted = None if time_s is None else round(time_s / self._scale) % self._wrap
+        wanted = None if time_s is None else self._answer_to(time_s)
         while True:
             # At least one look, so that what waits is taken in even by one who is late.
             message = link.receive(until - self._clock())
@@ -81,10 +83,16 @@ class Ear:
                 cycle = self.reception.take(message.arbitration_id, message.data, self._clock())
                 if cycle is not None:
                     self._fresh = self.last = cycle
+                    if self.says("gateway_state") in ("starting", "ready"):
+                        self.reception.renew()
                     if wanted is not None and self._answers(cycle, wanted):
                         return True
             if self._clock() >= until:
                 return False
+
+    def _answer_to(self, time_s: float) -> int:
+        """Return what a machine time [s] is answered with; it wraps where the frame does."""
+        return round(time_s / self._scale) % self._period % self._wrap
 
     def _answers(self, cycle: Cycle, wanted: int) -> bool:
         if self.says("gateway_state") == "ready":
@@ -106,7 +114,7 @@ class Ear:
         if fresh is None:
             return None
         answered = round(fresh.heartbeat["answered_time"] / self._scale)
-        age = (round(time_s / self._scale) - answered) % self._wrap * self._scale
+        age = (self._answer_to(time_s) - answered) % self._wrap * self._scale
         return fresh if age <= oldest_s else None
 
     def says(self, signal: str) -> str:
@@ -154,6 +162,7 @@ class MachineNode:
         self._cycle_s = closing.cycle_s
         counted = closing.signals["machine_time"]
         self._wrap_s = (high_raw(counted) + 1) * counted.scale
+        self._lost_s = 0.0
         self.ear = Ear(database, clock, pace.timeout_s)
         self.follower = OffsetFollower(pace.hold_s)
         self.answered = 0
@@ -169,19 +178,21 @@ class MachineNode:
         self._wait_for_gateway()
         begun, count = self._clock(), 0
         while True:
-            time_s = self._plant.time_s
+            time_s = self.time_s
             fresh = self.ear.taken(time_s, STALE_CYCLES * self._plant.step_s)
             self.answered += fresh is not None and fresh.usable
             offsets = self.follower.follow(fresh, self._plant.step_s)
-            self._plant.record(offsets, self._heard())
+            self._plant.record(offsets, self._heard(fresh))
             last = self._plant.done or self._stopped()
             sent_at = self._clock()
-            self._send("running", 0.0 if last else self._plant.step_s)
+            self._send("running", self._plant.step_s)
             if last:
                 self.ear.hear(self._link, sent_at + self._cycle_s, time_s)
                 break
             self._plant.step(offsets)
             count += 1
+            if not self._pace.lockstep:
+                count += self._left_out(self._clock() - begun - count * self._cycle_s)
             self._listen(sent_at, begun + count * self._cycle_s, time_s)
             self._save()
             progress()
@@ -189,11 +200,23 @@ class MachineNode:
             self._send(state, 0.0)
             self.ear.hear(self._link, self._clock() + self._cycle_s)
 
+    @property
+    def time_s(self) -> float:
+        """The machine's time: the plant's, and that of cycles which were left out [s]."""
+        return self._plant.time_s + self._lost_s
+
+    def _left_out(self, late_s: float) -> int:
+        """Return how many cycles are given up, for being late by *late_s* [s].
+
+        A machine's clock does not wait for a busy computer, so its time on the bus goes on.
+        """
+        cycles = max(int(late_s / self._cycle_s), 0)
+        self._lost_s += cycles * self._plant.step_s
+        return cycles
+
     def _listen(self, sent_at: float, due: float, time_s: float) -> None:
         """Wait for the answer, or for the time of the next cycle."""
         if not self._pace.lockstep:
-            if due < self._clock() - self._cycle_s:
-                due = self._clock()  # late by cycles: no use in hurrying after them
             self.ear.hear(self._link, due)
             return
         # A gateway that has answered gets its time; one that is away does not slow down more
@@ -218,14 +241,18 @@ class MachineNode:
         values: dict[str, Value] = {**self._plant.readings()}
         values |= {
             "machine_state": state,
-            "machine_time": self._plant.time_s % self._wrap_s,
+            "machine_time": self.time_s % self._wrap_s,
             "machine_step": step_s,
             "offset_use": self.follower.use,
+            # The plant's drift is counted from its start.
+            "thermal_state": "warm" if self._plant.point else "cold",
         }
         self._link.send(self._sender.messages(values))
 
-    def _heard(self) -> Mapping[str, float]:
+    def _heard(self, fresh: Cycle | None) -> Mapping[str, float]:
         """Return the flags and codes that go into the table beside the plant's signals."""
         values = self.ear.last.values if self.ear.last else {}
         names = ("valid", "status", "status_sensor", "bus_fault")
-        return {name: values.get(name, float("nan")) for name in names}
+        found = {name: values.get(name, float("nan")) for name in names}
+        # What was valid once is not while nothing comes.
+        return found if fresh is not None else {**found, "valid": 0.0}

@@ -5,21 +5,24 @@ silent the gateway keeps its own time.
 
 Who is responsible for what: the gateway decides whether what came in can be trusted, and gives the
 FMU *missing* (NaN) where not. Holding, ramping to zero and moving back are the compensator's own
-work, in one place. The gateway adds a rule of its own: offsets are marked valid only in the answer
-to a usable cycle.
+work, in one place. The gateway adds rules of its own: offsets are marked valid only in the answer
+to a usable cycle that has just arrived, while no other gateway is on the bus; and the FMU gets no
+reading before something proves what the drift is counted from.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import isnan, nan
 from typing import Protocol
 
 import can
 
-from scenarios.gateway.codec import Sender, Value, high_raw, name_of
+from scenarios.gateway.codec import Sender, Value
 from scenarios.gateway.database import COMPENSATOR, MACHINE, Database
+from scenarios.gateway.judging import Judge, Rival
+from scenarios.gateway.reference import Proof, Reference
 from scenarios.gateway.supervision import Cycle, Finding, Reception
 from scenarios.gateway.unit import Saved
 
@@ -27,6 +30,8 @@ LONGEST_GAP_S = 3600.0
 """A larger jump of the machine's time is not made up for [s]."""
 FAREWELLS = 2
 AXES = ("X", "Y", "Z")
+LOSSES = ("bus_off", "interface_lost")
+AFTER_LOSS = ("startup", "missing", "late", "machine_not_running")
 STARTING, READY, RUNNING, FAULT = "starting", "ready", "running", "fault"
 
 
@@ -60,13 +65,17 @@ class Settings:
     startup_s : float
         How long the machine may take to send complete cycles [s].
     timeout_s : float or None
-        Silence of the machine after which the inputs are missing; None: what the DBC says [s].
+        Silence of the machine after which the inputs are missing, and how old a cycle may be;
+        None: what the DBC says [s].
+    proof : Proof
+        What proves that the machine is cold.
     """
 
     machine_clock: bool = False
     speed_up: float = 1.0
     startup_s: float = 10.0
     timeout_s: float | None = None
+    proof: Proof = field(default_factory=Proof)
 
 
 class GatewayNode:
@@ -89,6 +98,9 @@ class GatewayNode:
         between counts as time without inputs.
     say : callable
         Takes a line for people when something changes.
+    clock : callable or None
+        This computer's monotonic clock, looked at once more before offsets are called valid; None:
+        not.
 
     Attributes
     ----------
@@ -107,18 +119,30 @@ class GatewayNode:
         now: float,
         warm: Saved | None = None,
         say: Callable[[str], None] = lambda line: None,
+        clock: Callable[[], float] | None = None,
     ) -> None:
         self._unit, self._send, self._settings, self._say = unit, send, settings, say
+        self._clock = clock
         self.reception = Reception(database.of(MACHINE), settings.timeout_s)
         self._sender = Sender(database, COMPENSATOR)
         closing = database.closing(MACHINE)
         self._closing = closing
-        self._machine_states = closing.signals["machine_state"]
         self._time = closing.signals["machine_time"]
-        self._times = high_raw(self._time) + 1  # the count wraps below the special codes
         self._answers = 1 << database.closing(COMPENSATOR).signals["answered_time"].bits
         self._cycle_s = closing.cycle_s
         self._timeout_s = settings.timeout_s or closing.timeout_s
+        speed_up = None if settings.machine_clock else settings.speed_up
+        self._judge = Judge(closing, speed_up, self._timeout_s)
+        self._rival = Rival(database.of(COMPENSATOR))
+        thermometers = [s.name for _, s in database.signals(MACHINE) if s.unit == "degC"]
+        self.reference = Reference(
+            settings.proof, [name for name in unit.inputs if name in thermometers]
+        )
+        self._cold = database.signal("thermal_state").codes["cold"]
+        self._usable_at = now
+        self._restored = warm is not None  # and not yet held against the machine's time
+        self._lost_track = False
+        self._own_offsets = [database.signal(f"d{axis}") for axis in AXES]
         self.begun = warm is not None
         own_clock = warm is not None and not settings.machine_clock
         self.state = STARTING
@@ -129,10 +153,8 @@ class GatewayNode:
         self._deadline = now
         # Machine time that the compensator has been stepped to [s].
         self._covered = warm.machine_time_s if warm else None
-        self._expected: int | None = None  # raw machine time of the next cycle
         self._finding: Finding | None = None
         self._late_start = False
-        self._answered = 0
         self.machine_time_s = self._covered or 0.0
         self.steps = 0
 
@@ -142,12 +164,25 @@ class GatewayNode:
         """Return when `tick` wants to be called, unless a cycle comes first [s]."""
         return self._deadline
 
-    def handle(self, message: can.Message, now: float) -> bool:
-        """Take in a message; return whether it closed a cycle, which then has been answered."""
-        cycle = self.reception.take(message.arbitration_id, message.data, now)
+    def handle(self, message: can.Message, now: float, waited_s: float = 0.0) -> bool:
+        """Take in a message; return whether it closed a cycle, which then has been answered.
+
+        Parameters
+        ----------
+        message : can.Message
+            The message.
+        now : float
+            The time [s].
+        waited_s : float
+            How long ago it arrived at this computer [s].
+        """
+        arrived = now - waited_s
+        if self._rival.hear(message, arrived):
+            return False
+        cycle = self.reception.take(message.arbitration_id, message.data, arrived)
         if cycle is None:
             return False
-        self._on_cycle(cycle, now)
+        self._on_cycle(cycle, arrived, now)
         self._deadline = now + self._timeout_s
         return True
 
@@ -166,7 +201,7 @@ class GatewayNode:
         if lost:
             text = lost.replace("_", " ")
             finding = Finding(lost, self._closing, text)
-        self._expected = None
+        self._judge.forget()
         if self.begun:
             step_s = self._own_step(now)
             if self._covered is not None:
@@ -176,13 +211,13 @@ class GatewayNode:
             text = f"no complete cycle of the machine within {self._settings.startup_s:g} s"
             finding = Finding("startup_timeout", self._closing, text)
             self._late_start = True
-        self._answer(finding, usable=False, lost=lost)
+        self._answer(finding, now, usable=False, lost=lost)
         self._deadline = now + self._cycle_s
 
     def reconnected(self) -> None:
         """Forget the machine's counters: frames were lost with the bus."""
         self.reception.reset()
-        self._expected = None
+        self._judge.forget()
 
     def farewell(self, state: str = "stopping") -> None:
         """Say that this node leaves the bus: no offset is valid, or even there, any more."""
@@ -192,43 +227,34 @@ class GatewayNode:
 
     # One cycle
 
-    def _on_cycle(self, cycle: Cycle, now: float) -> None:
-        beat = cycle.heartbeat
-        machine_state = name_of(self._machine_states, beat["machine_state"])
-        self.machine_off = machine_state == "off"
-        jump = self._time_jump(beat)
-        running = machine_state == "running"
-        finding, usable = cycle.finding, cycle.usable
-        if usable and jump is not None and (running or self.begun):
-            finding, usable = jump, False
-        elif usable and not running:
-            usable = False
-            if not isnan(beat["machine_state"]) or finding is None:
-                text = f"the machine is {machine_state.replace('_', ' ')}"
-                finding = Finding("machine_not_running", self._closing, text)
-        if self.begun or usable:
+    def _on_cycle(self, cycle: Cycle, arrived: float, now: float) -> None:
+        verdict = self._judge.judge(cycle, arrived, now, begun=self.begun)
+        self.machine_off = verdict.machine_state == "off"
+        if not isnan(cycle.heartbeat["machine_time"]):
+            self.machine_time_s = cycle.heartbeat["machine_time"]
+        if verdict.machine_state == "starting":
+            self.reception.renew()
+        usable = verdict.usable
+        if not self.begun and (usable or verdict.finding_is("machine_not_running")):
+            self._look_for_reference(cycle, now)
+        if self.begun or (usable and self.reference.known):
             self.begun = True
-            self._advance(cycle.values if usable else {}, beat, now)
-        elif cycle.usable:
+            self._advance(cycle.values if usable else {}, cycle.heartbeat, now)
+        elif cycle.usable and not usable:
             # In touch, and the machine has not begun: nothing to compensate yet.
             self.state, self._late_start = READY, False
-        self._answer(finding, usable=usable, ready=cycle.usable)
+        self._answer(verdict.finding, arrived, usable=usable, ready=cycle.usable)
 
-    def _time_jump(self, beat: Mapping[str, float]) -> Finding | None:
-        """Compare the machine's time with what it should be after the cycle before."""
-        time_s, step_s = beat["machine_time"], beat["machine_step"]
-        if isnan(time_s) or isnan(step_s):
-            self._expected = None
-            return Finding("not_available_value", self._closing, "machine_time is not available")
-        raw, step = round(time_s / self._time.scale), round(step_s / self._time.scale)
-        expected, self._expected = self._expected, (raw + step) % self._times
-        self._answered = raw % self._answers
-        self.machine_time_s = time_s
-        if expected is None or raw == expected:
-            return None
-        wanted = expected * self._time.scale
-        text = f"machine_time is {time_s:.3f} s, expected was {wanted:.3f} s"
-        return Finding("time_jump", self._closing, text)
+    def _look_for_reference(self, cycle: Cycle, now: float) -> None:
+        elapsed_s = (now - self._usable_at) * self._settings.speed_up
+        if self._settings.machine_clock:
+            elapsed_s = cycle.values["machine_step"]
+        self._usable_at = now
+        before = self.reference.known
+        cold = cycle.values["thermal_state"] == self._cold
+        if self.reference.take(cycle.values, elapsed_s, cold=cold) != before:
+            known = self.reference.known or "nothing proves any more that the machine is cold"
+            self._say(f"reference: {known}")
 
     def _advance(self, values: Mapping[str, float], beat: Mapping[str, float], now: float) -> None:
         """Step the compensator over a cycle of the machine."""
@@ -238,6 +264,10 @@ class GatewayNode:
             end = beat["machine_time"] + step_s
             gap = end - step_s - self._covered if self._covered is not None else 0.0
             self._covered = end
+            self._lost_track |= self._restored and gap > LONGEST_GAP_S
+            if self._lost_track and self._restored:
+                self._say(f"the state is older than {LONGEST_GAP_S:g} s of the machine's time")
+            self._restored = False
             if 1e-6 < gap <= LONGEST_GAP_S:
                 # Time in which nothing came counts as time without inputs.
                 self._step({}, gap, now)
@@ -259,14 +289,27 @@ class GatewayNode:
     # The answer
 
     def _answer(
-        self, finding: Finding | None, *, usable: bool, lost: str = "", ready: bool = False
+        self,
+        finding: Finding | None,
+        arrived: float,
+        *,
+        usable: bool,
+        lost: str = "",
+        ready: bool = False,
     ) -> None:
         outputs = self._unit.outputs
-        valid = usable and bool(outputs.get("valid", False))
-        self._note(finding, valid)
+        rival = self._rival.finding(arrived)
+        if rival is not None and not lost:
+            finding, usable = rival, False
+        known = self.begun and not self._lost_track
+        valid = usable and known and bool(outputs.get("valid", False)) and self._fits(outputs)
+        if valid and self._clock is not None and self._clock() - arrived > self._timeout_s:
+            text = f"the answer took {self._clock() - arrived:.3f} s"
+            finding, valid = Finding("stale", self._closing, text), False
+        self._note(finding, done=valid or (usable and not known))
         if lost:
             self.state = "reconnecting"
-        elif self.begun:
+        elif self.begun or usable:
             self.state = RUNNING if usable else FAULT
         elif not ready:
             self.state = "startup_timeout" if self._late_start else STARTING
@@ -277,21 +320,30 @@ class GatewayNode:
             "gateway_state": self.state,
             "bus_fault": kept.fault if kept else "none",
             "bus_fault_frame": kept.frame.frame_id & 0xFF if kept else 0.0,
-            "answered_time": self._answered * self._time.scale,
+            "answered_time": self._judge.raw % self._answers * self._time.scale,
         }
-        self._send(self._sender.messages(values | self._axes(outputs)))
+        if usable and not known:
+            values["status"] = "reference_unknown"
+        self._send(self._sender.messages(values | self._by_tool_length(outputs)))
 
-    def _note(self, finding: Finding | None, valid: bool) -> None:
-        """Keep the last thing wrong until the offsets are valid again."""
+    def _fits(self, outputs: Mapping[str, float]) -> bool:
+        """Whether the frames can carry the offsets."""
+        return all(s.low <= outputs.get(s.name, nan) <= s.high for s in self._own_offsets)
+
+    def _note(self, finding: Finding | None, *, done: bool) -> None:
+        """Keep the last thing wrong until the offsets are valid again, or wait for a reference."""
+        if finding is not None and self._finding is not None and self._finding.fault in LOSSES:
+            # Nobody could hear of the loss while it lasted; what follows from it can wait.
+            finding = self._finding if finding.fault in AFTER_LOSS else finding
         changed = (finding.fault, finding.frame.name) if finding else None
         before = (self._finding.fault, self._finding.frame.name) if self._finding else None
         if finding is not None and changed != before:
             self._say(f"{finding.fault.replace('_', ' ')}: {finding.text}")
-        if finding is not None or valid:
+        if finding is not None or done:
             self._finding = finding
 
-    def _axes(self, outputs: Mapping[str, float]) -> dict[str, Value]:
-        """Return offset, slope [um/m] and reference [mm] per axis.
+    def _by_tool_length(self, outputs: Mapping[str, float]) -> dict[str, Value]:
+        """Return per axis the offset [um], its change with the tool length [um/m], and that [mm].
 
         Over the tool length the offset of an axis changes by the tilt, with the opposite sign;
         1 urad is 1 um/m. Z does not depend on it, to second order.
@@ -299,7 +351,7 @@ class GatewayNode:
         slopes = {"X": -outputs.get("yaw", nan), "Y": -outputs.get("pitch", nan), "Z": 0.0}
         found: dict[str, Value] = {}
         for axis in AXES:
-            found[f"d{axis}_offset"] = outputs.get(f"d{axis}", nan)
-            found[f"d{axis}_slope"] = slopes[axis]
-            found[f"d{axis}_reference"] = self._tool_length_mm
+            found[f"d{axis}_at_tool_length"] = outputs.get(f"d{axis}", nan)
+            found[f"d{axis}_per_tool_length"] = slopes[axis]
+            found[f"d{axis}_tool_length"] = self._tool_length_mm
         return found

@@ -13,9 +13,14 @@ from pathlib import Path
 from types import FrameType
 
 from measurement.errors import BadInput
+from scenarios.gateway.background import Background
 from scenarios.gateway.database import COMPENSATOR, DBC, MACHINE, Database
+from scenarios.gateway.framelog import LARGEST_MB, FrameLog
 from scenarios.gateway.link import Link
 from scenarios.gateway.unit import options_of
+
+ROOM = 1000
+"""Lines for people that may wait to be printed."""
 
 
 def add_bus_arguments(parser: argparse.ArgumentParser) -> None:
@@ -36,6 +41,13 @@ def add_bus_arguments(parser: argparse.ArgumentParser) -> None:
         "--log", type=Path, metavar="FILE", help="log all frames: .log (candump), .asc or .blf"
     )
     parser.add_argument(
+        "--log-size",
+        type=float,
+        default=LARGEST_MB,
+        metavar="MB",
+        help=f"begin another log after so much; nine older ones are kept ({LARGEST_MB:g})",
+    )
+    parser.add_argument(
         "--state",
         type=Path,
         metavar="FILE",
@@ -48,7 +60,8 @@ def add_bus_arguments(parser: argparse.ArgumentParser) -> None:
         "--timeout",
         type=float,
         metavar="MS",
-        help="silence after which the other end is missing (what the DBC says)",
+        help="silence after which the other end is missing, and how old what it sends may be "
+        "(what the DBC says)",
     )
     parser.add_argument(
         "--fmu-dir", type=Path, default=Path("dist"), metavar="DIR", help="where FMUs are (dist)"
@@ -61,6 +74,7 @@ def check_bus_arguments(args: argparse.Namespace) -> None:
     """Refuse numbers that make no sense."""
     check_positive("--timeout", args.timeout)
     check_positive("--state-every", args.state_every)
+    check_positive("--log-size", args.log_size)
 
 
 def check_positive(name: str, value: float | None, *, zero: bool = False) -> None:
@@ -84,40 +98,63 @@ def new_link(
     return Link(
         args.interface,
         args.channel,
-        [frame.frame_id for frame in database.of(other)],
-        args.log,
+        # A gateway also hears whether there is another one.
+        [frame.frame_id for frame in database.frames if frame.sender in (other, COMPENSATOR)],
+        args.log and FrameLog(args.log, say, args.log_size),
         say,
         options=options_of(args.option),
     )
 
 
-def teller(name: str, args: argparse.Namespace) -> Callable[[str], None]:
-    """Return what prints a line for people, with the time since now; silent when asked to be."""
-    begun = time.monotonic()
-    stream = sys.stderr
+@contextlib.contextmanager
+def teller(name: str, args: argparse.Namespace) -> Iterator[Callable[[str], None]]:
+    """Give what prints a line for people, with the time since now; silent when asked to be.
+
+    A terminal that stands still or is gone keeps nobody waiting: a thread prints.
+    """
+    begun, stream = time.monotonic(), sys.stderr
+    printer = Background(ROOM)
+
+    def show(line: str) -> None:
+        with contextlib.suppress(OSError, ValueError):
+            print(line, file=stream, flush=True)
 
     def say(line: str) -> None:
         if not args.quiet:
-            print(f"{name} {time.monotonic() - begun:7.1f} s  {line}", file=stream, flush=True)
+            text = f"{name} {time.monotonic() - begun:7.1f} s  {line}"
+            printer.do(lambda: show(text))
 
-    return say
+    try:
+        yield say
+    finally:
+        printer.close()
 
 
 @contextlib.contextmanager
-def stop_flag() -> Iterator[Callable[[], bool]]:
+def stop_flag(hung_up: Callable[[], bool] = lambda: False) -> Iterator[Callable[[], bool]]:
     """Turn the first interrupt or termination into a question that the loops ask.
 
     A second one ends the program at once.
+
+    Parameters
+    ----------
+    hung_up : callable
+        Called at a hangup (SIGHUP); returns whether that was dealt with. Otherwise it is a
+        termination like others.
     """
     asked = False
 
     def stop(number: int, frame: FrameType | None) -> None:
         nonlocal asked
+        if number == getattr(signal, "SIGHUP", None) and hung_up():
+            return
         if asked:
             raise KeyboardInterrupt
         asked = True
 
-    kept = {number: signal.signal(number, stop) for number in (signal.SIGINT, signal.SIGTERM)}
+    names = ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT")
+    numbers = [getattr(signal, name) for name in names if hasattr(signal, name)]
+    kept = {number: signal.signal(number, stop) for number in numbers}
     try:
         yield lambda: asked
     finally:

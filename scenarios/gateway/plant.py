@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from array import array
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -37,6 +38,8 @@ class MachinePlant:
         Takes each warning of the FMU, as a line.
     printed : StringIO, optional
         See `Slave`.
+    recorded : bool, optional
+        Whether `record` keeps anything; otherwise a machine may run for ever.
 
     Raises
     ------
@@ -50,6 +53,8 @@ class MachinePlant:
         case: Case,
         show: Callable[[str], None] = lambda line: None,
         printed: io.StringIO | None = None,
+        *,
+        recorded: bool = True,
     ) -> None:
         self.case = case
         self.step_s, self.steps = case.settings.step_s, case.settings.steps
@@ -63,7 +68,9 @@ class MachinePlant:
             raise BadInput(path, lost[0], "is not an input of this plant")
         self._faults = FaultLine(case.settings.faults, self._fault_names())
         self.point = 0
-        self._table: list[list[float]] = []
+        self._recorded = recorded
+        self._table = array("d")
+        self._extra: tuple[str, ...] = ()
 
     def _rows(self, inputs: list[str]) -> dict[str, Any]:
         time = np.arange(self.steps + 1, dtype=np.float64) * self.step_s
@@ -123,9 +130,11 @@ class MachinePlant:
 
     def record(self, offsets: Mapping[str, float], extra: Mapping[str, float]) -> None:
         """Keep the point that has been reached for `frame`."""
+        if not self._recorded:
+            return
         signals = [rows[self.point] for rows in self._signals.values()]
         row = [self.time_s, *signals, *(offsets[name] for name in OFFSETS)]
-        self._table.append([*row, *self._out.values.tolist(), *extra.values()])
+        self._table.extend([*row, *self._out.values.tolist(), *extra.values()])
         self._extra = tuple(extra)
 
     def step(self, offsets: Mapping[str, float]) -> None:
@@ -150,7 +159,9 @@ class MachinePlant:
         """Return what was recorded, as the table of a run file."""
         names = ["time_s", *(self.slave.column(n) for n in (*self._signals, *OFFSETS))]
         names += [self.slave.column(name) for name in self._out.names]
-        return pd.DataFrame(self._table, columns=[*names, *(f"{n}_1" for n in self._extra)])
+        names += [f"{name}_1" for name in self._extra]
+        rows = np.array(self._table, dtype=np.float64).reshape(-1, len(names))
+        return pd.DataFrame(rows, columns=names)
 
     def close(self, error: BaseException | None = None) -> None:
         """Let the FMU go."""

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+import time
+from collections.abc import Callable
 from math import isnan
 from pathlib import Path
 
@@ -12,8 +13,14 @@ from measurement.errors import BadInput
 from scenarios.gateway.codec import decode
 from scenarios.gateway.database import MACHINE, SIZE, Database, Frame
 from scenarios.gateway.e2e import intact
-from scenarios.gateway.link import LOGS, Link
+from scenarios.gateway.framelog import LOGS
+from scenarios.gateway.link import Link
 from scenarios.gateway.machine import Ear
+
+LONGEST_PAUSE_S = 1.0
+"""A longer pause in the log is cut out [s]."""
+LONGEST_SLEEP_S = 0.1
+"""So often an interrupt is looked for [s]."""
 
 
 def recorded(path: Path, database: Database) -> list[can.Message]:
@@ -82,7 +89,11 @@ def replay(
     while ear.last is None and clock() < until and not stopped():
         ear.hear(link, min(clock() + closing.cycle_s, until))
     sent = 0
-    for message in _paced(messages, speed_up):
+    pace = None if speed_up is None else _Pace(speed_up, clock)
+    for message in messages:
+        due = clock() if pace is None else pace.due(message)
+        while not stopped() and (left := due - clock()) > 0.0:
+            time.sleep(min(left, LONGEST_SLEEP_S))
         if stopped():
             break
         link.send([message])
@@ -102,20 +113,30 @@ def _running_time(closing: Frame, message: can.Message) -> float | None:
     """Return the time [s] of a cycle that the gateway answers as such; None for any other."""
     if not intact(message.data, closing.data_id):
         return None
-    values, _ = decode(closing, message.data)
+    values = decode(closing, message.data).values
     running = values["machine_state"] == closing.signals["machine_state"].codes["running"]
     return values["machine_time"] if running and not isnan(values["machine_time"]) else None
 
 
-def _paced(messages: list[can.Message], speed_up: float | None) -> Iterator[can.Message]:
-    if speed_up is None:
-        yield from messages
-        return
-    first = messages[0].timestamp
-    for message in messages:
-        message.timestamp = first + (message.timestamp - first) / speed_up
-    yield from can.MessageSync(messages, timestamps=True, skip=LONGEST_PAUSE_S)
+class _Pace:
+    """When each frame of a log is due, with its long pauses cut out.
 
+    Parameters
+    ----------
+    speed_up : float
+        Times as fast as recorded.
+    clock : callable
+        Monotonic time [s].
+    """
 
-LONGEST_PAUSE_S = 60.0
-"""A longer pause in the log is cut out [s]."""
+    def __init__(self, speed_up: float, clock: Callable[[], float]) -> None:
+        self._speed_up, self._due = speed_up, clock()
+        self._before: float | None = None
+
+    def due(self, message: can.Message) -> float:
+        """Return when a frame is due [s]."""
+        gap_s = 0.0 if self._before is None else max(message.timestamp - self._before, 0.0)
+        self._before = message.timestamp
+        if gap_s <= LONGEST_PAUSE_S:
+            self._due += gap_s / self._speed_up
+        return self._due

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import contextlib
 import time
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from measurement.errors import BadInput
-from scenarios.fmu import FmuError
+from scenarios.gateway.background import Background
 from scenarios.gateway.database import COMPENSATOR, MACHINE, Database
 from scenarios.gateway.link import Link
 from scenarios.gateway.node import GatewayNode, Settings
@@ -19,6 +21,8 @@ LONGEST_WAIT_S = 0.25
 """After so long a wait for a frame, look whether it is time to stop [s]."""
 GRACE_S = 0.2
 """How long frames that wait to be read may put off what is due [s]."""
+STATUSES = 1000
+"""Changes of the status that the summary tells; older ones are forgotten."""
 
 
 @dataclass
@@ -63,8 +67,9 @@ class Service:
     stopped: Callable[[], bool] = lambda: False
     say: Callable[[str], None] = lambda line: None
     clock: Callable[[], float] = time.monotonic
-    statuses: list[tuple[float, int, int]] = field(default_factory=list)
+    statuses: deque[tuple[float, int, int]] = field(default_factory=lambda: deque(maxlen=STATUSES))
     node: GatewayNode | None = None
+    _unsaved: bool = False
 
     def run(self) -> dict[str, Any]:
         """Serve, and return a summary.
@@ -74,34 +79,53 @@ class Service:
         BadInput
             If FMU and frames do not fit, or the state file is none.
         FmuError
-            If the FMU fails; the bus has been told then.
+            If the FMU fails. The bus is told before any exception leaves here.
         """
         self._fit()
         store = StateFile(self.state_file, self.unit.slave.sha256) if self.state_file else None
         if store is not None and not self.unit.slave.can_save:
             raise BadInput(self.fmu, "", "cannot give its state away: run without --state")
-        warm = store.read() if store else None
+        rate = 1.0 if self.settings.machine_clock else self.settings.speed_up
+        warm, why_not = store.read(rate) if store else (None, "")
         self.unit.start(warm)
         if warm is not None:
             self.say(f"goes on from the state of {warm.age_s:.0f} s ago")
+        elif store is not None:
+            self.say(f"{store.path}: the state is not used: {why_not}")
         begun = self.clock()
         self.node = node = GatewayNode(
-            self.database, self.unit, self.link.send, self.settings, begun, warm, self.say
+            *(self.database, self.unit, self.link.send, self.settings, begun, warm, self.say),
+            self.clock,
         )
+        if warm is None and not self.settings.proof.said:
+            self.say("nothing is valid before the machine is known to be cold")
+        # The state goes to the disk beside the loop, and only the newest one.
+        saver = Background(2)
         try:
-            self._loop(node, store, begun)
-        except FmuError:
-            node.farewell("error")
+            self._loop(node, store, saver, begun)
+        except (KeyboardInterrupt, SystemExit):
+            self._leave(node, "stopping")
             raise
-        node.farewell()
-        if store is not None:
-            self._save(node, store)
+        except BaseException:
+            self._leave(node, "error")
+            raise
+        self._leave(node, "stopping")
+        if store is not None and node.begun:
+            self._save(node, store, saver)
+        if not saver.close():
+            self.say("the state could not be saved in time")
         return {
             "steps": node.steps,
             "seconds": self.clock() - begun,
             "frames": dict(node.reception.counts),
-            "statuses": self.statuses,
+            "junk": self.link.junk,
+            "statuses": list(self.statuses),
         }
+
+    def _leave(self, node: GatewayNode, state: str) -> None:
+        """Say goodbye, whatever else is broken."""
+        with contextlib.suppress(Exception):
+            node.farewell(state)
 
     def _fit(self) -> None:
         carried = {signal.name: signal for _, signal in self.database.signals(MACHINE)}
@@ -109,11 +133,16 @@ class Service:
             if name not in carried:
                 problem = f"is an input of the FMU that no frame of {self.database.path} carries"
                 raise BadInput(self.fmu, name, problem)
+        ambient = self.settings.proof.ambient
+        if ambient and (ambient not in self.unit.inputs or carried[ambient].unit != "degC"):
+            raise BadInput("--ambient", ambient, f"is no temperature that {self.fmu.name} takes")
         carried |= {signal.name: signal for _, signal in self.database.signals(COMPENSATOR)}
         names = [*self.unit.inputs, *(name for name in self.unit.outputs if name in carried)]
         check_units(self.fmu, [(n, self.unit.unit_of(n), carried[n].unit) for n in names])
 
-    def _loop(self, node: GatewayNode, store: StateFile | None, begun: float) -> None:
+    def _loop(
+        self, node: GatewayNode, store: StateFile | None, saver: Background, begun: float
+    ) -> None:
         saved_at, lost = begun, False
         while not self._over(node, begun):
             message = self.link.receive(min(node.deadline() - self.clock(), LONGEST_WAIT_S))
@@ -121,7 +150,7 @@ class Service:
             if lost and not self.link.lost:
                 node.reconnected()
             lost = bool(self.link.lost)
-            closed = message is not None and node.handle(message, now)
+            closed = message is not None and node.handle(message, now, self.link.waited_s)
             wait = 0.0 if message is None else GRACE_S
             if closed:
                 self.link.trust()
@@ -129,16 +158,30 @@ class Service:
                 node.tick(now, self.link.lost)
             self._notice(node)
             if store is not None and node.begun and now - saved_at >= self.save_every_s:
-                self._save(node, store)
+                self._save(node, store, saver)
                 saved_at = now
 
     def _over(self, node: GatewayNode, begun: float) -> bool:
         late = self.duration_s is not None and self.clock() - begun >= self.duration_s
         return self.stopped() or late or (self.until_off and node.machine_off)
 
-    def _save(self, node: GatewayNode, store: StateFile) -> None:
-        if node.begun:
-            store.write(self.unit.time_s, node.machine_time_s, self.unit.slave.saved())
+    def _save(self, node: GatewayNode, store: StateFile, saver: Background) -> None:
+        state = self.unit.slave.saved()
+        taken = (store.now(), self.unit.time_s, node.machine_time_s)
+        saver.do(lambda: self._write(store, *taken, state))
+
+    def _write(
+        self, store: StateFile, taken: float, time_s: float, machine_time_s: float, state: bytes
+    ) -> None:
+        """Write the state; a disk that is full is no reason to stop."""
+        try:
+            store.write(taken, time_s, machine_time_s, state)
+        except BadInput as error:
+            if not self._unsaved:
+                self.say(f"{error}; the gateway goes on without saving")
+            self._unsaved = True
+        else:
+            self._unsaved = False
 
     def _notice(self, node: GatewayNode) -> None:
         """Tell a change of the compensator's status."""

@@ -68,8 +68,10 @@ class Simulation:
             if not self.plant.slave.can_save:
                 raise BadInput(self.fmu, "", "cannot give its state away: run without --state")
             self._store = StateFile(self.state_file, self.plant.slave.sha256)
-        saved = self._store.read() if self._store else None
+        saved, why_not = self._store.read() if self._store else (None, "")
         self.plant.start(saved)
+        if self._store is not None and saved is None:
+            self.say(f"{self._store.path}: the state is not used: {why_not}")
         if saved is not None:
             self.say(
                 f"goes on at {self.plant.time_s:g} s from the state of {saved.age_s:.0f} s ago"
@@ -92,5 +94,6 @@ class Simulation:
         now = self.clock()
         if self._store is not None and now - self._saved_at >= self.save_every_s:
             time_s = self.plant.time_s
-            self._store.write(time_s, time_s, self.plant.slave.saved())
+            state = self.plant.slave.saved()
+            self._store.write(self._store.now(), time_s, time_s, state)
             self._saved_at = now

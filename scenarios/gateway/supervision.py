@@ -7,6 +7,11 @@ Not every stray frame may stop the loop, and no second sender may go unnoticed. 
 bad CRC or a wrong length counts as not received: the cycle is still good if the right one comes
 too. A frame that is intact but repeated, out of sequence or late spoils its cycle: somebody who
 knows the protection sends what should not be there.
+
+All frames of a cycle carry the same two counts: the alive counter of 15 values and the cycle count
+of 16 (from the gateway: 4). Together they start anew only after 240 (60) cycles, so that a frame of
+another cycle shows. A frame that was out of step for nearly so long could come round to the right
+counts again: it is not trusted before its sender has started anew.
 """
 
 from __future__ import annotations
@@ -62,6 +67,8 @@ class _Watch:
     frame: Frame
     timeout_s: float
     last: int | None = None
+    counts: tuple[int, int] | None = None
+    astray: int = 0
     seen_at: float = 0.0
     heard: bool = False
     missed: int = 0
@@ -81,7 +88,9 @@ class _Watch:
         self.missed = 0
         if fault in ("good", "late", "missing"):
             self.seen_at = now
-            self.values, self.problems = decode(self.frame, data)
+            content = decode(self.frame, data)
+            self.counts = counter_of(data), content.cycle
+            self.values, self.problems = content.values, content.problems
         return fault
 
     def _sequence(self, counter: int, now: float) -> str:
@@ -117,15 +126,35 @@ class _Watch:
             return Finding("startup", self.frame, f"{self.frame.name} has not been seen yet")
         return Finding("missing", self.frame, f"{self.frame.name} is missing")
 
-    def closed(self) -> tuple[Finding | None, Finding | None]:
-        """End the cycle; return what spoils it, and what is wrong with single signals."""
-        spoilt: Finding | None = None
+    def _keep_step(self, closing: tuple[int, int] | None) -> Finding | None:
+        """Compare the counts with those of the closing frame; None in a silence."""
+        if closing is None:
+            return None
+        together = self.values is not None and self.counts == closing
+        most = COUNTERS * (self.frame.cycles - 1)
+        if self.astray >= most:
+            text = f"was out of step for {most} cycles; its sender has to start anew"
+            return Finding("delayed", self.frame, f"{self.frame.name} {text}")
+        self.astray = 0 if together else self.astray + 1
+        if together or self.values is None:
+            return None
+        return Finding("mixed_cycles", self.frame, f"{self.frame.name} belongs to another cycle")
+
+    def closed(self, closing: tuple[int, int] | None) -> tuple[Finding | None, Finding | None]:
+        """End the cycle; return what spoils it, and what is wrong with single signals.
+
+        Parameters
+        ----------
+        closing : tuple of int, or None
+            The counts of the closing frame; None in a silence.
+        """
+        spoilt = self._keep_step(closing)
         if self.strict:
             spoilt = self.strict[0]
             if spoilt.fault == "missing" and self.stray:
                 spoilt = self.stray  # why it is missing
         elif self.values is None:
-            spoilt = self.stray or self._absence()
+            spoilt = spoilt or self.stray or self._absence()
         # Only silence excuses a counter that has moved on; a stuck sender stays a fault.
         self.missed += not self.heard
         wrong: Finding | None = None
@@ -178,6 +207,13 @@ class Reception:
         closes = frame_id == self._closing and fault in ("good", "late", "missing")
         return self._close(silent=False) if closes else None
 
+    def renew(self) -> None:
+        """Trust again the frames that keep step: their sender has started anew."""
+        closing = self._watches[self._closing].counts
+        for watch in self._watches.values():
+            if watch.counts == closing:
+                watch.astray = 0
+
     def silence(self) -> Cycle:
         """Return the cycle of a time in which the closing frame did not come."""
         return self._close(silent=True)
@@ -187,12 +223,13 @@ class Reception:
         for watch in self._watches.values():
             values.update(watch.values or {})
         heartbeat = {} if silent else self._watches[self._closing].values or {}
+        counts = None if silent else self._watches[self._closing].counts
         spoilt: list[Finding] = []
         wrong: list[Finding] = []
         # The closing frame last, and in a silence first: it is what the silence is about.
         watches = list(self._watches.values())
         for watch in reversed(watches) if silent else watches:
-            first, second = watch.closed()
+            first, second = watch.closed(counts)
             spoilt += [first] if first else []
             wrong += [second] if second else []
         usable = not spoilt and not silent

@@ -108,8 +108,12 @@ class StateFile:
     def __init__(self, path: Path, fmu_sha256: str, wall: Callable[[], float] = time.time) -> None:
         self.path, self._fmu, self._wall = path, fmu_sha256, wall
 
-    def write(self, time_s: float, machine_time_s: float, state: bytes) -> None:
-        """Save a state.
+    def now(self) -> float:
+        """Return the time of day, for `write` [s]."""
+        return self._wall()
+
+    def write(self, taken: float, time_s: float, machine_time_s: float, state: bytes) -> None:
+        """Save a state that was taken at a time of day [s].
 
         Raises
         ------
@@ -120,15 +124,20 @@ class StateFile:
             "kind": KIND,
             "format": FORMAT,
             "fmu": self._fmu,
-            "saved": self._wall(),
+            "saved": taken,
             "time_s": time_s,
             "machine_time_s": machine_time_s,
             "state": base64.b64encode(state).decode(),
         }
         write_atomically(self.path, json.dumps(table) + "\n")
 
-    def read(self) -> Saved | None:
-        """Return what was saved; None if there is nothing, or it is too old or another FMU's.
+    def read(self, speed_up: float = 1.0) -> tuple[Saved | None, str]:
+        """Return what was saved, or None and why it cannot be used.
+
+        Parameters
+        ----------
+        speed_up : float
+            Seconds of the FMU in a second of the time of day.
 
         Raises
         ------
@@ -136,7 +145,9 @@ class StateFile:
             If the file is not a state file.
         """
         if not self.path.exists():
-            return None
+            return None, "there is none yet"
+        if not self.path.is_file():
+            raise BadInput(self.path, "", "is not an ordinary file")
         try:
             table = json.loads(read_bytes(self.path))
             if table["kind"] != KIND or table["format"] != FORMAT:
@@ -150,8 +161,14 @@ class StateFile:
             )
         except (ValueError, KeyError, TypeError) as error:
             raise BadInput(self.path, "", f"is not a state of an FMU: {error}") from None
-        usable = table["fmu"] == self._fmu and 0.0 <= age <= OLDEST_S
-        return found if usable else None
+        if table["fmu"] != self._fmu:
+            return None, "it belongs to another FMU"
+        if age < 0.0:
+            return None, f"it was saved {-age:.0f} s in the future: this computer's clock was set"
+        if age * speed_up > OLDEST_S:
+            allowed = f"allowed is {OLDEST_S / speed_up:g} s"
+            return None, f"it was saved {age:.0f} s ago, {allowed}"
+        return found, ""
 
 
 class CompensatorUnit:

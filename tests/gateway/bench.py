@@ -39,10 +39,12 @@ class Bench:
         self.time_s = 0.0
         self.step_s = 0.1
         unit.start(warm)
-        chosen = settings or Settings()
+        self.settings = settings or Settings()
         self.node = GatewayNode(
-            database, unit, self._take, chosen, self.now, warm, self.said.append
+            *(database, unit, self._take, self.settings, self.now, warm, self.said.append),
+            lambda: self.now,
         )
+        self._began: float | None = None
 
     def _take(self, messages: Iterable[can.Message]) -> None:
         found: dict[str, float | str] = {}
@@ -73,11 +75,21 @@ class Bench:
         """Return the machine's messages of the next cycle."""
         all_values: dict[str, Value] = {f"T{n}": 20.0 for n in range(1, 12)}
         all_values |= {"speed": 3000.0, "tool_length": 150.0, "machine_state": state}
-        all_values["offset_use"] = "following"
+        all_values |= {"offset_use": "following", "thermal_state": "cold"}
         step_s = self.step_s if state == "running" else 0.0
+        if state == "running" and not self.settings.machine_clock:
+            self._keep_time()
         all_values |= {"machine_time": self.time_s, "machine_step": step_s, **(values or {})}
         self.time_s = round(self.time_s + step_s, 3)
         return self.sender.messages(all_values)
+
+    def _keep_time(self) -> None:
+        """The machine's clock goes on while it is not heard: leave cycles out to catch up."""
+        step_s = self.step_s = 0.1 * self.settings.speed_up
+        if self._began is None:
+            self._began = self.now - self.time_s / self.settings.speed_up
+        behind_s = (self.now - self._began) * self.settings.speed_up - self.time_s
+        self.time_s = round(self.time_s + max(int(behind_s / step_s + 1e-6), 0) * step_s, 3)
 
     def give(self, messages: Iterable[can.Message], after_s: float = 0.1) -> None:
         """Let *after_s* go by, ticks included, then hand over messages."""

@@ -16,6 +16,7 @@ import cantools
 
 from scenarios.gateway.codec import Sender, Value
 from scenarios.gateway.database import COMPENSATOR, DBC, MACHINE, Database
+from scenarios.gateway.framelog import FrameLog
 from scenarios.gateway.link import Link
 from scenarios.gateway.node import Settings
 from scenarios.gateway.serving import Service
@@ -91,6 +92,7 @@ class Control:
         step_s = self.step_s if state == "running" else 0.0
         content: dict[str, Value] = {f"T{n}": 20.0 for n in range(1, 12)}
         content |= {"speed": 3000.0, "tool_length": 150.0, "offset_use": "following"}
+        content["thermal_state"] = "cold"
         content |= {"machine_state": state, "machine_time": self.time_s, "machine_step": step_s}
         self.time_s = round(self.time_s + step_s, 3)
         return self.sender.messages(content | dict(values))
@@ -117,7 +119,12 @@ class Control:
         for _ in range(50):
             if self.cycle({}, state="starting")["bus_fault"] == "machine_not_running":
                 break
-        self.cycle({})
+        # What the gateway said before it was in touch is still waiting to be read.
+        until = time.monotonic() + 0.3
+        while (left := until - time.monotonic()) > 0.0:
+            self.ear.bus.recv(left)
+        for _ in range(3):
+            self.cycle({})  # the first may come late, after this pause
         for _ in range(cycles):
             answer = self.cycle(values)
             if answer["status"] == "ok" and answer["dX"] == self.answers[-2]["dX"] != 0.0:
@@ -142,8 +149,9 @@ def gateway_thread(
 ) -> Iterator[Service]:
     """A gateway on the bus in a thread of this process; what it says goes into *said*."""
     lines = [] if said is None else said
-    ids = [frame.frame_id for frame in database.of(MACHINE)]
-    link = Link(wire.interface, wire.channel, ids, log, lines.append, options=dict(wire.options))
+    ids = [frame.frame_id for frame in database.frames]
+    frames = log and FrameLog(log, lines.append)
+    link = Link(wire.interface, wire.channel, ids, frames, lines.append, options=dict(wire.options))
     link.open()
     unit = CompensatorUnit(fmu)
     done, problems = threading.Event(), []

@@ -1,9 +1,10 @@
 """Run the tests marked vcan: ``python tests/gateway/on_vcan.py [COMMAND …]``.
 
 Where the kernel has vcan they run here. Otherwise they run in user-mode-linux, whose kernel has CAN
-and boots in seconds as an ordinary process with this system's own files. Where that is missing too,
-it is said and nothing is run; under CI that is a failure. Another command can be given instead of
-the tests. The exit status is the command's.
+and boots in seconds as an ordinary process with this system's own files; on a processor with AMX it
+needs a library that gcc builds. Where any of this is missing, it is said and nothing is run; under
+CI that is a failure. Another command can be given instead of the tests. The exit status is the
+command's.
 
 The guest writes to this system's real files, with the rights of who started it.
 """
@@ -20,16 +21,20 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT))
+
+from tests.gateway.amx import CannotBuildError, preload  # noqa: E402
+
 MODULES = Path("/usr/lib/uml/modules")
 NEEDED = ("linux.uml", "insmod", "ip", "candump", "cangen", "cansend")
-TIME_S = 400
+TIME_S = float(os.environ.get("ON_VCAN_S", "400"))
 PYTEST = [
     *(sys.executable, "-m", "pytest", "-m", "vcan", "-p", "no:cacheprovider"),
     *("--durations=8", "-q"),
 ]
 SHARES = [
     ("tests/gateway/test_vcan.py", "tests/gateway/test_wire.py"),
-    ("tests/gateway/test_processes.py",),
+    ("tests/gateway/test_processes.py", "tests/gateway/test_robust.py"),
 ]
 """Files that hold tests marked vcan."""
 SYSTEM_PATH = "/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin"
@@ -67,20 +72,29 @@ def main(command: list[str]) -> int:
     missing = [name for name in NEEDED if not shutil.which(name, path=SYSTEM_PATH)]
     if missing or not MODULES.is_dir():
         what = f"no vcan0 here, and no user-mode-linux to have one in: {', '.join(missing)} missing"
-        if os.environ.get("CI"):
-            print(what, file=sys.stderr)
-            return 1
-        print(f"tests on a real bus are skipped: {what}")
-        return 0
+        return _cannot(what)
     # A guest has one processor: the tests are shared out to two.
     commands = [command] if command else [[*PYTEST, *share] for share in SHARES]
     with tempfile.TemporaryDirectory(prefix="spindle-drift-vcan-") as name:
         folders = [Path(name) / str(number) for number in range(len(commands))]
+        try:
+            environment = preload(Path(name))
+        except CannotBuildError as error:
+            return _cannot(f"no vcan0 here, and {error}")
+        environment = os.environ | {"PATH": SYSTEM_PATH} | environment
         with ThreadPoolExecutor() as pool:
-            return max(pool.map(_in_guest, commands, folders))
+            return max(pool.map(_in_guest, commands, folders, [environment] * len(commands)))
 
 
-def _in_guest(command: list[str], folder: Path) -> int:
+def _cannot(what: str) -> int:
+    if os.environ.get("CI"):
+        print(what, file=sys.stderr)
+        return 1
+    print(f"tests on a real bus are skipped: {what}")
+    return 0
+
+
+def _in_guest(command: list[str], folder: Path, environment: dict[str, str]) -> int:
     folder.mkdir()
     if command[: len(PYTEST)] == PYTEST:
         command = [*command, f"--basetemp={folder / 'tmp'}"]
@@ -102,7 +116,6 @@ def _in_guest(command: list[str], folder: Path) -> int:
         *("linux.uml", "mem=1G", "rootfstype=hostfs", "rootflags=/", "rw", f"init={script}"),
         *("con0=fd:0,fd:1", "con=null"),
     ]
-    environment = os.environ | {"PATH": SYSTEM_PATH}
     try:
         guest = subprocess.run(
             boot,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+from collections.abc import Sequence
 from math import inf, isnan, nan
 from pathlib import Path
 
@@ -12,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from measurement.errors import BadInput
-from scenarios.gateway.codec import Encoder, decode, high_raw, low_raw, name_of, raw_of
+from scenarios.gateway.codec import Encoder, Problem, decode, high_raw, low_raw, name_of, raw_of
 from scenarios.gateway.database import (
     COMPENSATOR,
     DBC,
@@ -33,6 +34,11 @@ CODED = [(f, s) for f, s in ALL if s.name != "answered_time"]
 each_signal = pytest.mark.parametrize(("frame", "signal"), ALL, ids=IDS)
 
 
+def read(frame: Frame, data: bytes | bytearray) -> tuple[dict[str, float], Sequence[Problem]]:
+    content = decode(frame, data)
+    return content.values, content.problems
+
+
 @each_signal
 @given(data=st.data())
 @settings(max_examples=25, deadline=None)
@@ -42,12 +48,12 @@ def test_a_value_comes_back_to_half_a_digit(
     if signal.is_enumeration:
         name = data.draw(st.sampled_from(list(signal.named)))
         message = Encoder(frame).message({signal.name: name})
-        values, problems = decode(frame, message.data)
+        values, problems = read(frame, message.data)
         assert name_of(signal, values[signal.name]) == name
     else:
         value = data.draw(st.floats(signal.low, signal.high))
         message = Encoder(frame).message({signal.name: value})
-        values, problems = decode(frame, message.data)
+        values, problems = read(frame, message.data)
         assert values[signal.name] == pytest.approx(value, abs=signal.scale * 0.5001)
         assert signal.low - 1e-9 <= values[signal.name] <= signal.high + 1e-9
     assert signal.name not in [problem.signal for problem in problems]
@@ -65,7 +71,7 @@ def test_what_is_not_there_or_cannot_be_carried_is_marked(
     by_cantools = frame.message.decode(bytes(message.data))
     assert isinstance(by_cantools, dict)
     assert str(by_cantools[signal.name]) == code
-    values, problems = decode(frame, message.data)
+    values, problems = read(frame, message.data)
     assert isnan(values[signal.name])
     assert fault in [problem.fault for problem in problems if problem.signal == signal.name]
     too_much = signal.high + max(1.0, 2.0 * signal.scale)
@@ -88,7 +94,7 @@ def test_the_special_codes_are_the_two_largest_raw_values(frame: Frame, signal: 
 @given(st.sampled_from(DATABASE.frames), st.binary(min_size=8, max_size=8))
 @settings(max_examples=500, deadline=None)
 def test_any_bytes_give_a_value_in_range_or_a_problem(frame: Frame, data: bytes) -> None:
-    values, problems = decode(frame, data)
+    values, problems = read(frame, data)
     wrong = [problem.signal for problem in problems]
     for name, signal in frame.signals.items():
         assert (name in wrong) == isnan(values[name])
@@ -103,7 +109,7 @@ def test_our_reading_of_a_frame_is_that_of_cantools() -> None:
         named = {s.name: next(iter(s.named)) for s in frame.signals.values() if s.is_enumeration}
         message = Encoder(frame).message(middle | named)
         plain = dbc.decode_message(frame.frame_id, bytes(message.data), decode_choices=False)
-        ours, problems = decode(frame, message.data)
+        ours, problems = read(frame, message.data)
         assert not problems
         assert {name: pytest.approx(plain[name]) for name in ours} == ours
 
@@ -118,6 +124,13 @@ def test_signals_have_the_names_and_units_of_the_fmus(database: Database, unit: 
         assert sent[name] == unit.unit_of(name)  # type: ignore[attr-defined]
 
 
+def test_every_frame_and_signal_says_what_it_is() -> None:
+    for message in cantools.database.load_file(DBC).messages:
+        assert message.comment
+        for signal in message.signals:
+            assert signal.comment, f"{message.name}.{signal.name}"
+
+
 def test_the_start_values_are_safe(database: Database) -> None:
     assert start_values(database) == {
         "valid": "invalid",
@@ -125,6 +138,7 @@ def test_the_start_values_are_safe(database: Database) -> None:
         "status": "waiting",
         "bus_fault": "startup",
         "bus_fault_frame": "none",
+        "thermal_state": "unknown",
         "offset_use": "none_yet",
         "machine_state": "off",
     }
@@ -135,10 +149,7 @@ def test_the_start_values_are_safe(database: Database) -> None:
 
 def test_every_fault_has_a_code_in_the_dbc(database: Database) -> None:
     """What the code calls a fault is in the value table, or an answer could not be made."""
-    source = "".join(
-        (DBC.parent / name).read_text(encoding="utf-8")
-        for name in ("supervision.py", "codec.py", "node.py", "link.py")
-    )
+    source = "".join(path.read_text(encoding="utf-8") for path in DBC.parent.glob("*.py"))
     faults = database.signal("bus_fault").named
     for name in faults:
         assert name == "none" or f'"{name}"' in source

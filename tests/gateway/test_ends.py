@@ -91,10 +91,10 @@ def test_a_state_comes_back(tmp_path: Path, bench: Bench, new_unit: object) -> N
     bench.settle(WARM)
     now = [5000.0]
     store = StateFile(tmp_path / "s.json", bench.unit.slave.sha256, lambda: now[0])
-    assert store.read() is None
-    store.write(bench.unit.time_s, 12.5, bench.unit.slave.saved())
+    assert store.read() == (None, "there is none yet")
+    store.write(now[0], bench.unit.time_s, 12.5, bench.unit.slave.saved())
     now[0] += 7.0
-    saved = store.read()
+    saved, _ = store.read()
     assert saved is not None
     assert (saved.time_s, saved.machine_time_s, saved.age_s) == (bench.unit.time_s, 12.5, 7.0)
     again: CompensatorUnit = new_unit()  # type: ignore[operator]
@@ -103,8 +103,13 @@ def test_a_state_comes_back(tmp_path: Path, bench: Bench, new_unit: object) -> N
     assert again.step(sample, 0.1) == bench.unit.step(sample, 0.1)
     assert again.outputs["dX"] != 0.0
     now[0] += 3600.0
-    assert store.read() is None
-    assert StateFile(tmp_path / "s.json", "another", lambda: 5001.0).read() is None
+    assert store.read() == (None, "it was saved 3607 s ago, allowed is 3600 s")
+    now[0] = 5400.0
+    assert store.read(10.0) == (None, "it was saved 400 s ago, allowed is 360 s")
+    now[0] = 4990.0
+    assert "10 s in the future" in store.read()[1]
+    other = StateFile(tmp_path / "s.json", "another", lambda: 5001.0).read()
+    assert other == (None, "it belongs to another FMU")
 
 
 @pytest.mark.parametrize("text", ["", "{}", "[]", '{"kind": 1}', "\x00", '{"kind": "spindle'])

@@ -11,6 +11,7 @@ import pytest
 
 from measurement.errors import BadInput
 from scenarios.gateway import link as module
+from scenarios.gateway.framelog import FrameLog
 from scenarios.gateway.link import FIRST_WAIT_S, LONGEST_WAIT_S, MOST_FAILURES, Link
 from scenarios.gateway.replay import recorded
 from tests.gateway.bench import with_bytes
@@ -193,7 +194,7 @@ def test_frames_of_another_kind_are_not_ours(garage: Garage, message: can.Messag
 def test_a_log_that_cannot_be_is_refused(tmp_path: Path) -> None:
     for path in (tmp_path / "frames.txt", tmp_path / "frames", Path("/proc/none/frames.log")):
         with pytest.raises(BadInput, match="frames"):
-            Link("virtual", "x", [], path)
+            FrameLog(path)
 
 
 @pytest.mark.parametrize("content", ["", "hello\n", "(1.0) vcan0 7FF#00\n", "(x) vcan0 210#00\n"])

@@ -243,21 +243,20 @@ def test_a_restart_of_the_machine_is_survived(bench: Bench, database: Database) 
     assert fresh.offsets == held
 
 
-def test_the_axis_frames_give_the_offset_at_other_tool_lengths(
+def test_the_tool_frames_give_the_offset_at_other_tool_lengths(
     bench: Bench, database: Database, new_unit: Callable[[], CompensatorUnit]
 ) -> None:
     bench.settle(WARM)
     other = Bench(database, new_unit())
     other.settle({**WARM, "tool_length": 250.0}, seconds=10.0)
+    parts = ("at_tool_length", "per_tool_length", "tool_length")
     for axis in "XYZ":
-        offset, slope, reference = (
-            float(bench.last[f"d{axis}_{part}"]) for part in ("offset", "slope", "reference")
-        )
+        offset, slope, reference = (float(bench.last[f"d{axis}_{part}"]) for part in parts)
         assert reference == 150.0
         assert offset == bench.last[f"d{axis}"]
         at_250 = offset + slope * (250.0 - reference) * 1e-3
         assert at_250 == pytest.approx(other.last[f"d{axis}"], abs=2 * RESOLUTION_UM)
-    assert float(bench.last["dX_slope"]) != 0.0
+    assert float(bench.last["dX_per_tool_length"]) != 0.0
 
 
 def test_the_machine_clock_steps_by_the_machines_time(
@@ -323,7 +322,7 @@ def test_the_farewell_takes_every_offset_back(bench: Bench) -> None:
     bench.node.farewell()
     assert bench.last["valid"] == "invalid"
     assert bench.last["gateway_state"] == "stopping"
-    for name in ("dX", "dY", "dZ", "elongation", "dX_offset", "status"):
+    for name in ("dX", "dY", "dZ", "elongation", "dX_at_tool_length", "status"):
         assert bench.last[name] == "not_available"
 
 

@@ -126,6 +126,7 @@ class Guarded:
         step_s = 1.0 if state == "running" else 0.0
         content: dict[str, Value] = {f"T{n}": 20.0 for n in range(1, 12)}
         content |= {"speed": 3000.0, "tool_length": 150.0, "offset_use": "following"}
+        content["thermal_state"] = "cold"
         content |= {"machine_state": state, "machine_time": self.time_s, "machine_step": step_s}
         self.link.send(self.sender.messages(content | dict(values)))
         until = time.monotonic() + (0.5 if state == "running" else 0.1)

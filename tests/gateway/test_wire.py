@@ -15,7 +15,7 @@ import pytest
 from scenarios.cosimulation import simulate
 from scenarios.fmu import FmuError
 from scenarios.gateway.codec import Sender, Value
-from scenarios.gateway.database import COMPENSATOR, DBC, MACHINE, Database
+from scenarios.gateway.database import COMPENSATOR, DBC, MACHINE, PROTECTION, Database
 from scenarios.gateway.link import Link
 from scenarios.gateway.machine import Pace
 from scenarios.gateway.node import Settings
@@ -38,7 +38,7 @@ from tests.gateway.faults import (
 STEP_S = 1.0
 MILD = {"T1": 20.4, "T4": 20.4}
 """A change that no sensor check takes for a jump."""
-CLOCK = Settings(machine_clock=True)
+CLOCK = Settings(machine_clock=True, timeout_s=2.0)  # a busy computer is no fault
 FAULTS = {
     "bad_crc": corrupted(1),
     "missing": dropped(0),
@@ -99,9 +99,10 @@ def test_a_late_machine_is_noticed_while_it_is_late(
         contextlib.closing(Control(wire, database, 0.1)) as control,
     ):
         begun = time.monotonic()
-        while time.monotonic() - begun < 10.0:
-            answer = control.cycle(MILD if time.monotonic() - begun > 0.5 else {})
-            time.sleep(0.05)
+        for k in range(100):
+            answer = control.cycle(MILD if k > 5 else {})
+            # In real time: the gateway compares the machine's clock with its own.
+            time.sleep(max(begun + 0.1 * (k + 1) - time.monotonic(), 0.0))
             if answer["valid"] == "valid" and answer["dX"] != 0.0:
                 break
         assert answer["valid"] == "valid"
@@ -137,7 +138,7 @@ def test_the_dbc_alone_tells_what_was_sent(wire: Wire, database: Database) -> No
                     read, content = got
                     assert bytes(read.data) == bytes(message.data)
                     for name, value in content.items():
-                        if name in ("crc", "counter"):
+                        if name in PROTECTION:
                             continue
                         if isinstance(values[name], str):
                             assert value == values[name]
@@ -247,7 +248,7 @@ def test_an_fmu_that_fails_is_told_on_the_bus(
 def test_datagrams_that_are_no_frames_are_survived(database: Database, quick_fmu: Path) -> None:
     wire = new_wire("udp_multicast")
     with (
-        gateway_thread(wire, database, quick_fmu, CLOCK),
+        gateway_thread(wire, database, quick_fmu, CLOCK) as service,
         contextlib.closing(Control(wire, database, STEP_S)) as control,
         socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger,
     ):
@@ -257,11 +258,8 @@ def test_datagrams_that_are_no_frames_are_survived(database: Database, quick_fmu
             time.sleep(0.05)
         control.ear.close()
         control.ear = Listener(wire)  # its own socket is no better off
-        for _ in range(100):
-            with contextlib.suppress(AssertionError):
-                if control.cycle(WARM, timeout_s=0.3)["valid"] == "valid":
-                    break
-        assert control.answers[-1]["valid"] == "valid"
+        assert control.cycle(WARM)["valid"] == "valid"
+        assert service.link.junk >= 3
         assert control.answers[-1]["dX"] == held["dX"]
 
 

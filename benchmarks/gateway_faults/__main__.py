@@ -1,0 +1,89 @@
+"""Play the episodes and print what came of them."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import sys
+import time
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from benchmarks.gateway_faults.classes import FAULTS, MASQUERADE
+from benchmarks.gateway_faults.harness import Episode, Outcome, Wire
+from benchmarks.gateway_faults.states import RESTARTS
+from scenarios.gateway.database import read_database
+from scenarios.gateway.node import Settings
+
+ON_THE_MACHINES_CLOCK = ("gateway stopped, then goes on", "machine's clock stands, step 0")
+HEAD = f"{'':52}{'episodes':>9}{'noticed':>9}{'answers':>9}{'unsafe':>8}{'valid again':>13}"
+Play = Callable[[Wire, np.random.Generator], Outcome]
+
+
+def plays() -> Iterator[tuple[str, Play]]:
+    """Yield every class of faults: its name, and what plays an episode of it."""
+    for name, fault in FAULTS.items():
+        yield name, lambda wire, rng, fault=fault: _play(wire, rng, fault, Settings())
+    for name in ON_THE_MACHINES_CLOCK:
+        settings, fault = Settings(machine_clock=True), FAULTS[name]
+        yield (
+            f"{name} (--clock machine)",
+            lambda wire, rng, fault=fault, settings=settings: _play(wire, rng, fault, settings),
+        )
+    for name, restart in RESTARTS.items():
+        yield (
+            f"started in a warm-up, {name}",
+            lambda wire, rng, restart=restart: restart(wire, rng).outcome,
+        )
+
+
+def _play(
+    wire: Wire, rng: np.random.Generator, fault: Callable[[Episode], None], settings: Settings
+) -> Outcome:
+    episode = Episode(wire, rng, settings)
+    episode.settle()
+    fault(episode)
+    return episode.finish()
+
+
+def row(name: str, outcomes: list[Outcome]) -> str:
+    """Return a line of the table."""
+    noticed = sum(outcome.noticed for outcome in outcomes)
+    answers = sum(outcome.answers for outcome in outcomes)
+    unsafe = sum(outcome.unsafe for outcome in outcomes)
+    again = sum(outcome.again for outcome in outcomes)
+    count = len(outcomes)
+    return f"{name:52}{count:9,}{noticed:9,}{answers:9,}{unsafe:8,}{again:13,}"
+
+
+def main() -> int:
+    """Play, print, and return 1 if anything unsafe was called valid."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--episodes", type=int, default=20, help="of each class (20)")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--interface", help="a bus of python-can's; none: from hand to hand")
+    parser.add_argument("--channel", default="vcan0")
+    args = parser.parse_args()
+    settings = {"interface": args.interface, "channel": args.channel} if args.interface else {}
+    begun, everything = time.monotonic(), []
+    with contextlib.closing(Wire(settings, read_database())) as wire:
+        print(HEAD)
+        for number, (name, play) in enumerate(plays()):
+            rng = np.random.default_rng([args.seed, number])
+            outcomes = [play(wire, rng) for _ in range(args.episodes)]
+            everything += outcomes
+            print(row(name, outcomes), flush=True)
+        print(row("all", everything))
+        print("\nNot among them: what only authentication could tell from the truth")
+        for number, (name, fault) in enumerate(MASQUERADE.items()):
+            rng = np.random.default_rng([args.seed, 1000 + number])
+            outcomes = [_play(wire, rng, fault, Settings()) for _ in range(args.episodes)]
+            print(row(name, outcomes), flush=True)
+    where = f"{args.interface} {args.channel}" if args.interface else "no bus"
+    print(f"\nseed {args.seed}, {where}, {time.monotonic() - begun:.0f} s")
+    return 1 if any(outcome.unsafe for outcome in everything) else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

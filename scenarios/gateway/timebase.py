@@ -1,0 +1,91 @@
+"""Does the machine's time fit this computer's clock?
+
+A cycle whose frames all wait equally long on their way keeps every count and is old all the same.
+And a gateway that counts a second where the machine counts fifty follows the wrong warm-up. Both
+show when the machine's time is compared with the time at which the frames arrived: the offset
+between the two clocks must stay what it was, but for the drift of good clocks.
+"""
+
+from __future__ import annotations
+
+DRIFT = 5e-4
+"""Two clocks may drift apart by this much of the time gone by. Crystals of 100 ppm each, in any
+temperature that a cabinet has, stay well below. A delay that grows more slowly than this cannot be
+told from drift."""
+QUARANTINE_S = 60.0
+"""After the machine's time ran too fast, nothing is trusted for so long by this clock [s]."""
+
+
+class Timebase:
+    """Compares the machine's time with the time of arrival.
+
+    Parameters
+    ----------
+    period : int
+        The machine's raw time starts anew after so many counts.
+    scale_s : float
+        Seconds of the machine in a count.
+    speed_up : float
+        Seconds of the machine in a second of this computer's clock.
+    tolerance_s : float
+        How late or early a cycle may arrive, by this computer's clock [s].
+    """
+
+    def __init__(self, period: int, scale_s: float, speed_up: float, tolerance_s: float) -> None:
+        self._period, self._count_s = period, scale_s / speed_up
+        self._tolerance_s = tolerance_s
+        self._distrusted_until = float("-inf")
+        self._last: int | None = None
+        self._position_s = self._arrived = self._low_s = self._first_s = 0.0
+
+    def restart(self) -> None:
+        """Take the next cycle as the one to compare with: the machine's clock was set."""
+        self._last = None
+
+    def judge(self, raw: int, arrived: float, *, jumped: bool = False) -> tuple[str, str] | None:
+        """Return the fault and a text, or None if the times fit.
+
+        Parameters
+        ----------
+        raw : int
+            The machine's raw time.
+        arrived : float
+            When its frame arrived [s].
+        jumped : bool
+            The time is not the one that the cycle before announced.
+        """
+        if self._last is None:
+            self._begin(raw, arrived)
+            return self._distrust(arrived)
+        ahead = (raw - self._last) % self._period
+        if ahead > self._period // 2:
+            self._begin(raw, arrived)
+            return "time_jump", "machine_time went back"
+        if not ahead:
+            fault = "time_jump" if jumped else "time_stands"
+            return fault, "machine_time stands while the machine runs"
+        position_s = self._position_s + ahead * self._count_s
+        offset_s, drift_s = arrived - position_s, DRIFT * max(arrived - self._arrived, 0.0)
+        behind_s = offset_s - self._low_s
+        self._last, self._position_s, self._arrived = raw, position_s, arrived
+        if behind_s > self._tolerance_s + drift_s:
+            # The offset to compare with stays, or what is late for good would pass for drift.
+            return "delayed", f"machine_time is {behind_s:.3f} s behind this computer's clock"
+        self._low_s = min(self._low_s + drift_s, offset_s)
+        self._first_s = max(self._first_s - drift_s, self._low_s)
+        before_s = self._first_s - offset_s
+        if before_s > self._tolerance_s:
+            self._begin(raw, arrived)
+            if jumped:
+                return "time_jump", f"machine_time jumped ahead by {before_s:.3f} s"
+            self._distrusted_until = arrived + QUARANTINE_S
+        return self._distrust(arrived)
+
+    def _begin(self, raw: int, arrived: float) -> None:
+        self._last, self._position_s, self._arrived = raw, 0.0, arrived
+        self._low_s = self._first_s = arrived
+
+    def _distrust(self, arrived: float) -> tuple[str, str] | None:
+        if arrived >= self._distrusted_until:
+            return None
+        return "time_rate", "machine_time runs faster than this computer's clock times --speed-up"

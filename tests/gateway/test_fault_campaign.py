@@ -1,0 +1,80 @@
+"""The fault campaign finds nothing in the gateway, and would find something in a worse one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from benchmarks.gateway_faults.__main__ import Play, plays
+from benchmarks.gateway_faults.harness import Wire
+from scenarios.gateway.database import Database
+from scenarios.gateway.judging import Rival
+from scenarios.gateway.node import GatewayNode
+from scenarios.gateway.reference import Reference
+from scenarios.gateway.supervision import _Watch
+from scenarios.gateway.timebase import Timebase
+
+PLAYS = dict(plays())
+UNHEARD = ("random frames",)
+"""These spoil nothing unless a CRC fits by chance."""
+Patch = Callable[[pytest.MonkeyPatch], None]
+
+
+def outcomes(database: Database, play: Play, episodes: int) -> tuple[int, int]:
+    """Return in how many episodes the fault was noticed, and how many answers were unsafe."""
+    rng = np.random.default_rng(7)
+    found = [play(Wire({}, database), rng) for _ in range(episodes)]
+    assert all(outcome.answers > 0 for outcome in found)
+    return sum(outcome.noticed for outcome in found), sum(outcome.unsafe for outcome in found)
+
+
+@pytest.mark.parametrize("name", PLAYS)
+def test_nothing_unsafe_is_called_valid(database: Database, name: str) -> None:
+    noticed, unsafe = outcomes(database, PLAYS[name], 4)
+    assert unsafe == 0
+    assert noticed == 4 or name in UNHEARD
+
+
+def without_counts(patch: pytest.MonkeyPatch) -> None:
+    patch.setattr(_Watch, "_keep_step", lambda self, closing: None)
+
+
+def without_clock(patch: pytest.MonkeyPatch) -> None:
+    patch.setattr(Timebase, "judge", lambda self, raw, arrived, jumped: None)
+
+
+def without_age(patch: pytest.MonkeyPatch) -> None:
+    handle = GatewayNode.handle
+    patch.setattr(
+        GatewayNode, "handle", lambda self, message, now, waited: handle(self, message, now)
+    )
+
+
+def without_rivals(patch: pytest.MonkeyPatch) -> None:
+    patch.setattr(Rival, "finding", lambda self, now: None)
+
+
+def without_reference(patch: pytest.MonkeyPatch) -> None:
+    patch.setattr(Reference, "take", lambda self, values, elapsed, cold: "believed")
+    patch.setattr(Reference, "known", "believed", raising=False)
+    patch.setattr(Reference, "__init__", lambda self, proof, temperatures: None)
+
+
+@pytest.mark.parametrize(
+    ("patch", "name"),
+    [
+        (without_counts, "one frame late by whole cycles, for good"),
+        (without_clock, "every cycle late, for good"),
+        (without_clock, "machine's clock at another rate"),
+        (without_age, "gateway stopped, then goes on (--clock machine)"),
+        (without_rivals, "a second gateway"),
+        (without_reference, "started in a warm-up, no state"),
+    ],
+)
+def test_a_gateway_without_a_check_is_found_out(
+    database: Database, monkeypatch: pytest.MonkeyPatch, patch: Patch, name: str
+) -> None:
+    patch(monkeypatch)
+    assert outcomes(database, PLAYS[name], 6)[1] > 0

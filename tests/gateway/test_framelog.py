@@ -1,0 +1,177 @@
+"""The log beside the loop: appended to, turned over, reopened, and never a reason to stop."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import can
+import pytest
+
+from scenarios.gateway import background, framelog
+from scenarios.gateway.background import Background
+from scenarios.gateway.framelog import FrameLog
+
+ENDINGS = [".log", ".asc", ".blf"]
+
+
+def frame(number: int) -> can.Message:
+    return can.Message(
+        arbitration_id=0x210,
+        data=number.to_bytes(8, "little"),
+        is_extended_id=False,
+        timestamp=1e9 + number,
+        channel="vcan0",
+    )
+
+
+def numbers(path: Path) -> list[int]:
+    with can.LogReader(str(path)) as reader:
+        return [int.from_bytes(message.data, "little") for message in reader]
+
+
+def wait_for(condition: Callable[[], bool]) -> None:
+    until = time.monotonic() + 20.0
+    while not condition():
+        assert time.monotonic() < until
+        time.sleep(0.02)
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+def test_a_log_is_appended_to(tmp_path: Path, ending: str) -> None:
+    path = tmp_path / f"frames{ending}"
+    for start in (0, 10):
+        log = FrameLog(path)
+        for number in range(start, start + 10):
+            log.write(frame(number))
+        log.close()
+    older = tmp_path / f"frames.1{ending}"
+    found = (numbers(older) if ending == ".asc" else []) + numbers(path)
+    assert found == list(range(20))
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+def test_a_log_survives_a_kill_but_for_its_last_second(tmp_path: Path, ending: str) -> None:
+    path = tmp_path / f"frames{ending}"
+    program = (
+        "import os, sys, time; from pathlib import Path\n"
+        "from scenarios.gateway.framelog import FrameLog\n"
+        "from tests.gateway.test_framelog import frame\n"
+        "log = FrameLog(Path(sys.argv[1]))\n"
+        "for k in range(300): log.write(frame(k))\n"
+        "time.sleep(2.5)\n"
+        "for k in range(300, 400): log.write(frame(k))\n"
+        "os.kill(os.getpid(), 9)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", program, str(path)], check=False)
+    assert done.returncode == -9
+    assert numbers(path)[:300] == list(range(300))
+    log = FrameLog(path)
+    log.write(frame(1000))
+    log.close()
+    assert numbers(path)[-1] == 1000
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+def test_a_channel_may_have_any_name(tmp_path: Path, ending: str) -> None:
+    path = tmp_path / f"frames{ending}"
+    log = FrameLog(path)
+    for number, channel in enumerate(("bus-4711", "a1b2c3d4e5f60718293a4b5c6d7e8f90", "can0", 3)):
+        message = frame(number)
+        message.channel = channel
+        log.write(message)
+    log.close()
+    assert numbers(path) == [0, 1, 2, 3]
+
+
+def test_half_a_line_at_the_end_is_cut_off(tmp_path: Path) -> None:
+    path = tmp_path / "frames.log"
+    path.write_text("(1.0) vcan0 210#0100000000000000 R\n(1.1) vcan0 21")
+    log = FrameLog(path)
+    log.write(frame(2))
+    log.close()
+    assert numbers(path) == [1, 2]
+
+
+@pytest.mark.parametrize("told", [True, False])
+def test_a_renamed_log_is_begun_anew(tmp_path: Path, told: bool) -> None:
+    path, away = tmp_path / "frames.log", tmp_path / "away.log"
+    log = FrameLog(path)
+    log.write(frame(1))
+    wait_for(lambda: path.stat().st_size > 0)
+    path.rename(away)
+    if told:
+        log.reopen()
+    wait_for(path.exists)
+    log.write(frame(2))
+    log.close()
+    assert (numbers(away), numbers(path)) == ([1], [2])
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+def test_a_large_log_is_turned_over(
+    tmp_path: Path, ending: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(framelog, "SYNC_S", 0.0)
+    monkeypatch.setattr(background, "LAST_S", 30.0)
+    path = tmp_path / f"frames{ending}"
+    log = FrameLog(path, largest_mb=0.001)
+    for number in range(600):
+        log.write(frame(number))
+    log.close()
+    parts = sorted(tmp_path.iterdir())
+    assert 2 < len(parts) <= framelog.KEPT + 1
+    assert numbers(path) == [] or numbers(path)[-1] == 599
+    kept = sorted(number for part in parts for number in numbers(part))
+    assert kept == list(range(kept[0], 600))
+
+
+def test_a_full_disk_is_told_and_survived(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(framelog, "SYNC_S", 0.0)
+    monkeypatch.setattr(framelog, "RETRY_S", 0.1)
+    said: list[str] = []
+    path = tmp_path / "frames.log"
+    path.symlink_to("/dev/full")
+    log = FrameLog(path, said.append)
+    for number in range(50):
+        log.write(frame(number))
+    wait_for(lambda: len(said) > 0)
+    assert "No space left" in said[0]
+    path.unlink()
+    for number in range(50, 150):
+        log.write(frame(number))
+        time.sleep(0.005)
+    log.close()
+    assert numbers(path)[-1] == 149
+    assert any("written again" in line for line in said)
+
+
+def test_a_job_that_fails_does_not_keep_others_from_being_done(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    done: list[int] = []
+    worker = Background(5)
+    worker.do(lambda: [].pop())  # type: ignore[arg-type]
+    worker.do(lambda: done.append(1))
+    assert worker.close()
+    assert (done, worker.dropped) == ([1], 1)
+    assert "IndexError" in capsys.readouterr().err
+
+
+def test_a_disk_that_hangs_keeps_nobody_waiting(monkeypatch: pytest.MonkeyPatch) -> None:
+    done, gate = [], threading.Event()
+    worker = Background(3)
+    worker.do(gate.wait)  # type: ignore[arg-type]
+    begun = time.monotonic()
+    for number in range(100):
+        worker.do(lambda number=number: done.append(number))  # type: ignore[misc]
+    assert time.monotonic() - begun < 1.0
+    assert worker.dropped >= 96
+    monkeypatch.setattr(background, "LAST_S", 0.2)
+    assert not worker.close()
+    gate.set()
+    wait_for(lambda: done == [0, 1, 2] or done == [0, 1])

@@ -1,0 +1,400 @@
+"""What the gateway cannot know it does not call valid: references, clocks, counts, age, rivals."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import nan
+
+import can
+import pytest
+
+from scenarios.gateway.codec import Sender, high_raw
+from scenarios.gateway.database import COMPENSATOR, MACHINE, Database
+from scenarios.gateway.node import Settings
+from scenarios.gateway.reference import Proof, Reference
+from scenarios.gateway.supervision import Reception
+from scenarios.gateway.timebase import DRIFT, QUARANTINE_S, Timebase
+from scenarios.gateway.unit import CompensatorUnit, Saved
+from tests.gateway.bench import WARM, Bench
+
+NOT_COLD = {"thermal_state": "warm"}
+TOGETHER = Settings(proof=Proof(ambient="T5", band_k=1.0, time_s=60.0))
+
+# The reference
+
+
+def test_a_cold_restart_in_a_warm_up_is_never_valid(bench: Bench) -> None:
+    for _ in range(3):
+        bench.give(bench.frames(NOT_COLD, state="starting"))
+    for _ in range(600):
+        answer = bench.cycle(WARM | NOT_COLD)
+        assert answer["valid"] == "invalid"
+        assert answer["status"] == "reference_unknown"
+        assert bench.offsets == (0.0, 0.0, 0.0)
+    assert answer["gateway_state"] == "running"
+    assert answer["bus_fault"] == "none"
+    assert bench.node.steps == 0
+
+
+def test_a_machine_that_says_it_is_cold_is_believed_for_a_minute_and_no_longer(
+    bench: Bench, database: Database, new_unit: Callable[[], CompensatorUnit]
+) -> None:
+    for late_s, begins in ((50.0, True), (70.0, False)):
+        bench = Bench(database, new_unit())
+        for _ in range(3):
+            bench.give(bench.frames({"thermal_state": "cold"}, state="starting"))
+        for _ in range(round(late_s / 0.1)):
+            bench.give(bench.frames(NOT_COLD, state="starting"))
+        bench.cycle(NOT_COLD)
+        assert (bench.node.steps > 0) == begins
+        assert (bench.last["status"] != "reference_unknown") == begins
+
+
+def test_temperatures_that_stand_with_the_ambient_one_prove_a_cold_machine(
+    database: Database, unit: CompensatorUnit
+) -> None:
+    bench = Bench(database, unit, TOGETHER)
+    for _ in range(3):
+        bench.give(bench.frames(NOT_COLD, state="starting"))
+    began = bench.now
+    while bench.node.steps == 0 and bench.now - began < 100.0:
+        bench.cycle({"T3": 20.4} | NOT_COLD)
+    assert {answer["valid"] for answer in bench.answers[:-1]} == {"invalid"}
+    assert bench.now - began == pytest.approx(60.0, abs=1.0)
+    assert any("within 1 K" in line for line in bench.said)
+
+
+@pytest.mark.parametrize(
+    "moved",
+    [
+        pytest.param(lambda k: {"T1": 21.1}, id="apart"),
+        pytest.param(lambda k: {f"T{n}": 30 - k * 3e-3 for n in range(1, 12)}, id="cools"),
+        pytest.param(lambda k: {"T7": nan}, id="one is missing"),
+    ],
+)
+def test_temperatures_that_are_apart_or_move_prove_nothing(
+    database: Database, unit: CompensatorUnit, moved: Callable[[int], dict[str, float]]
+) -> None:
+    bench = Bench(database, unit, TOGETHER)
+    for k in range(1500):
+        bench.cycle(moved(k) | NOT_COLD)
+    assert bench.node.steps == 0
+    assert {answer["valid"] for answer in bench.answers} == {"invalid"}
+
+
+def test_temperatures_prove_nothing_without_an_ambient_one() -> None:
+    reference = Reference(Proof(), ["T1", "T2"])
+    for _ in range(10_000):
+        assert not reference.take({"T1": 20.0, "T2": 20.0}, 1.0, cold=False)
+    assert Reference(Proof(said=True), ["T1"]).take({}, 1.0, cold=False)
+
+
+def test_a_gap_in_the_readings_is_no_time_together() -> None:
+    reference = Reference(Proof(ambient="T1", time_s=600.0), ["T1", "T2"])
+    for _ in range(20):
+        assert not reference.take({"T1": 20.0, "T2": 20.5}, 100.0, cold=False)
+
+
+def test_a_fresh_state_needs_no_other_proof(
+    bench: Bench, database: Database, new_unit: Callable[[], CompensatorUnit]
+) -> None:
+    bench.settle(WARM)
+    saved = Saved(bench.unit.time_s, bench.time_s, 1.5, bench.unit.slave.saved())
+    again = Bench(database, new_unit(), warm=saved)
+    again.sender, again.time_s = bench.sender, bench.time_s
+    for _ in range(40):
+        again.cycle(WARM | NOT_COLD)
+    assert again.last["valid"] == "valid"
+    assert again.offsets == pytest.approx(bench.offsets, abs=0.02)
+
+
+@pytest.mark.parametrize(("gap_s", "known"), [(3000.0, True), (4000.0, False)])
+def test_a_state_that_is_old_in_the_machines_time_is_no_proof(
+    bench: Bench,
+    database: Database,
+    new_unit: Callable[[], CompensatorUnit],
+    gap_s: float,
+    known: bool,
+) -> None:
+    """A simulation at many times real time is hours ahead after a short while."""
+    bench.settle(WARM)
+    saved = Saved(bench.unit.time_s, bench.time_s, 1.5, bench.unit.slave.saved())
+    again = Bench(database, new_unit(), Settings(machine_clock=True), warm=saved)
+    again.time_s = round(bench.time_s + gap_s, 1)
+    for _ in range(200):
+        again.cycle(WARM | NOT_COLD)
+    assert (again.last["valid"] == "valid") == known
+    assert (again.last["status"] == "reference_unknown") != known
+
+
+# Frames of different cycles
+
+
+@pytest.mark.parametrize("behind", [1, 4, 15, 16, 20, 30, 60, 239, 240, 241, 480])
+@pytest.mark.parametrize("place", [0, 4])
+def test_a_frame_that_is_late_for_good_is_noticed(bench: Bench, behind: int, place: int) -> None:
+    bench.settle(WARM)
+    kept: list[can.Message] = []
+
+    def delay(messages: list[can.Message]) -> list[can.Message]:
+        kept.append(messages[place])
+        older = [kept.pop(0)] if len(kept) > behind else []
+        return [*messages[:place], *older, *messages[place + 1 :]]
+
+    first = len(bench.answers)
+    for _ in range(behind + 300):
+        bench.cycle(WARM, delay)
+    assert {answer["valid"] for answer in bench.answers[first:]} == {"invalid"}
+    # It is believed again as soon as it comes in time, or when the machine has started anew.
+    kept.clear()
+    for _ in range(3):
+        bench.give(bench.frames(state="starting"))
+    for _ in range(60):
+        bench.cycle(WARM)
+    assert bench.last["valid"] == "valid"
+
+
+def test_a_further_frame_in_sequence_is_noticed(bench: Bench, database: Database) -> None:
+    bench.settle(WARM)
+    other = Sender(database, MACHINE)
+    for _ in range(bench.sender._encoders[4]._count + 1):
+        extra = other.messages({"tool_length": 240.0, "speed": 3000.0})[4]
+    answer = bench.cycle(WARM, lambda messages: [*messages[:5], extra, messages[5]])
+    assert answer["valid"] == "invalid"
+    assert answer["dX_tool_length"] == 150.0
+    assert bench.cycle(WARM)["valid"] == "invalid"
+
+
+def test_all_frames_of_a_cycle_carry_one_count(database: Database) -> None:
+    for node, period in ((MACHINE, 240), (COMPENSATOR, 60)):
+        sender, seen = Sender(database, node), []
+        for _ in range(period + 1):
+            reception = Reception(database.of(node))
+            for message in sender.messages({}):
+                reception.take(message.arbitration_id, message.data, 0.0)
+            counts = {watch.counts for watch in _after_the_first(reception, sender, database, node)}
+            assert len(counts) == 1
+            seen.append(counts.pop())
+        assert seen[0] != seen[1]
+
+
+def _after_the_first(
+    reception: Reception, sender: Sender, database: Database, node: str
+) -> list[object]:
+    for message in sender.messages({}):
+        reception.take(message.arbitration_id, message.data, 0.1)
+    return list(reception._watches.values())
+
+
+# Clocks
+
+RAW = 2**32 - 2
+
+
+def base(speed_up: float = 1.0) -> Timebase:
+    return Timebase(RAW, 0.001, speed_up, 0.25)
+
+
+@pytest.mark.parametrize("speed_up", [1.0, 10.0])
+def test_a_machine_whose_time_fits_is_trusted_for_days_and_over_the_wrap(speed_up: float) -> None:
+    clock = base(speed_up)
+    drift = 0.4 * DRIFT
+    for k in range(0, 3_000_000, 97):
+        now = 0.1 * k * (1.0 + drift) + 0.1 * (k % 7 == 0)
+        raw = (RAW - 5_000_000 + round(100 * speed_up * k)) % RAW
+        assert clock.judge(raw, now) is None
+
+
+@pytest.mark.parametrize("rate", [0.5, 0.9, 0.98, 1.02, 1.1, 2.0, 50.0])
+def test_a_machine_whose_time_runs_at_another_rate_is_not_trusted(rate: float) -> None:
+    clock = base()
+    found = [clock.judge(round(100 * rate * k), 0.1 * k) for k in range(6000)]
+    wrong = [fault is not None for fault in found]
+    assert {fault[0] for fault in found if fault} == {"delayed" if rate < 1.0 else "time_rate"}
+    assert all(wrong[wrong.index(True) :])
+    assert wrong.index(True) <= 3.0 / abs(rate - 1.0) + 2
+
+
+def test_a_cycle_that_is_late_for_good_stays_late() -> None:
+    clock = base()
+    for k in range(100):
+        assert clock.judge(100 * k, 0.1 * k) is None
+    for k in range(100, 200_000):
+        found = clock.judge(100 * k, 0.1 * k + 2.0)
+        assert found is not None
+        assert found[0] == "delayed"
+    clock.restart()
+    assert clock.judge(20_000_000, 20_002.1) is None
+
+
+def test_a_machine_clock_that_was_set_is_told_and_followed() -> None:
+    clock = base()
+    assert clock.judge(100_000, 0.0) is None
+    found = clock.judge(50_000, 0.1)
+    assert found is not None
+    assert found[0] == "time_jump"
+    assert clock.judge(50_100, 0.2) is None
+    found = clock.judge(90_000, 0.3, jumped=True)
+    assert found is not None
+    assert found[0] == "time_jump"
+    assert clock.judge(90_100, 0.4) is None
+    assert QUARANTINE_S > 10.0
+
+
+def test_a_gateway_without_the_machines_speed_up_is_not_valid(bench: Bench) -> None:
+    bench.settle(WARM)
+    first = len(bench.answers)
+    for k in range(100):
+        bench.cycle({**WARM, "machine_time": 100.0 + 5.0 * k, "machine_step": 5.0})
+    after = bench.answers[first + 1 :]
+    assert {answer["valid"] for answer in after} == {"invalid"}
+    assert {answer["bus_fault"] for answer in after[1:]} == {"time_rate"}
+
+
+@pytest.mark.parametrize("machine_clock", [False, True])
+def test_a_time_that_stands_is_a_fault(
+    database: Database, unit: CompensatorUnit, machine_clock: bool
+) -> None:
+    bench = Bench(database, unit, Settings(machine_clock=machine_clock))
+    bench.settle(WARM)
+    stands = {**WARM, "machine_time": bench.time_s, "machine_step": 0.0}
+    bench.cycle(stands)
+    answer = bench.cycle(stands)
+    assert answer["bus_fault"] == "time_stands"
+    assert answer["valid"] == "invalid"
+
+
+@pytest.mark.parametrize("machine_clock", [False, True])
+def test_the_wrap_of_the_machines_time_is_no_fault(
+    database: Database, unit: CompensatorUnit, machine_clock: bool
+) -> None:
+    bench = Bench(database, unit, Settings(machine_clock=machine_clock))
+    signal = database.signal("machine_time")
+    wrap_s = (high_raw(signal) + 1) * signal.scale
+    bench.time_s = wrap_s - 7.0
+    sent = bench.frames
+    bench.frames = lambda values=None, state="running": sent(  # type: ignore[method-assign]
+        {**(values or {}), "machine_time": round(bench.time_s % wrap_s, 3)}, state
+    )
+    bench.settle(WARM)
+    first = len(bench.answers)
+    for _ in range(100):
+        bench.cycle(WARM)
+    assert bench.time_s > wrap_s
+    assert {answer["valid"] for answer in bench.answers[first:]} == {"valid"}
+
+
+# Age
+
+
+@pytest.mark.parametrize("machine_clock", [False, True])
+def test_a_cycle_that_waited_to_be_read_is_not_valid(
+    database: Database, unit: CompensatorUnit, machine_clock: bool
+) -> None:
+    """As after a SIGSTOP: frames in the kernel's queue are intact, in sequence, and old."""
+    bench = Bench(database, unit, Settings(machine_clock=machine_clock))
+    bench.settle(WARM)
+    queue = [(bench.now + 0.1 * k, bench.frames(WARM)) for k in range(1, 51)]
+    bench.now += 5.1
+    first = len(bench.answers)
+    for arrived, messages in queue:
+        for message in messages:
+            bench.node.handle(message, bench.now, bench.now - arrived)
+    ages = [bench.now - arrived for arrived, _ in queue]
+    answers = bench.answers[first:]
+    assert len(answers) == 50
+    for age, answer in zip(ages, answers, strict=True):
+        assert age <= 0.25 or answer["valid"] == "invalid"
+    assert answers[0]["bus_fault"] == "stale"
+    for _ in range(30):
+        bench.cycle(WARM)
+    assert bench.last["valid"] == "valid"
+
+
+def test_an_answer_that_took_long_is_not_valid(bench: Bench) -> None:
+    bench.settle(WARM)
+    step = bench.unit.step
+
+    def slow(values: object, step_s: float) -> dict[str, float]:
+        bench.now += 0.3
+        return step(values, step_s)  # type: ignore[arg-type]
+
+    bench.unit.step = slow  # type: ignore[method-assign,assignment]
+    assert bench.cycle(WARM)["valid"] == "invalid"
+    assert bench.last["bus_fault"] == "stale"
+
+
+# Another gateway
+
+
+def test_another_gateway_is_noticed(bench: Bench, database: Database) -> None:
+    bench.settle(WARM)
+    other = Sender(database, COMPENSATOR)
+    bench.cycle(WARM, lambda messages: [other.messages({})[0], *messages])
+    assert bench.last["valid"] == "valid"  # one may be chance
+    for _ in range(5):
+        bench.cycle(WARM, lambda messages: [*other.messages({}), *messages])
+        assert bench.last["valid"] == "invalid"
+        assert bench.last["bus_fault"] == "second_gateway"
+    for _ in range(20):
+        bench.cycle(WARM)
+    assert bench.last["valid"] == "valid"
+
+
+# What the compensator says
+
+
+def test_a_status_of_the_compensator_that_is_not_known_here_passes(
+    bench: Bench, database: Database
+) -> None:
+    bench.settle(WARM)
+    step = bench.unit.step
+
+    def newer(values: object, step_s: float) -> dict[str, float]:
+        step(values, step_s)  # type: ignore[arg-type]
+        bench.unit.outputs["status"] = 7.0
+        return bench.unit.outputs
+
+    bench.unit.step = newer  # type: ignore[method-assign,assignment]
+    answer = bench.cycle(WARM)
+    assert (answer["status"], answer["valid"]) == (7, "valid")
+    reception = Reception(database.of(COMPENSATOR))
+    sender = Sender(database, COMPENSATOR)
+    for _ in range(2):
+        for message in sender.messages({"status": 7.0, "dX": 1.0, "valid": "valid"}):
+            cycle = reception.take(message.arbitration_id, message.data, 0.0)
+    assert cycle is not None
+    assert cycle.usable
+    assert cycle.values["valid"] == 1.0
+
+
+@pytest.mark.parametrize("offset", [650.1, -1000.0, nan, float("inf")])
+def test_an_offset_that_no_frame_can_carry_is_not_valid(bench: Bench, offset: float) -> None:
+    bench.settle(WARM)
+    step = bench.unit.step
+
+    def wild(values: object, step_s: float) -> dict[str, float]:
+        step(values, step_s)  # type: ignore[arg-type]
+        bench.unit.outputs["dY"] = offset
+        return bench.unit.outputs
+
+    bench.unit.step = wild  # type: ignore[method-assign,assignment]
+    assert bench.cycle(WARM)["valid"] == "invalid"
+
+
+# What was lost
+
+
+@pytest.mark.parametrize("lost", ["bus_off", "interface_lost"])
+def test_a_lost_bus_is_told_when_it_is_back(bench: Bench, lost: str) -> None:
+    bench.settle(WARM)
+    for _ in range(3):
+        bench.now += 0.1
+        bench.node.tick(bench.now, lost)
+    bench.node.reconnected()
+    for _ in range(3):
+        assert bench.cycle(WARM)["bus_fault"] == lost
+    for _ in range(30):
+        bench.cycle(WARM)
+    assert bench.last["bus_fault"] == "none"
+    assert bench.last["valid"] == "valid"

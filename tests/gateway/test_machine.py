@@ -1,0 +1,147 @@
+"""The machine's end: its clock, its answers over the wrap, its memory, and a log in its place."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import can
+import pytest
+
+from scenarios.cli import main
+from scenarios.gateway.codec import Sender, decode, high_raw
+from scenarios.gateway.database import COMPENSATOR, MACHINE, Database
+from scenarios.gateway.machine import Ear, MachineNode, Pace
+from scenarios.gateway.plant import MachinePlant
+from scenarios.gateway.replay import LONGEST_PAUSE_S, replay
+from scenarios.scenario import read_scenario
+
+CYCLE_S = 0.1
+
+
+class Clock:
+    """A clock, and a bus on which nothing comes while it goes on."""
+
+    def __init__(self) -> None:
+        self.now = 100.0
+        self.sent: list[tuple[float, can.Message]] = []
+
+    def __call__(self) -> float:
+        return self.now
+
+    def receive(self, timeout_s: float) -> None:
+        self.now += max(timeout_s, 0.0)
+
+    def send(self, messages: Iterable[can.Message]) -> bool:
+        self.sent += [(self.now, message) for message in messages]
+        return True
+
+
+class Plant:
+    """A plant that keeps its computer busy now and then."""
+
+    def __init__(self, clock: Clock, busy: dict[int, float], steps: int) -> None:
+        self.clock, self.busy, self.steps = clock, busy, steps
+        self.point, self.step_s = 0, CYCLE_S
+
+    @property
+    def time_s(self) -> float:
+        return self.point * self.step_s
+
+    @property
+    def done(self) -> bool:
+        return self.point >= self.steps
+
+    def readings(self) -> dict[str, float]:
+        return {}
+
+    def record(self, offsets: Any, extra: Any) -> None:
+        """Nothing to keep."""
+
+    def step(self, offsets: Any) -> None:
+        self.clock.now += self.busy.get(self.point, 0.0)
+        self.point += 1
+
+
+def test_the_machines_clock_goes_on_while_its_computer_is_busy(database: Database) -> None:
+    clock = Clock()
+    plant = Plant(clock, {20: 0.05, 40: 0.27, 60: 3.0}, 100)
+    pace = Pace(wait_s=0.0)
+    MachineNode(database, plant, clock, pace, clock=clock).run()  # type: ignore[arg-type]
+    closing = database.closing(MACHINE)
+    beats = [
+        (at, decode(closing, message.data).values)
+        for at, message in clock.sent
+        if message.arbitration_id == closing.frame_id
+    ]
+    running = [(at, beat["machine_time"]) for at, beat in beats if beat["machine_state"] == 2.0]
+    assert len(running) == 101
+    for at, time_s in running:
+        assert -1e-6 <= at - 100.0 - time_s < CYCLE_S + 1e-6
+    assert running[-1][1] == pytest.approx(13.0, abs=0.11)
+    assert all(beat["machine_step"] == CYCLE_S for _, beat in beats if beat["machine_state"] == 2.0)
+
+
+def test_an_answer_is_as_fresh_after_the_machines_time_has_wrapped(database: Database) -> None:
+    signal = database.signal("machine_time")
+    wrap_s = (high_raw(signal) + 1) * signal.scale
+    sender, queue = Sender(database, COMPENSATOR), []
+
+    class Waiting:
+        def receive(self, timeout_s: float) -> can.Message | None:
+            return queue.pop(0) if queue else None
+
+    ear = Ear(database, lambda: 0.0)
+    for k in range(-20, 20):
+        time_s = wrap_s + k * CYCLE_S
+        answered = round(time_s % wrap_s / 0.001) % 65536 * 0.001
+        values = {"dX": 1.0, "dY": 0.0, "dZ": 0.0, "valid": "valid", "answered_time": answered}
+        queue += sender.messages(values | {"gateway_state": "running"})
+        while queue:
+            ear.hear(Waiting(), 0.0)  # type: ignore[arg-type]
+        # Its first answer is not complete.
+        assert k == -20 or ear.taken(time_s, 3.5 * CYCLE_S) is not None
+
+
+@pytest.mark.parametrize(("recorded", "rows"), [(False, 0), (True, 21)])
+def test_a_machine_without_a_table_does_not_grow(
+    fmu_folder: Path, recorded: bool, rows: int
+) -> None:
+    case = read_scenario("step_speed", [("duration_s", 20), ("record_s", 1)]).cases[0]
+    plant = MachinePlant(fmu_folder / "plant.fmu", case, recorded=recorded)
+    try:
+        plant.start()
+        offsets = dict.fromkeys(("dX", "dY", "dZ"), 0.0)
+        while True:
+            plant.record(offsets, {"valid": 1.0})
+            if plant.done:
+                break
+            plant.step(offsets)
+        assert (len(plant.frame()) if recorded else len(plant._table)) == rows
+    finally:
+        plant.close()
+
+
+def test_a_long_pause_in_a_log_is_cut_out(
+    database: Database, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    clock = Clock()
+    monkeypatch.setattr("scenarios.gateway.replay.time.sleep", clock.receive)
+    frames = [0.0, 0.1, 0.2, 50.2, 50.3, 1000.0, 1000.9]
+    log = [can.Message(arbitration_id=0x210, data=bytes(8), timestamp=t) for t in frames]
+    link: Any = clock
+    ear = Ear(database, clock)
+    assert replay(log, database, link, ear, wait_s=0.0, clock=clock) == len(frames)
+    at = [when - 100.0 for when, _ in clock.sent]
+    assert at == pytest.approx([0.0, 0.1, 0.2, 0.2, 0.3, 0.3, 1.2], abs=1e-6)
+    assert LONGEST_PAUSE_S == 1.0
+
+
+@pytest.mark.parametrize("speed_up", ["7.5", "60", "400"])
+def test_any_speed_that_the_frames_can_carry_is_taken(
+    speed_up: str, capsys: pytest.CaptureFixture[str], fmu_folder: Path
+) -> None:
+    arguments = ["--speed-up", speed_up, "--channel", "nocan7", "--wait", "0"]
+    assert main(["machine", "step_speed", *arguments, "--fmu-dir", str(fmu_folder)]) == 2
+    assert "nocan7" in capsys.readouterr().err

@@ -1,0 +1,153 @@
+"""Gateways as processes that are stopped, hung up, doubled, or started in a warm-up."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from scenarios.gateway.database import Database
+from tests.gateway.bench import WARM
+from tests.gateway.bus import Control, Program, programs
+from tests.gateway.conftest import Wire
+
+NOT_COLD = {**WARM, "thermal_state": "warm"}
+
+
+@pytest.fixture
+def start(tmp_path: Path) -> Iterator[Callable[..., Program]]:
+    """Starts commands in processes."""
+    with programs(tmp_path) as starter:
+        yield starter
+
+
+@pytest.fixture
+def arguments(shared_wire: Wire, quick_fmu: Path) -> tuple[object, ...]:
+    """A gateway that steps by the machine's time."""
+    bus = shared_wire.arguments()
+    return ("gateway", *bus, "--compensator", quick_fmu, "--clock", "machine")
+
+
+def send(program: Program, number: signal.Signals) -> None:
+    os.kill(program._process.pid, number)
+
+
+def test_a_gateway_that_was_stopped_answers_nothing_old_as_valid(
+    shared_wire: Wire,
+    database: Database,
+    arguments: tuple[object, ...],
+    start: Callable[..., Program],
+) -> None:
+    gateway = start(*arguments, "--timeout", 400)
+    with contextlib.closing(Control(shared_wire, database, 1.0)) as control:
+        control.settle(WARM)
+        send(gateway, signal.SIGSTOP)
+        sent: dict[float, float] = {}
+        for _ in range(40):
+            answered = round(control.time_s * 1e3) % 65536 / 1e3
+            control.send(control.messages(WARM))
+            sent[answered] = time.monotonic()
+            time.sleep(0.05)
+        send(gateway, signal.SIGCONT)
+        first = time.monotonic()
+        last = [*sent][-1]
+        answers = control.ear.until(lambda answer: answer["answered_time"] == last)
+    queued = {float(answer["answered_time"]): answer for answer in answers}
+    old = [queued[t] for t, at in sent.items() if t in queued and first - at > 0.4]
+    assert len(old) > 10
+    assert {answer["valid"] for answer in old} == {"invalid"}
+    assert "stale" in {answer["bus_fault"] for answer in old}
+    assert gateway.stop() == 0, gateway.text()
+
+
+def test_a_full_disk_and_a_hangup_do_not_stop_it_and_its_end_is_told(
+    shared_wire: Wire,
+    database: Database,
+    arguments: tuple[object, ...],
+    tmp_path: Path,
+    start: Callable[..., Program],
+) -> None:
+    log, state = tmp_path / "frames.log", tmp_path / "no_folder" / "state.json"
+    log.symlink_to("/dev/full")
+    state.parent.touch()
+    gateway = start(*arguments, "--log", log, "--state", state, "--state-every", 0.1)
+    with contextlib.closing(Control(shared_wire, database, 1.0)) as control:
+        control.settle(WARM)
+        until = time.monotonic() + 20.0
+        while "No space left" not in gateway.text() or "without saving" not in gateway.text():
+            assert time.monotonic() < until, gateway.text()
+            control.cycle(WARM)
+        send(gateway, signal.SIGHUP)
+        for _ in range(20):
+            answer = control.cycle(WARM)
+        assert answer["valid"] == "valid"
+        # Two interrupts end a program at once; the bus is told all the same.
+        send(gateway, signal.SIGINT)
+        send(gateway, signal.SIGINT)
+        last = control.ear.until(lambda answer: answer["gateway_state"] == "stopping", 5.0)[-1]
+        assert (last["valid"], last["dX"]) == ("invalid", "not_available")
+        gateway.wait(20.0)
+
+        gateway = start(*arguments)
+        control.settle(WARM)
+        send(gateway, signal.SIGHUP)
+        last = control.ear.until(lambda answer: answer["gateway_state"] == "stopping", 5.0)[-1]
+    assert last["valid"] == "invalid"
+    assert gateway.wait(20.0) == 0
+
+
+def test_two_gateways_notice_each_other(
+    shared_wire: Wire,
+    database: Database,
+    arguments: tuple[object, ...],
+    start: Callable[..., Program],
+) -> None:
+    start(*arguments, "--quiet")
+    with contextlib.closing(Control(shared_wire, database, 1.0)) as control:
+        control.settle(WARM)
+        second = start(*arguments)
+        control.ear.until(lambda answer: answer["bus_fault"] == "second_gateway")
+        until = time.monotonic() + 20.0
+        while "another gateway" not in second.text():
+            assert time.monotonic() < until, second.text()
+            control.send(control.messages(WARM))
+            control.ear.until(lambda answer: True)
+        assert control.cycle(WARM)["valid"] == "invalid"
+        second.kill()
+        time.sleep(1.0)
+        for _ in range(100):
+            if control.cycle(WARM)["valid"] == "valid":
+                break
+        assert control.answers[-1]["valid"] == "valid"
+
+
+def test_a_gateway_started_in_a_warm_up_without_its_state_is_not_valid(
+    shared_wire: Wire,
+    database: Database,
+    arguments: tuple[object, ...],
+    tmp_path: Path,
+    start: Callable[..., Program],
+) -> None:
+    state = tmp_path / "state.json"
+    first = start(*arguments)
+    with contextlib.closing(Control(shared_wire, database, 1.0)) as control:
+        control.settle(WARM)
+        first.kill()
+        second = start(*arguments, "--state", state)
+        for _ in range(100):
+            with contextlib.suppress(AssertionError):
+                answer = control.cycle(NOT_COLD, timeout_s=0.3)
+                if answer["status"] == "reference_unknown":
+                    break
+        for _ in range(30):
+            answer = control.cycle(NOT_COLD)
+            assert (answer["valid"], answer["dZ"]) == ("invalid", 0.0)
+        assert answer["status"] == "reference_unknown"
+        assert second.stop() == 0
+    assert "the state is not used: there is none yet" in second.text()
+    assert not state.exists()
