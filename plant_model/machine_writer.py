@@ -34,6 +34,8 @@ def write_machine(machine: Machine, like: str | Path, path: str | Path) -> Path:
     """
     source = machine_path(like)
     document: Any = tomlkit.parse(source.read_text(encoding="utf-8"))
+    for name, number in machine.numbers.items():
+        _move(document["numbers"], name, number)
     for entry, node in zip(document["nodes"], machine.nodes, strict=True):
         _move(entry, "capacity", node.capacity)
     _write_items(document, machine)
@@ -68,6 +70,8 @@ def _write_effects(effects: Any, machine: Machine) -> None:
 
 
 def _move(entry: Any, name: str, parameter: Parameter) -> None:
+    if parameter.tied:
+        return
     if entry[name]["value"] != parameter.value:
         entry[name]["value"] = parameter.value
     if entry[name].get("calibrate", False) != parameter.calibrate:
