@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from measurement.errors import BadInput, M, checked, shown
+from plant_model.drawing.expand import expanded, is_page
 from plant_model.effects import ItemSpec, catalogue, item_kinds
 from plant_model.effects.base import NumberSpec
 from plant_model.machine import FAMILIES, Axis, Input, Item, Machine, Node, Sensor
@@ -56,7 +57,7 @@ def machine_path(name_or_path: str | Path) -> Path:
 
 
 def read_machine(name_or_path: str | Path) -> Machine:
-    """Read a machine file, or a shipped machine by its name.
+    """Read a machine file in lumps or a page of a drawing, or a shipped machine by its name.
 
     Parameters
     ----------
@@ -69,13 +70,24 @@ def read_machine(name_or_path: str | Path) -> Machine:
         For the first thing wrong in it, in one line.
     """
     path = machine_path(name_or_path)
+    return machine_from_table(machine_table(path), path)
+
+
+def machine_table(path: Path) -> dict[str, Any]:
+    """Return a machine file's table; a page of a drawing is expanded into one.
+
+    Raises
+    ------
+    BadInput
+        When the file cannot be read, or for the first thing wrong in a page.
+    """
     try:
         table = tomllib.loads(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError) as error:
         raise BadInput(path, "", f"cannot be read: {error}") from None
     except (tomllib.TOMLDecodeError, RecursionError) as error:
         raise BadInput(path, "", f"is not TOML: {error}") from None
-    return machine_from_table(table, path)
+    return expanded(table, path) if is_page(table) else table
 
 
 def machine_from_table(table: dict[str, Any], source: str | Path) -> Machine:

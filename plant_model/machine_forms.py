@@ -10,6 +10,9 @@ Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z][A-Za-z0-9_]*$", max_
 SignalUnit = Literal["degC", "rpm", "mm_min", "Nm", "W", "lpm"]
 Number = Annotated[float, Field(allow_inf_nan=False)]
 
+MOST_NODES = 500
+"""Lumps that a machine file may have."""
+
 
 class Form(BaseModel):
     """Base of all forms: nothing unknown, nothing converted."""
@@ -117,7 +120,7 @@ class FileForm(Form):
     references: dict[Name, str] = Field(default_factory=dict)
     numbers: dict[Name, ParameterForm] = Field(default_factory=dict)
     inputs: dict[Name, InputForm] = Field(min_length=1)
-    nodes: list[NodeForm] = Field(min_length=1, max_length=500)
+    nodes: list[NodeForm] = Field(min_length=1, max_length=MOST_NODES)
     links: list[dict[str, Any]] = Field(default_factory=list, max_length=5000)
     sources: list[dict[str, Any]] = Field(default_factory=list, max_length=500)
     structure: list[dict[str, Any]] = Field(default_factory=list, max_length=500)
