@@ -154,7 +154,7 @@ def _friction(
     preload = CLASS_VALUES["preload"].scaled((bearing.mean_diameter / USUAL_DIAMETER) ** 2)
     if form.preload is not None:
         preload = form.preload.known("N", 0.4)
-    f1 = form.f1.known("1") if form.f1 else f1_of(bearing.kind)
+    f1 = form.f1.known("1").clipped(0.0, 0.01) if form.f1 else f1_of(bearing.kind)
     return {
         "kind": "bearing",
         "name": form.name,
@@ -166,7 +166,7 @@ def _friction(
         "f0": _f0(sheet, form, seat),
         "f1": f1.parameter(free=free(form.f1, usual=False)),
         "preload": preload.parameter(free=free(form.preload)),
-        "viscosity": oil.parameter(),
+        "viscosity": oil.clipped(1.0, 1000.0).parameter(),
         "viscosity_at": exact(warm.value, "degC", warm.source),
         "inner_share": CLASS_VALUES["inner_share"].parameter(),
     }
@@ -175,7 +175,7 @@ def _friction(
 def _f0(sheet: Sheet, form: BearingForm, seat: Seat) -> dict[str, object]:
     """Return f0, tied to that of all bearings of the same kind and lubrication."""
     kind = seat.bearing.kind
-    known = form.f0.known("1", 0.5) if form.f0 else f0_of(kind, form.lubrication)
+    known = form.f0.known("1", 0.5).clipped(0.1, 20.0) if form.f0 else f0_of(kind, form.lubrication)
     name = f"f0_{kind}_{form.lubrication}".replace("-", "_")
     wanted = known.parameter(free=free(form.f0))
     if sheet.numbers.setdefault(name, wanted) != wanted:
@@ -199,7 +199,8 @@ def _loss(motor: MotorForm) -> Known:
 
 
 def _source(motor: MotorForm, rotor: str, stator: str, usual: Known) -> dict[str, object]:
-    share = motor.rotor_share.known("1", 0.3) if motor.rotor_share else usual
+    given = motor.rotor_share
+    share = given.known("1", 0.3).clipped(0.0, 1.0) if given else usual
     return {
         "kind": "motor",
         "name": "motor",

@@ -36,6 +36,13 @@ class Known:
             self, value=self.value * factor, low=self.low * factor, high=self.high * factor
         )
 
+    def clipped(self, low: float, high: float) -> Known:
+        """Return it with its range, and if need be its value, kept within what can be."""
+        value, bottom, top = (
+            min(max(number, low), high) for number in (self.value, self.low, self.high)
+        )
+        return replace(self, value=value, low=bottom, high=top)
+
     def parameter(self, *, free: bool = False) -> dict[str, Any]:
         """Return it as a parameter of a machine file."""
         table: dict[str, Any] = {
