@@ -52,7 +52,7 @@ class _Joint:
         )
         low, value, high = ends
         said = (
-            f"1 is {self.usual.value:g} W/(m2 K) in series with half the wall; range of"
+            f"1 is {self.usual.value:g} W/(m2 K) in series with a third of the wall; range of"
             f" {self.usual.low:g} to {self.usual.high:g}: {self.usual.source}"
         )
         self.sheet.number(self.name, Known(1.0, low / value, high / value, "1", said), free=True)
@@ -102,7 +102,7 @@ def _onto_shaft(
         stretch = drawing.form.shaft.stretches[cell.stretch]
         conductivity = drawing.material(stretch, "shaft").conductivity.value
         metres = length * 1e-3
-        wall = mesh.half_wall("shaft", cell, diameter) / (2.0 * pi * conductivity * metres)
+        wall = mesh.into_wall("shaft", cell, diameter) / (2.0 * pi * conductivity * metres)
         value = joint.conductance(pi * diameter * 1e-3 * metres, wall)
         _add_up(sheet, node, cell.name, joint.name, value)
 
@@ -121,7 +121,7 @@ def _into_housing(
         stretch = drawing.form.housing.stretches[cell.stretch]
         conductivity = drawing.material(stretch, "housing").conductivity.value
         metres = length * 1e-3
-        wall = mesh.half_wall("housing", cell, diameter) / (2.0 * pi * conductivity * metres)
+        wall = mesh.into_wall("housing", cell, diameter) / (2.0 * pi * conductivity * metres)
         value = joint.conductance(pi * diameter * 1e-3 * metres, wall)
         for sector in mesh.sectors_of(cell):
             _add_up(sheet, node, sector.node, joint.name, value * sector.share)

@@ -92,13 +92,16 @@ class Mesh:
             for a in angles
         ]
 
-    def half_wall(self, part: str, cell: Cell, from_diameter: float) -> float:
-        """Return ln(r / r_0) from a seat's diameter [mm] to the middle of a cell's wall [1].
+    def into_wall(self, part: str, cell: Cell, seat: float) -> float:
+        """Return ln(r / r_0) from a seat's diameter [mm] to where a wall has its mean [1].
 
-        With 2 pi k L below it this is the resistance of the wall from the seat to its middle.
+        With 2 pi k L below it this is the resistance from the seat to the cell. A wall that is
+        heated on one face and passes the heat on along itself has its mean a third of its
+        thickness away from that face.
         """
-        middle = (self.outer(part, cell) + self.inner(part, cell)) / 2.0
-        return abs(log(middle / from_diameter))
+        outer, inner = self.outer(part, cell), self.inner(part, cell)
+        face, other = (outer, inner) if part == "shaft" else (inner, outer)
+        return abs(log((face + (other - face) / 3.0) / seat))
 
     def covered(self, part: str, start: float, end: float) -> list[tuple[Cell, float]]:
         """Return the cells in a span with how much of each lies in it [mm]."""

@@ -21,7 +21,9 @@ SIDES = ["xp", "yp", "xm", "ym"]
 SHAFT_AREA = pi / 4 * (0.060**2 - 0.020**2)
 HOUSING_AREA = pi / 4 * (0.180**2 - 0.100**2)
 SEAT, MOTOR_SEAT = 5000.0, 2500.0
-WALL_SHAFT, WALL_HOUSING = log(0.060 / 0.040), log(0.140 / 0.095)
+# A third of the wall in: 40 mm of 60 to 20, 80 mm of 100 to 180.
+WALL_SHAFT = log(60 / (60 - 40 / 3))
+WALL_HOUSING, WALL_STATOR = (log((100 + 80 / 3) / seat) for seat in (95, 100))
 
 
 def _number(value: float, unit: str) -> dict[str, Any]:
@@ -188,7 +190,7 @@ def _motor(hand: Hand) -> None:
     for node, small, large in (("rotor", 0.060, 0.090), ("stator", 0.0914, 0.100)):
         hand.node(node, LAMINATION * pi / 4 * (large**2 - small**2) * 0.050)
     on_shaft = 1 / (1 / (MOTOR_SEAT * pi * 0.060 * 0.050) + WALL_SHAFT / (2 * pi * STEEL_K * 0.050))
-    wall = log(0.140 / 0.100) / (2 * pi * STEEL_K * 0.050)
+    wall = WALL_STATOR / (2 * pi * STEEL_K * 0.050)
     in_housing = 1 / (1 / (MOTOR_SEAT * pi * 0.100 * 0.050) + wall)
     hand.path("contact", "rotor", "shaft_3", on_shaft)
     for side in SIDES:
