@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -130,11 +129,7 @@ def drive_from(
         if jumps.sum() <= 0.5 * steps + 1.0 or boundary == "held":
             switches.append(time[1:][jumps])
     fixed = np.unique(np.concatenate(switches))
-    pieces = [
-        np.linspace(a, b, max(1, int(np.ceil((b - a) / step_s - 1e-9))), endpoint=False)
-        for a, b in pairwise(fixed)
-    ]
-    grid = np.concatenate([*pieces, time[-1:]])
+    grid = np.append(_cut(fixed, step_s), time[-1])
     held: dict[str, FloatArray] = {}
     first: dict[str, FloatArray] = {}
     last: dict[str, FloatArray] = {}
@@ -171,3 +166,12 @@ def levels_of(values: FloatArray, span: float) -> FloatArray:
         return values
     width = span / MOST_LEVELS
     return np.asarray(np.round(values / width) * width)
+
+
+def _cut(fixed: FloatArray, step_s: float) -> FloatArray:
+    """Return the starts of the equal parts, no longer than *step_s*, between instants [s]."""
+    parts = np.maximum(1, np.ceil(np.diff(fixed) / step_s - 1e-9).astype(np.intp))
+    within = np.arange(parts.sum()) - np.repeat(np.cumsum(parts) - parts, parts)
+    return np.asarray(
+        within * np.repeat(np.diff(fixed) / parts, parts) + np.repeat(fixed[:-1], parts)
+    )

@@ -236,14 +236,14 @@ def _reading(name: str, text: str, unit: str) -> Variable:
 
 
 def _parameter(variable: str, name: str, parameter: Parameter, machine: Machine) -> Variable:
-    family, item, number = name.split(".")
+    family, *item, number = name.split(".")
     source = machine.references.get(parameter.source, parameter.source)
     words = number.replace("_", " ").capitalize()
     return Variable(
         variable,
         "real",
         "parameter",
-        f"{words} of {item} ({family}); source: {source}",
+        f"{' of '.join([words, *item])} ({family}); source: {source}",
         unit=parameter.unit,
         low=parameter.low,
         high=parameter.high,

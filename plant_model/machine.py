@@ -10,7 +10,7 @@ from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
-from plant_model.parameters import Parameter, ParameterError
+from plant_model.parameters import NUMBERS, Parameter, ParameterError
 
 FAMILIES = ("links", "sources", "structure")
 
@@ -126,7 +126,7 @@ class Axis:
 
 @dataclass(frozen=True)
 class Machine:
-    """A machine file, read and checked."""
+    """A machine file, read and checked; parameters that are tied follow one of *numbers*."""
 
     name: str
     title: str
@@ -139,6 +139,7 @@ class Machine:
     axis: Axis
     effects: dict[str, dict[str, Parameter]]
     references: dict[str, str] = field(default_factory=dict)
+    numbers: dict[str, Parameter] = field(default_factory=dict)
 
     @cached_property
     def node_index(self) -> dict[str, int]:
@@ -157,6 +158,8 @@ class Machine:
         return dict(self._walk_parameters())
 
     def _walk_parameters(self) -> Iterator[tuple[str, Parameter]]:
+        for name, number in self.numbers.items():
+            yield f"{NUMBERS}{name}", number
         for node in self.nodes:
             yield f"nodes.{node.name}.capacity", node.capacity
         for item in self.items:
@@ -182,12 +185,16 @@ class Machine:
             known = self.parameters.get(name)
             if known is None:
                 raise ParameterError(f"{name}: the machine has no parameter of this name")
+            if known.tied:
+                raise ParameterError(f"{name}: follows {known.tied}, so move that")
             if not known.low <= value <= known.high:
                 raise ParameterError(
                     f"{name}: {value:g} is outside {known.low:g}..{known.high:g} {known.unit}"
                 )
 
         def moved(name: str, parameter: Parameter) -> Parameter:
+            if parameter.tied in values:
+                return parameter.following(values[parameter.tied])
             return replace(parameter, value=values[name]) if name in values else parameter
 
         return replace(
@@ -212,6 +219,9 @@ class Machine:
                     for name, parameter in parameters.items()
                 }
                 for effect, parameters in self.effects.items()
+            },
+            numbers={
+                name: moved(f"{NUMBERS}{name}", number) for name, number in self.numbers.items()
             },
         )
 
@@ -255,4 +265,5 @@ class Machine:
             axis=Axis(**table["axis"]),
             effects={name: numbers(group) for name, group in table["effects"].items()},
             references=table["references"],
+            numbers=numbers(table["numbers"]),
         )

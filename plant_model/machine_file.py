@@ -11,15 +11,15 @@ import tomllib
 from collections.abc import Iterable
 from itertools import zip_longest
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any
 
-from pydantic import BaseModel, ConfigDict, Field, StringConstraints
-
-from measurement.errors import BadInput, checked, shown
+from measurement.errors import BadInput, M, checked, shown
+from plant_model.drawing.expand import expanded, is_page
 from plant_model.effects import ItemSpec, catalogue, item_kinds
 from plant_model.effects.base import NumberSpec, possible
 from plant_model.machine import FAMILIES, Axis, Input, Item, Machine, Node, Sensor
-from plant_model.parameters import Parameter
+from plant_model.machine_forms import DirectForm, FileForm, InputForm, ParameterForm, TiedForm
+from plant_model.parameters import NUMBERS, Parameter
 
 KINDS_OF_AXES = ("d", "drift_", "offset_", "error_")
 RESERVED = {"time", "tool_length", "noise_seed"}.union(
@@ -29,96 +29,7 @@ RESERVED = {"time", "tool_length", "noise_seed"}.union(
 
 SHIPPED = Path(__file__).parent / "machines"
 
-Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z][A-Za-z0-9_]*$", max_length=60)]
-SignalUnit = Literal["degC", "rpm", "mm_min", "Nm", "W", "lpm"]
-Number = Annotated[float, Field(allow_inf_nan=False)]
 Capacity = NumberSpec("J/K", 1e-3, 1e9)
-
-
-class _Form(BaseModel):
-    model_config = ConfigDict(extra="forbid", strict=True)
-
-
-class _ParameterForm(_Form):
-    value: Number
-    unit: str
-    low: Number
-    high: Number
-    source: str = Field(min_length=1)
-    calibrate: bool = False
-
-
-class _InputForm(_Form):
-    unit: SignalUnit
-    column: str = Field(min_length=1)
-    low: Number
-    high: Number
-    default: Number | None = None
-
-
-class _NodeForm(_Form):
-    name: Name
-    capacity: _ParameterForm
-    start: str = "ambient"
-    start_share: Number = Field(default=1.0, ge=0.0, le=2.0)
-
-
-class _SensorForm(_Form):
-    name: Name
-    of: str
-    noise: Number = Field(default=0.0, ge=0.0, le=10.0)
-    resolution: Number = Field(default=0.0, ge=0.0, le=10.0)
-
-
-class _AxisForm(_Form):
-    slew_um_per_s: Number = Field(default=10.0, gt=0.0, le=1e5)
-    limit_um: Number = Field(default=300.0, gt=0.0, le=1e5)
-    resolution_um: Number = Field(default=0.1, ge=0.0, le=100.0)
-
-
-class _DisplacementNoise(_Form):
-    noise_um: Number = Field(default=0.0, ge=0.0, le=100.0)
-    resolution_um: Number = Field(default=0.0, ge=0.0, le=100.0)
-
-
-class _FiveForm(_DisplacementNoise):
-    kind: Literal["five_point"]
-    near_x: Name
-    near_y: Name
-    distal_x: Name
-    distal_y: Name
-    axial: Name
-    spacing_mm: Number = Field(gt=0.0, le=1e4)
-    near_to_gauge_mm: Number = Field(ge=-1e4, le=1e4)
-    axial_sign: Literal[-1, 1]
-    test_bar_mm: Number = Field(default=0.0, ge=0.0, le=1e4)
-
-
-class _DirectAxis(_Form):
-    axis: Literal["X", "Y", "Z"]
-    sign: Literal[-1, 1] = 1
-
-
-class _DirectForm(_DisplacementNoise):
-    kind: Literal["direct"]
-    axes: dict[Name, _DirectAxis] = Field(min_length=1)
-
-
-class _FileForm(_Form):
-    format: Literal[1]
-    name: Name
-    title: str
-    description: str = ""
-    references: dict[Name, str] = Field(default_factory=dict)
-    inputs: dict[Name, _InputForm] = Field(min_length=1)
-    nodes: list[_NodeForm] = Field(min_length=1, max_length=500)
-    links: list[dict[str, Any]] = Field(default_factory=list, max_length=5000)
-    sources: list[dict[str, Any]] = Field(default_factory=list, max_length=500)
-    structure: list[dict[str, Any]] = Field(default_factory=list, max_length=500)
-    sensors: list[_SensorForm] = Field(default_factory=list, max_length=500)
-    rig: _FiveForm | _DirectForm = Field(discriminator="kind")
-    axis: _AxisForm = Field(default_factory=_AxisForm)
-    effects: dict[str, dict[str, Any]]
 
 
 def shipped_machines() -> list[str]:
@@ -153,7 +64,7 @@ def machine_path(name_or_path: str | Path) -> Path:
 
 
 def read_machine(name_or_path: str | Path) -> Machine:
-    """Read a machine file, or a shipped machine by its name.
+    """Read a machine file in lumps or a page of a drawing, or a shipped machine by its name.
 
     Parameters
     ----------
@@ -166,31 +77,51 @@ def read_machine(name_or_path: str | Path) -> Machine:
         For the first thing wrong in it, in one line.
     """
     path = machine_path(name_or_path)
+    return machine_from_table(machine_table(path), path)
+
+
+def machine_table(path: Path) -> dict[str, Any]:
+    """Return a machine file's table; a page of a drawing is expanded into one.
+
+    Raises
+    ------
+    BadInput
+        When the file cannot be read, or for the first thing wrong in a page.
+    """
     try:
         table = tomllib.loads(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError) as error:
         raise BadInput(path, "", f"cannot be read: {error}") from None
     except (tomllib.TOMLDecodeError, RecursionError) as error:
         raise BadInput(path, "", f"is not TOML: {error}") from None
-    return machine_from_table(table, path)
+    return expanded(table, path) if is_page(table) else table
 
 
 def machine_from_table(table: dict[str, Any], source: str | Path) -> Machine:
     """Check a machine given as a parsed TOML table; see :func:`read_machine`."""
-    return _Reader(checked(_FileForm, table, source), source).machine()
+    return _Reader(checked(FileForm, table, source), source).machine()
 
 
 class _Reader:
     """Turns the checked outer form into a machine, checking what refers to what."""
 
-    def __init__(self, form: _FileForm, source: str | Path) -> None:
+    def __init__(self, form: FileForm, source: str | Path) -> None:
         self.form, self.source = form, source
         self.inputs = list(form.inputs)
         self.boundaries = [name for name, entry in form.inputs.items() if entry.unit == "degC"]
         self.nodes = [node.name for node in form.nodes]
+        self.numbers = {
+            name: self._in_range(f"numbers.{name}", entry) for name, entry in form.numbers.items()
+        }
 
     def refuse(self, place: str, problem: str) -> BadInput:
         return BadInput(self.source, place, problem)
+
+    def _checked(self, kind: type[M], place: str, table: dict[str, Any]) -> M:
+        try:
+            return checked(kind, table, self.source)
+        except BadInput as error:
+            raise self.refuse(f"{place}.{error.place}", error.problem) from None
 
     def machine(self) -> Machine:
         form = self.form
@@ -204,7 +135,7 @@ class _Reader:
         nodes = tuple(
             Node(
                 node.name,
-                self._parameter(f"nodes.{i}.capacity", node.capacity.model_dump(), Capacity),
+                self._parameter(f"nodes.{i}.capacity", node.capacity, Capacity),
                 self._one_of(f"nodes.{i}.start", node.start, signals),
                 node.start_share,
             )
@@ -225,6 +156,7 @@ class _Reader:
             axis=Axis(**form.axis.model_dump()),
             effects=effects,
             references=form.references,
+            numbers=self.numbers,
         )
         self._cross_checks(machine)
         return machine
@@ -253,7 +185,7 @@ class _Reader:
         listed = ", ".join(known[:30]) + (", ..." if len(known) > 30 else "")
         raise self.refuse(place, f"{shown(name)} is not one of {listed}{hint}")
 
-    def _input(self, place: str, name: str, entry: _InputForm) -> Input:
+    def _input(self, place: str, name: str, entry: InputForm) -> Input:
         self._free(place, name)
         if not entry.low < entry.high:
             raise self.refuse(place, f"low {entry.low:g} must be below high {entry.high:g}")
@@ -280,7 +212,7 @@ class _Reader:
 
     def _displacements(self) -> list[str]:
         rig = self.form.rig
-        if isinstance(rig, _DirectForm):
+        if isinstance(rig, DirectForm):
             return list(rig.axes)
         return [rig.near_x, rig.near_y, rig.distal_x, rig.distal_y, rig.axial]
 
@@ -289,7 +221,9 @@ class _Reader:
             raise self.refuse(
                 place, f"{shown(table)} is not a table of value, unit, low, high and source"
             )
-        form = checked(_ParameterForm, table, f"{self.source}: {place}")
+        if "number" in table:
+            return self._tied(place, table, spec)
+        form = self._checked(ParameterForm, place, table)
         if form.unit != spec.unit:
             raise self.refuse(
                 f"{place}.unit", f"{shown(form.unit)} is not allowed: it is {spec.unit}"
@@ -300,12 +234,43 @@ class _Reader:
                 f"the range {form.low:g}..{form.high:g} must ascend and lie in"
                 f" {spec.low:g}..{spec.high:g} {spec.unit}",
             )
+        return self._in_range(place, form)
+
+    def _in_range(self, place: str, form: ParameterForm) -> Parameter:
+        if not form.low <= form.high:
+            raise self.refuse(place, f"the range {form.low:g}..{form.high:g} must ascend")
         if not form.low <= form.value <= form.high:
             raise self.refuse(
                 f"{place}.value",
                 f"{form.value:g} is outside its range {form.low:g}..{form.high:g} {form.unit}",
             )
         return Parameter(**form.model_dump())
+
+    def _tied(self, place: str, table: dict[str, Any], spec: NumberSpec) -> Parameter:
+        """Return a parameter that follows a named number, so many times as large."""
+        form = self._checked(TiedForm, place, table)
+        name = self._one_of(f"{place}.number", form.number, self.numbers)
+        number = self.numbers[name]
+        if form.unit not in {None, spec.unit}:
+            raise self.refuse(
+                f"{place}.unit", f"{shown(form.unit)} is not allowed: it is {spec.unit}"
+            )
+        if form.factor is None and number.unit != spec.unit:
+            raise self.refuse(
+                f"{place}.factor", f"is missing: {name} is in {number.unit}, this in {spec.unit}"
+            )
+        factor = 1.0 if form.factor is None else form.factor
+        ends = sorted((number.low * factor, number.high * factor))
+        if not spec.low <= ends[0] <= ends[1] <= spec.high:
+            raise self.refuse(
+                place,
+                f"{name} makes it {ends[0]:g}..{ends[1]:g}, outside"
+                f" {spec.low:g}..{spec.high:g} {spec.unit}",
+            )
+        tied = Parameter(
+            0.0, spec.unit, 0.0, 0.0, number.source, tied=f"{NUMBERS}{name}", factor=factor
+        )
+        return tied.following(number.value)
 
     def _items(self, family: str) -> list[Item]:
         kinds = {kind: spec for (of, kind), (_, spec) in item_kinds().items() if of == family}

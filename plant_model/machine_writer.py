@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -9,9 +10,10 @@ import tomlkit
 
 from measurement.errors import BadInput
 from measurement.files import write_atomically
+from plant_model.drawing.expand import is_page
 from plant_model.effects import catalogue
 from plant_model.machine import FAMILIES, Item, Machine
-from plant_model.machine_file import machine_from_table, machine_path
+from plant_model.machine_file import machine_from_table, machine_path, machine_table
 from plant_model.parameters import Parameter
 
 
@@ -33,7 +35,9 @@ def write_machine(machine: Machine, like: str | Path, path: str | Path) -> Path:
         When *like* is not the file of this machine, or *path* cannot be written.
     """
     source = machine_path(like)
-    document: Any = tomlkit.parse(source.read_text(encoding="utf-8"))
+    document: Any = _document(source)
+    for name, number in machine.numbers.items():
+        _move(document["numbers"], name, number)
     for entry, node in zip(document["nodes"], machine.nodes, strict=True):
         _move(entry, "capacity", node.capacity)
         if entry.get("start", "ambient") != node.start:
@@ -47,6 +51,15 @@ def write_machine(machine: Machine, like: str | Path, path: str | Path) -> Path:
     if machine_from_table(tomlkit.parse(text).unwrap(), source) != machine:
         raise BadInput(source, "", "is not the file that this machine came from")
     return write_atomically(path, text)
+
+
+def _document(source: Path) -> Any:
+    """Return the file to change; a page of a drawing gives way to the machine file in lumps."""
+    text = source.read_text(encoding="utf-8")
+    table = machine_table(source)
+    if is_page(tomllib.loads(text)):
+        text = f"# Expanded from the page {source.name}.\n\n{tomlkit.dumps(table)}"
+    return tomlkit.parse(text)
 
 
 def _write_items(document: Any, machine: Machine) -> None:
@@ -86,6 +99,8 @@ def _write_effects(effects: Any, machine: Machine) -> None:
 
 
 def _move(entry: Any, name: str, parameter: Parameter) -> None:
+    if parameter.tied:
+        return
     if entry[name]["value"] != parameter.value:
         entry[name]["value"] = parameter.value
     if entry[name].get("calibrate", False) != parameter.calibrate:

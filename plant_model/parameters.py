@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 FloatArray: TypeAlias = npt.NDArray[np.float64]
+
+NUMBERS = "numbers."
+"""What the full names of named numbers begin with."""
 
 
 @dataclass(frozen=True)
@@ -26,6 +29,11 @@ class Parameter:
         Where the value and the range come from.
     calibrate : bool
         Whether calibration may move it.
+    tied : str
+        Full name of the named number that it follows (``numbers.film``); empty if it stands alone.
+        Its range is then the one value that the number gives it.
+    factor : float
+        What the named number is multiplied by.
     """
 
     value: float
@@ -34,9 +42,19 @@ class Parameter:
     high: float
     source: str
     calibrate: bool = False
+    tied: str = ""
+    factor: float = 1.0
+
+    def following(self, number: float) -> Parameter:
+        """Return the tied parameter as it is where its named number has this value."""
+        value = number * self.factor
+        return replace(self, value=value, low=value, high=value)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the parameter as a table of a machine file."""
+        if self.tied:
+            name = self.tied.removeprefix(NUMBERS)
+            return {"number": name, "factor": self.factor, "unit": self.unit}
         table: dict[str, Any] = {
             "value": self.value,
             "unit": self.unit,
@@ -82,6 +100,8 @@ class Values:
         for name, given in (overrides or {}).items():
             if name not in parameters:
                 raise ParameterError(f"{name}: the machine has no parameter of this name")
+            if parameters[name].tied:
+                raise ParameterError(f"{name}: follows {parameters[name].tied}, so move that")
             column = np.atleast_1d(np.asarray(given, dtype=np.float64))
             if column.ndim != 1:
                 raise ParameterError(f"{name}: one value per parameter set is needed")
@@ -97,6 +117,9 @@ class Values:
                     )
                 self.sets = column.size
             self._columns[name] = column[:, None]
+        for name, parameter in parameters.items():
+            if parameter.tied:
+                self._columns[name] = self._columns[parameter.tied] * parameter.factor
 
     def __getitem__(self, name: str) -> FloatArray:
         """Return one parameter, shape (sets, 1), or (1, 1) where it is the same in all sets."""

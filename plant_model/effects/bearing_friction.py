@@ -82,6 +82,7 @@ class BearingFriction(Effect):
                 "f1": NumberSpec("1", 0.0, 0.01),
                 "preload": NumberSpec("N", 0.0, 1e5),
                 "viscosity": NumberSpec("mm2/s", 1.0, 1e3),
+                "viscosity_at": NumberSpec("degC", -60.0, 200.0, 25.0),
                 "inner_share": NumberSpec("1", 0.0, 1.0, 0.5),
             },
         )

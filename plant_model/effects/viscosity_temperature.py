@@ -14,10 +14,10 @@ from plant_model.parameters import FloatArray, Parameter
 class ViscosityTemperature(Effect):
     """Palmgren's viscous torque with nu(T) = nu0 exp(-b (T - T0)) instead of a constant nu0.
 
-    T is the bearing's inner side, T0 = 25 degC the temperature at which the machine file's
-    viscosity holds. By the equation of ASTM D341 mineral oils of ISO VG 10 to 68 with a viscosity
-    index near 95 thin by b = 0.032 to 0.050 per kelvin on average between 20 and 60 degC, faster
-    when cold and slower when warm.
+    T is the bearing's inner side, T0 the temperature at which the machine file's viscosity holds:
+    ``viscosity_at`` of the bearing, 25 degC if left out. By the equation of ASTM D341 mineral oils
+    of ISO VG 10 to 68 with a viscosity index near 95 thin by b = 0.032 to 0.050 per kelvin on
+    average between 20 and 60 degC, faster when cold and slower when warm.
     """
 
     name: ClassVar[str] = "viscosity_temperature"
@@ -30,7 +30,6 @@ class ViscosityTemperature(Effect):
     physical: ClassVar[tuple[float, ...]] = (0.0, 0.2)
     temperature_dependent: ClassVar[bool] = True
     needs: ClassVar[tuple[str, ...]] = ("bearing_friction",)
-    reference_degc: ClassVar[float] = 25.0
 
     def prepare(self) -> None:
         """Find the bearings and the factor that friction already has."""
@@ -50,7 +49,7 @@ class ViscosityTemperature(Effect):
             inner, outer = self.nodes(item, "inner")[0], self.nodes(item, "outer")[0]
             f0, nu0 = self.of(item, "f0"), self.of(item, "viscosity")
             diameter = self.of(item, "mean_diameter")
-            warm = temperatures[..., inner] - self.reference_degc
+            warm = temperatures[..., inner] - self.of(item, "viscosity_at")
             nu = nu0 * np.exp(-self.own("slope") * warm)
             change = viscous_torque(f0, nu, speed, diameter)
             change = change - viscous_torque(f0, nu0, speed, diameter)

@@ -21,6 +21,7 @@ from fmu_compensator.runtime.modelfile import parse_model
 from fmu_packaging.variables import Variable
 from measurement.rig import default_rig
 from measurement.runs import read_run
+from plant_model.checks import check_sheet
 from plant_model.machine_file import machine_from_table, read_machine
 from plant_model.simulate import simulate
 from scenarios import cli
@@ -173,6 +174,14 @@ def test_the_machine_example_reads_and_runs(tmp_path: Path) -> None:
     result = simulate(machine, inputs)
     assert result.temperatures[0, -1].min() > 20.0
     assert result.run_frame()["disp_z_um"].iloc[-1] < -1.0
+
+
+def test_the_page_example_reads_and_looks_right(tmp_path: Path) -> None:
+    path = tmp_path / "page.toml"
+    path.write_text(example("page.toml"), encoding="utf-8")
+    sheet = check_sheet(read_machine(path))
+    assert sheet.drift[2] < -10.0
+    assert not [line for line in sheet.wrong if "viscosity" not in line]
 
 
 def test_the_compensator_example_reads() -> None:

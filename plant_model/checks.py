@@ -1,0 +1,389 @@
+"""A look at a machine before any run: what it does at full speed, and what looks wrong."""
+
+from __future__ import annotations
+
+import re
+from collections import defaultdict
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from plant_model.machine import Item, Machine
+from plant_model.network import Network, effects_in_force
+from plant_model.parameters import FloatArray, Parameter, Values
+from plant_model.simulate import Simulation, simulate
+from plant_model.warm_up import RUNNING_H, warm_up
+
+CELL = re.compile(r"^(shaft|housing)_\d+(_(xp|yp|xm|ym|a[\d_]+))?$")
+
+HOT, WARM_BEARING = 120.0, 90.0
+"""No part of a spindle is meant to be warmer, no bearing to run warmer [degC]."""
+
+STILL = 0.2
+"""A heated part that warms by less at full speed hardly takes part [K]."""
+
+SLOWEST_H = 30.0
+"""No part of a machine tool takes longer to follow what is around it [h]."""
+
+MOST_DRIFT, LEAST_DRIFT = 500.0, 1.0
+"""Drift of the nose at full speed beyond these looks wrong [um]."""
+
+MISSED_K = 12.0
+"""A bearing that runs further from where its viscosity holds has the wrong friction [K]."""
+
+NEAR = 0.3
+"""A part is seen beside a thermometer if it has this share of its conductance to it [1]."""
+
+TURNING = ("inner", "rotor")
+
+USUAL = {
+    ("convection", "coefficient"): (2.0, 200.0),
+    ("bearing", "f0"): (0.1, 12.0),
+    ("bearing", "f1"): (0.0001, 0.005),
+    ("bearing", "viscosity"): (3.0, 200.0),
+    ("bearing", "preload"): (20.0, 10000.0),
+    ("coolant_flow", "flow"): (0.2, 60.0),
+    ("coolant_flow", "heat_capacity"): (1400.0, 4300.0),
+    ("coolant_wall", "conductance"): (0.01, 2000.0),
+    ("contact", "conductance"): (0.001, 3000.0),
+    ("conduction", "conductance"): (0.001, 5000.0),
+    ("motor", "loss"): (0.5, 500.0),
+    ("feed_axis", "loss"): (0.5, 300.0),
+}
+"""Where a number of a kind usually lies, in its unit; engineering judgement."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """Some nodes that belong together, and what they do at full speed.
+
+    Attributes
+    ----------
+    name : str
+    nodes : int
+    capacity : float
+        [J/K].
+    conductance : float
+        To everything else [W/K].
+    hours : float
+        Capacity over conductance [h].
+    warm : float
+        Warmest node at the end of running [degC].
+    heat : float
+        Generated in it at full speed [W].
+    seen : str
+        ``read``, ``beside`` a thermometer, or ``unseen``.
+    """
+
+    name: str
+    nodes: int
+    capacity: float
+    conductance: float
+    hours: float
+    warm: float
+    heat: float
+    seen: str
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """What there is to look at.
+
+    Attributes
+    ----------
+    parts : tuple of Part
+    links : dict of (str, str) to float
+        Conductance between parts, and from parts to boundary temperatures [W/K].
+    modes : tuple of (hours, part)
+        The slowest time constants of the whole at full speed, and where each is strongest.
+    sources : dict of str to float
+        Heat at full speed [W].
+    given_off : dict of str to float
+        Heat given to each boundary at the end of running [W].
+    stored : float
+        Heat that still goes into warming there [W].
+    readings : dict of str to (float, str)
+        Every sensor at the end of running, with its unit.
+    drift : tuple of float
+        Of the nose there, X, Y, Z [um].
+    wrong : tuple of str
+        A sentence for each thing that looks wrong.
+    shown : Simulation
+    at : int
+        Row of the simulation at which running ends.
+    """
+
+    parts: tuple[Part, ...]
+    links: dict[tuple[str, str], float]
+    modes: tuple[tuple[float, str], ...]
+    sources: dict[str, float]
+    given_off: dict[str, float]
+    stored: float
+    readings: dict[str, tuple[float, str]]
+    drift: tuple[float, float, float]
+    wrong: tuple[str, ...]
+    shown: Simulation
+    at: int
+
+
+def part_of(node: str) -> str:
+    """Return the part that a node belongs to: cells of the shaft are the shaft."""
+    found = CELL.match(node)
+    return found[1] if found else node
+
+
+class _Look:
+    """A machine at the end of the warm-up."""
+
+    def __init__(self, machine: Machine) -> None:
+        self.machine = machine
+        inputs = warm_up(machine)
+        self.shown = simulate(machine, inputs, step_s=60.0)
+        self.at = int((inputs["time_s"] < RUNNING_H * 3600.0).sum()) - 1
+        self.warm: FloatArray = self.shown.temperatures[0, self.at]
+        self.names = [node.name for node in machine.nodes]
+        self.inputs = {
+            name: values[self.at : self.at + 1] for name, values in self.shown.inputs.items()
+        }
+        values = Values(machine.parameters)
+        self.network = Network(machine, values, effects_in_force(machine, values))
+        self.matrix, self.boundary = (part[0] for part in self.network.conductances(self.inputs))
+        self.heat: FloatArray = self.network.heat(self.inputs)[0, 0]
+        groups: dict[str, list[int]] = defaultdict(list)
+        for i, name in enumerate(self.names):
+            groups[part_of(name)].append(i)
+        self.groups = dict(groups)
+        # In their order, so that sums come out the same every time.
+        self.read = [
+            name for name in self.groups if name in {part_of(s.of) for s in machine.sensors}
+        ]
+
+    @property
+    def capacity(self) -> FloatArray:
+        """[J/K], (nodes,)."""
+        return np.asarray(self.network.capacity[0])
+
+
+def check_sheet(machine: Machine) -> Sheet:
+    """Return what a machine does at full speed and what looks wrong in it.
+
+    Parameters
+    ----------
+    machine : Machine
+        From a page or in lumps.
+    """
+    look = _Look(machine)
+    parts = tuple(_part(look, name, which) for name, which in look.groups.items())
+    boundary = np.array([look.inputs[name][0] for name in machine.boundary_index])
+    flows = look.boundary * (look.warm[:, None] - boundary)
+    given = dict(zip(machine.boundary_index, flows.sum(axis=0), strict=True))
+    before, after = look.shown.temperatures[0, look.at - 1 : look.at + 1]
+    seconds = float(look.shown.time_s[look.at] - look.shown.time_s[look.at - 1])
+    stored = float(np.sum(look.capacity * (after - before)) / seconds)
+    # Rounded, so that what cancels shows as zero and not as minus zero.
+    x, y, z = (round(float(v), 6) + 0.0 for v in look.shown.drift(0.0)[0, look.at])
+    thermometers = {sensor.name for sensor in machine.sensors}
+    readings = {
+        name: (float(values[0, look.at]), "degC" if name in thermometers else "um")
+        for name, values in look.shown.readings.items()
+    }
+    return Sheet(
+        parts,
+        _paths(look),
+        _modes(look),
+        _sources(look),
+        {name: float(value) for name, value in given.items()},
+        stored,
+        readings,
+        (x, y, z),
+        tuple(_wrong(look, parts, (x, y, z))),
+        look.shown,
+        look.at,
+    )
+
+
+def _part(look: _Look, name: str, which: list[int]) -> Part:
+    inside = look.matrix[np.ix_(which, which)].sum()
+    capacity = float(look.capacity[which].sum())
+    conductance = float(inside)
+    seen = "read" if name in look.read else "unseen"
+    if name not in look.read:
+        beside = [node for part in look.read for node in look.groups[part]]
+        if -look.matrix[np.ix_(which, beside)].sum() > NEAR * max(conductance, 1e-12):
+            seen = "beside"
+    hours = capacity / conductance / 3600.0 if conductance > 1e-9 else np.inf
+    return Part(
+        name,
+        len(which),
+        capacity,
+        conductance,
+        float(hours),
+        float(look.warm[which].max()),
+        float(look.heat[which].sum()),
+        seen,
+    )
+
+
+def _paths(look: _Look) -> dict[tuple[str, str], float]:
+    """Return the conductance between parts, and from parts to boundary temperatures [W/K]."""
+    names = [part_of(name) for name in look.names]
+    found: dict[tuple[str, str], float] = defaultdict(float)
+    for i, name in enumerate(names):
+        for j in range(i):
+            if names[j] != name and look.matrix[i, j] != 0.0:
+                pair = (name, names[j]) if name < names[j] else (names[j], name)
+                found[pair] -= float(look.matrix[i, j])
+        for k, outside in enumerate(look.machine.boundary_index):
+            if look.boundary[i, k] != 0.0:
+                found[name, outside] += float(look.boundary[i, k])
+    return dict(found)
+
+
+def _modes(look: _Look, most: int = 4) -> tuple[tuple[float, str], ...]:
+    """Return the slowest time constants of the linear part and where they are strongest."""
+    root = np.sqrt(look.capacity)
+    rates, shapes = np.linalg.eig(look.matrix / np.outer(root, root))
+    order = np.argsort(rates.real)[:most]
+    found = []
+    for k in order:
+        where = part_of(look.names[int(np.argmax(np.abs(shapes[:, k].real)))])
+        rate = float(rates[k].real)
+        found.append((1.0 / rate / 3600.0 if rate > 1e-12 else float("inf"), where))
+    return tuple(found)
+
+
+def _sources(look: _Look) -> dict[str, float]:
+    """Return the heat of each source at full speed, with the others switched off [W]."""
+    machine = look.machine
+    found = {}
+    for item in machine.items:
+        if item.family != "sources":
+            continue
+        others = tuple(o for o in machine.items if o.family != "sources" or o is item)
+        alone = replace(machine, items=others)
+        values = Values(alone.parameters)
+        network = Network(alone, values, effects_in_force(alone, values))
+        found[item.name] = float(network.heat(look.inputs)[0, 0].sum())
+    return found
+
+
+def _wrong(look: _Look, parts: tuple[Part, ...], drift: tuple[float, float, float]) -> list[str]:
+    """Return a sentence for each thing that looks wrong."""
+    return [
+        *_lost(look),
+        *_slow_or_hot(look, parts),
+        *_bearings(look),
+        *_numbers(look.machine),
+        *_unseen(look, parts),
+        *_far(drift),
+    ]
+
+
+def _lost(look: _Look) -> list[str]:
+    """Return what exchanges heat with nothing, or never gives it off."""
+    machine = look.machine
+    links = [item for item in machine.items if item.family == "links"]
+    touched = {name for item in links for names in item.refs.values() for name in names}
+    found = [
+        f"{name} exchanges heat with nothing: a link is missing."
+        for name in look.names
+        if name not in touched
+    ]
+    reached = {item.refs["between"][0] for item in links if _to_boundary(machine, item)}
+    neighbours = defaultdict(set)
+    for item in links:
+        pair = item.refs["between"]
+        if not _to_boundary(machine, item):
+            neighbours[pair[0]].add(pair[1])
+            neighbours[pair[1]].add(pair[0])
+    todo = list(reached)
+    while todo:
+        for name in neighbours[todo.pop()] - reached:
+            reached.add(name)
+            todo.append(name)
+    lost = {part_of(name) for name in look.names if name in touched and name not in reached}
+    found += [f"Heat in {name} never reaches air or coolant." for name in sorted(lost)]
+    return found
+
+
+def _to_boundary(machine: Machine, item: Item) -> bool:
+    return item.refs["between"][1] in machine.boundary_index
+
+
+def _slow_or_hot(look: _Look, parts: tuple[Part, ...]) -> list[str]:
+    found = []
+    for part in parts:
+        if SLOWEST_H < part.hours < np.inf:
+            found.append(
+                f"{part.name} takes {part.hours:.0f} h to follow what is around it: its mass may be"
+                " ten times too large, or a joint or surface is missing."
+            )
+        if part.warm > HOT:
+            found.append(
+                f"{part.name} reaches {part.warm:.0f} degC at full speed: a joint, a surface or"
+                " cooling may be missing, or a heat source is too strong."
+            )
+        if part.heat > 1.0 and part.warm < look.warm.min() + STILL:
+            found.append(f"{part.name} takes up {part.heat:.0f} W and hardly warms.")
+    return found
+
+
+def _bearings(look: _Look) -> list[str]:
+    machine, found = look.machine, []
+    for item in machine.of_kind("sources", "bearing"):
+        warm = float(look.warm[machine.node_index[item.refs["inner"][0]]])
+        holds = item.parameters["viscosity_at"]
+        if warm > WARM_BEARING:
+            found.append(f"The bearing {item.name} runs at {warm:.0f} degC at full speed.")
+        if holds.source != "default of the kind" and abs(warm - holds.value) > MISSED_K:
+            found.append(
+                f"The bearing {item.name} runs at {warm:.0f} degC at full speed, but its viscosity"
+                f" is that of {holds.value:.0f} degC: put running_temperature near the former if"
+                " it runs fast most of the time."
+            )
+    return found
+
+
+def _numbers(machine: Machine) -> list[str]:
+    """Return the numbers that are far from where their kind usually lies, each said once."""
+    told: dict[tuple[str, str], list[str]] = defaultdict(list)
+    for item in machine.items:
+        for name, parameter in item.parameters.items():
+            usual = USUAL.get((item.kind, name))
+            if usual and not usual[0] <= parameter.value <= usual[1]:
+                told[item.kind, name].append(_said(item, name, parameter))
+    return [
+        f"{', '.join(items[:3])}{' and more' if len(items) > 3 else ''}: the {name} of a {kind}"
+        f" is usually {USUAL[kind, name][0]:g} to {USUAL[kind, name][1]:g}."
+        for (kind, name), items in told.items()
+    ]
+
+
+def _said(item: Item, name: str, parameter: Parameter) -> str:
+    return f"{item.parameter_name(name)} = {parameter.value:.3g} {parameter.unit}"
+
+
+def _unseen(look: _Look, parts: tuple[Part, ...]) -> list[str]:
+    """Return heated parts without a thermometer, those aside that turn and can have none."""
+    sources = [item for item in look.machine.items if item.family == "sources"]
+    turning = {name for item in sources for role in TURNING for name in item.refs.get(role, ())}
+    names = [
+        part.name
+        for part in parts
+        if part.seen == "unseen" and part.heat > 1.0 and part.name not in turning
+    ]
+    if not names:
+        return []
+    return [
+        f"No thermometer is on or beside {', '.join(names)}, where heat is generated: runs will say"
+        " little about the numbers there."
+    ]
+
+
+def _far(drift: tuple[float, float, float]) -> list[str]:
+    most = max(abs(part) for part in drift)
+    if most > MOST_DRIFT:
+        return [f"The nose drifts by {most:.0f} um at full speed, more than spindles do."]
+    if most < LEAST_DRIFT:
+        return [f"The nose drifts by {most:.2g} um at full speed: is the structure there?"]
+    return []

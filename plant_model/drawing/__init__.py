@@ -1,0 +1,1 @@
+"""A machine from its drawing: one page of geometry, expanded into an ordinary machine file."""

@@ -1,0 +1,133 @@
+"""What a run's columns say about a machine: inputs, thermometers and the rig."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from measurement.errors import BadInput
+from measurement.rig import DirectRig, default_rig
+from measurement.runs import Run
+from measurement.units import split_column
+
+FIVE = tuple(f"S{k}_um" for k in range(1, 6))
+
+AIR = ("ambient", "amb", "hall", "room", "air", "environment", "env")
+INLET = ("inlet", "supply", "coolant", "cooling", "water", "chiller")
+
+PARTS = {
+    "front": "front",
+    "nose": "front",
+    "rear": "rear",
+    "back": "rear",
+    "motor": "motor",
+    "stator": "motor",
+    "headstock": "headstock",
+    "head": "headstock",
+    "column": "column",
+    "stand": "column",
+}
+"""What a part of a column's name says of where its thermometer sits."""
+
+
+@dataclass(frozen=True)
+class Columns:
+    """The columns of a run by what they are.
+
+    Attributes
+    ----------
+    speed, ambient, coolant, torque : str
+        Columns; empty where the run has none.
+    feeds : tuple of str
+        Feed columns.
+    thermometers : dict of str to str
+        Name and where it sits: ``front``, ``rear``, ``motor``, ``headstock``, ``column``; empty
+        where the name does not say.
+    five_point : bool
+        Whether the run has ``S1_um`` to ``S5_um``.
+    axes : dict of str to (str, int)
+        Else: displacement, its axis and sign.
+    highest_speed : float
+        [r/min].
+    """
+
+    speed: str
+    ambient: str
+    coolant: str
+    torque: str
+    feeds: tuple[str, ...]
+    thermometers: dict[str, str]
+    five_point: bool
+    axes: dict[str, tuple[str, int]]
+    highest_speed: float
+
+
+def columns_of(run: Run, ambient: str | None = None, coolant: str | None = None) -> Columns:
+    """Return what a run's columns are, by their endings and names.
+
+    Parameters
+    ----------
+    run : Run
+    ambient, coolant : str, optional
+        Columns of the hall's air and of the coolant's inlet, where their names do not say so.
+
+    Raises
+    ------
+    BadInput
+        For a column that is not there, or when no column can be the hall's air.
+    """
+    source = run.path or run.name
+    warm = run.temperatures
+    for option, given in (("--ambient", ambient), ("--coolant", coolant)):
+        if given is not None and given not in warm:
+            raise BadInput(option, "", f"{given} is not one of {', '.join(warm)}")
+    air = ambient or _named(warm, AIR)
+    if not air:
+        raise BadInput(
+            source, "", f"which column is the hall's air? Say --ambient, one of {', '.join(warm)}"
+        )
+    inlet = coolant or _named([name for name in warm if name != air], INLET)
+    speeds, torques = run.of_unit("rpm"), run.of_unit("Nm")
+    places = {}
+    for column in warm:
+        if column not in {air, inlet}:
+            name = split_column(column)[0]
+            if re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name):
+                places[name] = _place(name)
+    five = all(column in run.frame.columns for column in FIVE)
+    axes = {} if five or not run.displacements else _axes(run)
+    highest = float(run.frame[speeds[0]].abs().max()) if speeds else 0.0
+    return Columns(
+        speeds[0] if speeds else "",
+        air,
+        inlet,
+        torques[0] if torques else "",
+        tuple(run.of_unit("mm_min")),
+        places,
+        five,
+        axes,
+        highest,
+    )
+
+
+def _axes(run: Run) -> dict[str, tuple[str, int]]:
+    """Return what names say of the axes; where they say nothing, a guess that is to be checked."""
+    try:
+        rig = default_rig(run)
+    except BadInput:
+        names = (split_column(column)[0] for column in run.displacements)
+        return {name: (axis, 1) for name, axis in zip(names, "ZXY", strict=False)}
+    assert isinstance(rig, DirectRig)
+    return {name: (entry.axis, entry.sign) for name, entry in rig.axes.items()}
+
+
+def _words(name: str) -> list[str]:
+    return [word for word in re.split(r"[_\d\W]+", name.lower()) if word]
+
+
+def _named(columns: list[str], words: tuple[str, ...]) -> str:
+    return next((column for column in columns if set(_words(column)) & set(words)), "")
+
+
+def _place(name: str) -> str:
+    return next((PARTS[word] for word in _words(name) if word in PARTS), "")

@@ -1,0 +1,97 @@
+"""A page expanded into a machine file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from plant_model.drawing.growth import add_growth
+from plant_model.drawing.heat import add_heat
+from plant_model.drawing.known import CLASS, Known
+from plant_model.drawing.layout import Drawing
+from plant_model.drawing.mesh import Mesh
+from plant_model.drawing.readings import Starts, add_thermometers
+from plant_model.drawing.sheet import Sheet
+from plant_model.drawing.spindle import add_spindle
+from plant_model.drawing.surroundings import add_surroundings
+
+KIND = "drawing"
+"""What ``kind`` says at the top of a page."""
+
+GAPS = Known(1.0, 0.5, 2.0, "1", CLASS + "factor on the correlation of the air gap effect")
+
+
+def is_page(table: dict[str, Any]) -> bool:
+    """Return whether a parsed file is a page and not a machine file in lumps."""
+    return table.get("kind") == KIND
+
+
+def expanded(
+    table: dict[str, Any], source: str | Path, *, finer: float = 1.0, sectors: int | None = None
+) -> dict[str, Any]:
+    """Return a page as the table of a machine file.
+
+    Parameters
+    ----------
+    table : dict
+        The page, parsed.
+    source : path
+        The file, for refusals.
+    finer : float
+        Cells are so many times shorter than the page says.
+    sectors : int, optional
+        Cells around the axis, instead of the page's number.
+
+    Raises
+    ------
+    BadInput
+        For the first thing wrong, in one line.
+    """
+    drawing = Drawing(table, source)
+    form = drawing.form
+    sheet, mesh, starts = Sheet(), Mesh(drawing, finer, sectors), Starts(drawing)
+    add_spindle(sheet, drawing, mesh, starts)
+    add_heat(sheet, drawing, mesh, starts)
+    add_surroundings(sheet, drawing, mesh, starts)
+    add_growth(sheet, drawing, mesh)
+    add_thermometers(sheet, drawing, mesh)
+    return {
+        "format": 1,
+        "name": form.name,
+        "title": form.title,
+        "description": form.description,
+        "references": {"page": f"the page {Path(source).name}"},
+        "inputs": {
+            name: entry.model_dump(exclude_none=True) for name, entry in form.inputs.items()
+        },
+        "numbers": sheet.numbers,
+        "nodes": sheet.nodes,
+        "links": sheet.links,
+        "sources": sheet.sources,
+        "structure": sheet.structure,
+        "sensors": sheet.sensors,
+        "rig": form.rig.model_dump(),
+        "axis": form.axis.model_dump(),
+        "effects": _effects(sheet) | form.effects,
+    }
+
+
+def _effects(sheet: Sheet) -> dict[str, Any]:
+    """Return the effects that the kinds on the sheet need."""
+    kinds = {entry["kind"] for entry in (*sheet.links, *sheet.sources, *sheet.structure)}
+    needed = {
+        "conduction": {"conduction", "contact"},
+        "coolant_jacket": {"coolant_flow"},
+        "uneven_cooling": {"coolant_unevenness"},
+        "surface_convection": {"convection"},
+        "air_gap": {"air_gap"},
+        "bearing_friction": {"bearing"},
+        "motor_loss": {"motor"},
+        "feed_friction": {"feed_axis"},
+        "thermal_expansion": {"located"},
+        "housing_bending": {"bend"},
+    }
+    effects: dict[str, Any] = {name: {} for name, of in needed.items() if kinds & of}
+    if "air_gap" in effects:
+        effects["air_gap"] = {"scale": GAPS.parameter(free=True)}
+    return effects

@@ -1,0 +1,91 @@
+"""What looks wrong in a page, in the words of who drew it; nothing here is refused."""
+
+from __future__ import annotations
+
+from plant_model.drawing.class_values import CLASS_VALUES, f0_of
+from plant_model.drawing.form import CarrierForm, Quantity
+from plant_model.drawing.heat import USUAL_DIAMETER
+from plant_model.drawing.known import Known
+from plant_model.drawing.layout import Drawing, Seat
+
+LOOSE = 0.05
+"""A ring whose diameter differs from its seat by more than this share does not sit on it [1]."""
+
+LIGHT, HEAVY = 20.0, 1500.0
+"""Mass over surface of castings and plates [kg/m2]."""
+
+FAST = 2.5e6
+"""Speed times mean diameter beyond which no rolling bearing runs [mm/min]."""
+
+
+def odd_fits(drawing: Drawing) -> list[str]:
+    """Return a sentence for each thing in a page that looks wrong."""
+    found = [text for seat in drawing.seats for text in _seat(drawing, seat)]
+    for carrier in drawing.form.carriers:
+        usual = CLASS_VALUES["headstock_joint" if carrier.holds else "carrier_joint"]
+        found += _far(f"The joint of {carrier.name}", carrier.joint, usual)
+        found += _carrier(drawing, carrier)
+    held = any(carrier.holds is not None for carrier in drawing.form.carriers)
+    if not held:
+        found.append("Nothing holds the housing: no carrier says holds = { from, to }.")
+    if not any(c.grows.x or c.grows.y or c.grows.z for c in drawing.form.carriers):
+        found.append("No carrier moves the nose: none says grows = { x, y, z }.")
+    if drawing.form.tool is not None:
+        found += _far("The joint of the tool", drawing.form.tool.joint, CLASS_VALUES["tool_joint"])
+    if drawing.form.rig.kind == "five_point" and drawing.form.tool is None:
+        found.append("The rig measures on a test bar, but the page has no [tool].")
+    return found
+
+
+def _carrier(drawing: Drawing, carrier: CarrierForm) -> list[str]:
+    found = []
+    stood_on = {other.on for other in drawing.form.carriers} | {
+        drawing.form.motor.into if drawing.form.motor else None
+    }
+    if carrier.holds is None and carrier.on is None and carrier.name not in stood_on:
+        found.append(f"{carrier.name} touches nothing: say what it holds, or what it is on.")
+    if carrier.surface > 0.0:
+        density = carrier.mass.value / carrier.surface
+        if not LIGHT <= density <= HEAVY:
+            found.append(
+                f"{carrier.name} has {density:.3g} kg for each m2 of surface, castings {LIGHT:g} to"
+                f" {HEAVY:g}: its mass or its surface may be wrong by ten."
+            )
+    return found
+
+
+def _seat(drawing: Drawing, seat: Seat) -> list[str]:
+    form, bearing = seat.form, seat.bearing
+    found = []
+    for part, size, ring, key in (
+        ("shaft", bearing.bore, "bore", "outer"),
+        ("housing", bearing.outside, "outside diameter", "inner"),
+    ):
+        there = getattr(drawing.stretch_at(part, form.at), key)
+        if abs(there - size) > LOOSE * size:
+            found.append(
+                f"The {ring} of the bearing {form.name} is {size:g} mm, but the {part} is"
+                f" {there:g} mm there."
+            )
+    product = bearing.mean_diameter * drawing.highest_speed
+    if product > FAST:
+        found.append(
+            f"The bearing {form.name} would run at {product / 1e6:.1f} million mm/min, mean"
+            " diameter times speed: no rolling bearing does."
+        )
+    scale = bearing.mean_diameter / USUAL_DIAMETER
+    found += _far(f"f0 of {form.name}", form.f0, f0_of(bearing.kind, form.lubrication))
+    found += _far(
+        f"The preload of {form.name}", form.preload, CLASS_VALUES["preload"].scaled(scale**2)
+    )
+    return found
+
+
+def _far(what: str, given: Quantity | None, usual: Known) -> list[str]:
+    if given is None or usual.low <= given.value <= usual.high:
+        return []
+    unit = "" if usual.unit == "1" else f" {usual.unit}"
+    return [
+        f"{what} is {given.value:g}{unit}, far from its class: {usual.low:.3g} to"
+        f" {usual.high:.3g}{unit}."
+    ]

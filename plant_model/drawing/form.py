@@ -1,0 +1,296 @@
+"""What a page may say, checked by pydantic: one form for each of its tables.
+
+Lengths are in mm, masses in kg; the unit of every other number stands beside it here. A number may
+be a table of value, low, high, source and calibrate.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator, Field, model_validator
+
+from plant_model.drawing.known import BY_DATA_SHEET, Known, within
+from plant_model.machine_forms import (
+    AxisForm,
+    DirectForm,
+    FiveForm,
+    Form,
+    InputForm,
+    Name,
+    Number,
+)
+
+Side = Literal["X+", "X-", "Y+", "Y-"] | Number
+"""A direction around the spindle: a side's name, or degrees from X+ towards Y+."""
+
+ANGLES = {"X+": 0.0, "Y+": 90.0, "X-": 180.0, "Y-": 270.0}
+
+
+def degrees(side: str | float) -> float:
+    """Return a side as degrees from X+ towards Y+, 0 to 360."""
+    return (ANGLES[side] if isinstance(side, str) else float(side)) % 360.0
+
+
+class Quantity(Form):
+    """A number of the page; a bare number is its value."""
+
+    value: Number
+    low: Number | None = None
+    high: Number | None = None
+    source: str | None = None
+    calibrate: bool | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _bare(cls, given: Any) -> Any:
+        if isinstance(given, (int, float)) and not isinstance(given, bool):
+            return {"value": float(given)}
+        if not isinstance(given, dict):
+            raise ValueError("a number, or a table of value, low, high and source")
+        return given
+
+    @model_validator(mode="after")
+    def _ascends(self) -> Quantity:
+        low = self.value if self.low is None else self.low
+        high = self.value if self.high is None else self.high
+        if not low <= self.value <= high:
+            raise ValueError(f"low {low:g}, value {self.value:g}, high {high:g} must ascend")
+        return self
+
+    def known(self, unit: str, share: float = BY_DATA_SHEET) -> Known:
+        """Return it with a range: its own, or *share* to both sides."""
+        usual = within(share, self.value, unit, self.source or "page")
+        return Known(
+            self.value,
+            usual.low if self.low is None else self.low,
+            usual.high if self.high is None else self.high,
+            unit,
+            usual.source,
+        )
+
+
+def _between(low: float, high: float, unit: str) -> AfterValidator:
+    def check(given: Any) -> Any:
+        ends = [given.low, given.high] if isinstance(given, Quantity) else []
+        value = given.value if isinstance(given, Quantity) else given
+        for number in (value, *(end for end in ends if end is not None)):
+            if not low <= number <= high:
+                raise ValueError(f"{low:g} to {high:g} {unit} can be")
+        return given
+
+    return AfterValidator(check)
+
+
+Place = Annotated[Number, _between(-5000.0, 5000.0, "mm")]
+Diameter = Annotated[Number, _between(5.0, 2000.0, "mm")]
+Bore = Annotated[Number, _between(0.0, 1900.0, "mm")]
+Length = Annotated[Number, _between(1.0, 10000.0, "mm")]
+Conductance = Annotated[Quantity, _between(0.01, 2e4, "W/K")]
+
+
+class _Span(Form):
+    start: Place = Field(alias="from")
+    end: Place = Field(alias="to")
+
+
+class StretchForm(_Span):
+    """A piece of shaft or housing with one outer and one inner diameter."""
+
+    outer: Diameter
+    inner: Bore = 0.0
+    material: str | None = None
+    even: bool = False
+
+
+class ShaftForm(Form):
+    """The shaft; positions count from the mounting face towards the nose."""
+
+    material: str = "steel"
+    gauge_line: Place
+    stretches: list[StretchForm] = Field(min_length=1, max_length=100)
+
+
+class HousingForm(Form):
+    """The housing; *even* stretches are not split around the axis."""
+
+    material: str = "steel"
+    air: str | None = None
+    stretches: list[StretchForm] = Field(min_length=1, max_length=100)
+
+
+class BearingForm(Form):
+    """A set of equal bearings around one place."""
+
+    name: Name
+    at: Place
+    designation: str | None = None
+    count: int = Field(default=1, ge=1, le=8)
+    spacing: Length | None = None
+    locates: bool = False
+    lubrication: Literal["oil-air", "grease", "oil"] = "grease"
+    grade: Annotated[Number, _between(10.0, 320.0, "mm2/s at 40 degC")] = 32.0
+    viscosity_index: Annotated[Number, _between(50.0, 200.0, "")] = 95.0
+    running_temperature: Annotated[Quantity, _between(0.0, 120.0, "degC")] | None = None
+    bore: Diameter | None = None
+    outside: Diameter | None = None
+    width: Length | None = None
+    rollers: bool = False
+    f0: Annotated[Quantity, _between(0.1, 20.0, "")] | None = None
+    f1: Annotated[Quantity, _between(0.0, 0.01, "")] | None = None
+    preload: Annotated[Quantity, _between(0.0, 50000.0, "N")] | None = None
+    conductance: Conductance | None = None
+
+
+class MotorForm(_Span):
+    """A built-in motor, or the pulley of a belt."""
+
+    drive: Literal["built-in", "belt"] = "built-in"
+    rotor_outer: Diameter | None = None
+    stator_outer: Diameter | None = None
+    gap: Annotated[Number, _between(0.1, 10.0, "mm")] = 0.7
+    loss: Annotated[Quantity, _between(0.0, 2000.0, "W/(1000 r/min)")] | None = None
+    power: Annotated[Number, _between(0.1, 500.0, "kW")] | None = None
+    efficiency: Annotated[Number, _between(0.3, 0.995, "(share, not per cent)")] | None = None
+    rated_speed: Annotated[Number, _between(10.0, 1e5, "r/min")] | None = None
+    rotor_share: Annotated[Quantity, _between(0.0, 1.0, "")] | None = None
+    joint: Annotated[Quantity, _between(50.0, 50000.0, "W/(m2 K)")] | None = None
+    pulley_outer: Diameter | None = None
+    into: str | None = None
+
+
+class ChannelForm(Form):
+    """The channel of a jacket."""
+
+    width: Annotated[Number, _between(1.0, 200.0, "mm")] = 15.0
+    depth: Annotated[Number, _between(1.0, 50.0, "mm")] = 6.0
+    turns: Annotated[Number, _between(0.5, 200.0, "turns")] | None = None
+
+
+class JacketForm(_Span):
+    """A cooling jacket around a stretch of the housing."""
+
+    name: Name
+    fluid: str = "water"
+    flow: Annotated[Quantity, _between(0.05, 200.0, "l/min")]
+    inlet: str = "coolant_inlet"
+    after: str | None = None
+    channel: ChannelForm = Field(default_factory=ChannelForm)
+    wall: Conductance | None = None
+    inlet_side: Side | None = None
+    unevenness: Annotated[Quantity, _between(0.0, 1.0, "(share)")] | None = None
+
+
+class HoldForm(_Span):
+    """Where a carrier holds the housing."""
+
+
+class BendForm(Form):
+    """A tilt by the difference between a carrier and another one."""
+
+    against: str
+    width: Length
+    length: Length
+    lever: Annotated[Number, _between(-10000.0, 10000.0, "mm")]
+    yaw: Annotated[Number, _between(-1.0, 1.0, "")] = 0.0
+    pitch: Annotated[Number, _between(-1.0, 1.0, "")] = 0.0
+
+
+class GrowForm(Form):
+    """Length of a carrier that moves the nose along an axis; z: towards the table."""
+
+    x: Annotated[Number, _between(-5000.0, 5000.0, "mm")] = 0.0
+    y: Annotated[Number, _between(-5000.0, 5000.0, "mm")] = 0.0
+    z: Annotated[Number, _between(-5000.0, 5000.0, "mm")] = 0.0
+
+
+class FeedForm(Form):
+    """A feed axis that heats the part."""
+
+    input: str
+    loss: Annotated[Quantity, _between(0.0, 2000.0, "W/(m/min)")] | None = None
+
+
+class CarrierForm(Form):
+    """A part that carries the spindle, or another carrier."""
+
+    name: Name
+    material: str = "cast_iron"
+    mass: Annotated[Quantity, _between(0.05, 50000.0, "kg")]
+    surface: Annotated[Number, _between(0.0, 200.0, "m2")]
+    holds: HoldForm | None = None
+    on: str | None = None
+    joint: Conductance | None = None
+    air: str | None = None
+    grows: GrowForm = Field(default_factory=GrowForm)
+    bends: list[BendForm] = Field(default_factory=list, max_length=10)
+    feed: FeedForm | None = None
+
+
+class ToolForm(Form):
+    """The tool or test bar in the spindle."""
+
+    length: Length
+    diameter: Diameter
+    material: str = "steel"
+    joint: Conductance | None = None
+
+
+class EnclosureForm(Form):
+    """A closed space with its own air."""
+
+    volume: Annotated[Number, _between(0.01, 500.0, "m3")]
+    wall: Annotated[Number, _between(0.1, 500.0, "m2")]
+    film: Annotated[Quantity, _between(0.5, 50.0, "W/(m2 K)")] | None = None
+
+
+class ThermometerForm(Form):
+    """A thermometer by part, place along the axis and side."""
+
+    name: Name
+    part: str
+    at: Place | None = None
+    side: Side | None = None
+    noise: Number = Field(default=0.05, ge=0.0, le=10.0)
+    resolution: Number = Field(default=0.01, ge=0.0, le=10.0)
+
+
+class MaterialForm(Form):
+    """A material of the page's own."""
+
+    density: Annotated[Number, _between(100.0, 25000.0, "kg/m3")]
+    specific_heat: Annotated[Number, _between(50.0, 5000.0, "J/(kg K)")]
+    conductivity: Annotated[Quantity, _between(0.01, 500.0, "W/(m K)")]
+    expansion: Annotated[Quantity, _between(0.0, 40.0, "1e-6/K")]
+
+
+class CellsForm(Form):
+    """How finely the spindle is cut."""
+
+    longest: Annotated[Number, _between(2.0, 500.0, "mm")] = 40.0
+    sectors: Literal[1, 4, 8, 12, 16] = 8
+
+
+class PageForm(Form):
+    """A whole page."""
+
+    format: Literal[1]
+    kind: Literal["drawing"]
+    name: Name
+    title: str
+    description: str = ""
+    inputs: dict[Name, InputForm] = Field(min_length=1)
+    cells: CellsForm = Field(default_factory=CellsForm)
+    materials: dict[Name, MaterialForm] = Field(default_factory=dict)
+    shaft: ShaftForm
+    housing: HousingForm
+    bearings: list[BearingForm] = Field(min_length=1, max_length=20)
+    motor: MotorForm | None = None
+    jackets: list[JacketForm] = Field(default_factory=list, max_length=20)
+    carriers: list[CarrierForm] = Field(default_factory=list, max_length=50)
+    enclosure: EnclosureForm | None = None
+    tool: ToolForm | None = None
+    thermometers: list[ThermometerForm] = Field(default_factory=list, max_length=500)
+    rig: FiveForm | DirectForm = Field(discriminator="kind")
+    axis: AxisForm = Field(default_factory=AxisForm)
+    effects: dict[str, dict[str, Any]] = Field(default_factory=dict)

@@ -1,0 +1,123 @@
+"""What grows and bends: the cells from mounting face to gauge line, the carriers, the tool."""
+
+from __future__ import annotations
+
+from math import cos, radians, sin
+from typing import Any
+
+from plant_model.drawing.cells import Cell, overlap
+from plant_model.drawing.known import exact, within
+from plant_model.drawing.layout import Drawing
+from plant_model.drawing.mesh import Mesh, Sector
+from plant_model.drawing.sheet import Sheet
+
+NO_LENGTH = 1e-9
+
+
+def add_growth(sheet: Sheet, drawing: Drawing, mesh: Mesh) -> None:
+    """Add the structure: positions, growth of shaft, housing, tool and carriers, and tilt."""
+    sheet.structure.append(
+        {
+            "kind": "located",
+            "name": drawing.located.form.name,
+            "at": exact(drawing.located.form.at, "mm"),
+            "gauge_line": exact(drawing.form.shaft.gauge_line, "mm"),
+        }
+    )
+    for part in ("housing", "shaft"):
+        cells: list[Cell] = getattr(mesh, part)
+        for cell in cells:
+            _segment(sheet, drawing, mesh, part, cell)
+    for cell in mesh.housing:
+        _bends(sheet, drawing, mesh, cell)
+    if drawing.form.tool is not None:
+        growth = sheet.growth_of(drawing.materials[drawing.form.tool.material])
+        sheet.structure.append(
+            {"kind": "tool", "name": "tool", "nodes": ["tool"], "expansion": growth}
+        )
+    _carriers(sheet, drawing)
+
+
+def _segment(sheet: Sheet, drawing: Drawing, mesh: Mesh, part: str, cell: Cell) -> None:
+    stretch = getattr(drawing.form, part).stretches[cell.stretch]
+    nodes = [s.node for s in mesh.sectors_of(cell)] if part == "housing" else [cell.name]
+    sheet.structure.append(
+        {
+            "kind": part,
+            "name": cell.name,
+            "nodes": nodes,
+            "start": exact(cell.start, "mm"),
+            "end": exact(cell.end, "mm"),
+            "expansion": sheet.growth_of(drawing.material(stretch, part)),
+        }
+    )
+
+
+def _bends(sheet: Sheet, drawing: Drawing, mesh: Mesh, cell: Cell) -> None:
+    """Add the bending of a ring between the mounting face and the bearing that locates.
+
+    A ring of n sectors at the temperatures T_k bends by 2 / (n r) sum T_k cos(phi_k), exactly so
+    for one side warmer than the other as the cosine: one item for each pair of opposite sectors.
+    """
+    at = drawing.located.form.at
+    length = overlap(cell, min(0.0, at), max(0.0, at))
+    sectors = mesh.sectors_of(cell)
+    if length < NO_LENGTH or len(sectors) == 1:
+        return
+    middle = (max(cell.start, min(0.0, at)) + min(cell.end, max(0.0, at))) / 2.0
+    radius = (mesh.outer("housing", cell) + mesh.inner("housing", cell)) / 4.0
+    stretch = drawing.form.housing.stretches[cell.stretch]
+    half = len(sectors) // 2
+    for warm, cold in zip(sectors[:half], sectors[half:], strict=True):
+        sheet.structure.append(
+            {
+                "kind": "bend",
+                "name": f"bend_{warm.node}",
+                "towards": [cold.node],
+                "away": [warm.node],
+                "width": exact(len(sectors) * radius / 2.0, "mm"),
+                "length": exact(length, "mm"),
+                "lever": exact(drawing.form.shaft.gauge_line - middle, "mm"),
+                "expansion": sheet.growth_of(drawing.material(stretch, "housing")),
+                **_direction(warm),
+            }
+        )
+
+
+def _direction(warm: Sector) -> dict[str, Any]:
+    assert warm.angle is not None
+    parts = {"yaw": cos(radians(warm.angle)), "pitch": sin(radians(warm.angle))}
+    return {key: exact(round(part, 15), "1") for key, part in parts.items() if abs(part) > 1e-12}
+
+
+def _carriers(sheet: Sheet, drawing: Drawing) -> None:
+    for carrier in drawing.form.carriers:
+        growth = drawing.materials[carrier.material]
+        for axis, key in (("x", "x"), ("y", "y"), ("z", "elongation")):
+            length = getattr(carrier.grows, axis)
+            if length:
+                sheet.structure.append(
+                    {
+                        "kind": "member",
+                        "name": f"{carrier.name}_{axis}",
+                        "nodes": [carrier.name],
+                        "length": within(0.05, abs(length), "mm", "page").parameter(),
+                        "expansion": sheet.growth_of(growth),
+                        key: exact(1.0 if length > 0 else -1.0, "1"),
+                    }
+                )
+        for j, bend in enumerate(carrier.bends):
+            sheet.structure.append(
+                {
+                    "kind": "bend",
+                    "name": f"{carrier.name}_bend_{j + 1}",
+                    "towards": [carrier.name],
+                    "away": [bend.against],
+                    "width": within(0.05, bend.width, "mm", "page").parameter(),
+                    "length": within(0.05, bend.length, "mm", "page").parameter(),
+                    "lever": within(0.05, bend.lever, "mm", "page").parameter(),
+                    "expansion": sheet.growth_of(growth),
+                    "yaw": exact(bend.yaw, "1"),
+                    "pitch": exact(bend.pitch, "1"),
+                }
+            )

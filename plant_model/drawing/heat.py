@@ -1,0 +1,249 @@
+"""What heats the spindle: bearing sets, the motor or the belt, with the joints around them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import pi
+
+from plant_model.drawing.class_values import CLASS_VALUES, f0_of, f1_of
+from plant_model.drawing.form import BearingForm, MotorForm, Quantity
+from plant_model.drawing.known import CLASS, Known, exact, within
+from plant_model.drawing.layout import Drawing, Seat
+from plant_model.drawing.lubricant import viscosity
+from plant_model.drawing.materials import MATERIALS
+from plant_model.drawing.mesh import Mesh
+from plant_model.drawing.readings import Starts
+from plant_model.drawing.sheet import Sheet
+from plant_model.drawing.spindle import add_gap
+
+USUAL_DIAMETER = 70.0
+"""Mean diameter of the bearings that class values are for [mm]."""
+
+INNER_MASS = 0.5
+"""Inner ring with half of the rolling elements, of a bearing's mass [1]."""
+
+
+def free(given: Quantity | None, usual: bool = True) -> bool:
+    """Return whether calibration may move a number: as the page says, or as is usual."""
+    return usual if given is None or given.calibrate is None else given.calibrate
+
+
+def add_heat(sheet: Sheet, drawing: Drawing, mesh: Mesh, starts: Starts) -> None:
+    """Add bearings and motor."""
+    for seat in drawing.seats:
+        _bearing(sheet, drawing, mesh, starts, seat)
+    motor = drawing.form.motor
+    if motor is not None:
+        (_built_in if motor.drive == "built-in" else _belt)(sheet, drawing, mesh, starts, motor)
+
+
+class _Joint:
+    """A joint in series with the wall behind it, and its range, relative to the usual joint."""
+
+    def __init__(self, sheet: Sheet, name: str, usual: Known) -> None:
+        self.sheet, self.name, self.usual = sheet, name, usual
+        self._seen: list[tuple[float, float]] = []
+
+    def conductance(self, area_m2: float, wall_k_per_w: float) -> float:
+        """Return joint and wall together at the usual joint [W/K], and remember it."""
+        ends = tuple(
+            1.0 / (1.0 / (joint * area_m2) + wall_k_per_w)
+            for joint in (self.usual.low, self.usual.value, self.usual.high)
+        )
+        low, value, high = ends
+        said = (
+            f"1 is {self.usual.value:g} W/(m2 K) in series with a third of the wall; range of"
+            f" {self.usual.low:g} to {self.usual.high:g}: {self.usual.source}"
+        )
+        self.sheet.number(self.name, Known(1.0, low / value, high / value, "1", said), free=True)
+        return value
+
+
+def _seat_joint(sheet: Sheet) -> _Joint:
+    return _Joint(sheet, "bearing_seats", CLASS_VALUES["seat_joint"])
+
+
+def _bearing(sheet: Sheet, drawing: Drawing, mesh: Mesh, starts: Starts, seat: Seat) -> None:
+    form, bearing = seat.form, seat.bearing
+    inner, outer = f"{form.name}_inner", f"{form.name}_outer"
+    steel = MATERIALS["steel"]
+    heat = bearing.mass * form.count * steel.heat.value / steel.density
+    said = f"mass of {form.count} x {bearing.designation}"
+    for node, share in ((inner, INNER_MASS), (outer, 1.0 - INNER_MASS)):
+        capacity = within(0.15, heat * share, "J/K", said).parameter()
+        sheet.node(node, capacity, starts.nearest(form.at))
+    for start, end in seat.spans:
+        _onto_shaft(sheet, drawing, mesh, inner, (start, end), bearing.bore, _seat_joint(sheet))
+        _into_housing(
+            sheet, drawing, mesh, outer, (start, end), bearing.outside, _seat_joint(sheet)
+        )
+    relative = form.count * bearing.mean_diameter / USUAL_DIAMETER
+    if form.conductance is None:
+        balls = sheet.number("balls", CLASS_VALUES["balls"], free=True)
+        through = sheet.tied(balls, relative, "W/K")
+    else:
+        given = form.conductance
+        through = given.known("W/K").scaled(form.count).parameter(free=free(given))
+    sheet.link("contact", inner, outer, conductance=through)
+    sheet.sources.append(_friction(sheet, form, seat, inner, outer))
+
+
+def _onto_shaft(
+    sheet: Sheet,
+    drawing: Drawing,
+    mesh: Mesh,
+    node: str,
+    span: tuple[float, float],
+    diameter: float,
+    joint: _Joint,
+) -> None:
+    """Join a ring to the shaft's cells under it; several rings of a set add up."""
+    for cell, length in mesh.covered("shaft", *span):
+        stretch = drawing.form.shaft.stretches[cell.stretch]
+        conductivity = drawing.material(stretch, "shaft").conductivity.value
+        metres = length * 1e-3
+        wall = mesh.into_wall("shaft", cell, diameter) / (2.0 * pi * conductivity * metres)
+        value = joint.conductance(pi * diameter * 1e-3 * metres, wall)
+        _add_up(sheet, node, cell.name, joint.name, value)
+
+
+def _into_housing(
+    sheet: Sheet,
+    drawing: Drawing,
+    mesh: Mesh,
+    node: str,
+    span: tuple[float, float],
+    diameter: float,
+    joint: _Joint,
+) -> None:
+    """Join a ring to the housing's cells around it, sector by sector."""
+    for cell, length in mesh.covered("housing", *span):
+        stretch = drawing.form.housing.stretches[cell.stretch]
+        conductivity = drawing.material(stretch, "housing").conductivity.value
+        metres = length * 1e-3
+        wall = mesh.into_wall("housing", cell, diameter) / (2.0 * pi * conductivity * metres)
+        value = joint.conductance(pi * diameter * 1e-3 * metres, wall)
+        for sector in mesh.sectors_of(cell):
+            _add_up(sheet, node, sector.node, joint.name, value * sector.share)
+
+
+def _add_up(sheet: Sheet, first: str, second: str, number: str, factor: float) -> None:
+    """Add a tied contact, or more of it where the two are joined already."""
+    for link in reversed(sheet.links):
+        if link["kind"] == "contact" and link["between"] == [first, second]:
+            link["conductance"]["factor"] += factor
+            return
+    sheet.link("contact", first, second, conductance=sheet.tied(number, factor, "W/K"))
+
+
+def _friction(
+    sheet: Sheet, form: BearingForm, seat: Seat, inner: str, outer: str
+) -> dict[str, object]:
+    bearing = seat.bearing
+    usual = CLASS_VALUES["running_temperature"]
+    given = form.running_temperature
+    warm = given.known("degC") if given else usual
+    nu = [viscosity(form.grade, t, form.viscosity_index) for t in (warm.high, warm.value, warm.low)]
+    oil = Known(
+        nu[1],
+        nu[0],
+        nu[2],
+        "mm2/s",
+        f"ISO VG {form.grade:g} at {warm.value:g} degC, ASTM D341 (index by chemicals)",
+    )
+    preload = CLASS_VALUES["preload"].scaled((bearing.mean_diameter / USUAL_DIAMETER) ** 2)
+    if form.preload is not None:
+        preload = form.preload.known("N", 0.4)
+    f1 = form.f1.known("1").clipped(0.0, 0.01) if form.f1 else f1_of(bearing.kind)
+    return {
+        "kind": "bearing",
+        "name": form.name,
+        "inner": inner,
+        "outer": outer,
+        "driven_by": "speed",
+        "count": exact(form.count, "1"),
+        "mean_diameter": within(0.01, bearing.mean_diameter, "mm", bearing.designation).parameter(),
+        "f0": _f0(sheet, form, seat),
+        "f1": f1.parameter(free=free(form.f1, usual=False)),
+        "preload": preload.parameter(free=free(form.preload)),
+        "viscosity": oil.clipped(1.0, 1000.0).parameter(),
+        "viscosity_at": exact(warm.value, "degC", warm.source),
+        "inner_share": CLASS_VALUES["inner_share"].parameter(),
+    }
+
+
+def _f0(sheet: Sheet, form: BearingForm, seat: Seat) -> dict[str, object]:
+    """Return f0, tied to that of all bearings of the same kind and lubrication."""
+    kind = seat.bearing.kind
+    known = form.f0.known("1", 0.5).clipped(0.1, 20.0) if form.f0 else f0_of(kind, form.lubrication)
+    name = f"f0_{kind}_{form.lubrication}".replace("-", "_")
+    wanted = known.parameter(free=free(form.f0))
+    if sheet.numbers.setdefault(name, wanted) != wanted:
+        return wanted
+    return sheet.tied(name, 1.0, "1")
+
+
+def _loss(motor: MotorForm) -> Known:
+    """Return the motor's or the belt's loss without load."""
+    if motor.loss is not None:
+        return motor.loss.known("W/(1000 r/min)", 0.3)
+    if motor.drive == "belt":
+        return CLASS_VALUES["belt_loss"]
+    assert motor.power is not None
+    assert motor.efficiency is not None
+    assert motor.rated_speed is not None
+    rated = motor.power * 1e3 * (1.0 / motor.efficiency - 1.0) / (motor.rated_speed / 1000.0)
+    idle = CLASS_VALUES["idle_share"]
+    said = f"{motor.power:g} kW at an efficiency of {motor.efficiency:g}; {idle.source}"
+    return replace(idle.scaled(rated), unit="W/(1000 r/min)", source=said)
+
+
+def _source(motor: MotorForm, rotor: str, stator: str, usual: Known) -> dict[str, object]:
+    given = motor.rotor_share
+    share = given.known("1", 0.3).clipped(0.0, 1.0) if given else usual
+    return {
+        "kind": "motor",
+        "name": "motor",
+        "rotor": rotor,
+        "stator": stator,
+        "driven_by": "speed",
+        "loss": _loss(motor).parameter(free=free(motor.loss)),
+        "rotor_share": share.parameter(free=free(motor.rotor_share, usual=False)),
+    }
+
+
+def _built_in(sheet: Sheet, drawing: Drawing, mesh: Mesh, starts: Starts, motor: MotorForm) -> None:
+    assert motor.rotor_outer is not None
+    middle = (motor.start + motor.end) / 2.0
+    shaft = drawing.stretch_at("shaft", middle).outer
+    bore = motor.rotor_outer + 2.0 * motor.gap
+    outside = motor.stator_outer or drawing.stretch_at("housing", middle).inner
+    iron = MATERIALS["lamination"]
+    metres = (motor.end - motor.start) * 1e-3
+    for node, small, large in (("rotor", shaft, motor.rotor_outer), ("stator", bore, outside)):
+        volume = pi / 4.0 * (large**2 - small**2) * 1e-6 * metres
+        sheet.node(node, sheet.heat_of(iron, volume), starts.nearest(middle))
+    usual = CLASS_VALUES["motor_joint"]
+    if motor.joint is not None:
+        usual = motor.joint.known("W/(m2 K)", 0.5)
+    span = (motor.start, motor.end)
+    joint = _Joint(sheet, "motor_seats", usual)
+    _onto_shaft(sheet, drawing, mesh, "rotor", span, shaft, joint)
+    _into_housing(sheet, drawing, mesh, "stator", span, outside, joint)
+    area = pi * motor.rotor_outer * 1e-3 * metres
+    add_gap(sheet, ("rotor", "stator"), area, motor.rotor_outer / 2.0, motor.gap)
+    sheet.sources.append(_source(motor, "rotor", "stator", CLASS_VALUES["rotor_share"]))
+
+
+def _belt(sheet: Sheet, drawing: Drawing, mesh: Mesh, starts: Starts, motor: MotorForm) -> None:
+    middle = (motor.start + motor.end) / 2.0
+    shaft = drawing.stretch_at("shaft", middle).outer
+    outside = motor.pulley_outer or 2.0 * shaft
+    metres = (motor.end - motor.start) * 1e-3
+    volume = pi / 4.0 * (outside**2 - shaft**2) * 1e-6 * metres
+    heat = within(0.3, volume * MATERIALS["steel"].heat.value, "J/K", "page, a solid pulley")
+    sheet.node("pulley", heat.parameter(), starts.nearest(middle))
+    joint = _Joint(sheet, "pulley_seat", CLASS_VALUES["motor_joint"])
+    _onto_shaft(sheet, drawing, mesh, "pulley", (motor.start, motor.end), shaft, joint)
+    half = Known(0.5, 0.3, 0.7, "1", CLASS + "half of the belt's loss in its small pulley")
+    sheet.sources.append(_source(motor, "pulley", motor.into or "", half))

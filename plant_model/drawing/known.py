@@ -1,0 +1,66 @@
+"""Numbers with a range and a source, and how far they may go by how they are known."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+CLASS = "class value: "
+"""What the source of a number begins with that the page leaves out."""
+
+BY_DATA_SHEET = 0.15
+"""Half range of a number that a data sheet or a plate gives, relative to it [1]."""
+
+
+@dataclass(frozen=True)
+class Known:
+    """A number, the range that it may be in, and where both come from.
+
+    Attributes
+    ----------
+    value, low, high : float
+        [unit].
+    unit : str
+    source : str
+    """
+
+    value: float
+    low: float
+    high: float
+    unit: str
+    source: str
+
+    def scaled(self, factor: float) -> Known:
+        """Return the number and its range times a positive factor."""
+        return replace(
+            self, value=self.value * factor, low=self.low * factor, high=self.high * factor
+        )
+
+    def clipped(self, low: float, high: float) -> Known:
+        """Return it with its range, and if need be its value, kept within what can be."""
+        value, bottom, top = (
+            min(max(number, low), high) for number in (self.value, self.low, self.high)
+        )
+        return replace(self, value=value, low=bottom, high=top)
+
+    def parameter(self, *, free: bool = False) -> dict[str, Any]:
+        """Return it as a parameter of a machine file."""
+        table: dict[str, Any] = {
+            "value": self.value,
+            "unit": self.unit,
+            "low": self.low,
+            "high": self.high,
+            "source": self.source,
+        }
+        return table | {"calibrate": True} if free else table
+
+
+def exact(value: float, unit: str, source: str = "page") -> dict[str, Any]:
+    """Return a parameter without a range."""
+    return Known(value, value, value, unit, source).parameter()
+
+
+def within(share: float, value: float, unit: str, source: str) -> Known:
+    """Return a number with the same relative range to both sides."""
+    ends = sorted((value * (1.0 - share), value * (1.0 + share)))
+    return Known(value, ends[0], ends[1], unit, source)

@@ -1,0 +1,145 @@
+"""The spindle cut into cells: rings along the shaft, rings or sectors along the housing."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import cos, log, pi, radians
+
+from plant_model.drawing.cells import Cell, overlap, slices
+from plant_model.drawing.form import ThermometerForm, degrees
+from plant_model.drawing.layout import Drawing
+
+NAMED = {0.0: "xp", 90.0: "yp", 180.0: "xm", 270.0: "ym"}
+
+
+@dataclass(frozen=True)
+class Sector:
+    """A sector of a housing cell, or the whole ring.
+
+    Attributes
+    ----------
+    node : str
+        Its node's name.
+    angle : float or None
+        Its middle, from X+ towards Y+ [deg]; None for a ring.
+    share : float
+        Of the circumference [1].
+    """
+
+    node: str
+    angle: float | None
+    share: float
+
+    def towards(self, angle: float) -> float:
+        """Return the cosine between its middle and a direction [deg]; 0 for a ring."""
+        return 0.0 if self.angle is None else cos(radians(self.angle - angle))
+
+
+class Mesh:
+    """Cells of shaft and housing.
+
+    Parameters
+    ----------
+    drawing : Drawing
+    finer : float
+        Cells are so many times shorter than the page says.
+    sectors : int, optional
+        Instead of the page's.
+
+    Attributes
+    ----------
+    shaft, housing : list of Cell
+        From the rear to the nose.
+    sectors : int
+        Around the axis, where a stretch is not even.
+    """
+
+    def __init__(self, drawing: Drawing, finer: float = 1.0, sectors: int | None = None) -> None:
+        self.drawing = drawing
+        form = drawing.form
+        longest = form.cells.longest / finer
+        self.sectors = sectors or form.cells.sectors
+        for part in ("shaft", "housing"):
+            stretches = [(s.start, s.end) for s in getattr(form, part).stretches]
+            read_at = [t.at for t in form.thermometers if t.part == part and t.at is not None]
+            # Heat comes in at the seats: a cell that straddled an edge would smear it.
+            edges = [edge for seat in drawing.seats for span in seat.spans for edge in span]
+            setattr(self, part, slices(part, stretches, read_at, edges, longest))
+
+    shaft: list[Cell]
+    housing: list[Cell]
+
+    def outer(self, part: str, cell: Cell) -> float:
+        """Return the outer diameter of a cell [mm]."""
+        return float(getattr(self.drawing.form, part).stretches[cell.stretch].outer)
+
+    def inner(self, part: str, cell: Cell) -> float:
+        """Return the inner diameter of a cell [mm]."""
+        return float(getattr(self.drawing.form, part).stretches[cell.stretch].inner)
+
+    def section(self, part: str, cell: Cell) -> float:
+        """Return the section of a cell [m2]."""
+        return pi / 4.0 * (self.outer(part, cell) ** 2 - self.inner(part, cell) ** 2) * 1e-6
+
+    def sectors_of(self, cell: Cell) -> list[Sector]:
+        """Return the sectors of a housing cell."""
+        count = self.sectors
+        if count == 1 or self.drawing.form.housing.stretches[cell.stretch].even:
+            return [Sector(cell.name, None, 1.0)]
+        angles = [360.0 * k / count for k in range(count)]
+        return [
+            Sector(f"{cell.name}_{NAMED.get(a, f'a{a:g}'.replace('.', '_'))}", a, 1.0 / count)
+            for a in angles
+        ]
+
+    def into_wall(self, part: str, cell: Cell, seat: float) -> float:
+        """Return ln(r / r_0) from a seat's diameter [mm] to where a wall has its mean [1].
+
+        With 2 pi k L below it this is the resistance from the seat to the cell. A wall that is
+        heated on one face and passes the heat on along itself has its mean a third of its
+        thickness away from that face.
+        """
+        outer, inner = self.outer(part, cell), self.inner(part, cell)
+        face, other = (outer, inner) if part == "shaft" else (inner, outer)
+        return abs(log((face + (other - face) / 3.0) / seat))
+
+    def covered(self, part: str, start: float, end: float) -> list[tuple[Cell, float]]:
+        """Return the cells in a span with how much of each lies in it [mm]."""
+        cells: list[Cell] = getattr(self, part)
+        shares = [(cell, overlap(cell, start, end)) for cell in cells]
+        return [(cell, length) for cell, length in shares if length > 1e-9]
+
+    def cell_of(self, part: str, at: float) -> Cell:
+        """Return the cell of shaft or housing that holds a place."""
+        cells: list[Cell] = getattr(self, part)
+        return next((cell for cell in cells if at <= cell.end), cells[-1])
+
+    def read_by(self, place: str, thermometer: ThermometerForm) -> str:
+        """Return the node of the shaft or the housing that a thermometer reads."""
+        drawing, part = self.drawing, thermometer.part
+        if thermometer.at is None:
+            raise drawing.refuse(f"{place}.at", f"is missing: where on the {part} [mm]")
+        low, high = drawing.span_of(part)
+        if not low <= thermometer.at <= high:
+            raise drawing.refuse(
+                f"{place}.at",
+                f"{thermometer.at:g} mm is in the air: the {part} is from {low:g} to {high:g} mm",
+            )
+        cell = self.cell_of(part, thermometer.at)
+        if part == "shaft":
+            return cell.name
+        sectors = self.sectors_of(cell)
+        if sectors[0].angle is None:
+            return sectors[0].node
+        if thermometer.side is None:
+            raise drawing.refuse(f"{place}.side", "is missing: X+, X-, Y+, Y- or degrees from X+")
+        wanted = degrees(thermometer.side)
+        for sector in sectors:
+            if abs(sector.towards(wanted) - 1.0) < 1e-9:
+                return sector.node
+        allowed = ", ".join(f"{sector.angle:g}" for sector in sectors)
+        raise drawing.refuse(
+            f"{place}.side",
+            f"{wanted:g} degrees is not the middle of a sector ({allowed}): move it, or set"
+            " cells.sectors to 8 or more",
+        )

@@ -1,0 +1,60 @@
+"""The machine file while it is being written."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from plant_model.drawing.known import Known
+from plant_model.drawing.materials import Material
+
+
+class Sheet:
+    """Collects what a machine file holds.
+
+    Attributes
+    ----------
+    numbers : dict
+        Named numbers as a machine file has them.
+    nodes, links, sources, structure, sensors : list of dict
+    """
+
+    def __init__(self) -> None:
+        self.numbers: dict[str, dict[str, Any]] = {}
+        self.nodes: list[dict[str, Any]] = []
+        self.links: list[dict[str, Any]] = []
+        self.sources: list[dict[str, Any]] = []
+        self.structure: list[dict[str, Any]] = []
+        self.sensors: list[dict[str, Any]] = []
+        self._materials: dict[str, Material] = {}
+
+    def number(self, name: str, known: Known, *, free: bool) -> str:
+        """Put a named number down once and return its name."""
+        self.numbers.setdefault(name, known.parameter(free=free))
+        return name
+
+    def tied(self, name: str, factor: float, unit: str) -> dict[str, Any]:
+        """Return a parameter that follows a named number."""
+        return {"number": name, "factor": factor, "unit": unit}
+
+    def heat_of(self, material: Material, volume_m3: float) -> dict[str, Any]:
+        """Return a heat capacity [J/K] from a volume [m3]."""
+        name = self.number(f"{material.name}_heat", material.heat, free=False)
+        return self.tied(name, volume_m3, "J/K")
+
+    def path_in(self, material: Material, area_over_length_m: float) -> dict[str, Any]:
+        """Return a conductance [W/K] from a section over a length [m]."""
+        name = self.number(f"{material.name}_conductivity", material.conductivity, free=False)
+        return self.tied(name, area_over_length_m, "W/K")
+
+    def growth_of(self, material: Material) -> dict[str, Any]:
+        """Return an expansion [1e-6/K]."""
+        name = self.number(f"{material.name}_expansion", material.expansion, free=True)
+        return self.tied(name, 1.0, "1e-6/K")
+
+    def node(self, name: str, capacity: dict[str, Any], start: str) -> None:
+        """Add a node."""
+        self.nodes.append({"name": name, "capacity": capacity, "start": start})
+
+    def link(self, kind: str, first: str, second: str, **numbers: Any) -> None:
+        """Add a link; ``name`` may be among *numbers*."""
+        self.links.append({"kind": kind, "between": [first, second], **numbers})

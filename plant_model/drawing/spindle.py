@@ -1,0 +1,211 @@
+"""Shaft and housing as nodes: capacities, paths along and around, gaps between, films outside."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from math import cos, pi
+
+from plant_model.drawing.cells import Cell
+from plant_model.drawing.class_values import CLASS_VALUES
+from plant_model.drawing.films import still_air, turning
+from plant_model.drawing.known import BY_DATA_SHEET, CLASS, Known, within
+from plant_model.drawing.layout import ENCLOSURE, Drawing
+from plant_model.drawing.materials import Material
+from plant_model.drawing.mesh import Mesh, Sector
+from plant_model.drawing.readings import Starts
+from plant_model.drawing.sheet import Sheet
+
+AVERAGE_SPEED = 0.25
+"""Share of the highest speed at which films on what turns are taken [1]."""
+
+LARGEST_GAP = 15.0
+"""The gap law is for narrow gaps; a wider one counts as this [mm]."""
+
+
+def add_spindle(sheet: Sheet, drawing: Drawing, mesh: Mesh, starts: Starts) -> None:
+    """Add shaft and housing with everything that joins their cells to each other and to the air."""
+    _shaft(sheet, drawing, mesh, starts)
+    _housing(sheet, drawing, mesh, starts)
+    _gaps(sheet, drawing, mesh)
+    _outside(sheet, drawing, mesh)
+
+
+def _material(drawing: Drawing, part: str, cell: Cell) -> Material:
+    return drawing.material(getattr(drawing.form, part).stretches[cell.stretch], part)
+
+
+def _shaft(sheet: Sheet, drawing: Drawing, mesh: Mesh, starts: Starts) -> None:
+    for cell in mesh.shaft:
+        volume = mesh.section("shaft", cell) * cell.length * 1e-3
+        heat = sheet.heat_of(_material(drawing, "shaft", cell), volume)
+        sheet.node(cell.name, heat, starts.nearest(cell.middle))
+    for first, second in pairwise(mesh.shaft):
+        _along(sheet, drawing, mesh, "shaft", (first, second), (first.name, second.name), 1.0)
+
+
+def _housing(sheet: Sheet, drawing: Drawing, mesh: Mesh, starts: Starts) -> None:
+    for cell in mesh.housing:
+        sectors = mesh.sectors_of(cell)
+        material = _material(drawing, "housing", cell)
+        volume = mesh.section("housing", cell) * cell.length * 1e-3
+        for sector in sectors:
+            sheet.node(
+                sector.node,
+                sheet.heat_of(material, volume * sector.share),
+                starts.nearest(cell.middle, sector.angle),
+            )
+        _around(sheet, mesh, cell, sectors, material)
+    for first, second in pairwise(mesh.housing):
+        for before, after, share in _facing(mesh.sectors_of(first), mesh.sectors_of(second)):
+            _along(
+                sheet, drawing, mesh, "housing", (first, second), (before.node, after.node), share
+            )
+
+
+def _facing(first: list[Sector], second: list[Sector]) -> list[tuple[Sector, Sector, float]]:
+    """Return the sectors of two cells that touch, with their share of the circumference."""
+    if len(first) == len(second):
+        return [(a, b, a.share) for a, b in zip(first, second, strict=True)]
+    return [(a, b, min(a.share, b.share)) for a in first for b in second]
+
+
+def _along(
+    sheet: Sheet,
+    drawing: Drawing,
+    mesh: Mesh,
+    part: str,
+    cells: tuple[Cell, Cell],
+    nodes: tuple[str, str],
+    share: float,
+) -> None:
+    """Join two cells along the axis, from middle to middle."""
+    halves = [
+        (_material(drawing, part, cell), cell.length * 0.5e-3 / mesh.section(part, cell))
+        for cell in cells
+    ]
+    (material, here), (other, there) = halves
+    if material == other:
+        path = sheet.path_in(material, share / (here + there))
+    else:
+        both = here / material.conductivity.value + there / other.conductivity.value
+        path = within(0.2, share / both, "W/K", "k A / L of both sections").parameter()
+    sheet.link("conduction", *nodes, conductance=path)
+
+
+def _around(
+    sheet: Sheet, mesh: Mesh, cell: Cell, sectors: list[Sector], material: Material
+) -> None:
+    """Join the sectors of a ring to their neighbours.
+
+    A sum over n sectors sees less of the curvature of a cosine than there is; the factor makes up
+    for it, so that one side warmer than the other evens out as fast as in a ring without sectors.
+    """
+    if len(sectors) == 1:
+        return
+    outer, inner = mesh.outer("housing", cell) * 1e-3, mesh.inner("housing", cell) * 1e-3
+    wall = (outer - inner) / 2.0 * cell.length * 1e-3
+    angle = 2.0 * pi / len(sectors)
+    step = angle * (outer + inner) / 4.0 / (angle**2 / (2.0 - 2.0 * cos(angle)))
+    for first, second in pairwise([*sectors, sectors[0]]):
+        sheet.link(
+            "conduction", first.node, second.node, conductance=sheet.path_in(material, wall / step)
+        )
+
+
+def _gaps(sheet: Sheet, drawing: Drawing, mesh: Mesh) -> None:
+    """Join shaft and housing across the air between them, where no bearing or motor sits."""
+    taken = [span for seat in drawing.seats for span in seat.spans]
+    motor = drawing.form.motor
+    if motor is not None and motor.drive == "built-in":
+        taken.append((motor.start, motor.end))
+    for shaft in mesh.shaft:
+        for housing in mesh.housing:
+            start, end = max(shaft.start, housing.start), min(shaft.end, housing.end)
+            length = max(0.0, end - start) - sum(
+                max(0.0, min(end, last) - max(start, first)) for first, last in taken
+            )
+            if length < 1e-6:
+                continue
+            outer = mesh.outer("shaft", shaft)
+            gap = min(LARGEST_GAP, (mesh.inner("housing", housing) - outer) / 2.0)
+            for sector in mesh.sectors_of(housing):
+                area = pi * outer * length * 1e-6 * sector.share
+                add_gap(sheet, (shaft.name, sector.node), area, outer / 2.0, gap)
+
+
+def add_gap(
+    sheet: Sheet, nodes: tuple[str, str], area_m2: float, radius_mm: float, gap_mm: float
+) -> None:
+    """Add an exchange across an air gap."""
+    usual = CLASS_VALUES["fit_gap"]
+    gap = within(0.1, gap_mm, "mm", "page") if gap_mm > 0.05 else usual
+    sheet.link(
+        "air_gap",
+        *nodes,
+        area=within(0.05, area_m2, "m2", "page").parameter(),
+        radius=within(0.05, radius_mm, "mm", "page").parameter(),
+        gap=gap.parameter(),
+    )
+
+
+def still_film(sheet: Sheet, drawing: Drawing) -> str:
+    """Return the name of the film of all outer surfaces in still air."""
+    diameter = max(stretch.outer for stretch in drawing.form.housing.stretches)
+    low, usual, high = (
+        still_air(diameter, getattr(CLASS_VALUES["emissivity"], key))
+        for key in ("low", "value", "high")
+    )
+    said = f"free convection (ht) and radiation of a {diameter:g} mm cylinder, 5 K above still air"
+    known = Known(usual, 0.75 * low, 1.4 * high, "W/(m2 K)", CLASS + said)
+    return sheet.number("still_film", known, free=True)
+
+
+def turning_film(drawing: Drawing, diameter: float) -> float:
+    """Return the film of a turning surface [W/(m2 K)], at a quarter of the highest speed."""
+    return turning(diameter, AVERAGE_SPEED * drawing.highest_speed)
+
+
+def turning_number(sheet: Sheet, drawing: Drawing) -> tuple[str, float]:
+    """Return the name and value of the film of what turns in the air outside."""
+    diameter = drawing.form.shaft.stretches[-1].outer
+    film = turning_film(drawing, diameter)
+    said = f"Becker's law for a turning cylinder of {diameter:g} mm at a quarter of full speed"
+    known = Known(film, 0.25 * film, 2.0 * film, "W/(m2 K)", CLASS + said)
+    return sheet.number("turning_film", known, free=True), film
+
+
+def to_air(sheet: Sheet, node: str, air: str, area_m2: float, film: tuple[str, float]) -> None:
+    """Add a surface in the air: of the hall, which is an input, or of the enclosure, a node."""
+    name, factor = film
+    if air == ENCLOSURE:
+        conductance = sheet.tied(name, factor * area_m2, "W/K")
+        sheet.link("contact", node, "enclosure_air", conductance=conductance)
+        return
+    sheet.link(
+        "convection",
+        node,
+        air,
+        area=within(BY_DATA_SHEET / 3.0, area_m2, "m2", "page").parameter(),
+        coefficient=sheet.tied(name, factor, "W/(m2 K)"),
+    )
+
+
+def _outside(sheet: Sheet, drawing: Drawing, mesh: Mesh) -> None:
+    """Add the films of the housing's outside and of the shaft where it stands out."""
+    air = drawing.form.housing.air or "ambient"
+    still = still_film(sheet, drawing)
+    held = [c.holds for c in drawing.form.carriers if c.holds is not None]
+    for cell in mesh.housing:
+        covered = sum(max(0.0, min(cell.end, h.end) - max(cell.start, h.start)) for h in held)
+        length = cell.length - covered
+        for sector in mesh.sectors_of(cell) if length > 1e-6 else []:
+            area = pi * mesh.outer("housing", cell) * length * 1e-6 * sector.share
+            to_air(sheet, sector.node, air, area, (still, 1.0))
+    name, usual = turning_number(sheet, drawing)
+    low, high = drawing.span_of("housing")
+    for cell in mesh.shaft:
+        outer = mesh.outer("shaft", cell)
+        length = cell.length - max(0.0, min(cell.end, high) - max(cell.start, low))
+        if length > 1e-6:
+            factor = turning_film(drawing, outer) / usual
+            to_air(sheet, cell.name, air, pi * outer * length * 1e-6, (name, factor))

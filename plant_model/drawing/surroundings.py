@@ -1,0 +1,182 @@
+"""What the spindle stands in: jackets, carriers, enclosure, tool."""
+
+from __future__ import annotations
+
+from math import cos, pi, radians
+
+from plant_model.drawing.class_values import CLASS_VALUES
+from plant_model.drawing.coolants import Coolant, coolant
+from plant_model.drawing.films import channel_film
+from plant_model.drawing.form import CarrierForm, JacketForm, degrees
+from plant_model.drawing.heat import free
+from plant_model.drawing.known import CLASS, Known, within
+from plant_model.drawing.layout import Drawing
+from plant_model.drawing.mesh import Mesh
+from plant_model.drawing.readings import Starts
+from plant_model.drawing.sheet import Sheet
+from plant_model.drawing.spindle import still_film, to_air, turning_film, turning_number
+
+AIR_HEAT = 1200.0
+"""Heat capacity of air [J/(m3 K)]."""
+
+SHEET_HEAT = 3.9e6 * 0.002
+"""Of two millimetres of sheet steel [J/(m2 K)]; half of it warms with the air inside."""
+
+RIB = 5.0
+"""Wall between two turns of a jacket's channel [mm]."""
+
+
+def add_surroundings(sheet: Sheet, drawing: Drawing, mesh: Mesh, starts: Starts) -> None:
+    """Add jackets, carriers, enclosure and tool."""
+    for jacket in drawing.form.jackets:
+        _jacket(sheet, drawing, mesh, starts, jacket)
+    for carrier in drawing.form.carriers:
+        _carrier(sheet, drawing, mesh, starts, carrier)
+    _enclosure(sheet, drawing, starts)
+    _tool(sheet, drawing, mesh, starts)
+
+
+def _channel_area(drawing: Drawing, jacket: JacketForm) -> tuple[float, float]:
+    """Return the wetted wall [m2] and the volume [m3] of a jacket's channel."""
+    channel = jacket.channel
+    stretch = drawing.stretch_at("housing", (jacket.start + jacket.end) / 2.0)
+    turns = channel.turns or (jacket.end - jacket.start) / (channel.width + RIB)
+    length = pi * (stretch.outer + stretch.inner) / 2.0 * turns
+    wetted = (channel.width + 2.0 * channel.depth) * length * 1e-6
+    return wetted, channel.width * channel.depth * length * 1e-9
+
+
+def _wall(fluid: Coolant, wetted: float, jacket: JacketForm) -> Known:
+    """Return the conductance between coolant and housing [W/K]."""
+    if jacket.wall is not None:
+        return jacket.wall.known("W/K", 0.5)
+    film = channel_film(fluid, jacket.flow.value, jacket.channel.width, jacket.channel.depth)
+    value = film * wetted
+    said = (
+        f"{film:.0f} W/(m2 K) (ht; {fluid.source}) on {wetted:.3f} m2 of channel;"
+        " range by judgement"
+    )
+    return Known(value, 0.5 * value, 1.6 * value, "W/K", said)
+
+
+def _jacket(sheet: Sheet, drawing: Drawing, mesh: Mesh, starts: Starts, jacket: JacketForm) -> None:
+    fluid = coolant(jacket.fluid)
+    assert fluid is not None
+    node = f"jacket_{jacket.name}"
+    wetted, volume = _channel_area(drawing, jacket)
+    fed_by = f"jacket_{jacket.after}" if jacket.after else jacket.inlet
+    heat = within(0.15, 1e3 * volume * fluid.heat_per_litre, "J/K", "coolant in the channel")
+    sheet.node(node, heat.parameter(), starts.of_part(f"jacket.{jacket.name}", jacket.inlet))
+    low, high = (
+        (jacket.flow.low or 0.85 * jacket.flow.value) / jacket.flow.value,
+        (jacket.flow.high or 1.15 * jacket.flow.value) / jacket.flow.value,
+    )
+    said = "1 as the page says; data sheet of the cooling unit"
+    flow = sheet.number("coolant_flow", Known(1.0, low, high, "1", said), free=free(jacket.flow))
+    sheet.link(
+        "coolant_flow",
+        node,
+        fed_by,
+        flow=sheet.tied(flow, jacket.flow.value, "l/min"),
+        heat_capacity=within(0.03, fluid.heat_per_litre, "J/(l K)", fluid.source).parameter(),
+    )
+    wall = _wall(fluid, wetted, jacket)
+    name = sheet.number(f"{node}_wall", wall, free=free(jacket.wall))
+    parts = [
+        (sector, length / (jacket.end - jacket.start) * sector.share)
+        for cell, length in mesh.covered("housing", jacket.start, jacket.end)
+        for sector in mesh.sectors_of(cell)
+    ]
+    for sector, share in parts:
+        sheet.link("coolant_wall", sector.node, node, conductance=sheet.tied(name, share, "W/K"))
+    if jacket.inlet_side is None:
+        return
+    angle = degrees(jacket.inlet_side)
+    usual = CLASS_VALUES["unevenness"]
+    given = jacket.unevenness
+    uneven = (given.known("1", 0.5) if given else usual).scaled(wall.value)
+    said = f"times {wall.value:.0f} W/K of the wall: {uneven.source}"
+    known = Known(uneven.value, uneven.low, uneven.high, "W/K", said)
+    name = sheet.number(f"{node}_unevenness", known, free=free(given))
+    for sector, share in parts:
+        if sector.angle is None:
+            continue
+        factor = share * cos(radians(sector.angle - angle))
+        if abs(factor) > 1e-12:
+            sheet.link(
+                "coolant_unevenness",
+                sector.node,
+                node,
+                name=f"uneven_{sector.node}_{jacket.name}",
+                difference=sheet.tied(name, factor, "W/K"),
+            )
+
+
+def _carrier(
+    sheet: Sheet, drawing: Drawing, mesh: Mesh, starts: Starts, carrier: CarrierForm
+) -> None:
+    made_of = drawing.materials[carrier.material]
+    heat = carrier.mass.known("kg").scaled(made_of.heat.value / made_of.density)
+    capacity = Known(heat.value, heat.low, heat.high, "J/K", f"mass; {made_of.heat.source}")
+    air = carrier.air or "ambient"
+    start = air if air in drawing.form.inputs else "ambient"
+    sheet.node(carrier.name, capacity.parameter(), starts.of_part(carrier.name, start))
+    if carrier.surface > 0.0:
+        to_air(sheet, carrier.name, air, carrier.surface, (still_film(sheet, drawing), 1.0))
+    if carrier.holds is not None:
+        joint = carrier.joint.known("W/K", 0.5) if carrier.joint else None
+        usual = joint or CLASS_VALUES["headstock_joint"]
+        name = sheet.number(f"{carrier.name}_holds", usual, free=free(carrier.joint))
+        held = carrier.holds.end - carrier.holds.start
+        for cell, length in mesh.covered("housing", carrier.holds.start, carrier.holds.end):
+            for sector in mesh.sectors_of(cell):
+                share = sheet.tied(name, length / held * sector.share, "W/K")
+                sheet.link("contact", sector.node, carrier.name, conductance=share)
+    if carrier.on is not None:
+        given = carrier.joint if carrier.holds is None else None
+        usual = given.known("W/K", 0.5) if given else CLASS_VALUES["carrier_joint"]
+        conductance = usual.parameter(free=free(given))
+        sheet.link("contact", carrier.name, carrier.on, conductance=conductance)
+    if carrier.feed is not None:
+        loss = carrier.feed.loss
+        known = loss.known("W/(m/min)", 0.5) if loss else CLASS_VALUES["feed_loss"]
+        sheet.sources.append(
+            {
+                "kind": "feed_axis",
+                "name": carrier.name,
+                "node": carrier.name,
+                "driven_by": carrier.feed.input,
+                "loss": known.parameter(free=free(loss)),
+            }
+        )
+
+
+def _enclosure(sheet: Sheet, drawing: Drawing, starts: Starts) -> None:
+    enclosure = drawing.form.enclosure
+    if enclosure is None:
+        return
+    heat = enclosure.volume * AIR_HEAT + 0.5 * enclosure.wall * SHEET_HEAT
+    capacity = within(0.4, heat, "J/K", CLASS + "air and half of 2 mm of sheet steel")
+    sheet.node("enclosure_air", capacity.parameter(), starts.of_part("enclosure", "ambient"))
+    given = enclosure.film
+    film = given.known("W/(m2 K)", 0.4) if given else CLASS_VALUES["enclosure_film"]
+    name = sheet.number("enclosure_film", film, free=free(given))
+    to_air(sheet, "enclosure_air", "ambient", enclosure.wall, (name, 1.0))
+
+
+def _tool(sheet: Sheet, drawing: Drawing, mesh: Mesh, starts: Starts) -> None:
+    tool = drawing.form.tool
+    if tool is None:
+        return
+    made_of = drawing.materials[tool.material]
+    volume = pi / 4.0 * tool.diameter**2 * tool.length * 1e-9
+    gauge = drawing.form.shaft.gauge_line
+    start = starts.of_part("tool", starts.nearest(gauge))
+    sheet.node("tool", sheet.heat_of(made_of, volume), start)
+    joint = tool.joint.known("W/K", 0.5) if tool.joint else CLASS_VALUES["tool_joint"]
+    last = mesh.cell_of("shaft", gauge).name
+    sheet.link("contact", last, "tool", conductance=joint.parameter(free=free(tool.joint)))
+    name, usual = turning_number(sheet, drawing)
+    area = pi * tool.diameter * tool.length * 1e-6
+    air = drawing.form.housing.air or "ambient"
+    to_air(sheet, "tool", air, area, (name, turning_film(drawing, tool.diameter) / usual))

@@ -1,0 +1,171 @@
+"""``spindle-drift new-machine``: a first page for one's own machine, from a handful of answers."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from plant_model.drawing.bearing_table import Bearing
+    from plant_model.drawing.new_page import Answers
+    from plant_model.machine import Machine
+
+NAME = "new-machine"
+HELP = "write a machine's page from a handful of answers, or from a run's columns as well"
+
+QUESTIONS = {
+    "bearing": "Front bearing: designation or bore in mm (for example 7014)",
+    "speed": "Highest speed in r/min",
+    "power": "Motor power in kW",
+}
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the command's arguments."""
+    parser.add_argument(
+        "-o", "--output", type=Path, required=True, metavar="FILE", help="page to write (TOML)"
+    )
+    parser.add_argument("--bearing", help="front bearing: designation, or its bore in mm")
+    parser.add_argument("--speed", type=float, help="highest speed [r/min]")
+    parser.add_argument("--power", type=float, help="motor power [kW]")
+    parser.add_argument(
+        "--drive", choices=("built-in", "belt"), default="built-in", help="default: built-in"
+    )
+    parser.add_argument(
+        "--coolant", default="water", help="none, water, 'glycol 30 %%', 'oil 10' (default: water)"
+    )
+    parser.add_argument(
+        "--lubrication",
+        choices=("oil-air", "grease", "oil"),
+        default="grease",
+        help="of the bearings",
+    )
+    parser.add_argument(
+        "--rig", choices=("five_point", "direct"), default="five_point", help="displacement sensors"
+    )
+    parser.add_argument("--title", help="a line that says which machine it is")
+    parser.add_argument(
+        "--from-run", type=Path, metavar="RUN", help="take sensors and inputs from a run's columns"
+    )
+    parser.add_argument("--ambient", metavar="COLUMN", help="the run's column of the hall's air")
+    parser.add_argument("--inlet", metavar="COLUMN", help="the run's column of the coolant inlet")
+    parser.add_argument("--force", action="store_true", help="replace FILE if it is there")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Write the page, read it back, and say how warm it gets."""
+    import tomllib
+
+    from measurement.errors import BadInput
+    from measurement.files import write_atomically
+    from measurement.runs import read_run
+    from plant_model.drawing.columns import columns_of
+    from plant_model.drawing.expand import expanded
+    from plant_model.drawing.new_page import page_text
+    from plant_model.machine_file import machine_from_table
+
+    if args.output.exists() and not args.force:
+        raise BadInput(args.output, "", "is there already; --force replaces it")
+    if args.output.suffix != ".toml":
+        raise BadInput(args.output, "", "a page's name ends in .toml")
+    columns = None
+    if args.from_run is not None:
+        columns = columns_of(read_run(args.from_run), args.ambient, args.inlet)
+        if not columns.coolant and args.coolant != "none":
+            raise BadInput(
+                args.from_run,
+                "",
+                "which column is the coolant's inlet? Say --inlet COLUMN, or --coolant none",
+            )
+    text = page_text(_answers(args), columns)
+    machine = machine_from_table(expanded(tomllib.loads(text), args.output), args.output)
+    path = write_atomically(args.output, text)
+    print(f"wrote {path}: {len(text.splitlines())} lines, {text.count('CHECK') - 1} to CHECK")
+    for line in _first_look(machine):
+        print(line)
+    print(f"see it to scale: spindle-drift show-machine {path}")
+    return 0
+
+
+def _answers(args: argparse.Namespace) -> Answers:
+    from measurement.errors import BadInput
+    from plant_model.drawing.coolants import ALLOWED, coolant
+    from plant_model.drawing.new_page import Answers
+
+    asked = {key: _asked(key, getattr(args, key)) for key in QUESTIONS}
+    numbers = {}
+    for key, low, high, unit in (
+        ("speed", 100.0, 100000.0, "r/min"),
+        ("power", 0.1, 200.0, "kW"),
+    ):
+        try:
+            numbers[key] = float(asked[key])
+        except ValueError:
+            numbers[key] = float("nan")
+        if not low <= numbers[key] <= high:
+            raise BadInput(f"--{key}", "", f"{asked[key]} is not in {low:g}..{high:g} {unit}")
+    if args.coolant != "none" and coolant(args.coolant) is None:
+        raise BadInput("--coolant", "", f"{args.coolant!r} is not one of none, {ALLOWED}")
+    bearing = _bearing(str(asked["bearing"]))
+    title = args.title or f"{args.drive} spindle, {bearing.designation}, {numbers['speed']:g} r/min"
+    if not title.isprintable() or '"' in title or "\\" in title:
+        raise BadInput("--title", "", "must be one line without quotes and backslashes")
+    name = "".join(c if c.isascii() and c.isalnum() else "_" for c in args.output.stem)
+    if not name[0].isalpha():
+        name = f"m_{name}"
+    return Answers(
+        name[:60],
+        title,
+        bearing,
+        numbers["speed"],
+        numbers["power"],
+        args.drive,
+        args.coolant,
+        args.rig,
+        args.lubrication,
+    )
+
+
+def _asked(key: str, given: object) -> str:
+    """Return an option's value, or the answer of who sits at the terminal."""
+    from measurement.errors import BadInput
+
+    if given is not None:
+        return str(given)
+    if not sys.stdin.isatty():
+        raise BadInput(f"--{key}", "", f"is missing: {QUESTIONS[key]}")
+    return input(f"{QUESTIONS[key]}: ").strip()
+
+
+def _bearing(text: str) -> Bearing:
+    """Return the bearing of a designation, or of the series 70 with a bore [mm]."""
+    from measurement.errors import BadInput
+    from plant_model.drawing.bearing_table import SERIES, by_designation, known_designations
+
+    found = by_designation(text)
+    if found is None:
+        sizes = {f"{5 * code:g}": f"70{code:02d}" for code in SERIES["70"][1] if code >= 4}
+        found = by_designation(sizes.get(text.removesuffix("mm").strip(), ""))
+    if found is None:
+        raise BadInput(
+            "--bearing", "", f"{text!r} is not known; known are {known_designations()}, or a bore"
+        )
+    return found
+
+
+def _first_look(machine: Machine) -> list[str]:
+    """Return how warm the machine gets at full speed."""
+    from plant_model.simulate import simulate
+    from plant_model.warm_up import RUNNING_H, warm_up
+
+    inputs = warm_up(machine)
+    shown = simulate(machine, inputs, step_s=60.0)
+    at = int((inputs["time_s"] < RUNNING_H * 3600.0).sum()) - 1
+    warm = ", ".join(f"{s.name} {shown.readings[s.name][0, at]:.1f}" for s in machine.sensors)
+    x, y, z = shown.drift(0.0)[0, at]
+    return [
+        f"after {RUNNING_H:g} h at full speed in a hall of 20 degC: {warm} degC",
+        f"drift of the nose: X {x:.0f}, Y {y:.0f}, Z {z:.0f} um",
+    ]

@@ -1,0 +1,60 @@
+"""``spindle-drift show-machine``: one page that shows a machine and what looks wrong in it."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from dataclasses import asdict
+from pathlib import Path
+
+NAME = "show-machine"
+HELP = "show a machine on one page: section, network, free numbers, and what looks wrong"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the command's arguments."""
+    parser.add_argument("machine", metavar="MACHINE", help="page, machine file or shipped name")
+    parser.add_argument(
+        "-o", "--output", type=Path, metavar="FILE", help="page to write (default: MACHINE.html)"
+    )
+    parser.add_argument(
+        "--cells", action="store_true", help="show how the answer changes with the number of cells"
+    )
+    parser.add_argument("--json", action="store_true", help="print JSON instead of sentences")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Write the page and print what looks wrong."""
+    from plant_model.machine_file import machine_path
+    from scenarios.machine_page import show_machine
+
+    path = args.output or Path(f"{machine_path(args.machine).stem}.html")
+    shown = show_machine(args.machine, path, cells=args.cells)
+    sheet = shown.sheet
+    if args.json:
+        table = {
+            "page": str(path),
+            "wrong": shown.wrong,
+            "parts": [asdict(part) for part in sheet.parts],
+            "time_constants": [{"hours": hours, "part": part} for hours, part in sheet.modes],
+            "sources_w": sheet.sources,
+            "given_off_w": sheet.given_off,
+            "readings": {name: value for name, (value, _) in sheet.readings.items()},
+            "drift_um": sheet.drift,
+            "cells": [asdict(row) for row in shown.cells],
+        }
+        print(json.dumps(table, indent=1))
+        return 0
+    for line in shown.wrong:
+        print(f"looks wrong: {line}")
+    if not shown.wrong:
+        print("nothing looks wrong to these checks")
+    if shown.cells:
+        print(f"{'longest mm':>10}{'around':>8}{'lumps':>7}{'warm':>9}{'moved':>9}")
+    for row in shown.cells:
+        print(
+            f"{row.longest_mm:>10.0f}{row.sectors:>8}{row.nodes:>7}"
+            f"{100 * row.temperature:>7.1f} %{100 * row.drift:>7.1f} %"
+        )
+    print(f"wrote {path}")
+    return 0

@@ -1,0 +1,331 @@
+"""A spindle's section to scale, as SVG: cells by temperature, bearings, motor, jackets, sensors."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from html import escape
+from math import cos, radians
+
+from plant_model.drawing.cells import Cell
+from plant_model.drawing.form import degrees
+from plant_model.drawing.layout import Drawing
+from plant_model.drawing.mesh import Mesh
+from plant_model.machine import Machine
+
+WIDTH, MARGIN, TOP = 1040.0, 50.0, 34.0
+INK, SOFT, BLUE, RED = "#222830", "#7a828d", "#2f6fb3", "#b3402f"
+COLD, HOT = (222, 230, 238), (226, 104, 48)
+
+
+def colour(value: float, low: float, high: float) -> str:
+    """Return the fill of a temperature between the coldest and the warmest."""
+    share = min(1.0, max(0.0, (value - low) / max(high - low, 1e-9)))
+    parts = (round(a + share * (b - a)) for a, b in zip(COLD, HOT, strict=True))
+    return "#{:02x}{:02x}{:02x}".format(*parts)
+
+
+@dataclass
+class Canvas:
+    """Draws in mm along the axis and from it; the nose is on the right.
+
+    Attributes
+    ----------
+    first, last : float
+        Ends of the picture along the axis [mm].
+    reach : float
+        Largest distance from the axis [mm].
+    """
+
+    first: float
+    last: float
+    reach: float
+
+    def __post_init__(self) -> None:
+        """Find the scale."""
+        self.scale = (WIDTH - 2.0 * MARGIN) / (self.last - self.first)
+        self.middle = TOP + self.reach * self.scale + 6.0
+        self.height = 2.0 * self.middle + 26.0
+        self._parts: list[str] = []
+
+    def x(self, at: float) -> float:
+        """Return where a place along the axis is [px]."""
+        return MARGIN + (at - self.first) * self.scale
+
+    def y(self, radius: float) -> float:
+        """Return where a distance from the axis is [px]."""
+        return self.middle - radius * self.scale
+
+    def rect(
+        self,
+        along: tuple[float, float],
+        radii: tuple[float, float],
+        fill: str,
+        *,
+        title: str = "",
+        line: str = INK,
+        thin: bool = False,
+        more: str = "",
+    ) -> None:
+        """Draw a ring's section: *radii* may both be negative, for the lower half."""
+        x, y = self.x(along[0]), self.y(max(radii))
+        width, height = (along[1] - along[0]) * self.scale, abs(radii[1] - radii[0]) * self.scale
+        named = f"<title>{escape(title)}</title>" if title else ""
+        self._parts.append(
+            f'<rect x="{x:.1f}" y="{y:.1f}" width="{width:.1f}" height="{height:.1f}" fill="{fill}"'
+            f' stroke="{line}" stroke-width="{0.4 if thin else 1}" {more}>{named}</rect>'
+        )
+
+    def both(
+        self, along: tuple[float, float], radii: tuple[float, float], fill: str, title: str
+    ) -> None:
+        """Draw a ring's section above and below the axis."""
+        for sign in (1.0, -1.0):
+            self.rect(along, (sign * radii[0], sign * radii[1]), fill, title=title)
+
+    def dot(self, at: float, radius: float, fill: str, size: float, title: str = "") -> None:
+        """Draw a dot of *size* pixels."""
+        named = f"<title>{escape(title)}</title>" if title else ""
+        self._parts.append(
+            f'<circle cx="{self.x(at):.1f}" cy="{self.y(radius):.1f}" r="{size:.1f}" fill="{fill}"'
+            f' stroke="{INK}" stroke-width="1">{named}</circle>'
+        )
+
+    def text(
+        self,
+        x: float,
+        y: float,
+        text: str,
+        *,
+        fill: str = INK,
+        size: int = 12,
+        anchor: str = "start",
+    ) -> None:
+        """Write at a place in pixels."""
+        self._parts.append(
+            f'<text x="{x:.1f}" y="{y:.1f}" fill="{fill}" font-size="{size}"'
+            f' text-anchor="{anchor}" stroke="#ffffff" stroke-width="3" paint-order="stroke">'
+            f"{escape(text)}</text>"
+        )
+
+    def line(self, x1: float, y1: float, x2: float, y2: float, stroke: str, dash: str = "") -> None:
+        """Draw a line between places in pixels."""
+        dashed = f' stroke-dasharray="{dash}"' if dash else ""
+        self._parts.append(
+            f'<line x1="{x1:.1f}" y1="{y1:.1f}" x2="{x2:.1f}" y2="{y2:.1f}" stroke="{stroke}"'
+            f' stroke-width="1"{dashed}/>'
+        )
+
+    def svg(self, label: str) -> str:
+        """Return the picture."""
+        return (
+            f'<svg viewBox="0 0 {WIDTH:.0f} {self.height:.0f}" role="img"'
+            f' aria-label="{escape(label)}" font-family="system-ui, sans-serif">'
+            f"{''.join(self._parts)}</svg>"
+        )
+
+
+def section_of_page(drawing: Drawing, warm: dict[str, float]) -> str:
+    """Return the section of a page's spindle.
+
+    Parameters
+    ----------
+    drawing : Drawing
+    warm : dict of str to float
+        Temperature of every node [degC].
+    """
+    mesh = Mesh(drawing)
+    form = drawing.form
+    first = min(drawing.span_of("shaft")[0], drawing.span_of("housing")[0])
+    last = max(drawing.span_of("shaft")[1], drawing.span_of("housing")[1])
+    tool = form.tool.length if form.tool else 0.0
+    reach = max(stretch.outer for stretch in form.housing.stretches) / 2.0
+    canvas = Canvas(first, last + tool, reach + 26.0)
+    low, high = min(warm.values()), max(warm.values())
+
+    def fill(node: str) -> str:
+        return colour(warm[node], low, high)
+
+    def said(node: str) -> str:
+        return f"{node}: {warm[node]:.1f} degC"
+
+    _housing(canvas, mesh, warm, low, high)
+    for cell in mesh.shaft:
+        radii = (mesh.inner("shaft", cell) / 2.0, mesh.outer("shaft", cell) / 2.0)
+        canvas.both((cell.start, cell.end), radii, fill(cell.name), said(cell.name))
+    _motor(canvas, drawing, fill, said)
+    for seat in drawing.seats:
+        _bearing(canvas, seat.spans, seat.bearing.bore, seat.bearing.outside, seat.form.name, warm)
+    for jacket in form.jackets:
+        stretch = drawing.stretch_at("housing", (jacket.start + jacket.end) / 2.0)
+        outer = stretch.outer / 2.0
+        wall = outer - stretch.inner / 2.0
+        radii = (outer - 0.45 * wall, outer - 0.3 * wall)
+        canvas.both((jacket.start, jacket.end), radii, BLUE, f"jacket {jacket.name}")
+    for carrier in form.carriers:
+        if carrier.holds is not None:
+            span = (carrier.holds.start, carrier.holds.end)
+            canvas.both(span, (reach + 4.0, reach + 14.0), "url(#hatch)", f"held by {carrier.name}")
+            canvas.text(
+                canvas.x(sum(span) / 2.0), canvas.y(reach + 17.0), carrier.name, anchor="middle"
+            )
+    if form.tool is not None:
+        radius = form.tool.diameter / 2.0
+        along = (form.shaft.gauge_line, form.shaft.gauge_line + form.tool.length)
+        canvas.rect(along, (-radius, radius), fill("tool"), title=said("tool"))
+    _lines(canvas, drawing)
+    _thermometers(canvas, drawing, mesh)
+    return _with_key(canvas, low, high, "Section of the spindle to scale")
+
+
+def _housing(canvas: Canvas, mesh: Mesh, warm: dict[str, float], low: float, high: float) -> None:
+    for cell in mesh.housing:
+        radii = (mesh.inner("housing", cell) / 2.0, mesh.outer("housing", cell) / 2.0)
+        sectors = mesh.sectors_of(cell)
+        for sign, angle in ((1.0, 90.0), (-1.0, 270.0)):
+            shown = max(sectors, key=lambda s: s.towards(angle))
+            canvas.rect(
+                (cell.start, cell.end),
+                (sign * radii[0], sign * radii[1]),
+                colour(warm[shown.node], low, high),
+                title=f"{shown.node}: {warm[shown.node]:.1f} degC",
+            )
+
+
+def _motor(
+    canvas: Canvas, drawing: Drawing, fill: Callable[[str], str], said: Callable[[str], str]
+) -> None:
+    motor = drawing.form.motor
+    if motor is None:
+        return
+    middle = (motor.start + motor.end) / 2.0
+    along = (motor.start, motor.end)
+    shaft = drawing.stretch_at("shaft", middle).outer / 2.0
+    if motor.drive == "belt":
+        outer = (motor.pulley_outer or 4.0 * shaft) / 2.0
+        canvas.both(along, (shaft, outer), fill("pulley"), said("pulley"))
+        return
+    assert motor.rotor_outer is not None
+    rotor = motor.rotor_outer / 2.0
+    housing = drawing.stretch_at("housing", middle).inner / 2.0
+    stator = motor.stator_outer / 2.0 if motor.stator_outer else housing
+    canvas.both(along, (shaft, rotor), fill("rotor"), said("rotor"))
+    canvas.both(along, (rotor + motor.gap, stator), fill("stator"), said("stator"))
+
+
+def _bearing(
+    canvas: Canvas,
+    spans: tuple[tuple[float, float], ...],
+    bore: float,
+    outside: float,
+    name: str,
+    warm: dict[str, float],
+) -> None:
+    title = f"{name}: {warm[f'{name}_inner']:.1f} degC inside, {warm[f'{name}_outer']:.1f} outside"
+    for start, end in spans:
+        canvas.both((start, end), (bore / 2.0, outside / 2.0), "#ffffff", title)
+        size = 0.28 * min(end - start, (outside - bore) / 2.0) * canvas.scale
+        for sign in (1.0, -1.0):
+            middle = sign * (bore + outside) / 4.0
+            canvas.dot((start + end) / 2.0, middle, "#c8ced6", max(1.5, size), title)
+
+
+def _lines(canvas: Canvas, drawing: Drawing) -> None:
+    """Draw the axis, the mounting face, the gauge line and a length to measure by."""
+    bottom = 2.0 * canvas.middle - TOP
+    canvas.line(MARGIN - 20, canvas.middle, WIDTH - MARGIN + 20, canvas.middle, SOFT, "12 3 2 3")
+    marks = ((0.0, "mounting face"), (drawing.form.shaft.gauge_line, "gauge line"))
+    for at, what in marks:
+        canvas.line(canvas.x(at), TOP - 8.0, canvas.x(at), bottom, SOFT, "4 3")
+        canvas.text(canvas.x(at), TOP - 14.0, what, fill=SOFT, size=11, anchor="middle")
+    canvas.line(MARGIN, bottom + 14.0, MARGIN + 100.0 * canvas.scale, bottom + 14.0, INK)
+    canvas.text(MARGIN, bottom + 30.0, "100 mm", size=11)
+
+
+def _thermometers(canvas: Canvas, drawing: Drawing, mesh: Mesh) -> None:
+    together: dict[tuple[float, float], list[str]] = {}
+    for name, at, radius, where in _placed(drawing, mesh):
+        canvas.dot(at, radius, RED, 4.0, f"{name}: {where}")
+        together.setdefault((round(at), round(radius)), []).append(name)
+    for (at, radius), names in together.items():
+        x, y = canvas.x(at) + 6.0, canvas.y(radius) - 5.0
+        canvas.text(x, y, ", ".join(names), fill=RED, size=12)
+
+
+def _placed(drawing: Drawing, mesh: Mesh) -> Iterator[tuple[str, float, float, str]]:
+    """Yield name, place along the axis, distance from it and words of each thermometer shown."""
+    for entry in drawing.form.thermometers:
+        name, _, ring = entry.part.partition(".")
+        if entry.part in {"shaft", "housing"} and entry.at is not None:
+            cell: Cell = mesh.cell_of(entry.part, entry.at)
+            middle = (mesh.inner(entry.part, cell) + mesh.outer(entry.part, cell)) / 4.0
+            side = 90.0 if entry.side is None else degrees(entry.side)
+            up = 1.0 if side in {0.0, 180.0} else cos(radians(side - 90.0))
+            radius = middle * up
+            yield entry.name, entry.at, radius, f"{entry.part}, side {entry.side or 'all round'}"
+        elif name == "jacket":
+            jacket = next(j for j in drawing.form.jackets if j.name == ring)
+            at = (jacket.start + jacket.end) / 2.0
+            radius = 0.46 * drawing.stretch_at("housing", at).outer
+            yield entry.name, at, -radius, f"coolant of {ring}"
+        elif ring == "outer":
+            seat = next(s for s in drawing.seats if s.form.name == name)
+            yield entry.name, seat.form.at, seat.bearing.outside / 2.0, f"outer ring of {name}"
+
+
+def _with_key(canvas: Canvas, low: float, high: float, label: str) -> str:
+    x, y = WIDTH - MARGIN - 160.0, canvas.height - 16.0
+    for k in range(16):
+        shade = colour(low + (high - low) * k / 15.0, low, high)
+        canvas._parts.append(
+            f'<rect x="{x + 5 * k:.0f}" y="{y - 9:.0f}" width="5" height="9" fill="{shade}"/>'
+        )
+    canvas.text(x - 6.0, y, f"{low:.0f}", size=11, anchor="end")
+    canvas.text(x + 86.0, y, f"{high:.0f} degC at full speed", size=11)
+    hatch = (
+        '<defs><pattern id="hatch" width="6" height="6" patternUnits="userSpaceOnUse"'
+        ' patternTransform="rotate(45)"><rect width="6" height="6" fill="#eef0f3"/>'
+        f'<line x1="0" y1="0" x2="0" y2="6" stroke="{SOFT}" stroke-width="2"/></pattern></defs>'
+    )
+    canvas._parts.insert(0, hatch)
+    return canvas.svg(label)
+
+
+def section_of_lumps(machine: Machine, warm: dict[str, float]) -> str:
+    """Return shaft and housing of a machine in lumps along the axis; it has no diameters.
+
+    Empty where the machine has neither.
+    """
+    spans = [
+        (
+            item.kind,
+            item.parameters["start"].value,
+            item.parameters["end"].value,
+            item.refs["nodes"],
+        )
+        for item in machine.of_kind("structure", "shaft", "housing")
+    ]
+    if not spans:
+        return ""
+    canvas = Canvas(min(s[1] for s in spans), max(s[2] for s in spans), 90.0)
+    low, high = min(warm.values()), max(warm.values())
+    for kind, start, end, nodes in spans:
+        radii = (4.0, 30.0) if kind == "shaft" else (50.0, 80.0)
+        rows = [(1.0, nodes[0]), (-1.0, nodes[-1])]
+        for sign, node in rows:
+            title = f"{node}: {warm[node]:.1f} degC"
+            fill = colour(warm[node], low, high)
+            canvas.rect((start, end), (sign * radii[0], sign * radii[1]), fill, title=title)
+        canvas.text(
+            canvas.x((start + end) / 2.0),
+            canvas.y(sum(radii) / 2.0) + 4.0,
+            nodes[0] if len(nodes) == 1 else f"{nodes[0].rpartition('_')[0]} ({len(nodes)} sides)",
+            size=11,
+            anchor="middle",
+        )
+    for item in machine.of_kind("structure", "located"):
+        for key, what in (("at", "located"), ("gauge_line", "gauge line")):
+            at = canvas.x(item.parameters[key].value)
+            canvas.line(at, TOP - 8.0, at, 2.0 * canvas.middle - TOP, SOFT, "4 3")
+            canvas.text(at, TOP - 14.0, what, fill=SOFT, size=11, anchor="middle")
+    return _with_key(canvas, low, high, "Shaft and housing along the axis")

@@ -1,0 +1,131 @@
+"""The page that shows a machine: section, network, numbers that are free, and a sheet of checks."""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from plant_model.checks import Sheet, check_sheet
+from plant_model.convergence import Fineness, convergence
+from plant_model.drawing.expand import is_page
+from plant_model.drawing.fits import odd_fits
+from plant_model.drawing.known import CLASS
+from plant_model.drawing.layout import Drawing
+from plant_model.machine import Machine
+from plant_model.machine_file import machine_path, read_machine
+from scenarios.machine_drawing import section_of_lumps, section_of_page
+from scenarios.machine_graph import network_svg
+from scenarios.report import write_page
+
+LONGEST_SOURCE = 110
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A machine that was looked at.
+
+    Attributes
+    ----------
+    machine : Machine
+    sheet : Sheet
+    wrong : tuple of str
+        A sentence for each thing that looks wrong.
+    cells : tuple of Fineness
+        Empty where it was not asked for.
+    """
+
+    machine: Machine
+    sheet: Sheet
+    wrong: tuple[str, ...]
+    cells: tuple[Fineness, ...]
+
+
+def show_machine(name: str, path: Path, *, cells: bool = False) -> Shown:
+    """Look at a machine and write its page.
+
+    Parameters
+    ----------
+    name : str
+        Machine file, page or shipped name.
+    path : Path
+        Page to write; replaced whole or not at all.
+    cells : bool
+        Whether to compute the table of cells, too.
+
+    Raises
+    ------
+    BadInput
+        For a machine that cannot be read, or lumps where cells are asked for.
+    """
+    source = machine_path(name)
+    machine = read_machine(name)
+    fine = tuple(convergence(name)) if cells else ()
+    sheet = check_sheet(machine)
+    warm = {
+        node.name: float(value)
+        for node, value in zip(machine.nodes, sheet.shown.temperatures[0, sheet.at], strict=True)
+    }
+    table = tomllib.loads(source.read_text(encoding="utf-8"))
+    if is_page(table):
+        drawing = Drawing(table, source)
+        odd, section = odd_fits(drawing), section_of_page(drawing, warm)
+    else:
+        odd, section = [], section_of_lumps(machine, warm)
+    wrong = (*odd, *sheet.wrong)
+    write_page(
+        "machine.html",
+        path,
+        title=machine.title,
+        file=source.name,
+        description=machine.description,
+        drawn=is_page(table),
+        section=section,
+        network=network_svg(machine, sheet.parts, sheet.links),
+        sheet=sheet,
+        parts=sorted(sheet.parts, key=lambda part: -part.warm),
+        wrong=wrong,
+        numbers=_numbers(machine),
+        counts=_counts(machine),
+        cells=fine,
+    )
+    return Shown(machine, sheet, wrong, fine)
+
+
+def _numbers(machine: Machine) -> list[dict[str, Any]]:
+    """Return the free numbers with what follows each."""
+    followers: dict[str, list[str]] = {}
+    for name, parameter in machine.parameters.items():
+        if parameter.tied:
+            followers.setdefault(parameter.tied, []).append(name)
+    return [
+        {
+            "name": name,
+            "value": parameter.value,
+            "low": parameter.low,
+            "high": parameter.high,
+            "unit": parameter.unit,
+            "tied": len(followers.get(name, [])),
+            "examples": ", ".join(followers.get(name, [])[:3]),
+            "source": _short(parameter.source),
+            "usual": CLASS in parameter.source,
+        }
+        for name, parameter in machine.parameters.items()
+        if parameter.calibrate
+    ]
+
+
+def _short(text: str) -> str:
+    return text if len(text) <= LONGEST_SOURCE else text[: LONGEST_SOURCE - 3] + "..."
+
+
+def _counts(machine: Machine) -> dict[str, int]:
+    parameters = machine.parameters.values()
+    return {
+        "nodes": len(machine.nodes),
+        "links": sum(item.family == "links" for item in machine.items),
+        "numbers": len(machine.parameters),
+        "tied": sum(bool(p.tied) for p in parameters),
+        "free": sum(p.calibrate for p in parameters),
+    }

@@ -1,0 +1,115 @@
+"""What the sheet of checks says of sound machines, and of machines with a slip in them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from plant_model.checks import check_sheet, part_of
+from plant_model.drawing.fits import odd_fits
+from plant_model.drawing.layout import Drawing
+from plant_model.machine import Machine
+from plant_model.machine_file import read_machine, shipped_machines
+from tests.plant_model.drawing.pages import changed, machine_of, shipped_page, small_page
+
+
+def said_of(page: dict[str, Any]) -> list[str]:
+    """Return everything that looks wrong in a page."""
+    return [*odd_fits(Drawing(page, "page.toml")), *check_sheet(machine_of(page)).wrong]
+
+
+@pytest.mark.parametrize("name", shipped_machines())
+def test_shipped_machines_look_right_and_their_heat_is_accounted_for(name: str) -> None:
+    sheet = check_sheet(read_machine(name))
+    assert all("viscosity is that of" in line for line in sheet.wrong)
+    made = sum(sheet.sources.values())
+    assert made > 100.0
+    assert sum(sheet.given_off.values()) + sheet.stored == pytest.approx(made, rel=2e-3)
+    assert {part.seen for part in sheet.parts} <= {"read", "beside", "unseen"}
+    assert sum(part.nodes for part in sheet.parts) == len(sheet.shown.machine.nodes)
+    assert sheet.modes[0][0] == max(hours for hours, _ in sheet.modes)
+    assert len(sheet.modes) == 4
+
+
+@pytest.mark.parametrize("name", ["jig_borer_drawing", "belt_spindle"])
+def test_shipped_pages_fit(name: str) -> None:
+    assert odd_fits(Drawing(shipped_page(name), name)) == []
+
+
+def test_cells_are_parts_and_other_names_are_not() -> None:
+    assert (
+        part_of("housing_12_xm") == part_of("housing_3") == part_of("housing_3_a22_5") == "housing"
+    )
+    assert part_of("shaft_1") == "shaft"
+    assert part_of("housing_front_xp") == "housing_front_xp"
+    assert part_of("shaft_front") == "shaft_front"
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "sentence"),
+    [
+        ("carriers.0.mass", 5000, "head has 6.25e+03 kg for each m2 of surface, castings 20 to"),
+        ("carriers.1.surface", 40, "column has 17.5 kg for each m2"),
+        ("carriers.0.holds", None, "Nothing holds the housing"),
+        ("carriers.0.grows", {}, "No carrier moves the nose"),
+        ("carriers.0.joint", 2000, "The joint of head is 2000 W/K, far from its class"),
+        ("bearings.0.designation", "7014", "The bore of the bearing front is 70 mm, but the shaft"),
+        ("bearings.0.designation", "7212", "The outside diameter of the bearing front is 110 mm"),
+        ("bearings.0.f0", 15, "f0 of front is 15, far from its class: 0.3 to 2."),
+        ("bearings.0.preload", 9000, "The preload of front is 9000 N, far from its class"),
+        ("bearings.0.f0", 15, "runs at"),
+        ("inputs.speed.high", 60000.0, "4.7 million mm/min"),
+        ("jackets", [], "stator reaches"),
+    ],
+)
+def test_a_slip_shows(key: str, value: Any, sentence: str) -> None:
+    page = changed(small_page(), key, value)
+    if key == "jackets":
+        page["motor"]["loss"] = 200
+    assert any(sentence in line for line in said_of(page)), said_of(page)
+    assert not any(sentence in line for line in said_of(small_page()))
+
+
+def without_links(machine: Machine, *kept_out: str) -> Machine:
+    def touches(refs: dict[str, tuple[str, ...]]) -> bool:
+        return any(name in names for name in kept_out for names in refs.values())
+
+    items = (i for i in machine.items if i.family != "links" or not touches(i.refs))
+    return replace(machine, items=tuple(items))
+
+
+def test_a_forgotten_link_in_lumps_shows(jig_borer: Machine) -> None:
+    lost = check_sheet(without_links(jig_borer, "column")).wrong
+    assert "column exchanges heat with nothing: a link is missing." in lost
+    island = replace(
+        jig_borer,
+        items=tuple(
+            item
+            for item in jig_borer.items
+            if item.family != "links"
+            or "column" not in item.refs["between"]
+            or item.name == "pedestal-column"
+        ),
+    )
+    island = without_links(island, "ambient", "coolant_inlet")
+    assert any(
+        line.startswith("Heat in column never reaches") for line in check_sheet(island).wrong
+    )
+
+
+def test_numbers_far_from_their_kind_show_once(jig_borer: Machine) -> None:
+    films = [name for name in jig_borer.parameters if name.endswith("ambient.coefficient")]
+
+    def unheard_of(item: Any) -> Any:
+        if item.kind != "convection":
+            return item
+        wrong = replace(item.parameters["coefficient"], value=0.009, low=0.0)
+        return replace(item, parameters=item.parameters | {"coefficient": wrong})
+
+    machine = replace(jig_borer, items=tuple(unheard_of(item) for item in jig_borer.items))
+    lines = [line for line in check_sheet(machine).wrong if "coefficient of a convection" in line]
+    assert len(lines) == 1
+    assert "and more: " in lines[0]
+    assert len(films) > 3

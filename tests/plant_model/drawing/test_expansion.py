@@ -1,0 +1,264 @@
+"""The expanded machine: equal to one written by hand, closed in energy, settled in its cells."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from measurement.errors import BadInput
+from plant_model.convergence import convergence
+from plant_model.energy import energy_balance
+from plant_model.machine import Machine
+from plant_model.machine_file import SHIPPED, machine_from_table, read_machine
+from plant_model.machine_writer import write_machine
+from plant_model.parameters import ParameterError
+from plant_model.simulate import Simulation, simulate
+from plant_model.stepper import PlantStepper
+from plant_model.warm_up import held_at, warm_up
+from tests.plant_model.drawing.by_hand import lumps
+from tests.plant_model.drawing.pages import changed, machine_of, shipped_page, small_page
+
+PAGES = ("jig_borer_drawing", "belt_spindle")
+
+
+def driven(hours: float = 4.0) -> pd.DataFrame:
+    """Return speed steps, a swinging hall and a warming coolant."""
+    time = np.arange(0.0, hours * 3600.0 + 30.0, 60.0)
+    return pd.DataFrame(
+        {
+            "time_s": time,
+            "speed_rpm": np.where(time % 5400.0 < 3600.0, 9000.0, 2000.0),
+            "hall_degC": 20.0 + np.sin(time / 2000.0),
+            "inlet_degC": 20.0 + 1.5 * (1.0 - np.exp(-time / 5400.0)),
+        }
+    )
+
+
+def test_equal_to_the_same_machine_by_hand_in_lumps() -> None:
+    ours = machine_of(small_page())
+    theirs = machine_from_table(lumps(), "by_hand.toml")
+    assert {node.name for node in ours.nodes} == {node.name for node in theirs.nodes}
+    order = [ours.node_index[node.name] for node in theirs.nodes]
+    drawn, by_hand = (simulate(machine, driven()) for machine in (ours, theirs))
+    np.testing.assert_allclose(
+        drawn.temperatures[..., order], by_hand.temperatures, rtol=0.0, atol=1e-9
+    )
+    np.testing.assert_allclose(drawn.pose, by_hand.pose, rtol=0.0, atol=1e-9)
+    for name, reading in by_hand.readings.items():
+        np.testing.assert_allclose(drawn.readings[name], reading, rtol=0.0, atol=1e-9)
+    # And not because nothing happens.
+    assert np.abs(by_hand.pose).max(axis=(0, 1)).min() > 0.0
+    assert np.ptp(by_hand.temperatures[0, :, theirs.node_index["front_inner"]]) > 10.0
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_energy_closes(name: str) -> None:
+    machine = read_machine(name)
+    balance = energy_balance(machine, warm_up(machine, 300.0).iloc[:25], step_s=2.0)
+    assert balance.generated > 1e5
+    assert abs(balance.closure) < 1e-5
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_half_and_double_the_cells(name: str) -> None:
+    rows = {(row.longest_mm, row.sectors): row for row in convergence(name)}
+    usual, double = rows[40.0, 8], rows[20.0, 8]
+    assert rows[80.0, 8].nodes < usual.nodes < double.nodes
+    assert usual.drift < 0.02
+    assert usual.temperature < 0.03
+    assert double.drift < 0.02
+
+
+def test_lumps_have_no_cells_to_count() -> None:
+    with pytest.raises(BadInput, match=r"is in lumps: only a page"):
+        convergence("jig_borer")
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_a_page_frees_few_numbers_and_each_says_where_it_comes_from(name: str) -> None:
+    machine = read_machine(name)
+    free = [key for key, parameter in machine.parameters.items() if parameter.calibrate]
+    assert 12 <= len(free) <= 25
+    assert all(parameter.source for parameter in machine.parameters.values())
+    for parameter in machine.parameters.values():
+        assert parameter.low <= parameter.value <= parameter.high
+
+
+def test_the_jig_borers_page_is_one_page() -> None:
+    text = (SHIPPED / "jig_borer_drawing.toml").read_text(encoding="utf-8")
+    assert len(text.splitlines()) <= 120
+
+
+def test_the_page_of_the_jig_borer_measures_what_its_lumps_measure(jig_borer: Machine) -> None:
+    page = read_machine("jig_borer_drawing")
+    assert [s.name for s in page.sensors] == [s.name for s in jig_borer.sensors]
+    assert page.inputs == jig_borer.inputs
+    assert {k: v for k, v in page.rig.items() if "um" not in k} == {
+        k: v for k, v in jig_borer.rig.items() if "um" not in k
+    }
+
+
+def test_a_thermometer_reads_its_place() -> None:
+    """A rod warm at one end: what is read lies on the course along it, wherever the cells are."""
+    read = {}
+    for at in (20.0, 80.0, 110.0, 180.0):
+        for longest in (10.0, 40.0):
+            page = changed(small_page(), "thermometers.0.at", at)
+            machine = machine_of(changed(page, "cells.longest", longest))
+            found = simulate(machine, warm_up(machine))
+            read[at, longest] = float(found.readings["T1"][0, 300])
+    for at in (20.0, 80.0, 110.0, 180.0):
+        assert read[at, 40.0] == pytest.approx(read[at, 10.0], abs=0.3)
+    spread = [read[at, 10.0] for at in (20.0, 80.0, 110.0, 180.0)]
+    assert max(spread) - min(spread) > 1.0
+
+
+def test_one_sidedness_does_not_depend_on_the_sectors() -> None:
+    tilts = []
+    for sectors in (4, 8, 12, 16):
+        machine = machine_of(small_page(), sectors=sectors)
+        tilts.append(simulate(machine, warm_up(machine)).pose[0, 300, 3])
+    assert abs(tilts[0]) > 1.0
+    np.testing.assert_allclose(tilts, tilts[-1], rtol=0.03)
+    np.testing.assert_allclose(tilts[1:], tilts[-1], rtol=0.001)
+    even = machine_of(small_page(), sectors=1)
+    assert simulate(even, warm_up(even)).pose[0, 300, 3] == 0.0
+
+
+def test_a_page_is_stepped_as_it_is_simulated() -> None:
+    machine = machine_of(small_page())
+    inputs = {entry.name: held_at(entry) for entry in machine.inputs} | {"speed": 6000.0}
+    stepper = PlantStepper(machine, {"numbers.balls": 20.0})
+    stepper.reset(inputs)
+    for _ in range(60):
+        stepper.step(60.0, inputs)
+    frame = pd.DataFrame({"time_s": [0.0, 3600.0]} | {k: [v, v] for k, v in inputs.items()})
+    found = simulate(machine, frame, {"numbers.balls": 20.0}, step_s=60.0)
+    assert stepper.outputs()["T1"] == pytest.approx(found.readings["T1"][0, -1], abs=1e-9)
+
+
+def test_a_calibrated_page_is_written_in_lumps(tmp_path: Path) -> None:
+    machine = read_machine("belt_spindle")
+    moved = machine.with_values({"numbers.balls": 15.0, "sources.front.preload": 300.0})
+    path = write_machine(moved, "belt_spindle", tmp_path / "after.toml")
+    again = read_machine(path)
+    assert again == moved
+    assert path.read_text(encoding="utf-8").startswith("# Expanded from the page belt_spindle.toml")
+    with pytest.raises(ParameterError, match=r"follows numbers\.balls"):
+        again.with_values({"links.front_inner-front_outer.conductance": 30.0})
+
+
+def at_full_speed(machine: Machine) -> tuple[Simulation, dict[str, float]]:
+    found = simulate(machine, warm_up(machine))
+    nodes = dict(zip(machine.node_index, found.temperatures[0, 300], strict=True))
+    return found, {name: float(value) for name, value in nodes.items()}
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "node", "sign"),
+    [
+        ("bearings.0.preload", 600, "front_inner", 1),
+        ("bearings.0.f0", 1.5, "front_inner", 1),
+        ("bearings.0.f1", 0.002, "front_inner", 1),
+        ("bearings.0.grade", 68, "front_inner", 1),
+        ("bearings.0.running_temperature", 70, "front_inner", -1),
+        ("bearings.0.viscosity_index", 150, "front_inner", 1),
+        ("bearings.0.conductance", 60, "front_inner", -1),
+        ("bearings.0.lubrication", "oil", "front_inner", 1),
+        ("bearings.0.count", 1, "front_outer", -1),
+        ("motor.loss", 40, "rotor", 1),
+        ("motor.rotor_share", 0.6, "rotor", 1),
+        ("motor.joint", 500, "rotor", 1),
+        ("motor.gap", 3.0, "rotor", 1),
+        ("jackets.0.flow", 8, "jacket_one", -1),
+        ("jackets.0.fluid", "oil 32", "front_outer", 1),
+        ("jackets.0.wall", 20, "front_outer", 1),
+        ("jackets.0.channel", {"width": 15, "depth": 12}, "front_outer", 1),
+        ("jackets.0.unevenness", 0.8, "housing_4_xp", -1),
+        ("jackets.0.inlet_side", "X-", "housing_4_xp", 1),
+        ("carriers.0.joint", 5, "rear_outer", 1),
+        ("carriers.0.mass", 2000, "head", -1),
+        ("carriers.0.surface", 4.0, "head", -1),
+        ("tool.joint", 4, "tool", 1),
+        ("tool.diameter", 20, "tool", 1),
+        ("shaft.material", "invar", "shaft_6", -1),
+        ("housing.material", "aluminium", "front_outer", -1),
+        ("housing.stretches.0.outer", 260, "front_outer", 1),
+        ("shaft.stretches.0.inner", 50, "shaft_6", -1),
+    ],
+)
+def test_every_number_moves_what_it_should(key: str, value: object, node: str, sign: int) -> None:
+    before = at_full_speed(machine_of(small_page()))[1][node]
+    after = at_full_speed(machine_of(changed(small_page(), key, value)))[1][node]
+    assert sign * (after - before) > 0.002
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "axis", "sign"),
+    [
+        ("carriers.0.grows", {"y": 400}, 1, 1),
+        ("carriers.0.grows", {"y": 200, "z": 300}, 2, 1),
+        ("carriers.0.grows", {"x": 300, "y": 200}, 0, 1),
+        ("carriers.0.bends.0.pitch", -1, 4, -1),
+        ("carriers.0.bends.0.width", 600, 4, -1),
+        ("shaft.gauge_line", 220, 2, -1),
+        ("shaft.material", "invar", 2, -1),
+        ("jackets.0.unevenness", 0.8, 3, 1),
+        ("jackets.0.inlet_side", "X-", 3, -1),
+        ("jackets.0.inlet_side", "Y-", 4, -1),
+        ("tool.material", "carbide", 5, -1),
+    ],
+)
+def test_every_length_moves_the_nose_the_right_way(
+    key: str, value: object, axis: int, sign: int
+) -> None:
+    before = at_full_speed(machine_of(small_page()))[0].pose[0, 300, axis]
+    after = at_full_speed(machine_of(changed(small_page(), key, value)))[0].pose[0, 300, axis]
+    assert sign * (after - before) > 1e-3
+
+
+def test_a_designation_gives_the_bearings_sizes() -> None:
+    parameters = machine_of(changed(small_page(), "bearings.1.designation", "NN3012")).parameters
+    assert parameters["sources.front.mean_diameter"].value == 77.5
+    assert parameters["sources.rear.mean_diameter"].value == 77.5
+    assert parameters["sources.rear.f0"].value > parameters["sources.front.f0"].value
+    assert parameters["sources.rear.f0"].tied == "numbers.f0_roller_grease"
+    heat = [parameters[f"nodes.{name}_inner.capacity"].value for name in ("front", "rear")]
+    # Two of 18 mm width against one of 26 mm, which is fuller of metal.
+    assert heat[0] / heat[1] == pytest.approx(2 * 18 * 0.68 / (26 * 0.77))
+
+
+def test_a_plate_gives_the_motors_loss() -> None:
+    page = changed(small_page(), "motor.loss", None)
+    page["motor"] |= {"power": 15, "efficiency": 0.9, "rated_speed": 10000}
+    loss = machine_of(page).parameters["sources.motor.loss"]
+    # 15 kW (1 / 0.9 - 1) = 1667 W at 10,000 r/min, of which an idling motor has 20 to 70 %.
+    assert loss.value == pytest.approx(0.4 * 166.67, rel=1e-3)
+    assert (loss.low, loss.high) == pytest.approx((0.2 * 166.67, 0.7 * 166.67), rel=1e-3)
+
+
+def test_jackets_in_series_hand_their_warmth_on() -> None:
+    page = changed(small_page(), "jackets.0.to", 120)
+    second = dict(page["jackets"][0], name="two", after="one", **{"from": 120, "to": 180})
+    page["jackets"].append(second)
+    nodes = at_full_speed(machine_of(page))[1]
+    assert nodes["jacket_two"] > nodes["jacket_one"] + 0.05
+
+
+def test_what_stands_in_the_enclosure_warms_it() -> None:
+    machine = read_machine("belt_spindle")
+    nodes = at_full_speed(machine)[1]
+    assert nodes["enclosure_air"] > 21.0
+    page = shipped_page("belt_spindle")
+    page["enclosure"]["wall"] = 40
+    assert at_full_speed(machine_of(page))[1]["enclosure_air"] < nodes["enclosure_air"]
+
+
+def test_a_feed_axis_warms_its_nut() -> None:
+    page = shipped_page("belt_spindle")
+    warm = at_full_speed(machine_of(page))[1]["z_nut"]
+    page["carriers"][2]["feed"] = {"input": "feed_z", "loss": 50}
+    assert at_full_speed(machine_of(page))[1]["z_nut"] > warm + 1.0

@@ -1,0 +1,118 @@
+"""What is wrong with a page is refused in one line: place, value, what is allowed."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from tests.plant_model.drawing.pages import changed, machine_of, refusal, small_page
+
+
+def test_the_page_that_is_changed_is_sound() -> None:
+    machine = machine_of(small_page())
+    assert len(machine.nodes) > 10
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "problem"),
+    [
+        # Stretches that overlap, leave a gap, are turned around or do not fit.
+        (
+            "housing.stretches",
+            [
+                {"from": 0, "to": 120, "outer": 180, "inner": 100},
+                {"from": 100, "to": 200, "outer": 180, "inner": 100},
+            ],
+            "housing.stretches.1.from: 100 mm overlaps the stretch before, which ends at 120",
+        ),
+        (
+            "shaft.stretches",
+            [{"from": 0, "to": 100, "outer": 60}, {"from": 110, "to": 260, "outer": 60}],
+            "shaft.stretches.1.from: 110 mm leaves a gap to the stretch before, which ends at 100",
+        ),
+        ("shaft.stretches.0.to", -5, "shaft.stretches.0: from 0 to -5 mm: must be 1 mm or more"),
+        ("shaft.stretches.0.inner", 60, "shaft.stretches.0.inner: 60 mm must be below outer 60"),
+        (
+            "shaft.stretches.0.outer",
+            105,
+            "shaft.stretches.0.outer: 105 mm does not fit into the housing, which is 100 mm inside",
+        ),
+        # A sensor in the air, or on a side that no cell has.
+        (
+            "thermometers.0.at",
+            230,
+            "thermometers.0.at: 230 mm is in the air: the housing is from 0 to 200 mm",
+        ),
+        ("thermometers.0.part", "hosing", "did you mean housing?"),
+        ("thermometers.0.side", None, "thermometers.0.side: is missing: X+, X-, Y+, Y- or degrees"),
+        (
+            "thermometers.0.side",
+            30,
+            "thermometers.0.side: 30 degrees is not the middle of a sector (0, 90, 180, 270)",
+        ),
+        ("thermometers.0.at", None, "thermometers.0.at: is missing: where on the housing [mm]"),
+        # A bearing outside the shaft, of an unknown size, or in another's place.
+        ("bearings.1.at", -30, "bearings.1.at: -39 mm is outside the shaft, which is from 0 to"),
+        ("bearings.0.at", 220, "bearings.0.at: 202 mm is outside the housing, which is from 0"),
+        ("bearings.0.designation", "7099", "bearings.0.designation: '7099' is not known; known"),
+        ("bearings.0.designation", None, "bearings.0.designation: is missing: or bore, outside"),
+        ("bearings.1.at", 140, "bearings: rear and front overlap: one ends at 149 mm, the next"),
+        ("bearings.0.locates", False, "bearings: 0 of them locate the shaft: exactly one"),
+        ("bearings.0.lubrication", "honey", "bearings.0.lubrication: 'honey' is not allowed"),
+        ("bearings.0.grade", 1000, "bearings.0.grade: 1000 is not allowed: 10 to 320 mm2/s at 40"),
+        # Units wrong by a thousand.
+        ("shaft.stretches.0.outer", 0.06, "shaft.stretches.0.outer: 0.06 is not allowed: 5 to"),
+        ("housing.stretches.0.to", 0.2, "housing.stretches.0: from 0 to 0.2 mm: must be 1 mm"),
+        ("housing.stretches.0.outer", 180000, "180000 is not allowed: 5 to 2000 mm can be"),
+        ("carriers.0.mass", 200000, "carriers.0.mass: 200000 is not allowed: 0.05 to 50000 kg"),
+        ("jackets.0.flow", 4000, "jackets.0.flow: 4000 is not allowed: 0.05 to 200 l/min can be"),
+        ("motor.loss", 20000, "motor.loss: 20000 is not allowed: 0 to 2000 W/(1000 r/min)"),
+        # Materials, coolants, names that do not exist.
+        (
+            "shaft.material",
+            "unobtainium",
+            "shaft.material: 'unobtainium' is not one of steel, cast",
+        ),
+        ("housing.stretches.0.material", "steal", "did you mean steel?"),
+        ("jackets.0.fluid", "beer", "jackets.0.fluid: 'beer' is not one of water, glycol N %"),
+        ("jackets.0.inlet", "chiller", "jackets.0.inlet: there is no input chiller"),
+        ("jackets.0.after", "two", "jackets.0.after: 'two' is not one of them: there are none"),
+        ("carriers.0.on", "bed", "carriers.0.on: 'bed' is not one of column"),
+        ("carriers.0.air", "enclosure", "carriers.0.air: 'enclosure' is not one of ambient, cool"),
+        # The motor.
+        (
+            "motor.rotor_outer",
+            120,
+            "motor.rotor_outer: rotor_outer 120 mm must be below stator_out",
+        ),
+        ("motor.rotor_outer", None, "motor.rotor_outer: is missing: the rotor's diameter [mm]"),
+        ("motor.loss", None, "motor.loss: is missing: W/(1000 r/min), or power [kW], efficiency"),
+        ("motor.efficiency", 92, "motor.efficiency: 92 is not allowed: 0.3 to 0.995 (share, not"),
+        ("motor.to", 300, "motor.to: 300 mm is outside the shaft, which is from 0 to 260 mm"),
+        # The form.
+        ("inputs.speed", None, "inputs: speed is missing: an input in rpm of this name"),
+        ("shaft.gauge_line", 300, "shaft.gauge_line: 300 mm is outside the shaft"),
+        ("shaft.lenght", 3, "shaft.lenght: is not a known field"),
+        ("shaft", None, "shaft: is missing"),
+        ("jackets.0.flow", "4 l/min", "jackets.0.flow: '4 l/min' is not allowed: a number, or a"),
+        ("jackets.0.flow", {"value": 4, "low": 5}, "low 5, value 4, high 4 must ascend"),
+        ("carriers.1.name", "head", "carriers.1.name: the name head stands twice"),
+        ("effects", {"radiaton": {}}, "effects.radiaton: 'radiaton' is not one of"),
+    ],
+)
+def test_refusals(key: str, value: Any, problem: str) -> None:
+    assert problem in refusal(changed(small_page(), key, value))
+
+
+def test_a_stretch_without_material_in_a_page_of_its_own_material() -> None:
+    page = changed(small_page(), "shaft.material", "ours")
+    assert "'ours' is not one of steel" in refusal(page)
+    page["materials"] = {
+        "ours": {"density": 7800, "specific_heat": 460, "conductivity": 30, "expansion": 11.0}
+    }
+    assert "ours_conductivity" in machine_of(page).numbers
+    page["materials"]["ours"]["density"] = 7.8
+    assert refusal(page).startswith(
+        "materials.ours.density: 7.8 is not allowed: 100 to 25000 kg/m3"
+    )

@@ -1,0 +1,158 @@
+"""``new-machine`` and ``show-machine``: what they write is used at once."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from measurement.runs import read_run
+from plant_model.gap.observations import compared_channels, observe
+from plant_model.machine_file import read_machine, shipped_machines
+from plant_model.simulate import simulate
+from plant_model.warm_up import warm_up
+from scenarios.cli import main
+from scenarios.machine_page import show_machine
+
+ANSWERS = ("--bearing", "7014", "--speed", "12000", "--power", "15")
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        (),
+        ("--bearing", "100", "--lubrication", "oil-air", "--rig", "direct"),
+        ("--bearing", "7006", "--speed", "30000", "--power", "2", "--coolant", "oil 10"),
+        ("--drive", "belt", "--coolant", "none", "--speed", "6000"),
+        ("--bearing", "B71926-E", "--speed", "5000", "--power", "60", "--coolant", "glycol 30 %"),
+        ("--bearing", "NN3020", "--title", "Grüße & <Maße>"),
+    ],
+)
+def test_a_new_page_simulates_at_once(
+    options: tuple[str, ...], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "mine.toml"
+    assert main(["new-machine", "-o", str(path), *ANSWERS, *options]) == 0
+    told = capsys.readouterr().out
+    assert f"wrote {path}" in told
+    assert "drift of the nose: X" in told
+    assert path.read_text(encoding="utf-8").count("CHECK") > 5
+    machine = read_machine(path)
+    found = simulate(machine, warm_up(machine))
+    assert 0.5 < abs(found.drift(0.0)[0, 300, 2]) < 600.0
+    assert len(machine.sensors) >= 3
+    assert not [
+        line for line in show_machine(str(path), tmp_path / "x.html").wrong if "bore" in line
+    ]
+
+
+def test_a_new_page_takes_sensors_and_inputs_from_a_run(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run = tmp_path / "run.csv"
+    rows = ["time_s,drive_rpm,hall_degC,supply_degC,nose_degC,stator_2_degC,T7_degC,dz_um"]
+    rows += [
+        f"{60 * k},{9000 if k < 30 else 0},20.5,21,{21 + k / 9},24,22.1,{-k}" for k in range(60)
+    ]
+    run.write_text("\n".join(rows) + "\n", encoding="utf-8")
+    path = tmp_path / "mine.toml"
+    assert main(["new-machine", "-o", str(path), *ANSWERS, "--from-run", str(run)]) == 0
+    machine = read_machine(path)
+    assert [s.name for s in machine.sensors] == ["nose", "stator_2", "T7"]
+    columns = {entry.name: entry.column for entry in machine.inputs}
+    assert columns == {"speed": "drive_rpm", "ambient": "hall_degC", "coolant_inlet": "supply_degC"}
+    assert machine.rig["axes"] == {"dz": {"axis": "Z", "sign": 1}}
+    assert '"T7", part = "housing"' in path.read_text(encoding="utf-8")
+    assert "does not say where" in path.read_text(encoding="utf-8")
+    # The run compares with the machine as it stands.
+    (observed,) = observe(machine, [read_run(run)])
+    assert compared_channels(machine, [read_run(run)]) == ("nose", "stator_2", "T7", "dz")
+    assert observed.values.shape[1] == 4
+
+
+@pytest.mark.parametrize(
+    ("options", "problem"),
+    [
+        (("--bearing", "7099"), "--bearing: '7099' is not known; known are NN3005 to NN3032"),
+        (("--speed", "nan"), "--speed: nan is not in 100..100000 r/min"),
+        (("--power", "15000"), "--power: 15000.0 is not in 0.1..200 kW"),
+        (("--coolant", "beer"), "--coolant: 'beer' is not one of none, water, glycol N %"),
+        (("--title", 'a "b"'), "--title: must be one line without quotes"),
+    ],
+)
+def test_answers_that_cannot_be(
+    options: tuple[str, ...], problem: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "mine.toml"
+    assert main(["new-machine", "-o", str(path), *ANSWERS, *options]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert problem in line
+    assert not path.exists()
+
+
+def test_what_is_missing_or_there_already_is_said(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "mine.toml"
+    assert main(["new-machine", "-o", str(path), "--speed", "9000", "--power", "5"]) == 2
+    assert "--bearing: is missing: Front bearing" in capsys.readouterr().err
+    monkeypatch.setattr("sys.stdin.isatty", lambda: True)
+    monkeypatch.setattr(
+        "builtins.input", lambda asked: {"F": "7010", "H": "9000", "M": "5"}[asked[0]]
+    )
+    assert main(["new-machine", "-o", str(path)]) == 0
+    before = path.read_bytes()
+    capsys.readouterr()
+    assert main(["new-machine", "-o", str(path), *ANSWERS]) == 2
+    assert "is there already; --force replaces it" in capsys.readouterr().err
+    assert path.read_bytes() == before
+    run = tmp_path / "run.csv"
+    run.write_text("time_s,T1_degC\n0,20\n10,20\n", encoding="utf-8")
+    other = tmp_path / "other.toml"
+    assert main(["new-machine", "-o", str(other), *ANSWERS, "--from-run", str(run)]) == 2
+    assert "which column is the hall's air? Say --ambient" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", shipped_machines())
+def test_every_shipped_machine_is_shown(
+    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "page.html"
+    assert main(["show-machine", name, "-o", str(path)]) == 0
+    assert f"wrote {path}" in capsys.readouterr().out
+    text = path.read_text(encoding="utf-8")
+    machine = read_machine(name)
+    assert machine.title in text
+    assert text.count("<svg") == 2
+    assert not re.search(r'(src|href)="(?!data:)', text)
+    network = text[text.index('id="network"') : text.index('id="speed"')]
+    for entry in machine.inputs:
+        if entry.is_boundary:
+            assert f">{entry.name}</text>" in network
+    for number in machine.numbers:
+        if machine.numbers[number].calibrate:
+            assert f"<td>numbers.{number}</td>" in text
+
+
+def test_a_page_is_drawn_with_what_it_names(tmp_path: Path) -> None:
+    path = tmp_path / "page.html"
+    show_machine("jig_borer_drawing", path)
+    text = path.read_text(encoding="utf-8")
+    section = text[text.index('id="section"') : text.index('id="network"')]
+    for needed in ("T1", "T6", "jacket motor", "held by pedestal", "rotor: ", "front: ", "100 mm"):
+        assert needed in section, needed
+    # The bearings of two sets, above and below the axis, each a ring and a ball.
+    assert len(re.findall(r"<title>(?:front|rear): [\d.]+ degC inside", section)) == 16
+
+
+def test_cells_and_json(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "page.html"
+    assert main(["show-machine", "belt_spindle", "--cells", "--json", "-o", str(path)]) == 0
+    table = json.loads(capsys.readouterr().out)
+    assert [row["longest_mm"] for row in table["cells"]][:3] == [80.0, 40.0, 20.0]
+    assert table["drift_um"][2] < -10.0
+    assert 'id="cells"' in path.read_text(encoding="utf-8")
+    assert main(["show-machine", "lathe", "--cells", "-o", str(path)]) == 2
+    assert "is in lumps: only a page" in capsys.readouterr().err
