@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,13 @@ from plant_model.machine_file import machine_from_table, machine_path
 from plant_model.parameters import Parameter
 
 
-def write_machine(machine: Machine, like: str | Path, path: str | Path) -> Path:
+def write_machine(
+    machine: Machine,
+    like: str | Path,
+    path: str | Path,
+    *,
+    finish: Callable[[str], str] = str,
+) -> Path:
     """Write a machine that came from a file and has other values, or effects besides.
 
     Parameters
@@ -26,6 +33,8 @@ def write_machine(machine: Machine, like: str | Path, path: str | Path) -> Path:
         The file (or shipped name) that it came from; its comments and order stay.
     path : path
         Where to write; replaced whole or not at all.
+    finish : callable, optional
+        Last change of the text, such as a comment on top.
 
     Raises
     ------
@@ -42,7 +51,7 @@ def write_machine(machine: Machine, like: str | Path, path: str | Path) -> Path:
     # What is written must read back as the same machine.
     if machine_from_table(tomlkit.parse(text).unwrap(), source) != machine:
         raise BadInput(source, "", "is not the file that this machine came from")
-    return write_atomically(path, text)
+    return write_atomically(path, finish(text))
 
 
 def _write_items(document: Any, machine: Machine) -> None:

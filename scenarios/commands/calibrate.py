@@ -7,8 +7,12 @@ import json
 from dataclasses import asdict
 from pathlib import Path
 
+from scenarios.outputs import MACHINE_FILE, marked
+
 NAME = "calibrate"
 HELP = "move a machine's free parameters so that it follows measured runs"
+READS = ("machine", "runs")
+WRITES = {"output": MACHINE_FILE}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -43,7 +47,7 @@ def run(args: argparse.Namespace) -> int:
     observed = observe(machine, runs)
     with spoken(args.quiet, CALIBRATE) as say:
         found = calibrate(machine, observed, starts=args.starts, seed=args.seed, progress=say)
-    path = write_machine(found.machine, args.machine, args.output)
+    path = write_machine(found.machine, args.machine, args.output, finish=marked)
     channels = {
         moment: by_channel(which, [residuals(which, one) for one in observed])
         for moment, which in (("before", machine), ("after", found.machine))
