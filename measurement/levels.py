@@ -136,11 +136,6 @@ def _never_right(runs: Sequence[Run]) -> list[Wrong]:
     return found
 
 
-def _spread_about(series: FloatArray, cut: int) -> float:
-    parts = (series[:cut], series[cut:])
-    return float(np.mean(np.concatenate([np.abs(part - np.median(part)) for part in parts])))
-
-
 def strays(runs: Sequence[Run]) -> list[tuple[str, list[str], str]]:
     """Return sensors that leave all others within one run: column, run, text."""
     columns = _shared(runs)

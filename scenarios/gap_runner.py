@@ -10,6 +10,7 @@ from typing import Any
 
 from measurement.errors import BadInput
 from measurement.runs import Run, read_run
+from plant_model.drive import column_in
 from plant_model.gap.data_faults import DataFault, need_readings, without_faults
 from plant_model.gap.find import FEWEST_RUNS, Found, find_gap
 from plant_model.gap.observations import Observations, observe
@@ -17,6 +18,7 @@ from plant_model.gap.report import MACHINE_AFTER, Comparison, five_lines, report
 from plant_model.machine import Machine
 from plant_model.machine_file import machine_path, read_machine
 from plant_model.machine_writer import write_machine
+from plant_model.sensors import column_of, displacement_names
 from scenarios.fmu_files import build_plant, check_can_build
 from scenarios.gap_cosimulation import compare_fmus
 from scenarios.gap_page import PAGE, write_gap_page
@@ -97,6 +99,7 @@ def run_find_gap(asked: Question, say: Callable[[str], None]) -> tuple[dict[str,
         workers=asked.workers,
         progress=say,
     )
+    lacking = not_compared(machine, [*runs, *unseen])
     say("judging by what was kept back")
     observed = observe(machine, kept_back)
     comparison = Comparison(found.before.machine, found.after.machine, observed)
@@ -105,19 +108,20 @@ def run_find_gap(asked: Question, say: Callable[[str], None]) -> tuple[dict[str,
         for which, name in zip(machines, (MACHINE_BEFORE, MACHINE_AFTER), strict=True):
             write_machine(which, asked.machine, folder / name)
         cosimulation = _cosimulated(found, observed, folder, say) if asked.fmu else None
-        table = report_of(found, comparison, faults, cosimulation)
+        table = report_of(found, comparison, faults, cosimulation) | {"not_compared": lacking}
         facts = [
             ("Machine", f"{machine.title} ({machine_path(asked.machine).name})"),
             ("Runs used", _named(used)),
             ("Never used", _named(kept_back)),
             ("Not considered", ", ".join(asked.without) or "-"),
+            ("Sensors not compared", "; ".join(lacking) or "-"),
             ("Seed", str(asked.seed)),
         ]
         write_gap_page(found, comparison, table, facts, folder)
         text = json.dumps(table, indent=1, allow_nan=False) + "\n"
         (folder / GAP).write_text(text, encoding="utf-8")
         write_table([], {"gap": GAP}, folder)
-    return table, [*five_lines(table), f"report: {asked.out / PAGE}"]
+    return table, [*five_lines(table), *lacking, f"report: {asked.out / PAGE}"]
 
 
 def _read(asked: Question) -> tuple[list[Run], list[Run]]:
@@ -154,6 +158,8 @@ def usable_runs(
     BadInput
         If too little is left of either.
     """
+    for run in (*runs, *unseen):
+        _need_inputs(machine, run)
     left, faults = without_faults(machine, [*runs, *unseen])
     first, last = ({run.name for run in part} for part in (runs, unseen))
     used = [run for run in left if run.name in first]
@@ -167,6 +173,33 @@ def usable_runs(
     need_readings(machine, used, "--runs")
     need_readings(machine, kept_back, "--holdout")
     return used, kept_back, faults
+
+
+def _need_inputs(machine: Machine, run: Run) -> None:
+    """Refuse a run without what drives the machine."""
+    for entry in machine.inputs:
+        if entry.default is not None:
+            continue
+        column = column_in(run.frame, entry)
+        if column is None:
+            problem = f"has no column {entry.column}, which the machine needs as its {entry.name}"
+            raise BadInput(run.path or run.name, "", problem)
+        if run.frame[column].isna().all():
+            problem = "has no value in the whole run"
+            raise BadInput(run.path or run.name, f"column {column}", problem)
+
+
+def not_compared(machine: Machine, runs: Sequence[Run]) -> list[str]:
+    """Return a line for each sensor of a machine that some or all of the runs do not hold."""
+    lines = []
+    for name in [sensor.name for sensor in machine.sensors] + displacement_names(machine):
+        column = column_of(machine, name)
+        lacking = [run.name for run in runs if column not in run.frame.columns]
+        if lacking:
+            every = len(lacking) == len(runs)
+            where = "in no run" if every else f"not in {', '.join(lacking)}"
+            lines.append(f"not compared: {name}, its column {column} is {where}")
+    return lines
 
 
 def _cosimulated(

@@ -22,6 +22,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from measurement.errors import BadInput
+from measurement.files import refuse_endless
 
 TABLE = "table.json"
 RESULTS = "spindle-drift results"
@@ -59,8 +60,10 @@ def guarding(
     force : bool
         Whether anything may be replaced.
     """
-    files = (Path(name) for name in inputs)
-    token = _GUARD.set(Guard(command, tuple(path for path in files if _is_there(path)), force))
+    files = tuple(path for path in map(Path, inputs) if _is_there(path))
+    for path in files:
+        refuse_endless(path)
+    token = _GUARD.set(Guard(command, files, force))
     try:
         yield
     finally:

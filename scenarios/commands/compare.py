@@ -154,4 +154,4 @@ def _noted(comparison: Comparison) -> list[str]:
     if count:
         lines.append(f"  {count} stretches of frozen or saturated displacement are left out")
     lines += [f"  {name} is left out: {why}" for name, why in comparison.left_out.items()]
-    return lines
+    return lines if len(lines) > 1 else [*lines, "  all rows of every run; no column was left out"]

@@ -32,6 +32,8 @@ def test_compare_prints_a_ranking_and_writes_page_and_figures(
     assert code == 0
     text = capsys.readouterr().out
     assert "What is wrong with the data" in text
+    given = text[text.index("What the models were given") :].splitlines()
+    assert given[1] == "  all rows of every run; no column was left out"
     ranked = [line.split()[0] for line in text.splitlines() if line[:2].strip().isdigit()]
     assert ranked == ["1", "2", "3"]
     assert "Persistence (last measured), one step ahead" in text

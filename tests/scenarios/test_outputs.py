@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import zipfile
 from pathlib import Path
 from types import ModuleType
@@ -201,3 +202,18 @@ def test_fit_with_a_forgotten_output_name_keeps_the_measurement(
     assert main(["fit", *map(str, runs), "-o", str(runs[0])]) == 2
     assert "q1.csv: is an input of this command" in capsys.readouterr().err
     assert runs[0].read_bytes() == TEXT
+
+
+def test_a_pipe_as_an_input_is_refused_by_every_command_that_reads(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], never_run: list[str]
+) -> None:
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    readers = {command for command in COMMANDS if module_of(command).READS}
+    for command in sorted(readers - {"machine"}):  # whose arguments are all left out here
+        line = [*command_line(command, "", tmp_path / "out", pipe)]
+        if command == "compare":
+            line += ["--train", str(pipe)]
+        assert main(line) == 2, command
+        assert "pipe: is a pipe or a device" in capsys.readouterr().err
+    assert never_run == []
