@@ -27,6 +27,8 @@ from measurement.files import refuse_endless
 TABLE = "table.json"
 RESULTS = "spindle-drift results"
 FOLDER, FOLDER_THAT_GOES_ON = "folder of results", "folder that goes on"
+FOLDER_OF_RUNS = "folder of runs"
+"""Other files in it stay; whoever writes it looks at each file that is in the way."""
 OTHERWISE = "choose another name, or let --force replace it"
 MADE = "# made by spindle-drift; SHA-256 of what follows: "
 """First line of a machine file that a command wrote."""
@@ -126,6 +128,9 @@ def check_output(path: Path, kind: str) -> None:
             check_folder(path)
         elif kind == FOLDER_THAT_GOES_ON:
             _check_no_input_inside(path)
+        elif kind == FOLDER_OF_RUNS:
+            if path.exists() and not path.is_dir() and not is_forced():
+                raise BadInput(path, "", "is a file; a folder for the run files is needed")
         else:
             _check_file(path, kind)
     except OSError as error:
@@ -136,7 +141,7 @@ def _check_file(path: Path, kind: str) -> None:
     guard = _GUARD.get()
     if guard.force or path.is_dir():
         return  # Writing to a folder is refused by whoever writes.
-    if any(_same(path, one) for one in guard.inputs) and kind != STATE:
+    if is_input(path) and kind != STATE:
         raise BadInput(path, "", f"is an input of this command: {OTHERWISE}")
     if path.is_file():
         if not KINDS[kind](path):
@@ -205,6 +210,16 @@ def _check_no_input_inside(folder: Path) -> None:
     inside = _input_inside(folder)
     if inside is not None and not _GUARD.get().force:
         raise BadInput(folder, "", f"holds {inside.name}, an input: choose another folder")
+
+
+def is_forced() -> bool:
+    """Return whether the running command may write over anything."""
+    return _GUARD.get().force
+
+
+def is_input(path: Path) -> bool:
+    """Return whether the running command reads a file."""
+    return any(_same(path, one) for one in _GUARD.get().inputs)
 
 
 def _input_inside(folder: Path) -> Path | None:

@@ -14,7 +14,14 @@ import pytest
 from measurement.errors import BadInput
 from scenarios import cli, outputs
 from scenarios.cli import main
-from scenarios.outputs import FOLDER, FOLDER_THAT_GOES_ON, check_output, guarding, marked
+from scenarios.outputs import (
+    FOLDER,
+    FOLDER_OF_RUNS,
+    FOLDER_THAT_GOES_ON,
+    check_output,
+    guarding,
+    marked,
+)
 from scenarios.results import results_folder, write_table
 
 COMMANDS = sorted(cli._commands())
@@ -52,7 +59,9 @@ def test_every_argument_that_is_a_path_is_registered_once(command: str) -> None:
     assert paths <= reads | writes
     assert not reads & writes
     assert reads | writes <= {action.dest for action in actions}
-    assert set(module.WRITES.values()) <= {*outputs.KINDS, FOLDER, FOLDER_THAT_GOES_ON}
+    assert set(module.WRITES.values()) <= {
+        *outputs.KINDS, FOLDER, FOLDER_OF_RUNS, FOLDER_THAT_GOES_ON
+    }  # fmt: skip
 
 
 def command_line(command: str, written: str, target: Path, source: Path) -> list[str]:
@@ -95,12 +104,14 @@ def test_an_input_a_foreign_file_and_a_missing_folder_are_refused_and_forced(
     for path in (source, foreign):
         path.parent.mkdir()
         path.write_bytes(TEXT)
-    is_folder = kind in (FOLDER, FOLDER_THAT_GOES_ON)
+    is_folder = kind in (FOLDER, FOLDER_OF_RUNS, FOLDER_THAT_GOES_ON)
     bad = [source.parent] if is_folder else [foreign, tmp_path / "new" / "out.x"]
     if not is_folder and command != "gateway":  # which reads no file that it must be given
         bad.append(source)
     if kind == FOLDER:
         bad.append(foreign.parent)
+    if kind == FOLDER_OF_RUNS:  # other files in it stay: tests/scenarios/test_import.py
+        bad = [foreign]
     for target in bad:
         argv = command_line(command, written, target, source)
         assert main(argv) == 2, (argv, capsys.readouterr().err)
