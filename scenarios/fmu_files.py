@@ -4,15 +4,12 @@ from __future__ import annotations
 
 import contextlib
 import difflib
-import importlib.util
 import sys
-from functools import cache
 from pathlib import Path
 from typing import Any
 
 from measurement.errors import BadInput
 
-BUILD_SCRIPT = Path(__file__).resolve().parent.parent / "build_fmu.py"
 SHIPPED = ("plant", "compensator")
 
 
@@ -59,9 +56,11 @@ def build_shipped(kind: str, fmu_dir: Path, *, quiet: bool = False) -> Path:
     """Build ``plant.fmu`` or ``compensator.fmu`` into *fmu_dir* and return its path."""
     if not quiet:
         print(f"{fmu_dir / kind}.fmu is missing: building it", file=sys.stderr)
+    from scenarios.building import main
+
     # What the build prints is no result of this command.
     with contextlib.redirect_stdout(sys.stderr):
-        code = _builder().main(["--only", kind, "--out", str(fmu_dir)])
+        code = main(["--only", kind, "--out", str(fmu_dir)])
     if code != 0:
         raise BadInput(fmu_dir / f"{kind}.fmu", "", "could not be built; see python build_fmu.py")
     return fmu_dir / f"{kind}.fmu"
@@ -75,19 +74,10 @@ def build_compensator(model: Path, work: Path) -> Path:
     BadInput, ModelFileError
         If the file cannot be used.
     """
-    recipe, _ = _builder().compensator_recipe(model, "compensator")
+    from scenarios.building import compensator_recipe
+
+    recipe, _ = compensator_recipe(model, "compensator")
     return _written(recipe, work)
-
-
-def check_can_build() -> None:
-    """Check that FMUs can be built here, before work that ends with building one.
-
-    Raises
-    ------
-    BadInput
-        If the build script is missing.
-    """
-    _builder()
 
 
 def build_plant(machine: str, work: Path, name: str = "plant") -> Path:
@@ -99,8 +89,9 @@ def build_plant(machine: str, work: Path, name: str = "plant") -> Path:
         If the machine cannot be used.
     """
     from plant_model.machine_file import read_machine
+    from scenarios.building import plant_recipe
 
-    recipe, _ = _builder().plant_recipe(read_machine(machine), name)
+    recipe, _ = plant_recipe(read_machine(machine), name)
     return _written(recipe, work)
 
 
@@ -111,16 +102,3 @@ def _written(recipe: Any, work: Path) -> Path:
     path = work / f"{package.name}.fmu"
     path.write_bytes(package.zipped())
     return path
-
-
-@cache
-def _builder() -> Any:
-    """Return the project's build script as a module; it lies beside the packages."""
-    spec = importlib.util.spec_from_file_location("build_fmu", BUILD_SCRIPT)
-    if spec is None or spec.loader is None or not BUILD_SCRIPT.is_file():
-        raise BadInput(
-            BUILD_SCRIPT, "", "is missing: give FMUs with --fmu-dir, or run from a full checkout"
-        )
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
