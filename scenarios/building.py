@@ -33,6 +33,7 @@ from measurement.errors import BadInput
 from plant_model.fmi_slave import MACHINE_FILE
 from plant_model.machine import Machine
 from plant_model.machine_file import read_machine
+from scenarios.outputs import FMU, OTHERWISE, check_output, guarding, is_forced
 from scenarios.version import version as installed_version
 
 HERE = Path(__file__).resolve().parent.parent
@@ -273,6 +274,9 @@ def _arguments(given: Sequence[str] | None) -> argparse.Namespace:
     )
     parser.add_argument("--out", type=Path, default=_usual_folder(), help="folder (dist)")
     parser.add_argument("--name", help="name of the FMU, with --only")
+    parser.add_argument(
+        "--force", action="store_true", help="write over FMUs that this program did not make"
+    )
     parser.add_argument("--json", action="store_true", help="print the summary as JSON")
     arguments = parser.parse_args(given)
     if arguments.native:
@@ -305,6 +309,26 @@ def _recipes(arguments: argparse.Namespace) -> list[tuple[Recipe, Reference]]:
     return recipes
 
 
+def check_outputs(folder: Path, name: str) -> None:
+    """Check that an FMU and its reference results may be written.
+
+    The reference results are ours if the FMU beside them is.
+
+    Raises
+    ------
+    BadInput
+        If something that this program did not make is in the way.
+    """
+    target = folder / f"{name}.fmu"
+    if folder.is_dir():
+        check_output(target, FMU)
+    beside = [folder / f"{name}_{end}" for end in ("in.csv", "ref.csv", "ref.opt")]
+    there = [path for path in beside if path.exists()]
+    if there and not target.exists() and not is_forced():
+        problem = f"exists without {target.name} beside it: {OTHERWISE}"
+        raise BadInput(there[0], "", problem)
+
+
 def _summary(package: Package, path: Path, written: bool) -> dict[str, Any]:
     data = path.read_bytes()
     return {
@@ -330,6 +354,9 @@ def main(given: Sequence[str] | None = None) -> int:
     try:
         recipes = _recipes(arguments)
         found = compilers() if arguments.native else []
+        with guarding("build_fmu", [arguments.model, arguments.machine], arguments.force):
+            for recipe, _ in recipes:
+                check_outputs(arguments.out, recipe.identity.name)
     except (BadInput, ModelFileError, NativeError) as error:
         print(error, file=sys.stderr)
         return 2
