@@ -27,7 +27,8 @@ demo: $(STAMP)
 
 # Fits the compensator that ships with the package anew; the result is the same file, byte for byte.
 compensator: $(STAMP)
-	for run in $(TRAINING); do $(BIN)/spindle-drift simulate $$run -o build/training/$$run.csv || exit; done
+	mkdir -p build/training
+	for run in $(TRAINING); do $(BIN)/spindle-drift simulate $$run --force -o build/training/$$run.csv || exit; done
 	$(BIN)/spindle-drift fit $(TRAINING:%=build/training/%.csv) --machine jig_borer \
 	    --name jig_borer -o fmu_compensator/library/jig_borer.json
 

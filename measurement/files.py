@@ -70,11 +70,27 @@ def read_bytes(path: str | Path) -> bytes:
     try:
         if path.is_dir():
             raise BadInput(path, "", "is a folder; a file is needed")
+        refuse_endless(path)
         return path.read_bytes()
     except FileNotFoundError:
         raise BadInput(path, "", "no such file") from None
     except (OSError, ValueError) as error:  # ValueError: a null byte in the name
         raise BadInput(path, "", f"cannot be read: {_reason(error)}") from None
+
+
+def refuse_endless(path: Path) -> None:
+    """Refuse what reading would never end: a pipe in a folder, or a device.
+
+    The shell's own pipes, such as ``<(zcat run.csv.gz)``, have an end and are read.
+
+    Raises
+    ------
+    BadInput
+        For such a path.
+    """
+    # The shell's pipes have no name in any folder: what /dev/fd/63 links to does not exist.
+    if path.is_char_device() or (path.is_fifo() and path.resolve().is_fifo()):
+        raise BadInput(path, "", "is a pipe or a device; an ordinary file is needed")
 
 
 def sha256_of(path: str | Path) -> str:

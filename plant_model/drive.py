@@ -61,16 +61,20 @@ class Drive:
         }
 
 
+def column_in(frame: pd.DataFrame, entry: Input) -> str | None:
+    """Return the column of a run that holds an input; None if there is none."""
+    names = (entry.column, f"{entry.name}_{entry.unit}", entry.name)
+    return next((name for name in names if name in frame.columns), None)
+
+
 def _series(frame: pd.DataFrame, entry: Input) -> FloatArray:
     """Return one input over the frame's rows, gaps bridged from the last known value."""
-    for column in (entry.column, f"{entry.name}_{entry.unit}", entry.name):
-        if column in frame.columns:
-            given = frame[column].to_numpy(dtype=np.float64)
-            break
-    else:
+    column = column_in(frame, entry)
+    if column is None:
         if entry.default is None:
             raise DriveError(f"{entry.column}: the machine needs this column as its {entry.name}")
         return np.full(len(frame), entry.default)
+    given = frame[column].to_numpy(dtype=np.float64)
     known = np.isfinite(given)
     if not known.any():
         raise DriveError(f"{column}: no value in the whole run")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,13 @@ from plant_model.machine_file import machine_from_table, machine_path, machine_t
 from plant_model.parameters import Parameter
 
 
-def write_machine(machine: Machine, like: str | Path, path: str | Path) -> Path:
+def write_machine(
+    machine: Machine,
+    like: str | Path,
+    path: str | Path,
+    *,
+    finish: Callable[[str], str] = str,
+) -> Path:
     """Write a machine that came from a file and has other values or starts, or effects besides.
 
     Parameters
@@ -28,6 +35,8 @@ def write_machine(machine: Machine, like: str | Path, path: str | Path) -> Path:
         The file (or shipped name) that it came from; its comments and order stay.
     path : path
         Where to write; replaced whole or not at all.
+    finish : callable, optional
+        Last change of the text, such as a comment on top.
 
     Raises
     ------
@@ -50,7 +59,7 @@ def write_machine(machine: Machine, like: str | Path, path: str | Path) -> Path:
     # What is written must read back as the same machine.
     if machine_from_table(tomlkit.parse(text).unwrap(), source) != machine:
         raise BadInput(source, "", "is not the file that this machine came from")
-    return write_atomically(path, text)
+    return write_atomically(path, finish(text))
 
 
 def _document(source: Path) -> Any:

@@ -2,7 +2,8 @@
 
 A command is a file in ``commands/`` with ``NAME``, ``HELP``, ``add_arguments(parser)`` and
 ``run(args)``, which returns the exit code. NAME and HELP are read without importing the file, so
-that help is quick whatever the commands import.
+that help is quick whatever the commands import. ``READS`` and ``WRITES`` name the arguments that
+are files: see `scenarios.outputs`.
 
 Exit codes: 0; 2 for input that cannot be used (one line on standard error); 1 for an FMU that
 failed (one line) or a mistake in this program (a traceback); 130 when interrupted, 143 when
@@ -20,11 +21,13 @@ import sys
 import threading
 import traceback
 from collections.abc import Iterator, Sequence
-from importlib import import_module, metadata
+from importlib import import_module
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
-PROGRAM = "spindle-drift"
+from scenarios.version import PROGRAM, version
+
 COMMANDS = Path(__file__).parent / "commands"
 DESCRIPTION = """\
 Measures, models and compensates the thermal drift of machine-tool spindles.
@@ -115,13 +118,26 @@ def _run(argv: list[str]) -> int:
             module = import_module(known[name][0])
             command.description = module.__doc__
             module.add_arguments(command)
+            if module.WRITES:
+                command.add_argument(
+                    "--force", action="store_true", help="write over anything that is in the way"
+                )
     if not argv:
         parser.print_help()
         return 0
     args = parser.parse_args(argv)
     if not args.command:
         raise UsageError(f"a command is needed: {', '.join(known)} (see '{PROGRAM} --help')")
-    code: int = module.run(args)
+    return _guarded(module, args)
+
+
+def _guarded(module: ModuleType, args: argparse.Namespace) -> int:
+    """Run a command; nothing that is not its own is written over."""
+    from scenarios.outputs import guarding_command
+
+    args.force = getattr(args, "force", False)
+    with guarding_command(module.NAME, args, module.READS, module.WRITES):
+        code: int = module.run(args)
     return code
 
 
@@ -161,14 +177,6 @@ def _code(error: Exception) -> int | None:
 def _say(text: str, code: int) -> int:
     print(f"{PROGRAM}: error: {' '.join(text.split())}", file=sys.stderr)
     return code
-
-
-def version() -> str:
-    """Return the installed version."""
-    try:
-        return metadata.version(PROGRAM)
-    except metadata.PackageNotFoundError:
-        return "(not installed)"
 
 
 if __name__ == "__main__":

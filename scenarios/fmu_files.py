@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import difflib
-import importlib.util
 import json
 import re
 import sys
@@ -15,7 +14,6 @@ from typing import Any
 
 from measurement.errors import BadInput
 
-BUILD_SCRIPT = Path(__file__).resolve().parent.parent / "build_fmu.py"
 SHIPPED = ("plant", "compensator")
 PLANT = "plant.fmu"
 
@@ -74,9 +72,11 @@ def build_shipped(kind: str, fmu_dir: Path, *, quiet: bool = False) -> Path:
     """Build ``plant.fmu`` or ``compensator.fmu`` into *fmu_dir* and return its path."""
     if not quiet:
         print(f"{fmu_dir / kind}.fmu is missing: building it", file=sys.stderr)
+    from scenarios.building import main
+
     # What the build prints is no result of this command.
     with contextlib.redirect_stdout(sys.stderr):
-        code = _builder().main(["--only", kind, "--out", str(fmu_dir)])
+        code = main(["--only", kind, "--out", str(fmu_dir)])
     if code != 0:
         raise BadInput(fmu_dir / f"{kind}.fmu", "", "could not be built; see python build_fmu.py")
     return fmu_dir / f"{kind}.fmu"
@@ -90,19 +90,10 @@ def build_compensator(model: Path, work: Path) -> Path:
     BadInput, ModelFileError
         If the file cannot be used.
     """
-    recipe, _ = _builder().compensator_recipe(model, "compensator")
+    from scenarios.building import compensator_recipe
+
+    recipe, _ = compensator_recipe(model, "compensator")
     return _written(recipe, work)
-
-
-def check_can_build() -> None:
-    """Check that FMUs can be built here, before work that ends with building one.
-
-    Raises
-    ------
-    BadInput
-        If the build script is missing.
-    """
-    _builder()
 
 
 def build_plant(machine: str, work: Path, name: str = "plant") -> Path:
@@ -114,8 +105,9 @@ def build_plant(machine: str, work: Path, name: str = "plant") -> Path:
         If the machine cannot be used.
     """
     from plant_model.machine_file import read_machine
+    from scenarios.building import plant_recipe
 
-    recipe, _ = _builder().plant_recipe(read_machine(machine), name)
+    recipe, _ = plant_recipe(read_machine(machine), name)
     return _written(recipe, work)
 
 
@@ -136,6 +128,7 @@ def native_twin(plant: Path, work: Path, *, quiet: bool = False) -> Path:
     from plant_model.fmi_slave import MACHINE_FILE
     from plant_model.machine import Machine
     from plant_model.native.build import TWIN_OF, native_plant
+    from scenarios.building import plant_recipe
 
     machine, guid = _read(plant, f"resources/{MACHINE_FILE}"), _guid(plant)
     if machine is None or guid is None:
@@ -145,7 +138,7 @@ def native_twin(plant: Path, work: Path, *, quiet: bool = False) -> Path:
         if _read(known, f"documentation/{TWIN_OF}") == guid:
             return known
     try:
-        recipe, _ = _builder().plant_recipe(Machine.from_dict(json.loads(machine)), name)
+        recipe, _ = plant_recipe(Machine.from_dict(json.loads(machine)), name)
         native = native_plant(recipe, guid.decode())
         package = native_package(recipe, native, compilers()[:1])
     except (CompileError, NativeError) as error:
@@ -185,16 +178,3 @@ def _written(recipe: Any, work: Path) -> Path:
     path = work / f"{package.name}.fmu"
     path.write_bytes(package.zipped())
     return path
-
-
-@cache
-def _builder() -> Any:
-    """Return the project's build script as a module; it lies beside the packages."""
-    spec = importlib.util.spec_from_file_location("build_fmu", BUILD_SCRIPT)
-    if spec is None or spec.loader is None or not BUILD_SCRIPT.is_file():
-        raise BadInput(
-            BUILD_SCRIPT, "", "is missing: give FMUs with --fmu-dir, or run from a full checkout"
-        )
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module

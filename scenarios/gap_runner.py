@@ -10,6 +10,7 @@ from typing import Any
 
 from measurement.errors import BadInput
 from measurement.runs import Run, read_run
+from plant_model.drive import column_in
 from plant_model.gap.data_faults import DataFault, need_readings, without_faults
 from plant_model.gap.find import FEWEST_RUNS, Found
 from plant_model.gap.held_out import answer
@@ -18,7 +19,8 @@ from plant_model.gap.report import MACHINE_AFTER, five_lines, report_of
 from plant_model.machine import Machine
 from plant_model.machine_file import machine_path, read_machine
 from plant_model.machine_writer import write_machine
-from scenarios.fmu_files import build_plant, check_can_build
+from plant_model.sensors import column_of, displacement_names
+from scenarios.fmu_files import build_plant
 from scenarios.gap_cosimulation import compare_fmus
 from scenarios.gap_page import PAGE, write_gap_page
 from scenarios.results import check_folder, results_folder, write_table
@@ -84,8 +86,6 @@ def run_find_gap(asked: Question, say: Callable[[str], None]) -> tuple[dict[str,
         If a plant FMU fails.
     """
     check_folder(asked.out)
-    if asked.fmu:
-        check_can_build()
     machine = read_machine(asked.machine)
     runs, unseen = _read(asked)
     say("looking for broken channels")
@@ -101,24 +101,26 @@ def run_find_gap(asked: Question, say: Callable[[str], None]) -> tuple[dict[str,
     )
     observed = [one.observed for one in comparison.before]
     faults = sorted([*faults, *more], key=lambda fault: (fault.run, fault.channel, fault.start_s))
+    lacking = not_compared(machine, [*runs, *unseen])
     with results_folder(asked.out) as folder:
         machines = (found.before.machine, found.after.machine)
         for which, name in zip(machines, (MACHINE_BEFORE, MACHINE_AFTER), strict=True):
             write_machine(which, asked.machine, folder / name)
         cosimulation = _cosimulated(found, observed, folder, say) if asked.fmu else None
-        table = report_of(found, comparison, faults, cosimulation)
+        table = report_of(found, comparison, faults, cosimulation) | {"not_compared": lacking}
         facts = [
             ("Machine", f"{machine.title} ({machine_path(asked.machine).name})"),
             ("Runs used", _named(used)),
             ("Never used", _named(kept_back)),
             ("Not considered", ", ".join(asked.without) or "-"),
+            ("Sensors not compared", "; ".join(lacking) or "-"),
             ("Seed", str(asked.seed)),
         ]
         write_gap_page(found, comparison, table, facts, folder)
         text = json.dumps(table, indent=1, allow_nan=False) + "\n"
         (folder / GAP).write_text(text, encoding="utf-8")
         write_table([], {"gap": GAP}, folder)
-    return table, [*five_lines(table), f"report: {asked.out / PAGE}"]
+    return table, [*five_lines(table), *lacking, f"report: {asked.out / PAGE}"]
 
 
 def _read(asked: Question) -> tuple[list[Run], list[Run]]:
@@ -155,6 +157,8 @@ def usable_runs(
     BadInput
         If too little is left of either.
     """
+    for run in (*runs, *unseen):
+        _need_inputs(machine, run)
     left, faults = without_faults(machine, [*runs, *unseen])
     first, last = ({run.name for run in part} for part in (runs, unseen))
     used = [run for run in left if run.name in first]
@@ -168,6 +172,33 @@ def usable_runs(
     need_readings(machine, used, "--runs")
     need_readings(machine, kept_back, "--holdout")
     return used, kept_back, faults
+
+
+def _need_inputs(machine: Machine, run: Run) -> None:
+    """Refuse a run without what drives the machine."""
+    for entry in machine.inputs:
+        if entry.default is not None:
+            continue
+        column = column_in(run.frame, entry)
+        if column is None:
+            problem = f"has no column {entry.column}, which the machine needs as its {entry.name}"
+            raise BadInput(run.path or run.name, "", problem)
+        if run.frame[column].isna().all():
+            problem = "has no value in the whole run"
+            raise BadInput(run.path or run.name, f"column {column}", problem)
+
+
+def not_compared(machine: Machine, runs: Sequence[Run]) -> list[str]:
+    """Return a line for each sensor of a machine that some or all of the runs do not hold."""
+    lines = []
+    for name in [sensor.name for sensor in machine.sensors] + displacement_names(machine):
+        column = column_of(machine, name)
+        lacking = [run.name for run in runs if column not in run.frame.columns]
+        if lacking:
+            every = len(lacking) == len(runs)
+            where = "in no run" if every else f"not in {', '.join(lacking)}"
+            lines.append(f"not compared: {name}, its column {column} is {where}")
+    return lines
 
 
 def _cosimulated(

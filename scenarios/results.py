@@ -1,7 +1,7 @@
 """The results folder: written beside its place, then put there whole.
 
 A folder of results holds ``table.json``, which lists its files. A folder that holds nothing else is
-known as results and may be replaced.
+known as results and may be replaced by the same command; see `scenarios.outputs`.
 """
 
 from __future__ import annotations
@@ -21,51 +21,17 @@ from measurement.errors import BadInput
 from measurement.runs import write_run
 from scenarios.charts import Chart
 from scenarios.figures import draw
+from scenarios.outputs import RESULTS, TABLE, is_replaceable, made_by
+from scenarios.outputs import check_folder as check_folder
 from scenarios.recording import Recording
 from scenarios.scenario import Scenario
 from scenarios.table import Group, as_list
 from scenarios.views import seen
 
-TABLE, REPORT = "table.json", "report.html"
-KIND = "spindle-drift results"
+REPORT = "report.html"
 FORMAT = 1
 DIGITS = 6
 """Decimals of the numbers in ``results.csv``: far below every sensor's noise."""
-
-
-def check_folder(folder: Path) -> None:
-    """Check that results may go to *folder*: a new or an empty folder, or one of results.
-
-    Raises
-    ------
-    BadInput
-        If it is a file, or a folder that holds something else.
-    """
-    try:
-        if not folder.exists():
-            return
-        if not folder.is_dir():
-            raise BadInput(folder, "", "is a file; a folder for the results is needed")
-        strange = _strange(folder)
-        if strange is not None:
-            raise BadInput(folder, "", f"holds {strange}: choose another folder with --out")
-    except OSError as error:
-        raise BadInput(folder, "", f"cannot be used: {error.strerror}") from None
-
-
-def _strange(folder: Path) -> str | None:
-    """Return what in a folder is not of our making; None if all of it may be replaced."""
-    names = sorted(path.name for path in folder.iterdir())
-    if not names:
-        return None
-    try:
-        table = json.loads((folder / TABLE).read_text(encoding="utf-8"))
-        ours = set(table["files"]) if table["kind"] == KIND else set()
-    except (OSError, ValueError, RecursionError, KeyError, TypeError):
-        ours = set()
-    if not ours:
-        return "files and no results"
-    return next((f"{name}, which is no result" for name in names if name not in ours), None)
 
 
 @contextlib.contextmanager
@@ -89,6 +55,9 @@ def results_folder(folder: Path) -> Iterator[Path]:
         raise BadInput(folder, "", f"cannot be made: {error.strerror}") from None
     try:
         yield beside
+        if target.exists() and not is_replaceable(target):  # only where --force lets it get so far
+            _put_into(target, beside)
+            return
         if target.exists():
             target.rename(old)
         try:
@@ -100,6 +69,15 @@ def results_folder(folder: Path) -> Iterator[Path]:
     finally:
         shutil.rmtree(beside, ignore_errors=True)
         shutil.rmtree(old, ignore_errors=True)
+
+
+def _put_into(folder: Path, results: Path) -> None:
+    """Move results into a folder that holds other things; those of other names stay."""
+    for path in sorted(results.iterdir()):
+        try:
+            path.replace(folder / path.name)
+        except OSError as error:
+            raise BadInput(folder / path.name, "", f"cannot be replaced: {error}") from None
 
 
 def write_recordings(recordings: Sequence[Recording], folder: Path) -> dict[str, dict[str, str]]:
@@ -151,10 +129,18 @@ def machine_run(recording: Recording, rows: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(columns).round(DIGITS)
 
 
-def write_table(groups: Sequence[Group], facts: dict[str, Any], folder: Path) -> dict[str, Any]:
-    """Write ``table.json`` beside what is in *folder* already, and return its content."""
-    files = sorted({*(path.name for path in folder.iterdir()), TABLE, REPORT})
-    head = {"kind": KIND, "format": FORMAT, **facts}
+def write_table(
+    groups: Sequence[Group],
+    facts: dict[str, Any],
+    folder: Path,
+    to_come: Sequence[str] = (REPORT,),
+) -> dict[str, Any]:
+    """Write ``table.json`` beside what is in *folder* already, and return its content.
+
+    The files *to_come* are written after it.
+    """
+    files = sorted({*(path.name for path in folder.iterdir()), TABLE, *to_come})
+    head = {"kind": RESULTS, "format": FORMAT, **made_by(), **facts}
     table = {**head, "files": files, "table": as_list(groups)}
     text = json.dumps(table, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
     (folder / TABLE).write_text(text, encoding="utf-8")

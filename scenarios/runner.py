@@ -10,7 +10,6 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-from scenarios.cli import PROGRAM, version
 from scenarios.cosimulation import simulate
 from scenarios.fmu_files import find_fmu
 from scenarios.recording import FmuFacts, Recording
@@ -26,6 +25,7 @@ from scenarios.results import (
 )
 from scenarios.scenario import Scenario
 from scenarios.table import Group
+from scenarios.version import PROGRAM, version
 from scenarios.views import charts_of, full_label_of, is_compensated, label_of, rig_of, table_of
 
 TABLE_NOTE = (

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 from fmu_compensator.fit.data import Prepared, PreparedRun
@@ -64,10 +64,6 @@ class Recipe:
     def model(self) -> type[FittedModel]:
         """The error model's class."""
         return fitted_models()[self.kind]
-
-    def with_options(self, **options: Any) -> Recipe:
-        """Return the recipe with further options of the error model."""
-        return replace(self, options={**self.options, **options})
 
     def choose(self, prepared: Prepared, runs: Sequence[PreparedRun]) -> tuple[list[int], Any]:
         """Return the indices of the chosen sensors, and the choice for the provenance."""

@@ -243,11 +243,12 @@ def _find(
 def _need_excitation(machine: Machine, runs: Sequence[Run]) -> None:
     """Refuse runs in which nothing but the surroundings changes."""
     for entry in machine.inputs:
-        if entry.is_boundary or entry.default is not None:
+        if entry.is_boundary:
             continue
-        still = entry.low + 0.01 * (entry.high - entry.low)
+        still = entry.low if entry.default is None else entry.default
+        most = still + 0.01 * (entry.high - entry.low)
         for run in runs:
-            if entry.column in run.frame.columns and run.frame[entry.column].max() > still:
+            if entry.column in run.frame.columns and run.frame[entry.column].max() > most:
                 return
     raise BadInput("--runs", "", "the machine stands still in all of them: nothing can be told")
 

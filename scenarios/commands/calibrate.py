@@ -7,8 +7,12 @@ import json
 from dataclasses import asdict
 from pathlib import Path
 
+from scenarios.outputs import MACHINE_FILE, marked
+
 NAME = "calibrate"
 HELP = "move a machine's free parameters so that it follows measured runs"
+READS = ("machine", "runs")
+WRITES = {"output": MACHINE_FILE}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -32,19 +36,21 @@ def run(args: argparse.Namespace) -> int:
     from plant_model.gap.standing import calibrated
     from plant_model.machine_file import read_machine
     from plant_model.machine_writer import write_machine
-    from scenarios.gap_runner import usable_runs
+    from scenarios.gap_runner import not_compared, usable_runs
     from scenarios.progress import CALIBRATE, spoken
 
     if not 1 <= args.starts <= 50:
         raise BadInput("--starts", "", f"{args.starts} is outside 1..50")
     machine = read_machine(args.machine)
-    runs, _, faults = usable_runs(machine, [read_run(path) for path in args.runs])
+    read = [read_run(path) for path in args.runs]
+    runs, _, faults = usable_runs(machine, read)
+    lacking = not_compared(machine, read)
     with spoken(args.quiet, CALIBRATE) as say:
         found, observed, more = calibrated(
             machine, runs, starts=args.starts, seed=args.seed, progress=say
         )
     faults += more
-    path = write_machine(found.machine, args.machine, args.output)
+    path = write_machine(found.machine, args.machine, args.output, finish=marked)
     channels = {
         moment: by_channel(which, [residuals(which, one) for one in observed])
         for moment, which in (("before", machine), ("after", found.machine))
@@ -55,11 +61,13 @@ def run(args: argparse.Namespace) -> int:
             "channels": channels,
             "parameters": [asdict(entry) for entry in found.parameters],
             "data_faults": [asdict(fault) for fault in faults],
+            "not_compared": lacking,
         }
         print(json.dumps(table, indent=1))
         return 0
     for fault in faults:
         print(f"{'put back' if fault.kind == 'probe_step' else 'left out'}: {fault.text}")
+    print(*lacking, sep="\n", end="\n" if lacking else "")
     print(f"{'RMS [K, um]':<14}{'before':>10}{'after':>10}")
     for name, before in channels["before"].items():
         print(f"{name:<14}{before:>10.2f}{channels['after'][name]:>10.2f}")

@@ -22,9 +22,13 @@ from measurement.files import write_atomically
 from measurement.runs import Run, read_run
 from plant_model.machine_file import read_machine
 from scenarios.comparison_page import ranking_text, write_figures, write_page
+from scenarios.outputs import FOLDER
+from scenarios.results import results_folder, write_table
 
 NAME = "compare"
 HELP = "compare all error models on runs that they never saw"
+READS = ("train", "validate", "runs", "machine")
+WRITES = {"out": FOLDER}
 USUAL_MACHINE = "jig_borer"
 
 
@@ -106,13 +110,15 @@ def run(args: argparse.Namespace) -> int:
     lines = ["What is wrong with the data", faults_text(faults), "", *_noted(comparison)]
     lines += ["", ranking_text(comparison)]
     if args.out is not None:
-        figures = write_figures(comparison, args.out)
-        written = [
-            write_atomically(args.out / "comparison.json", text + "\n"),
-            write_page(comparison, faults, args.out / "report.html"),
-            *figures,
-        ]
-        lines += ["", "wrote " + ", ".join(str(path) for path in written)]
+        with results_folder(args.out) as folder:
+            figures = write_figures(comparison, folder)
+            written = [
+                write_atomically(folder / "comparison.json", text + "\n"),
+                write_page(comparison, faults, folder / "report.html"),
+                *figures,
+            ]
+            write_table([], {"comparison": "comparison.json"}, folder, to_come=())
+        lines += ["", "wrote " + ", ".join(str(args.out / path.name) for path in written)]
     print(text if args.json else "\n".join(lines))
     return 0
 
@@ -148,4 +154,4 @@ def _noted(comparison: Comparison) -> list[str]:
     notes = [note for note in comparison.notes if not note.endswith(tuple(HANDLING.values()))]
     lines = ["What the models were given", *(f"  {note}" for note in notes)] if notes else []
     lines += [f"  {name} is left out: {why}" for name, why in comparison.left_out.items()]
-    return lines
+    return lines if len(lines) > 1 else [*lines, "  all rows of every run; no column was left out"]

@@ -6,8 +6,12 @@ import argparse
 import json
 from pathlib import Path
 
+from scenarios.outputs import FOLDER
+
 NAME = "find-gap"
 HELP = "find where a machine's model and measured runs disagree, and name what is missing"
+READS = ("machine", "runs", "holdout")
+WRITES = {"out": FOLDER}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -19,9 +19,12 @@ from measurement.files import write_atomically
 from measurement.rig import Rig, default_rig, rig_from_table
 from measurement.runs import Run, read_run
 from plant_model.machine_file import read_machine
+from scenarios.outputs import COMPENSATOR_FILE
 
 NAME = "fit"
 HELP = "fit a compensator to runs and write its file"
+READS = ("runs", "machine", "option")
+WRITES = {"output": COMPENSATOR_FILE}
 USUAL_MACHINE = "jig_borer"
 RESERVED = frozenset(signature(fit_compensator).parameters)
 """Names that are arguments of the fit, not options of an error model."""

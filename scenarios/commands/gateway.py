@@ -10,8 +10,12 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
+from scenarios.outputs import LOG, STATE
+
 NAME = "gateway"
 HELP = "put the compensator FMU on a CAN bus"
+READS = ("dbc", "compensator")
+WRITES = {"log": LOG, "state": STATE}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

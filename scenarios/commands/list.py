@@ -7,6 +7,8 @@ import json
 
 NAME = "list"
 HELP = "list the scenarios"
+READS = ()
+WRITES: dict[str, str] = {}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -10,8 +10,12 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
+from scenarios.outputs import LOG, RUN_FILE, STATE
+
 NAME = "machine"
 HELP = "put a simulated machine, or a recorded log, on a CAN bus"
+READS = ("scenario", "dbc", "replay", "plant")
+WRITES = {"log": LOG, "state": STATE, "out": RUN_FILE}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

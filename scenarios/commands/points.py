@@ -15,10 +15,14 @@ from fmu_compensator.fit.survey import Survey, survey
 from measurement.files import write_atomically
 from measurement.runs import read_run
 from plant_model.machine_file import read_machine
+from scenarios.outputs import FOLDER
 from scenarios.points_figures import draw_points
+from scenarios.results import results_folder, write_table
 
 NAME = "points"
 HELP = "show which temperatures are alike, and which tell most of the drift"
+READS = ("runs", "machine")
+WRITES = {"out": FOLDER}
 USUAL_MACHINE = "jig_borer"
 SHOWN_SUBSETS = 8
 
@@ -81,9 +85,11 @@ def run(args: argparse.Namespace) -> int:
     text = json.dumps(found.to_dict(), indent=1, allow_nan=False)
     lines = _report(found)
     if args.out is not None:
-        paths = [write_atomically(args.out / "points.json", text + "\n")]
-        paths += draw_points(found, args.out)
-        lines.append("wrote " + ", ".join(str(path) for path in paths))
+        with results_folder(args.out) as folder:
+            paths = [write_atomically(folder / "points.json", text + "\n")]
+            paths += draw_points(found, folder)
+            write_table([], {"points": "points.json"}, folder, to_come=())
+        lines.append("wrote " + ", ".join(str(args.out / path.name) for path in paths))
     print(text if args.json else "\n".join(lines))
     return 0
 

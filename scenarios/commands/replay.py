@@ -6,8 +6,12 @@ import argparse
 import json
 from pathlib import Path
 
+from scenarios.outputs import FOLDER
+
 NAME = "replay"
 HELP = "drive a compensator with measured runs"
+READS = ("compensator", "runs", "machine")
+WRITES = {"out": FOLDER}
 LONGEST_MM = 10_000.0
 
 

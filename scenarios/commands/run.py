@@ -7,8 +7,12 @@ import json
 from pathlib import Path
 from typing import Any
 
+from scenarios.outputs import FOLDER, also_reads
+
 NAME = "run"
 HELP = "simulate a scenario"
+READS = ("scenario", "plant", "compensator", "set")
+WRITES = {"out": FOLDER}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -73,6 +77,7 @@ def _replay(scenario: Any, args: argparse.Namespace, out: Path) -> Any:
 
     settings = scenario.settings
     near = scenario.path.resolve().parent
+    also_reads([_near(near, name) for name in settings.replay.runs])
     if not settings.replay.runs:
         raise BadInput(
             scenario.path,

@@ -12,8 +12,12 @@ if TYPE_CHECKING:
     from plant_model.machine import Machine
     from scenarios.scenario import Case
 
+from scenarios.outputs import RUN_FILE
+
 NAME = "simulate"
 HELP = "simulate a machine over a scenario's speeds and write the run that a rig would measure"
+READS = ("scenario", "machine")
+WRITES = {"output": RUN_FILE}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -13,8 +13,12 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
+from scenarios.outputs import SSP, check_output
+
 NAME = "ssp"
 HELP = "write a scenario with its FMUs as one .ssp file for other tools"
+READS = ("scenario", "plant", "compensator", "set")
+WRITES = {"out": SSP}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -53,7 +57,11 @@ def run(args: argparse.Namespace) -> int:
     case = case_of(scenario, args.variant)
     settings = case.settings
     near = scenario.path.resolve().parent
-    out = args.out or args.fmu_dir / f"{settings.name}.ssp"
+    out = args.out
+    if out is None:
+        args.fmu_dir.mkdir(parents=True, exist_ok=True)
+        out = args.fmu_dir / f"{settings.name}.ssp"
+        check_output(out, SSP)
     with tempfile.TemporaryDirectory(prefix="spindle-drift-built-") as work:
         plant = find_fmu(args.plant or settings.plant.fmu, args.fmu_dir, near, Path(work))
         compensator = None

@@ -18,9 +18,13 @@ from measurement.rig import Rig, default_rig, rig_from_table
 from measurement.runs import Run, read_run
 from plant_model.machine import Machine
 from plant_model.machine_file import read_machine
+from scenarios.outputs import FOLDER
+from scenarios.results import results_folder, write_table
 
 NAME = "summary"
 HELP = "print the ISO 230-3 style summary of runs"
+READS = ("runs", "machine")
+WRITES = {"out": FOLDER}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -62,7 +66,9 @@ def run(args: argparse.Namespace) -> int:
     ]
     tables = json.dumps([summary.to_dict() for summary in summaries], indent=2, allow_nan=False)
     if args.out is not None:
-        _write(args.out, tables, runs, summaries, rigs)
+        with results_folder(args.out) as folder:
+            _write(folder, tables, runs, summaries, rigs)
+            write_table([], {"summary": "summary.json"}, folder, to_come=())
     if args.json:
         print(tables)
     else:

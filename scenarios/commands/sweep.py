@@ -7,8 +7,12 @@ import json
 import sys
 from pathlib import Path
 
+from scenarios.outputs import FOLDER_THAT_GOES_ON
+
 NAME = "sweep"
 HELP = "simulate a scenario many times, with what varies on a grid or drawn at random"
+READS = ("scenario", "set")
+WRITES = {"out": FOLDER_THAT_GOES_ON}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -61,11 +65,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Run what is missing of the sweep, write its folder, print the summary."""
     from scenarios.assignments import assignment
-    from scenarios.cli import PROGRAM
     from scenarios.scenario import read_scenario
     from scenarios.sweep.plan import Request
     from scenarios.sweep.runner import run_sweep
     from scenarios.sweep.tables import as_text
+    from scenarios.version import PROGRAM
 
     request = Request(
         args.scenario,

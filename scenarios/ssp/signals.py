@@ -13,10 +13,10 @@ import pandas as pd
 from fmu_packaging.description import Identity
 from fmu_packaging.documentation import Page
 from fmu_packaging.package import Package, Recipe, build
-from scenarios.cli import version
 from scenarios.scenario import Case
 from scenarios.signals.base import FloatArray
 from scenarios.ssp.slave import SIGNALS_FILE
+from scenarios.version import version
 
 ICON = Path(__file__).resolve().parents[2] / "fmu_packaging" / "assets" / "signals.png"
 

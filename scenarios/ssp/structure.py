@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 from typing import Any
 from xml.etree import ElementTree as ET
 
+from scenarios.version import PROGRAM, version
+
 NAMESPACES = {
     "ssd": "http://ssp-standard.org/SSP1/SystemStructureDescription",
     "ssc": "http://ssp-standard.org/SSP1/SystemStructureCommon",
@@ -73,7 +75,8 @@ def structure(
     """
     for prefix, address in NAMESPACES.items():
         ET.register_namespace(prefix, address)
-    root = ET.Element(_tag("ssd:SystemStructureDescription"), name=title, version="1.0")
+    facts = {"name": title, "version": "1.0", "generationTool": f"{PROGRAM} {version()}"}
+    root = ET.Element(_tag("ssd:SystemStructureDescription"), facts)
     system = _inside(root, "ssd:System", name="system")
     elements = _inside(system, "ssd:Elements")
     for component in components:

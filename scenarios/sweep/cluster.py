@@ -18,9 +18,9 @@ from distributed.comm.core import connect
 
 from measurement.errors import BadInput
 from measurement.files import write_atomically
-from scenarios.cli import PROGRAM, version
 from scenarios.sweep.case import failed, outcome_of
 from scenarios.sweep.plan import Job
+from scenarios.version import PROGRAM, version
 
 OPTION = "--cluster"
 CONNECT_S, WORKER_S = 10, 60

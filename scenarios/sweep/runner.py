@@ -15,13 +15,13 @@ from tqdm import tqdm
 
 from measurement.errors import BadInput
 from measurement.files import write_atomically
-from scenarios.cli import version
 from scenarios.runner import versions
 from scenarios.sweep.figure import draw
 from scenarios.sweep.plan import Plan, Request, plan
 from scenarios.sweep.pool import cores, on_cores
 from scenarios.sweep.store import Store
 from scenarios.sweep.tables import case_table, over_time, summary
+from scenarios.version import version
 
 TABLE, BANDS, SUMMARY = "sweep", "percentiles.csv", "summary.json"
 

@@ -83,3 +83,16 @@ def test_sha256_is_that_of_the_bytes(tmp_path: Path) -> None:
 def test_what_cannot_be_read_is_refused(tmp_path: Path, name: str, problem: str) -> None:
     with pytest.raises(BadInput, match=problem):
         read_bytes(tmp_path / name)
+
+
+def test_what_would_never_end_is_refused_and_the_shell_s_pipe_is_read(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe.csv")
+    (tmp_path / "link.csv").symlink_to("pipe.csv")
+    for path in (tmp_path / "pipe.csv", tmp_path / "link.csv", Path("/dev/zero")):
+        with pytest.raises(BadInput, match="is a pipe or a device"):
+            read_bytes(path)
+    reading, writing = os.pipe()
+    os.write(writing, b"time_s")
+    os.close(writing)
+    assert read_bytes(f"/dev/fd/{reading}") == b"time_s"
+    os.close(reading)

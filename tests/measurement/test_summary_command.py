@@ -72,6 +72,7 @@ def test_a_folder_of_results_with_a_figure_per_run(
     assert json.loads((out / "summary.json").read_text()) == printed
     assert sorted(path.name for path in out.iterdir()) == [
         "summary.json",
+        "table.json",
         "warm-2.png",
         "warm.png",
     ]

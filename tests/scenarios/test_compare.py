@@ -32,12 +32,15 @@ def test_compare_prints_a_ranking_and_writes_page_and_figures(
     assert code == 0
     text = capsys.readouterr().out
     assert "What is wrong with the data" in text
+    given = text[text.index("What the models were given") :].splitlines()
+    assert given[1] == "  all rows of every run; no column was left out"
     ranked = [line.split()[0] for line in text.splitlines() if line[:2].strip().isdigit()]
     assert ranked == ["1", "2", "3"]
     assert "Persistence (last measured), one step ahead" in text
     names = {path.name for path in out.iterdir()}
     assert names == {
-        "comparison.json", "report.html", "ranking.png", "unseen_1.png", "convergence.png"
+        "comparison.json", "report.html", "ranking.png", "unseen_1.png", "convergence.png",
+        "table.json",
     }  # fmt: skip
     page = (out / "report.html").read_text()
     assert "Multiple linear regression" in page
@@ -108,7 +111,7 @@ def test_points_prints_degrees_and_groups_and_draws(
     assert "grey comprehensive degree, lambda 0.9: 2 groups\n  T1 T2; T4" in text
     assert "fuzzy c-means: 2 groups" in text
     assert {path.name for path in out.iterdir()} == {
-        "points.json", "dendrogram.png", "heat_map.png"
+        "points.json", "dendrogram.png", "heat_map.png", "table.json"
     }  # fmt: skip
     assert (out / "heat_map.png").read_bytes().startswith(b"\x89PNG")
     table = json.loads((out / "points.json").read_text())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -68,6 +69,41 @@ def test_a_held_out_run_without_readings_is_refused(
     assert "--holdout" in line
     assert last.name in line
     assert not Path(out).exists()
+
+
+@pytest.mark.parametrize("command", ["find-gap", "calibrate"])
+@pytest.mark.parametrize("empty", [False, True])
+def test_a_run_without_what_drives_the_machine_is_refused(
+    command: str,
+    empty: bool,
+    machine: Machine,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    run = runs_of(machine)[0]
+    frame = run.frame.drop(columns="speed_rpm")
+    paths = written([Run(run.name, frame.assign(speed_rpm=np.nan) if empty else frame)], tmp_path)
+    options = ["--runs", *paths, "--holdout", *paths, "--out", str(tmp_path / "out")]
+    if command == "calibrate":
+        options = [*paths, "-o", str(tmp_path / "out")]
+    if command == "find-gap":
+        other = written([replace(run, name="other")], tmp_path)
+        options[options.index("--holdout") + 1] = other[0]
+    assert main([command, "jig_borer", *options, "--quiet"]) == 2
+    (line,) = capsys.readouterr().err.strip().splitlines()
+    told = "column speed_rpm: has no value" if empty else "has no column speed_rpm, which"
+    assert f"{paths[0]}: {told}" in line
+
+
+def test_sensors_that_the_runs_lack_are_named(machine: Machine) -> None:
+    runs = runs_of(machine)
+    without = [Run(run.name, run.frame.drop(columns="T3_degC")) for run in runs]
+    first = Run(without[0].name, without[0].frame.drop(columns="S1_um"))
+    assert gap_runner.not_compared(machine, runs) == []
+    assert gap_runner.not_compared(machine, [first, *without[1:]]) == [
+        "not compared: T3, its column T3_degC is in no run",
+        "not compared: S1, its column S1_um is not in down",
+    ]
 
 
 def test_too_few_runs_that_can_be_used(

@@ -11,11 +11,12 @@ import pytest
 from measurement.errors import BadInput
 from measurement.runs import read_run
 from scenarios import runner
-from scenarios.results import KIND, TABLE, check_folder, results_folder
+from scenarios.outputs import RESULTS, TABLE
+from scenarios.results import check_folder, results_folder
 from scenarios.runner import run_scenario
 from scenarios.scenario import read_scenario
 
-TABLE_TEXT = json.dumps({"kind": KIND, "files": [TABLE, "new.txt"]})
+TABLE_TEXT = json.dumps({"kind": RESULTS, "files": [TABLE, "new.txt"]})
 
 
 def fill(folder: Path, text: str = "new") -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,7 @@ from measurement.errors import BadInput
 from measurement.runs import write_run
 from plant_model.effects import catalogue
 from plant_model.gap.candidates import Candidate, as_tried, grid, missing_effects, with_effect
-from plant_model.gap.find import find_gap
+from plant_model.gap.find import _need_excitation, find_gap
 from plant_model.gap.judge import judge
 from plant_model.machine import Machine
 from plant_model.machine_file import read_machine
@@ -70,6 +71,19 @@ def test_too_few_runs_and_a_machine_at_rest_are_refused(jig_borer: Machine) -> N
         run.frame["speed_rpm"] = 0.0
     with pytest.raises(BadInput, match="stands still"):
         find_gap(jig_borer, runs)
+
+
+def test_an_input_with_a_default_moves_a_machine_too(jig_borer: Machine) -> None:
+    inputs = tuple(
+        replace(entry, default=0.0) if entry.name == "speed" else entry
+        for entry in jig_borer.inputs
+    )
+    machine, runs = replace(jig_borer, inputs=inputs), runs_of(jig_borer)
+    _need_excitation(machine, runs)
+    for run in runs:
+        run.frame["speed_rpm"] = 0.0
+    with pytest.raises(BadInput, match="stands still"):
+        _need_excitation(machine, runs)
 
 
 def test_candidates_cover_both_signs_and_stay_in_range(jig_borer: Machine) -> None:

@@ -1,0 +1,245 @@
+"""Time of a table's rows: elapsed, or local time, or ISO 8601, in one column or in two."""
+
+from __future__ import annotations
+
+import datetime as dt
+from collections.abc import Sequence
+from dataclasses import dataclass
+from zoneinfo import ZoneInfo, ZoneInfoNotFoundError
+
+import numpy as np
+import pandas as pd
+
+from measurement.errors import BadInput, shown
+from measurement.importing.mapping import TimeRule
+from measurement.importing.quantities import conversion_of
+from measurement.importing.sheets import Cell, Sheet, is_missing
+from measurement.importing.stamps import (
+    DAY_S,
+    as_text,
+    day_comes_first,
+    is_date,
+    is_only_date,
+    seconds_of_date,
+    seconds_of_day,
+)
+from measurement.importing.values import is_numeric, numbers_of
+from measurement.resampling import FloatArray
+
+EPOCH_S = (5e8, 5e9)
+"""Numbers of a clock without a unit between these are seconds since 1970."""
+MOST_S_OF_A_STAMP = 60.0
+"""Rows that share a time stamp are spread over it if the next comes within this time [s]."""
+
+
+@dataclass(frozen=True)
+class Clock:
+    """When a table's rows were taken.
+
+    Attributes
+    ----------
+    time_s : array, shape (rows,)
+        Seconds since 1970 if *absolute* (as the recorder's clock showed it, or universal where the
+        zone is known), else since some zero of the recorder.
+    absolute : bool
+    columns : tuple of int
+        The columns of the sheet that it was made of.
+    rule : TimeRule
+        How, for the mapping file.
+    shared : int
+        Rows that had the same time stamp as the row before them.
+    """
+
+    time_s: FloatArray
+    absolute: bool
+    columns: tuple[int, ...]
+    rule: TimeRule
+    shared: int = 0
+
+
+def clock_of(sheet: Sheet, rule: TimeRule | None = None) -> Clock:
+    """Find and read the time of a sheet.
+
+    Parameters
+    ----------
+    sheet : Sheet
+    rule : TimeRule, optional
+        What a mapping file says; what it leaves open is found.
+
+    Raises
+    ------
+    BadInput
+        If there is no time, or it cannot be told, or it goes back.
+    """
+    rule = rule or TimeRule()
+    at = _columns(sheet, rule)
+    absolute = False
+    if len(at) == 1 and is_numeric(sheet, at[0]):
+        time, absolute, rule = _elapsed(sheet, at[0], rule)
+    elif len(at) == 1 and _all(sheet.columns[at[0]], _is_of_day):
+        time = _passing_midnight(_times_of_day(sheet, at[0]))
+    else:
+        time, rule = _dated(sheet, at, rule)
+        absolute = True
+    time, shared = _ordered(sheet, at[0], time, dated=absolute)
+    names = [sheet.headings[column].text for column in at]
+    return Clock(time, absolute, at, rule.model_copy(update={"columns": names}), shared)
+
+
+def _columns(sheet: Sheet, rule: TimeRule) -> tuple[int, ...]:
+    """Return which column is the time, or which are date and time of day."""
+    texts = [entry.text for entry in sheet.headings]
+    given = [texts.index(name) for name in rule.columns if name in texts]
+    if given:
+        return tuple(given)
+    named = [i for i, entry in enumerate(sheet.headings) if entry.is_time]
+    days = [i for i, cells in enumerate(sheet.columns) if _all(cells, is_only_date)]
+    hours = [i for i, cells in enumerate(sheet.columns) if _all(cells, _is_of_day)]
+    if days and hours:
+        return days[0], hours[0]
+    dated = [i for i, cells in enumerate(sheet.columns) if _all(cells, is_date)]
+    for found in (dated, hours, named):
+        if found:
+            return ((found[0]),)
+    first = conversion_of(sheet.headings[0].unit) if sheet.headings[0].unit else None
+    if first is not None and first.suffix == "s":
+        return (0,)
+    problem = "has no column of time: none has such a name or such values; --time NAME names it"
+    raise BadInput(sheet.where, "", problem)
+
+
+def _elapsed(sheet: Sheet, at: int, rule: TimeRule) -> tuple[FloatArray, bool, TimeRule]:
+    """Return numbers as seconds, and whether they count since 1970."""
+    entry = sheet.headings[at]
+    values = numbers_of(sheet, at)
+    unit = rule.unit or entry.unit
+    middle = float(np.nanmedian(values))
+    if not unit:
+        spans = {"s": middle, "ms": middle / 1e3}
+        unit = next((u for u, v in spans.items() if EPOCH_S[0] < v < EPOCH_S[1]), "")
+    kind = conversion_of(unit) if unit else None
+    if kind is None or kind.suffix != "s":
+        said = (
+            f"{shown(unit or entry.said)} is no unit of time" if unit or entry.said else "no unit"
+        )
+        problem = f"{said}: say it, as in --unit '{entry.text}=s' (s, ms, min, h or d)"
+        raise BadInput(sheet.where, f"column {entry.text}", problem)
+    time = kind(values)
+    absolute = bool(EPOCH_S[0] < np.nanmedian(time) < EPOCH_S[1])
+    return time, absolute, rule.model_copy(update={"unit": unit})
+
+
+def _dated(sheet: Sheet, at: Sequence[int], rule: TimeRule) -> tuple[FloatArray, TimeRule]:
+    """Return dates as seconds since 1970."""
+    columns = [sheet.columns[i] for i in at]
+    name = f"column {sheet.headings[at[0]].text}"
+    texts = [_joined([column[row] for column in columns]) for row in range(len(sheet.rows))]
+    if rule.day_first is None:
+        rule = rule.model_copy(update={"day_first": day_comes_first(texts)})
+    if rule.day_first is None:
+        problem = f"{texts[0]} may be read in two ways: say --day-first or --month-first"
+        raise BadInput(sheet.where, name, problem)
+    time = np.full(len(texts), np.nan)
+    known: dict[str, float | None] = {"": float("nan")}
+    for row, text in enumerate(texts):
+        if text not in known:
+            known[text] = seconds_of_date(text, rule.day_first)
+        seconds = known[text]
+        if seconds is None:
+            place = f"row {sheet.rows[row]}, {name}"
+            raise BadInput(sheet.where, place, f"{shown(text)} is not a time")
+        time[row] = seconds
+    return (_universal(sheet, name, time, rule.timezone) if rule.timezone else time), rule
+
+
+def _joined(cells: Sequence[Cell]) -> str:
+    """Return a date, or a date and its time of day, as one text."""
+    if len(cells) == 2 and isinstance(cells[0], (dt.datetime, dt.date)):
+        hours = cells[1]
+        if isinstance(hours, dt.datetime):  # a workbook's time of day, on some day of its own
+            hours = hours.time()
+        return f"{cells[0].isoformat()[:10]} {as_text(hours)}".strip()
+    return " ".join(as_text(cell) for cell in cells).strip()
+
+
+def _universal(sheet: Sheet, name: str, time: FloatArray, zone: str) -> FloatArray:
+    """Return local times as universal ones, so that an hour that clocks repeat stays two hours."""
+    try:
+        ZoneInfo(zone)
+    except (ZoneInfoNotFoundError, ValueError, OSError):
+        problem = f"{zone!r} is no time zone; a name such as Europe/Berlin is needed"
+        raise BadInput(sheet.where, name, problem) from None
+    local = pd.Series(pd.to_datetime(time, unit="s"))
+    try:
+        there = local.dt.tz_localize(zone, ambiguous="infer")
+    except ValueError as error:
+        raise BadInput(sheet.where, name, f"does not fit {zone}: {error}") from None
+    zero = pd.Timestamp(0, tz="UTC")
+    return np.asarray((there - zero).dt.total_seconds(), dtype=np.float64)
+
+
+def _times_of_day(sheet: Sheet, at: int) -> FloatArray:
+    found = np.full(len(sheet.rows), np.nan)
+    for row, cell in enumerate(sheet.columns[at]):
+        if is_missing(cell):
+            continue
+        seconds = seconds_of_day(cell)
+        if seconds is None:
+            place = f"row {sheet.rows[row]}, column {sheet.headings[at].text}"
+            raise BadInput(sheet.where, place, f"{shown(cell)} is not a time")
+        found[row] = seconds
+    return found
+
+
+def _passing_midnight(time: FloatArray) -> FloatArray:
+    """Return times of day with a day added at each midnight."""
+    back = np.diff(time, prepend=time[:1]) < -DAY_S / 2.0
+    return np.asarray(time + DAY_S * np.cumsum(back))
+
+
+def _ordered(sheet: Sheet, at: int, time: FloatArray, *, dated: bool) -> tuple[FloatArray, int]:
+    """Check that time is there and never goes back, and spread rows that share a stamp.
+
+    Recorders that write whole seconds or minutes give several rows the same one.
+    """
+    name = f"column {sheet.headings[at].text}"
+
+    def refuse(row: int, problem: str) -> BadInput:
+        return BadInput(sheet.where, f"row {sheet.rows[row]}, {name}", problem)
+
+    missing = np.flatnonzero(np.isnan(time))
+    if missing.size:
+        raise refuse(int(missing[0]), "is missing; every row needs a time")
+    steps = np.diff(time)
+    back = np.flatnonzero(steps < 0.0)
+    if back.size:
+        row = int(back[0]) + 1
+        problem = f"{_told(time[row], dated)} is before {_told(time[row - 1], dated)}, the last row"
+        if dated and -3700.0 < steps[row - 1] < -3000.0:
+            problem += "; if clocks were set back by an hour, --timezone Europe/Berlin mends it"
+        raise refuse(row, problem)
+    same = np.flatnonzero(steps == 0.0) + 1
+    if not same.size:
+        return time, 0
+    fresh = np.flatnonzero(np.diff(time, prepend=-np.inf) > 0.0)
+    between = np.diff(time[fresh])
+    if not between.size or np.median(between) > MOST_S_OF_A_STAMP:
+        row = int(same[0])
+        raise refuse(row, f"has the time of the row before it, {_told(time[row], dated)}")
+    counts = np.diff(np.append(fresh, len(time)))
+    width = np.minimum(np.append(between, np.median(between)), MOST_S_OF_A_STAMP)
+    within = np.arange(len(time)) - np.repeat(fresh, counts)
+    return np.asarray(time + within * np.repeat(width / counts, counts)), int(same.size)
+
+
+def _told(time_s: float, dated: bool) -> str:
+    return str(pd.Timestamp(time_s, unit="s")) if dated else f"{time_s:g} s"
+
+
+def _all(cells: list[Cell], kind: object) -> bool:
+    some = [cell for cell in cells[:20] if not is_missing(cell)]
+    return bool(some) and all(kind(cell) for cell in some)  # type: ignore[operator]
+
+
+def _is_of_day(cell: Cell) -> bool:
+    return seconds_of_day(cell) is not None

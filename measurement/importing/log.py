@@ -1,0 +1,149 @@
+"""From files of any recorder to runs: all steps in order."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from collections.abc import Mapping as Mapped
+from dataclasses import dataclass
+from pathlib import Path
+
+from measurement.errors import BadInput
+from measurement.importing.joining import Log, joined
+from measurement.importing.mapping import ColumnRule, Mapping, mapping_text
+from measurement.importing.plausible import doubts
+from measurement.importing.sheets import read_sheets
+from measurement.importing.splitting import Piece, split
+from measurement.importing.tables import Table, fits, table_of
+from measurement.runs import Run
+
+SPARSE = 0.5
+"""From this share of rows with something missing on, joined tables want an even grid [1]."""
+
+
+@dataclass(frozen=True)
+class Imported:
+    """What became of a log.
+
+    Attributes
+    ----------
+    pieces : tuple of Piece
+        The runs, each with how it began.
+    mapping : Mapping
+        What was decided.
+    hints : dict of str to str
+        By header: columns that could not be placed, and what would place them.
+    doubts : tuple of (str, str)
+        Column and what its numbers contradict.
+    notes : tuple of str
+        What was passed over, and what was said of the tables.
+    sources : dict of str to str
+        For each column of the runs the header that it came from.
+    """
+
+    pieces: tuple[Piece, ...]
+    mapping: Mapping
+    hints: dict[str, str]
+    doubts: tuple[tuple[str, str], ...]
+    notes: tuple[str, ...]
+    sources: dict[str, str]
+
+    @property
+    def runs(self) -> list[Run]:
+        """The runs, in order of time."""
+        return [piece.run for piece in self.pieces]
+
+    def mapping_text(self) -> str:
+        """Return the mapping file's text, hints and doubts as comments."""
+        remarks = dict(self.hints)
+        for column, text in self.doubts:
+            header = self.sources.get(column, "")
+            remarks.setdefault(header, f"doubtful: {text}")
+        return mapping_text(self.mapping, remarks)
+
+
+def import_files(
+    paths: Iterable[Path], mapping: Mapping | None = None, units: Mapped[str, str] | None = None
+) -> Imported:
+    """Read logs and make runs of them.
+
+    Parameters
+    ----------
+    paths : iterable of Path
+        Text tables, workbooks or logs. Tables with the same columns follow each other; others
+        stand side by side on one clock.
+    mapping : Mapping, optional
+        What an earlier import decided.
+    units : mapping of str to str, optional
+        Units by header (``*`` and ``?`` allowed), for columns whose header has none.
+
+    Raises
+    ------
+    BadInput
+        For the first thing that cannot be used; or if no column could be placed.
+    """
+    mapping, units = mapping or Mapping(), units or {}
+    tables = [
+        table_of(sheet, mapping, units) for path in paths for sheet in read_sheets(Path(path))
+    ]
+    _need_signals(tables, units)
+    logs = joined([table for table in tables if len(table.frame.columns)])
+    pieces: list[Piece] = []
+    notes = [f"{table.where}: {note}" for table in tables for note in _said(table)]
+    for log in logs:
+        found, left_out = split(log, mapping)
+        pieces += found
+        notes += [*left_out, *_sparse(log, mapping)]
+    hints = {header: text for table in tables for header, text in table.hints.items()}
+    runs = [piece.run for piece in pieces]
+    return Imported(
+        tuple(pieces),
+        _decided(tables, mapping),
+        hints,
+        tuple(doubts(runs)),
+        tuple(notes),
+        {column: header for log in logs for column, header in log.sources.items()},
+    )
+
+
+def _need_signals(tables: Sequence[Table], units: Mapped[str, str]) -> None:
+    headers = {entry.text for table in tables for entry in table.sheet.headings}
+    if not any(len(table.frame.columns) for table in tables):
+        header, text = next(
+            ((h, t) for table in tables for h, t in table.hints.items()), ("", "only time")
+        )
+        place = f"column {header}" if header else ""
+        raise BadInput(tables[0].where, place, f"no column can be placed: {text}")
+    for pattern in units:
+        if not any(fits(header, pattern) for header in headers):
+            shown = ", ".join(sorted(headers))
+            raise BadInput("--unit", "", f"no column is called {pattern!r}: {shown}")
+
+
+def _said(table: Table) -> list[str]:
+    notes = list(table.sheet.notes)
+    if table.clock.shared:
+        count = table.clock.shared
+        notes.append(f"{count} rows share a time stamp with the row before and are spread over it")
+    return notes
+
+
+def _sparse(log: Log, mapping: Mapping) -> list[str]:
+    signals = log.frame.drop(columns="time_s")
+    share = float(signals.isna().any(axis=1).mean())
+    if len(set(log.paths)) < 2 or share < SPARSE or mapping.every_s:
+        return []
+    text = f"{100 * share:.0f} % of the rows lack a value, since the tables' clocks differ"
+    return [f"{text}: --every SECONDS puts all on one grid"]
+
+
+def _decided(tables: Sequence[Table], mapping: Mapping) -> Mapping:
+    """Return the mapping with everything that was found out."""
+    columns: dict[str, ColumnRule] = {}
+    for table in tables:
+        columns |= table.rules
+    times = list(dict.fromkeys(name for table in tables for name in table.clock.rule.columns))
+    same = {table.clock.rule.unit for table in tables}
+    rule = tables[0].clock.rule.model_copy(
+        update={"columns": times, "unit": same.pop() if len(same) == 1 else ""}
+    )
+    return mapping.model_copy(update={"time": rule, "columns": mapping.columns | columns})

@@ -1,0 +1,143 @@
+"""The mapping file: what the first import decided about a log, for a person to mend and reuse."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from typing import Any, Literal
+
+import tomlkit
+from pydantic import BaseModel, ConfigDict, Field
+
+from measurement.errors import BadInput, checked
+from measurement.files import read_bytes
+
+KIND = "spindle-drift import"
+FORMAT = 1
+HEAD = """\
+How this log becomes run files; the next import into this folder follows it.
+A column without a unit, or with keep = false, is left out. Known units are those of the header or
+degC, K, degF, um, mm, rpm, mm/min, Nm, W, kW, l/min, s, min, h and 1 (a flag).
+"""
+
+
+class _Strict(BaseModel):
+    model_config = ConfigDict(extra="forbid")
+
+
+class TimeRule(_Strict):
+    """How the time of a table is read.
+
+    Attributes
+    ----------
+    columns : list of str
+        Headers of the column, or of date and time of day.
+    unit : str
+        Of a number: s, ms, min, h or d.
+    day_first : bool, optional
+        Whether 03/04 is the 3rd of April.
+    timezone : str
+        IANA name, if the clock follows summer time.
+    """
+
+    columns: list[str] = Field(default_factory=list)
+    unit: str = ""
+    day_first: bool | None = None
+    timezone: str = ""
+
+
+class ColumnRule(_Strict):
+    """What a column of a log is.
+
+    Attributes
+    ----------
+    name : str
+        The signal's name in the run file, without its unit.
+    unit : str
+        What the log's numbers are in; empty if nobody knows.
+    keep : bool
+        Whether it is wanted.
+    sign : int
+        -1 turns it round.
+    """
+
+    name: str
+    unit: str = ""
+    keep: bool = True
+    sign: Literal[1, -1] = 1
+
+
+class Mapping(_Strict):
+    """A mapping file.
+
+    Attributes
+    ----------
+    format : int
+    kind : str
+    split : str
+        ``pauses``, ``days`` or ``none``: where a log is cut into runs.
+    pause_s : float
+        A pause longer than this ends a run [s].
+    cold_after_s : float
+        After a rest of this length a machine is cold [s].
+    every_s : float
+        Step of an even grid for the runs; 0 leaves the rows as they are [s].
+    time : TimeRule
+    columns : dict of str to ColumnRule
+        By header.
+    """
+
+    format: Literal[1] = 1
+    kind: Literal["spindle-drift import"] = "spindle-drift import"
+    split: Literal["pauses", "days", "none"] = "pauses"
+    pause_s: float = Field(default=1800.0, gt=0.0, le=1e9)
+    cold_after_s: float = Field(default=28800.0, gt=0.0, le=1e9)
+    every_s: float = Field(default=0.0, ge=0.0, le=86400.0)
+    time: TimeRule = Field(default_factory=TimeRule)
+    columns: dict[str, ColumnRule] = Field(default_factory=dict)
+
+
+def read_mapping(path: Path) -> Mapping:
+    """Read a mapping file.
+
+    Raises
+    ------
+    BadInput
+        If it is no mapping file, or something in it is not allowed.
+    """
+    try:
+        table = tomllib.loads(read_bytes(path).decode("utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise BadInput(path, "", f"is not TOML: {error}") from None
+    if table.get("kind") != KIND:
+        raise BadInput(path, "kind", f'is not "{KIND}": no mapping file')
+    return checked(Mapping, table, path)
+
+
+def mapping_text(mapping: Mapping, remarks: dict[str, str]) -> str:
+    """Return a mapping file's text.
+
+    Parameters
+    ----------
+    mapping : Mapping
+    remarks : dict of str to str
+        What stands behind a column as a comment.
+    """
+    document = tomlkit.document()
+    for line in HEAD.splitlines():
+        document.add(tomlkit.comment(line))
+    table = mapping.model_dump(exclude_none=True)
+    columns: dict[str, dict[str, Any]] = table.pop("columns")
+    for key, value in table.items():
+        document[key] = value
+    place = tomlkit.table()
+    for header, rule in columns.items():
+        entry = tomlkit.inline_table()
+        shown = {key: value for key, value in rule.items() if key in ("name", "unit")}
+        shown |= {"keep": False} if not rule["keep"] else {}
+        entry.update(shown | ({"sign": rule["sign"]} if rule["sign"] != 1 else {}))
+        place[header] = entry
+        if header in remarks:
+            place[header].comment(remarks[header])
+    document["columns"] = place
+    return tomlkit.dumps(document)

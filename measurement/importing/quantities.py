@@ -1,0 +1,125 @@
+"""Units as people write them, and how their numbers become those of a run file."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from measurement.resampling import FloatArray
+from measurement.units import UNITS
+
+
+@dataclass(frozen=True)
+class Conversion:
+    """How numbers in one unit become numbers in a run file's unit.
+
+    Attributes
+    ----------
+    suffix : str
+        The run file's unit; see ``measurement.units``.
+    factor, offset : float
+        Value in the run file = factor * value + offset.
+    """
+
+    suffix: str
+    factor: float = 1.0
+    offset: float = 0.0
+
+    def __call__(self, values: FloatArray) -> FloatArray:
+        """Return values in the run file's unit."""
+        # Rounded, so that 294.15 K is 21 degC and no more digits than were measured are written.
+        return np.asarray(np.round(values * self.factor + self.offset, 9))
+
+
+_SPELLINGS: tuple[tuple[Conversion, str], ...] = (
+    (Conversion("s"), "s sec secs second seconds sek sekunden"),
+    (Conversion("s", 1e-3), "ms millisecond milliseconds"),
+    (Conversion("s", 60.0), "min minute minutes minuten mins"),
+    (Conversion("s", 3600.0), "h hr hrs hour hours std stunden"),
+    (Conversion("s", 86400.0), "d day days tage"),
+    (Conversion("degC"), "degc °c ℃ c cel celsius deg_c grdc gradc grad"),
+    (Conversion("degC", 1.0, -273.15), "k kelvin degk °k"),
+    (Conversion("degC", 5.0 / 9.0, -160.0 / 9.0), "f °f ℉ degf fahrenheit"),
+    (Conversion("um"), "um µm micron microns micrometer micrometre mikrometer my"),
+    (Conversion("um", 1e-3), "nm nanometer nanometre"),
+    (Conversion("um", 1e6), "m meter metre"),
+    (Conversion("um", 25400.0), "in inch inches"),
+    (Conversion("um", 25.4), "mil thou"),
+    (Conversion("mm"), "mm millimeter millimetre"),
+    (Conversion("rpm"), "rpm 1/min min-1 min^-1 u/min r/min rev/min upm /min"),
+    (Conversion("rpm", 60.0), "hz 1/s rps r/s rev/s u/s"),
+    (Conversion("rpm", 1000.0), "krpm 1000rpm"),
+    (Conversion("rpm", 30.0 / np.pi), "rad/s"),
+    (Conversion("mm_min"), "mm/min mm_min mmpm"),
+    (Conversion("mm_min", 1000.0), "m/min"),
+    (Conversion("mm_min", 60.0), "mm/s"),
+    (Conversion("Nm"), "newtonmeter n*m n.m n-m"),
+    (Conversion("W"), "w watt"),
+    (Conversion("W", 1e3), "kw kilowatt"),
+    (Conversion("lpm"), "l/min lpm liter/min slpm"),
+    (Conversion("lpm", 1000.0 / 60.0), "m3/h m^3/h cbm/h"),
+    (Conversion("lpm", 1.0 / 60.0), "l/h"),
+    (Conversion("urad"), "urad µrad"),
+    (Conversion("urad", 1e3), "mrad"),
+    (Conversion("1"), "1 - bool boolean flag on/off status code -/-"),
+)
+_EXACT = {"Nm": Conversion("Nm"), "nm": Conversion("um", 1e-3), "N m": Conversion("Nm")}
+"""Where capitals tell units apart."""
+_BY_SPELLING = {word: kind for kind, words in _SPELLINGS for word in words.split()}
+KNOWN_UNITS = (
+    "s, min, h, degC, K, degF, um, mm, rpm, Hz, mm/min, Nm, W, kW, l/min, urad, 1 (a flag)"
+)
+"""The usual ones, for a message."""
+LENGTH = re.compile(r"tool|length|laenge|länge|position|pos(?![a-z])|abstand", re.IGNORECASE)
+"""Names of lengths that stay in millimetres; other millimetres are displacement."""
+
+
+def conversion_of(unit: str, name: str = "") -> Conversion | None:
+    """Return how numbers in a unit are converted; None if the unit is not known.
+
+    Parameters
+    ----------
+    unit : str
+        As a header writes it.
+    name : str
+        What is measured: millimetres are a length or a displacement.
+
+    Examples
+    --------
+    >>> conversion_of("°F")(np.array([68.0])).round(3).tolist()
+    [20.0]
+    >>> conversion_of("mm", "disp_z")(np.array([0.012])).tolist()
+    [12.0]
+    >>> conversion_of("mm", "tool_length")(np.array([100.0])).tolist()
+    [100.0]
+    """
+    text = unicodedata.normalize("NFKC", unit).replace("μ", "µ").strip().strip("[]()").strip()
+    if text in _EXACT:
+        return _EXACT[text]
+    if text in UNITS:
+        found: Conversion | None = Conversion(text)
+    else:
+        plain = text.casefold().replace("μ", "µ").replace(" ", "").replace("·", "*")
+        plain = plain.replace("⁻¹", "-1").replace("³", "3")
+        found = _BY_SPELLING.get(plain)
+    if found == Conversion("mm") and not LENGTH.search(name):
+        return Conversion("um", 1000.0)
+    return found
+
+
+def checked_conversion(unit: str, name: str, refuse: Callable[[str], Exception]) -> Conversion:
+    """Return how a unit that somebody gave is converted.
+
+    Raises
+    ------
+    Exception
+        What *refuse* makes of the text, for a unit that is not known.
+    """
+    found = conversion_of(unit, name)
+    if found is None:
+        raise refuse(f"{unit!r} is not a known unit: {KNOWN_UNITS}")
+    return found

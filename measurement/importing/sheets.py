@@ -1,0 +1,273 @@
+"""A file as sheets: header, and a column of cells for each name, nothing interpreted yet."""
+
+from __future__ import annotations
+
+import datetime as dt
+import re
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from measurement.errors import BadInput
+from measurement.files import read_bytes
+from measurement.importing.headers import Heading, heading, is_unit_line
+from measurement.importing.text_tables import cells_of, decimal_mark, decoded
+
+Cell = str | float | int | bool | dt.date | dt.time | dt.timedelta | None
+
+NUMBER = re.compile(r"\s*[+-]?(?:\d+(?:[.,]\d*)*|[.,]\d+)(?:[eE][+-]?\d+)?\s*")
+CLOCK = re.compile(
+    r"\s*\d{1,4}(?:[-./:]\d{1,2}\b|[-./ ]+[A-Za-zä]{3,9}[-./ ,]+\d{2}).*|\s*\d+ ?d \d+:\d+.*"
+)
+MISSING = frozenset(
+    word.casefold()
+    for word in (
+        *("", "-", "--", "---", "----", "NaN", "NA", "N/A", "null", "None", "OL", "over", "under"),
+        *("err", "error", "#N/A", "#NV", "#NA", "#WERT!", "#VALUE!", "#DIV/0!"),
+    )
+)
+"""What recorders write where there is no value, in small letters."""
+EXCEL = (".xlsx", ".xlsm", ".xlsb", ".xls", ".ods")
+HEADER_WITHIN = 100
+"""Lines among which the header is looked for."""
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """A table as a file holds it.
+
+    Attributes
+    ----------
+    path : Path
+    title : str
+        Of a workbook's sheet or a log's group; empty for a text table.
+    headings : tuple of Heading
+    columns : list of list
+        Cells of each column, as text, number or time.
+    rows : list of int
+        For each row of cells its number in the file, the first being 1.
+    decimal, thousands : str
+        Marks in numbers that are texts.
+    notes : tuple of str
+        What was passed over.
+    """
+
+    path: Path
+    title: str
+    headings: tuple[Heading, ...]
+    columns: list[list[Cell]]
+    rows: list[int]
+    decimal: str = "."
+    thousands: str = ""
+    notes: tuple[str, ...] = ()
+
+    @property
+    def where(self) -> str:
+        """How a message names the table."""
+        return f"{self.path}, {self.title}" if self.title else str(self.path)
+
+
+def read_sheets(path: Path) -> list[Sheet]:
+    """Read all tables of a file.
+
+    Parameters
+    ----------
+    path : Path
+        A text table, or by its ending a workbook (``.xlsx``, ``.xls``, ...) or a log (``.tdms``,
+        ``.mf4``, ``.mdf``, ``.dat`` where it is one).
+
+    Raises
+    ------
+    BadInput
+        If there is no table in it, or it cannot be read.
+    """
+    ending = path.suffix.lower()
+    data = read_bytes(path)
+    if ending in EXCEL:
+        found = _workbook(path)
+    elif ending in (".tdms", ".mf4", ".mdf") or data[:8].startswith(b"MDF     "):
+        from measurement.importing.logs import read_log
+
+        found = read_log(path)
+    else:
+        text = decoded(data, path)
+        rows: list[list[Cell]] = [list(row) for row in cells_of(text, path)]
+        found = [_sheet(path, "", rows)]
+    if not found:
+        raise BadInput(path, "", "holds no table with a header and data rows")
+    return found
+
+
+def _workbook(path: Path) -> list[Sheet]:
+    try:
+        from python_calamine import CalamineWorkbook
+    except ImportError:
+        raise BadInput(path, "", "needs python-calamine: pip install python-calamine") from None
+    try:
+        with CalamineWorkbook.from_path(str(path)) as book:
+            tables = [
+                (name, book.get_sheet_by_name(name).to_python(skip_empty_area=False))
+                for name in book.sheet_names
+            ]
+    except Exception as error:  # the library has an error for each format, and no common one
+        raise BadInput(path, "", f"is no workbook that can be read: {error}") from None
+    found = []
+    for name, rows in tables:
+        cells: list[list[Cell]] = [list(row) for row in rows]
+        if sum(any(not _is_missing(cell) for cell in row) for row in cells) < 2:
+            continue  # an empty sheet, or a lone title
+        try:
+            found.append(_sheet(path, name, cells))
+        except BadInput:
+            # A workbook may hold a cover or figures; it must hold one table at least.
+            if len(tables) == 1:
+                raise
+    return found
+
+
+def _sheet(path: Path, title: str, rows: list[list[Cell]]) -> Sheet:
+    """Find the header, and turn rows into columns.
+
+    Raises
+    ------
+    BadInput
+        If there is none, or a row does not fit it.
+    """
+    place = f"{title}, " if title else ""
+    first = next((i for i, row in enumerate(rows[:HEADER_WITHIN]) if _is_data(row) and i > 0), None)
+    if rows and _is_data(rows[0]):
+        raise BadInput(path, f"{place}row 1", "holds numbers; a header with names must stand first")
+    if first is None:
+        problem = f"no row of numbers in the first {HEADER_WITHIN} rows"
+        raise BadInput(path, title, f"holds no table: {problem}")
+    headings, width, skipped = _headings(path, rows, first, place)
+    notes = [f"{skipped} lines before the header are passed over"] if skipped else []
+    kept = [(number, row) for number, row in enumerate(rows[first:], first + 1) if _filled(row)]
+    _check_widths(path, place, kept, width, notes)
+    numbers = [number for number, _ in kept]
+    columns: list[list[Cell]] = [
+        [row[at] if at < len(row) else None for _, row in kept] for at in range(width)
+    ]
+    empty = [
+        at
+        for at in range(width)
+        if not headings[at].text and all(_is_missing(cell) for cell in columns[at])
+    ]
+    for at, entry in enumerate(headings):
+        if not entry.text and at not in empty:
+            raise _nameless(path, f"{place}row {first}, column {at + 1}", headings)
+    left = [at for at in range(width) if at not in empty]
+    texts = [[cell for cell in row if isinstance(cell, str)] for _, row in kept[:400]]
+    decimal, thousands = decimal_mark(texts, path)
+    return Sheet(
+        path,
+        title,
+        tuple(headings[at] for at in left),
+        [columns[at] for at in left],
+        numbers,
+        decimal,
+        thousands,
+        tuple(notes),
+    )
+
+
+def _nameless(path: Path, place: str, headings: Sequence[Heading]) -> BadInput:
+    problem = "has values and no name"
+    if 2 * sum(bool(entry.text) for entry in headings) == len(headings):
+        problem += ": decimal commas need another separator than a comma, such as a semicolon"
+    return BadInput(path, place, problem)
+
+
+def _headings(
+    path: Path, rows: list[list[Cell]], first: int, place: str
+) -> tuple[list[Heading], int, int]:
+    """Return the headings, how wide the table is, and how many lines stand before its header."""
+    above = [i for i in range(first) if _filled(rows[i])]
+    if not above:
+        raise BadInput(path, f"{place}row {first + 1}", "no header with names stands above it")
+    last = _texts(rows[above[-1]])
+    names, units, top = last, [""] * len(last), above[-1]
+    before = _texts(rows[above[-2]]) if len(above) > 1 else []
+    if is_unit_line(last) and len(before) >= 2 and len([c for c in before if c]) >= 2:
+        names, units, top = before, last, above[-2]
+    usual = _usual_length(rows[first:])
+    width = max(len(_trimmed(row)) for row in rows[first : first + 50] if len(row) == usual)
+    width = max(width, *(len(texts) - _blank_end(texts) for texts in (names, units)))
+    padded = [(texts + [""] * width)[:width] for texts in (names, units)]
+    return (
+        [heading(name, unit) for name, unit in zip(*padded, strict=True)],
+        width,
+        above.index(top),
+    )
+
+
+def _check_widths(
+    path: Path,
+    place: str,
+    kept: list[tuple[int, list[Cell]]],
+    width: int,
+    notes: list[str],
+) -> None:
+    """Refuse a row that is wider or narrower than the others; the last may have been cut off."""
+    usual = _usual_length([row for _, row in kept])
+    for number, row in kept:
+        if len(row) == usual or (len(row) > usual and len(_trimmed(row)) <= width):
+            continue
+        if number == kept[-1][0] and len(row) < usual:
+            notes.append(f"the last row ({number}) is cut off and left out")
+            kept.pop()
+            return
+        problem = f"has {len(row)} cells; the others have {usual}"
+        raise BadInput(path, f"{place}row {number}", problem)
+
+
+def _usual_length(rows: Sequence[Sequence[Cell]]) -> int:
+    """Return how many cells most rows have, blank ones left out."""
+    return Counter(len(row) for row in rows if _filled(row)).most_common(1)[0][0]
+
+
+def _texts(row: Sequence[Cell]) -> list[str]:
+    return ["" if cell is None else str(cell).strip() for cell in row]
+
+
+def _trimmed(row: Sequence[Cell]) -> list[Cell]:
+    cells = list(row)
+    while cells and _is_missing(cells[-1]):
+        cells.pop()
+    return cells
+
+
+def _blank_end(texts: Sequence[str]) -> int:
+    """Return how many texts at the end are empty."""
+    return next((n for n, text in enumerate(reversed(texts)) if text), len(texts))
+
+
+def _filled(row: Sequence[Cell]) -> bool:
+    return any(not (cell is None or (isinstance(cell, str) and not cell.strip())) for cell in row)
+
+
+def _is_missing(cell: Cell) -> bool:
+    return cell is None or (isinstance(cell, str) and cell.strip().casefold() in MISSING)
+
+
+def is_missing(cell: Cell) -> bool:
+    """Return whether a cell says that there is no value."""
+    return _is_missing(cell)
+
+
+def _is_data(row: Sequence[Cell]) -> bool:
+    """Return whether a row holds values: at least two cells, most of them numbers or times."""
+    filled = [cell for cell in row if cell is not None and str(cell).strip()]
+    values = [cell for cell in filled if _is_value(cell)]
+    spoken = [cell for cell in filled if not _is_missing(cell)]
+    return len(filled) >= 2 and len(values) >= 1 and len(values) >= 0.6 * max(len(spoken), 1)
+
+
+def _is_value(cell: Any) -> bool:
+    if isinstance(cell, bool) or cell is None:
+        return isinstance(cell, bool)
+    if isinstance(cell, str):
+        return bool(NUMBER.fullmatch(cell) or CLOCK.fullmatch(cell))
+    return True

@@ -1,0 +1,180 @@
+"""A long log cut into runs, and which of them began warm."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from measurement.errors import BadInput
+from measurement.importing.joining import Log
+from measurement.importing.mapping import Mapping
+from measurement.importing.stamps import DAY_S
+from measurement.resampling import FloatArray
+from measurement.runs import TIME, Run
+
+WARM_START = "warm_start_1"
+"""The column of a run file that says how it began: 1 warm, 0 cold, absent if nobody knows."""
+FEWEST_ROWS = 3
+MOVES_K = 1.0
+"""A run in which no thermometer rises by this much over the others has warmed nothing [K]."""
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A run cut out of a log.
+
+    Attributes
+    ----------
+    run : Run
+        Its time starts at 0, unless the log is a single run that starts elsewhere.
+    starts : str
+        When, as its recorder's clock showed it; empty where that is not known.
+    rested_s : float
+        Time between the last row of the run before it and its first; NaN for the first [s].
+    warm : bool or None
+        Whether it began warm; None if that cannot be told.
+    """
+
+    run: Run
+    starts: str
+    rested_s: float
+    warm: bool | None
+
+
+def split(log: Log, mapping: Mapping) -> tuple[list[Piece], list[str]]:
+    """Cut a log into runs.
+
+    Parameters
+    ----------
+    log : Log
+    mapping : Mapping
+        ``split``, ``pause_s`` and ``every_s`` of it.
+
+    Returns
+    -------
+    pieces : list of Piece
+        In order of time.
+    notes : list of str
+        What was left out.
+
+    Raises
+    ------
+    BadInput
+        If days are asked for and the log has no dates, or nothing is left.
+    """
+    time = log.frame[TIME].to_numpy()
+    cuts = _cuts(log, mapping, time)
+    parts = np.split(np.arange(len(time)), cuts)
+    notes = [
+        f"{log.name}: {len(part)} rows by themselves, {_at(log, time[part[0]])}, are left out"
+        for part in parts
+        if len(part) < FEWEST_ROWS
+    ]
+    kept = [part for part in parts if len(part) >= FEWEST_ROWS]
+    if not kept:
+        raise BadInput(log.name, "", f"has no run of {FEWEST_ROWS} rows or more")
+    rests = [float("nan")] + [
+        float(time[after[0]] - time[before[-1]]) for before, after in pairwise(kept)
+    ]
+    warm = warm_starts(log.frame, kept, rests, mapping.cold_after_s)
+    names = _names(log, [time[part[0]] for part in kept])
+    pieces = []
+    for part, name, rest, state in zip(kept, names, rests, warm, strict=True):
+        frame = log.frame.iloc[part].reset_index(drop=True)
+        frame[TIME] = np.round(frame[TIME].to_numpy() - time[part[0]], 6)
+        run = Run(name, frame)
+        if mapping.every_s:
+            run = run.resampled(mapping.every_s)
+        frame = run.frame
+        if state is not None:
+            frame = frame.assign(**{WARM_START: float(state)})
+        pieces.append(Piece(Run(name, frame), _at(log, time[part[0]]), rest, state))
+    return pieces, notes
+
+
+def _cuts(log: Log, mapping: Mapping, time: FloatArray) -> list[int]:
+    if mapping.split == "none":
+        return []
+    cut = np.diff(time) > mapping.pause_s
+    if mapping.split == "days":
+        if not log.absolute:
+            raise BadInput(log.name, "", "has no dates, so it cannot be split into days")
+        cut |= np.diff(np.floor(time / DAY_S)) > 0
+    return [int(row) for row in np.flatnonzero(cut) + 1]
+
+
+def _names(log: Log, starts: Sequence[float]) -> list[str]:
+    if log.absolute:
+        names = [pd.Timestamp(start, unit="s").strftime("%Y%m%d_%H%M") for start in starts]
+        if len(set(names)) < len(names):
+            names = [pd.Timestamp(start, unit="s").strftime("%Y%m%d_%H%M%S") for start in starts]
+        return names
+    stem = re.sub(r"[^\w.-]+", "_", log.name)
+    return [stem] if len(starts) == 1 else [f"{stem}_{n}" for n in range(1, len(starts) + 1)]
+
+
+def _at(log: Log, time_s: float) -> str:
+    if log.absolute:
+        return str(pd.Timestamp(time_s, unit="s").round("s"))
+    return f"at {time_s:g} s"
+
+
+def warm_starts(
+    frame: pd.DataFrame,
+    parts: Sequence[npt.NDArray[np.int64]],
+    rests: Sequence[float],
+    cold_after_s: float,
+) -> list[bool | None]:
+    """Tell which runs of a log began warm.
+
+    A machine that rested long enough is cold. After a shorter rest it is warm if a run since then
+    has warmed it. Its thermometers are not asked how warm: where they are fixed, a spindle is back
+    at the hall's temperature long before its structure is, and half of the drift may be left then.
+    How the first run of a log began nobody knows.
+
+    Parameters
+    ----------
+    frame : DataFrame
+        The log's rows.
+    parts : sequence of array
+        The rows of each run.
+    rests : sequence of float
+        Rest before each run; NaN if not known [s].
+    cold_after_s : float
+        Which rest is long enough [s].
+
+    Returns
+    -------
+    list of bool or None
+        For each run; None where it cannot be told.
+    """
+    found: list[bool | None] = []
+    warmed = False
+    for part, rest in zip(parts, rests, strict=True):
+        if rest >= cold_after_s:
+            found.append(False)
+            warmed = False
+        elif not found:
+            found.append(None)
+        else:
+            found.append(True if warmed else found[-1])
+        warmed = warmed or _warms(frame.iloc[part])
+    return found
+
+
+def _warms(rows: pd.DataFrame) -> bool:
+    """Return whether a thermometer rises over the middle of all, so that it is not the hall."""
+    names = [name for name in rows.columns if str(name).endswith("_degC")]
+    filled = rows[names].interpolate(limit_direction="both").to_numpy(dtype=np.float64)
+    filled = filled[:, np.isfinite(filled).all(axis=0)]
+    if not filled.size:
+        return False
+    middle = np.median(filled, axis=1, keepdims=True) if filled.shape[1] > 1 else filled[:1]
+    apart = filled - middle
+    return bool((apart.max(axis=0) - apart[0]).max() >= MOVES_K)

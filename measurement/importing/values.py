@@ -1,0 +1,66 @@
+"""Cells of a column as numbers."""
+
+from __future__ import annotations
+
+import datetime as dt
+
+import numpy as np
+
+from measurement.errors import BadInput, shown
+from measurement.importing.sheets import MISSING, NUMBER, Cell, Sheet
+from measurement.resampling import FloatArray
+
+_FLAGS = {"on": 1.0, "off": 0.0, "true": 1.0, "false": 0.0, "ein": 1.0, "aus": 0.0, "yes": 1.0}
+_FLAGS |= {"no": 0.0, "wahr": 1.0, "falsch": 0.0, "ja": 1.0, "nein": 0.0}
+
+
+def numbers_of(sheet: Sheet, at: int) -> FloatArray:
+    """Return a column's numbers, shape (rows,); NaN where there is no value.
+
+    Raises
+    ------
+    BadInput
+        For the first cell that is neither a number nor a usual sign of a missing one.
+    """
+    found = np.full(len(sheet.rows), np.nan)
+    for row, cell in enumerate(sheet.columns[at]):
+        value = number_of(cell, sheet)
+        if value is None:
+            place = f"row {sheet.rows[row]}, column {sheet.headings[at].text}"
+            raise BadInput(sheet.where, place, f"{shown(cell)} is not a number")
+        found[row] = value
+    found[~np.isfinite(found)] = np.nan
+    return found
+
+
+def number_of(cell: Cell, sheet: Sheet) -> float | None:
+    """Return a cell's number; NaN if it says that there is none, and None if it is something else.
+
+    A flag (on, off, true, false) is 1 or 0.
+    """
+    if cell is None:
+        return float("nan")
+    if isinstance(cell, (dt.date, dt.time, dt.timedelta)):
+        return None
+    if not isinstance(cell, str):
+        return float(cell)
+    text = cell.strip()
+    plain = text.casefold()
+    if plain in MISSING:
+        return float("nan")
+    if plain in _FLAGS:
+        return _FLAGS[plain]
+    if not NUMBER.fullmatch(text):
+        return float("nan") if plain.strip("+-") in ("inf", "infinity") else None
+    if sheet.thousands:
+        text = text.replace(sheet.thousands, "")
+    try:
+        return float(text.replace(sheet.decimal, "."))
+    except ValueError:
+        return None
+
+
+def is_numeric(sheet: Sheet, at: int) -> bool:
+    """Return whether a column looks like numbers in its first rows."""
+    some = [number_of(cell, sheet) for cell in sheet.columns[at][:50]]
+    return None not in some and any(value == value for value in some)

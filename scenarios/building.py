@@ -1,0 +1,395 @@
+"""Building the FMUs: the body of ``python build_fmu.py``.
+
+Each is validated and run in a fresh process first; on any problem the build stops, and the FMU
+that was there stays. Nothing is written when the content has not changed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import json
+import math
+import re
+import sys
+import tomllib
+from collections.abc import Sequence
+from functools import partial
+from html import escape
+from pathlib import Path
+from typing import Any, NoReturn
+
+from fmu_compensator.native.build import native_compensator
+from fmu_compensator.runtime.fmi_slave import MODEL_FILE, status_meanings, variables
+from fmu_compensator.runtime.modelfile import Model, ModelFileError, parse_model
+from fmu_packaging.description import Identity
+from fmu_packaging.documentation import Page, table
+from fmu_packaging.native.build import Native, native_package
+from fmu_packaging.native.compilers import CompileError, NativeError, compilers
+from fmu_packaging.package import Package, Recipe, build
+from fmu_packaging.publish import PublishError, Reference, publish
+from measurement.errors import BadInput
+from plant_model.fmi_slave import MACHINE_FILE
+from plant_model.machine import Machine
+from plant_model.machine_file import read_machine
+from plant_model.native.build import native_plant
+from scenarios.outputs import FMU, OTHERWISE, check_output, guarding, is_forced
+from scenarios.version import version as installed_version
+
+HERE = Path(__file__).resolve().parent.parent
+ASSETS = HERE / "fmu_packaging" / "assets"
+DEFAULT_MODEL = HERE / "fmu_compensator" / "library" / "jig_borer.json"
+DEFAULT_MACHINE = "jig_borer"
+WORKING_DAY_S, STEP_S = 28800.0, 1.0
+REFERENCE_S, REFERENCE_STEP_S = 3600.0, 10.0
+
+
+def version() -> str:
+    """Return the project's version: that of the checkout, or else of what is installed."""
+    project = HERE / "pyproject.toml"
+    if not project.is_file():
+        return installed_version()
+    with project.open("rb") as file:
+        return str(tomllib.load(file)["project"]["version"])
+
+
+def compensator_recipe(path: Path, name: str, native: bool = False) -> tuple[Recipe, Reference]:
+    """Return how to build and to try out the compensator FMU of a compensator file.
+
+    Parameters
+    ----------
+    path : Path
+        The compensator file.
+    name : str
+        Of the FMU.
+    native : bool
+        Whether it is for the C twin, which reads no other file.
+
+    Raises
+    ------
+    BadInput, ModelFileError
+        If the file cannot be used.
+    """
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise BadInput(path, "", f"cannot be read: {error.strerror}") from None
+    model = parse_model(data.decode("utf-8", "replace"), str(path))
+    own = {"time", *(variable.name for variable in variables(model)[len(model.sensors) :])}
+    for place, sensor in enumerate(model.sensors):
+        if sensor.name in own:
+            problem = f"{sensor.name!r} is not allowed: the FMU has a variable of this name"
+            raise BadInput(path, f"sensors.{place}.name", problem)
+    identity = Identity(
+        name,
+        f"Thermal drift compensator: {model.title}",
+        "Axis offsets that cancel the thermal drift of a spindle, from temperatures, spindle speed "
+        f"and tool length. Compensator file: {model.name}.",
+        version(),
+        WORKING_DAY_S,
+        STEP_S,
+    )
+    recipe = Recipe(
+        identity,
+        "fmu_compensator.runtime.fmi_slave",
+        "CompensatorSlave",
+        roots=("fmu_compensator", "fmu_packaging"),
+        whole=("fmu_compensator.runtime.error_models",),
+        data={MODEL_FILE: data},
+        page=_compensator_page(model, hashlib.sha256(data).hexdigest(), native),
+        icon=(ASSETS / "compensator.png").read_bytes(),
+    )
+    return recipe, _compensator_reference(model)
+
+
+def plant_recipe(machine: Machine, name: str) -> tuple[Recipe, Reference]:
+    """Return how to build and to try out the plant FMU of a machine."""
+    identity = Identity(
+        name,
+        f"Spindle that warms up: {machine.title}",
+        "Lumped-thermal model of a machine-tool spindle: temperatures, drift of the tool tip, and "
+        f"what is left after the offsets received. Machine: {machine.name}.",
+        version(),
+        WORKING_DAY_S,
+        STEP_S,
+    )
+    data = (json.dumps(machine.to_dict(), indent=1) + "\n").encode()
+    recipe = Recipe(
+        identity,
+        "plant_model.fmi_slave",
+        "PlantSlave",
+        roots=("plant_model", "fmu_packaging"),
+        whole=("plant_model.effects",),
+        third_party={"numpy": ">=2.0"},
+        data={MACHINE_FILE: data},
+        page=_plant_page(machine),
+        icon=(ASSETS / "plant.png").read_bytes(),
+    )
+    return recipe, _plant_reference(machine)
+
+
+def _warming(time_s: float, start: float, rise: float) -> float:
+    return start + rise * (1.0 - math.exp(-time_s / 1200.0))
+
+
+def _steady(time_s: float, value: float) -> float:
+    return value
+
+
+def _swing(time_s: float, middle: float, swing: float) -> float:
+    return middle + swing * math.sin(2.0 * math.pi * time_s / 3600.0)
+
+
+def _switched(time_s: float, start: float, then: float) -> float:
+    return start if time_s < 60.0 else then
+
+
+def _compensator_reference(model: Model) -> Reference:
+    profiles: dict[str, Any] = {}
+    for sensor in model.sensors:
+        if model.input_form == "rise":
+            start, rise = 20.0, 0.6 * max(sensor.trained_high, 0.0)
+        else:
+            start = sensor.trained_low
+            rise = 0.6 * (sensor.trained_high - sensor.trained_low)
+        profiles[sensor.name] = partial(_warming, start=start, rise=rise)
+    low, high = model.limits.tool_length_mm
+    profiles["speed"] = partial(_switched, start=0.0, then=6000.0)
+    profiles["tool_length"] = partial(_steady, value=min(max(150.0, low), high))
+    return Reference(profiles, REFERENCE_S, REFERENCE_STEP_S)
+
+
+def _plant_reference(machine: Machine) -> Reference:
+    profiles: dict[str, Any] = {}
+    for entry in machine.inputs:
+        start = entry.default or 0.0
+        if entry.is_boundary:
+            middle = min(max(20.0, entry.low + 1.0), entry.high - 1.0)
+            profiles[entry.name] = partial(_swing, middle=middle, swing=1.0)
+        else:
+            then = start + 0.3 * (entry.high - start)
+            profiles[entry.name] = partial(_switched, start=start, then=then)
+    profiles["tool_length"] = partial(_steady, value=150.0)
+    for axis in "XYZ":
+        profiles[f"d{axis}"] = partial(_swing, middle=0.0, swing=5.0)
+    return Reference(profiles, REFERENCE_S, REFERENCE_STEP_S)
+
+
+def _compensator_page(model: Model, digest: str, native: bool) -> Page:
+    codes = [(str(code), text) for code, text in status_meanings().items()]
+    used = ", ".join(model.sensors[index].name for index in model.chosen)
+    limits = model.limits
+    work = (
+        "<p>Each step takes one sample in. Readings are checked (present, plausible, not too fast, "
+        f"not stale). From those that the error model uses ({escape(used)}) it predicts "
+        f"{escape(', '.join(model.targets))}. The geometry turns these into the drift of the tool "
+        "tip; with five-point rigs</p><pre>dX = -(x + (L - l1) tan yaw)\n"
+        "dY = -(y + (L - l1) tan pitch)\ndZ = elongation, projected by the tilt</pre><p>where x, y "
+        "are the radial drifts at the near sensors, l1 their distance from the gauge line and L "
+        "the tool length. Bending that is linear in L holds within the sensors' span and a little "
+        f"beyond. Offsets stay within {limits.offset_um:g} um and move at no more than "
+        f"{limits.slew_um_per_s:g} um/s. After a fault they hold for {limits.hold_s:g} s, then go "
+        f"to zero; good inputs for {limits.recover_s:g} s end the fault.</p>"
+    )
+    other = (
+        "<p>Set the string parameter <code>model_file</code> to the path of another compensator "
+        "file before the start. Its sensors must be among the temperature inputs listed below. A "
+        "file that cannot be used stops the initialisation, and the log says why. For other "
+        "sensors build another FMU: <code>python build_fmu.py --only compensator --model FILE"
+        "</code>.</p>"
+    )
+    runs = model.provenance.get("runs", [])
+    rows = [(run["name"], str(run["rows"]), run["sha256"]) for run in runs]
+    about = f"<p>{escape(model.title)} ({escape(model.name)}), SHA-256 <code>{digest}</code>"
+    about += f", made {escape(model.created)}.</p>" if model.created else ".</p>"
+    if rows:
+        about += f"<p>Fitted on</p>{table(('Run', 'Rows', 'SHA-256'), rows)}"
+    others = () if native else (("Another compensator file", other),)
+    return Page(
+        "Temperatures, spindle speed and tool length in; axis offsets, a validity flag and a "
+        "status that says why out.",
+        (
+            ("What it does", work),
+            ("Status codes", table(("status", "meaning"), codes)),
+            *others,
+            ("Provenance", about),
+        ),
+    )
+
+
+def _plant_page(machine: Machine) -> Page:
+    work = (
+        f"<p>{escape(' '.join(machine.description.split()))}</p><pre>C dT/dt = sum of G (Tj - T) + "
+        "sum of heat sources</pre><p>for each of "
+        f"{len(machine.nodes)} lumps of one temperature: conduction, contact, convection and "
+        "coolant as conductances, bearings and motor as sources. Temperatures expand and tilt the "
+        "structure; the drift of the tool tip follows at the tool length. A step is exact for "
+        "inputs held during it where the network is linear, and error-controlled where it is "
+        "not.</p><p>The control moves each axis to the offset received at no more than "
+        f"{machine.axis.slew_um_per_s:g} um/s, within {machine.axis.limit_um:g} um, in steps of "
+        f"{machine.axis.resolution_um:g} um. <code>error = drift + offset in force</code>. The "
+        "readings of the displacement sensors show the spindle's drift, offsets not included. "
+        "Start: every node at the boundary temperature that the machine file names for it, else at "
+        "the first one, as set before the initialisation ends.</p>"
+    )
+    effects = ", ".join(machine.effects) or "those of its links and sources"
+    sources = table(("source", "reference"), list(machine.references.items()))
+    return Page(
+        "Spindle speed, boundary temperatures, tool length and offsets in; sensor readings, drift "
+        "and the error left at the tool tip out.",
+        (
+            ("What it does", work),
+            (
+                "Machine",
+                f"<p>{escape(machine.title)} ({escape(machine.name)}). Effects in force: "
+                f"{escape(effects)}. For another machine build another FMU: "
+                "<code>python build_fmu.py --only plant --machine FILE.toml</code>. Parameters "
+                "that calibration may move can be set below.</p>" + sources,
+            ),
+        ),
+    )
+
+
+class _Parser(argparse.ArgumentParser):
+    def error(self, message: str) -> NoReturn:
+        self.exit(2, f"{self.prog}: {message}\n")
+
+
+def _usual_folder() -> Path:
+    """Return where FMUs go: into the checkout, or else the working folder."""
+    return HERE / "dist" if (HERE / "pyproject.toml").is_file() else Path("dist")
+
+
+def _arguments(given: Sequence[str] | None) -> argparse.Namespace:
+    parser = _Parser("build_fmu.py", description="Build the FMUs, validate them, try them out.")
+    parser.add_argument("--model", type=Path, default=DEFAULT_MODEL, help="compensator file (JSON)")
+    parser.add_argument(
+        "--machine", default=DEFAULT_MACHINE, help="shipped machine's name or machine file (TOML)"
+    )
+    parser.add_argument("--only", choices=("compensator", "plant"), help="build one of them")
+    parser.add_argument(
+        "--native", action="store_true", help="build FMUs that need no Python, in C99"
+    )
+    parser.add_argument(
+        "--fmi", type=int, choices=(2, 3), default=2, help="version of FMI, with --native (2)"
+    )
+    parser.add_argument("--out", type=Path, default=_usual_folder(), help="folder (dist)")
+    parser.add_argument("--name", help="name of the FMU, with --only")
+    parser.add_argument(
+        "--force", action="store_true", help="write over FMUs that this program did not make"
+    )
+    parser.add_argument("--json", action="store_true", help="print the summary as JSON")
+    arguments = parser.parse_args(given)
+    if arguments.fmi != 2 and not arguments.native:
+        parser.error("--fmi: only the FMUs without Python have FMI 3.0: add --native")
+    if arguments.name is not None:
+        if arguments.only is None:
+            parser.error("--name: say which FMU it names, with --only")
+        if not re.fullmatch(r"[A-Za-z]\w*", arguments.name, re.ASCII):
+            parser.error(
+                f"--name: {arguments.name!r} is not allowed: letters, digits and underscores, a "
+                "letter first"
+            )
+    if arguments.out.exists() and not arguments.out.is_dir():
+        parser.error(f"--out: {arguments.out} is not a folder")
+    return arguments
+
+
+def _recipes(arguments: argparse.Namespace) -> list[tuple[Recipe, Reference]]:
+    recipes = []
+    ending = ("_native" if arguments.fmi == 2 else "_native_fmi3") if arguments.native else ""
+    if arguments.only != "plant":
+        name = arguments.name or f"compensator{ending}"
+        recipes.append(compensator_recipe(arguments.model, name, arguments.native))
+    if arguments.only != "compensator":
+        name = arguments.name or f"plant{ending}"
+        recipes.append(plant_recipe(read_machine(arguments.machine), name))
+    return recipes
+
+
+def native_of(recipe: Recipe) -> Native:
+    """Return what the C twin of an FMU is made of."""
+    if MODEL_FILE in recipe.data:
+        return native_compensator(recipe)
+    machine = Machine.from_dict(json.loads(recipe.data[MACHINE_FILE]))
+    return native_plant(recipe, build(plant_recipe(machine, "plant")[0]).guid)
+
+
+def check_outputs(folder: Path, name: str) -> None:
+    """Check that an FMU and its reference results may be written.
+
+    The reference results are ours if the FMU beside them is.
+
+    Raises
+    ------
+    BadInput
+        If something that this program did not make is in the way.
+    """
+    target = folder / f"{name}.fmu"
+    if folder.is_dir():
+        check_output(target, FMU)
+    beside = [folder / f"{name}_{end}" for end in ("in.csv", "ref.csv", "ref.opt")]
+    there = [path for path in beside if path.exists()]
+    if there and not target.exists() and not is_forced():
+        problem = f"exists without {target.name} beside it: {OTHERWISE}"
+        raise BadInput(there[0], "", problem)
+
+
+def _summary(package: Package, path: Path, written: bool) -> dict[str, Any]:
+    data = path.read_bytes()
+    return {
+        "name": package.name,
+        "file": str(path),
+        "bytes": len(data),
+        "sha256": hashlib.sha256(data).hexdigest(),
+        "guid": package.guid,
+        "variables": len(package.slave.variables),
+        "validation": "clean",
+        "written": written,
+    }
+
+
+def _line(entry: dict[str, Any]) -> str:
+    state = "validated, reference run passed" if entry["written"] else "up to date"
+    return f"{entry['file']}: {state}, {entry['bytes'] / 1024:.0f} KiB, GUID {entry['guid']}"
+
+
+def main(given: Sequence[str] | None = None) -> int:
+    """Build what the command line asks for; return the exit code."""
+    arguments = _arguments(given)
+    try:
+        recipes = _recipes(arguments)
+        found = compilers() if arguments.native else []
+        with guarding("build_fmu", [arguments.model, arguments.machine], arguments.force):
+            for recipe, _ in recipes:
+                check_outputs(arguments.out, recipe.identity.name)
+        natives = [native_of(recipe) for recipe, _ in recipes] if arguments.native else []
+    except (BadInput, ModelFileError, NativeError) as error:
+        print(error, file=sys.stderr)
+        return 2
+    try:
+        arguments.out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        print(f"--out: {arguments.out}: cannot be made: {error.strerror}", file=sys.stderr)
+        return 2
+    entries = []
+    for place, (recipe, reference) in enumerate(recipes):
+        try:
+            if natives:
+                package = native_package(recipe, natives[place], found, arguments.fmi)
+            else:
+                package = build(recipe)
+            path, written = publish(package, arguments.out, reference)
+        except (PublishError, NativeError, CompileError) as error:
+            print(f"{recipe.identity.name}.fmu is not built:\n{error}", file=sys.stderr)
+            return 1
+        entries.append(_summary(package, path, written))
+        if not arguments.json:
+            print(_line(entries[-1]))
+    if arguments.json:
+        print(json.dumps(entries, indent=1))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

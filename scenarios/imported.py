@@ -1,0 +1,104 @@
+"""The folder that imports fill: run files, the mapping they follow, and which files are ours."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from measurement.errors import BadInput
+from measurement.files import sha256_of, write_atomically
+from measurement.importing.log import Imported
+from measurement.runs import Run, write_run
+from scenarios.outputs import OTHERWISE, is_forced, is_input
+
+KIND = "spindle-drift imported runs"
+FORMAT = 1
+MAPPING, MANIFEST = "import.toml", "imported.json"
+
+
+def write_imported(
+    found: Imported, paths: Sequence[Path], folder: Path, *, with_mapping: bool
+) -> list[Path]:
+    """Write runs, the manifest and, where asked, the mapping file into a folder.
+
+    A run file that an earlier import wrote, and nobody changed since, is replaced; any other file
+    of that name is not, unless ``--force`` is given.
+
+    Parameters
+    ----------
+    found : Imported
+    paths : sequence of Path
+        What was imported.
+    folder : Path
+        Made if missing; other files in it stay.
+    with_mapping : bool
+        Whether to write the mapping file.
+
+    Returns
+    -------
+    list of Path
+        The run files.
+
+    Raises
+    ------
+    BadInput
+        If a file is in the way; nothing is written then.
+    """
+    known = _manifest(folder)
+    targets = [folder / f"{run.name}.csv" for run in found.runs]
+    for target in targets:
+        _check(target, known)
+    sources = [{"file": path.name, "sha256": sha256_of(path)} for path in paths]
+    for piece, target in zip(found.pieces, targets, strict=True):
+        write_run(piece.run, target)
+        known[target.name] = {
+            "sha256": sha256_of(target),
+            "starts": piece.starts,
+            "warm_start": piece.warm,
+            "sources": sources,
+        }
+    table = {"kind": KIND, "format": FORMAT, "runs": known}
+    write_atomically(folder / MANIFEST, json.dumps(table, indent=1, sort_keys=True) + "\n")
+    if with_mapping:
+        write_atomically(folder / MAPPING, found.mapping_text())
+    return targets
+
+
+def _check(target: Path, known: dict[str, Any]) -> None:
+    if is_forced() or not target.exists():
+        return
+    if is_input(target):
+        raise BadInput(target, "", f"is an input of this command: {OTHERWISE}")
+    entry = known.get(target.name)
+    if not isinstance(entry, dict) or entry.get("sha256") != sha256_of(target):
+        why = "and was changed since it was imported" if entry else "and was not imported"
+        raise BadInput(target, "", f"exists {why}: {OTHERWISE}")
+
+
+def _manifest(folder: Path) -> dict[str, Any]:
+    """Return what the folder's manifest says of each file; empty without one."""
+    if not (folder / MANIFEST).exists():
+        return {}
+    try:
+        table = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
+        runs = table["runs"] if table["kind"] == KIND else None
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        runs = None
+    if not isinstance(runs, dict):
+        raise BadInput(folder / MANIFEST, "", "is no list of imported runs: choose another folder")
+    return dict(runs)
+
+
+def table_text(found: Imported, files: Sequence[Path]) -> str:
+    """Return what was made as a table for a terminal."""
+    began = {True: "began warm", False: "began cold", None: ""}
+    lines = []
+    for piece, file in zip(found.pieces, files, strict=True):
+        run: Run = piece.run
+        hours = (run.time_s[-1] - run.time_s[0]) / 3600.0
+        rest = "" if piece.rested_s != piece.rested_s else f"after {piece.rested_s / 3600.0:.1f} h"
+        cells = [str(file), piece.starts, f"{hours:.2f} h", f"{len(run.frame)} rows"]
+        lines.append("  ".join([*cells, rest, began[piece.warm]]).rstrip())
+    return "\n".join(lines)

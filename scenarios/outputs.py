@@ -1,0 +1,303 @@
+"""What a command may write over: the one place that knows its inputs and its outputs.
+
+A command declares both as constants: ``READS``, the arguments that name files it reads, and
+``WRITES``, the arguments that name what it writes and of which kind that is. The command line then
+checks them before the command does any work. A file is replaced if the same command made it, as its
+content shows, and never if the command also reads it. Nothing is written into a folder that would
+have to be made first, but for the folder of results that the user names. ``--force`` lifts all of
+this; even then, files of other names in a folder of results stay.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import hashlib
+import json
+import os
+import zipfile
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextvars import ContextVar
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from measurement.errors import BadInput
+from measurement.files import refuse_endless
+
+TABLE = "table.json"
+RESULTS = "spindle-drift results"
+FOLDER, FOLDER_THAT_GOES_ON = "folder of results", "folder that goes on"
+FOLDER_OF_RUNS = "folder of runs"
+"""Other files in it stay; whoever writes it looks at each file that is in the way."""
+OTHERWISE = "choose another name, or let --force replace it"
+MADE = "# made by spindle-drift; SHA-256 of what follows: "
+"""First line of a machine file that a command wrote."""
+
+
+@dataclass(frozen=True)
+class Guard:
+    """What the running command reads, and whether it may write over anything."""
+
+    command: str = ""
+    inputs: tuple[Path, ...] = ()
+    force: bool = False
+
+
+_NOTHING = Guard()
+_GUARD: ContextVar[Guard] = ContextVar("guard", default=_NOTHING)
+
+
+@contextlib.contextmanager
+def guarding(
+    command: str, inputs: Sequence[str | Path] = (), force: bool = False
+) -> Iterator[None]:
+    """Protect the inputs of a command, and files of others, while the block runs.
+
+    Parameters
+    ----------
+    command : str
+        Its name: only its own results are replaced.
+    inputs : sequence of str or Path
+        What it reads; names that are no files are ignored.
+    force : bool
+        Whether anything may be replaced.
+    """
+    files = tuple(path for path in map(Path, inputs) if _is_there(path))
+    for path in files:
+        refuse_endless(path)
+    token = _GUARD.set(Guard(command, files, force))
+    try:
+        yield
+    finally:
+        _GUARD.reset(token)
+
+
+@contextlib.contextmanager
+def guarding_command(
+    command: str, args: argparse.Namespace, reads: Sequence[str], writes: Mapping[str, str]
+) -> Iterator[None]:
+    """Check a command line's outputs, and keep its inputs protected while the block runs.
+
+    Parameters
+    ----------
+    command : str
+    args : Namespace
+        Parsed; with ``force``.
+    reads, writes
+        The command's ``READS`` and ``WRITES``.
+
+    Raises
+    ------
+    BadInput
+        For the first output that must not be written.
+    """
+    named = [text for name in reads for text in _texts(getattr(args, name))]
+    with guarding(command, named, args.force):
+        given = {name: getattr(args, name) for name in writes if getattr(args, name) is not None}
+        for name, path in given.items():
+            check_output(Path(path), writes[name])
+        yield
+
+
+def also_reads(paths: Sequence[Path]) -> None:
+    """Protect further inputs of the running command, which a file of its names."""
+    guard = _GUARD.get()
+    more = tuple(path for path in paths if _is_there(path))
+    _GUARD.set(replace(guard, inputs=guard.inputs + more))
+
+
+def _texts(value: object) -> list[str]:
+    """Return what may be a path in an argument's value; of ``name=path`` the path, too."""
+    if value is None:
+        return []
+    several = value if isinstance(value, list) else [value]
+    texts = [str(one) for one in several]
+    return texts + [text.partition("=")[2] for text in texts if "=" in text]
+
+
+def check_output(path: Path, kind: str) -> None:
+    """Check that something of a *kind* may be written to *path*.
+
+    Raises
+    ------
+    BadInput
+        If it may not: in one line that says why, and what to do instead.
+    """
+    try:
+        if kind == FOLDER:
+            check_folder(path)
+        elif kind == FOLDER_THAT_GOES_ON:
+            _check_no_input_inside(path)
+        elif kind == FOLDER_OF_RUNS:
+            if path.exists() and not path.is_dir() and not is_forced():
+                raise BadInput(path, "", "is a file; a folder for the run files is needed")
+        else:
+            _check_file(path, kind)
+    except OSError as error:
+        raise BadInput(path, "", f"cannot be used: {error.strerror}") from None
+
+
+def _check_file(path: Path, kind: str) -> None:
+    guard = _GUARD.get()
+    if guard.force or path.is_dir():
+        return  # Writing to a folder is refused by whoever writes.
+    if is_input(path) and kind != STATE:
+        raise BadInput(path, "", f"is an input of this command: {OTHERWISE}")
+    if path.is_file():
+        if not KINDS[kind](path):
+            why = f"and is no {kind} that this program made"
+            why = "and may be a measurement" if KINDS[kind] is _never else why
+            raise BadInput(path, "", f"exists {why}: {OTHERWISE}")
+    elif not path.resolve().parent.is_dir():
+        problem = "does not exist: make it first, or let --force make it"
+        raise BadInput(path, "", f"the folder {path.parent} {problem}")
+
+
+def check_folder(folder: Path) -> None:
+    """Check that results may go to *folder*: a new or an empty folder, or one of results.
+
+    Raises
+    ------
+    BadInput
+        If it is a file, or a folder that holds something else or an input.
+    """
+    try:
+        if not folder.exists():
+            return
+        if not folder.is_dir():
+            raise BadInput(folder, "", "is a file; a folder for the results is needed")
+        if _GUARD.get().force:
+            return
+        strange = _strange(folder)
+        if strange is not None:
+            raise BadInput(folder, "", f"holds {strange}: choose another folder with --out")
+        _check_no_input_inside(folder)
+    except OSError as error:
+        raise BadInput(folder, "", f"cannot be used: {error.strerror}") from None
+
+
+def is_replaceable(folder: Path) -> bool:
+    """Return whether a folder as a whole may be replaced by new results."""
+    return _strange(folder) is None and _input_inside(folder) is None
+
+
+def made_by() -> dict[str, str]:
+    """Return what a folder of results says of the command that made it."""
+    return {"made_by": _GUARD.get().command} if _GUARD.get().command else {}
+
+
+def _strange(folder: Path) -> str | None:
+    """Return what in a folder is not of our making; None if all of it may be replaced."""
+    names = sorted(path.name for path in folder.iterdir())
+    if not names:
+        return None
+    maker = ""
+    try:
+        table = json.loads((folder / TABLE).read_text(encoding="utf-8"))
+        ours = set(table["files"]) if table["kind"] == RESULTS else set()
+        maker = table.get("made_by", "")
+    except (OSError, ValueError, RecursionError, KeyError, TypeError):
+        ours = set()
+    if not ours:
+        return "files and no results"
+    command = _GUARD.get().command
+    if maker and command and maker != command:
+        return f"results of '{maker}'"
+    return next((f"{name}, which is no result" for name in names if name not in ours), None)
+
+
+def _check_no_input_inside(folder: Path) -> None:
+    inside = _input_inside(folder)
+    if inside is not None and not _GUARD.get().force:
+        raise BadInput(folder, "", f"holds {inside.name}, an input: choose another folder")
+
+
+def is_forced() -> bool:
+    """Return whether the running command may write over anything."""
+    return _GUARD.get().force
+
+
+def is_input(path: Path) -> bool:
+    """Return whether the running command reads a file."""
+    return any(_same(path, one) for one in _GUARD.get().inputs)
+
+
+def _input_inside(folder: Path) -> Path | None:
+    target = folder.resolve()
+    return next((one for one in _GUARD.get().inputs if target in one.resolve().parents), None)
+
+
+def _is_there(path: Path) -> bool:
+    try:
+        return path.exists()
+    except (OSError, ValueError):
+        return False
+
+
+def _same(path: Path, other: Path) -> bool:
+    """Return whether two names are one file, through links, too."""
+    if path.exists():
+        return os.path.samefile(path, other)
+    return path.resolve() == other.resolve()
+
+
+def marked(text: str) -> str:
+    """Return a file's text with a first line that tells it from one that a person wrote.
+
+    The line holds the text's fingerprint, so that a file that was edited since is a person's.
+    """
+    first, _, rest = text.partition("\n")
+    body = rest if first.startswith(MADE) else text
+    return f"{MADE}{hashlib.sha256(body.encode()).hexdigest()}\n{body}"
+
+
+def is_marked(path: Path) -> bool:
+    """Return whether a file is as `marked` made it."""
+    text = path.read_bytes().decode("utf-8", "replace")
+    return text.startswith(MADE) and marked(text) == text
+
+
+def _json_kind(kind: str) -> Callable[[Path], bool]:
+    def known(path: Path) -> bool:
+        try:
+            table = json.loads(path.read_bytes())
+        except (ValueError, RecursionError):
+            return False
+        return isinstance(table, dict) and table.get("kind") == kind
+
+    return known
+
+
+def _zip_with(name: str) -> Callable[[Path], bool]:
+    """Return what tells whether a file is an archive whose description says that we made it."""
+
+    def known(path: Path) -> bool:
+        try:
+            with zipfile.ZipFile(path) as archive:
+                text = archive.read(name).decode("utf-8", "replace")
+        except (zipfile.BadZipFile, KeyError, ValueError):
+            return False
+        return 'generationTool="spindle-drift' in text
+
+    return known
+
+
+def _never(path: Path) -> bool:
+    return False
+
+
+STATE = "state of an FMU"
+RUN_FILE, LOG = "run file", "log of frames"
+COMPENSATOR_FILE, MACHINE_FILE = "compensator file", "machine file"
+SSP, FMU = "scenario package (.ssp)", "FMU"
+KINDS: dict[str, Callable[[Path], bool]] = {
+    COMPENSATOR_FILE: _json_kind("spindle-drift compensator"),
+    MACHINE_FILE: is_marked,
+    STATE: _json_kind("spindle-drift FMU state"),
+    SSP: _zip_with("SystemStructure.ssd"),
+    FMU: _zip_with("modelDescription.xml"),
+    # A simulated run looks like a measured one, a log of ours like anybody's.
+    RUN_FILE: _never,
+    LOG: _never,
+}
+"""What tells by its content that a file was made by this program."""

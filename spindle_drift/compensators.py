@@ -1,0 +1,370 @@
+"""Compensators: fitted, compared, applied to runs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from fmu_compensator.fit import comparison
+from fmu_compensator.fit.columns import targets_of
+from fmu_compensator.fit.contestants import contestants
+from fmu_compensator.fit.fitting import compensator_text, fit_compensator
+from fmu_compensator.fit.splits import Split, leave_out
+from fmu_compensator.runtime import compensator as runtime
+from fmu_compensator.runtime.modelfile import Model, load_model, parse_model
+from measurement.drift import measured_drift
+from measurement.errors import BadInput
+from measurement.files import write_atomically
+from measurement.rig import FivePointRig, Rig, default_rig, rig_from_table
+from measurement.runs import Run
+from plant_model.machine_file import read_machine
+from scenarios.outputs import COMPENSATOR_FILE, check_output, guarding
+from scenarios.replay import rig_of_model
+from spindle_drift._inputs import MachineLike, RunLike, as_run, as_runs, usual
+
+USUAL_MACHINE = "jig_borer"
+TOOL_LENGTH_MM = 150.0
+
+
+@dataclass(frozen=True)
+class Compensator:
+    """A compensator: temperatures, speed and tool length in, offsets of the axes out.
+
+    Parameters
+    ----------
+    model : Model
+        A compensator file, read; `Compensator.load` and `fit` make one.
+
+    Examples
+    --------
+    >>> import spindle_drift as sd
+    >>> runs = [sd.simulate("jig_borer", name, every_s=60.0, noise_seed=1)
+    ...         for name in ("training_down", "training_random")]
+    >>> compensator = sd.fit(runs, model="mlr", machine="jig_borer")
+    >>> offsets = compensator.predict(runs[0])
+    >>> list(offsets.columns)
+    ['time_s', 'dX_um', 'dY_um', 'dZ_um', 'valid_1', 'status_1']
+    >>> sd.Compensator.load(compensator.save("c.json")).name
+    'mlr_compensator'
+    """
+
+    model: Model
+
+    @classmethod
+    def load(cls, path: str | Path) -> Compensator:
+        """Read a compensator file.
+
+        Raises
+        ------
+        ModelFileError
+            If it cannot be used.
+        """
+        return cls(load_model(path))
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+        return self.model.name
+
+    @property
+    def sensors(self) -> list[str]:
+        """The thermometers that it takes in, in order."""
+        return [sensor.name for sensor in self.model.sensors]
+
+    @property
+    def used(self) -> list[str]:
+        """Those of them that its error model uses."""
+        return [self.model.sensors[index].name for index in self.model.chosen]
+
+    @property
+    def figures(self) -> pd.DataFrame:
+        """RMSE of each target: without a model, on the training runs, and on runs left out.
+
+        Of the latter ``like`` are runs like the rest and ``unlike`` whole conditions. In um, or
+        urad for a tilt; NaN where fewer than three runs were there to leave one out.
+        """
+        told = self.model.provenance["figures"]
+        unseen = told.get("unseen") or {}
+        rows = {
+            target: {
+                "no_model": row["no_model"]["rmse"],
+                "training": row["model"]["rmse"],
+                **{
+                    kind: unseen[kind][target]["model"] if kind in unseen else math.nan
+                    for kind in ("like", "unlike")
+                },
+            }
+            for target, row in told["training"].items()
+        }
+        return pd.DataFrame.from_dict(rows, orient="index")
+
+    def save(self, path: str | Path, *, force: bool = False) -> Path:
+        """Write the compensator file.
+
+        Raises
+        ------
+        BadInput
+            If something that is no compensator file is in the way and *force* is not given.
+        """
+        with guarding("fit", (), force):
+            check_output(Path(path), COMPENSATOR_FILE)
+            return write_atomically(path, compensator_text(self.model.table))
+
+    def predict(self, run: RunLike, *, tool_length_mm: float = TOOL_LENGTH_MM) -> pd.DataFrame:
+        """Return the offsets that it would have sent, at every row of a run.
+
+        As in a control, and in the FMU, the offsets in force at a row answer the row before.
+
+        Parameters
+        ----------
+        run : Run, DataFrame or path
+            With the thermometers that it uses; ``speed_rpm`` where there is one.
+        tool_length_mm : float
+            Of a five-point rig's tool tip [mm].
+
+        Returns
+        -------
+        DataFrame
+            ``time_s`` [s], ``dX_um``, ``dY_um``, ``dZ_um`` [um], ``valid_1`` and ``status_1``.
+
+        Raises
+        ------
+        BadInput
+            If the run lacks a thermometer that it uses.
+        """
+        recorded = as_run(run)
+        frame, time = recorded.frame, recorded.time_s - recorded.time_s[0]
+        lost = [name for name in self.used if f"{name}_degC" not in frame]
+        if lost:
+            problem = f"has no column {lost[0]}_degC, which the compensator uses"
+            raise BadInput(recorded.path or recorded.name, "", problem)
+        columns = [
+            frame[f"{name}_degC"].to_numpy()
+            if f"{name}_degC" in frame
+            else np.full(len(time), np.nan)
+            for name in self.sensors
+        ]
+        rows = np.column_stack(columns).tolist()
+        speed = frame["speed_rpm"].tolist() if "speed_rpm" in frame else [math.nan] * len(time)
+        works = runtime.Compensator(self.model)
+        sent = [(0.0, 0.0, 0.0, 0.0, float(runtime.WAITING))]
+        for at, step in enumerate(np.diff(time).tolist()):
+            out = works.step(float(time[at]), step, rows[at], speed[at], tool_length_mm)
+            sent.append((out.dX, out.dY, out.dZ, float(out.valid), float(out.status)))
+        names = ["dX_um", "dY_um", "dZ_um", "valid_1", "status_1"]
+        found = pd.DataFrame(sent, columns=names)
+        found.insert(0, "time_s", recorded.time_s)
+        return found
+
+    def judge(
+        self,
+        run: RunLike,
+        *,
+        machine: MachineLike | None = None,
+        tool_length_mm: float = TOOL_LENGTH_MM,
+    ) -> pd.DataFrame:
+        """Return the drift of a run, the offsets, and what they would have left of it.
+
+        Parameters
+        ----------
+        run : Run, DataFrame or path
+            With the displacements that the compensator was fitted to.
+        machine : Machine, path or name, optional
+            Its five-point rig names the displacement sensors (S1 to S5, S5 along +Z).
+        tool_length_mm : float
+            At which a five-point rig's drift is taken [mm].
+
+        Returns
+        -------
+        DataFrame
+            ``drift_X_um``, ``dX_um``, ``error_X_um`` and so on for each axis that was measured.
+        """
+        from spindle_drift.machines import as_machine
+
+        recorded = as_run(run)
+        rig = None if machine is None else rig_from_table(as_machine(machine).model.rig, "machine")
+        named = rig if isinstance(rig, FivePointRig) else None
+        meant = rig_of_model(self.model, named)
+        drift = measured_drift(recorded, meant, tool_length_mm, self.model.input_form)
+        sent = self.predict(recorded, tool_length_mm=tool_length_mm)
+        columns: dict[str, Any] = {"time_s": recorded.time_s}
+        for axis in "XYZ":
+            if f"drift_{axis}_um" in drift:
+                columns[f"drift_{axis}_um"] = drift[f"drift_{axis}_um"]
+                columns[f"d{axis}_um"] = sent[f"d{axis}_um"]
+                columns[f"error_{axis}_um"] = drift[f"drift_{axis}_um"] + sent[f"d{axis}_um"]
+        return pd.DataFrame(columns)
+
+
+def fit(
+    runs: RunLike | Sequence[RunLike],
+    model: str | None = None,
+    *,
+    machine: MachineLike | None = None,
+    **options: Any,
+) -> Compensator:
+    """Fit a compensator to runs.
+
+    Parameters
+    ----------
+    runs : Run, DataFrame or path, or several
+        The training runs.
+    model : str, optional
+        Kind of error model; by default the simplest of the best on runs left out.
+    machine : Machine, path or name, optional
+        Says which sensors the runs hold, and what the displacements mean. Without it the columns'
+        names say so.
+    **options
+        Of `fmu_compensator.fit.fitting.fit_compensator` (``points``, ``input_form``, ``name``,
+        ``title``, ``tool_length_mm``, ...) and of the error model.
+
+    Returns
+    -------
+    Compensator
+
+    Raises
+    ------
+    BadInput
+        One line that says what the data or the options lack.
+
+    Examples
+    --------
+    >>> import spindle_drift as sd
+    >>> names = ["training_down", "training_random", "training_stops"]
+    >>> runs = [sd.simulate("jig_borer", name, every_s=60.0, noise_seed=1) for name in names]
+    >>> compensator = sd.fit(runs, model="mlr", machine="jig_borer")
+    >>> bool((compensator.figures["like"] < compensator.figures["no_model"]).all())
+    True
+    """
+    recorded = as_runs(runs)
+    rig, sensors = _rig(recorded[0], machine)
+    grey = {"threshold": usual("fit", "threshold"), "score": usual("fit", "score")}
+    table = fit_compensator(recorded, rig, model, **({"sensors": sensors, "grey": grey} | options))
+    return Compensator(parse_model(compensator_text(table), table["name"]))
+
+
+def _rig(run: Run, machine: MachineLike | None) -> tuple[Rig, list[str] | None]:
+    from spindle_drift.machines import as_machine
+
+    if machine is None:
+        return default_rig(run, read_machine(USUAL_MACHINE).rig), None
+    given = as_machine(machine)
+    sensors = [sensor.name for sensor in given.model.sensors if sensor.unit == "degC"]
+    return rig_from_table(given.model.rig, given.name), sensors
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """How error models did on runs that they never saw.
+
+    Attributes
+    ----------
+    table : DataFrame
+        For each model its title, and for each target the RMSE on training and on unseen runs and
+        the share of the unseen drift that it predicts; best first, baselines included.
+    left_out : dict of str to str
+        Models that the runs cannot carry, and why.
+    notes : list of str
+        What was left out of the data.
+    details : dict
+        Everything, as ``spindle-drift compare --json`` prints it.
+    """
+
+    table: pd.DataFrame
+    left_out: dict[str, str]
+    notes: list[str]
+    details: dict[str, Any]
+
+    @property
+    def best(self) -> str:
+        """The model with the least error on unseen runs; baselines do not count."""
+        free = self.table[~self.table["uses_displacement"]]
+        return str(next(name for name in free.index if name not in ("no_model", "persistence")))
+
+
+def compare(
+    train: Sequence[RunLike],
+    validate: Sequence[RunLike] = (),
+    *,
+    models: Sequence[str] | None = None,
+    machine: MachineLike | None = None,
+    by: str = "run",
+    seed: int | None = None,
+    intervals: bool = False,
+) -> Comparison:
+    """Compare error models on runs that they never saw.
+
+    Parameters
+    ----------
+    train, validate : sequence of Run, DataFrame or path
+        To learn from, and to judge on. Without *validate*, each of *train* is left out in turn.
+    models : sequence of str, optional
+        Error models; all of them by default. No model and persistence always take part.
+    machine : Machine, path or name, optional
+        Says what the displacements mean; without it the columns' names do.
+    by : {"run", "speeds"}
+        What is left out in turn: each run, or all runs of the same speeds.
+    seed : int, optional
+        For models that start at random.
+    intervals : bool
+        Whether to learn prediction intervals and measure what they hold.
+
+    Returns
+    -------
+    Comparison
+
+    Raises
+    ------
+    BadInput
+        For runs or models that cannot be used.
+
+    Examples
+    --------
+    >>> import spindle_drift as sd
+    >>> names = ["training_down", "training_random", "stop_and_go"]
+    >>> runs = [sd.simulate("jig_borer", name, every_s=60.0, noise_seed=1) for name in names]
+    >>> found = sd.compare(runs[:2], runs[2:], models=["mlr", "ridge"])
+    >>> sorted(found.table.index[~found.table["uses_displacement"]])
+    ['mlr', 'no_model', 'persistence', 'ridge']
+    """
+    from spindle_drift.machines import as_machine
+
+    learnt, judged = as_runs(list(train)), as_runs(list(validate)) if len(validate) else []
+    splits = [Split("the judged runs", learnt, judged)] if judged else leave_out(learnt, by)
+    same = {run.sha256 for run in learnt} & {run.sha256 for run in judged}
+    if same:
+        run = next(run for run in judged if run.sha256 in same)
+        raise BadInput("compare", run.name, "is in both: it would be judged on what it saw")
+    rig = targets_of([*learnt, *judged], as_machine(machine or USUAL_MACHINE).model.rig)
+    found = comparison.compare(
+        splits,
+        rig,
+        contestants(models, seed=seed),
+        strict=models is not None,
+        intervals=intervals,
+    )
+    details = found.to_dict()
+    return Comparison(
+        _ranking(details["models"], found.targets), dict(found.left_out), list(found.notes), details
+    )
+
+
+def _ranking(models: Sequence[Mapping[str, Any]], targets: Sequence[str]) -> pd.DataFrame:
+    rows = {}
+    for entry in models:
+        row = {"title": entry["title"], "uses_displacement": bool(entry["uses_displacement"])}
+        for target in targets:
+            row[f"{target}_training"] = entry["train"][target]["rmse"]
+            row[f"{target}_unseen"] = entry["validate"][target]["rmse"]
+            row[f"{target}_predicted"] = entry["validate"][target]["eta"]
+        rows[entry["name"]] = row
+    return pd.DataFrame.from_dict(rows, orient="index")
+
+
+__all__ = ["Comparison", "Compensator", "compare", "fit"]

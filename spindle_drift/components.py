@@ -1,0 +1,211 @@
+"""FMUs built, and scenarios co-simulated with them."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import json
+import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import pandas as pd
+
+from fmu_compensator.runtime.modelfile import model_text
+from fmu_packaging.native.build import native_package
+from fmu_packaging.native.compilers import compilers
+from fmu_packaging.package import build
+from fmu_packaging.publish import publish
+from measurement.errors import BadInput
+from measurement.runs import read_run
+from scenarios.building import check_outputs, compensator_recipe, native_of, plant_recipe
+from scenarios.outputs import guarding
+from scenarios.runner import run_scenario as run_scenario_files
+from scenarios.scenario import read_scenario
+from scenarios.table import Group
+from spindle_drift.compensators import Compensator
+from spindle_drift.machines import Machine
+
+
+def build_fmu(
+    source: Compensator | Machine | str | Path,
+    out: str | Path = "dist",
+    *,
+    name: str | None = None,
+    native: bool = False,
+    fmi: Literal[2, 3] = 2,
+    force: bool = False,
+) -> Path:
+    """Build an FMU, validate it, and run it in a fresh process before it is written.
+
+    Parameters
+    ----------
+    source : Compensator, Machine or path
+        A compensator (also its file, ``.json``) or a machine (its file, or a shipped name).
+    out : path
+        Folder for the FMU and its reference results; made if missing.
+    name : str, optional
+        Of the FMU; ``compensator`` or ``plant`` by default.
+    native : bool
+        Build it without Python, in C99.
+    fmi : {2, 3}
+        Version of FMI, with *native*.
+    force : bool
+        Whether an FMU that this library did not make may be replaced.
+
+    Returns
+    -------
+    Path
+        The FMU.
+
+    Raises
+    ------
+    BadInput
+        If the source cannot be used, or something is in the way.
+    PublishError
+        If the FMU does not pass.
+
+    Examples
+    --------
+    >>> import spindle_drift as sd
+    >>> runs = [sd.simulate("jig_borer", "training_down", every_s=60.0, noise_seed=1)]
+    >>> sd.build_fmu(sd.fit(runs, model="mlr", machine="jig_borer"), name="mine").name
+    'mine.fmu'
+    """
+    is_compensator = isinstance(source, Compensator) or str(source).endswith(".json")
+    if fmi != 2 and not native:
+        raise BadInput("build_fmu", "fmi", "only the FMUs without Python have FMI 3.0: add native")
+    with (
+        tempfile.TemporaryDirectory(prefix="spindle-drift-built-") as work,
+        guarding("build_fmu", (), force),
+    ):
+        if is_compensator:
+            file = _file_of(source, Path(work))
+            recipe, reference = compensator_recipe(file, name or "compensator", native)
+        else:
+            machine = source if isinstance(source, Machine) else Machine(str(source))
+            recipe, reference = plant_recipe(machine.model, name or "plant")
+        folder = Path(out)
+        check_outputs(folder, recipe.identity.name)
+        package = (
+            native_package(recipe, native_of(recipe), compilers(), fmi) if native else build(recipe)
+        )
+        folder.mkdir(parents=True, exist_ok=True)
+        path, _ = publish(package, folder, reference)
+    return path
+
+
+def _file_of(source: Any, work: Path) -> Path:
+    """Return a compensator's file; one of a compensator in memory is written."""
+    if not isinstance(source, Compensator):
+        return Path(source)
+    file = work / "model.json"
+    file.write_text(model_text(source.model.table), encoding="utf-8")
+    return file
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """A scenario that was co-simulated.
+
+    Attributes
+    ----------
+    folder : Path
+        Time series, figures and ``report.html``.
+    table : DataFrame
+        For each variant largest and mean absolute drift of the tool tip [um], and by how much it is
+        better than without compensation [%].
+    frames : dict of str to DataFrame
+        The time series of each variant.
+    details : dict
+        Everything, as ``table.json`` holds it.
+    """
+
+    folder: Path
+    table: pd.DataFrame
+    frames: dict[str, pd.DataFrame]
+    details: dict[str, Any]
+
+
+def run_scenario(
+    scenario: str | Path,
+    out: str | Path | None = None,
+    *,
+    settings: Mapping[str, Any] | None = None,
+    plant: str | Path | None = None,
+    compensator: str | Path | None = None,
+    fmu_dir: str | Path = "dist",
+    force: bool = False,
+) -> Scenario:
+    """Simulate a scenario: plant and compensator FMU in a loop.
+
+    Parameters
+    ----------
+    scenario : str or path
+        A shipped name or a scenario file.
+    out : path, optional
+        Results folder; ``results/NAME`` by default.
+    settings : mapping of str to any, optional
+        Keys of the scenario to set, such as ``{"duration_s": 3600, "signals.speed": 6000}``.
+    plant, compensator : path, optional
+        Other FMUs, or a machine and a compensator file.
+    fmu_dir : path
+        Where FMUs are; ``plant.fmu`` and ``compensator.fmu`` are built there when missing.
+    force : bool
+        Whether *out* may hold other things.
+
+    Returns
+    -------
+    Scenario
+
+    Raises
+    ------
+    BadInput
+        If something does not fit; no folder is left then.
+    FmuError
+        If an FMU fails; no folder is left then.
+
+    Examples
+    --------
+    >>> import spindle_drift as sd
+    >>> found = sd.run_scenario("step_speed", "results/hour", settings={"duration_s": 600})
+    >>> sorted(path.name for path in found.folder.glob("*.html"))
+    ['report.html']
+    >>> bool((found.table["Z_better_percent"].iloc[1] > 50.0))
+    True
+    """
+    read = read_scenario(str(scenario), list((settings or {}).items()))
+    if read.settings.replay is not None:
+        raise BadInput(read.path, "replay", "is no simulation: see Compensator.judge")
+    folder = Path(out) if out is not None else Path("results") / read.settings.name
+    files = [path for path in (plant, compensator) if path is not None]
+    with guarding("run", files, force), contextlib.redirect_stderr(io.StringIO()):
+        details, groups, _ = run_scenario_files(
+            read,
+            folder,
+            Path(fmu_dir),
+            plant=None if plant is None else str(plant),
+            compensator=None if compensator is None else str(compensator),
+            quiet=True,
+        )
+    details = json.loads(json.dumps(details))
+    frames = {
+        entry["name"]: read_run(folder / entry["files"]["results"]).frame
+        for entry in details["variants"]
+    }
+    return Scenario(folder, _headline(groups), frames, details)
+
+
+def _headline(groups: list[Group]) -> pd.DataFrame:
+    rows = []
+    for group in groups:
+        for row in group.rows:
+            cells: dict[str, Any] = {"group": group.title, "variant": row.label}
+            for axis, cell in row.axes.items():
+                cells[f"{axis}_max_um"] = cell.after_max_um
+                cells[f"{axis}_mean_um"] = cell.after_mean_um
+                cells[f"{axis}_better_percent"] = cell.improvement_percent
+            rows.append(cells)
+    return pd.DataFrame(rows)

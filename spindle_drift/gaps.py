@@ -1,0 +1,130 @@
+"""What a machine's model lacks."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from measurement.runs import Run, write_run
+from plant_model.machine_writer import write_machine
+from scenarios.gap_runner import GAP, Question, run_find_gap
+from scenarios.outputs import guarding
+from spindle_drift._inputs import MachineLike, RunLike, as_runs
+from spindle_drift.machines import Machine, as_machine
+
+
+@dataclass(frozen=True)
+class Gap:
+    """What was found missing in a machine's model.
+
+    Attributes
+    ----------
+    verdict : str
+        ``effect``, ``one_of``, ``none_missing`` or ``unknown``.
+    effects : list of str
+        Names of the effects that were added.
+    text : str
+        The answer in a few lines.
+    table : dict
+        Everything, as ``gap.json`` holds it.
+    machine : Machine
+        The machine with the effects; only the file's parameters can be saved where no folder was
+        given.
+    folder : Path or None
+        Where report and figures are.
+    """
+
+    verdict: str
+    effects: list[str]
+    text: str
+    table: dict[str, Any]
+    machine: Machine
+    folder: Path | None
+
+
+def find_gap(
+    machine: MachineLike,
+    runs: Sequence[RunLike],
+    holdout: Sequence[RunLike] = (),
+    *,
+    out: str | Path | None = None,
+    without: Sequence[str] = (),
+    seed: int = 0,
+    workers: int | None = None,
+    fmu: bool = False,
+    force: bool = False,
+) -> Gap:
+    """Say where a machine's model and measured runs disagree, and name what is missing.
+
+    Parameters
+    ----------
+    machine : Machine, path or name
+    runs, holdout : sequence of Run, DataFrame or path
+        To calibrate on, three or more, and to judge by; without *holdout* the last of four or more
+        *runs* is kept back.
+    out : path, optional
+        Folder for report, figures and machine files.
+    without : sequence of str
+        Effects not to consider.
+    seed : int
+    workers : int, optional
+        Processes; one for each core by default.
+    fmu : bool
+        Whether to build the plant FMUs before and after and to co-simulate the runs kept back.
+    force : bool
+        Whether *out* may hold other things.
+
+    Returns
+    -------
+    Gap
+
+    Raises
+    ------
+    BadInput
+        If the runs cannot be used.
+
+    Examples
+    --------
+    >>> import spindle_drift as sd
+    >>> from plant_model.effects import catalogue
+    >>> others = [name for name in catalogue() if name != "centrifugal_shift"]
+    >>> names = ["training_down", "training_random", "stop_and_go", "training_stops"]
+    >>> runs = [sd.simulate("jig_borer", name, every_s=120.0, noise_seed=n)
+    ...         for n, name in enumerate(names)]
+    >>> sd.find_gap("jig_borer", runs, without=others, workers=1).verdict
+    'none_missing'
+    """
+    given = as_machine(machine)
+    used, kept_back = as_runs(list(runs)), as_runs(list(holdout)) if len(holdout) else []
+    with tempfile.TemporaryDirectory(prefix="spindle-drift-gap-") as work:
+        source = Path(work) / "machine.toml"
+        write_machine(given.model, given.source, source)
+        paths = [_file(run, Path(work)) for run in (*used, *kept_back)]
+        folder = Path(out) if out is not None else Path(work) / "gap"
+        question = Question(
+            str(source),
+            paths[: len(used)],
+            paths[len(used) :],
+            folder,
+            tuple(without),
+            seed,
+            workers,
+            fmu,
+        )
+        inputs = [run.path for run in (*used, *kept_back) if run.path is not None]
+        with guarding("find-gap", inputs, force):
+            table, lines = run_find_gap(question, lambda text: None)
+        table = json.loads((folder / GAP).read_text(encoding="utf-8"))
+        after = Machine(folder / table["machine"])
+    shown = "\n".join(lines if out is not None else lines[:-1])
+    names = [entry["name"] for entry in table["effects"]]
+    kept = None if out is None else folder
+    return Gap(table["verdict"], names, shown, table, after, kept)
+
+
+def _file(run: Run, folder: Path) -> Path:
+    return write_run(run.frame, folder / f"{run.name}.csv")

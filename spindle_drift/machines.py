@@ -1,0 +1,240 @@
+"""Machines: read, simulated, calibrated."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+
+import pandas as pd
+
+from measurement.errors import BadInput
+from measurement.runs import Run
+from plant_model import simulate as plant
+from plant_model.drive import DriveError
+from plant_model.gap import calibrate as calibration
+from plant_model.gap.observations import observe
+from plant_model.gap.regimes import by_channel, residuals
+from plant_model.machine import Machine as Model
+from plant_model.machine_file import machine_path, read_machine
+from plant_model.machine_writer import write_machine
+from plant_model.parameters import ParameterError
+from scenarios.gap_runner import not_compared, usable_runs
+from scenarios.outputs import MACHINE_FILE, check_output, guarding, marked
+from scenarios.scenario import read_scenario
+from spindle_drift._inputs import MachineLike, RunLike, as_runs
+
+
+@dataclass(frozen=True)
+class Machine:
+    """A lumped thermal model of a spindle, as a machine file describes it.
+
+    Parameters
+    ----------
+    source : path or str
+        A machine file, or the name of a shipped machine.
+
+    Attributes
+    ----------
+    source : path or str
+    model : plant_model.machine.Machine
+        The model itself.
+
+    Examples
+    --------
+    >>> import spindle_drift as sd
+    >>> machine = sd.Machine("jig_borer")
+    >>> machine.sensors[:3], machine.inputs
+    (['T1', 'T2', 'T3'], ['speed_rpm', 'T5_degC', 'T9_degC', 'torque_Nm'])
+    >>> machine.parameters.loc["links.front_inner-shaft_front.conductance", "unit"]
+    'W/K'
+    """
+
+    source: str | Path
+    model: Model = None  # type: ignore[assignment]
+
+    def __post_init__(self) -> None:
+        """Read the file, unless the model is there already."""
+        if self.model is None:
+            object.__setattr__(self, "model", read_machine(self.source))
+
+    @property
+    def name(self) -> str:
+        """The machine's name."""
+        return self.model.name
+
+    @property
+    def inputs(self) -> list[str]:
+        """The columns that drive it."""
+        return [entry.column for entry in self.model.inputs]
+
+    @property
+    def sensors(self) -> list[str]:
+        """Its thermometers."""
+        return [sensor.name for sensor in self.model.sensors]
+
+    @property
+    def parameters(self) -> pd.DataFrame:
+        """Value, unit, range and source of every parameter, by its full name."""
+        table = {name: entry.to_dict() for name, entry in self.model.parameters.items()}
+        return pd.DataFrame.from_dict(table, orient="index")
+
+    def with_values(self, values: Mapping[str, float]) -> Machine:
+        """Return the machine with other values of some parameters.
+
+        Raises
+        ------
+        BadInput
+            For a name that is not known or a value outside its range.
+        """
+        try:
+            return replace(self, model=self.model.with_values(dict(values)))
+        except (ParameterError, KeyError) as error:
+            raise BadInput(self.name, "", str(error)) from None
+
+    def save(self, path: str | Path, *, force: bool = False) -> Path:
+        """Write the machine file; comments and order are those of the file it came from.
+
+        Raises
+        ------
+        BadInput
+            If something else is in the way and *force* is not given.
+        """
+        with guarding("calibrate", [machine_path(self.source)], force):
+            check_output(Path(path), MACHINE_FILE)
+            return write_machine(self.model, self.source, path, finish=marked)
+
+
+def as_machine(given: MachineLike) -> Machine:
+    """Return a machine, whatever form it has."""
+    return given if isinstance(given, Machine) else Machine(given)
+
+
+def simulate(
+    machine: MachineLike,
+    inputs: pd.DataFrame | RunLike,
+    *,
+    parameters: Mapping[str, float] | None = None,
+    every_s: float = 10.0,
+    noise_seed: int | None = None,
+) -> Run:
+    """Simulate what a machine's sensors would have shown.
+
+    Parameters
+    ----------
+    machine : Machine, path or name
+    inputs : DataFrame, Run or str
+        ``time_s`` and the machine's inputs, or a scenario's name or file: its first variant.
+    parameters : mapping of str to float, optional
+        Values to use instead of the machine's, by full name.
+    every_s : float
+        Time between the rows of a scenario [s].
+    noise_seed : int, optional
+        Adds the sensors' noise and resolution; without it the readings are exact.
+
+    Returns
+    -------
+    Run
+
+    Raises
+    ------
+    BadInput
+        If the inputs cannot drive the machine, or a parameter is not allowed.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> import spindle_drift as sd
+    >>> inputs = pd.DataFrame({"time_s": [0.0, 1800.0, 3600.0], "speed_rpm": 6000.0,
+    ...                        "T9_degC": 21.0, "T5_degC": 21.0})
+    >>> run = sd.simulate("jig_borer", inputs)
+    >>> bool(run.frame["T2_degC"].is_monotonic_increasing)
+    True
+    """
+    from scenarios.commands.simulate import inputs_of
+
+    model = as_machine(machine).model
+    name = "simulated"
+    if isinstance(inputs, (str, Path)):
+        scenario = read_scenario(str(inputs))
+        if not scenario.cases:
+            raise BadInput(scenario.path, "replay", "nothing is simulated in a replay")
+        frame, name = inputs_of(scenario.cases[0], model, every_s), scenario.settings.name
+    else:
+        frame = inputs if isinstance(inputs, pd.DataFrame) else inputs.frame
+    try:
+        found = plant.simulate(model, frame, dict(parameters or {}), noise_seed=noise_seed)
+    except (DriveError, ParameterError) as error:
+        raise BadInput("simulate", "", str(error)) from None
+    return Run(name, found.run_frame())
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """A calibrated machine, and what the runs determine of it.
+
+    Attributes
+    ----------
+    machine : Machine
+    parameters : DataFrame
+        Value before and after, 95 % interval, and how much the runs narrowed it (0 nothing, 1 all).
+    residuals : DataFrame
+        RMS of model minus measurement of each channel before and after [K, um].
+    left_out : list of str
+        What in the runs was broken, and sensors that they lack.
+    """
+
+    machine: Machine
+    parameters: pd.DataFrame
+    residuals: pd.DataFrame
+    left_out: list[str]
+
+
+def calibrate(
+    machine: MachineLike, runs: RunLike | Sequence[RunLike], *, starts: int = 2, seed: int = 0
+) -> Calibration:
+    """Move a machine's free parameters so that it follows measured runs.
+
+    Parameters
+    ----------
+    machine : Machine, path or name
+    runs : Run, DataFrame or path, or several
+    starts : int
+        Starting points; the first is the machine as it stands.
+    seed : int
+        Of the further starting points.
+
+    Returns
+    -------
+    Calibration
+
+    Raises
+    ------
+    BadInput
+        If the runs cannot be used.
+
+    Examples
+    --------
+    >>> import spindle_drift as sd
+    >>> machine = sd.Machine("jig_borer")
+    >>> other = machine.with_values({"links.front_inner-shaft_front.conductance": 100.0})
+    >>> run = sd.simulate(other, "stop_and_go", every_s=60.0, noise_seed=1)
+    >>> found = sd.calibrate(machine, run, starts=1)
+    >>> bool((found.residuals["after"] <= found.residuals["before"] + 0.05).all())
+    True
+    """
+    given = as_machine(machine)
+    if not 1 <= starts <= 50:
+        raise BadInput("calibrate", "starts", f"{starts} is outside 1..50")
+    recorded = as_runs(runs)
+    used, _, faults = usable_runs(given.model, recorded)
+    observed = observe(given.model, used)
+    found = calibration.calibrate(given.model, observed, starts=starts, seed=seed)
+    after = replace(given, model=found.machine)
+    table = pd.DataFrame([asdict(entry) for entry in found.parameters])
+    channels = {
+        moment: by_channel(which, [residuals(which, one) for one in observed])
+        for moment, which in (("before", given.model), ("after", found.machine))
+    }
+    left_out = [fault.text for fault in faults] + not_compared(given.model, recorded)
+    return Calibration(after, table.set_index("name"), pd.DataFrame(channels), left_out)

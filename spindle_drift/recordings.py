@@ -1,0 +1,201 @@
+"""Runs: read, imported from anybody's log, summarised."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import pandas as pd
+
+from measurement.errors import BadInput, checked
+from measurement.importing.log import Imported, import_files
+from measurement.importing.mapping import Mapping as Rules
+from measurement.importing.mapping import read_mapping
+from measurement.iso230 import Summary, summarise
+from measurement.rig import default_rig, rig_from_table
+from measurement.runs import Run
+from scenarios.imported import write_imported
+from scenarios.outputs import guarding
+from spindle_drift._inputs import MachineLike, RunLike, as_run
+
+
+def read_run(source: RunLike, name: str = "run") -> Run:
+    """Read a run file, or check a frame that is like one.
+
+    Parameters
+    ----------
+    source : path or DataFrame
+        A run file, or a frame with ``time_s`` [s] first and columns such as ``T1_degC``.
+    name : str
+        What reports call a frame; a file has its own name.
+
+    Returns
+    -------
+    Run
+        With ``name``, ``frame``, ``temperatures``, ``displacements`` and ``resampled``.
+
+    Raises
+    ------
+    BadInput
+        For the first thing that is wrong: file, row, column, value and what is allowed.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> import spindle_drift as sd
+    >>> frame = pd.DataFrame({"time_s": [0, 60, 120], "T1_degC": [20.0, 20.4, 20.7]})
+    >>> run = sd.read_run(frame, name="monday")
+    >>> run.name, run.temperatures, len(run.frame)
+    ('monday', ['T1_degC'], 3)
+    """
+    return as_run(source, name)
+
+
+@dataclass(frozen=True)
+class ImportedLog:
+    """Runs that were made of a log, and what was doubtful about it.
+
+    Attributes
+    ----------
+    runs : list of Run
+        In order of time.
+    table : DataFrame
+        For each run its start, length, rest before it [h] and whether it began warm.
+    left_out : dict of str to str
+        By header: why a column is not in the runs, and what would place it.
+    doubts : dict of str to list of str
+        By column: what its numbers contradict.
+    notes : list of str
+        What was passed over.
+    """
+
+    runs: list[Run]
+    table: pd.DataFrame
+    left_out: dict[str, str]
+    doubts: dict[str, list[str]]
+    notes: list[str]
+    _imported: Imported
+    _paths: tuple[Path, ...]
+
+    def save(self, folder: str | Path, *, force: bool = False) -> list[Path]:
+        """Write the run files and the mapping file, as ``spindle-drift import`` does.
+
+        Parameters
+        ----------
+        folder : path
+            Made if missing; other files in it stay, an existing mapping file, too.
+        force : bool
+            Whether files that are in the way may be replaced.
+
+        Raises
+        ------
+        BadInput
+            If a file is in the way.
+        """
+        target = Path(folder)
+        with guarding("import", self._paths, force):
+            fresh = force or not (target / "import.toml").exists()
+            return write_imported(self._imported, self._paths, target, with_mapping=fresh)
+
+
+def import_log(
+    files: str | Path | Sequence[str | Path],
+    *,
+    mapping: str | Path | None = None,
+    units: Mapping[str, str] | None = None,
+    **rules: object,
+) -> ImportedLog:
+    """Make runs of spreadsheets, text tables or logs of any recorder.
+
+    Parameters
+    ----------
+    files : path or sequence of path
+        Tables with the same columns follow each other, others stand side by side on one clock.
+    mapping : path, optional
+        A mapping file of an earlier import.
+    units : mapping of str to str, optional
+        Units of columns whose header has none, by header; ``*`` and ``?`` are allowed.
+    **rules
+        Entries of a mapping file: ``split``, ``pause_s``, ``cold_after_s``, ``every_s``, ``time``.
+
+    Returns
+    -------
+    ImportedLog
+
+    Raises
+    ------
+    BadInput
+        For the first thing that cannot be used.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> import spindle_drift as sd
+    >>> rows = "\\n".join(f"02.03.2026 07:{n:02d};{20 + n / 10:.1f};{n}".replace(".", ",", 3)
+    ...                  .replace("02,03,", "02.03.") for n in range(9))
+    >>> _ = Path("log.csv").write_text(f"Zeit;Lager [°C];Druck\\n{rows}\\n", encoding="utf-8")
+    >>> log = sd.import_log("log.csv")
+    >>> log.runs[0].name, list(log.runs[0].frame.columns)
+    ('20260302_0700', ['time_s', 'Lager_degC'])
+    >>> log.left_out["Druck"].startswith("it has no unit")
+    True
+    """
+    paths = [Path(files)] if isinstance(files, (str, Path)) else [Path(one) for one in files]
+    given = read_mapping(Path(mapping)) if mapping is not None else Rules()
+    given = checked(Rules, given.model_dump(exclude_none=True) | dict(rules), "import_log")
+    found = import_files(paths, given, units)
+    doubts: dict[str, list[str]] = {}
+    for column, text in found.doubts:
+        doubts.setdefault(column, []).append(text)
+    table = pd.DataFrame(
+        {
+            "run": [piece.run.name for piece in found.pieces],
+            "starts": [piece.starts for piece in found.pieces],
+            "hours": [float(piece.run.time_s[-1]) / 3600.0 for piece in found.pieces],
+            "rested_h": [piece.rested_s / 3600.0 for piece in found.pieces],
+            "warm_start": [piece.warm for piece in found.pieces],
+        }
+    )
+    return ImportedLog(
+        found.runs, table, dict(found.hints), doubts, list(found.notes), found, tuple(paths)
+    )
+
+
+def summary(
+    run: RunLike, *, machine: MachineLike | None = None, ambient: str | None = None
+) -> Summary:
+    """Summarise a run in the terms of ISO 230-3.
+
+    Parameters
+    ----------
+    run : Run, DataFrame or path
+    machine : Machine, path or name, optional
+        Its rig says what the displacements mean; without it their names do.
+    ambient : str, optional
+        Column of the ambient temperature.
+
+    Returns
+    -------
+    Summary
+        With ``displacements``, ``temperatures``, ``findings``, ``text()`` and ``to_dict()``.
+
+    Examples
+    --------
+    >>> import spindle_drift as sd
+    >>> found = sd.summary(sd.simulate("jig_borer", "step_speed", every_s=60.0))
+    >>> round(found.duration_s / 3600.0, 1), found.temperatures["T2_degC"].rise > 1.0
+    (8.0, True)
+    """
+    from spindle_drift.machines import as_machine
+
+    recorded = as_run(run)
+    if machine is None:
+        try:
+            rig = default_rig(recorded)
+        except BadInput:
+            rig = None
+    else:
+        model = as_machine(machine)
+        rig = rig_from_table(model.model.rig, f"machine {model.name}")
+    return summarise(recorded, rig, ambient)

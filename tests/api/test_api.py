@@ -1,0 +1,197 @@
+"""The Python API: its names, its examples, and that it gives what the commands give."""
+
+from __future__ import annotations
+
+import doctest
+import inspect
+import json
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import spindle_drift as sd
+from measurement.runs import write_run
+from scenarios.cli import main
+from scenarios.fmu_files import build_compensator
+from scenarios.replay import model_of, replay, rig_of_model
+
+FUNCTIONS = [
+    "read_run", "import_log", "summary", "fit", "compare", "Compensator", "Machine", "simulate",
+    "calibrate", "find_gap", "build_fmu", "run_scenario",
+]  # fmt: skip
+RESULTS = [
+    "BadInput",
+    "Calibration",
+    "Comparison",
+    "Gap",
+    "ImportedLog",
+    "Run",
+    "Scenario",
+    "Summary",
+]
+SLOW = {"find_gap", "build_fmu", "run_scenario"}
+
+
+def test_the_names_are_these() -> None:
+    assert sorted(sd.__all__) == sorted([*FUNCTIONS, *RESULTS])
+    assert sd.__version__[0].isdigit()
+    assert (Path(sd.__file__).parent / "py.typed").is_file()
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_every_name_is_documented_and_typed(name: str) -> None:
+    found = getattr(sd, name)
+    text = inspect.getdoc(found) or ""
+    assert "Parameters\n----------" in text
+    assert "Examples\n--------" in text
+    for parameter in inspect.signature(found).parameters.values():
+        assert parameter.annotation is not inspect.Parameter.empty
+        assert (
+            f"{parameter.name} :" in text
+            or f", {parameter.name} :" in text
+            or (f"**{parameter.name}" in text or f"{parameter.name}, " in text)
+        ), parameter.name
+
+
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(n, marks=[pytest.mark.slow] if n in SLOW else []) for n in FUNCTIONS],
+)
+def test_every_example_runs(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    found = getattr(sd, name)
+    (case,) = [
+        case
+        for case in doctest.DocTestFinder(recurse=False).find(found, name, globs={})
+        if case.examples
+    ]
+    runner = doctest.DocTestRunner(optionflags=doctest.NORMALIZE_WHITESPACE)
+    said: list[str] = []
+    runner.run(case, out=said.append)
+    assert runner.tries >= 2
+    assert runner.failures == 0, "".join(said)
+
+
+@pytest.fixture(scope="module")
+def runs() -> list[sd.Run]:
+    names = ["training_down", "training_random", "training_stops"]
+    return [sd.simulate("jig_borer", name, every_s=60.0, noise_seed=1) for name in names]
+
+
+@pytest.fixture(scope="module")
+def fitted(runs: list[sd.Run]) -> sd.Compensator:
+    return sd.fit(runs[:2], model="thermal_states", machine="jig_borer")
+
+
+def test_frames_paths_and_runs_are_taken_alike(runs: list[sd.Run], tmp_path: Path) -> None:
+    path = write_run(runs[0], tmp_path / "training_down.csv")
+    found = [sd.summary(given).to_dict() for given in (runs[0], path, str(path))]
+    assert found[0] == found[1] == found[2]
+    frame = sd.summary(runs[0].frame).to_dict()
+    assert frame.pop("name") == "run"
+    assert frame.items() <= found[0].items()
+
+
+def test_what_is_fitted_is_what_the_command_fits(runs: list[sd.Run], tmp_path: Path) -> None:
+    paths = [str(write_run(run, tmp_path / f"{run.name}.csv")) for run in runs]
+    out = tmp_path / "c.json"
+    argv = ["fit", *paths, "--model", "ridge", "--machine", "jig_borer", "-o", str(out)]
+    assert main(argv) == 0
+    read = [sd.read_run(path) for path in paths]
+    ours = sd.fit(read, "ridge", machine="jig_borer").save(tmp_path / "ours.json")
+    assert ours.read_text() == out.read_text()
+    figures = sd.Compensator.load(out).figures
+    assert list(figures.columns) == ["no_model", "training", "like", "unlike"]
+    assert figures["like"].notna().all()
+
+
+@pytest.mark.slow
+def test_offsets_are_those_of_the_fmu(
+    fitted: sd.Compensator, runs: list[sd.Run], tmp_path: Path
+) -> None:
+    file = fitted.save(tmp_path / "c.json")
+    fmu = build_compensator(file, tmp_path)
+    model = model_of(fmu)
+    run = sd.Run("cut", runs[2].frame.iloc[:200])
+    theirs = replay(fmu, model, run, rig_of_model(model), 150.0, keep_frozen=True).frame
+    ours = fitted.judge(run, tool_length_mm=150.0)
+    for name in ours.columns:
+        np.testing.assert_allclose(ours[name], theirs[name], atol=1e-9, err_msg=str(name))
+    codes = fitted.predict(run, tool_length_mm=150.0)["status_1"]
+    np.testing.assert_array_equal(codes, theirs["status_1"])
+
+
+def test_a_compensator_leaves_less_than_there_was(
+    fitted: sd.Compensator, runs: list[sd.Run]
+) -> None:
+    found = fitted.judge(runs[2])
+    for axis in "XYZ":
+        left, before = (
+            found[f"error_{axis}_um"].abs().mean(),
+            found[f"drift_{axis}_um"].abs().mean(),
+        )
+        assert left < 0.5 * before
+
+
+def test_a_missing_thermometer_is_refused_and_an_unused_one_is_not(
+    fitted: sd.Compensator, runs: list[sd.Run]
+) -> None:
+    with pytest.raises(sd.BadInput, match=f"has no column {fitted.used[0]}_degC"):
+        fitted.predict(runs[0].frame.drop(columns=f"{fitted.used[0]}_degC"))
+    spare = [name for name in fitted.sensors if name not in fitted.used]
+    without = runs[0].frame.drop(columns=[f"{name}_degC" for name in spare])
+    pd.testing.assert_frame_equal(fitted.predict(without), fitted.predict(runs[0]))
+
+
+def test_files_that_are_in_the_way_stay(fitted: sd.Compensator, tmp_path: Path) -> None:
+    thesis = tmp_path / "thesis.tex"
+    thesis.write_text("mine")
+    machine = sd.Machine("jig_borer")
+    for save in (fitted.save, machine.save):
+        with pytest.raises(sd.BadInput, match="exists and is no"):
+            save(thesis)
+        with pytest.raises(sd.BadInput, match="does not exist: make it first"):
+            save(tmp_path / "new" / "file")
+    assert thesis.read_text() == "mine"
+    assert fitted.save(thesis, force=True) == thesis
+    assert fitted.save(thesis) == thesis  # it is ours by now
+
+
+def test_a_machine_keeps_what_it_was_given(tmp_path: Path) -> None:
+    machine = sd.Machine("jig_borer")
+    name = str(machine.parameters.index[machine.parameters["calibrate"].fillna(False)][0])
+    value = 1.05 * machine.parameters.loc[name, "value"]
+    path = machine.with_values({name: value}).save(tmp_path / "m.toml")
+    assert sd.Machine(path).parameters.loc[name, "value"] == pytest.approx(value)
+    with pytest.raises(sd.BadInput, match="nothing_like_it"):
+        machine.with_values({"nothing_like_it": 1.0})
+    with pytest.raises(sd.BadInput, match="speed_rpm"):
+        sd.simulate(machine, pd.DataFrame({"time_s": [0.0, 1.0]}))
+
+
+def test_a_comparison_is_that_of_the_command(
+    runs: list[sd.Run], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    paths = [str(write_run(run, tmp_path / f"{run.name}.csv")) for run in runs]
+    options = ["--models", "mlr,ridge", "--no-intervals", "--json"]
+    assert main(["compare", "--train", *paths[:2], "--validate", paths[2], *options]) == 0
+    told = json.loads(capsys.readouterr().out)
+    found = sd.compare(paths[:2], paths[2:], models=["mlr", "ridge"])
+    assert json.loads(json.dumps(found.details))["models"] == told["models"]
+    assert found.best in ("mlr", "ridge")
+    with pytest.raises(sd.BadInput, match="is in both"):
+        sd.compare(paths[:2], paths[:1])
+
+
+def test_an_imported_log_can_be_saved(tmp_path: Path) -> None:
+    log = tmp_path / "log.csv"
+    log.write_text("Zeit [min];T1 [°C];p\n0;20,0;1\n1;20,5;1\n2;20,75;1\n", encoding="utf-8")
+    found = sd.import_log(log, split="none")
+    assert list(found.left_out) == ["p"]
+    assert found.table["hours"].tolist() == [2.0 / 60.0]
+    (path,) = found.save(tmp_path / "runs")
+    assert sd.read_run(path).frame["T1_degC"].tolist() == [20.0, 20.5, 20.75]
+    with pytest.raises(sd.BadInput, match="import_log: splitt: is not a known field"):
+        sd.import_log(log, splitt="none")

@@ -1,0 +1,190 @@
+"""The same log in every form that recorders and spreadsheets give it."""
+
+from __future__ import annotations
+
+import datetime as dt
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from measurement.importing.log import Imported, import_files
+from measurement.importing.mapping import Mapping, TimeRule
+from tests.measurement.importing.made import (
+    HEADER,
+    START,
+    elapsed,
+    signals,
+    stamps,
+    table,
+    workbook,
+)
+
+NAMES = ["time_s", "Temp_Lager_vorn_degC", "T_hinten_degC", "Halle_degC", "speed_rpm", "z_um"]
+MM = np.array([1.0, 1.0, 1.0, 1.0, 1e-3])
+LOCAL, ISO = "%d.%m.%Y %H:%M:%S", "%Y-%m-%dT%H:%M:%S"
+
+
+def imported(path: Path, **options: object) -> Imported:
+    return import_files([path], **options)  # type: ignore[arg-type]
+
+
+def check(found: Imported, step_s: float = 60.0) -> None:
+    (run,) = found.runs
+    assert list(run.frame.columns) == NAMES
+    np.testing.assert_allclose(run.time_s, step_s * np.arange(len(run.time_s)), atol=1e-6)
+    np.testing.assert_allclose(run.frame[NAMES[1:]], signals(len(run.time_s)), atol=1e-9)
+    assert found.hints == {}
+    assert found.doubts == ()
+
+
+PREAMBLE = "Messung 7;Spindel\nBediener;Müller;Halle 3\n\n"
+UNITS_BELOW = "Zeit;Temp. Lager vorn;T hinten;Halle;Drehzahl;z\n;°C;degC;[°C];1/min;µm\n"
+SECONDS = table(elapsed(), clock="Zeit [s]")
+TEXTS = {
+    "semicolons and commas": SECONDS,
+    "tabs": table(elapsed(), clock="Zeit [s]", mark="\t"),
+    "commas and points": table(elapsed(), clock="t [s]", mark=",", comma=False),
+    "minutes": table(elapsed(step=1), clock="Zeit / min"),
+    "hours": table([f"{n / 60:.9f}".replace(".", ",") for n in range(40)], clock="Zeit (h)"),
+    "milliseconds": table(elapsed(step=60000), clock="Time, ms"),
+    "local times": table(stamps(LOCAL)),
+    "local times with milliseconds": table(stamps("%d.%m.%Y %H:%M:%S,250")),
+    "ISO": table(stamps(ISO), clock="timestamp"),
+    "ISO with a zone": table(stamps(ISO + "+01:00"), clock="timestamp"),
+    "ISO, universal": table(stamps(ISO + "Z"), clock="timestamp"),
+    "month first": table(stamps("%m/%d/%Y %I:%M:%S %p", 40, 60.0), clock="Date/Time"),
+    "month named": table(stamps("%d-%b-%Y %H:%M:%S"), clock="Time"),
+    "two digits of a year": table(stamps("%d.%m.%y %H:%M"), clock="Datum"),
+    "date and time of day": table(stamps("%d.%m.%Y;%H:%M:%S"), clock="Datum;Uhrzeit"),
+    "time of day": table(stamps("%H:%M:%S"), clock="Uhrzeit"),
+    "since 1970": table([f"{1.7e9 + 60 * n:.0f}" for n in range(40)], clock="Time"),
+    "preamble": PREAMBLE + SECONDS,
+    "units below the names": UNITS_BELOW + "\n".join(table(stamps(LOCAL)).split("\n")[1:]),
+    "separator told": "sep=;\n" + SECONDS,
+    "a separator at the end": SECONDS.replace("\n", ";\n"),
+    "a row cut off": SECONDS.rstrip("\n") + "\n2400;25",
+    "quoted names": SECONDS.replace("z [µm]", '"z [µm]"'),
+    "kelvin": table(
+        elapsed(),
+        clock="t [s]",
+        header=["Temp. Lager vorn [K]", *HEADER[1:]],
+        values=signals() + np.array([273.15, 0, 0, 0, 0]),
+    ),
+    "millimetres": table(
+        elapsed(),
+        clock="t [s]",
+        header=[*HEADER[:4], "z [mm]"],
+        values=signals() / [1, 1, 1, 1, 1e3],
+    ),
+}
+DAY_OR_MONTH = {"month first": Mapping(time=TimeRule(day_first=False))}
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "cp1252", "utf-16"])
+def test_every_encoding(encoding: str, tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    path.write_bytes(SECONDS.replace("\n", "\r\n").encode(encoding))
+    check(imported(path))
+
+
+@pytest.mark.parametrize("form", TEXTS)
+def test_every_form_of_a_text_table(form: str, tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text(TEXTS[form], encoding="utf-8")
+    check(imported(path, mapping=DAY_OR_MONTH.get(form)))
+
+
+def rows_of(clock: list[object]) -> list[list[object]]:
+    values = signals(len(clock)).tolist()
+    return [["Zeit", *HEADER], *([time, *row] for time, row in zip(clock, values, strict=True))]
+
+
+@pytest.mark.parametrize("ending", [".xlsx", ".xls"])
+def test_a_workbook_with_a_cover_and_two_sheets(ending: str, tmp_path: Path) -> None:
+    clock: list[object] = [START + dt.timedelta(minutes=n) for n in range(40)]
+    rows = rows_of(clock)
+    parts = {
+        "Deckblatt": [["Messung"]],
+        "Temperaturen": [["Messung 7"], [], *(row[:4] for row in rows)],
+        "Achsen": [[row[0], *row[4:]] for row in rows],
+    }
+    check(imported(workbook(tmp_path / f"log{ending}", parts)))
+
+
+def test_fahrenheit(tmp_path: Path) -> None:
+    values = signals()
+    values[:, :3] = values[:, :3] * 1.8 + 32.0
+    header = [name.replace("°C", "°F").replace("degC", "degF") for name in HEADER]
+    path = tmp_path / "log.csv"
+    path.write_text(table(elapsed(), clock="t [s]", header=header, values=values), encoding="utf-8")
+    (run,) = imported(path).runs
+    np.testing.assert_allclose(run.frame[NAMES[1:]], signals(), atol=1e-3)
+
+
+def test_rows_of_whole_seconds_are_spread_and_told(tmp_path: Path) -> None:
+    clock = [(START + dt.timedelta(seconds=n // 4)).strftime(LOCAL) for n in range(40)]
+    path = tmp_path / "log.csv"
+    path.write_text(table(clock), encoding="utf-8")
+    found = imported(path)
+    np.testing.assert_allclose(found.runs[0].time_s, np.arange(40) / 4.0)
+    assert "30 rows share a time stamp" in found.notes[0]
+
+
+def test_clocks_set_back_are_undone_with_a_zone(tmp_path: Path) -> None:
+    begin = pd.Timestamp("2026-10-25 01:30", tz="Europe/Berlin")
+    local = [(begin + pd.Timedelta(minutes=5 * n)).strftime(LOCAL) for n in range(40)]
+    path = tmp_path / "log.csv"
+    path.write_text(table(local), encoding="utf-8")
+    check(imported(path, mapping=Mapping(time=TimeRule(timezone="Europe/Berlin"))), 300.0)
+
+
+def test_a_night_is_passed_by_times_of_day(tmp_path: Path) -> None:
+    clock = [f"{(22 + n // 2) % 24:02d}:{30 * (n % 2):02d}:00" for n in range(40)]
+    path = tmp_path / "log.csv"
+    path.write_text(table(clock, clock="Uhrzeit"), encoding="utf-8")
+    check(imported(path, mapping=Mapping(pause_s=7200.0)), 1800.0)
+
+
+def test_tdms(tmp_path: Path) -> None:
+    nptdms = pytest.importorskip("nptdms")
+    path, units = tmp_path / "log.tdms", ["°C", "degC", "°C", "1/min", "µm"]
+    names = ["Temp. Lager vorn", "T hinten", "Halle", "Drehzahl", "z"]
+    with nptdms.TdmsWriter(path) as writer:
+        for name, unit, values in zip(names, units, signals().T, strict=True):
+            told = {
+                "unit_string": unit,
+                "wf_increment": 60.0,
+                "wf_start_time": np.datetime64(START),
+            }
+            writer.write_segment([nptdms.ChannelObject("Log", name, values, properties=told)])
+    check(imported(path))
+
+
+def test_mdf_with_two_clocks(tmp_path: Path) -> None:
+    asammdf = pytest.importorskip("asammdf")
+    units = ["°C", "degC", "°C", "1/min", "µm"]
+    names = ["Temp. Lager vorn", "T hinten", "Halle", "Drehzahl", "z"]
+    time, path = 60.0 * np.arange(40), tmp_path / "log.mf4"
+    with asammdf.MDF() as log:
+        channels = [
+            asammdf.Signal(values, time, name=name, unit=unit)
+            for name, unit, values in zip(names, units, signals().T, strict=True)
+        ]
+        log.append(channels[:3])
+        log.append(channels[3:])
+        log.save(path)
+    check(imported(path))
+
+
+@pytest.mark.parametrize("ending", [".tdms", ".mf4", ".xlsx", ".xls", ".ods"])
+def test_a_damaged_file_is_refused_in_one_line(ending: str, tmp_path: Path) -> None:
+    from measurement.errors import BadInput
+
+    path = tmp_path / f"log{ending}"
+    path.write_bytes(b"\x00\x01damaged" * 30)
+    with pytest.raises(BadInput) as caught:
+        imported(path)
+    assert str(caught.value).startswith(f"{path}: ")
+    assert "\n" not in str(caught.value)

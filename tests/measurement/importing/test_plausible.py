@@ -1,0 +1,115 @@
+"""What the numbers contradict is doubted, and what is as it should be is not."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from measurement.importing.log import import_files
+from measurement.importing.plausible import doubts
+from measurement.importing.signs import flipped
+from measurement.runs import Run, read_run
+from tests.measurement.importing.made import HEADER, elapsed, signals, table
+
+
+def doubted(
+    tmp_path: Path, values: np.ndarray, header: tuple[str, ...] = HEADER, step: str = "s"
+) -> dict[str, str]:
+    path = tmp_path / "log.csv"
+    rows = elapsed(len(values), 1.0 if step == "min" else 60.0)
+    clock = "Zeit [s]"
+    path.write_text(table(rows, clock=clock, header=header, values=values), encoding="utf-8")
+    return dict(import_files([path]).doubts)
+
+
+def test_a_sound_log_raises_no_doubt(tmp_path: Path) -> None:
+    assert doubted(tmp_path, signals()) == {}
+
+
+@pytest.mark.parametrize(
+    ("factor", "offset", "told"), [(1.0, 273.15, "kelvin"), (1.8, 32.0, "Fahrenheit")]
+)
+def test_one_temperature_or_all_in_another_unit(
+    factor: float, offset: float, told: str, tmp_path: Path
+) -> None:
+    for columns in ([0], [1, 2], [0, 1, 2]):
+        values = signals()
+        values[:, columns] = values[:, columns] * factor + offset
+        found = doubted(tmp_path, values)
+        names = ["Temp_Lager_vorn_degC", "T_hinten_degC", "Halle_degC"]
+        assert set(found) == {names[column] for column in columns}
+        assert all(told in text for text in found.values())
+
+
+def test_millimetres_called_micrometres_and_the_other_way_round(tmp_path: Path) -> None:
+    values = signals()
+    values[:, 4] /= 1000.0
+    assert "millimetres? then its unit is mm" in doubted(tmp_path, values)["z_um"]
+    header = (*HEADER[:4], "z [mm]")
+    found = doubted(tmp_path, signals(), header)
+    assert "micrometres called millimetres?" in found["z_um"]
+
+
+def test_minutes_called_seconds(tmp_path: Path) -> None:
+    found = doubted(tmp_path, signals(), step="min")
+    assert set(found) == {"time_s"}
+    assert "minutes called seconds? then its unit is min" in found["time_s"]
+
+
+def test_thousands_of_turns(tmp_path: Path) -> None:
+    values = signals()
+    values[:, 3] /= 1000.0
+    assert "krpm" in doubted(tmp_path, values)["speed_rpm"]
+
+
+def test_a_growth_that_falls_with_warming(tmp_path: Path) -> None:
+    header = (*HEADER[:4], "growth [um]")
+    assert "flipped? then sign = -1" in doubted(tmp_path, signals(), header)["growth_um"]
+    values = signals()
+    values[:, 4] *= -1.0
+    assert doubted(tmp_path, values, header) == {}
+
+
+def runs_with(sign: dict[int, float], count: int = 4) -> list[Run]:
+    found = []
+    for number in range(count):
+        size = 0.5 + 0.2 * number
+        time = 60.0 * np.arange(200)
+        rise = size * (1.0 - np.exp(-time / (2000.0 + 500.0 * number)))
+        frame = {"time_s": time, "T1_degC": 20 + 9 * rise, "T2_degC": 20 + 4 * rise**2}
+        drift = 11.0 * rise - 3.0 * rise**2
+        found.append(Run(f"r{number}", _frame(frame | {"z_um": sign.get(number, 1.0) * drift})))
+    return found
+
+
+def _frame(columns: dict[str, np.ndarray]):  # type: ignore[no-untyped-def]
+    import pandas as pd
+
+    return pd.DataFrame(columns)
+
+
+def test_a_sign_that_one_run_alone_has() -> None:
+    assert flipped(runs_with({}), "z_um") == []
+    for odd in range(4):
+        assert flipped(runs_with({odd: -1.0}), "z_um") == [f"r{odd}"]
+    assert flipped(runs_with({0: -1.0}, 2), "z_um") == []  # two runs are no majority
+    ((column, text),) = doubts(runs_with({1: -1.0}))
+    assert column == "z_um"
+    assert "goes the other way in r1" in text
+
+
+@pytest.mark.real_data
+def test_the_measured_lathe_is_not_doubted_and_turned_runs_are(lathe_runs: list[Path]) -> None:
+    runs = [read_run(path) for path in lathe_runs]
+    assert doubts(runs) == []
+    hits = 0
+    for name in ("disp_x_um", "disp_z_um"):
+        for at, run in enumerate(runs):
+            turned = list(runs)
+            turned[at] = Run(run.name, run.frame.assign(**{name: -run.frame[name]}))
+            hits += flipped(turned, name) == [run.name]
+    assert hits == 28  # what signs.py says
+    minutes = [Run(run.name, run.frame.assign(time_s=run.time_s / 60.0)) for run in runs]
+    assert all("time_s" in dict(doubts([run])) for run in minutes)

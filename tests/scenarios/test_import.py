@@ -1,0 +1,168 @@
+"""The import command: what it writes, what it says, and that nothing of the user's is lost."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from measurement.importing.splitting import WARM_START
+from measurement.runs import read_run
+from scenarios.cli import main
+from tests.measurement.importing.made import HEADER, elapsed, signals, stamps, table
+
+LOCAL = table(
+    stamps("%d.%m.%Y %H:%M:%S"),
+    header=[*HEADER[:4], "z [µm]", "Druck [bar]"],
+    values=np.column_stack([signals(), signals()[:, :1]]),
+)
+
+
+@pytest.fixture
+def log(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    path = tmp_path / "log.csv"
+    path.write_text(LOCAL, encoding="cp1252")
+    return path
+
+
+def names(folder: Path) -> list[str]:
+    return sorted(path.name for path in folder.iterdir())
+
+
+def test_it_writes_runs_and_says_what_became_of_every_column(
+    log: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["import", "log.csv", "-o", "runs"]) == 0
+    shown = capsys.readouterr()
+    assert names(Path("runs")) == ["20260302_0715.csv", "import.toml", "imported.json"]
+    run = read_run("runs/20260302_0715.csv")
+    assert list(run.frame)[1:] == [
+        "Temp_Lager_vorn_degC", "T_hinten_degC", "Halle_degC", "speed_rpm", "z_um"
+    ]  # fmt: skip
+    assert "20260302_0715.csv  2026-03-02 07:15:00  0.65 h  40 rows" in shown.out
+    assert shown.out.endswith("runs/import.toml; change it there and import again\n")
+    (line,) = shown.err.splitlines()
+    assert line.startswith("left out: Druck [bar]: its unit 'bar' is not known (known: s, min,")
+    assert "keep = false" in line
+
+
+def test_the_mapping_file_is_followed_kept_and_written_anew_by_force(
+    log: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["import", "log.csv", "-o", "runs"]) == 0
+    mapping = Path("runs/import.toml")
+    mended = mapping.read_text(encoding="utf-8")
+    mended = mended.replace('name = "Druck", unit = ""', 'name = "Druck", keep = false')
+    mended = mended.replace('name = "z", unit', 'name = "disp_z", unit')
+    mapping.write_text(mended, encoding="utf-8")
+    capsys.readouterr()
+    assert main(["import", "log.csv", "-o", "runs"]) == 0
+    shown = capsys.readouterr()
+    assert shown.err == ""
+    assert shown.out.splitlines()[-1] == "as runs/import.toml says"
+    assert "disp_z_um" in read_run("runs/20260302_0715.csv").frame
+    assert mapping.read_text(encoding="utf-8") == mended
+    # Another recorder's column is read as far as it can be, and told.
+    log.write_text(LOCAL.replace("Halle [°C]", "Öl [°C]"), encoding="cp1252")
+    assert main(["import", "log.csv", "-o", "runs", "--force"]) == 0
+    assert "note: Öl [°C] is new to the mapping file" in capsys.readouterr().err
+    assert "Öl [°C]" in mapping.read_text(encoding="utf-8")
+    other = Path("other.toml")
+    other.write_text(mended, encoding="utf-8")
+    assert main(["import", "log.csv", "-o", "else", "--mapping", "other.toml"]) == 0
+    assert names(Path("else")) == ["20260302_0715.csv", "imported.json"]
+
+
+def test_nothing_in_the_folder_is_written_over_but_what_an_import_made(
+    log: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    argv = ["import", "log.csv", "-o", "runs"]
+    folder, target = Path("runs"), Path("runs/20260302_0715.csv")
+    folder.mkdir()
+    target.write_text("mine")
+    (folder / "notes.txt").write_text("mine, too")
+    assert main(argv) == 2
+    assert "20260302_0715.csv: exists and was not imported" in capsys.readouterr().err
+    assert names(folder) == ["20260302_0715.csv", "notes.txt"]
+    target.unlink()
+    assert main(argv) == 0
+    assert main(argv) == 0
+    target.write_text(target.read_text().replace("21.0", "21.5", 1))
+    edited = target.read_text()
+    capsys.readouterr()
+    assert main(argv) == 2
+    assert "exists and was changed since it was imported" in capsys.readouterr().err
+    assert target.read_text() == edited
+    assert main([*argv, "--force"]) == 0
+    assert target.read_text() != edited
+    assert (folder / "notes.txt").read_text() == "mine, too"
+
+
+def test_a_log_in_its_own_folder_is_not_written_over(
+    log: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    log.write_text(table(elapsed(), clock="t [s]"), encoding="utf-8")
+    before = log.read_bytes()
+    assert main(["import", "log.csv", "-o", "."]) == 2
+    assert "log.csv: is an input of this command" in capsys.readouterr().err
+    assert log.read_bytes() == before
+    assert names(Path()) == ["log.csv"]
+
+
+def test_a_second_log_adds_its_runs(log: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["import", "log.csv", "-o", "runs"]) == 0
+    Path("next.csv").write_text(LOCAL.replace("02.03.2026", "03.03.2026"), encoding="cp1252")
+    capsys.readouterr()
+    assert main(["import", "next.csv", "-o", "runs", "--json"]) == 0
+    facts = json.loads(capsys.readouterr().out)
+    assert [run["file"] for run in facts["runs"]] == ["runs/20260303_0715.csv"]
+    assert list(facts["left_out"]) == ["Druck [bar]"]
+    runs = json.loads(Path("runs/imported.json").read_text())["runs"]
+    assert list(runs) == ["20260302_0715.csv", "20260303_0715.csv"]
+    assert runs["20260303_0715.csv"]["sources"][0]["file"] == "next.csv"
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        (["--unit", "Druck"], "--unit: 'Druck' is not of the form HEADER=UNIT"),
+        (["--unit", "Druck*=bar"], "--unit: 'bar' is not a known unit: s, min, h"),
+        (["--unit", "Oil=K"], "no column is called 'Oil'"),
+        (["--time", "Druck [bar]"], "is no unit of time"),
+        (["--timezone", "Mars/Olympus"], "'Mars/Olympus' is no time zone"),
+        (["--pause", "0"], "pause_s: 0 is not allowed"),
+        (["--every", "nan"], "every_s: nan is not allowed"),
+        (["--mapping", "log.csv"], "log.csv: is not TOML"),
+        (["--day-first", "--month-first"], "not allowed with argument --day-first"),
+    ],
+)
+def test_a_wrong_option_is_one_line_and_writes_nothing(
+    options: list[str], told: str, log: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["import", "log.csv", "-o", "runs", *options]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert told in line
+    assert not Path("runs").exists()
+
+
+def test_commands_take_runs_with_the_mark_of_a_warm_start(
+    log: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["import", "log.csv", "-o", "runs", "--split", "none"]) == 0
+    path = Path("runs/20260302_0715.csv")
+    run = read_run(path)
+    marked = Path("marked")
+    marked.mkdir()
+    run.frame.assign(**{WARM_START: 1.0}).to_csv(marked / path.name, index=False)
+    shown = []
+    for file in (path, marked / path.name):
+        capsys.readouterr()
+        assert main(["summary", str(file), "--json"]) == 0
+        summary = json.loads(capsys.readouterr().out)[0]
+        assert main(["fit", str(file), "-o", f"{len(shown)}.json", "--json"]) == 0
+        fitted = json.loads(capsys.readouterr().out)
+        shown.append((summary, fitted["figures"]))
+    assert shown[0] == shown[1]
