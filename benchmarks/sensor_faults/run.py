@@ -63,10 +63,10 @@ def grave(faults: Sequence[Fault]) -> list[Fault]:
 
 
 def breaks(
-    group: Group, rng: np.random.Generator
+    group: Group, rng: np.random.Generator, only: str = ""
 ) -> Iterator[tuple[Breakage, int, str, Run, tuple[float, float]]]:
     """Yield every breakage planted in a group, `TIMES` each: run, column, and when."""
-    for how in (how for how in BREAKAGES for _ in range(TIMES)):
+    for how in (how for how in BREAKAGES for _ in range(TIMES) if only in how.name):
         for _ in range(TRIES):
             place = int(rng.integers(len(group)))
             run = group[place]
@@ -108,6 +108,7 @@ class Count:
     """Everything that was counted and said, by source, row and detector."""
 
     detectors: dict[str, Detector]
+    only: str = ""
     tallies: dict[tuple[str, str, str], Tally] = field(default_factory=lambda: defaultdict(Tally))
     said: list[str] = field(default_factory=list)
 
@@ -134,7 +135,7 @@ class Count:
 
     def broken(self, source: str, group: Group, rng: np.random.Generator) -> None:
         """Count what is found of faults planted one at a time."""
-        for breakage, place, column, broken, span in breaks(group, rng):
+        for breakage, place, column, broken, span in breaks(group, rng, self.only):
             for context, runs, at in _contexts(group, place, broken):
                 for name, detector in self.detectors.items():
                     tally = self.tallies[f"{source}, {context}", breakage.name, name]
@@ -198,6 +199,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--spindle", type=Path, metavar="FILE", help="electric spindle record")
     parser.add_argument("--cases", type=int, default=8, help="simulated machines (default: 8)")
     parser.add_argument("--seed", type=int, default=0, help="of machines and faults")
+    parser.add_argument("--only", default="", metavar="WORD", help="plant only faults named so")
     parser.add_argument("--said", action="store_true", help="print every alarm and every miss")
     parser.add_argument("--json", type=Path, metavar="FILE", help="also write the counts here")
     args = parser.parse_args(arguments)
@@ -207,7 +209,7 @@ def main(arguments: list[str] | None = None) -> int:
         if args.part == "setting"
         else report(args.lathe, args.spindle, args.cases, first)
     )
-    count = Count({"detector": find_faults, "plain": plain_faults})
+    count = Count({"detector": find_faults, "plain": plain_faults}, args.only)
     for number, (source, group) in enumerate(tqdm(groups, unit="group", disable=None)):
         rng = np.random.default_rng([args.seed, number])
         count.healthy(source, group, rng)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 import pandas as pd
@@ -117,6 +118,20 @@ class Prepared:
     def without(self, index: int) -> tuple[PreparedRun, ...]:
         """Return all runs but one."""
         return self.runs[:index] + self.runs[index + 1 :]
+
+    def readable(self, chosen: list[int]) -> list[int]:
+        """Return the indices of sensors, each of which has a usable reading in every run.
+
+        Raises
+        ------
+        BadInput
+            Naming the first sensor and the run in which it has none.
+        """
+        for index, run in product(chosen, self.runs):
+            if not np.isfinite(run.temperatures[:, index]).any():
+                problem = f"has no usable reading in {run.name}: leave out either of them"
+                raise BadInput("fit", f"points: {self.sensors[index]}", problem)
+        return chosen
 
 
 def prepare(

@@ -77,7 +77,7 @@ class Recipe:
             return choice.chosen, choice.table(prepared.sensors)
         names = self.points.split(",") if isinstance(self.points, str) else list(self.points)
         names = list(dict.fromkeys(name.strip() for name in names))
-        return [_index(name, prepared.sensors) for name in names], {}
+        return prepared.readable([_index(name, prepared.sensors) for name in names]), {}
 
     def rows(self, run: PreparedRun, chosen: Sequence[int]) -> TrainingRun:
         """Return the rows of a run that the model takes in."""

@@ -27,7 +27,10 @@ whatever the machine does, was never right in it, ..."""
 STAYS_SHARE = 0.35
 """... if its distance changes within the run by less than this share [1]."""
 SPREAD_TIMES = 4.0
-"""Either must be this many times the others' own spread: on a warm machine it is wide [1]."""
+"""A jump must be this many times the others' own spread: on a warm machine it is wide [1]."""
+RANGE_TIMES = 3.0
+"""A sensor that was never right is off by this many times the range of the others where the run
+starts [1]: on a machine that is warm already the hottest part cannot be told from a wrong level."""
 
 RUNAWAY_K = 10.0
 """A thermometer that moves by this much against the middle of all others [K] within ..."""
@@ -124,6 +127,7 @@ class _Distances:
         count = table.shape[1]
         self.away = np.full((count, len(table)), np.nan)
         self.spread = np.full(count, np.nan)
+        self._range = np.full(count, np.nan)
         if count < 3 or not len(table):
             return
         with warnings.catch_warnings():
@@ -136,6 +140,8 @@ class _Distances:
                 self.away[place] = table[:, place] - middle
                 wide = 1.4826 * median(np.abs(others - middle[:, None]), axis=1)
                 self.spread[place] = np.nanmedian(wide)
+                begin = np.nanmedian(others[:FEWEST_SAMPLES], axis=0)
+                self._range[place] = np.subtract(*np.nanpercentile(begin, [95, 5]))
 
     def range(self, column: int) -> tuple[float, float, float]:
         """Return the 5 %, 50 % and 95 % of a sensor's distance, its start included [K].
@@ -154,7 +160,7 @@ class _Distances:
         away = self.away[column][np.isfinite(self.away[column])]
         if len(self.away) < 4 or away.size < FEWEST_SAMPLES:
             return 0.0
-        limit = max(NEVER_RIGHT_K, SPREAD_TIMES * float(self.spread[column]))
+        limit = max(NEVER_RIGHT_K, RANGE_TIMES * float(self._range[column]))
         middle = float(np.median(away))
         least = float(np.min(away * np.sign(middle)))
         stays = float(np.ptp(away)) < STAYS_SHARE * abs(middle)

@@ -166,6 +166,14 @@ def test_a_sensor_that_is_read_rarely_counts_by_straight_lines(rig: FivePointRig
     assert [table["provenance"]["runs"][0]["rows"] for table in tables] == [len(RUNS[0].frame)] * 2
 
 
+@pytest.mark.parametrize("model", ["mlr", "ridge"])
+def test_a_named_sensor_that_is_dead_in_a_run_is_refused(model: str, rig: FivePointRig) -> None:
+    runs = [RUNS[0], changed(RUNS[1], T4_degC=0.0), *RUNS[2:]]
+    with pytest.raises(BadInput, match="points: T4: has no usable reading in b"):
+        fit_compensator(runs, rig, model, points="T1,T4")
+    assert "T4" not in fit_compensator(runs, rig)["chosen"]
+
+
 def test_a_short_warm_up_in_a_long_rest_is_seen(rig: FivePointRig) -> None:
     long = []
     for run in RUNS:

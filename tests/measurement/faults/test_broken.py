@@ -125,6 +125,25 @@ def test_a_machine_that_is_warm_from_the_first_sample_on_is_sound() -> None:
     assert broken(**spread) == []
 
 
+def test_the_hottest_part_of_a_record_that_begins_warm_is_sound() -> None:
+    """Most thermometers sit near the coolant; two are warm, and the rear bearing is hot."""
+    warm = {"T5_degC": 6.0, "T6_degC": 9.0, "T7_degC": 25.0}
+    changes = {f"T{n}_degC": 22.0 + 0.3 * n + 0.1 * np.sin(MINUTE / 9.0 + n) for n in range(1, 8)}
+    for name, above in warm.items():
+        changes[name] = changes[name] + above
+    assert broken(**changes, disp_z_um=np.round(np.sin(MINUTE / 40.0), 2)) == []
+
+
+@pytest.mark.real_data
+def test_the_electric_spindle_s_rear_bearing_is_hot_and_not_broken(
+    electric_spindle_run: Path,
+) -> None:
+    whole = read_run(electric_spindle_run)
+    later = Run("later", whole.frame.iloc[1500:])
+    for run in (whole, later):
+        assert not [one.line() for one in find_faults([run]) if one.is_gross or one.kind in LEVELS]
+
+
 @pytest.mark.real_data
 def test_real_faults_are_seen_in_a_single_run(lathe_runs: list[Path]) -> None:
     for name, column, kind in (
