@@ -93,15 +93,15 @@ def compensator(request: pytest.FixtureRequest, fmus: Path) -> Path:
     return fmus / "compensator.fmu" if request.param == "python" else native_fmu(fmus)
 
 
-def native_fmu(folder: Path) -> Path:
-    """Return the C99 FMU of the compensator, built into *folder* if it is not there."""
-    path = folder / "compensator_native.fmu"
+def native_fmu(folder: Path, kind: str = "compensator") -> Path:
+    """Return a C99 FMU, built into *folder* if it is not there."""
+    path = folder / f"{kind}_native.fmu"
     if not path.is_file():
         try:
             compilers()
         except NativeError as error:
             pytest.fail(str(error)) if os.environ.get("CI") else pytest.skip(str(error))
-        arguments = ["--only", "compensator", "--native", "--out", str(folder)]
+        arguments = ["--only", kind, "--native", "--out", str(folder)]
         assert build_fmu.main(arguments) == 0
     return path
 

@@ -101,6 +101,29 @@ def test_the_c_fmu_runs_as_it_is(
         assert found[name].to_numpy() == pytest.approx(wanted[name], rel=0, abs=SIX_DIGITS), name
 
 
+def test_the_plant_in_c_runs_as_it_is(
+    fmus: Path, program: tuple[Path, dict[str, str]], tmp_path: Path
+) -> None:
+    path, environment = program
+    fmu = native_fmu(fmus, "plant")
+    row = {"time": 0.0, "speed": 9000.0, "dZ": 20.0}
+    (tmp_path / "warm.xml").write_text(SCENARIO.format(actions=action(row)))
+    command = (path, "simulate", "--path", fmu, "--stepSize", 10, "--stopTime", 600)
+    done = run(*command, "--scenarioConfig", "warm.xml", folder=tmp_path, **environment)
+    assert done.returncode == 0, done.stdout + done.stderr
+    head, *rows = (tmp_path / "plant_native.csv").read_text().splitlines()
+    names = [re.sub(r".*::|\[.*", "", name).strip() for name in head.split(",")]
+    found = pd.DataFrame([map(float, line.split(",")) for line in rows], columns=names)
+    start = {name: value for name, value in row.items() if name != "time"}
+    outputs = ["T4", "drift_Z", "error_Z", "drift_Y"]
+    wanted = simulate_fmu(
+        str(fmu), stop_time=600.0, output_interval=10.0, start_values=start, output=outputs
+    )
+    assert abs(wanted["drift_Z"][-1]) > 1.0
+    for name in outputs:
+        assert found[name].to_numpy() == pytest.approx(wanted[name], rel=0, abs=SIX_DIGITS), name
+
+
 SCENARIO = """<?xml version="1.0" encoding="UTF-8"?>
 <ecos:Scenario xmlns:ecos="http://github.com/Ecos-platform/libecos/resources/schema/ScenarioConfig">
 {actions}</ecos:Scenario>

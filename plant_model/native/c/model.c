@@ -62,7 +62,9 @@ static void make(struct model *self, const double *values)
     const double *parameters = values + FIRST_PARAMETER;
     if (!self->made || memcmp(self->parameters, parameters, sizeof self->parameters) != 0) {
         memcpy(self->parameters, parameters, sizeof self->parameters);
-        plant_prepare(&self->plant, parameters + 1 + RISES, (uint32_t)parameters[0]);
+        /* A restored state may hold a seed that a start would refuse. */
+        uint32_t seed = parameters[0] > 0.0 ? (uint32_t)parameters[0] : 0;
+        plant_prepare(&self->plant, parameters + 1 + RISES, seed);
         self->made = true;
     }
 }

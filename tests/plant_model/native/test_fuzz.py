@@ -1,0 +1,38 @@
+"""The plant's FMU under the sanitizers, called in random order with random arguments."""
+
+from __future__ import annotations
+
+import subprocess
+from pathlib import Path
+
+from fmu_packaging.native.build import front
+from fmu_packaging.native.compilers import STRICT, c_files, run_compiler, write_sources
+from plant_model.fmi_slave import variables
+from plant_model.machine_file import read_machine
+from plant_model.native.generate import machine_sources, program, variable_sources
+from tests.plant_model.native.test_twin import with_all_effects
+
+HERE = Path(__file__).resolve().parent
+SANITIZED = ("-g", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
+CALLS = 60_000
+
+
+def test_fuzzed_calls_are_clean(compiler: tuple[str, ...], tmp_path: Path) -> None:
+    machine = with_all_effects(read_machine("jig_borer"))
+    sources = {**front(2), **program(), **machine_sources(machine)}
+    sources["model_data.c"] = variable_sources(variables(machine), "fuzz", "{0}")
+    sources["fuzz.c"] = (HERE / "fuzz.c").read_text()
+    write_sources(tmp_path, sources)
+    command = [*compiler, *STRICT, *SANITIZED, "-I.", "-o", "fuzz", *c_files(sources), "-lm"]
+    run_compiler(command, tmp_path)
+    for seed in (1, 2):
+        done = subprocess.run(
+            [str(tmp_path / "fuzz"), str(seed), str(CALLS)],
+            capture_output=True,
+            text=True,
+            check=False,
+            timeout=300,
+        )
+        assert done.returncode == 0, done.stderr
+        well, discarded, refused = map(int, done.stdout.split())
+        assert min(well, discarded, refused) > 100
