@@ -106,6 +106,8 @@ def main(arguments: list[str] | None = None) -> int:
         )
     except ValueError as error:
         _parser().error(str(error))
+    if args.numbers:
+        cases = [asked for asked in cases if asked[0].number in args.numbers]
     finder_version()  # Of what is loaded now, whatever happens to the files while cases run.
     work = partial(
         ask_case, out=args.out, split=args.split, empty=not args.no_empty, rivals=args.rivals
@@ -151,6 +153,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--kind", nargs="+", choices=TRIALS, help="only questions of these kinds")
     parser.add_argument("--effect", help="only cases with this effect")
     parser.add_argument("--size", choices=SIZES, help="only cases with an effect of this size")
+    parser.add_argument("--numbers", nargs="+", type=int, metavar="N", help="only these cases")
     parser.add_argument("--noise", type=float, default=1.0, help="times the usual noise (1)")
     parser.add_argument("--workers", type=int, default=os.cpu_count(), help="processes")
     parser.add_argument(

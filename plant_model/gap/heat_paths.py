@@ -38,7 +38,7 @@ LARGEST_W_PER_K = 1000.0
 
 LEAST_SHARE = 0.5
 """Share of what is left on unseen runs that a path must explain [1]: some 260 are tried at two
-sizes, and the best explained up to 32 % of windage and iron losses that no effect stood for."""
+sizes, and the best explained up to 32 % of windage and iron losses that no catalogue held."""
 
 REFITTED = 10
 """Paths that are calibrated in full: near each other they look alike while they are small."""
