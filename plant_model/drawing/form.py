@@ -140,6 +140,7 @@ class BearingForm(Form):
     f1: Annotated[Quantity, _between(0.0, 0.01, "")] | None = None
     preload: Annotated[Quantity, _between(0.0, 50000.0, "N")] | None = None
     conductance: Conductance | None = None
+    seat: Annotated[Quantity, _between(100.0, 100000.0, "W/(m2 K)")] | None = None
 
 
 class MotorForm(_Span):

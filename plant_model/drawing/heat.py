@@ -59,8 +59,11 @@ class _Joint:
         return value
 
 
-def _seat_joint(sheet: Sheet) -> _Joint:
-    return _Joint(sheet, "bearing_seats", CLASS_VALUES["seat_joint"])
+def _seat_joint(sheet: Sheet, form: BearingForm) -> _Joint:
+    """Return the joint of all seats, or of one bearing's where the page says it."""
+    if form.seat is None:
+        return _Joint(sheet, "bearing_seats", CLASS_VALUES["seat_joint"])
+    return _Joint(sheet, f"{form.name}_seats", form.seat.known("W/(m2 K)", 0.6))
 
 
 def _bearing(sheet: Sheet, drawing: Drawing, mesh: Mesh, starts: Starts, seat: Seat) -> None:
@@ -72,11 +75,10 @@ def _bearing(sheet: Sheet, drawing: Drawing, mesh: Mesh, starts: Starts, seat: S
     for node, share in ((inner, INNER_MASS), (outer, 1.0 - INNER_MASS)):
         capacity = within(0.15, heat * share, "J/K", said).parameter()
         sheet.node(node, capacity, starts.nearest(form.at))
+    joint = _seat_joint(sheet, form)
     for start, end in seat.spans:
-        _onto_shaft(sheet, drawing, mesh, inner, (start, end), bearing.bore, _seat_joint(sheet))
-        _into_housing(
-            sheet, drawing, mesh, outer, (start, end), bearing.outside, _seat_joint(sheet)
-        )
+        _onto_shaft(sheet, drawing, mesh, inner, (start, end), bearing.bore, joint)
+        _into_housing(sheet, drawing, mesh, outer, (start, end), bearing.outside, joint)
     relative = form.count * bearing.mean_diameter / USUAL_DIAMETER
     if form.conductance is None:
         balls = sheet.number("balls", CLASS_VALUES["balls"], free=True)
