@@ -85,4 +85,5 @@ def test_noise_of_an_instant_is_that_of_the_arrays(jig_borer: Machine) -> None:
     for _ in range(3):
         arrays = {key: value[None, None] for key, value in zip(one.names, exact, strict=True)}
         expected = [float(value[0, 0]) for value in one.added(arrays).values()]
-        assert other.added_now(exact).tolist() == expected
+        normal = other.generator.standard_normal(len(exact))
+        assert other.added_now(exact, normal).tolist() == expected
