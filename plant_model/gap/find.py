@@ -122,7 +122,8 @@ class Found:
         """Return what was found as if nothing had been added at all, to the description neither."""
         if not self.described:
             return self
-        first = replace(self.described[0].judged, one_of=())
+        above = self.described[0].judged.above_tolerance
+        first = replace(self.rounds[0], now=self.before, one_of=(), above_tolerance=above)
         gone = tuple(Withdrawn(one.key, ()) for one in self.described)
         return replace(
             self,

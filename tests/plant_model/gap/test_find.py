@@ -218,3 +218,15 @@ def test_a_loss_far_beyond_its_usual_range_is_named_and_said_to_be_large(
     # Beyond the catalogue's range, and read back all the same.
     path = write_machine(found.after.machine, "jig_borer", tmp_path / "after.toml")
     assert read_machine(path).effects["windage"]["power"] == power
+
+
+def test_a_law_at_an_end_of_its_range_is_forgiven_where_it_explains_nearly_all() -> None:
+    now = _Scored("", [500.0, 500.0, 500.0])
+    for cost, beyond, named in (
+        (30.0, ("eddy_share",), True),
+        (100.0, ("eddy_share",), False),
+        # An amplitude at an end of what is possible is another matter.
+        (30.0, ("power",), False),
+    ):
+        found = _Scored("motor_iron_loss", [cost] * 3, beyond=beyond)
+        assert judge(now, [found], 0.1, channels=14).named == named  # type: ignore[list-item, arg-type]

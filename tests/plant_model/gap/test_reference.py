@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from plant_model.gap.candidates import with_effect
+from plant_model.gap.description import Described
 from plant_model.gap.find import Found
 from plant_model.gap.held_out import confirmed
 from plant_model.gap.judge import judge
@@ -106,6 +107,13 @@ def test_an_answer_that_makes_the_unseen_run_worse_is_taken_back(
     assert kept.after is now
     assert kept.verdict == "unknown"
     assert comparison.gap()["after"] == comparison.gap()["before"]
+    # So is a change of the description, and what was tried stays what it was: effects.
+    unnamed = judge(now, [wrong], 0.9, channels=14)
+    path = Described("heat_path", "", ("rotor", "pedestal"), judged)
+    kept, _ = confirmed(Found(now, wrong, (unnamed,), described=(path,)), observed[3:])
+    assert [one.key for one in kept.withdrawn] == ["heat_path:rotor+pedestal"]
+    assert (kept.after, kept.described, kept.verdict) == (now, (), "unknown")
+    assert kept.rounds[0].tried == unnamed.tried
     # The other way round it makes the run better, and stays.
     wrong.machine, now.machine = now.machine, wrong.machine
     assert confirmed(found, observed[3:])[0] is found
