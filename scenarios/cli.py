@@ -118,7 +118,7 @@ def _run(argv: list[str]) -> int:
             module = import_module(known[name][0])
             command.description = module.__doc__
             module.add_arguments(command)
-            if module.WRITES:
+            if getattr(module, "WRITES", None):
                 command.add_argument(
                     "--force", action="store_true", help="write over anything that is in the way"
                 )
@@ -136,7 +136,8 @@ def _guarded(module: ModuleType, args: argparse.Namespace) -> int:
     from scenarios.outputs import guarding_command
 
     args.force = getattr(args, "force", False)
-    with guarding_command(module.NAME, args, module.READS, module.WRITES):
+    reads, writes = getattr(module, "READS", ()), getattr(module, "WRITES", {})
+    with guarding_command(module.NAME, args, reads, writes):
         code: int = module.run(args)
     return code
 
