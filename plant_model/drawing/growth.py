@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import cos, radians, sin
 from typing import Any
 
 from plant_model.drawing.cells import Cell, overlap
 from plant_model.drawing.known import exact, within
 from plant_model.drawing.layout import Drawing
+from plant_model.drawing.materials import Material
 from plant_model.drawing.mesh import Mesh, Sector
 from plant_model.drawing.sheet import Sheet
 
 NO_LENGTH = 1e-9
+
+UNEVEN = 0.25
+"""How far the growth of a carrier may be from that of a part as warm as its lump [1]."""
 
 
 def add_growth(sheet: Sheet, drawing: Drawing, mesh: Mesh) -> None:
@@ -90,6 +95,16 @@ def _direction(warm: Sector) -> dict[str, Any]:
     return {key: exact(round(part, 15), "1") for key, part in parts.items() if abs(part) > 1e-12}
 
 
+def _growth_of_lump(sheet: Sheet, material: Material) -> dict[str, Any]:
+    """Return an expansion [1e-6/K] for a part that is one lump, and not all as warm as its mean."""
+    known = material.expansion
+    low, high = (1.0 - UNEVEN) * known.value, (1.0 + UNEVEN) * known.value
+    said = f"{known.source}; the range allows for a part that is not all as warm as its lump"
+    wide = replace(known, low=low, high=high, source=said)
+    name = sheet.number(f"{material.name}_carriers_expansion", wide, free=True)
+    return sheet.tied(name, 1.0, "1e-6/K")
+
+
 def _carriers(sheet: Sheet, drawing: Drawing) -> None:
     for carrier in drawing.form.carriers:
         growth = drawing.materials[carrier.material]
@@ -102,7 +117,7 @@ def _carriers(sheet: Sheet, drawing: Drawing) -> None:
                         "name": f"{carrier.name}_{axis}",
                         "nodes": [carrier.name],
                         "length": within(0.05, abs(length), "mm", "page").parameter(),
-                        "expansion": sheet.growth_of(growth),
+                        "expansion": _growth_of_lump(sheet, growth),
                         key: exact(1.0 if length > 0 else -1.0, "1"),
                     }
                 )
@@ -116,7 +131,7 @@ def _carriers(sheet: Sheet, drawing: Drawing) -> None:
                     "width": within(0.05, bend.width, "mm", "page").parameter(),
                     "length": within(0.05, bend.length, "mm", "page").parameter(),
                     "lever": within(0.05, bend.lever, "mm", "page").parameter(),
-                    "expansion": sheet.growth_of(growth),
+                    "expansion": _growth_of_lump(sheet, growth),
                     "yaw": exact(bend.yaw, "1"),
                     "pitch": exact(bend.pitch, "1"),
                 }
