@@ -31,6 +31,10 @@ class BadInput(ValueError):  # noqa: N818 - what is bad is the input, not the pr
         parts = [part for part in (self.source, place, problem) if part]
         super().__init__(": ".join(" ".join(part.split()) for part in parts))
 
+    def __reduce__(self) -> tuple[type[BadInput], tuple[str, str, str]]:
+        """Let it pass from one process to another."""
+        return type(self), (self.source, self.place, self.problem)
+
 
 def checked(kind: type[M], table: dict[str, Any], source: str | Path) -> M:
     """Return *table* as an instance of the pydantic model *kind*.

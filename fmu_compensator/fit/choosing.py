@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass
 from typing import Any
 
@@ -97,6 +98,7 @@ def choose_model(
     recipe_of: Callable[[str], Recipe],
     candidates: Sequence[str] | None = None,
     on_step: Callable[[str, float], None] = lambda label, done: None,
+    pool: Executor | None = None,
 ) -> Decision:
     """Return the error model to use.
 
@@ -110,6 +112,8 @@ def choose_model(
         Kinds, from the simplest on; by default `CANDIDATES`.
     on_step : callable
         Told a candidate after each of its folds, and which share of all work is done [1].
+    pool : Executor, optional
+        Fits folds side by side.
 
     Raises
     ------
@@ -138,7 +142,7 @@ def choose_model(
 
         try:
             prepared = prepare_form(recipe.input_form)
-            records = predict_unseen(recipe, prepared, tell, folds)
+            records = predict_unseen(recipe, prepared, tell, folds, pool)
         except BadInput as refusal:
             found.append(Candidate(recipe, [], {}, str(refusal)))
             continue

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import nullcontext
 from functools import cache
 from typing import Any
 
@@ -25,6 +26,7 @@ from measurement.errors import BadInput, shown
 from measurement.figures import figures_of_merit
 from measurement.rig import FivePointRig, Rig
 from measurement.runs import Run
+from measurement.workers import workers
 
 FIGURES = ("max_abs", "mean_abs", "rmse", "r2", "eta")
 
@@ -46,6 +48,7 @@ def fit_compensator(
     title: str | None = None,
     created: str | None = None,
     candidates: Sequence[str] | None = None,
+    jobs: int = 1,
     on_step: Callable[[str, float], None] = lambda label, done: None,
     **model_options: Any,
 ) -> dict[str, Any]:
@@ -85,6 +88,8 @@ def fit_compensator(
         For the file; *created* is a date (YYYY-MM-DD). No clock is read.
     candidates : sequence of str, optional
         Kinds to choose among where no *model* is named.
+    jobs : int
+        Processes that fit without some of the runs side by side; the file is the same.
     on_step : callable
         Told a model after each of its fits, and which share of the work is done [1].
     **model_options
@@ -120,14 +125,18 @@ def fit_compensator(
         return Recipe(kind, points or "", input_form or "", dict(grey or {}), model_options)
 
     decision = None
-    if model is None:
-        decision = choose_model(prepare_form, recipe_of, candidates, on_step)
-        recipe, records = decision.chosen.recipe, decision.chosen.records
-    else:
-        recipe = recipe_of(model)
-        records = predict_unseen(
-            recipe, prepare_form(recipe.input_form), lambda done: on_step(recipe.kind, done)
-        )
+    with workers(jobs) if jobs > 1 else nullcontext() as pool:
+        if model is None:
+            decision = choose_model(prepare_form, recipe_of, candidates, on_step, pool)
+            recipe, records = decision.chosen.recipe, decision.chosen.records
+        else:
+            recipe = recipe_of(model)
+            records = predict_unseen(
+                recipe,
+                prepare_form(recipe.input_form),
+                lambda done: on_step(recipe.kind, done),
+                pool=pool,
+            )
     model, input_form = recipe.kind, recipe.input_form
     prepared = prepare_form(input_form)
     geometry_table = _geometry_table(rig, geometry_form)

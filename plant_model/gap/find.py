@@ -12,6 +12,7 @@ from threadpoolctl import threadpool_limits
 
 from measurement.errors import BadInput
 from measurement.runs import Run
+from measurement.workers import workers as processes
 from plant_model.effects import Effect
 from plant_model.gap.calibrate import Progress, quiet
 from plant_model.gap.candidates import Candidate, as_tried, candidates, missing_effects
@@ -30,7 +31,6 @@ from plant_model.gap.screen import Data, Grams, Screen
 from plant_model.gap.standing import calibrated
 from plant_model.gap.start_states import look_at_starts
 from plant_model.gap.swaps import swapped
-from plant_model.gap.workers import workers as processes
 from plant_model.machine import Machine
 
 REFITTED = 4

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from inspect import signature
@@ -108,6 +109,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--name", help="name in the file")
     parser.add_argument("--title", help="title in the file")
     parser.add_argument("--created", metavar="YYYY-MM-DD", help="date in the file (default: none)")
+    parser.add_argument(
+        "--jobs",
+        type=int,
+        default=os.cpu_count() or 1,
+        metavar="N",
+        help="processes (default: one for each core)",
+    )
     parser.add_argument("--json", action="store_true", help="print the figures as JSON")
 
 
@@ -115,6 +123,8 @@ def run(args: argparse.Namespace) -> int:
     """Fit, write the file, and print how well it does."""
     runs = [read_run(path) for path in args.runs]
     rig, sensors = _rig(runs[0], args.machine)
+    if args.jobs < 1:
+        raise BadInput("fit", "--jobs", f"{args.jobs} is not allowed: 1 or more")
     if args.among is not None and args.model is not None:
         raise BadInput("fit", "--among", "cannot stand beside --model")
     with _bar() as on_step:
@@ -158,6 +168,7 @@ def _fitted(
         args.model,
         candidates=_kinds(args.among),
         on_step=on_step,
+        jobs=args.jobs,
         points=args.points,
         input_form=args.input_form,
         grey={"threshold": args.threshold, "score": args.score},

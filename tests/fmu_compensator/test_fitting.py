@@ -345,3 +345,14 @@ def test_measured_lathe_runs_unseen(lathe_runs: list[Path]) -> None:
 
 def test_the_rig_of_the_tests_is_the_documented_one() -> None:
     assert RIG.axial_sign == -1
+
+
+def test_processes_side_by_side_give_the_same_file_and_the_same_refusal(rig: FivePointRig) -> None:
+    one, two = (
+        compensator_text(fit_compensator(RUNS, rig, candidates=["mlr", "bayes"], jobs=jobs))
+        for jobs in (1, 2)
+    )
+    assert one == two
+    for jobs in (1, 2):
+        with pytest.raises(BadInput, match="T9"):
+            fit_compensator(RUNS, rig, "mlr", points="T9", jobs=jobs)

@@ -1,4 +1,4 @@
-"""The gap finder's processes, which end when it ends: done, interrupted, terminated or killed."""
+"""Processes that end with what started them: done, interrupted, terminated or killed."""
 
 from __future__ import annotations
 

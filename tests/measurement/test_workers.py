@@ -11,13 +11,13 @@ import time
 import numpy as np
 import pytest
 
-from plant_model.gap.workers import workers
+from measurement.workers import workers
 
 SCRIPT = """
 import sys, time
 import numpy as np
 from scenarios import cli
-from plant_model.gap.workers import workers
+from measurement.workers import workers
 
 def work(_):
     with workers(2) as pool:
