@@ -286,8 +286,24 @@ def _never(path: Path) -> bool:
     return False
 
 
+LOGS = (b"(", b"LOGG", b"date ", b"timestamp,", b"SQLite format 3")
+"""How the logs of frames begin: candump, BLF, ASC, CSV, SQLite."""
+
+
+def _is_log(path: Path) -> bool:
+    """Return whether a file is a log of frames; nothing in it is lost, what comes is put behind."""
+    with path.open("rb") as file:
+        begin = file.read(16)
+    return not begin or begin.startswith(LOGS)
+
+
+def _is_page(path: Path) -> bool:
+    """Return whether a file is a page of HTML that names this program as its maker."""
+    return b'<meta name="generator" content="spindle-drift">' in path.read_bytes()[:2000]
+
+
 STATE = "state of an FMU"
-RUN_FILE, LOG = "run file", "log of frames"
+RUN_FILE, LOG, PAGE = "run file", "log of frames", "page"
 COMPENSATOR_FILE, MACHINE_FILE = "compensator file", "machine file"
 SSP, FMU = "scenario package (.ssp)", "FMU"
 KINDS: dict[str, Callable[[Path], bool]] = {
@@ -296,8 +312,9 @@ KINDS: dict[str, Callable[[Path], bool]] = {
     STATE: _json_kind("spindle-drift FMU state"),
     SSP: _zip_with("SystemStructure.ssd"),
     FMU: _zip_with("modelDescription.xml"),
-    # A simulated run looks like a measured one, a log of ours like anybody's.
+    PAGE: _is_page,
+    # A simulated run looks like a measured one.
     RUN_FILE: _never,
-    LOG: _never,
+    LOG: _is_log,
 }
 """What tells by its content that a file was made by this program."""

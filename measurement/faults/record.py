@@ -54,7 +54,8 @@ def _seams(run: Run) -> Iterator[Fault]:
     steps = np.abs(np.diff(run.frame[run.temperatures].to_numpy(), axis=0))
     # A missing neighbour is not a jump, and over a pause heat has time to flow. With samples far
     # apart, a switch makes half of all thermometers jump too.
-    jumped = (np.nan_to_num(steps) > JUMP_K).sum(axis=1) >= len(run.temperatures) / 2
+    needed = max(len(run.temperatures) / 2, 2)  # a single one that jumps is that one's matter
+    jumped = (np.nan_to_num(steps) > JUMP_K).sum(axis=1) >= needed
     time_steps = np.diff(run.time_s)
     jumped &= time_steps <= GAP_INTERVALS * np.median(time_steps)
     jumped &= ~near_switch(run)[1:]

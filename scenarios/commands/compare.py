@@ -152,6 +152,6 @@ def _all_runs(splits: list[Split]) -> list[Run]:
 def _noted(comparison: Comparison) -> list[str]:
     # What is wrong with the data stands above already.
     notes = [note for note in comparison.notes if not note.endswith(tuple(HANDLING.values()))]
-    lines = ["What the models were given", *(f"  {note}" for note in notes)] if notes else []
+    lines = ["What the models were given", *(f"  {note}" for note in notes)]
     lines += [f"  {name} is left out: {why}" for name, why in comparison.left_out.items()]
     return lines if len(lines) > 1 else [*lines, "  all rows of every run; no column was left out"]

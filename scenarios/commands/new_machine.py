@@ -7,12 +7,16 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from scenarios.outputs import MACHINE_FILE
+
 if TYPE_CHECKING:
     from plant_model.drawing.bearing_table import Bearing
     from plant_model.drawing.new_page import Answers
     from plant_model.machine import Machine
 
 NAME = "new-machine"
+READS = ("from_run",)
+WRITES = {"output": MACHINE_FILE}
 HELP = "write a machine's page from a handful of answers, or from a run's columns as well"
 
 QUESTIONS = {
@@ -51,7 +55,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--ambient", metavar="COLUMN", help="the run's column of the hall's air")
     parser.add_argument("--inlet", metavar="COLUMN", help="the run's column of the coolant inlet")
-    parser.add_argument("--force", action="store_true", help="replace FILE if it is there")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -66,8 +69,6 @@ def run(args: argparse.Namespace) -> int:
     from plant_model.drawing.new_page import page_text
     from plant_model.machine_file import machine_from_table
 
-    if args.output.exists() and not args.force:
-        raise BadInput(args.output, "", "is there already; --force replaces it")
     if args.output.suffix != ".toml":
         raise BadInput(args.output, "", "a page's name ends in .toml")
     columns = None

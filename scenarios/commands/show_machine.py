@@ -7,7 +7,11 @@ import json
 from dataclasses import asdict
 from pathlib import Path
 
+from scenarios.outputs import PAGE, check_output
+
 NAME = "show-machine"
+READS = ("machine",)
+WRITES = {"output": PAGE}
 HELP = "show a machine on one page: section, network, free numbers, and what looks wrong"
 
 
@@ -29,6 +33,7 @@ def run(args: argparse.Namespace) -> int:
     from scenarios.machine_page import show_machine
 
     path = args.output or Path(f"{machine_path(args.machine).stem}.html")
+    check_output(path, PAGE)
     shown = show_machine(args.machine, path, cells=args.cells)
     sheet = shown.sheet
     if args.json:

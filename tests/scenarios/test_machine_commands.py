@@ -106,7 +106,7 @@ def test_what_is_missing_or_there_already_is_said(
     before = path.read_bytes()
     capsys.readouterr()
     assert main(["new-machine", "-o", str(path), *ANSWERS]) == 2
-    assert "is there already; --force replaces it" in capsys.readouterr().err
+    assert "exists and is no machine file that this program made" in capsys.readouterr().err
     assert path.read_bytes() == before
     run = tmp_path / "run.csv"
     run.write_text("time_s,T1_degC\n0,20\n10,20\n", encoding="utf-8")

@@ -30,6 +30,7 @@ class _Scored:
 
     def __init__(self, name: str, unseen: np.ndarray) -> None:
         self.added, self.unseen, self.acts, self.beyond = (name,), unseen, (), ()
+        self.larger = ()
 
 
 @pytest.mark.parametrize("unit", [1.0, 4.0])
