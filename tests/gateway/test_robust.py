@@ -75,7 +75,8 @@ def test_a_full_disk_and_a_hangup_do_not_stop_it_and_its_end_is_told(
     log, state = tmp_path / "frames.log", tmp_path / "no_folder" / "state.json"
     log.symlink_to("/dev/full")
     state.parent.touch()
-    gateway = start(*arguments, "--log", log, "--state", state, "--state-every", 0.1)
+    # A folder that is none is refused at the start, unless the user insists.
+    gateway = start(*arguments, "--force", "--log", log, "--state", state, "--state-every", 0.1)
     with contextlib.closing(Control(shared_wire, database, 1.0)) as control:
         control.settle(WARM)
         until = time.monotonic() + 20.0

@@ -41,6 +41,8 @@ int main(int count, char **arguments)
 {
     static const fmi2CallbackFunctions host = {logger, NULL, NULL, NULL, NULL};
     fmi2InstantiateTYPE *instantiate;
+    fmi2SetupExperimentTYPE *set_up;
+    fmi2EnterInitializationModeTYPE *enter;
     fmi2ExitInitializationModeTYPE *start;
     fmi2SetRealTYPE *set;
     fmi2GetRealTYPE *get;
@@ -51,13 +53,16 @@ int main(int count, char **arguments)
         return 1;
     }
     find(library, "fmi2Instantiate", &instantiate);
+    find(library, "fmi2SetupExperiment", &set_up);
+    find(library, "fmi2EnterInitializationMode", &enter);
     find(library, "fmi2ExitInitializationMode", &start);
     find(library, "fmi2SetReal", &set);
     find(library, "fmi2GetReal", &get);
     find(library, "fmi2GetString", &get_text);
     find(library, "fmi2DoStep", &step);
     fmi2Component c = instantiate("one", fmi2CoSimulation, arguments[2], "", &host, 0, 0);
-    if (c == NULL || start(c) != fmi2OK) {
+    if (c == NULL || set_up(c, fmi2False, 0.0, 0.0, fmi2False, 0.0) != fmi2OK
+        || enter(c) != fmi2OK || start(c) != fmi2OK) {
         return 1;
     }
     for (int k = 0; k < 300; k++) {
