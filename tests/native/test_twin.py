@@ -128,7 +128,7 @@ def test_every_number_is_that_of_the_runtime(
         if row[0]:
             check(model, parts, output, row)
     seen = {output.status for output, _ in expected}
-    assert len(seen) >= 4, seen
+    assert len(seen) >= 3, seen
     assert inf not in {abs(value) for output, _ in expected for value in output[:9]}
 
 
