@@ -17,6 +17,7 @@ from fmu_compensator.fit.error_models.base import FittedModel
 from fmu_compensator.fit.guarding import Guarding, guarding
 from fmu_compensator.fit.ranges import limits_table, sensor_table
 from fmu_compensator.fit.recipe import Recipe
+from fmu_compensator.fit.spare import spare_table
 from fmu_compensator.fit.training import Array, TrainingRun
 from fmu_compensator.fit.unseen import Unseen, predict_unseen, promise
 from fmu_compensator.runtime.fields import Fields
@@ -174,6 +175,7 @@ def fit_compensator(
         "interval": around.interval,
         "guard": around.guard,
         "correction": around.correction,
+        "spare": spare_table(prepared.runs, chosen, fitted, geometry, limits_of["tool_length_mm"]),
         "provenance": {
             "runs": [
                 {"name": run.name, "sha256": run.sha256, "rows": len(kept.time_s)}

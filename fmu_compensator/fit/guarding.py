@@ -93,7 +93,7 @@ def guarding(
     """
     careful = CarefulModel.fit(prepared.runs, chosen, input_form)
     rows = [run.history(chosen) for run in prepared.runs]
-    usual = _usual_drift(rows, geometry, tool_length_mm)
+    usual = usual_drift(rows, geometry, tool_length_mm)
     noise = _probe_noise(rows, len(prepared.targets))
     if records:
         leash, known = leash_of(records), known_novelty(records)
@@ -179,8 +179,12 @@ def error_memory(residuals: Sequence[Residuals], interval: Interval) -> float:
     Of `MEMORIES_H` the most likely, the scaled errors taken as Ornstein-Uhlenbeck processes that
     start at their usual size.
     """
+    return likeliest_memory([_paced(one, interval) for one in residuals])
+
+
+def likeliest_memory(series: Sequence[tuple[Array, Array]]) -> float:
+    """Return which of `MEMORIES_H` explains series best: times [h] and values, shape (n, m) [1]."""
     best, found = -np.inf, MEMORIES_H[0]
-    series = [_paced(one, interval) for one in residuals]
     for memory in MEMORIES_H:
         total = 0.0
         for hours, values in series:
@@ -194,11 +198,17 @@ def error_memory(residuals: Sequence[Residuals], interval: Interval) -> float:
     return found
 
 
-def _paced(residuals: Residuals, interval: Interval) -> tuple[Array, Array]:
+def rows_apart(hours: Array) -> list[int]:
+    """Return rows that are at least `PACE_H` apart."""
     kept = [0]
-    for row, hour in enumerate(residuals.hours):
-        if hour - residuals.hours[kept[-1]] >= PACE_H:
+    for row, hour in enumerate(hours):
+        if hour - hours[kept[-1]] >= PACE_H:
             kept.append(row)
+    return kept
+
+
+def _paced(residuals: Residuals, interval: Interval) -> tuple[Array, Array]:
+    kept = rows_apart(residuals.hours)
     scale = interval.half_width(residuals)[kept] / DEVIATIONS
     if len(kept) < 2:
         return np.array([0.0, 1.0]), np.zeros((2, residuals.values.shape[1]))
@@ -210,7 +220,7 @@ def _mean_square_growth(interval: Interval, residuals: Residuals) -> float:
     return float(np.mean(grown**2))
 
 
-def _usual_drift(
+def usual_drift(
     rows: Sequence[TrainingRun], geometry: Geometry, tool_length_mm: Sequence[float]
 ) -> Array:
     """Return the mean square drift along X, Y, Z at either tool, shape (6,) [um^2]."""

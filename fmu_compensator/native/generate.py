@@ -26,7 +26,13 @@ from fmu_packaging.variables import Variable
 
 C_FOLDER = Path(__file__).resolve().parent / "c"
 ERROR_MODELS = "error_models"
-ROOTS = ("geometry", "error_model", "guard", "correction")  # the file's tables that C reads
+ROOTS = (
+    "geometry",
+    "error_model",
+    "guard",
+    "correction",
+    "spare",
+)  # the file's tables that C reads
 TEXT_OUTPUT = "status_text"
 NUMBERS_PER_LINE = 6
 HEAD = "/* Made by spindle-drift from {what}; not to be edited. */\n"

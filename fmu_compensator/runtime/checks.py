@@ -152,6 +152,12 @@ class SensorCheck:
         self._good, self._since_good, self._jumped_after = value, 0.0, None
         return None
 
+    @property
+    def idle(self) -> float:
+        """For how long the sensor has stood still, over what makes it stale [1]."""
+        limit_s = self._sensor.stale_after_s
+        return 0.0 if limit_s is None else self._unchanged / limit_s
+
     def _fault(self, cause: int, text: str) -> Fault:
         return Fault(cause, self._index, text)
 

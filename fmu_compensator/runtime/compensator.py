@@ -10,14 +10,16 @@ from fmu_compensator.runtime.checks import IMPLAUSIBLE, MISSING, Fault, SensorCh
 from fmu_compensator.runtime.guard import Guard
 from fmu_compensator.runtime.interval import NOT_KNOWN
 from fmu_compensator.runtime.modelfile import Model
+from fmu_compensator.runtime.spare import Spare
 
-OK, WAITING, UNTRAINED, RECOVERING = 0, 1, 2, 3
+OK, WAITING, UNTRAINED, RECOVERING, SPARED = 0, 1, 2, 3, 4
 HOLDING, RAMPING, AT_ZERO = 10, 20, 30  # plus the cause, 1 to 4
 STATUS_TEXTS = {
     OK: "offsets follow the model",
     WAITING: "waiting for the first valid sample",
     UNTRAINED: "outside the range seen in training",
     RECOVERING: "moving to the wanted offsets",
+    SPARED: "going on without a sensor",
     HOLDING: "holding the last good offsets",
     RAMPING: "ramping the offsets to zero",
     AT_ZERO: "offsets are zero",
@@ -47,8 +49,10 @@ class Output(NamedTuple):
         Whether the offsets follow the model. False while waiting, recovering or in a fault.
     status : int
         0 ok; 1 waiting for the first valid sample; 2 ok, but outside the range seen in training;
-        3 recovering; 1x holding, 2x ramping to zero, 3x at zero, where x is the cause: 1 missing,
-        2 out of the plausible range, 3 changing too fast, 4 stale.
+        3 recovering; 4 going on without one or two broken sensors, whose readings are estimated
+        from the others' (it wins over 2: somebody has to mend them); 1x holding, 2x ramping to
+        zero, 3x at zero, where x is the cause: 1 missing, 2 out of the plausible range, 3 changing
+        too fast, 4 stale.
     status_sensor : int
         1-based index of the sensor to blame, 0 for none. Outside training: the one that is
         furthest out; the text names up to three.
@@ -89,19 +93,22 @@ class Compensator:
     Where the file has a guard, the error model's prediction is kept near a careful one, and the
     offsets fade the further the inputs are from what training knew: `Guard`. Measured targets
     then correct any error model: `Correction`.
+
+    Where it has a spare, one or two broken sensors are no fault as long as what they are likely to
+    read is known well enough: `Spare`.
     """
 
     def __init__(self, model: Model) -> None:
         self.model = model
         self._error_model = model.new_error_model()
         self._guard, self._correction = model.new_guard(), model.new_correction()
+        self._spare = model.new_spare()
         # An error model that only adds a bias leaves that to the correction.
         self._own_correction = self._correction is None or self._error_model.corrects_itself
         self._checks = [SensorCheck(model.sensors[i], i + 1) for i in model.chosen]
         self._rise = model.input_form == "rise"
         chosen = [model.sensors[index] for index in model.chosen]
         self._trained = [(sensor.trained_low, sensor.trained_high) for sensor in chosen]
-        self._places = list(enumerate(model.chosen))
         self.reset()
 
     def reset(self) -> None:
@@ -111,6 +118,8 @@ class Compensator:
             self._guard.reset()
         if self._correction is not None:
             self._correction.reset()
+        if self._spare is not None:
+            self._spare.reset()
         for check in self._checks:
             check.reset()
         self._last_time: float | None = None
@@ -118,6 +127,7 @@ class Compensator:
         self._started = False  # a first complete valid sample has been seen
         self._recovering = False
         self._fault: Fault | None = None  # the newest fault, kept until recovered from
+        self._spared: Fault | None = None  # the newest of a sensor that is done without
         self._fault_age = 0.0  # [s]
         self._good_for = 0.0  # since the last bad sample [s]
         self._unmodelled = 0.0  # since the error model last ran [s]
@@ -176,14 +186,15 @@ class Compensator:
             step_s = 0.0
         step_s = min(step_s, LONGEST_S)
         elapsed = self._elapsed(time_s, step_s)
-        fault = self._look(temperatures, elapsed, tool_length)
+        readings = [temperatures[index] for index in self.model.chosen]
+        fault = self._look(readings, elapsed, tool_length)
         self._unmodelled += elapsed
         if self._started:
             self._since_start = min(self._since_start + elapsed, LONGEST_S)
         inputs: list[float] = []
         if fault is None:
-            inputs = self._inputs(temperatures)
-            self._predict(inputs, temperatures, speed, tool_length)
+            inputs = self._inputs(readings)
+            self._predict(inputs, readings, speed, tool_length)
         # What was measured while the inputs were bad has no prediction to be compared with.
         if measured is not None and fault is None and all(map(isfinite, measured)):
             self._measured = [min(max(value, -LARGEST), LARGEST) for value in measured]
@@ -199,19 +210,23 @@ class Compensator:
             return step_s
         return min(time_s - last, LONGEST_S)
 
-    def _look(
-        self, temperatures: Sequence[float], elapsed_s: float, tool_length: float
-    ) -> Fault | None:
-        """Return the first fault; every sensor is looked at, so that none loses count of time."""
+    def _look(self, readings: list[float], elapsed_s: float, tool_length: float) -> Fault | None:
+        """Return the first fault; every sensor is looked at, so that none loses count of time.
+
+        What broken sensors read is replaced where the file knows what that is likely to be.
+        """
         first: Fault | None = None
+        bad: list[int] = []
         checks, reference = self._checks, self._reference
-        for place, index in self._places:
-            value = temperatures[index]
+        for place, value in enumerate(readings):
             fault = checks[place].look(value, elapsed_s)
             if fault is not None:
                 first = first or fault
+                bad.append(place)
             elif reference[place] is None:
                 reference[place] = value
+        if self._spare is not None:
+            first = self._replaced(self._spare, readings, first, bad, elapsed_s, tool_length)
         if first is None and self.model.geometry.needs_tool_length:
             low, high = self.model.limits.tool_length_mm
             if not isfinite(tool_length):
@@ -221,17 +236,38 @@ class Compensator:
                 return Fault(IMPLAUSIBLE, 0, text)
         return first
 
-    def _inputs(self, temperatures: Sequence[float]) -> list[float]:
-        chosen = self.model.chosen
+    def _replaced(
+        self,
+        spare: Spare,
+        readings: list[float],
+        fault: Fault | None,
+        bad: Sequence[int],
+        elapsed_s: float,
+        tool_length: float,
+    ) -> Fault | None:
+        """Replace what broken sensors read; return the fault that is left."""
+        limits, idle = self.model.limits, self._checks[spare.turn].idle
+        share = limits.tool_share(tool_length)
+        used = spare.step(readings, bad, idle, elapsed_s, limits.recover_s, share)
+        if fault is not None:
+            self._spared = fault
+        if used is None:
+            return fault
+        readings[:] = used
+        if not spare.broken:
+            self._spared = None
+        return None
+
+    def _inputs(self, readings: Sequence[float]) -> list[float]:
         if not self._rise:
-            return [temperatures[index] for index in chosen]
-        pairs = zip(chosen, self._reference, strict=True)
-        return [temperatures[index] - start for index, start in pairs if start is not None]
+            return list(readings)
+        pairs = zip(readings, self._reference, strict=True)
+        return [value - start for value, start in pairs if start is not None]
 
     def _predict(
         self,
         inputs: Sequence[float],
-        temperatures: Sequence[float],
+        readings: Sequence[float],
         speed: float,
         tool_length: float,
     ) -> None:
@@ -242,9 +278,9 @@ class Compensator:
             inputs, elapsed_s, speed, measured if self._own_correction else None
         )
         doubt = self._corrected(elapsed_s, measured)
-        guard, interval = self._guard, self.model.interval
+        guard, spare, interval = self._guard, self._spare, self.model.interval
         if guard is not None:
-            careful = guard.step([temperatures[index] for index in self.model.chosen], elapsed_s)
+            careful = guard.step(readings, elapsed_s)
             self._novelty = careful.novelty
             targets = self._leashed(guard, targets, careful.targets)
         elif not self._own_correction:
@@ -257,12 +293,18 @@ class Compensator:
                 offset * guard.faded(axis, self._novelty, share, doubt)
                 for axis, offset in enumerate(wanted)
             ]
+        if spare is not None:
+            wanted = [
+                offset * spare.faded(axis, share, doubt) for axis, offset in enumerate(wanted)
+            ]
         x, y, z = wanted
         self._wanted = limits.saturated(x), limits.saturated(y), limits.saturated(z)
         self._pose = geometry.pose(targets)
         if interval is not None:
             self._growth = interval.growth(self._since_start, self._novelty)
             self._half_width = interval.half_width(self._growth * sqrt(doubt), share)
+            if spare is not None:
+                self._half_width = spare.widened(self._half_width, doubt)
         if self._correction is not None:
             self._predicted = targets if self._followed is None else self._followed
         if not self._started:
@@ -335,12 +377,24 @@ class Compensator:
 
     def _trained_output(self, inputs: Sequence[float]) -> Output:
         """Return a valid output, which says so if an input lies outside what training saw."""
+        if self._spared is not None:
+            return self._output(True, SPARED, self._without(self._spared))
         for (low, high), value in zip(self._trained, inputs, strict=True):
             if not low <= value <= high:
                 return self._output(True, UNTRAINED, self._untrained(inputs))
         if self._guard is not None and inputs and self._novelty > self._guard.known:
             return self._output(True, UNTRAINED, self._together(self._guard))
         return self._output(True, OK, None)
+
+    def _without(self, fault: Fault) -> Fault:
+        """Return the newest fault, with the name of a second broken sensor."""
+        assert self._spare is not None
+        for place in self._spare.broken:
+            index = self.model.chosen[place]
+            if index + 1 != fault.sensor:
+                also = f"; and without {self.model.sensors[index].name}"
+                return Fault(fault.cause, fault.sensor, fault.text + also)
+        return fault
 
     def _untrained(self, inputs: Sequence[float]) -> Fault | None:
         """Return the first input that lies outside what training saw."""
@@ -376,7 +430,7 @@ class Compensator:
 
     def state(self) -> dict[str, Any]:
         """Return everything remembered, as values that JSON carries without loss."""
-        fault = self._fault
+        fault, spared = self._fault, self._spared
         return {
             "format": FORMAT,
             "last_time": self._last_time,
@@ -384,6 +438,7 @@ class Compensator:
             "started": self._started,
             "recovering": self._recovering,
             "fault": None if fault is None else [fault.cause, fault.sensor, fault.text],
+            "spared": None if spared is None else [spared.cause, spared.sensor, spared.text],
             "fault_age": self._fault_age,
             "good_for": self._good_for,
             "unmodelled": self._unmodelled,
@@ -398,6 +453,7 @@ class Compensator:
             "novelty": self._novelty,
             "guard": [] if self._guard is None else self._guard.state(),
             "correction": [] if self._correction is None else self._correction.state(),
+            "spare": [] if self._spare is None else self._spare.state(),
             "checks": [check.state() for check in self._checks],
             "error_model": self._error_model.state(),
         }
@@ -418,7 +474,11 @@ class Compensator:
                 count = f"{len(state[name])} chosen sensors, the file {len(known[name])}"
                 raise ValueError(f"the state holds {count}")
         self._error_model.restore(state["error_model"])
-        for part, name in ((self._guard, "guard"), (self._correction, "correction")):
+        for part, name in (
+            (self._guard, "guard"),
+            (self._correction, "correction"),
+            (self._spare, "spare"),
+        ):
             if part is not None:
                 part.restore(state[name])
             elif len(state[name]) != 0:
@@ -429,6 +489,7 @@ class Compensator:
         self._reference = list(state["reference"])
         self._started, self._recovering = state["started"], state["recovering"]
         self._fault = None if state["fault"] is None else Fault(*state["fault"])
+        self._spared = None if state["spared"] is None else Fault(*state["spared"])
         self._fault_age, self._good_for = state["fault_age"], state["good_for"]
         self._unmodelled = state["unmodelled"]
         self._measured = None if state["measured"] is None else list(state["measured"])

@@ -63,6 +63,10 @@ class Fields:
             raise self.refusal(key, "is missing")
         return self._table[key]
 
+    def has(self, key: str) -> bool:
+        """Return whether the table has the field."""
+        return key in self._table
+
     def number(self, key: str, low: float, high: float) -> float:
         """Return a finite number between *low* and *high*."""
         return self._as_number(key, self.raw(key), low, high)

@@ -190,8 +190,9 @@ def variables(model: Model) -> list[Variable]:
             "status",
             "integer",
             "output",
-            "0 ok, 1 waiting, 2 outside training, 3 recovering, 11 to 14 holding, 21 to 24 ramping "
-            "to zero, 31 to 34 at zero; units: 1 missing, 2 implausible, 3 too fast, 4 stale",
+            "0 ok, 1 waiting, 2 outside training, 3 recovering, 4 going on without a sensor, "
+            "11 to 14 holding, 21 to 24 ramping to zero, 31 to 34 at zero; units: 1 missing, "
+            "2 implausible, 3 too fast, 4 stale",
             low=0,
             high=34,
             depends_at_start=(),

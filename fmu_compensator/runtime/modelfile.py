@@ -21,6 +21,7 @@ from fmu_compensator.runtime.geometry import Geometry, geometry_from_fields
 from fmu_compensator.runtime.guard import Guard
 from fmu_compensator.runtime.interval import Interval
 from fmu_compensator.runtime.limits import Limits
+from fmu_compensator.runtime.spare import Spare
 
 __all__ = ["Model", "ModelFileError", "load_model", "model_text", "parse_model"]
 
@@ -98,6 +99,10 @@ class Model:
     def new_correction(self) -> Correction | None:
         """Return a fresh correction by measurements; None where the file has none."""
         return _correction(Fields(self.table, self.source), len(self.targets))
+
+    def new_spare(self) -> Spare | None:
+        """Return what broken sensors are likely to read, fresh; None where the file has none."""
+        return _spare(Fields(self.table, self.source), len(self.chosen))
 
 
 def load_model(path: str | Path) -> Model:
@@ -196,6 +201,7 @@ def _model(table: object, source: str) -> Model:
     _error_model(fields.table("error_model"), len(chosen), geometry)
     _guard(fields, len(chosen), len(geometry.targets))
     _correction(fields, len(geometry.targets))
+    _spare(fields, len(chosen))
     fields.done()
     return model
 
@@ -208,6 +214,12 @@ def _guard(fields: Fields, inputs: int, targets: int) -> Guard | None:
 def _correction(fields: Fields, targets: int) -> Correction | None:
     table = fields.table_or_none("correction") if fields.raw("format") >= WITH_GUARD else None
     return None if table is None else Correction.from_fields(table, targets)
+
+
+def _spare(fields: Fields, inputs: int) -> Spare | None:
+    known = fields.raw("format") >= WITH_GUARD and fields.has("spare")
+    table = fields.table_or_none("spare") if known else None
+    return None if table is None else Spare.from_fields(table, inputs)
 
 
 def _sensors(fields: Fields) -> tuple[Sensor, ...]:

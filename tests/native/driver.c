@@ -160,7 +160,8 @@ static void show(fmi2Component c, fmi2Status status)
     printf("%d |", (int)status);
     show_outputs(c);
     double single[] = {memory->last_time,   memory->started,    memory->recovering,
-                       memory->fault.cause, memory->fault.sensor, memory->fault_age,
+                       memory->fault.cause, memory->fault.sensor, memory->spared.cause,
+                       memory->spared.sensor, memory->fault_age,
                        memory->good_for,    memory->unmodelled, memory->since_start,
                        memory->growth,      memory->novelty,    memory->has_predicted,
                        memory->has_measured};

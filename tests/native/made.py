@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from itertools import pairwise
+from operator import mul
 from random import Random
 from typing import Any
 
@@ -187,7 +188,14 @@ def _geometry(random: Random, direct: bool) -> tuple[Table, tuple[str, ...]]:
     return {"kind": "direct", "axes": columns}, tuple(columns)
 
 
-PARTS = (("guard", "correction"), None, ("guard",), ("correction",), ("guard", "correction"), ())
+PARTS = (
+    ("guard", "correction", "spare"),
+    None,
+    ("guard", "spare"),
+    ("correction",),
+    ("guard", "correction"),
+    ("spare",),
+)
 """What a file of each seed has besides its error model; None: the format that knows no more."""
 
 
@@ -231,6 +239,8 @@ def made_model(kind: str, seed: int) -> Model:
             "guard": _guard(random, len(chosen), len(targets)) if "guard" in parts else None,
             "correction": _correction(random, len(targets)) if "correction" in parts else None,
         }
+        if "spare" in parts:
+            table["spare"] = _spare(Random(f"spare {seed}"), len(chosen))
         if table["interval"] is not None:
             table["interval"]["per_novelty"] = random.choice([0.0, 0.3, 30.0])
     return parse_model(json.dumps(table), "made")
@@ -258,6 +268,25 @@ def _guard(random: Random, inputs: int, targets: int) -> Table:
         "leash": [random.choice([0.0, 2.0, 30.0, 1e6]) for _ in range(targets)],
         "fade_shortest": [random.choice([None, 0.3]), 0.01, 2.5],
         "fade_longest": [1.0, random.choice([None, 0.2]), 0.0],
+    }
+
+
+def _spare(random: Random, inputs: int) -> Table:
+    # A sum of squares and something on the diagonal is a precision.
+    parts = matrix(random, inputs, inputs, 2.0)
+    precision = [[sum(map(mul, a, b)) for b in parts] for a in parts]
+    for place in range(inputs):
+        precision[place][place] += random.choice([0.1, 10.0])
+    size = random.choice([0.3, 0.3, 300.0])
+    return {
+        "precision": precision,
+        "growth": row(random, inputs, 0.0, 9.0),
+        "memory_s": random.choice([1.0, 600.0, 1e5]),
+        "deviations": 1.6,
+        "shortest_tool_um_per_K": matrix(random, 3, inputs, size),
+        "longest_tool_um_per_K": matrix(random, 3, inputs, size),
+        "shortest_tool_usual_um": [2.0, 0.0, 5.0],
+        "longest_tool_usual_um": [4.0, 0.0, 5.0],
     }
 
 

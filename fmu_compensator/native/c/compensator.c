@@ -11,7 +11,7 @@
 struct parts {
     double *reference;
     struct sensor_memory *checks;
-    double *measured, *predicted, *guard, *correction, *error_model;
+    double *measured, *predicted, *guard, *correction, *spare, *error_model;
 };
 
 static struct parts parts_of(const struct compensator *self, double *numbers)
@@ -23,8 +23,8 @@ static struct parts parts_of(const struct compensator *self, double *numbers)
     parts.predicted = parts.measured + model_target_count;
     parts.guard = parts.predicted + model_target_count;
     parts.correction = parts.guard + (self->guard == NULL ? 0 : self->guard->states);
-    parts.error_model
-        = parts.correction + (self->correction == NULL ? 0 : self->correction->states);
+    parts.spare = parts.correction + (self->correction == NULL ? 0 : self->correction->states);
+    parts.error_model = parts.spare + (self->spare == NULL ? 0 : self->spare->states);
     return parts;
 }
 
@@ -35,6 +35,8 @@ void compensator_make(struct setup *setup, struct compensator *self)
         = error_model_make(setup, &model_error_model, model_chosen_count, model_target_count);
     self->guard = guard_make(setup, &model_guard, model_chosen_count, model_target_count);
     self->correction = correction_make(setup, &model_correction, model_target_count);
+    self->spare = spare_make(setup, &model_spare, model_chosen_count);
+    self->bad = setup_take(setup, model_chosen_count, sizeof(bool));
     self->inputs = setup_take(setup, model_chosen_count, sizeof(double));
     self->readings = setup_take(setup, model_chosen_count, sizeof(double));
     self->targets = setup_take(setup, model_target_count, sizeof(double));
@@ -47,6 +49,7 @@ void compensator_make(struct setup *setup, struct compensator *self)
                     + model_chosen_count * (sizeof(struct sensor_memory) / sizeof(double));
     self->numbers += self->guard == NULL ? 0 : self->guard->states;
     self->numbers += self->correction == NULL ? 0 : self->correction->states;
+    self->numbers += self->spare == NULL ? 0 : self->spare->states;
 }
 
 /* Puts down an output; the reason is NULL where there is none. */
@@ -68,6 +71,7 @@ static void put(
     output->status = status;
     output->reason = reason == NULL ? no_reason : *reason;
     output->status_sensor = output->reason.sensor;
+    output->also_without = 0;
 }
 
 void compensator_reset(
@@ -94,6 +98,9 @@ void compensator_reset(
     }
     if (self->correction != NULL) {
         correction_reset(self->correction, parts.correction);
+    }
+    if (self->spare != NULL) {
+        spare_reset(self->spare, parts.spare);
     }
     error_model_reset(self->error_model, parts.error_model);
     put(memory, false, COMPENSATOR_WAITING, NULL, output);
@@ -123,30 +130,6 @@ static struct reason look_at_tool(double tool_length)
     return fault;
 }
 
-/* Returns the first fault; every sensor is looked at, so that none loses count of time. */
-static struct reason look(
-    const struct compensator *self, const struct parts *parts, const struct input *input,
-    double elapsed_s)
-{
-    struct reason first = {0, 0, 0.0, 0.0, 0.0};
-    for (size_t place = 0; place < model_chosen_count; place++) {
-        size_t index = model_chosen[place];
-        double value = input->temperatures[index];
-        struct reason fault
-            = sensor_look(&model_sensors[index], &parts->checks[place], value, elapsed_s);
-        if (fault.cause != 0 && first.cause == 0) {
-            first = fault;
-            first.sensor = (int32_t)index + 1;
-        } else if (fault.cause == 0 && isnan(parts->reference[place])) {
-            parts->reference[place] = value;
-        }
-    }
-    if (first.cause == 0 && self->geometry.needs_tool_length) {
-        return look_at_tool(input->tool_length);
-    }
-    return first;
-}
-
 /* Returns where a tool is from the shortest (0) to the longest (1); NaN counts as 0. */
 static double tool_share(double length)
 {
@@ -156,6 +139,58 @@ static double tool_share(double length)
         return 0.0;
     }
     return share > 1.0 ? 1.0 : share;
+}
+
+/* Replaces what broken sensors read; returns the fault that is left. */
+static struct reason replaced(
+    const struct compensator *self, struct remembered *memory, const struct parts *parts,
+    const struct reason *fault, double elapsed_s, double tool_length)
+{
+    static const struct reason no_fault = {0, 0, 0.0, 0.0, 0.0};
+    size_t turn = spare_turn(parts->spare);
+    double idle = sensor_idle(&model_sensors[model_chosen[turn]], &parts->checks[turn]);
+    bool can_go_on = spare_step(
+        self->spare, parts->spare, self->readings, self->bad, idle, elapsed_s,
+        model_limits.recover_s, tool_share(tool_length));
+    if (fault->cause != 0) {
+        memory->spared = *fault;
+    }
+    if (!can_go_on) {
+        return *fault;
+    }
+    if (spare_broken(self->spare, parts->spare).count == 0) {
+        memory->spared = no_fault;
+    }
+    return no_fault;
+}
+
+/* Returns the first fault; every sensor is looked at, so that none loses count of time. What broken
+   sensors read is replaced where the file knows what that is likely to be. */
+static struct reason look(
+    const struct compensator *self, struct remembered *memory, const struct parts *parts,
+    double elapsed_s, double tool_length)
+{
+    struct reason first = {0, 0, 0.0, 0.0, 0.0};
+    for (size_t place = 0; place < model_chosen_count; place++) {
+        size_t index = model_chosen[place];
+        double value = self->readings[place];
+        struct reason fault
+            = sensor_look(&model_sensors[index], &parts->checks[place], value, elapsed_s);
+        self->bad[place] = fault.cause != 0;
+        if (fault.cause != 0 && first.cause == 0) {
+            first = fault;
+            first.sensor = (int32_t)index + 1;
+        } else if (fault.cause == 0 && isnan(parts->reference[place])) {
+            parts->reference[place] = value;
+        }
+    }
+    if (self->spare != NULL) {
+        first = replaced(self, memory, parts, &first, elapsed_s, tool_length);
+    }
+    if (first.cause == 0 && self->geometry.needs_tool_length) {
+        return look_at_tool(tool_length);
+    }
+    return first;
 }
 
 /* Takes in what was measured with the sample before; returns the doubt that is left [1]. */
@@ -238,6 +273,9 @@ static void predict(
         if (self->guard != NULL && memory->novelty > self->guard->known) {
             offset *= guard_faded(self->guard, axis, memory->novelty, share, doubt);
         }
+        if (self->spare != NULL) {
+            offset *= spare_faded(self->spare, parts->spare, axis, share, doubt);
+        }
         memory->wanted[axis]
             = clamped(offset, -model_limits.offset_um, model_limits.offset_um);
     }
@@ -246,6 +284,9 @@ static void predict(
         memory->growth
             = interval_growth(model_interval, memory->since_start, memory->novelty);
         half_width(model_interval, memory->growth * sqrt(doubt), share, memory->half_width);
+        if (self->spare != NULL) {
+            spare_widen(self->spare, parts->spare, memory->half_width, doubt);
+        }
     }
     if (!memory->started) {
         memory->started = memory->recovering = 1;
@@ -315,10 +356,30 @@ static struct reason together(const struct guard *guard, double novelty)
     return reason;
 }
 
+/* Puts down a valid output of a file that goes on without a sensor, and names a second one. */
+static void put_spared(
+    const struct compensator *self, const struct remembered *memory, const struct parts *parts,
+    struct output *output)
+{
+    struct broken broken = spare_broken(self->spare, parts->spare);
+    put(memory, true, COMPENSATOR_SPARED, &memory->spared, output);
+    for (size_t i = 0; i < broken.count && output->also_without == 0; i++) {
+        int32_t sensor = (int32_t)model_chosen[broken.places[i]] + 1;
+        if (sensor != memory->spared.sensor) {
+            output->also_without = sensor;
+        }
+    }
+}
+
 /* Puts down a valid output, which says so if an input lies outside what training saw. */
 static void put_trained(
-    const struct compensator *self, const struct remembered *memory, struct output *output)
+    const struct compensator *self, const struct remembered *memory, const struct parts *parts,
+    struct output *output)
 {
+    if (memory->spared.cause != 0) {
+        put_spared(self, memory, parts, output);
+        return;
+    }
     for (size_t place = 0; place < model_chosen_count; place++) {
         const struct sensor *sensor = &model_sensors[model_chosen[place]];
         double value = self->inputs[place];
@@ -338,8 +399,8 @@ static void put_trained(
 
 /* Moves the offsets for one step and says how they stand. */
 static void move(
-    const struct compensator *self, struct remembered *memory, double step_s,
-    struct output *output)
+    const struct compensator *self, struct remembered *memory, const struct parts *parts,
+    double step_s, struct output *output)
 {
     static const double zero[3];
     const struct reason *fault = &memory->fault;
@@ -361,7 +422,7 @@ static void move(
         put(memory, false, COMPENSATOR_RECOVERING, NULL, output);
     } else {
         memory->recovering = 0;
-        put_trained(self, memory, output);
+        put_trained(self, memory, parts, output);
     }
 }
 
@@ -373,14 +434,17 @@ void compensator_step(
     double step_s = isfinite(input->step_s) && input->step_s > 0.0 ? input->step_s : 0.0;
     step_s = step_s > COMPENSATOR_LONGEST_S ? COMPENSATOR_LONGEST_S : step_s;
     double elapsed_s = elapsed_since(memory, input->time_s, step_s);
-    struct reason fault = look(self, &parts, input, elapsed_s);
+    for (size_t place = 0; place < model_chosen_count; place++) {
+        self->readings[place] = input->temperatures[model_chosen[place]];
+    }
+    struct reason fault = look(self, memory, &parts, elapsed_s, input->tool_length);
     memory->unmodelled += elapsed_s;
     if (memory->started) {
         memory->since_start
             = clamped(memory->since_start + elapsed_s, 0.0, COMPENSATOR_LONGEST_S);
     }
     for (size_t place = 0; place < model_chosen_count; place++) {
-        double value = self->readings[place] = input->temperatures[model_chosen[place]];
+        double value = self->readings[place];
         self->inputs[place] = model_takes_rises ? value - parts.reference[place] : value;
     }
     if (fault.cause == 0) {
@@ -395,5 +459,5 @@ void compensator_step(
         return;
     }
     follow(memory, &fault, elapsed_s);
-    move(self, memory, step_s, output);
+    move(self, memory, &parts, step_s, output);
 }

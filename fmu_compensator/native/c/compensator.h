@@ -10,6 +10,7 @@
 #include "geometry.h"
 #include "guard.h"
 #include "setup.h"
+#include "spare.h"
 
 struct input {
     double time_s, step_s;
@@ -25,7 +26,7 @@ struct output {
     double elongation, yaw, pitch; /* the predicted pose [um, urad, urad] */
     double dX_uncertainty, dY_uncertainty, dZ_uncertainty; /* [um] */
     int32_t valid, status, status_sensor;
-    int32_t reserved;     /* no byte without a value, so that equal states are equal bytes */
+    int32_t also_without; /* a second broken sensor, from 1, that is done without; 0: none */
     struct reason reason; /* what status_text is made of */
 };
 
@@ -34,17 +35,20 @@ struct compensator {
     struct error_model *error_model;
     struct guard *guard;           /* NULL: the file has none, as below */
     struct correction *correction;
+    struct spare *spare;
+    bool *bad;                                      /* of one sample: which cannot be used */
     size_t numbers;                                 /* how long the row of numbers remembered is */
     double *inputs, *readings, *targets, *careful; /* of one sample */
 };
 
 /* What is remembered, beside the row of numbers: the reference of each chosen sensor, what its
    check remembers, the measured targets, the predicted ones of the last good sample, the states of
-   guard, correction and error model. NaN stands for nothing. */
+   guard, correction, spare and error model. NaN stands for nothing. */
 struct remembered {
     double last_time, fault_age, good_for, unmodelled, since_start, growth, novelty;
     double wanted[3], offset[3], pose[3], half_width[3];
-    struct reason fault; /* the newest, kept until recovered from; cause 0: none */
+    struct reason fault;  /* the newest, kept until recovered from; cause 0: none */
+    struct reason spared; /* the newest of a sensor that is done without; cause 0: none */
     int32_t started, recovering, has_measured, has_predicted;
 };
 

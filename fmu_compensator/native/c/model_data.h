@@ -52,6 +52,7 @@ extern const struct field model_error_model;
 extern const bool model_corrects_itself; /* the error model takes measured targets its own way */
 extern const struct field model_guard;      /* FIELD_NULL: the file has none, as below */
 extern const struct field model_correction;
+extern const struct field model_spare;
 extern const struct error_model_kind *const model_kinds[];
 extern const size_t model_kind_count;
 extern const struct status_text model_status_texts[];

@@ -134,4 +134,8 @@ void status_text(const struct output *output, char *text, size_t size)
             add_sensor_fault(text, size, reason);
         }
     }
+    if (output->also_without != 0) {
+        add(text, size, "; and without ");
+        add(text, size, model_sensors[output->also_without - 1].name);
+    }
 }

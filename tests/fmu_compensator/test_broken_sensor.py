@@ -1,0 +1,61 @@
+"""The shipped compensator on an unseen simulated run in which a thermometer breaks."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from benchmarks.broken_sensor import (
+    BREAKS_S,
+    FAULTS,
+    broken,
+    drive,
+    jig_borer,
+    without_spare,
+)
+from fmu_compensator.runtime.checks import MISSING
+from fmu_compensator.runtime.compensator import HOLDING, OK, SPARED, Compensator
+
+
+@pytest.mark.parametrize(("place", "fault"), list(zip((0, 6, 8), FAULTS, strict=True)))
+def test_going_on_leaves_less_than_giving_up(place: int, fault: str) -> None:
+    model, run, readings, drift = jig_borer()
+    faulty = broken(run, readings, place, fault)
+    good = drive(model, run, readings, drift, BREAKS_S)
+    on = drive(model, run, faulty, drift, BREAKS_S)
+    held = drive(without_spare(model), run, faulty, drift, BREAKS_S)
+    assert on.spared.mean() > 0.9
+    assert not held.spared.any()
+    assert not good.spared.any()
+    for axis in range(3):
+        assert on.rmse(axis) < 0.5 * held.rmse(axis)
+        assert on.rmse(axis) < good.rmse(axis) + 2.0
+    within, usual = (np.mean(np.abs(one.error) <= one.half_width) for one in (on, good))
+    assert within > usual - 0.1
+
+
+def test_no_offset_steps_further_than_the_slew_when_sensors_break_and_return() -> None:
+    model, _, readings, _ = jig_borer()
+    compensator = Compensator(model)
+    offset, seen, texts = np.zeros(3), set(), set()
+    for row, values in enumerate(readings[:500].tolist()):
+        if 200 <= row < 300:
+            values[0] = float("nan")
+        if 240 <= row < 280:
+            values[6] += 30.0
+        if 260 <= row < 275:
+            values[2] = float("nan")
+        output = compensator.step(30.0 * row, 30.0, values, 6000.0, 100.0)
+        now = np.array(output[:3])
+        assert np.abs(now - offset).max() <= model.limits.slew_um_per_s * 30.0
+        if seen >= {OK} and output.status in (OK, SPARED) and row < 260:
+            assert np.abs(now - offset).max() < 1.0
+        offset = now
+        seen.add(output.status)
+        texts.add(output.status_text)
+    assert {OK, SPARED} <= seen
+    assert HOLDING + MISSING in seen  # three were broken for a while
+    names = [model.sensors[index].name for index in (0, 2, 6)]
+    assert f"going on without a sensor: {names[0]} is missing" in texts
+    assert f"going on without a sensor: {names[0]} is missing; and without {names[2]}" in texts
+    assert output.status == OK

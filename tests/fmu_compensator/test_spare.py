@@ -1,0 +1,199 @@
+"""What broken sensors are likely to read, beside Gaussian conditioning done with numpy."""
+
+from __future__ import annotations
+
+import json
+from math import exp, nan
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from fmu_compensator.fit.spare import best_strength, left_out_errors, precision
+from fmu_compensator.runtime.fields import Fields, ModelFileError
+from fmu_compensator.runtime.spare import BLEND_S, Spare
+
+Array = npt.NDArray[np.float64]
+SENSORS = 5
+RECOVER_S, MEMORY_S = 10.0, 1800.0
+
+
+def covariance(seed: int) -> Array:
+    parts = np.random.default_rng(seed).normal(0.0, 2.0, (SENSORS, 3))
+    return parts @ parts.T + 0.3 * np.eye(SENSORS)
+
+
+def table_of(known: Array, **changes: Any) -> dict[str, Any]:
+    inverse = np.linalg.inv(known)
+    return {
+        "precision": ((inverse + inverse.T) / 2.0).tolist(),
+        "growth": [1.0, 2.0, 1.0, 4.0, 1.0],
+        "memory_s": MEMORY_S,
+        "deviations": 1.6,
+        "shortest_tool_um_per_K": [[1.0, -2.0, 0.5, 0.0, 3.0], [0.0] * 5, [2.0] * 5],
+        "longest_tool_um_per_K": [[2.0, -4.0, 1.0, 0.0, 6.0], [0.0] * 5, [2.0] * 5],
+        "shortest_tool_usual_um": [20.0, 0.0, 30.0],
+        "longest_tool_usual_um": [40.0, 0.0, 30.0],
+    } | changes
+
+
+def spare_of(table: Any) -> Spare:
+    return Spare.from_fields(Fields(json.loads(json.dumps(table)), "f.json", "spare"), SENSORS)
+
+
+def step(
+    spare: Spare, readings: Array, bad: tuple[int, ...] = (), elapsed_s: float = 10.0
+) -> list[float] | None:
+    shown = [nan if place in bad else value for place, value in enumerate(readings.tolist())]
+    return spare.step(shown, bad, 0.0, elapsed_s, RECOVER_S, 0.0)
+
+
+FIRST = np.array([20.0, 21.0, 19.5, 22.0, 30.0])
+
+
+@pytest.mark.parametrize("bad", [(0,), (3,), (1, 4)])
+@pytest.mark.parametrize("seed", range(3))
+def test_after_long_it_is_the_conditional_mean_and_deviation(
+    seed: int, bad: tuple[int, ...]
+) -> None:
+    known, random = covariance(seed), np.random.default_rng(seed)
+    spare = spare_of(table_of(known))
+    rises = random.normal(0.0, 3.0, SENSORS)
+    step(spare, FIRST)
+    used = step(spare, FIRST + rises, bad, 1e8)  # what was a sensor's own is forgotten by then
+    used = step(spare, FIRST + rises, bad, 1e8)
+    good = [place for place in range(SENSORS) if place not in bad]
+    weights = known[np.ix_(bad, good)] @ np.linalg.inv(known[np.ix_(good, good)])
+    assert used is not None
+    assert np.array(used)[good] == pytest.approx((FIRST + rises)[good])
+    assert np.array(used)[list(bad)] == pytest.approx(FIRST[list(bad)] + weights @ rises[good])
+    left = known[np.ix_(bad, bad)] - weights @ known[np.ix_(good, bad)]
+    table = table_of(known)
+    for axis in (0, 2):
+        slope = np.array(table["shortest_tool_um_per_K"])[axis, list(bad)]
+        slope = slope * np.sqrt(np.array(table["growth"])[list(bad)])
+        extra = slope @ left @ slope
+        width = spare.widened((3.0, -1.0, 4.0), 0.5)[axis]
+        before = (3.0, -1.0, 4.0)[axis]
+        assert width == pytest.approx(np.sqrt(before**2 + 1.6**2 * 0.5 * extra))
+        usual = table["shortest_tool_usual_um"][axis]
+        share = usual**2 / (usual**2 + 0.5 * extra)
+        assert spare.faded(axis, 0.0, 0.5) == pytest.approx(share)
+    assert spare.widened((3.0, -1.0, 4.0), 0.5)[1] == -1.0
+
+
+def test_it_goes_on_from_where_it_stood_and_forgets_that_with_time() -> None:
+    known = covariance(7)
+    spare = spare_of(table_of(known))
+    rises = np.array([5.0, 5.0, -1.0, 2.0, 0.0])  # far from what the others say
+    step(spare, FIRST)
+    for _ in range(20):
+        step(spare, FIRST + rises)
+    good = [1, 2, 3, 4]
+    likely = known[0, good] @ np.linalg.inv(known[np.ix_(good, good)]) @ rises[good]
+    assert abs(likely - rises[0]) > 0.5
+    first = step(spare, FIRST + rises, (0,))
+    assert first is not None
+    assert first[0] == pytest.approx(FIRST[0] + rises[0], abs=1e-9)
+    assert spare.faded(0, 0.0, 1.0) > 0.98  # hardly a doubt so soon
+    steps = [first[0]]
+    while len(steps) < 1000:
+        found = step(spare, FIRST + rises, (0,))
+        assert found is not None
+        steps.append(found[0])
+    assert np.max(np.abs(np.diff(steps))) < 0.05
+    own = (rises[0] - likely) * exp(-1000 * 10.0 / MEMORY_S)
+    assert steps[-1] == pytest.approx(FIRST[0] + likely + own, rel=1e-3)
+
+
+def test_a_sensor_comes_back_after_a_while_and_without_a_step() -> None:
+    spare = spare_of(table_of(covariance(7)))
+    rises = np.array([5.0, 5.0, -1.0, 2.0, 0.0])
+    step(spare, FIRST)
+    step(spare, FIRST + rises, (0,))
+    away = step(spare, FIRST + rises, (0,), 1e6)
+    assert away is not None
+    waiting = step(spare, FIRST + rises, (), 5.0)
+    assert waiting is not None
+    assert spare.broken == [0]
+    back = step(spare, FIRST + rises, (), 5.0)
+    assert back is not None
+    assert spare.broken == []
+    assert back[0] == pytest.approx(waiting[0])
+    later = step(spare, FIRST + rises, (), BLEND_S)
+    assert later is not None
+    true = FIRST[0] + rises[0]
+    assert later[0] - true == pytest.approx((back[0] - true) * exp(-1.0))
+
+
+def test_three_are_too_many_and_so_is_one_that_nothing_tells_of() -> None:
+    spare = spare_of(table_of(covariance(1)))
+    assert step(spare, FIRST, (2,)) is None  # no reference yet
+    assert step(spare, FIRST) is not None
+    assert step(spare, FIRST, (0, 2)) is not None
+    assert step(spare, FIRST, (0, 2, 3)) is None
+    assert step(spare, FIRST) == FIRST.tolist()  # all good again
+    unsure = spare_of(table_of(covariance(1), shortest_tool_um_per_K=[[1e3] * 5] * 3))
+    assert step(unsure, FIRST) is not None
+    assert step(unsure, FIRST, (0,)) is None
+
+
+def test_a_state_goes_on_in_another() -> None:
+    table = table_of(covariance(4))
+    one, other = spare_of(table), spare_of(table)
+    random = np.random.default_rng(4)
+    for k in range(60):
+        readings = FIRST + random.normal(0.0, 0.2, SENSORS) + 0.05 * k
+        bad = (1,) if 10 < k < 30 else (1, 3) if 30 <= k < 40 else ()
+        assert step(one, readings, bad) == step(other, readings, bad)
+        fresh = spare_of(table)
+        fresh.restore(other.state())
+        assert fresh.state() == other.state()
+        other = fresh
+    with pytest.raises(ValueError, match="numbers"):
+        one.restore([0.0])
+    with pytest.raises(ValueError, match="counts 9 of 5"):
+        one.restore([*one.state()[:3], 9.0, *one.state()[4:]])
+
+
+@pytest.mark.parametrize(
+    ("change", "problem"),
+    [
+        ({"memory_s": 0.0}, "spare.memory_s: 0.0 is not allowed"),
+        ({"growth": [1.0, 1.0, -1.0, 1.0, 1.0]}, "spare.growth.2: -1 is not allowed: at least 0"),
+        ({"deviations": None}, "spare.deviations: None is not allowed"),
+        ({"precision": [[1.0] * 4] * 5}, "spare.precision.0"),
+        ({"precision": np.zeros((5, 5)).tolist()}, "precision.0.0: 0 is not allowed: must be abo"),
+        ({"precision": np.ones((5, 5)).tolist()}, "precision.1.0: 1 is not allowed: below 1 in s"),
+        ({"precision": (np.eye(5) + np.eye(5, k=1) / 9).tolist()}, "must be that of precision.0.1"),
+        ({"longest_tool_usual_um": [1.0, -1.0, 1.0]}, "spare.longest_tool_usual_um.1: -1"),
+        ({"more": 1}, "is not a known field"),
+    ],
+)
+def test_a_wrong_field_is_refused_in_one_line(change: dict[str, Any], problem: str) -> None:
+    with pytest.raises(ModelFileError) as refused:
+        spare_of(table_of(covariance(0)) | change)
+    assert problem in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
+def test_the_fit_finds_what_the_sensors_have_in_common() -> None:
+    random = np.random.default_rng(11)
+    slopes = np.array([1.0, 2.0, -1.0, 0.5])
+
+    def run() -> Array:
+        heat = np.cumsum(random.normal(0.05, 0.2, 100))
+        return np.outer(heat, slopes) + random.normal(0.0, 0.1, (100, 4))
+
+    runs = [run() for _ in range(5)]
+    errors = left_out_errors(runs, best_strength(runs))
+    assert max(np.sqrt(np.mean(one**2)) for one in errors) < 0.3
+    known = precision(runs, best_strength(runs))
+    assert known == pytest.approx(known.T)
+    # A sensor apart from all others is not believed to be told by them.
+    apart = [np.column_stack([one, random.normal(0.0, 3.0, 100)]) for one in runs]
+    found = left_out_errors(apart, 1e-3)
+    deviation = np.sqrt(np.mean([(one**2).mean(axis=0) for one in found], axis=0))
+    assert deviation[4] == pytest.approx(3.0, rel=0.2)
+    assert deviation[:4].max() < 0.5
