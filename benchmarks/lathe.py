@@ -30,7 +30,7 @@ from fmu_compensator.fit.contestants import contestants, held
 from fmu_compensator.fit.data import prepare
 from fmu_compensator.fit.error_models.base import FittedModel
 from fmu_compensator.fit.recipe import Recipe
-from measurement.faults import faults_text, find_faults
+from measurement.faults import faults_text, find_faults, looked_over
 from measurement.rig import Rig
 from measurement.runs import Run, read_run
 
@@ -42,7 +42,7 @@ REFERENCE = {"disp_x_um": 8.2, "disp_z_um": 3.6}
 @cache
 def runs_in(folder: Path) -> tuple[Run, ...]:
     """Return the folder's runs in order of their names, which are dates."""
-    return tuple(read_run(path) for path in sorted(folder.glob("2*.csv")))
+    return tuple(looked_over([read_run(path) for path in sorted(folder.glob("2*.csv"))]))
 
 
 def rig_of(runs: tuple[Run, ...]) -> Rig | MeasuredColumns:

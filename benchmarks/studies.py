@@ -28,11 +28,11 @@ from fmu_compensator.fit.fitting import compensator_text, fit_compensator
 from fmu_compensator.fit.training import TrainingRun
 from fmu_compensator.runtime.compensator import Compensator
 from fmu_compensator.runtime.modelfile import parse_model
+from measurement.drift import measured_drift, tool_tip_drift
 from measurement.files import write_atomically
 from measurement.rig import POSE, FivePointRig, rig_from_table
 from measurement.runs import Run
 from plant_model.machine_file import read_machine
-from scenarios.drift import measured_drift, tool_tip_drift
 
 ROOT = Path(__file__).resolve().parents[1]
 STEP, OTHER = "step_speed", "random_speed"
@@ -206,7 +206,7 @@ def _run(
         compensator = Compensator(model)
         columns = [f"{sensor.name}_degC" for sensor in model.sensors]
         readings, speed = run.frame[columns].to_numpy(), run.frame["speed_rpm"].to_numpy()
-        drift = measured_drift(run, rig, tool, from_first=True).to_numpy()
+        drift = measured_drift(run, rig, tool, "rise").to_numpy()
         step = float(np.median(np.diff(run.time_s)))
         for k, time in enumerate(run.time_s):
             out = compensator.step(time, step, readings[k].tolist(), float(speed[k]), tool)

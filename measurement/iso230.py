@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 
 from measurement.errors import BadInput
+from measurement.faults import Fault, cleaned, find_faults
 from measurement.iso230_text import summary_text
-from measurement.quality import Finding, look_over
 from measurement.rig import POSE, FivePointRig, Rig
 from measurement.runs import FloatArray, Run
 from measurement.spectrum import Segment, speed_spectrum
@@ -100,7 +100,7 @@ class Summary:
     spacing_mm: float | None
     temperatures: dict[str, Warming]
     ambient: Ambient | None
-    findings: list[Finding]
+    findings: list[Fault]
 
     def text(self) -> str:
         """Return the summary as lines of text for a terminal."""
@@ -110,6 +110,7 @@ class Summary:
         """Return everything as plain dicts and lists, ready for JSON; None where not known."""
         table = asdict(self)
         table["segments"] = [segment.to_dict() for segment in self.segments]
+        table["findings"] = [fault.to_dict() for fault in self.findings]
         cleaned: dict[str, Any] = _without_nan(table)
         return cleaned
 
@@ -132,6 +133,9 @@ def summarise(run: Run, rig: Rig | None = None, ambient: str | None = None) -> S
     BadInput
         If the run has no such ambient column, or it holds no temperatures.
     """
+    faults = find_faults([run])
+    # A spike is no range, and a probe that slipped no drift.
+    run = cleaned([run], faults)[0]
     segments = speed_spectrum(run)
     total = {
         state: math.fsum(part.duration_s for part in segments if part.state == state)
@@ -165,7 +169,7 @@ def summarise(run: Run, rig: Rig | None = None, ambient: str | None = None) -> S
         spacing_mm=five_point.spacing_mm if five_point else None,
         temperatures={name: _warming(run.frame[name].to_numpy()) for name in run.temperatures},
         ambient=None if ambient is None else _ambient(run, ambient),
-        findings=[*_not_there(rig, run), *look_over(run)],
+        findings=[*_not_there(rig, run), *faults],
     )
 
 
@@ -238,12 +242,12 @@ def _ambient(run: Run, column: str) -> Ambient:
     return Ambient(column, start, low, high, high - low, last - start)
 
 
-def _not_there(rig: Rig | None, run: Run) -> list[Finding]:
-    """Return a finding per column that the rig has and the run has not."""
+def _not_there(rig: Rig | None, run: Run) -> list[Fault]:
+    """Return a fault per column that the rig has and the run has not."""
     start, end = float(run.time_s[0]), float(run.time_s[-1])
-    text = "the rig has this column and the run has not; nothing that needs it is stated"
+    text = "the rig has this column and the run has not"
     return [
-        Finding("missing", name, start, end, text)
+        Fault(run.name, name, "absent", start, end, text)
         for name in (rig.columns if rig is not None else [])
         if name not in run.frame.columns
     ]

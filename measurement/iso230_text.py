@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from measurement.faults import faults_text
 from measurement.units import split_column
 
 if TYPE_CHECKING:
@@ -103,9 +104,8 @@ def _temperatures(summary: Summary) -> Iterator[str]:
 def _findings(summary: Summary) -> Iterator[str]:
     if not summary.findings:
         return
-    yield "Look at the data before you trust the figures above"
-    for finding in summary.findings:
-        yield f"  {finding.kind:<10}{finding.column}: {finding.text}"
+    yield "What is wrong with the data"
+    yield faults_text(summary.findings)
 
 
 def _minutes(seconds: float) -> str:

@@ -15,7 +15,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -25,6 +25,9 @@ from measurement.errors import BadInput, shown
 from measurement.files import read_bytes, sha256_of, write_atomically
 from measurement.resampling import resample
 from measurement.units import UNITS, split_column
+
+if TYPE_CHECKING:
+    from measurement.faults.fault import Fault
 
 FloatArray: TypeAlias = npt.NDArray[np.float64]
 
@@ -56,6 +59,8 @@ class Run:
         The file it came from.
     digest : str, optional
         The SHA-256 of that file when it was read.
+    faults : tuple of Fault, optional
+        What `measurement.faults.looked_over` found in it; None if nobody looked.
 
     Raises
     ------
@@ -67,6 +72,7 @@ class Run:
     frame: pd.DataFrame
     path: Path | None = None
     digest: str = field(default="", repr=False)
+    faults: tuple[Fault, ...] | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         """Check the frame and take a copy of it."""

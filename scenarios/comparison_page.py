@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from plotly.offline import get_plotlyjs
 
 from fmu_compensator.fit.comparison import Comparison, Judged, Row
-from measurement.faults import Fault
+from measurement.faults import Fault, by_column, group_line
 from measurement.files import write_atomically
 from measurement.units import UNITS
 from scenarios.charts import BEFORE, LINES, Chart, Line, Panel
@@ -244,7 +244,7 @@ def write_page(comparison: Comparison, faults: Sequence[Fault], path: Path) -> P
         targets=list(zip(comparison.targets, comparison.units, strict=True)),
         free=[line for line in lines if not line.row.uses_displacement],
         fed=[line for line in lines if line.row.uses_displacement],
-        faults=faults,
+        faults=[group_line(group) for group in by_column(faults)],
         charts=[(chart, chart_html(chart)) for chart in charts_of(comparison)],
         judged=len({one.run for one in comparison.rows[0].validate}),
         convergence=_convergence(curves_of(comparison)),

@@ -21,18 +21,21 @@ import pandas as pd
 from fmu_compensator.runtime.fmi_slave import MODEL_FILE
 from fmu_compensator.runtime.geometry import FivePoint
 from fmu_compensator.runtime.modelfile import Model, ModelFileError, parse_model
+from measurement.drift import measured_drift
 from measurement.errors import BadInput
-from measurement.quality import look_over
+from measurement.faults import GROSS, Fault, cleaned, find_faults
+from measurement.faults.record import SLOWER
+from measurement.resampling import GAP_INTERVALS
 from measurement.rig import FivePointRig, Rig, rig_from_table
 from measurement.runs import Run
 from scenarios.charts import BEFORE, LINES, Chart, Line, Panel
-from scenarios.drift import measured_drift
 from scenarios.fmu import Port, Slave, interruptible
 from scenarios.recording import Event, FmuFacts, facts_of
 from scenarios.table import NO_COMPENSATION
 
 AXES = ("X", "Y", "Z")
 LABEL = "Compensated"
+STANDING = ("frozen", "saturated")
 
 
 @dataclass(frozen=True)
@@ -47,7 +50,9 @@ class Replay:
         ``time_s``, ``drift_X_um`` ... as measured, ``dX_um`` ... as sent, ``error_X_um`` ... what
         is left, and the status.
     left_out : int
-        Rows that do not count, since a displacement sensor was frozen or at the end of its range.
+        Rows that do not count, since a displacement sensor was broken.
+    faults : tuple of Fault
+        What is wrong with the run.
     events : tuple of Event
         Changes of the status.
     fmu : FmuFacts
@@ -57,6 +62,7 @@ class Replay:
     run: Run
     frame: pd.DataFrame
     left_out: int
+    faults: tuple[Fault, ...]
     events: tuple[Event, ...]
     fmu: FmuFacts
 
@@ -138,10 +144,13 @@ def replay(
                 length = float(slave.variables["tool_length"].start)
             sent, codes, events = _drive(slave, run, length)
             facts = facts_of(slave)
-    drift = measured_drift(run, rig, length, from_first=model.input_form == "rise")
-    frozen = _frozen(run, rig)
-    if frozen.any() and not keep_frozen:
-        drift[frozen] = np.nan
+    faults = find_faults([run])
+    kinds = [kind for kind in GROSS if not (keep_frozen and kind in STANDING)]
+    # The compensator gets all readings as they are; what it is judged by must be right.
+    left = cleaned([run], faults, kinds)[0]
+    drift = measured_drift(left, rig, length, model.input_form)
+    out = (left.frame[rig.columns].isna() & run.frame[rig.columns].notna()).any(axis=1)
+    drift[out] = np.nan
     columns: dict[str, object] = {"time_s": run.time_s} | {
         str(name): drift[name] for name in drift.columns
     }
@@ -150,7 +159,7 @@ def replay(
             columns[f"d{axis}_um"] = sent[f"d{axis}"]
             columns[f"error_{axis}_um"] = drift[f"drift_{axis}_um"] + sent[f"d{axis}"]
     frame = pd.DataFrame({**columns, "status_1": codes})
-    return Replay(run, frame, 0 if keep_frozen else int(frozen.sum()), tuple(events), facts)
+    return Replay(run, frame, int(out.sum()), tuple(faults), tuple(events), facts)
 
 
 def _check_columns(model: Model, run: Run) -> None:
@@ -176,7 +185,7 @@ def _drive(
         if name == "tool_length":
             rows[:, place] = length
         elif column in run.frame.columns:
-            rows[:, place] = run.frame[column].to_numpy()
+            rows[:, place] = _held(run, column)
     sent = Port(slave, [f"d{axis}" for axis in AXES])
     codes = Port(slave, ["status", "status_sensor"], "Integer")
     table = np.zeros((len(rows), 3))
@@ -200,13 +209,22 @@ def _drive(
     return dict(zip(sent.names, table.T, strict=True)), status, events
 
 
-def _frozen(run: Run, rig: Rig) -> np.ndarray:
-    """Return which rows show a displacement that is frozen or at the end of its range."""
-    dead = np.zeros(len(run.time_s), dtype=bool)
-    for finding in look_over(run):
-        if finding.kind in ("frozen", "saturated") and finding.column in rig.columns:
-            dead |= (run.time_s >= finding.start_s) & (run.time_s <= finding.end_s)
-    return dead
+def _held(run: Run, column: str) -> np.ndarray:
+    """Return what a control sees of a column: a sensor that is read rarely shows its last reading.
+
+    No longer than five of its own usual intervals; one that is read as often as the rest and is
+    missing is missing.
+    """
+    values = run.frame[column].to_numpy()
+    there = np.flatnonzero(np.isfinite(values))
+    time = run.time_s
+    if len(there) < 2:
+        return values
+    usual = float(np.median(np.diff(time[there])))
+    if usual < SLOWER * float(np.median(np.diff(time))):
+        return values
+    last = np.maximum.accumulate(np.where(np.isfinite(values), np.arange(len(values)), 0))
+    return np.where(time - time[last] <= GAP_INTERVALS * usual, values[last], np.nan)
 
 
 def chart_of(found: Replay, name: str) -> Chart:

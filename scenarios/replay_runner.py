@@ -13,8 +13,10 @@ from typing import Any
 from tqdm import tqdm
 
 from measurement.errors import BadInput
+from measurement.faults import LEVELS, by_column, group_line, looked_over
 from measurement.rig import FivePointRig, rig_from_table
 from measurement.runs import read_run, write_run
+from measurement.units import split_column
 from plant_model.machine_file import read_machine
 from scenarios.fmu_files import find_fmu
 from scenarios.replay import LABEL, Replay, chart_of, model_of, replay, rig_of_model
@@ -31,6 +33,10 @@ from scenarios.runner import fmu_facts, versions
 from scenarios.table import Group, group_of, overall
 
 ALL = "All runs together"
+WAITING, AT_ZERO = 1, 31
+"""Status codes: not started yet, and given up (from the second one on)."""
+WORTH_SAYING = 0.05
+"""A smaller share of samples without offsets needs no note [1]."""
 NOTE = (
     "Largest and mean absolute drift, as the run's own displacement sensors show it, and what is "
     "left of it with the offsets that the compensator sent. Better by: 1 - mean with / mean "
@@ -90,7 +96,7 @@ def run_replay(
         If the FMU fails; no folder is left then.
     """
     check_folder(out)
-    found = [read_run(path) for path in runs]
+    found = looked_over([read_run(path) for path in runs])
     names = _file_names([run.name for run in found])
     with tempfile.TemporaryDirectory(prefix="spindle-drift-built-") as work:
         fmu = find_fmu(compensator, fmu_dir, near, Path(work), quiet=quiet)
@@ -159,10 +165,32 @@ def _notes(replays: Sequence[Replay]) -> list[str]:
     if left_out:
         rows = sum(len(entry.frame) for entry in replays)
         notes.append(
-            f"{left_out} of {rows} rows do not count: a displacement sensor was frozen or at the "
-            "end of its range."
+            f"{left_out} of {rows} rows do not count: a displacement sensor was broken in them."
         )
+    notes += [note for entry in replays for note in _without_offsets(entry)]
+    faults = [fault for entry in replays for fault in entry.faults]
+    told = [group for group in by_column(faults) if group[0].is_gross or group[0].kind in LEVELS]
+    notes += [group_line(group) for group in told]
+    if any(split_column(group[0].column)[1] == "degC" for group in told):
+        notes.append("The compensator was given all thermometers as they read.")
     return notes
+
+
+def _without_offsets(entry: Replay) -> list[str]:
+    """Say why a run has no offsets, or none for a good part of it."""
+    status = entry.frame["status_1"].to_numpy()
+    idle = (status == WAITING) | (status >= AT_ZERO)
+    if idle.mean() < WORTH_SAYING:
+        return []
+    # What it says at the end is why it does not go on; a first sample merely waits.
+    said = [event for event in entry.events if event.code == WAITING or event.code >= AT_ZERO]
+    if (status == WAITING).all():
+        return [f"{entry.run.name}: the compensator never started: {said[-1].text}."]
+    since = said[-1].time_s / 60.0
+    return [
+        f"{entry.run.name}: no offsets in {idle.mean():.0%} of the samples, last from "
+        f"{since:.0f} min on: {said[-1].text}."
+    ]
 
 
 def _run_facts(entry: Replay, file: str) -> dict[str, Any]:
@@ -171,6 +199,7 @@ def _run_facts(entry: Replay, file: str) -> dict[str, Any]:
         "sha256": entry.run.sha256,
         "rows": len(entry.frame),
         "left_out": entry.left_out,
+        "faults": [fault.to_dict() for fault in entry.faults],
         "file": file,
         "events": [asdict(event) for event in entry.events],
     }

@@ -14,7 +14,7 @@ from pathlib import Path
 from tqdm import tqdm
 
 from benchmarks.gap.variants import variants
-from measurement.faults import find_faults, unusable
+from measurement.faults import GROSS, LEVELS, find_faults, unusable
 from measurement.runs import read_run
 
 THINNED_S = (120.0, 240.0)
@@ -31,9 +31,9 @@ def main(arguments: list[str] | None = None) -> int:
         runs = [read_run(path) for path in sorted(folder.glob("*.csv"))]
         for how, some in variants(runs, number, THINNED_S):
             looked_at += len(some)
-            for fault, span in unusable(find_faults(some)):
+            for fault in unusable(find_faults(some), (*GROSS, *LEVELS)):
                 alarms += 1
-                print(f"{folder.name}, {how}: {fault.kind}: {span.text}")
+                print(f"{folder.name}, {how}: {fault.line()}")
     print(f"{alarms} alarms in {looked_at} runs of {len(folders)} cases")
     return 0
 

@@ -8,22 +8,25 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
+from scipy.ndimage import median_filter
 
 from fmu_compensator.fit.columns import MeasuredColumns
 from fmu_compensator.fit.training import Array, TrainingRun, row_weights
 from fmu_compensator.runtime.fields import is_name
+from measurement.drift import counted
 from measurement.errors import BadInput
-from measurement.quality import look_over
+from measurement.faults import GROSS, LEVELS, Fault, by_column, cleaned, find_faults, group_line
+from measurement.resampling import GAP_INTERVALS
 from measurement.rig import Rig
 from measurement.runs import Run
 from measurement.units import column, split_column
 
 FEWEST_FINITE = 0.5
 """A sensor with a smaller share of readings in some run counts as missing there [1]."""
-LEVEL_JUMP_K = 10.0
-"""A sensor whose level, against all others, is this far from its usual one has jumped [K]."""
-STRAY_FACTOR = 3.0
-"""A sensor strays in a run if it leaves the others this much further than in any other run [1]."""
+MEDIAN_ROWS = 15
+"""Rows of a running median, after which noise hardly shows [1]."""
+KEPT = ("frozen", "saturated")
+"""Kinds of displacement faults whose rows can be kept on request."""
 
 
 @dataclass(frozen=True)
@@ -37,7 +40,8 @@ class PreparedRun:
     time_s : array (n,)
         Time [s].
     temperatures : array (n, k)
-        Readings of all usable sensors [degC]; NaN where missing.
+        Readings of all usable sensors [degC]; NaN where missing or broken. Between two readings of
+        a sensor that is sampled more rarely than the rest lies a straight line.
     inputs : array (n, k)
         The same in the input form [degC or K].
     targets : array (n, m)
@@ -45,7 +49,9 @@ class PreparedRun:
     speed : array (n,)
         Spindle speed [rpm]; NaN where not recorded.
     usable : array (n,)
-        False where a displacement is frozen or saturated.
+        False where a displacement is not to be used: frozen, saturated, a spike, a step.
+    readings : array (n, k)
+        The temperatures without the straight lines: NaN between the readings of a slow sensor.
     """
 
     name: str
@@ -55,6 +61,7 @@ class PreparedRun:
     targets: Array
     speed: Array
     usable: NDArray[np.bool_]
+    readings: Array
 
     def complete(self, columns: Sequence[int]) -> TrainingRun:
         """Return the rows in which the targets and some of the inputs are all there."""
@@ -130,12 +137,12 @@ def prepare(
         What the displacement columns mean.
     input_form : {"rise", "absolute", "level"}
         ``rise``: temperatures and targets are relative to their first valid sample in each run.
-        ``level``: temperatures are as read and targets relative; a sensor whose level jumps
-        between runs is not used then.
+        ``level``: temperatures are as read and targets relative. A sensor whose level is wrong
+        in some run is no candidate, except in the rise form.
     sensors : sequence of str, optional
         Signal names of the temperatures to look at; by default all that the runs have.
     leave_out_frozen : bool
-        Do not use rows in which a displacement is frozen or saturated (`measurement.quality`).
+        Do not use rows in which a displacement is frozen or saturated.
 
     Raises
     ------
@@ -151,22 +158,31 @@ def prepare(
         if first < number:
             same = f"is the same run as {runs[first].name}: every run may be given once"
             raise BadInput("training runs", run.name, same)
-    notes: list[str] = []
-    common = _common_sensors(runs, sensors, notes)
+    faults = find_faults(runs)
+    notes = [group_line(group) for group in by_column(_of_interest(faults, rig))]
+    kinds = GROSS if leave_out_frozen else tuple(kind for kind in GROSS if kind not in KEPT)
+    left = cleaned(runs, faults, kinds)
+    common = _common_sensors(runs, left, sensors, notes)
     targets: tuple[str, ...] = ()
     prepared = []
-    for run in runs:
-        frame = _targets(rig, run)
+    for run in left:
+        frame = counted(_targets(rig, run), input_form)
         targets = tuple(split_column(str(name))[0] for name in frame.columns)
         prepared.append(_prepared_run(run, frame.to_numpy(float), common, input_form))
-        if leave_out_frozen:
-            prepared[-1].usable[:] = _live(run, rig, notes)
-    candidates = _candidates(prepared, common, notes)
-    jumped = _level_jumps(prepared, common, input_form)
-    notes += jumped.values()
-    if input_form == "level":
-        candidates = tuple(index for index in candidates if index not in jumped)
+    for place, one in enumerate(prepared):
+        one.usable[:] = _live(runs[place], left[place], rig)
+    candidates = _candidates(prepared, common, input_form, faults, notes)
     return Prepared(tuple(prepared), common, candidates, targets, tuple(notes))
+
+
+def _of_interest(faults: Sequence[Fault], rig: Rig | MeasuredColumns) -> list[Fault]:
+    """Return the faults that change what a fit is given."""
+    return [
+        one
+        for one in faults
+        if (one.is_gross or one.kind in LEVELS)
+        and (split_column(one.column)[1] != "um" or one.column in rig.columns)
+    ]
 
 
 def _targets(rig: Rig | MeasuredColumns, run: Run) -> pd.DataFrame:
@@ -177,7 +193,7 @@ def _targets(rig: Rig | MeasuredColumns, run: Run) -> pd.DataFrame:
 
 
 def _common_sensors(
-    runs: Sequence[Run], wanted: Sequence[str] | None, notes: list[str]
+    runs: Sequence[Run], left: Sequence[Run], wanted: Sequence[str] | None, notes: list[str]
 ) -> tuple[str, ...]:
     sensors = []
     columns = [name for run in runs for name in run.temperatures]
@@ -188,6 +204,8 @@ def _common_sensors(
         absent = [run.name for run in runs if not _mostly_there(run, name)]
         if absent:
             notes.append(f"{signal} is left out: missing in {_listed(absent)}")
+        elif not any(run.frame[name].notna().any() for run in left):
+            notes.append(f"{signal} is left out: broken in every run")
         elif not is_name(signal):
             raise BadInput(
                 runs[0].path or runs[0].name,
@@ -207,11 +225,46 @@ def _common_sensors(
 def _mostly_there(run: Run, name: str) -> bool:
     if name not in run.frame:
         return False
-    return bool(np.isfinite(run.frame[name].to_numpy(float)).mean() > FEWEST_FINITE)
+    values = bridged(run.time_s, run.frame[name].to_numpy(float))
+    return bool(np.isfinite(values).mean() > FEWEST_FINITE)
+
+
+def bridged(time_s: Array, values: Array) -> Array:
+    """Return a reading with straight lines over gaps of up to five of its own usual intervals.
+
+    At either end the nearest reading holds for one usual interval: a sensor that is sampled rarely
+    need not be read in the first row.
+    """
+    there = np.flatnonzero(np.isfinite(values))
+    if len(there) < 2:
+        return values
+    known = time_s[there]
+    usual = float(np.median(np.diff(known)))
+    after = np.clip(np.searchsorted(known, time_s), 1, len(known) - 1)
+    wide = known[after] - known[after - 1] > GAP_INTERVALS * usual
+    inside = (time_s >= known[0]) & (time_s <= known[-1])
+    near = np.minimum(np.abs(time_s - known[0]), np.abs(time_s - known[-1])) <= usual
+    allowed = np.isfinite(values) | (inside & ~wide) | (~inside & near)
+    return np.where(allowed, np.interp(time_s, known, values[there]), np.nan)
+
+
+def moved_by(rises: Array) -> Array:
+    """Return by how much temperatures on an even grid move at most, noise left out, shape (m,) [K].
+
+    The range of running medians: a warm-up counts that lasts a while, however long the machine
+    stands before and after it.
+
+    Parameters
+    ----------
+    rises : array (n, m)
+        Rises, one row a minute [K].
+    """
+    return np.asarray(np.ptp(median_filter(rises, size=(MEDIAN_ROWS, 1), mode="nearest"), axis=0))
 
 
 def _prepared_run(run: Run, targets: Array, sensors: Sequence[str], input_form: str) -> PreparedRun:
-    temperatures = run.frame[[column(name, "degC") for name in sensors]].to_numpy(float)
+    columns = [run.frame[column(name, "degC")].to_numpy(float) for name in sensors]
+    temperatures = np.column_stack([bridged(run.time_s, values) for values in columns])
     rows = len(temperatures)
     has_speed = "speed_rpm" in run.frame
     speed = run.frame["speed_rpm"].to_numpy(float) if has_speed else np.full(rows, np.nan)
@@ -221,9 +274,10 @@ def _prepared_run(run: Run, targets: Array, sensors: Sequence[str], input_form: 
         run.time_s,
         temperatures,
         temperatures - _first_valid(temperatures) if rise else temperatures,
-        targets if input_form == "absolute" else targets - _first_valid(targets),
+        targets,
         speed,
         np.ones(rows, dtype=bool),
+        np.column_stack(columns),
     )
 
 
@@ -233,100 +287,49 @@ def _first_valid(columns: Array) -> Array:
     return np.asarray(columns[first, np.arange(columns.shape[1])])
 
 
-def longest_unchanged(time_s: Array, values: Array) -> float:
-    """Return for how long a series stayed exactly the same at most [s]; missing values ignored."""
-    return float(unchanged_for(time_s, values).max(initial=0.0))
-
-
-def unchanged_for(time_s: Array, values: Array) -> Array:
-    """Return for each sample since when the series shows this very value [s]; NaN carries on."""
-    there = np.flatnonzero(np.isfinite(values))
-    age = np.zeros(len(values))
-    if len(there):
-        changes = np.concatenate([[True], np.diff(values[there]) != 0])
-        start = np.maximum.accumulate(np.where(changes, np.arange(len(there)), 0))
-        age[there] = time_s[there] - time_s[there[start]]
-    return age
-
-
-def _live(run: Run, rig: Rig | MeasuredColumns, notes: list[str]) -> NDArray[np.bool_]:
-    """Return which rows show no displacement that is frozen or at the end of its range."""
-    dead = np.zeros(len(run.time_s), dtype=bool)
-    for finding in look_over(run):
-        if finding.kind in {"frozen", "saturated"} and finding.column in rig.columns:
-            dead |= (run.time_s >= finding.start_s) & (run.time_s <= finding.end_s)
-            notes.append(f"{run.name}: rows left out, {finding.column} is {finding.text}")
-    return ~dead
+def _live(run: Run, left: Run, rig: Rig | MeasuredColumns) -> NDArray[np.bool_]:
+    """Return which rows have no displacement that was taken out."""
+    out = [left.frame[name].isna() & run.frame[name].notna() for name in rig.columns]
+    return ~np.asarray(np.any(out, axis=0))
 
 
 def _candidates(
-    runs: Sequence[PreparedRun], sensors: Sequence[str], notes: list[str]
+    runs: Sequence[PreparedRun],
+    sensors: Sequence[str],
+    input_form: str,
+    faults: Sequence[Fault],
+    notes: list[str],
 ) -> tuple[int, ...]:
+    """Return the sensors that a choice may be made from, and note why others are none."""
+    wrong = {one.column for one in faults if one.kind in LEVELS}
+    broken = {(one.place, one.column) for one in faults if one.is_gross}
     candidates = []
-    strays = _strays(runs)
     for index, name in enumerate(sensors):
-        still = [
-            run.name
-            for run in runs
-            if np.nanmin(run.temperatures[:, index]) == np.nanmax(run.temperatures[:, index])
-        ]
-        if still:
-            notes.append(f"{name} is not used: constant in {_listed(still)}")
-        elif index in strays:
-            run, away = strays[index]
-            notes.append(f"{name} is not used: in {run} it strayed {away:+.0f} K from all others")
+        unfit: dict[str, list[str]] = {}
+        for place, run in enumerate(runs):
+            is_broken = (place, column(name, "degC")) in broken
+            reason = _unfit(run.temperatures[:, index], is_broken, input_form)
+            if reason:
+                unfit.setdefault(reason, []).append(run.name)
+        if unfit:
+            reasons = "; ".join(f"{reason} {_listed(where)}" for reason, where in unfit.items())
+            notes.append(f"{name} is no candidate: {reasons}")
+        elif input_form != "rise" and column(name, "degC") in wrong:
+            why = f"the {input_form} form would carry its wrong level into the offsets"
+            notes.append(f"{name} is no candidate: {why}")
         else:
             candidates.append(index)
     return tuple(candidates)
 
 
-def _strays(runs: Sequence[PreparedRun]) -> dict[int, tuple[str, float]]:
-    """Return the sensors that left all others within one run, the run, and how far [K].
-
-    Grouping by likeness would choose such a sensor first: nothing is like it.
-    """
-    if len(runs) < 2 or runs[0].temperatures.shape[1] < 3:
-        return {}
-    strayed = []
-    for run in runs:
-        rises = run.temperatures - _first_valid(run.temperatures)
-        away = rises - np.nanmedian(rises, axis=1, keepdims=True)
-        furthest = np.nanargmax(np.abs(away), axis=0)
-        strayed.append(away[furthest, np.arange(away.shape[1])])
-    size = np.abs(np.array(strayed))
-    second = np.sort(size, axis=0)[-2]
-    found = np.flatnonzero(size.max(axis=0) > np.maximum(LEVEL_JUMP_K, STRAY_FACTOR * second))
-    return {
-        int(index): (runs[worst].name, float(strayed[worst][index]))
-        for index in found
-        for worst in [int(np.argmax(size[:, index]))]
-    }
-
-
-def _level_jumps(
-    runs: Sequence[PreparedRun], sensors: Sequence[str], input_form: str
-) -> dict[int, str]:
-    """Return a note for each sensor whose level differs between runs as no other's does."""
-    if len(sensors) < 3 or len(runs) < 2:
-        return {}
-    level = np.array([np.nanmedian(run.temperatures, axis=0) for run in runs])
-    against_others = level - np.median(level, axis=1, keepdims=True)
-    away = against_others - np.median(against_others, axis=0)
-    if input_form == "rise":
-        outcome = "the rise form does not feel it"
-    elif input_form == "level":
-        outcome = "not used, the level form would carry it into the offsets"
-    else:
-        outcome = "WARNING: absolute temperatures carry it into the offsets; use the rise form"
-    notes = {}
-    for index, name in enumerate(sensors):
-        odd = [run for run in range(len(runs)) if abs(away[run, index]) > LEVEL_JUMP_K]
-        if odd:
-            where = _listed([runs[run].name for run in odd])
-            largest = max((away[run, index] for run in odd), key=abs)
-            level_text = f"{name} reads {largest:+.0f} K from its usual level in {where}"
-            notes[index] = f"{level_text}: {outcome}"
-    return notes
+def _unfit(values: Array, is_broken: bool, input_form: str) -> str:
+    """Return why a sensor cannot be chosen because of one run; nothing where it can."""
+    there = np.isfinite(values)
+    if is_broken and there.mean() <= FEWEST_FINITE:
+        return "broken for most of"
+    if is_broken and input_form == "rise" and not there[0]:
+        return "broken at the start of"
+    return "constant in" if np.ptp(values[there]) == 0.0 else ""
 
 
 def _listed(names: Sequence[str]) -> str:

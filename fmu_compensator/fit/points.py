@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from fmu_compensator.fit.clustering import fuzzy_c_means, hierarchical
-from fmu_compensator.fit.data import PreparedRun
+from fmu_compensator.fit.data import PreparedRun, moved_by
 from fmu_compensator.fit.incidence import IMAGES, comprehensive_degree, groups, relational_degree
 from fmu_compensator.fit.training import Array
 from measurement.errors import BadInput
@@ -17,7 +17,7 @@ from measurement.errors import BadInput
 GRID_S = 60.0
 """Degrees of incidence sum samples, so all runs are put on this one time grid first [s]."""
 NEAR_CONSTANT_K = 0.3
-"""A sensor whose 5 to 95 % range of rises is smaller carries noise and no news [K]."""
+"""A sensor that moves by less, noise left out, carries no news [K]."""
 
 
 @dataclass(frozen=True)
@@ -102,7 +102,7 @@ def choose_points(
     grids = [on_grid(run, candidates) for run in runs]
     rises = np.concatenate([temperatures - temperatures[0] for temperatures, _ in grids])
     errors = np.concatenate([targets - targets[0] for _, targets in grids])
-    spread = np.subtract(*np.percentile(rises, [95, 5], axis=0))
+    spread = moved_by(rises)
     loud = [place for place in range(len(candidates)) if spread[place] >= NEAR_CONSTANT_K]
     if not loud:
         raise BadInput(

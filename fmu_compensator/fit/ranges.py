@@ -8,10 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from fmu_compensator.fit.data import PreparedRun, longest_unchanged
+from fmu_compensator.fit.data import PreparedRun
 from fmu_compensator.fit.training import Array, TrainingRun
 from fmu_compensator.runtime.geometry import LONGEST_TOOL_MM, FivePoint, Geometry
 from measurement.errors import BadInput
+from measurement.faults.series import longest_unchanged
 
 PLAUSIBLE_MARGIN_K = 25.0
 """A reading may lie this far outside what training saw: a hotter hall, a longer day [K]."""
@@ -47,12 +48,13 @@ def sensor_table(name: str, runs: Sequence[PreparedRun], index: int) -> dict[str
     index : int
         The sensor's column in them.
     """
-    readings = [run.temperatures[:, index] for run in runs]
+    readings = [run.readings[:, index] for run in runs]
     low, high = _extremes(readings)
     trained_low, trained_high = _extremes([run.inputs[:, index] for run in runs])
     margin = max(TRAINED_MARGIN * (trained_high - trained_low), SMALLEST_TRAINED_MARGIN_K)
     still = max(
-        longest_unchanged(run.time_s, values) for run, values in zip(runs, readings, strict=True)
+        max(longest_unchanged(run.time_s, values), _interval(run.time_s, values))
+        for run, values in zip(runs, readings, strict=True)
     )
     stale = max(STALE_MARGIN * still, SHORTEST_STALE_S) if still <= LONGEST_STALE_S else None
     return {
@@ -131,10 +133,14 @@ def _corners(targets: Array) -> list[list[float]]:
 
 
 def _extremes(columns: Sequence[Array]) -> tuple[float, float]:
-    return (
-        float(min(np.nanmin(column) for column in columns)),
-        float(max(np.nanmax(column) for column in columns)),
-    )
+    values = np.concatenate(columns)
+    return float(np.nanmin(values)), float(np.nanmax(values))
+
+
+def _interval(time_s: Array, values: Array) -> float:
+    """Return how often a sensor is read [s]: between two readings it stands still."""
+    known = time_s[np.isfinite(values)]
+    return float(np.median(np.diff(known))) if len(known) > 1 else 0.0
 
 
 def _fastest(runs: Sequence[PreparedRun], readings: Sequence[Array]) -> float:
@@ -143,13 +149,15 @@ def _fastest(runs: Sequence[PreparedRun], readings: Sequence[Array]) -> float:
     for run, values in zip(runs, readings, strict=True):
         there = np.isfinite(values)
         time = run.time_s[there]
+        if len(time) < 2:
+            continue
         if time[-1] - time[0] <= RATE_SPAN_S:
             rates.append(np.array([abs(values[there][-1] - values[there][0]) / RATE_SPAN_S]))
             continue
         start = np.arange(time[0], time[-1] - RATE_SPAN_S, RATE_SPAN_S / 5)
         change = np.interp(start + RATE_SPAN_S, time, values[there])
         rates.append(np.abs(change - np.interp(start, time, values[there])) / RATE_SPAN_S)
-    return float(np.quantile(np.concatenate(rates), RATE_QUANTILE))
+    return float(np.quantile(np.concatenate(rates), RATE_QUANTILE)) if rates else 0.0
 
 
 def _largest_jump(readings: Sequence[Array]) -> float:

@@ -12,7 +12,7 @@ import numpy as np
 from fmu_compensator.fit.clustering import centroid_linkage, fuzzy_c_means, hierarchical
 from fmu_compensator.fit.columns import MeasuredColumns
 from fmu_compensator.fit.correlation import MOST_CANDIDATES, Subset, all_subsets, pearson
-from fmu_compensator.fit.data import prepare
+from fmu_compensator.fit.data import moved_by, prepare
 from fmu_compensator.fit.incidence import IMAGES, groups, relational_degree
 from fmu_compensator.fit.points import NEAR_CONSTANT_K, mean_degree, on_grid
 from fmu_compensator.fit.training import Array
@@ -132,7 +132,7 @@ def survey(
     grids = [on_grid(run, prepared.candidates) for run in prepared.runs]
     rises = np.concatenate([temperatures - temperatures[0] for temperatures, _ in grids])
     error = np.concatenate([targets[:, place] for _, targets in grids])
-    spread = np.subtract(*np.percentile(rises, [95, 5], axis=0))
+    spread = moved_by(rises)
     loud = [k for k in range(rises.shape[1]) if spread[k] >= NEAR_CONSTANT_K]
     if len(loud) < 2:
         raise BadInput(

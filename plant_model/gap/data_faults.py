@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from measurement.errors import BadInput
-from measurement.faults import Fault, Span, find_faults, unusable
+from measurement.faults import GROSS, LEVELS, Fault, find_faults, unusable
 from measurement.runs import TIME, Run
 from plant_model.machine import Machine
 from plant_model.sensors import column_of, displacement_names
@@ -71,17 +71,17 @@ def without_faults(machine: Machine, runs: Sequence[Run]) -> tuple[list[Run], li
     ordered = sorted(runs, key=lambda run: run.name)
     names = _names(machine)
     bad = [
-        (fault, span)
-        for fault, span in unusable(find_faults(ordered))
+        fault
+        for fault in unusable(find_faults(ordered), (*GROSS, *LEVELS))
         if fault.column in names and not _is_its_own(machine, fault)
     ]
     faults = [
-        DataFault(span.run, names[fault.column], fault.kind, span.start_s, span.end_s, span.text)
-        for fault, span in bad
+        DataFault(one.run, names[one.column], one.kind, one.start_s, one.end_s, one.line())
+        for one in bad
     ]
     kept = []
     for run in runs:
-        left = _left_of(machine, run, [pair for pair in bad if pair[1].run == run.name])
+        left = _left_of(machine, run, [one for one in bad if one.run == run.name])
         if left is not None:
             kept.append(left)
     if not kept:
@@ -121,23 +121,23 @@ def _is_its_own(machine: Machine, fault: Fault) -> bool:
     return fault.kind in ("never_right", "dead") and fault.column in driving
 
 
-def _left_of(machine: Machine, run: Run, bad: Sequence[tuple[Fault, Span]]) -> Run | None:
+def _left_of(machine: Machine, run: Run, bad: Sequence[Fault]) -> Run | None:
     """Return a run without what is bad in it; None if too little is left to drive the machine."""
     if not bad:
         return run
     frame, time = run.frame.copy(), run.time_s
     driving = {entry.column for entry in machine.inputs}
     end = float("inf")
-    for fault, span in bad:
-        rows = (time >= span.start_s) & (time <= span.end_s)
+    for fault in bad:
+        rows = (time >= fault.start_s) & (time <= fault.end_s)
         if fault.column == TIME:
-            end = min(end, span.start_s)
+            end = min(end, fault.start_s)
         elif fault.column in driving and rows.mean() > MOST_BRIDGED:
             return None
         else:
             frame.loc[rows, fault.column] = np.nan
     frame = frame[time < end]
     # A channel without a reading is one that the run does not have.
-    dead = [fault.column for fault, _ in bad if fault.column in frame]
+    dead = [fault.column for fault in bad if fault.column in frame]
     frame = frame.drop(columns=[name for name in set(dead) if frame[name].isna().all()])
     return replace(run, frame=frame) if len(frame) >= 3 else None

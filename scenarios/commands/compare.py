@@ -17,7 +17,7 @@ from fmu_compensator.fit.comparison import Comparison, compare
 from fmu_compensator.fit.contestants import contestants
 from fmu_compensator.fit.splits import Split, leave_out
 from measurement.errors import BadInput
-from measurement.faults import faults_text, find_faults
+from measurement.faults import HANDLING, faults_text, find_faults, looked_over
 from measurement.files import write_atomically
 from measurement.runs import Run, read_run
 from plant_model.machine_file import read_machine
@@ -121,10 +121,12 @@ def _splits(args: argparse.Namespace) -> list[Split]:
     if args.runs:
         if args.train or args.validate:
             raise BadInput("compare", "--runs", "cannot stand beside --train and --validate")
-        return leave_out([read_run(path) for path in args.runs], args.split)
+        return leave_out(looked_over([read_run(path) for path in args.runs]), args.split)
     if not args.train or not args.validate:
         raise BadInput("compare", "", "--train and --validate are needed, or --runs")
-    train, validate = ([read_run(path) for path in paths] for paths in (args.train, args.validate))
+    # All together, so that every fold and every figure goes by the same verdict on each sensor.
+    every = looked_over([read_run(path) for path in (*args.train, *args.validate)])
+    train, validate = every[: len(args.train)], every[len(args.train) :]
     digests = {run.sha256: run for run in train}
     for run in validate:
         if run.sha256 in digests:
@@ -142,10 +144,8 @@ def _all_runs(splits: list[Split]) -> list[Run]:
 
 
 def _noted(comparison: Comparison) -> list[str]:
-    notes = [note for note in comparison.notes if "rows left out" not in note]
-    count = len(comparison.notes) - len(notes)
-    lines = ["What the models were given", *(f"  {note}" for note in notes)]
-    if count:
-        lines.append(f"  {count} stretches of frozen or saturated displacement are left out")
+    # What is wrong with the data stands above already.
+    notes = [note for note in comparison.notes if not note.endswith(tuple(HANDLING.values()))]
+    lines = ["What the models were given", *(f"  {note}" for note in notes)] if notes else []
     lines += [f"  {name} is left out: {why}" for name, why in comparison.left_out.items()]
     return lines

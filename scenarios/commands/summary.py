@@ -10,6 +10,7 @@ from pathlib import Path
 from tqdm import tqdm
 
 from measurement.errors import BadInput
+from measurement.faults import looked_over
 from measurement.files import write_atomically
 from measurement.iso230 import Summary, summarise
 from measurement.overview import draw_overview, png_bytes
@@ -53,7 +54,7 @@ def run(args: argparse.Namespace) -> int:
         For a run or a machine file that cannot be used.
     """
     machine = read_machine(args.machine) if args.machine else None
-    runs = [read_run(path) for path in args.runs]
+    runs = looked_over([read_run(path) for path in args.runs])
     rigs = [_rig(entry, machine) for entry in runs]
     summaries = [
         summarise(entry, rig, args.ambient or _ambient(entry, machine))

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from fmu_compensator.fit.data import prepare
@@ -125,18 +126,76 @@ def test_the_rise_form_ignores_a_level_that_jumps_between_runs(rig: FivePointRig
         plain["error_model"]["coefficients"], moved["error_model"]["coefficients"], strict=True
     ):
         assert one == pytest.approx(other, abs=1e-9)
-    # The usual level is against the median of all sensors, which the jump moves a little too.
-    assert any(re.match(r"T4 reads \+(2|3). K", note) for note in moved["provenance"]["notes"])
-    absolute = fit_compensator(shifted, rig, "mlr", points="T1,T4", input_form="absolute")
-    assert any("WARNING" in note for note in absolute["provenance"]["notes"])
+    (note,) = moved["provenance"]["notes"]
+    assert re.match(r"d, T4_degC, .* reads \+31 K from its level in the other runs; ", note)
+    absolute = fit_compensator(shifted, rig, "mlr", points="all", input_form="absolute")
+    assert absolute["chosen"] == ["T1", "T2", "T3"]
+    reason = "T4 is no candidate: the absolute form would carry its wrong level into the offsets"
+    assert reason in absolute["provenance"]["notes"]
 
 
-def test_a_sensor_that_strays_within_a_run_is_not_used(rig: FivePointRig) -> None:
+def test_a_sensor_that_leaves_the_others_is_left_out_from_there_on(rig: FivePointRig) -> None:
     readings = RUNS[1].frame["T2_degC"].to_numpy().copy()
     readings[200:] += 31.0
     table = fit_compensator([RUNS[0], changed(RUNS[1], T2_degC=readings), *RUNS[2:]], rig, "mlr")
     assert table["chosen"] == ["T1", "T4"]
-    assert any("T2 is not used: in b it strayed +3" in n for n in table["provenance"]["notes"])
+    assert "T2 is no candidate: broken for most of b" in table["provenance"]["notes"]
+    assert any(n.startswith("b, T2_degC, 100 to 240 min: ") for n in table["provenance"]["notes"])
+
+
+def test_the_hottest_part_is_used(rig: FivePointRig) -> None:
+    """A bearing that warms by 25 K in one run alone is no broken sensor."""
+    heat = 5.0 * (RUNS[1].frame["T4_degC"] - RUNS[1].frame["T4_degC"].iloc[0])
+    runs = [RUNS[0], changed(RUNS[1], T2_degC=RUNS[1].frame["T2_degC"] + heat), *RUNS[2:]]
+    assert np.ptp(runs[1].frame["T2_degC"]) > 15
+    table = fit_compensator(runs, rig, "mlr", points="all")
+    assert table["chosen"] == ["T1", "T2", "T3", "T4"]
+    assert table["provenance"]["notes"] == []
+
+
+def test_a_sensor_that_is_read_rarely_counts_by_straight_lines(rig: FivePointRig) -> None:
+    rare = [
+        changed(run, T4_degC=np.where(np.arange(len(run.frame)) % 20, np.nan, run.frame["T4_degC"]))
+        for run in RUNS
+    ]
+    tables = [fit_compensator(runs, rig, "mlr", points="T1,T4") for runs in (RUNS, rare)]
+    unseen = [
+        table["provenance"]["figures"]["unseen"]["like"]["elongation"]["model"]
+        for table in tables
+    ]
+    assert unseen[1] < 1.3 * unseen[0]
+    assert [table["provenance"]["runs"][0]["rows"] for table in tables] == [len(RUNS[0].frame)] * 2
+
+
+def test_a_short_warm_up_in_a_long_rest_is_seen(rig: FivePointRig) -> None:
+    long = []
+    for run in RUNS:
+        rest = run.frame.iloc[np.zeros(40 * len(run.frame), dtype=int)]
+        noise = 0.02 * np.random.default_rng(3).standard_normal((len(rest), 4))
+        names = [f"T{n}_degC" for n in range(1, 5)]
+        rest = rest.assign(**dict(zip(names, (rest[names] + noise).to_numpy().T, strict=True)))
+        frame = pd.concat([rest, run.frame], ignore_index=True)
+        step = float(np.diff(run.time_s)[0])
+        long.append(Run(run.name, frame.assign(time_s=step * np.arange(len(frame)))))
+    assert fit_compensator(long, rig, "mlr")["provenance"]["figures"]["choice"]["hardly_moving"] == ["T3"]
+
+
+def test_a_spike_in_the_first_displacement_does_not_shift_the_run(rig: FivePointRig) -> None:
+    first = RUNS[0].frame["S5_um"].to_numpy().copy()
+    first[0] += 50.0
+    tables = [
+        fit_compensator(runs, rig, "mlr", points="T1,T4")
+        for runs in (RUNS, [changed(RUNS[0], S5_um=first), *RUNS[1:]])
+    ]
+    plain, spiked = (
+        table["provenance"]["figures"]["training"]["elongation"]["no_model"]["rmse"]
+        for table in tables
+    )
+    assert spiked == pytest.approx(plain, rel=0.01)
+    assert any(
+        "a, S5_um, at 0 min: the first reading is +" in note
+        for note in tables[1]["provenance"]["notes"]
+    )
 
 
 def test_constant_and_missing_sensors_are_left_out_with_a_reason(rig: FivePointRig) -> None:
@@ -149,7 +208,7 @@ def test_constant_and_missing_sensors_are_left_out_with_a_reason(rig: FivePointR
     assert table["chosen"] == ["T2", "T4"]
     assert [sensor["name"] for sensor in table["sensors"]] == ["T1", "T2", "T4"]
     assert "T3 is left out: missing in b" in table["provenance"]["notes"]
-    assert "T1 is not used: constant in a" in table["provenance"]["notes"]
+    assert "T1 is no candidate: broken for most of a" in table["provenance"]["notes"]
 
 
 def test_missing_rows_are_dropped_and_counted(rig: FivePointRig) -> None:
@@ -169,7 +228,7 @@ def test_frozen_displacement_is_not_learnt(rig: FivePointRig) -> None:
     table = fit_compensator(damaged, rig, "mlr", points="T1,T4")
     kept = fit_compensator(damaged, rig, "mlr", points="T1,T4", leave_out_frozen=False)
     note = next(note for note in table["provenance"]["notes"] if "S5_um" in note)
-    assert note.startswith("a: rows left out, S5_um is exactly")
+    assert note.startswith("a, S5_um, 100 to 200 min: exactly")
     wanted = fit_compensator(RUNS, rig, "mlr", points="T1,T4")["error_model"]["coefficients"][0]
     assert table["error_model"]["coefficients"][0] == pytest.approx(wanted, abs=0.05)
     assert kept["error_model"]["coefficients"][0] != pytest.approx(wanted, abs=0.05)
@@ -265,7 +324,7 @@ def test_measured_lathe_runs_unseen(lathe_runs: list[Path]) -> None:
     rig = DirectRig.model_validate({"axes": {"disp_x": {"axis": "X"}, "disp_z": {"axis": "Z"}}})
     table = fit_compensator(runs, rig, "mlr")
     notes = " ".join(table["provenance"]["notes"])
-    assert "PT10 is not used: in 20200821 it strayed +3" in notes
+    assert "PT10 is no candidate: broken for most of 20200821" in notes
     assert "PT10" not in table["chosen"]
     unseen = table["provenance"]["figures"]["unseen"]
     for target in ("disp_x", "disp_z"):

@@ -13,6 +13,7 @@ import pandas as pd
 import pytest
 
 from measurement.errors import BadInput
+from measurement.faults import cleaned, find_faults
 from measurement.iso230 import Ranges, summarise
 from measurement.rig import FivePointRig, default_rig
 from measurement.runs import Run, read_run
@@ -134,7 +135,7 @@ def test_a_column_of_the_rig_that_the_run_has_not_is_named() -> None:
     run = Run("r", standard_test().frame.drop(columns="S5_um"))
     summary = summarise(run, RIG)
     assert not summary.pose
-    assert [(f.kind, f.column) for f in summary.findings] == [("missing", "S5_um")]
+    assert [(f.kind, f.column) for f in summary.findings] == [("absent", "S5_um")]
     assert summary.places["S1_um"] == "near, X"
 
 
@@ -186,7 +187,8 @@ def test_every_measured_run_has_a_summary(
         assert math.fsum(parts) == pytest.approx(summary.duration_s)
         for name in run.displacements:
             ranges = summary.displacements[name]
-            assert ranges.whole == run.frame[name].max() - run.frame[name].min()
+            left = cleaned([run], find_faults([run]))[0].frame[name]
+            assert ranges.whole == left.max() - left.min()
 
 
 @pytest.mark.real_data

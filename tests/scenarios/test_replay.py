@@ -11,11 +11,11 @@ import pandas as pd
 import pytest
 
 from fmu_compensator.fit.fitting import compensator_text, fit_compensator
+from measurement.drift import measured_drift
 from measurement.errors import BadInput
 from measurement.rig import DirectRig, FivePointRig, rig_from_table
 from measurement.runs import Run, read_run, write_run
 from scenarios.cli import main
-from scenarios.drift import measured_drift
 from scenarios.fmu_files import build_compensator
 from scenarios.replay import model_of, replay, rig_of_model
 
@@ -124,10 +124,35 @@ def test_drift_of_a_tilted_tool_keeps_the_exact_cosine() -> None:
     }
     rig = rig_from_table(FIVE, "rig")
     run = Run("tilted", pd.DataFrame(columns))
-    drift = measured_drift(run, rig, 130.0, from_first=False)
+    drift = measured_drift(run, rig, 130.0, "absolute")
     assert drift["drift_X_um"][0] == pytest.approx(2e4)
     # A tool of 130 mm along a line that leans 0.2 in 1 is shorter along Z.
     assert drift["drift_Z_um"][0] == pytest.approx(130e3 * (1.0 - 1.0 / np.hypot(1.0, 0.2)))
+
+
+def test_a_thermometer_that_is_read_rarely_is_held_and_one_that_fails_is_not(
+    direct_fmu: Path,
+) -> None:
+    model = model_of(direct_fmu)
+    run = warming("unseen", 9)
+    rows = np.arange(len(run.frame))
+    rare = Run("rare", run.frame.assign(T2_degC=run.frame["T2_degC"].where(rows % 15 == 0)))
+    failed = Run("failed", run.frame.assign(T2_degC=run.frame["T2_degC"].where(rows < 180)))
+    frames = [replay(direct_fmu, model, one, rig_of_model(model)).frame for one in (rare, failed)]
+    assert set(frames[0]["status_1"]) <= {0, 1, 2}
+    assert frames[0]["error_Z_um"].abs().mean() < 0.3 * frames[0]["drift_Z_um"].abs().mean()
+    assert frames[1]["status_1"].iloc[-1] > 10
+
+
+def test_a_spike_of_the_gauge_does_not_move_the_run(direct_fmu: Path) -> None:
+    model = model_of(direct_fmu)
+    run = warming("unseen", 9)
+    values = run.frame["growth_um"].to_numpy() + np.where(np.arange(len(run.frame)) == 0, 80.0, 0.0)
+    spiked = Run("spiked", run.frame.assign(growth_um=values))
+    found = replay(direct_fmu, model, spiked, rig_of_model(model))
+    assert found.left_out == 1
+    assert [(fault.kind, fault.column) for fault in found.faults] == [("spikes", "growth_um")]
+    assert found.frame["error_Z_um"].abs().mean() < 0.15 * found.frame["drift_Z_um"].abs().mean()
 
 
 def test_rows_with_a_frozen_sensor_do_not_count_unless_asked(direct_fmu: Path) -> None:
@@ -142,6 +167,32 @@ def test_rows_with_a_frozen_sensor_do_not_count_unless_asked(direct_fmu: Path) -
     kept = replay(direct_fmu, model, frozen, rig_of_model(model), keep_frozen=True)
     assert kept.left_out == 0
     assert kept.frame["drift_X_um"].notna().all()
+
+
+@pytest.mark.parametrize("form", ["rise", "level"])
+def test_where_a_gauge_starts_is_no_drift(form: str, tmp_path: Path) -> None:
+    """500 um more on the gauge from the first sample on is the same run, whatever the form."""
+    fmu = build_compensator(
+        built(rig_from_table(DIRECT, "rig"), tmp_path, input_form=form), tmp_path
+    )
+    model = model_of(fmu)
+    run = warming("unseen", 9)
+    moved = Run("moved", run.frame.assign(growth_um=run.frame["growth_um"] + 500.0))
+    plain, other = (replay(fmu, model, one, rig_of_model(model)).frame for one in (run, moved))
+    assert other["error_Z_um"].to_numpy() == pytest.approx(plain["error_Z_um"].to_numpy())
+    assert other["error_Z_um"].abs().mean() < 0.15 * other["drift_Z_um"].abs().mean()
+
+
+def test_a_compensator_that_never_starts_says_why(
+    direct_model: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run = warming("hot", 9)
+    path = write_run(Run("hot", run.frame.assign(T2_degC=run.frame["T2_degC"] + 90.0)),
+                     tmp_path / "hot.csv")  # fmt: skip
+    assert main(["replay", str(direct_model), str(path), "--out", str(tmp_path / "out")]) == 0
+    said = capsys.readouterr().out
+    assert "hot: the compensator never started: waiting for the first valid sample: T2 111" in said
+    assert " 0 %" in said
 
 
 def test_a_run_without_a_chosen_temperature_is_refused(direct_fmu: Path) -> None:

@@ -1,4 +1,8 @@
-"""From what a rig measured to the drift of the tool tip: the measured side of a comparison."""
+"""From what a rig measured to the drift of the tool tip, and from when drift counts.
+
+Fitting, comparing, replaying and summarising all count drift by `counted`: a compensator that was
+fitted to drift from a run's start is judged by drift from a run's start.
+"""
 
 from __future__ import annotations
 
@@ -10,9 +14,32 @@ from measurement.runs import Run
 
 UM_PER_MM = 1e3
 RAD_PER_URAD = 1e-6
+FROM_START = {"rise": True, "level": True, "absolute": False}
+"""Whether drift counts from a run's first reading, by the input form of an error model."""
 
 
-def measured_drift(run: Run, rig: Rig, tool_length_mm: float, *, from_first: bool) -> pd.DataFrame:
+def counted(frame: pd.DataFrame, input_form: str) -> pd.DataFrame:
+    """Return measured quantities of a run as an input form counts them.
+
+    Parameters
+    ----------
+    frame : DataFrame, shape (rows, quantities)
+        Displacements, a pose or a drift; NaN where a reading is missing or not to be used.
+    input_form : {"rise", "level", "absolute"}
+        ``rise`` and ``level`` count every quantity from its own first reading, ``absolute`` takes
+        it as read. What a gauge shows at the start is then no drift.
+
+    Returns
+    -------
+    DataFrame
+        A quantity without a reading stays NaN.
+    """
+    if not FROM_START[input_form] or frame.empty:
+        return frame
+    return frame - frame.bfill().iloc[0]
+
+
+def measured_drift(run: Run, rig: Rig, tool_length_mm: float, input_form: str) -> pd.DataFrame:
     """Return the drift of the tool tip that a run shows.
 
     dX = x + (L - l1) tan(yaw), dY = y + (L - l1) tan(pitch), dZ = L - (L + E) cos(tilt), with x, y
@@ -27,8 +54,8 @@ def measured_drift(run: Run, rig: Rig, tool_length_mm: float, *, from_first: boo
         What the columns are.
     tool_length_mm : float
         L, from the gauge line to the tool tip; a direct rig takes no notice of it [mm].
-    from_first : bool
-        Count from each quantity's first valid sample.
+    input_form : str
+        What the drift counts from: see `counted`.
 
     Returns
     -------
@@ -41,9 +68,8 @@ def measured_drift(run: Run, rig: Rig, tool_length_mm: float, *, from_first: boo
         If the run has no such column.
     """
     if isinstance(rig, DirectRig):
-        return _from_first(rig.drift(run.frame)) if from_first else rig.drift(run.frame)
-    pose = _from_first(rig.pose(run.frame)) if from_first else rig.pose(run.frame)
-    return tool_tip_drift(pose, rig, tool_length_mm)
+        return counted(rig.drift(run.frame), input_form)
+    return tool_tip_drift(counted(rig.pose(run.frame), input_form), rig, tool_length_mm)
 
 
 def tool_tip_drift(pose: pd.DataFrame, rig: FivePointRig, tool_length_mm: float) -> pd.DataFrame:
@@ -59,7 +85,3 @@ def tool_tip_drift(pose: pd.DataFrame, rig: FivePointRig, tool_length_mm: float)
     )
     names = (f"drift_{axis}_um" for axis in AXES)
     return pd.DataFrame(dict(zip(names, drift, strict=True)))
-
-
-def _from_first(frame: pd.DataFrame) -> pd.DataFrame:
-    return frame - frame.bfill().iloc[0]

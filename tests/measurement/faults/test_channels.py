@@ -6,8 +6,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from measurement.channels import broken_readings, near_switch
-from measurement.faults import find_faults, unusable
+from measurement.faults import GROSS, LEVELS, find_faults, unusable
+from measurement.faults.switches import near_switch
 from measurement.runs import FloatArray, Run
 
 TIME = np.arange(0.0, 5 * 3600.0, 60.0)
@@ -51,13 +51,12 @@ def broken(column: str, change: FloatArray | dict[int, float]) -> list[Run]:
 
 def the_fault(runs: list[Run]) -> tuple[str, str, str, float, float]:
     """Return kind, run, column, start and end [min] of what is the only fault."""
-    ((fault, span),) = unusable(find_faults(runs))
-    return fault.kind, span.run, fault.column, span.start_s / 60.0, span.end_s / 60.0
+    (fault,) = unusable(find_faults(runs), (*GROSS, *LEVELS))
+    return fault.kind, fault.run, fault.column, fault.start_s / 60.0, fault.end_s / 60.0
 
 
 def test_good_runs_keep_everything() -> None:
-    assert broken_readings(GOOD) == []
-    assert unusable(find_faults(GOOD)) == []
+    assert find_faults(GOOD) == []
 
 
 @pytest.mark.parametrize("every", [2, 4])
@@ -103,7 +102,7 @@ def test_a_thermometer_at_the_end_of_its_range() -> None:
     values = np.minimum(GOOD[1].frame["T6_degC"].to_numpy(), 25.0)
     runs = [run_of(n, T6_degC=np.minimum(run.frame["T6_degC"], 25.0).to_numpy())
             for n, run in enumerate(GOOD)]  # fmt: skip
-    kinds = {(fault.kind, fault.column) for fault, _ in unusable(find_faults(runs))}
+    kinds = {(fault.kind, fault.column) for fault in unusable(find_faults(runs))}
     assert values.max() == 25.0
     assert kinds == {("saturated", "T6_degC")}
 
@@ -113,7 +112,7 @@ def test_a_dead_thermometer_in_one_run_and_in_all() -> None:
     one = [GOOD[0], run_of(1, T3_degC=dead), *GOOD[2:]]
     assert the_fault(one) == ("dead", "run1", "T3_degC", 0.0, 299.0)
     every = [run_of(n, T3_degC=dead) for n in range(4)]
-    assert {(f.kind, f.column, s.run) for f, s in unusable(find_faults(every))} == {
+    assert {(f.kind, f.column, f.run) for f in unusable(find_faults(every))} == {
         ("dead", "T3_degC", f"run{n}") for n in range(4)
     }
 
@@ -122,7 +121,7 @@ def test_a_machine_at_rest_has_no_frozen_thermometers() -> None:
     still = {f"T{n}_degC": np.full(len(TIME), 20.0) for n in range(1, 7)}
     zero = dict.fromkeys(("speed_rpm", "disp_x_um", "disp_z_um"), np.zeros(len(TIME)))
     resting = run_of(1, **still, **zero)
-    assert broken_readings([GOOD[0], resting, *GOOD[2:]]) == []
+    assert find_faults([GOOD[0], resting, *GOOD[2:]]) == []
 
 
 @pytest.mark.parametrize("error", [0.5, 3.0, -3.0])
@@ -140,13 +139,13 @@ def test_the_wrong_level_is_the_one_far_from_all_others(
         run_of(n, T3_degC=GOOD[n].frame["T3_degC"].to_numpy() + (31.0 if n in bad else 0.0))
         for n in order
     ]
-    found = {(fault.kind, span.run) for fault, span in unusable(find_faults(runs))}
+    found = {(fault.kind, fault.run) for fault in find_faults(runs)}
     assert found == {("level_jump", f"run{n}") for n in bad}
 
 
 def test_a_thermometer_that_was_never_right() -> None:
     runs = [run_of(n, T3_degC=GOOD[n].frame["T3_degC"].to_numpy() + 31.0) for n in range(2)]
-    assert {(f.kind, s.run) for f, s in unusable(find_faults(runs))} == {
+    assert {(f.kind, f.run) for f in find_faults(runs)} == {
         ("never_right", "run0"),
         ("never_right", "run1"),
     }

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from measurement.quality import Finding, look_over
+from measurement.faults import GROSS, Fault, find_faults, unusable
 from measurement.runs import Run, read_run
 
 MINUTES = 300
@@ -18,9 +18,11 @@ NOISE = RANDOM.normal(0.0, 0.1, (3, MINUTES))
 TIME = 60.0 * np.arange(MINUTES)
 GROWTH = 30.0 * (1.0 - np.exp(-TIME / 6000.0))
 
+TOLD = (*GROSS, "missing", "pause")
+
 
 def found(frame: pd.DataFrame) -> list[tuple[str, str]]:
-    return [(finding.kind, finding.column) for finding in look_over(Run("r", frame))]
+    return [(one.kind, one.column) for one in find_faults([Run("r", frame)]) if one.kind in TOLD]
 
 
 def warm_up(**changes: object) -> pd.DataFrame:
@@ -42,15 +44,18 @@ def test_a_sound_run_has_no_finding() -> None:
 def test_a_channel_that_freezes_while_others_go_on() -> None:
     frozen = warm_up()["S1_um"].to_numpy().copy()
     frozen[30:60] = frozen[30]
-    (finding,) = look_over(Run("r", warm_up(S1_um=frozen)))
+    finding, back = find_faults([Run("r", warm_up(S1_um=frozen))])
+    assert (back.kind, back.start_s) == ("restart", 60 * 60.0)
     assert (finding.kind, finding.column) == ("frozen", "S1_um")
     assert (finding.start_s, finding.end_s) == (1800.0, 59 * 60.0)
-    assert finding.text.startswith(f"exactly {frozen[30]:g} um for 29 min from 30 min on while T1")
+    assert finding.text.startswith(f"exactly {frozen[30]:g} um while T1")
+    assert finding.line().startswith("r, S1_um, 30 to 59 min: exactly")
+    assert finding.line().endswith("; this time of the channel is left out")
 
 
 def test_other_displacements_tell_too_where_there_are_no_temperatures() -> None:
     frame = warm_up(S1_um=0.0).drop(columns=["T1_degC", "T2_degC"])
-    (finding,) = look_over(Run("r", frame))
+    (finding,) = find_faults([Run("r", frame)])
     assert (finding.kind, finding.column) == ("frozen", "S1_um")
     assert "while S2 moved by" in finding.text
 
@@ -95,9 +100,9 @@ def test_a_missing_share_above_one_percent_is_said() -> None:
     holed[:3] = np.nan
     assert found(warm_up(T1_degC=holed)) == []
     holed[:30] = np.nan
-    (finding,) = look_over(Run("r", warm_up(T1_degC=holed)))
-    assert finding == Finding(
-        "missing", "T1_degC", 0.0, 29 * 60.0, "10.0% of the samples are missing"
+    (finding,) = find_faults([Run("r", warm_up(T1_degC=holed))])
+    assert finding == Fault(
+        "r", "T1_degC", "missing", 0.0, 29 * 60.0, "10.0% of the samples are missing"
     )
     assert found(warm_up(S1_um=math.nan)) == [("missing", "S1_um")]
 
@@ -105,18 +110,19 @@ def test_a_missing_share_above_one_percent_is_said() -> None:
 def test_pauses_of_the_record_are_counted() -> None:
     time = TIME + np.where(np.arange(MINUTES) >= 100, 600.0, 0.0)
     time += np.where(np.arange(MINUTES) >= 200, 1200.0, 0.0)
-    (finding,) = look_over(Run("r", warm_up(time_s=time)))
+    (finding,) = find_faults([Run("r", warm_up(time_s=time))])
     assert (finding.kind, finding.column) == ("pause", "time_s")
     assert finding.text.startswith("2 pauses")
-    assert "longest of 21.0 min from 209 min on" in finding.text
+    assert "longest of 21.0 min" in finding.text
+    assert finding.start_s == 209 * 60.0
 
 
 def test_all_temperatures_jumping_at_once_is_a_seam() -> None:
     later = np.arange(MINUTES) >= 150
     frame = warm_up()
     jumped = {name: frame[name] + np.where(later, 5.0, 0.0) for name in ("T1_degC", "T2_degC")}
-    (finding,) = look_over(Run("r", warm_up(**jumped)))
-    assert (finding.kind, finding.start_s) == ("jump", 149 * 60.0)
+    (finding,) = find_faults([Run("r", warm_up(**jumped))])
+    assert (finding.kind, finding.start_s) == ("jump", 150 * 60.0)
     time = TIME + np.where(later, 7200.0, 0.0)
     assert found(warm_up(time_s=time, **jumped)) == [("pause", "time_s")]  # heat had time to flow
 
@@ -125,7 +131,7 @@ def test_all_temperatures_jumping_at_once_is_a_seam() -> None:
 def test_the_known_faults_of_the_measured_runs(
     lathe_runs: list[Path], electric_spindle_run: Path
 ) -> None:
-    findings = {path.stem: look_over(read_run(path)) for path in lathe_runs}
+    findings = {path.stem: unusable(find_faults([read_run(path)])) for path in lathe_runs}
     saturated = {
         (run, f.column) for run, fs in findings.items() for f in fs if f.kind == "saturated"
     }
@@ -143,4 +149,4 @@ def test_the_known_faults_of_the_measured_runs(
     # These ran until the end of the record, and nothing stood still.
     assert findings["20200615"] == findings["20200813"] == findings["20200817"] == []
     # Steps of 0.25 um and no more drift: at rest, not frozen.
-    assert look_over(read_run(electric_spindle_run)) == []
+    assert unusable(find_faults([read_run(electric_spindle_run)])) == []

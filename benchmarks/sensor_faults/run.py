@@ -1,0 +1,228 @@
+"""Plant faults, look for them, and count false alarms.
+
+``python -m benchmarks.sensor_faults.run report --lathe DIR --spindle FILE`` prints the tables of
+docs/sensor_faults.md; ``setting`` in place of ``report`` takes the runs on which the thresholds
+were set. Without the measured data the simulated runs alone are used.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections import defaultdict
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from tqdm import tqdm
+
+from benchmarks.sensor_faults.breaking import BREAKAGES, ODDITIES, Breakage, planted
+from benchmarks.sensor_faults.plain import plain_faults
+from benchmarks.sensor_faults.sources import Group, is_known, is_sound, report, setting
+from measurement.faults import GROSS, LEVELS, Fault, find_faults, unusable
+from measurement.faults.series import lengths_of
+from measurement.files import write_atomically
+from measurement.runs import FloatArray, Run
+
+GRAVE = (*GROSS, *LEVELS)
+MOVED = {"degC": 2.0, "um": 5.0}
+"""A standstill is planted where the reading would have moved by this much [K, um]: else nothing is
+wrong with it."""
+TRIES = 40
+TIMES = 1
+"""So often each fault is planted in each group of runs, every time elsewhere [1]."""
+Detector = Callable[[Sequence[Run]], list[Fault]]
+
+
+@dataclass
+class Tally:
+    """What was counted for one row of a table.
+
+    Attributes
+    ----------
+    cases, found : int
+        Runs looked at; planted faults found.
+    alarms : int
+        Spans called broken that are not.
+    lost_min : list of float
+        Healthy time of the broken channel called broken, too [min].
+    """
+
+    cases: int = 0
+    found: int = 0
+    alarms: int = 0
+    lost_min: list[float] = field(default_factory=list)
+
+
+def grave(faults: Sequence[Fault]) -> list[Fault]:
+    """Return what is said to be broken and is not known to be."""
+    return [one for one in unusable(faults, GRAVE) if not is_known(one)]
+
+
+def breaks(
+    group: Group, rng: np.random.Generator
+) -> Iterator[tuple[Breakage, int, str, Run, tuple[float, float]]]:
+    """Yield every breakage planted in a group, `TIMES` each: run, column, and when."""
+    for how in (how for how in BREAKAGES for _ in range(TIMES)):
+        for _ in range(TRIES):
+            place = int(rng.integers(len(group)))
+            run = group[place]
+            names = run.temperatures if how.unit == "degC" else lengths_of(run)
+            names = [name for name in names if is_sound(run, name)]
+            if not names:
+                break
+            column = str(rng.choice(names))
+            broken, span = planted(run, column, how, rng)
+            if not how.name.startswith("frozen") or _moved(run, column, span) >= MOVED[how.unit]:
+                yield how, place, column, broken, span
+                break
+
+
+def _moved(run: Run, column: str, span: tuple[float, float]) -> float:
+    rows = (run.time_s >= span[0]) & (run.time_s <= span[1])
+    values: FloatArray = run.frame[column].to_numpy()[rows]
+    values = values[np.isfinite(values)]
+    return float(np.ptp(values)) if values.size else 0.0
+
+
+def judge(
+    faults: Sequence[Fault], place: int, column: str, span: tuple[float, float]
+) -> tuple[bool, float]:
+    """Return whether a planted fault was found, and how much healthy time went with it [min]."""
+    here = [one for one in faults if one.place == place and one.column == column]
+    length = span[1] - span[0]
+    covered = lost = 0.0
+    for one in here:
+        inside = min(one.end_s, span[1]) - max(one.start_s, span[0])
+        if inside >= 0.0:
+            covered += max(inside, 1.0)
+            lost += max(one.end_s - one.start_s - max(inside, 0.0), 0.0)
+    return bool(covered >= max(0.5 * length, 1.0)), float(lost) / 60.0
+
+
+@dataclass
+class Count:
+    """Everything that was counted and said, by source, row and detector."""
+
+    detectors: dict[str, Detector]
+    tallies: dict[tuple[str, str, str], Tally] = field(default_factory=lambda: defaultdict(Tally))
+    said: list[str] = field(default_factory=list)
+
+    def healthy(self, source: str, group: Group, rng: np.random.Generator) -> None:
+        """Count the alarms in runs that are sound: all as recorded, one run of them in odd ways."""
+        for run in group:
+            self._alarms(f"{source}, alone", "as recorded", [run], [0])
+        self._alarms(f"{source}, among others", "as recorded", group, range(len(group)))
+        for how, change in ODDITIES.items():
+            place = int(rng.integers(len(group)))
+            run = group[place]
+            column = str(rng.choice([n for n in run.temperatures if is_sound(run, n)]))
+            for context, runs, at in _contexts(group, place, change(run, column, rng)):
+                self._alarms(f"{source}, {context}", how, runs, [at])
+
+    def _alarms(self, source: str, how: str, runs: Group, places: Sequence[int]) -> None:
+        for name, detector in self.detectors.items():
+            alarms = [one for one in grave(detector(runs)) if one.place in places]
+            tally = self.tallies[source, f"healthy: {how}", name]
+            tally.cases += len(places)
+            tally.alarms += len(alarms)
+            if name == "detector":
+                self.said += [f"alarm: {source}, {how}: {one.line()}" for one in alarms]
+
+    def broken(self, source: str, group: Group, rng: np.random.Generator) -> None:
+        """Count what is found of faults planted one at a time."""
+        for breakage, place, column, broken, span in breaks(group, rng):
+            for context, runs, at in _contexts(group, place, broken):
+                for name, detector in self.detectors.items():
+                    tally = self.tallies[f"{source}, {context}", breakage.name, name]
+                    seen, lost = judge(unusable(detector(runs), GRAVE), at, column, span)
+                    tally.cases += 1
+                    tally.found += seen
+                    if seen:
+                        tally.lost_min.append(lost)
+                    elif name == "detector":
+                        start, end = (f"{one / 60:.0f}" for one in span)
+                        where = f"{runs[at].name}, {column}, {start} to {end} min"
+                        self.said.append(f"miss: {source}, {context}, {breakage.name}: {where}")
+
+
+def _contexts(group: Group, place: int, changed: Run) -> Iterator[tuple[str, Group, int]]:
+    yield "alone", [changed], 0
+    yield "among others", [*group[:place], changed, *group[place + 1 :]], place
+
+
+def tables(found: dict[tuple[str, str, str], Tally]) -> str:
+    """Return Markdown tables: false alarms, then faults found."""
+    sources = list(dict.fromkeys(source for source, _, _ in found))
+    lines = []
+    for healthy in (True, False):
+        rows = [what for _, what, _ in found if what.startswith("healthy") == healthy]
+        title = "Healthy, alarms per run" if healthy else "Planted, share found"
+        lines += [f"| {title} | " + " | ".join(sources) + " |", "| --- " * (len(sources) + 1) + "|"]
+        for what in dict.fromkeys(rows):
+            cells = [_cell(found, source, what) for source in sources]
+            lines.append(f"| {what.removeprefix('healthy: ')} | " + " | ".join(cells) + " |")
+        lines.append("")
+    lost = [one for key, t in found.items() if key[2] == "detector" for one in t.lost_min]
+    if lost:
+        middle, most = np.percentile(lost, [50, 95])
+        lines.append(
+            f"Healthy time of a broken channel that is left out with it: median {middle:.0f} min, "
+            f"95 % of {len(lost)} cases below {most:.0f} min."
+        )
+    return "\n".join(lines)
+
+
+def _cell(found: dict[tuple[str, str, str], Tally], source: str, what: str) -> str:
+    """Return detector and plain rule as one cell, the plain rule in brackets."""
+    shown = []
+    for name in ("detector", "plain"):
+        tally = found.get((source, what, name), Tally())
+        if not tally.cases:
+            return "-"
+        if what.startswith("healthy"):
+            shown.append(f"{tally.alarms / tally.cases:.2f}")
+        else:
+            shown.append(f"{tally.found}/{tally.cases}")
+    return f"{shown[0]} ({shown[1]})"
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Plant, look, count, print."""
+    parser = argparse.ArgumentParser(prog="benchmarks.sensor_faults.run", description=__doc__)
+    parser.add_argument("part", choices=("setting", "report"))
+    parser.add_argument("--lathe", type=Path, metavar="DIR", help="folder of the lathe's runs")
+    parser.add_argument("--spindle", type=Path, metavar="FILE", help="electric spindle record")
+    parser.add_argument("--cases", type=int, default=8, help="simulated machines (default: 8)")
+    parser.add_argument("--seed", type=int, default=0, help="of machines and faults")
+    parser.add_argument("--said", action="store_true", help="print every alarm and every miss")
+    parser.add_argument("--json", type=Path, metavar="FILE", help="also write the counts here")
+    args = parser.parse_args(arguments)
+    first = 1_000_000 + 1000 * args.seed if args.part == "report" else 1000 * args.seed
+    groups = list(
+        setting(args.lathe, args.cases, first)
+        if args.part == "setting"
+        else report(args.lathe, args.spindle, args.cases, first)
+    )
+    count = Count({"detector": find_faults, "plain": plain_faults})
+    for number, (source, group) in enumerate(tqdm(groups, unit="group", disable=None)):
+        rng = np.random.default_rng([args.seed, number])
+        count.healthy(source, group, rng)
+        count.broken(source, group, rng)
+    if args.said:
+        print("\n".join(count.said), "\n")
+    print(tables(count.tallies))
+    if args.json:
+        table: list[dict[str, Any]] = [
+            {"source": key[0], "what": key[1], "by": key[2], **tally.__dict__}
+            for key, tally in count.tallies.items()
+        ]
+        write_atomically(args.json, json.dumps(table, indent=1) + "\n")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

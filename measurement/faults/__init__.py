@@ -1,0 +1,32 @@
+"""What is wrong with measured runs: the one detector of broken sensors that every command asks.
+
+`find_faults` looks at runs, alone and against each other, and returns one `Fault` for each thing
+that is wrong: run, column, span, what, and what is done about it. `cleaned` takes out of the runs
+what is not to be used; `looked_over` lets runs carry their faults along. No model takes part: the
+data alone decide.
+"""
+
+from measurement.faults.fault import (
+    GROSS,
+    HANDLING,
+    LEVELS,
+    Fault,
+    by_column,
+    faults_text,
+    group_line,
+)
+from measurement.faults.find import cleaned, find_faults, looked_over, unusable
+
+__all__ = [
+    "GROSS",
+    "HANDLING",
+    "LEVELS",
+    "Fault",
+    "by_column",
+    "cleaned",
+    "faults_text",
+    "find_faults",
+    "group_line",
+    "looked_over",
+    "unusable",
+]

@@ -1,0 +1,188 @@
+"""Thermometers that leave all others, at once or from the first sample on.
+
+A hot bearing is far from the other thermometers, too. But it got there by heat: it began near them
+or the others are spread as well, its neighbours warm with it, and it comes and goes with the load.
+A broken sensor is off while all others are close together, whatever the machine does.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from measurement.faults.fault import Fault
+from measurement.faults.series import FEWEST_SAMPLES, running_median
+from measurement.faults.switches import near_switch
+from measurement.runs import FloatArray, Run
+
+LEVEL_JUMP_K = 10.0
+"""A sensor whose distance from the middle of all others lies this much apart in some runs from what
+it is in the rest, at all times, has jumped [K]."""
+NEVER_RIGHT_K = 18.0
+"""A sensor that is this far from the middle of all others when a run starts [K], and stays there
+whatever the machine does, was never right in it, ..."""
+STAYS_SHARE = 0.35
+"""... if its distance changes within the run by less than this share [1]."""
+SPREAD_TIMES = 4.0
+"""Either must be this many times the others' own spread: on a warm machine it is wide [1]."""
+
+RUNAWAY_K = 10.0
+"""A thermometer that moves by this much against the middle of all others [K] within ..."""
+RUNAWAY_S = 1800.0
+"""... this time [s], with no switch in it or ..."""
+SETTLING_S = 3600.0
+"""... so long before it [s], has run away, ..."""
+ALONE = 0.3
+"""... if no other went this share of its way meanwhile [1]: heat warms the neighbours."""
+BEGUN = 0.1
+"""It began when it had gone this share of the way [1]."""
+RETURNED = 0.3
+"""It is back when no more than this share of the way is left, to the end of the run [1]."""
+
+
+def runaways(run: Run) -> Iterator[Fault]:
+    """Find thermometers that leave all others while nothing was switched."""
+    names, time = run.temperatures, run.time_s
+    if len(names) < 3 or len(time) < 2 * FEWEST_SAMPLES:
+        return
+    table = run.frame[names].interpolate(limit_direction="both").to_numpy()
+    known = np.flatnonzero(np.isfinite(table).all(axis=0)).tolist()
+    moving = np.r_[0, np.cumsum(near_switch(run, after_s=SETTLING_S))]
+    back = np.searchsorted(time, time - RUNAWAY_S)
+    quiet = moving[1:] == moving[back]
+    for place in known if len(known) >= 3 else []:
+        others = table[:, [one for one in known if one != place]]
+        away = running_median(table[:, place] - np.median(others, axis=1))
+        moved = np.where(quiet, away - away[back], 0.0)
+        gone = np.flatnonzero(np.abs(moved) >= RUNAWAY_K)
+        gone = gone[[_alone(others, int(back[i]), int(i), moved[i]) for i in gone.tolist()]]
+        if not gone.size:
+            continue
+        i, first = int(gone[0]), int(back[gone[0]])
+        level, way = float(away[first]), float(away[i] - away[first])
+        begun = first + int(np.argmax((away[first : i + 1] - level) / way > BEGUN))
+        off = np.flatnonzero((away - level) / way > RETURNED)
+        last = int(off[-1]) if off.size else len(time) - 1
+        end = float(np.median(away[i : last + 1])) - level
+        text = (
+            f"runs away from all other thermometers by {end:+.0f} K, with no switch of the machine "
+            "near and no other that follows"
+        )
+        yield Fault(run.name, names[place], "runaway", float(time[begun]), float(time[last]), text)
+
+
+def _alone(others: FloatArray, first: int, last: int, way: float) -> bool:
+    """Return whether no other thermometer went along."""
+    change = (others[last] - others[first]) * np.sign(way)
+    return bool(np.max(change) < ALONE * abs(way))
+
+
+def wrong_levels(runs: Sequence[Run]) -> list[Fault]:
+    """Return thermometers whose level is off in some runs, or was never right.
+
+    Parameters
+    ----------
+    runs : sequence of Run
+        What other checks found is taken out of them.
+
+    Returns
+    -------
+    list of Fault
+        Of the kinds ``level_jump`` and ``never_right``, each over a whole run; the place is that
+        of the run.
+    """
+    first = runs[0].temperatures if runs else []
+    columns = [name for name in first if all(name in run.frame for run in runs)]
+    tables = [_Distances(run, columns) for run in runs]
+    found: dict[tuple[int, str], Fault] = {}
+    for column, name in enumerate(columns):
+        for place, off in _level_jumps(tables, column):
+            text = f"reads {off:+.0f} K from its level in the other runs"
+            found[place, name] = _whole(runs[place], name, "level_jump", text, place)
+    for place, run in enumerate(runs):
+        own = _Distances(run, run.temperatures)
+        for column, name in enumerate(run.temperatures):
+            off = own.never_right(column)
+            if off and (place, name) not in found:
+                text = f"reads {off:+.0f} K from all others, whatever the machine does"
+                found[place, name] = _whole(run, name, "never_right", text, place)
+    return list(found.values())
+
+
+def _whole(run: Run, name: str, kind: str, text: str, place: int) -> Fault:
+    return Fault(run.name, name, kind, float(run.time_s[0]), float(run.time_s[-1]), text, place)
+
+
+class _Distances:
+    """How far each thermometer is from the middle of the others, over one run [K]."""
+
+    def __init__(self, run: Run, columns: Sequence[str]) -> None:
+        table = run.frame[list(columns)].interpolate(limit_area="inside").to_numpy()
+        count = table.shape[1]
+        self.away = np.full((count, len(table)), np.nan)
+        self.spread = np.full(count, np.nan)
+        if count < 3 or not len(table):
+            return
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RuntimeWarning)  # A row without a value has no median.
+            for place in range(count):
+                others = np.delete(table, place, axis=1)
+                # Much faster where nothing is missing.
+                median = np.nanmedian if np.isnan(others).any() else np.median
+                middle = median(others, axis=1)
+                self.away[place] = table[:, place] - middle
+                wide = 1.4826 * median(np.abs(others - middle[:, None]), axis=1)
+                self.spread[place] = np.nanmedian(wide)
+
+    def range(self, column: int) -> tuple[float, float, float]:
+        """Return the 5 %, 50 % and 95 % of a sensor's distance, its start included [K].
+
+        A part that is hot for most of a run began near the others. NaN without a value.
+        """
+        away = self.away[column][np.isfinite(self.away[column])]
+        if not away.size:
+            return (float("nan"),) * 3
+        low, middle, high = np.percentile(away, [5, 50, 95])
+        start = float(np.median(away[:FEWEST_SAMPLES]))
+        return min(float(low), start), float(middle), max(float(high), start)
+
+    def never_right(self, column: int) -> float:
+        """Return the distance of a sensor that is far from all others all the time; else 0 [K]."""
+        away = self.away[column][np.isfinite(self.away[column])]
+        if len(self.away) < 4 or away.size < FEWEST_SAMPLES:
+            return 0.0
+        limit = max(NEVER_RIGHT_K, SPREAD_TIMES * float(self.spread[column]))
+        middle = float(np.median(away))
+        least = float(np.min(away * np.sign(middle)))
+        stays = float(np.ptp(away)) < STAYS_SHARE * abs(middle)
+        return middle if least >= limit and stays else 0.0
+
+
+def _level_jumps(tables: Sequence[_Distances], column: int) -> list[tuple[int, float]]:
+    """Return the runs in which a sensor's level is off, and by how much [K]."""
+    ranges = np.array([table.range(column) for table in tables]).reshape(-1, 3)
+    have = np.flatnonzero(np.isfinite(ranges).all(axis=1))
+    if len(have) < 3:
+        return []
+    low, middle, high = ranges[have].T
+    ranked = np.sort(middle)
+    gaps = np.diff(ranked)
+    cut = float(ranked[int(np.argmax(gaps))])
+    above: npt.NDArray[np.bool_] = middle > cut
+    if not above.any():  # all alike to the last digit
+        return []
+    between = float(low[above].min() - high[~above].max())
+    if max(np.ptp(middle[above]), np.ptp(middle[~above])) > gaps.max():
+        return []
+    # The level that is nearer to all other sensors' is the right one.
+    off = float(np.median(middle[above]) - np.median(middle[~above]))
+    wrong = above
+    if abs(np.median(middle[above])) < abs(np.median(middle[~above])):
+        off, wrong = -off, ~above
+    spread = max(tables[place].spread[column] for place in have[wrong])
+    if between < max(LEVEL_JUMP_K, SPREAD_TIMES * float(spread)):
+        return []
+    return [(int(place), off) for place in have[wrong]]

@@ -1,0 +1,77 @@
+"""What the checks share: readings without the missing ones, scatter, stretches that stand still."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from measurement.runs import FloatArray, Run
+from measurement.units import UNITS, split_column
+
+IntArray = npt.NDArray[np.int64]
+FEWEST_SAMPLES = 5
+"""Fewer equal samples in a row say nothing, however far apart they are."""
+_NOT_READINGS = ("offset_", "error_")  # computed by a plant: an offset may rightly stand still
+
+
+def lengths_of(run: Run) -> list[str]:
+    """Return the columns of measured displacements."""
+    return [name for name in run.displacements if not name.startswith(_NOT_READINGS)]
+
+
+def valid(run: Run, column: str) -> tuple[IntArray, FloatArray]:
+    """Return the rows that have a reading, and the readings."""
+    values = run.frame[column].to_numpy()
+    rows = np.flatnonzero(np.isfinite(values))
+    return rows, values[rows]
+
+
+def unit_of(column: str) -> str:
+    """Return the unit of a difference of two readings, as a text shows it."""
+    unit = split_column(column)[1]
+    return "K" if unit == "degC" else UNITS[unit].suffix
+
+
+def scatter(values: FloatArray) -> float:
+    """Return a standard deviation that outliers do not move."""
+    if not values.size:
+        return 0.0
+    return 1.4826 * float(np.median(np.abs(values - np.median(values))))
+
+
+def running_median(values: FloatArray) -> FloatArray:
+    """Return the median of each value and the two on each side."""
+    windows = np.lib.stride_tricks.sliding_window_view(np.pad(values, 2, mode="edge"), 5)
+    return np.asarray(np.median(windows, axis=1))
+
+
+def stretches(values: FloatArray) -> tuple[IntArray, IntArray]:
+    """Return first and last place of every stretch of equal values."""
+    cuts = np.flatnonzero(np.diff(values) != 0.0) + 1
+    return np.r_[0, cuts], np.r_[cuts, len(values)] - 1
+
+
+def unchanged_for(time_s: FloatArray, values: FloatArray) -> FloatArray:
+    """Return for each sample since when the series shows this very value [s]; NaN carries on."""
+    there = np.flatnonzero(np.isfinite(values))
+    age = np.zeros(len(values))
+    if len(there):
+        firsts, lasts = stretches(values[there])
+        age[there] = time_s[there] - np.repeat(time_s[there[firsts]], lasts - firsts + 1)
+    return age
+
+
+def longest_unchanged(time_s: FloatArray, values: FloatArray) -> float:
+    """Return for how long a series stayed exactly the same at most [s]; missing values ignored."""
+    return float(unchanged_for(time_s, values).max(initial=0.0))
+
+
+def resolution_of(runs: Sequence[Run], column: str) -> float:
+    """Return the smallest step between any two readings of a channel; 0 if it has one alone."""
+    levels = np.unique(np.concatenate([valid(run, column)[1] for run in runs]))
+    # Sums of steps differ in their last digits: those are no steps.
+    steps = np.diff(levels)
+    steps = steps[steps > 1e-9 * max(1.0, float(np.abs(levels).max(initial=0.0)))]
+    return float(steps.min()) if steps.size else 0.0

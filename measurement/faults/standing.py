@@ -1,0 +1,285 @@
+"""Channels that stand exactly still while the machine moves: frozen, dead, at the end of the range.
+
+That a reading repeats says nothing: a machine at rest, a coarse sensor and one that is read rarely
+repeat, too. It takes witnesses. A displacement stands wrongly if temperatures or other
+displacements move meanwhile. A thermometer stands wrongly if it dropped there in one leap; if it
+stands far longer than it ever does and half of the others move far more than its resolution; or if
+the others, by how it followed them at other times, say that it must have moved.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from measurement.faults.fault import Fault
+from measurement.faults.leaps import STEP
+from measurement.faults.series import (
+    FEWEST_SAMPLES,
+    lengths_of,
+    resolution_of,
+    stretches,
+    unit_of,
+    valid,
+)
+from measurement.faults.witnesses import Witnesses
+from measurement.resampling import GAP_INTERVALS
+from measurement.runs import FloatArray, Run
+from measurement.units import split_column
+
+FROZEN_S = 900.0
+"""A channel that is exactly constant for longer is looked at [s]. Thermal drift that goes on leaves
+a sensor's resolution step within a quarter of an hour."""
+MOVING_K = 2.0
+"""A temperature that changes by this much in the meantime says that the machine is not at rest [K].
+In a good record with steps of 0.25 um the growth stood still for up to 107 min while temperatures
+moved by at most 0.9 K; while known frozen channels stood still they moved by 3 K and more."""
+MOVING_UM = 5.0
+"""So does another displacement that changes by this much [um]: beyond any resolution step."""
+ISOLATED_SHARE = 0.5
+"""An extreme value that lies further from all others than this share of their range was jumped to:
+the end of the sensor's range, not the end of a drift [1]."""
+
+STILL_SAMPLES = 10
+"""A thermometer that repeats fewer readings in a row is not looked at [1]."""
+MOVED_STEPS = 8.0
+"""Half of the others must move by `MOVING_K` and by this many steps of its resolution [1],"""
+UNUSUALLY = 3.0
+"""it must stand still this many times longer than it does otherwise [1],"""
+FEWEST_STEPS = 8
+"""and its readings over all runs must span at least so many steps of its resolution;"""
+LONGER = 2.5
+"""or it stands this many times longer than its usual stretch in the run [1], and"""
+TOLD_STEPS = 2.5
+"""the others say that it moved by this many steps of its resolution [1], and"""
+TOLD_K = 1.5
+"""by this much [K]."""
+WHOLE = 0.95
+"""A thermometer that stands still for this share of a run is dead in it [1]."""
+NOISY = 0.5
+"""A channel repeats its reading in a smaller share of samples if noise moves it [1]."""
+
+
+def standing_displacements(run: Run) -> Iterator[Fault]:
+    """Find displacements that stand still while other channels move."""
+    for name in lengths_of(run):
+        rows, values = valid(run, name)
+        for first, last in _long(run.time_s[rows], values, FEWEST_SAMPLES):
+            start, end = int(rows[first]), int(rows[last])
+            moved = _what_moved(run, name, start, end)
+            if moved is None:
+                continue
+            text = f"exactly {values[first]:g} {unit_of(name)} while {moved}"
+            kind = "frozen"
+            if _at_end_of_range(run, name, start, end):
+                kind = "saturated"
+                text += "; it is the channel's own extreme: the end of the sensor's range"
+            yield _fault(run, name, kind, start, end, text)
+
+
+def standing_thermometers(runs: Sequence[Run]) -> Iterator[Fault]:
+    """Find thermometers that stand still while the others move, unlike at other times."""
+    witnesses = Witnesses(runs)
+    for column in dict.fromkeys(name for run in runs for name in run.temperatures):
+        having = [run for run in runs if column in run.frame]
+        resolution = resolution_of(having, column)
+        everything = np.concatenate([valid(run, column)[1] for run in having])
+        ends = _ends(everything)
+        coarse = bool(ends) and np.ptp(everything) < FEWEST_STEPS * resolution
+        longest = {id(run): _lengths(run, column).max(initial=0.0) for run in having}
+        noisy = _repeats(having, column, ends) < NOISY
+        clipped = {id(run) for run in having if noisy and _stands_at(run, column, ends)}
+        for place, run in enumerate(runs):
+            if column not in run.frame:
+                continue
+            # It may have been read more coarsely in this run than in the others.
+            step = max(resolution, resolution_of([run], column))
+            elsewhere = [
+                longest[id(other)]
+                for other in having
+                # A noisy channel that stands at its extreme in several runs ends there.
+                if other is not run and not (id(other) in clipped and id(run) in clipped)
+            ]
+            usual = float(np.median(elsewhere)) if ends and elsewhere else 0.0
+            at_end = id(run) in clipped and len(clipped) > 1
+            habits = _Habits(column, step, ends, usual, coarse, noisy, at_end)
+            for fault in _stands(run, place, habits, witnesses):
+                yield replace(fault, place=place)
+
+
+@dataclass(frozen=True)
+class _Habits:
+    """What is usual for a thermometer over all runs.
+
+    Its resolution [K], its lowest and highest reading [degC], for how long it stands still in other
+    runs [s], whether its readings span too few steps to be judged by that, whether noise moves it,
+    and whether it stands at an end of its range in several runs.
+    """
+
+    column: str
+    resolution: float
+    ends: tuple[float, ...]
+    usual_s: float
+    coarse: bool
+    noisy: bool
+    clipped: bool
+
+
+def _stands(run: Run, place: int, habits: _Habits, witnesses: Witnesses) -> Iterator[Fault]:
+    """Find where one thermometer stands wrongly in one run."""
+    column, resolution = habits.column, habits.resolution
+    rows, values = valid(run, column)
+    time = run.time_s[rows]
+    lengths, firsts = np.sort(_lengths(run, column)), stretches(values)[0]
+    for first, last in _long(time, values, STILL_SAMPLES):
+        start, end = int(rows[first]), int(rows[last])
+        length = float(time[last] - time[first])
+        rest = _below(lengths, length)
+        habit = max(float(rest.max(initial=0.0)), habits.usual_s)
+        dropped = _dropped(time, values, first, last, resolution)
+        why = ""
+        if dropped:
+            why = f"after a leap of {dropped:+.3g} K"
+        if not why and not habits.coarse and length > UNUSUALLY * habit:
+            moved = _half_moved(run, column, start, end)
+            if moved >= max(MOVING_K, MOVED_STEPS * resolution):
+                why = f"while half of the others moved by {moved:.1f} K or more"
+        if not why and rest.size and length > LONGER * float(np.median(rest)):
+            told = witnesses.told(place, column, float(time[first]), float(time[last]))
+            if told >= max(TOLD_K, TOLD_STEPS * resolution):
+                why = f"while the others say that it moved by {told:.1f} K"
+        if why:
+            whole = length >= WHOLE * float(run.time_s[-1] - run.time_s[0])
+            dead = whole or (dropped and last == len(values) - 1)
+            # What noise moves comes to the end of the range again and again.
+            again = values[firsts] == values[first]
+            ended = values[first] in habits.ends and not dropped and habits.noisy
+            ended = ended and (habits.clipped or again.sum() > 1)
+            kind = "dead" if dead else "saturated" if ended else "frozen"
+            text = f"exactly {values[first]:g} degC {why}"
+            yield _fault(run, column, kind, start, end, text)
+
+
+def _fault(run: Run, column: str, kind: str, start: int, end: int, text: str) -> Fault:
+    return Fault(run.name, column, kind, float(run.time_s[start]), float(run.time_s[end]), text)
+
+
+def _long(time: FloatArray, values: FloatArray, samples: int) -> Iterator[tuple[int, int]]:
+    """Yield first and last place of the stretches that are worth a look."""
+    if not values.size:
+        return
+    firsts, lasts = stretches(values)
+    long = (time[lasts] - time[firsts] > FROZEN_S) & (lasts - firsts + 1 >= samples)
+    yield from zip(firsts[long].tolist(), lasts[long].tolist(), strict=True)
+
+
+def _lengths(run: Run, column: str) -> FloatArray:
+    """Return how long each stretch of two equal readings or more lasts [s]."""
+    rows, values = valid(run, column)
+    if not values.size:
+        return np.zeros(0)
+    firsts, lasts = stretches(values)
+    found = run.time_s[rows[lasts]] - run.time_s[rows[firsts]]
+    return np.asarray(found[lasts > firsts])
+
+
+def _below(lengths: FloatArray, length: float) -> FloatArray:
+    """Return the other stretches' lengths, without those of the same class: two faults are two."""
+    return np.asarray(lengths[lengths < length / 1.5])
+
+
+def _ends(values: FloatArray) -> tuple[float, ...]:
+    if not values.size or np.ptp(values) == 0.0:
+        return ()
+    return float(values.min()), float(values.max())
+
+
+def _stands_at(run: Run, column: str, ends: tuple[float, ...]) -> bool:
+    """Return whether a channel's longest stretch in a run is at one of its ends."""
+    _, values = valid(run, column)
+    if not values.size or not ends:
+        return False
+    firsts, lasts = stretches(values)
+    return bool(values[firsts[np.argmax(lasts - firsts)]] in ends)
+
+
+def _dropped(
+    time: FloatArray, values: FloatArray, first: int, last: int, resolution: float
+) -> float:
+    """Return the leap [K] with which a reading came to stand still; 0 if it came there slowly."""
+    if not first or time[first] - time[first - 1] > GAP_INTERVALS * np.median(np.diff(time)):
+        return 0.0
+    before = values[max(0, first - FEWEST_SAMPLES) : first]
+    leap = float(values[first] - np.median(before))
+    last_move = abs(values[first] - values[first - 1])
+    # Two samples may be needed: a wire that breaks is caught in between.
+    if len(before) > 1:
+        last_move = max(last_move, abs(values[first] - values[first - 2]))
+    large = max(STEP["degC"], 3.0 * resolution)
+    return leap if min(abs(leap), last_move) > large else 0.0
+
+
+def _repeats(runs: Sequence[Run], column: str, ends: Sequence[float]) -> float:
+    """Return how often a reading that is not at the channel's *ends* repeats the one before [1]."""
+    same = count = 0
+    for run in runs:
+        values = valid(run, column)[1]
+        inside = ~np.isin(values[1:], ends)
+        same += int(np.sum((np.diff(values) == 0.0) & inside))
+        count += int(inside.sum())
+    return same / max(count, 1)
+
+
+def _half_moved(run: Run, column: str, start: int, end: int) -> float:
+    """Return by how much half of the other thermometers moved in the meantime [K]."""
+    others = [name for name in run.temperatures if name != column]
+    if not others:
+        return 0.0
+    part = run.frame[others].to_numpy()[start : end + 1]
+    spread = np.max(np.where(np.isnan(part), -np.inf, part), axis=0) - np.min(
+        np.where(np.isnan(part), np.inf, part), axis=0
+    )
+    return float(np.median(np.maximum(spread, 0.0)))
+
+
+def _what_moved(run: Run, name: str, start: int, end: int) -> str | None:
+    """Return in words what moved most between two samples, or None if all stood still."""
+    part = run.frame.iloc[start : end + 1]
+    for others, enough, unit in (
+        (run.temperatures, MOVING_K, "K"),
+        ([other for other in lengths_of(run) if other != name], MOVING_UM, "um"),
+    ):
+        moved = {other: _spread(part[other].to_numpy()) for other in others}
+        most = max(moved, key=moved.__getitem__, default=None)
+        if most is not None and moved[most] >= enough:
+            return f"{split_column(most)[0]} moved by {moved[most]:.1f} {unit}"
+    return None
+
+
+def _spread(values: FloatArray) -> float:
+    """Return the range without the outermost twentieths, so that one bad sample does not count."""
+    values = values[~np.isnan(values)]
+    return float(np.subtract(*np.percentile(values, [95, 5]))) if values.size else 0.0
+
+
+def _at_end_of_range(run: Run, name: str, start: int, end: int) -> bool:
+    """Return whether the standstill is at the end of the sensor's range.
+
+    It is at the channel's own extreme, and either far from all other values or reached while the
+    spindle was turning (a channel that a stop freezes is at its extreme by chance).
+    """
+    values = run.frame[name].to_numpy()
+    value = values[start]
+    others = values[~np.isnan(values) & (values != value)]
+    if not others.size or others.min() < value < others.max():
+        return False
+    distance = float(np.abs(others - value).min())
+    if distance > ISOLATED_SHARE * float(np.ptp(others)) > 0.0:
+        return True
+    speeds = run.of_unit("rpm")
+    if not speeds:
+        return True
+    turning = run.frame[speeds[0]].ffill().to_numpy()[start : end + 1] != 0.0
+    return bool(turning.mean() > 0.5)

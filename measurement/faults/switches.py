@@ -1,0 +1,39 @@
+"""When a run switched speed, feed, torque, power or flow: readings may rightly leap then."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from measurement.runs import Run
+
+BoolArray = npt.NDArray[np.bool_]
+
+NEAR_S = 300.0
+"""Time around a switch in which readings may leap [s]."""
+_SWITCHED = ("rpm", "mm_min", "Nm", "W", "lpm")
+_SWITCH_SHARE = 0.02
+
+
+def near_switch(run: Run, before_s: float = NEAR_S, after_s: float = NEAR_S) -> BoolArray:
+    """Return which rows are near a switch of speed, feed, torque, power or flow, shape (rows,)."""
+    time = run.time_s
+    # What was switched before the first sample is not known.
+    near: BoolArray = time <= time[0] + after_s
+    for at in np.flatnonzero(switched_after(run)).tolist():
+        near |= (time >= time[at] - before_s) & (time <= time[at + 1] + after_s)
+        # Coarse sampling: the samples on both sides belong to it, however far apart.
+        near[max(0, at - 1) : at + 3] = True
+    return near
+
+
+def switched_after(run: Run) -> BoolArray:
+    """Return after which rows something was switched, shape (rows - 1,)."""
+    switched = np.zeros(max(len(run.time_s) - 1, 0), dtype=bool)
+    for unit in _SWITCHED:
+        for column in run.of_unit(unit):
+            values = run.frame[column].ffill().bfill().to_numpy()
+            moves = np.abs(np.diff(values))
+            limit = _SWITCH_SHARE * float(np.ptp(values))
+            switched |= (moves > limit) & (moves > 0.0)
+    return switched

@@ -1,0 +1,96 @@
+"""What the other thermometers say of one: how it followed them at other times tells the rest."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+
+import numpy as np
+
+from measurement.faults.series import valid
+from measurement.runs import FloatArray, Run
+
+GRID_S = 300.0
+WINDOW_S = 1800.0
+"""Changes over this span are compared: longer than any lag between neighbours, shorter than a run
+[s]."""
+FEWEST_WINDOWS = 24
+"""Fewer changes than this to learn from say nothing [1]."""
+PENALTY = 0.02
+"""Of the ridge regression, against the others' mean square change [1]."""
+SURE = 3.0
+"""What the others say counts if it is so many times its own error [1]."""
+
+
+class Witnesses:
+    """The thermometers of some runs on an even grid of times.
+
+    Parameters
+    ----------
+    runs : sequence of Run
+    """
+
+    def __init__(self, runs: Sequence[Run]) -> None:
+        self._runs = runs
+
+    @cached_property
+    def _grids(self) -> list[tuple[FloatArray, dict[str, FloatArray]]]:
+        grids = []
+        for run in self._runs:
+            grid = np.arange(run.time_s[0], run.time_s[-1], GRID_S)
+            grids.append((grid, {name: _on(grid, run, name) for name in run.temperatures}))
+        return grids
+
+    def told(self, place: int, column: str, start_s: float, end_s: float) -> float:
+        """Return by how much the others say that a thermometer moved in a span of a run [K].
+
+        A ridge regression of its changes over half an hour on those of all others, learnt outside
+        the span, is summed over it. 0 where there is too little to learn from, or where the sum is
+        within its own error.
+        """
+        having = [one for one in self._grids if column in one[1]]
+        grid, here = self._grids[place]
+        others = [n for n in here if n != column and all(n in table for _, table in having)]
+        step = int(WINDOW_S / GRID_S)
+        if len(others) < 2 or not len(grid):
+            return 0.0
+        inside = (grid >= start_s) & (grid <= end_s)
+        learnt_x, learnt_y = [], []
+        for _, table in having:
+            x = np.column_stack([table[name] for name in others])
+            y = np.where(inside, np.nan, table[column]) if table is here else table[column]
+            changes = np.column_stack([x, y])[step:] - np.column_stack([x, y])[:-step]
+            changes = changes[np.isfinite(changes).all(axis=1)]
+            learnt_x.append(changes[:, :-1])
+            learnt_y.append(changes[:, -1])
+        x, y = np.concatenate(learnt_x), np.concatenate(learnt_y)
+        wanted = np.diff(np.column_stack([here[name][inside] for name in others])[::step], axis=0)
+        wanted = wanted[np.isfinite(wanted).all(axis=1)]
+        if len(y) < FEWEST_WINDOWS or not len(wanted):
+            return 0.0
+        weights, error = _learnt(x, y)
+        moved = float(np.ptp(np.r_[0.0, np.cumsum(wanted @ weights)]))
+        return moved if moved >= SURE * error * np.sqrt(len(wanted)) else 0.0
+
+
+def _learnt(x: FloatArray, y: FloatArray) -> tuple[FloatArray, float]:
+    """Return the weights of the others, and the error of one change, learnt in two halves [K]."""
+    halves = np.array_split(np.arange(len(y)), 4)
+    missed = []
+    for half in halves:
+        rest = np.setdiff1d(np.arange(len(y)), half)
+        missed.append(y[half] - x[half] @ _ridge(x[rest], y[rest]))
+    return _ridge(x, y), float(np.sqrt(np.mean(np.concatenate(missed) ** 2)))
+
+
+def _ridge(x: FloatArray, y: FloatArray) -> FloatArray:
+    gram = x.T @ x
+    penalty = PENALTY * np.trace(gram) + 1e-9
+    return np.asarray(np.linalg.solve(gram + penalty * np.eye(len(gram)), x.T @ y))
+
+
+def _on(grid: FloatArray, run: Run, column: str) -> FloatArray:
+    rows, values = valid(run, column)
+    if not values.size:
+        return np.full(len(grid), np.nan)
+    return np.interp(grid, run.time_s[rows], values)

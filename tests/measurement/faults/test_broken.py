@@ -1,0 +1,138 @@
+"""Broken sensors that must be seen, and sound ones that must not be called broken."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from measurement.faults import GROSS, LEVELS, Fault, find_faults, unusable
+from measurement.runs import FloatArray, Run, read_run
+
+TIME = np.arange(0.0, 6 * 3600.0 + 1.0, 60.0)
+MINUTE = TIME / 60.0
+
+
+def run_of(seed: int, **changes: FloatArray) -> Run:
+    """Return six hours of a machine that runs all the time, in a hall that warms."""
+    random = np.random.default_rng(seed)
+    warm = 1.0 - np.exp(-TIME / 5000.0)
+    hall = 3.0 * TIME / TIME[-1]
+    columns = {"time_s": TIME, "speed_rpm": np.full(len(TIME), 3000.0)}
+    for sensor in range(1, 8):
+        noise = 0.03 * random.standard_normal(len(TIME))
+        columns[f"T{sensor}_degC"] = 20.0 + hall + sensor * warm + noise
+    columns["disp_z_um"] = -30.0 * warm + 0.2 * random.standard_normal(len(TIME))
+    return Run(f"run{seed}", pd.DataFrame(columns | changes))
+
+
+SOUND = run_of(1)
+
+
+def reading(column: str) -> FloatArray:
+    return SOUND.frame[column].to_numpy().copy()
+
+
+def broken(*others: Run, **changes: FloatArray) -> list[tuple[str, str, float, float]]:
+    """Return kind, column, start and end [min] of what is called broken in a changed run."""
+    faults: list[Fault] = find_faults([run_of(1, **changes), *others])
+    return [
+        (one.kind, one.column, one.start_s / 60.0, one.end_s / 60.0)
+        for one in unusable(faults, (*GROSS, *LEVELS))
+    ]
+
+
+def test_a_sound_run_alone_has_no_fault() -> None:
+    assert find_faults([SOUND]) == []
+
+
+@pytest.mark.parametrize("off", [30.0, -30.0])
+def test_a_level_that_is_off_from_the_first_sample_on_is_seen_in_one_run(off: float) -> None:
+    assert broken(T3_degC=reading("T3_degC") + off) == [("never_right", "T3_degC", 0.0, 360.0)]
+
+
+def test_of_a_reading_that_froze_and_recovered_only_that_time_is_bad() -> None:
+    values = reading("T5_degC")
+    values[20:321] = values[20]
+    assert broken(T5_degC=values) == [("frozen", "T5_degC", 20.0, 320.0)]
+
+
+def test_the_others_tell_that_a_coarse_sensor_froze() -> None:
+    runs = [run_of(n, T5_degC=np.round(run_of(n).frame["T5_degC"])) for n in (2, 3)]
+    values = np.round(reading("T5_degC"))
+    assert broken(*runs, T5_degC=values) == []
+    values[45:] = values[45]
+    ((kind, column, start, end),) = broken(*runs, T5_degC=values)
+    assert (kind, column, end) == ("frozen", "T5_degC", 360.0)
+    assert start <= 45.0  # it showed this value for a while before
+
+
+@pytest.mark.parametrize("level", [0.0, 85.0])
+def test_a_thermometer_that_drops_to_a_constant_is_dead_even_at_a_switch(level: float) -> None:
+    values = np.where(MINUTE >= 180.0, level, reading("T4_degC"))
+    speed = np.where(MINUTE >= 180.0, 0.0, 3000.0)
+    found = broken(T4_degC=values, speed_rpm=speed)
+    assert found == [("dead", "T4_degC", 180.0, 360.0)]
+
+
+@pytest.mark.parametrize(("column", "size"), [("T2_degC", 15.0), ("disp_z_um", 50.0)])
+@pytest.mark.parametrize("row", [0, 200, 360])
+def test_a_spike_costs_one_reading_wherever_it_is(column: str, size: float, row: int) -> None:
+    values = reading(column)
+    values[row] += size
+    assert broken(**{column: values}) == [("spikes", column, float(row), float(row))]
+
+
+def test_a_first_reading_before_a_switch_is_no_spike() -> None:
+    """At rest in the first sample, running in the second: centrifugal force moves the shaft."""
+    values = reading("disp_z_um")
+    values[0] -= 60.0
+    speed = np.where(TIME > 0.0, 3000.0, 0.0)
+    assert broken(disp_z_um=values, speed_rpm=speed) == []
+
+
+@pytest.mark.parametrize(("column", "size"), [("T2_degC", -20.0), ("disp_z_um", 60.0)])
+def test_a_step_that_is_put_right_is_bad_until_then(column: str, size: float) -> None:
+    values = reading(column) + np.where((MINUTE >= 100.0) & (MINUTE < 160.0), size, 0.0)
+    assert broken(**{column: values}) == [("step", column, 100.0, 159.0)]
+
+
+def test_a_runaway_that_comes_back_is_bad_until_then() -> None:
+    away = np.interp(MINUTE, [120.0, 140.0, 200.0, 220.0], [0.0, 25.0, 25.0, 0.0])
+    ((kind, column, start, end),) = broken(T3_degC=reading("T3_degC") + away)
+    assert (kind, column) == ("runaway", "T3_degC")
+    assert start == pytest.approx(121.0, abs=3.0)
+    assert end == pytest.approx(214.0, abs=4.0)
+
+
+def test_a_part_that_warms_its_neighbours_is_hot_and_not_broken() -> None:
+    """Nobody recorded the load that came on at two hours."""
+    heat = 30.0 * (1.0 - np.exp(-np.clip(TIME - 7200.0, 0.0, None) / 1200.0))
+    changes = {"T6_degC": reading("T6_degC") + heat, "T7_degC": reading("T7_degC") + 0.4 * heat}
+    assert broken(**changes) == []
+
+
+def test_a_bearing_that_is_hot_in_one_run_alone_is_not_broken() -> None:
+    hot = reading("T6_degC") + 25.0 * (1.0 - np.exp(-TIME / 1500.0))
+    assert broken(*(run_of(n) for n in range(2, 6)), T6_degC=hot) == []
+
+
+def test_a_machine_that_is_warm_from_the_first_sample_on_is_sound() -> None:
+    """Parts of a running spindle spread widely: the hottest is far from the middle for good."""
+    spread = {f"T{n}_degC": reading(f"T{n}_degC") + 5.0 * (n - 1) for n in range(1, 8)}
+    assert broken(**spread) == []
+
+
+@pytest.mark.real_data
+def test_real_faults_are_seen_in_a_single_run(lathe_runs: list[Path]) -> None:
+    for name, column, kind in (
+        ("20200824", "PT10_degC", "never_right"),
+        ("20200907", "spindle_motor_degC", "frozen"),
+        ("20200907", "x_motor_degC", "frozen"),
+        ("20200907", "z_motor_degC", "frozen"),
+    ):
+        (path,) = (one for one in lathe_runs if one.stem == name)
+        found = {(one.kind, one.column) for one in find_faults([read_run(path)])}
+        assert (kind, column) in found

@@ -1,0 +1,62 @@
+"""The benchmark of broken sensors counts what it says it counts."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks.sensor_faults import run as benchmark
+from benchmarks.sensor_faults.breaking import BREAKAGES, ODDITIES, planted
+from measurement.faults import Fault
+from tests.measurement.faults.test_broken import SOUND
+
+
+@pytest.mark.parametrize("how", BREAKAGES, ids=lambda how: how.name)
+def test_every_breakage_changes_its_span_alone(how: benchmark.Breakage) -> None:
+    column = "T6_degC" if how.unit == "degC" else "disp_z_um"
+    broken, (start, end) = planted(SOUND, column, how, np.random.default_rng(3))
+    changed = (broken.frame[column] != SOUND.frame[column]).to_numpy()
+    assert changed.any()
+    assert ((SOUND.time_s[changed] >= start) & (SOUND.time_s[changed] <= end)).all()
+    assert broken.frame.drop(columns=column).equals(SOUND.frame.drop(columns=column))
+
+
+@pytest.mark.parametrize("how", ODDITIES)
+def test_every_oddity_is_one(how: str) -> None:
+    odd = ODDITIES[how](SOUND, "T6_degC", np.random.default_rng(3))
+    assert not odd.frame.equals(SOUND.frame)
+
+
+def test_a_fault_counts_as_found_where_it_covers_half_of_the_span() -> None:
+    def found(start: float, end: float, column: str = "T1_degC") -> tuple[bool, float]:
+        fault = Fault("r", column, "frozen", start, end, "")
+        return benchmark.judge([fault], 0, "T1_degC", (600.0, 1800.0))
+
+    assert found(600.0, 1800.0) == (True, 0.0)
+    assert found(0.0, 1800.0) == (True, 10.0)
+    assert found(600.0, 1000.0)[0] is False
+    assert found(600.0, 1800.0, "T2_degC")[0] is False
+    assert found(1900.0, 2800.0)[0] is False
+
+
+def test_the_command_counts_and_writes(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    few = tuple(how for how in BREAKAGES if how.name in ("level +30 K", "step +10 um"))
+    monkeypatch.setattr(benchmark, "BREAKAGES", few)
+    argv = ["setting", "--cases", "1", "--json", str(tmp_path / "counts.json"), "--said"]
+    assert benchmark.main(argv) == 0
+    shown = capsys.readouterr().out
+    counts = {
+        (row["source"], row["what"], row["by"]): row
+        for row in json.loads((tmp_path / "counts.json").read_text())
+    }
+    alone = "simulated jig borer, alone"
+    assert counts[alone, "level +30 K", "detector"]["found"] == 1
+    assert counts[alone, "step +10 um", "detector"]["found"] == 0
+    assert counts[alone, "healthy: as recorded", "detector"]["cases"] == 4
+    assert f"miss: {alone}, step +10 um" in shown
+    assert "| level +30 K | 1/1 (1/1) |" in shown
