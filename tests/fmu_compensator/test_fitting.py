@@ -160,8 +160,7 @@ def test_a_sensor_that_is_read_rarely_counts_by_straight_lines(rig: FivePointRig
     ]
     tables = [fit_compensator(runs, rig, "mlr", points="T1,T4") for runs in (RUNS, rare)]
     unseen = [
-        table["provenance"]["figures"]["unseen"]["like"]["elongation"]["model"]
-        for table in tables
+        table["provenance"]["figures"]["unseen"]["like"]["elongation"]["model"] for table in tables
     ]
     assert unseen[1] < 1.3 * unseen[0]
     assert [table["provenance"]["runs"][0]["rows"] for table in tables] == [len(RUNS[0].frame)] * 2
@@ -177,7 +176,9 @@ def test_a_short_warm_up_in_a_long_rest_is_seen(rig: FivePointRig) -> None:
         frame = pd.concat([rest, run.frame], ignore_index=True)
         step = float(np.diff(run.time_s)[0])
         long.append(Run(run.name, frame.assign(time_s=step * np.arange(len(frame)))))
-    assert fit_compensator(long, rig, "mlr")["provenance"]["figures"]["choice"]["hardly_moving"] == ["T3"]
+    assert fit_compensator(long, rig, "mlr")["provenance"]["figures"]["choice"][
+        "hardly_moving"
+    ] == ["T3"]
 
 
 def test_a_spike_in_the_first_displacement_does_not_shift_the_run(rig: FivePointRig) -> None:
