@@ -94,7 +94,7 @@ class ProbedRun:
         self._drift = {str(name)[6]: drift[name].to_numpy() for name in drift.columns}
         self._axes = ["XYZ".index(axis) for axis in self._drift]
         self._time_s = run.time_s
-        self._known = np.isfinite(self.targets).all(axis=1)
+        self._known = np.asarray(np.isfinite(self.targets).all(axis=1))
 
     def due(self, row: int, half_widths: Sequence[float]) -> bool:
         """Return whether a probe is taken at a row, and remember it.
