@@ -37,10 +37,13 @@ from tqdm import tqdm
 from measurement.errors import BadInput
 from scenarios.faults import Fault, FaultLine
 from scenarios.fmu import Port, Slave, interruptible
+from scenarios.probe_cycle import HALF_WIDTHS, ProbeCycle
 from scenarios.recording import Event, Recording, facts_of
+from scenarios.replay import model_of
 from scenarios.scenario import Case, signal_setting
 from scenarios.signals.base import FloatArray
-from scenarios.wiring import TOOL_LENGTH, Variables, check_signals, shared_starts, wire
+from scenarios.views import rig_of
+from scenarios.wiring import PROBED, TOOL_LENGTH, Variables, check_signals, shared_starts, wire
 
 NOISE_SEED = "noise_seed"
 STATUS, STATUS_SENSOR, STATUS_TEXT = "status", "status_sensor", "status_text"
@@ -84,6 +87,8 @@ def simulate(
         if compensator_fmu is not None and case.settings.compensator.enabled:
             compensator = stack.enter_context(Slave(compensator_fmu, "compensator", show, printed))
         loop = _Loop(case, plant, compensator)
+        if compensator is not None and compensator_fmu is not None:
+            loop.probe = _probe_cycle(case, loop, compensator, plant_fmu, compensator_fmu)
         hidden = quiet or not stderr.isatty()
         bar: tqdm[Any] = tqdm(
             total=case.settings.steps, desc=case.name, file=stderr, disable=hidden, leave=False
@@ -128,6 +133,17 @@ def plant_parameters(case: Case, plant: Variables) -> dict[str, float]:
     return found
 
 
+def _probe_cycle(
+    case: Case, loop: _Loop, compensator: Slave, plant_fmu: Path, compensator_fmu: Path
+) -> ProbeCycle | None:
+    """Return the probe cycle that a case asks for."""
+    probe, source = case.settings.compensator.probe, str(case.setting.source)
+    if probe is None:
+        return None
+    form = model_of(compensator_fmu).input_form
+    return ProbeCycle(probe, compensator, loop.plant_out.names, rig_of(plant_fmu), form, source)
+
+
 class _Loop:
     """The two FMUs connected, and the tables that the run fills."""
 
@@ -146,6 +162,8 @@ class _Loop:
         if compensator:
             self._connect_compensator(compensator)
         self.events: list[Event] = []
+        self.probe: ProbeCycle | None = None
+        self.probed = np.zeros(len(self.time_s))
 
     def _rows(self, names: Sequence[str]) -> FloatArray:
         rows = np.empty((len(self.time_s), len(names)))
@@ -169,6 +187,9 @@ class _Loop:
         self.give = np.array(
             [self.sent.names.index(name) for name in self.wiring.offsets], dtype=int
         )
+        self.widths = [
+            self.sent.names.index(name) for name in HALF_WIDTHS if name in self.sent.names
+        ]
         codes = compensator.names("output", "Integer")
         self.codes = Port(compensator, codes, "Integer")
         self.flags = Port(compensator, compensator.names("output", "Boolean"), "Boolean")
@@ -246,6 +267,10 @@ class _Loop:
             self.code_table[k, count:] = self.flags.values
             self._notice(k)
             self._see(k)
+            if self.probe is not None:
+                widths = self.sent.values[self.widths].tolist()
+                now = float(self.time_s[k])
+                self.probed[k] = self.probe.set(now, self.plant_out.values, widths)
             self.seen_table[k] = self.seen_in.values
             self.plant_in.values[driven:] = self.sent.values[self.give]
         if not last:
@@ -313,3 +338,5 @@ class _Loop:
             yield compensator.column(name), self.sent_table[:, place]
         for place, name in enumerate((*self.codes.names, *self.flags.names)):
             yield f"{name}_1", self.code_table[:, place]
+        if self.probe is not None:
+            yield f"{PROBED}_1", self.probed

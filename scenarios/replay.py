@@ -29,12 +29,16 @@ from measurement.resampling import GAP_INTERVALS
 from measurement.rig import FivePointRig, Rig, rig_from_table
 from measurement.runs import Run
 from scenarios.charts import BEFORE, LINES, Chart, Line, Panel
-from scenarios.fmu import Port, Slave, interruptible
+from scenarios.fmu import Port, Slave, interruptible, read_description
+from scenarios.probing import ProbedRun, Probing
 from scenarios.recording import Event, FmuFacts, facts_of
 from scenarios.table import NO_COMPENSATION
+from scenarios.wiring import PROBED, TOOL_LENGTH
 
 AXES = ("X", "Y", "Z")
 LABEL = "Compensated"
+LABEL_PROBED = "Compensated, with probes"
+LABEL_HELD = "Last probe held"
 STANDING = ("frozen", "saturated")
 
 
@@ -57,6 +61,10 @@ class Replay:
         Changes of the status.
     fmu : FmuFacts
         The compensator.
+    probes : tuple of int, optional
+        Rows at which a probe was taken; None where none was asked for. The frame then has
+        ``unprobed_error_X_um`` ... without probes and ``held_error_X_um`` ... with the last probe
+        held, too.
     """
 
     run: Run
@@ -65,6 +73,7 @@ class Replay:
     faults: tuple[Fault, ...]
     events: tuple[Event, ...]
     fmu: FmuFacts
+    probes: tuple[int, ...] | None = None
 
 
 def model_of(fmu: Path) -> Model:
@@ -108,6 +117,7 @@ def replay(
     tool_length_mm: float | None = None,
     *,
     keep_frozen: bool = False,
+    probing: Probing | None = None,
 ) -> Replay:
     """Drive a compensator FMU with a run.
 
@@ -125,6 +135,8 @@ def replay(
         By default the FMU's own start value [mm].
     keep_frozen : bool
         Count the rows in which a displacement sensor was frozen or at the end of its range.
+    probing : Probing, optional
+        Give the compensator the run's own drift now and then, as a probe would.
 
     Raises
     ------
@@ -134,32 +146,46 @@ def replay(
         If the FMU fails.
     """
     _check_columns(model, run)
-    printed = io.StringIO()
-    stderr = sys.stderr
-    with contextlib.redirect_stderr(printed):
-        slave = Slave(fmu, "compensator", lambda line: print(line, file=stderr), printed)
-        with slave, interruptible():
-            length = tool_length_mm
-            if length is None:
-                length = float(slave.variables["tool_length"].start)
-            sent, codes, events = _drive(slave, run, length)
-            facts = facts_of(slave)
+    if probing is not None:
+        probing.check(model)
     faults = find_faults([run])
     kinds = [kind for kind in GROSS if not (keep_frozen and kind in STANDING)]
     # The compensator gets all readings as they are; what it is judged by must be right.
     left = cleaned([run], faults, kinds)[0]
+    length = _tool_length(fmu) if tool_length_mm is None else tool_length_mm
     drift = measured_drift(left, rig, length, model.input_form)
     out = (left.frame[rig.columns].isna() & run.frame[rig.columns].notna()).any(axis=1)
     drift[out] = np.nan
+    axes = [axis for axis in AXES if f"drift_{axis}_um" in drift]
     columns: dict[str, object] = {"time_s": run.time_s} | {
         str(name): drift[name] for name in drift.columns
     }
-    for axis in AXES:
-        if f"drift_{axis}_um" in drift:
-            columns[f"d{axis}_um"] = sent[f"d{axis}"]
-            columns[f"error_{axis}_um"] = drift[f"drift_{axis}_um"] + sent[f"d{axis}"]
+    probed = None
+    if probing is not None:
+        sent = _driven(fmu, run, length, None)[0]
+        for axis in axes:
+            columns[f"unprobed_error_{axis}_um"] = drift[f"drift_{axis}_um"] + sent[f"d{axis}"]
+        probed = ProbedRun(probing, model, left, rig, length)
+    sent, codes, events, facts = _driven(fmu, run, length, probed)
+    for axis in axes:
+        columns[f"d{axis}_um"] = sent[f"d{axis}"]
+        columns[f"error_{axis}_um"] = drift[f"drift_{axis}_um"] + sent[f"d{axis}"]
+        if probed is not None:
+            columns[f"held_error_{axis}_um"] = drift[f"drift_{axis}_um"] - probed.held(axis)
+            columns[f"d{axis}_uncertainty_um"] = sent[f"d{axis}_uncertainty"]
     frame = pd.DataFrame({**columns, "status_1": codes})
-    return Replay(run, frame, int(out.sum()), tuple(faults), tuple(events), facts)
+    rows = None if probed is None else tuple(probed.rows)
+    if rows is not None:
+        frame["measured_1"] = np.isin(np.arange(len(frame)), rows).astype(int)
+    return Replay(run, frame, int(out.sum()), tuple(faults), tuple(events), facts, rows)
+
+
+def _tool_length(fmu: Path) -> float:
+    """Return the tool length that an FMU starts with [mm]."""
+    for variable in read_description(fmu).modelVariables:
+        if variable.name == TOOL_LENGTH:
+            return float(variable.start)
+    return 0.0
 
 
 def _check_columns(model: Model, run: Run) -> None:
@@ -174,21 +200,36 @@ def _check_columns(model: Model, run: Run) -> None:
         )
 
 
+def _driven(
+    fmu: Path, run: Run, length: float, probed: ProbedRun | None
+) -> tuple[dict[str, np.ndarray], np.ndarray, list[Event], FmuFacts]:
+    """Load the FMU and step it through the run."""
+    printed = io.StringIO()
+    stderr = sys.stderr
+    with contextlib.redirect_stderr(printed):
+        slave = Slave(fmu, "compensator", lambda line: print(line, file=stderr), printed)
+        with slave, interruptible():
+            return *_drive(slave, run, length, probed), facts_of(slave)
+
+
 def _drive(
-    slave: Slave, run: Run, length: float
+    slave: Slave, run: Run, length: float, probed: ProbedRun | None
 ) -> tuple[dict[str, np.ndarray], np.ndarray, list[Event]]:
     """Step through the run; return offsets in force at each row, status codes, and events."""
-    seen = Port(slave, slave.names("input"))
+    seen = Port(slave, [name for name in slave.names("input") if not name.startswith(PROBED)])
     rows = np.full((len(run.time_s), len(seen.names)), math.nan)
     for place, name in enumerate(seen.names):
         column = slave.column(name)
-        if name == "tool_length":
+        if name == TOOL_LENGTH:
             rows[:, place] = length
         elif column in run.frame.columns:
             rows[:, place] = _held(run, column)
-    sent = Port(slave, [f"d{axis}" for axis in AXES])
+    axes = len(AXES)
+    outputs = [f"d{axis}" for axis in AXES] + [f"d{axis}_uncertainty" for axis in AXES]
+    sent = Port(slave, [name for name in outputs if name in slave.variables])
     codes = Port(slave, ["status", "status_sensor"], "Integer")
-    table = np.zeros((len(rows), 3))
+    probe = None if probed is None else _ProbeInputs(slave, probed)
+    table = np.zeros((len(rows), len(sent.names)))
     status = np.zeros(len(rows))
     events: list[Event] = []
     time_s = run.time_s - run.time_s[0]
@@ -199,6 +240,8 @@ def _drive(
         if k:
             seen.values[:] = rows[k - 1]
             seen.set()
+            if probe is not None:
+                probe.set(k - 1, table[k - 1, axes:])
             slave.step(float(time_s[k - 1]), float(time_s[k] - time_s[k - 1]))
         sent.get()
         codes.get()
@@ -207,6 +250,25 @@ def _drive(
         if not events or (events[-1].code, events[-1].sensor) != (code, sensor):
             events.append(Event(float(time_s[k]), code, sensor, slave.text("status_text")))
     return dict(zip(sent.names, table.T, strict=True)), status, events
+
+
+class _ProbeInputs:
+    """The inputs that a probe's result goes in through."""
+
+    def __init__(self, slave: Slave, probed: ProbedRun) -> None:
+        self._probed = probed
+        names = [name for name in slave.names("input") if name.startswith(PROBED)]
+        self._targets = Port(slave, names)
+        self._flag = Port(slave, [PROBED], "Boolean")
+
+    def set(self, row: int, half_widths: np.ndarray) -> None:
+        """Set the inputs of the step that begins at a row."""
+        due = self._probed.due(row, half_widths.tolist())
+        if due:
+            self._targets.values[:] = self._probed.targets[row]
+            self._targets.set()
+        self._flag.values[0] = due
+        self._flag.set()
 
 
 def _held(run: Run, column: str) -> np.ndarray:
@@ -235,12 +297,40 @@ def chart_of(found: Replay, name: str) -> Chart:
     for axis in AXES:
         if f"drift_{axis}_um" in frame:
             before, after = (frame[f"{what}_{axis}_um"].to_numpy() for what in ("drift", "error"))
-            lines = (
+            label = LABEL if found.probes is None else LABEL_PROBED
+            lines = [
                 Line(NO_COMPENSATION, time_s, before, BEFORE),
-                Line(LABEL, time_s, after, LINES[0], rank=2),
-            )
-            panels.append(Panel(f"{axis} [µm]", lines))
+                Line(label, time_s, after, LINES[0], rank=2),
+            ]
+            if found.probes is not None:
+                unprobed = frame[f"unprobed_error_{axis}_um"].to_numpy()
+                lines.insert(1, Line(LABEL, time_s, unprobed, LINES[1]))
+            panels.append(Panel(f"{axis} [µm]", tuple(lines)))
     return Chart(name, f"Drift before and after compensation: {found.run.name}", "", tuple(panels))
 
 
-__all__ = ["ModelFileError", "Replay", "chart_of", "model_of", "replay", "rig_of_model"]
+def results_of(found: Replay) -> list[tuple[str, str, pd.DataFrame]]:
+    """Return the lines of the table: name, label, and a frame with drift and error."""
+    frame, name = found.frame, found.run.name
+    if found.probes is None:
+        return [(name, LABEL, frame)]
+    lines = []
+    for what, label in (("unprobed_", LABEL), ("", LABEL_PROBED), ("held_", LABEL_HELD)):
+        errors = {
+            f"error_{axis}_um": frame[f"{what}error_{axis}_um"]
+            for axis in AXES
+            if f"error_{axis}_um" in frame
+        }
+        lines.append((f"{what}{name}", label, frame.assign(**errors)))
+    return lines
+
+
+__all__ = [
+    "ModelFileError",
+    "Replay",
+    "chart_of",
+    "model_of",
+    "replay",
+    "results_of",
+    "rig_of_model",
+]

@@ -10,6 +10,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from tqdm import tqdm
 
 from measurement.errors import BadInput
@@ -19,7 +20,8 @@ from measurement.runs import read_run, write_run
 from measurement.units import split_column
 from plant_model.machine_file import read_machine
 from scenarios.fmu_files import find_fmu
-from scenarios.replay import LABEL, Replay, chart_of, model_of, replay, rig_of_model
+from scenarios.probing import PAUSE_S, Probing
+from scenarios.replay import Replay, chart_of, model_of, replay, results_of, rig_of_model
 from scenarios.report import Page, write_report
 from scenarios.results import (
     DIGITS,
@@ -35,6 +37,8 @@ from scenarios.table import Group, group_of, overall
 ALL = "All runs together"
 WAITING, AT_ZERO = 1, 31
 """Status codes: not started yet, and given up (from the second one on)."""
+MOST_SHOWN = 8
+"""So many probes of a run are named by their time [1]."""
 WORTH_SAYING = 0.05
 """A smaller share of samples without offsets needs no note [1]."""
 NOTE = (
@@ -54,6 +58,7 @@ def run_replay(
     tool_length_mm: float | None = None,
     machine: str | None = None,
     keep_frozen: bool = False,
+    probing: Probing | None = None,
     title: str = "Replay of measured runs",
     description: str = "",
     quiet: bool = False,
@@ -74,6 +79,8 @@ def run_replay(
         Machine file or name whose rig names the five-point sensors and their signs.
     keep_frozen : bool
         Count rows with a frozen or saturated displacement sensor.
+    probing : Probing, optional
+        When the compensator is given a probe of the run's own drift.
     title, description : str
         For the report.
     quiet : bool
@@ -104,12 +111,12 @@ def run_replay(
         rig = rig_of_model(model, _five_point(machine))
         hidden = quiet or not sys.stderr.isatty()
         replays = [
-            replay(fmu, model, run, rig, tool_length_mm, keep_frozen=keep_frozen)
+            replay(fmu, model, run, rig, tool_length_mm, keep_frozen=keep_frozen, probing=probing)
             for run in tqdm(found, desc="replay", disable=hidden, leave=False)
         ]
-    groups = [group_of(entry.run.name, [(entry.run.name, LABEL, entry.frame)]) for entry in replays]
+    groups = [group_of(entry.run.name, results_of(entry)) for entry in replays]
     if len(groups) > 1:
-        groups.insert(0, overall(groups, ALL, LABEL))
+        groups.insert(0, overall(groups, ALL))
     notes = _notes(replays)
     with results_folder(out) as folder:
         files = {}
@@ -168,6 +175,7 @@ def _notes(replays: Sequence[Replay]) -> list[str]:
             f"{left_out} of {rows} rows do not count: a displacement sensor was broken in them."
         )
     notes += [note for entry in replays for note in _without_offsets(entry)]
+    notes += [_probes(entry) for entry in replays if entry.probes is not None]
     faults = [fault for entry in replays for fault in entry.faults]
     told = [group for group in by_column(faults) if group[0].is_gross or group[0].kind in LEVELS]
     notes += [group_line(group) for group in told]
@@ -193,12 +201,39 @@ def _without_offsets(entry: Replay) -> list[str]:
     ]
 
 
+def _probes(entry: Replay) -> str:
+    """Say how often a run was probed, and when."""
+    time_s = entry.run.time_s
+    taken = time_s[list(entry.probes or ())]
+    if not len(taken):
+        return f"{entry.run.name}: no probe."
+    hours = max(float(time_s[-1] - time_s[0]) / 3600.0, 1e-9)
+    minutes = [f"{(value - time_s[0]) / 60.0:.0f}" for value in taken]
+    shown = ", ".join(minutes[:MOST_SHOWN]) + (", ..." if len(minutes) > MOST_SHOWN else "")
+    text = f"{entry.run.name}: {_count(taken)}, {len(taken) / hours:.1f} an hour, at {shown} min"
+    step_s = float(np.median(np.diff(time_s))) if len(time_s) > 1 else 0.0
+    hasty = int(np.sum(np.diff(taken) < PAUSE_S + 2.0 * step_s))
+    if hasty > len(taken) / 2:
+        text += (
+            f"; most follow the one before as soon as {PAUSE_S / 60:g} min allow: "
+            "a probe does not bring the uncertainty below the limit for longer"
+        )
+    return f"{text}."
+
+
+def _count(taken: np.ndarray) -> str:
+    return "1 probe" if len(taken) == 1 else f"{len(taken)} probes"
+
+
 def _run_facts(entry: Replay, file: str) -> dict[str, Any]:
     return {
         "name": entry.run.name,
         "sha256": entry.run.sha256,
         "rows": len(entry.frame),
         "left_out": entry.left_out,
+        "probed_s": None
+        if entry.probes is None
+        else [float(entry.run.time_s[row]) for row in entry.probes],
         "faults": [fault.to_dict() for fault in entry.faults],
         "file": file,
         "events": [asdict(event) for event in entry.events],

@@ -47,6 +47,16 @@ class Plant(_Form):
     parameters: dict[ParameterName, Value] = Field(default_factory=dict, max_length=500)
 
 
+class Probe(_Form):
+    """A probe cycle: the plant's own displacement goes to the compensator.
+
+    *every_s*: at fixed intervals; *when_um*: when an uncertainty that it gives passes this.
+    """
+
+    every_s: Annotated[float, Field(ge=1.0, le=1e8)] | None = None
+    when_um: Annotated[float, Field(ge=0.01, le=1e5)] | None = None
+
+
 class Compensator(_Form):
     """The compensator: an FMU or a compensator file (``.json``), and what it is told.
 
@@ -57,6 +67,7 @@ class Compensator(_Form):
     fmu: FileName = "compensator.fmu"
     enabled: bool = True
     tool_length_mm: Length | None = None
+    probe: Probe | None = None
 
 
 class Variant(_Form):

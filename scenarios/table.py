@@ -71,22 +71,23 @@ def group_of(title: str, results: Iterable[tuple[str, str, pd.DataFrame]]) -> Gr
     return Group(title, tuple(rows))
 
 
-def overall(groups: Sequence[Group], title: str, label: str) -> Group:
+def overall(groups: Sequence[Group], title: str) -> Group:
     """Return all groups' lines taken together: largest maximum, mean over all samples.
 
-    Each group must have the line without compensation and one line with.
+    Each group must have the line without compensation first, and the same lines after it.
     """
     axes = sorted({axis for group in groups for axis in group.rows[0].axes})
-    found: dict[str, tuple[CompensationRow, CompensationRow]] = {}
-    for axis in axes:
-        rows = [group.rows[-1].axes[axis] for group in groups if axis in group.rows[-1].axes]
-        rows = [row for row in rows if row.samples]
-        if rows:
-            found[axis] = _taken_together(axis, rows)
-    reference = Row("", NO_COMPENSATION, {axis: pair[0] for axis, pair in found.items()})
-    return Group(
-        title, (reference, Row("overall", label, {axis: pair[1] for axis, pair in found.items()}))
-    )
+    reference: dict[str, CompensationRow] = {}
+    lines = []
+    for place, label in enumerate([row.label for row in groups[0].rows][1:], 1):
+        found: dict[str, CompensationRow] = {}
+        for axis in axes:
+            rows = [group.rows[place].axes.get(axis) for group in groups]
+            counted = [row for row in rows if row is not None and row.samples]
+            if counted:
+                reference[axis], found[axis] = _taken_together(axis, counted)
+        lines.append(Row("overall" if place == 1 else f"overall_{place}", label, found))
+    return Group(title, (Row("", NO_COMPENSATION, reference), *lines))
 
 
 def _taken_together(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -31,8 +32,13 @@ from fmu_compensator.runtime.geometry import AXES, Direct, Geometry
 
 MEMORIES_H = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0)
 """How long an error may stay alike [h]."""
+FAST_SHARES = (0.0, 0.02, 0.05, 0.1, 0.2, 0.4)
+"""How much of an error's variance may come and go between two samples [1]: no probe helps there,
+and a correction that took it for lasting would carry it on."""
 PACE_H = 0.25
-"""Errors this far apart are compared for it [h]."""
+"""Errors this far apart are looked at for both [h]."""
+PROBED_H = 1.0
+"""They are judged with a probe as often as this [h]."""
 UNMEASURED_MEMORY_H = 1.0
 """Where no run could be left out [h]."""
 SMALLEST_NOISE = 0.2
@@ -101,7 +107,8 @@ def guarding(
         interval = conformal(residuals)
         tip = tool_tip_interval(records, leash, geometry, tool_length_mm)
         spread = interval.scale / DEVIATIONS
-        memory_h = error_memory(residuals, interval)
+        memory_h, fast = error_memory(residuals, interval)
+        noise = np.maximum(noise, fast * spread**2)
         grown = [_mean_square_growth(tip, one) for one in residuals]
         per_novelty = tip.per_novelty * (tip.scale / DEVIATIONS) ** 2 * float(np.mean(grown))
         table: dict[str, Any] | None = _interval_table(tip, geometry)
@@ -173,13 +180,41 @@ def tool_tip_interval(
     )
 
 
-def error_memory(residuals: Sequence[Residuals], interval: Interval) -> float:
-    """Return how long the errors of unseen runs stay alike [h].
+def error_memory(residuals: Sequence[Residuals], interval: Interval) -> tuple[float, float]:
+    """Return how long errors of unseen runs stay alike [h], and which share is fast [1].
 
-    Of `MEMORIES_H` the most likely, the scaled errors taken as Ornstein-Uhlenbeck processes that
-    start at their usual size.
+    Of `MEMORIES_H` and `FAST_SHARES` those with which the correction, given a measurement every
+    `PROBED_H`, foretells the errors in between best: by the logarithm of their likelihood, each run
+    counting as one.
     """
-    return likeliest_memory([_paced(one, interval) for one in residuals])
+    series = [_paced(one, interval) for one in residuals]
+    size = np.sqrt(np.mean([np.mean(values**2, axis=0) for _, values in series], axis=0))
+    scaled = [(hours, values / np.maximum(size, 1e-6)) for hours, values in series]
+    scores = {
+        (memory, share): sum(_foretold(*one, memory, share) for one in scaled)
+        for memory, share in product(MEMORIES_H, FAST_SHARES)
+    }
+    return min(scores, key=lambda pair: scores[pair])
+
+
+def _foretold(hours: Array, values: Array, memory_h: float, share: float) -> float:
+    """Return minus the mean logarithm of the likelihood of a run's errors between its probes."""
+    noise = max(share, 1e-3)
+    bias, doubt, total, count = np.zeros(values.shape[1]), 1.0, 0.0, 0
+    probed_h = -np.inf
+    for place in range(len(hours)):
+        if place:
+            kept = float(np.exp(-(hours[place] - hours[place - 1]) / memory_h))
+            bias, doubt = bias * kept, 1.0 - (1.0 - doubt) * kept**2
+        variance = doubt + noise
+        missed = values[place] - bias
+        if np.isfinite(probed_h):
+            total += float(np.mean(missed**2 / variance + np.log(variance)))
+            count += 1
+        if hours[place] - probed_h >= PROBED_H - 0.5 * PACE_H:
+            gain = doubt / variance
+            bias, doubt, probed_h = bias + gain * missed, (1.0 - gain) * doubt, hours[place]
+    return total / max(count, 1)
 
 
 def likeliest_memory(series: Sequence[tuple[Array, Array]]) -> float:

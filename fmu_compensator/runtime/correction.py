@@ -9,7 +9,7 @@ from fmu_compensator.runtime.fields import Fields
 from fmu_compensator.runtime.lags import checked_state
 
 FURTHEST = 4.0
-"""A measurement moves the bias as if it were at most so many standard deviations off [1]."""
+"""A measurement that is off by more standard deviations must be confirmed by the next one [1]."""
 
 
 class Correction:
@@ -21,8 +21,9 @@ class Correction:
 
     b is the bias, v the error's variance before any measurement, u the share of it that is left,
     R the variance of a measurement, and e what the corrected prediction missed. A measurement
-    further off than `FURTHEST` standard deviations counts as one that far, and removes no doubt:
-    one bad probe does little, several that agree carry through.
+    further off than `FURTHEST` standard deviations changes nothing until the next one agrees with
+    it to that many: a chip under the probe does no harm, and an error that is real is taken in
+    with the second probe that shows it.
 
     Parameters
     ----------
@@ -71,9 +72,16 @@ class Correction:
             left = self._doubt[target] * variance
             gain = left / (left + self._noise[target])
             furthest = FURTHEST * sqrt(left + self._noise[target])
-            self.bias[target] += gain * min(max(value, -furthest), furthest)
-            if -furthest <= value <= furthest:
+            whole = self.bias[target] + value
+            confirmed = (
+                self._suspected[target] > 0.0 and abs(whole - self._suspect[target]) <= furthest
+            )
+            if abs(value) <= furthest or confirmed:
+                self.bias[target] += gain * value
                 self._doubt[target] *= 1.0 - gain
+                self._suspect[target], self._suspected[target] = 0.0, 0.0
+            else:
+                self._suspect[target], self._suspected[target] = whole, 1.0
 
     def wait(self, elapsed_s: float) -> None:
         """Let time pass: the bias fades and the doubt grows."""
@@ -93,12 +101,16 @@ class Correction:
         """Forget all measurements."""
         self.bias = [0.0] * len(self._spread)
         self._doubt = [1.0] * len(self._spread)
+        # What the last measurement says the whole error is, where it waits to be confirmed.
+        self._suspect = [0.0] * len(self._spread)
+        self._suspected = [0.0] * len(self._spread)
 
     def state(self) -> list[float]:
         """Return what is remembered."""
-        return [*self.bias, *self._doubt]
+        return [*self.bias, *self._doubt, *self._suspect, *self._suspected]
 
     def restore(self, state: Sequence[float]) -> None:
         """Take up the state that `state` returned."""
-        values = checked_state(state, 2 * len(self._spread))
-        self.bias, self._doubt = values[: len(self._spread)], values[len(self._spread) :]
+        values = iter(checked_state(state, 4 * len(self._spread)))
+        for held in (self.bias, self._doubt, self._suspect, self._suspected):
+            held[:] = [next(values) for _ in held]

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import argparse
 import json
+import re
 from pathlib import Path
+from typing import Any
 
 from scenarios.outputs import FOLDER
 
@@ -13,6 +15,8 @@ HELP = "drive a compensator with measured runs"
 READS = ("compensator", "runs", "machine")
 WRITES = {"out": FOLDER}
 LONGEST_MM = 10_000.0
+SECONDS = {"s": 1.0, "min": 60.0, "h": 3600.0}
+LENGTHS = {"um": 1.0, "mm": 1000.0}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -42,6 +46,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="count rows in which a displacement sensor was frozen or at the end of its range",
     )
+    parser.add_argument(
+        "--probe-when",
+        metavar="LIMIT",
+        help="probe when the uncertainty of a measured axis passes this, such as 3um: the run's "
+        "own drift then goes in through the measured inputs",
+    )
+    parser.add_argument(
+        "--probe-every", metavar="TIME", help="probe at fixed intervals, such as 60min"
+    )
+    parser.add_argument(
+        "--probe-noise",
+        metavar="NOISE",
+        help="standard deviation of a probe (0.5um); --seed gives it anew",
+    )
+    parser.add_argument("--seed", type=int, default=1, help="of the probes' noise (1)")
     parser.add_argument("--json", action="store_true", help="print table.json instead of a table")
     parser.add_argument("--quiet", action="store_true", help="no progress bar, no table")
 
@@ -65,6 +84,7 @@ def run(args: argparse.Namespace) -> int:
         tool_length_mm=args.tool_length,
         machine=args.machine,
         keep_frozen=args.keep_frozen,
+        probing=_probing(args),
         quiet=args.quiet or args.json,
     )
     if args.json:
@@ -73,3 +93,46 @@ def run(args: argparse.Namespace) -> int:
         print(as_text(groups), *notes, sep="\n")
         print(f"results in {args.out}, report: {args.out / 'report.html'}")
     return 0
+
+
+def _probing(args: argparse.Namespace) -> Any:
+    """Return the probe cycles that the options ask for; None for none."""
+    from measurement.errors import BadInput
+    from scenarios.probing import NOISE_UM, Probing
+
+    if not 0 <= args.seed < 2**31:
+        raise BadInput("--seed", "", f"{args.seed} is not allowed: 0 to {2**31 - 1}")
+    noise = _quantity("--probe-noise", args.probe_noise, LENGTHS, 0.0, 1000.0)
+    if args.probe_when is None and args.probe_every is None:
+        if noise is not None:
+            raise BadInput("--probe-noise", "", "needs --probe-when or --probe-every")
+        return None
+    return Probing(
+        every_s=_quantity("--probe-every", args.probe_every, SECONDS, 1.0, 1e7),
+        when_um=_quantity("--probe-when", args.probe_when, LENGTHS, 0.01, 1e5),
+        noise_um=NOISE_UM if noise is None else noise,
+        seed=args.seed,
+    )
+
+
+def _quantity(
+    option: str, text: str | None, units: dict[str, float], low: float, high: float
+) -> float | None:
+    """Return a number with a unit as an option gives it, in the first of the units.
+
+    Raises
+    ------
+    BadInput
+        If it is none, or out of range.
+    """
+    from measurement.errors import BadInput, shown
+
+    if text is None:
+        return None
+    found = re.fullmatch(r"\s*([0-9]*\.?[0-9]+(?:e[+-]?[0-9]+)?)\s*([a-z]+)\s*", text)
+    value = float(found[1]) * units[found[2]] if found and found[2] in units else float("nan")
+    if not low <= value <= high:
+        unit = next(iter(units))
+        allowed = f"a number with {' or '.join(units)}, {low:g} to {high:g} {unit}"
+        raise BadInput(option, "", f"{shown(text)} is not allowed: {allowed}")
+    return value

@@ -74,7 +74,7 @@ def test_all_runs_together_weigh_every_sample_the_same() -> None:
         group_of("one", [("1", "C", frame([10.0] * 3, [1.0] * 3))]),
         group_of("two", [("2", "C", frame([30.0], [5.0]))]),
     ]
-    row = overall(groups, "all", "C").rows[1].axes["X"]
+    row = overall(groups, "all").rows[1].axes["X"]
     assert (row.before_mean_um, row.after_mean_um) == (15.0, 2.0)
     assert (row.before_max_um, row.after_max_um) == (30.0, 5.0)
     assert row.improvement_percent == pytest.approx(100 * (1 - 2 / 15))

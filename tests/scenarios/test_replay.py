@@ -17,6 +17,7 @@ from measurement.rig import DirectRig, FivePointRig, rig_from_table
 from measurement.runs import Run, read_run, write_run
 from scenarios.cli import main
 from scenarios.fmu_files import build_compensator
+from scenarios.probing import ProbedRun, Probing
 from scenarios.replay import model_of, replay, rig_of_model
 
 DIRECT = {"kind": "direct", "axes": {"disp_x": {"axis": "X", "sign": -1}, "growth": {"axis": "Z"}}}
@@ -141,7 +142,7 @@ def test_a_thermometer_that_is_read_rarely_is_held_and_one_that_fails_is_not(
     frames = [replay(direct_fmu, model, one, rig_of_model(model)).frame for one in (rare, failed)]
     assert set(frames[0]["status_1"]) <= {0, 1, 2}
     assert frames[0]["error_Z_um"].abs().mean() < 0.3 * frames[0]["drift_Z_um"].abs().mean()
-    assert frames[1]["status_1"].iloc[-1] > 10
+    assert frames[1]["status_1"].iloc[-1] == 4
 
 
 def test_a_spike_of_the_gauge_does_not_move_the_run(direct_fmu: Path) -> None:
@@ -257,3 +258,122 @@ def test_a_compensator_of_measured_runs_helps_on_runs_it_never_saw(
     assert set(whole) == {"X", "Z"}
     for axis in whole.values():
         assert axis["improvement_percent"] > 25
+
+
+def strange(name: str, seed: int) -> Run:
+    """A run whose growth does what no temperature tells, and what a probe would."""
+    run = warming(name, seed)
+    hours = (run.time_s - run.time_s[0]) / 3600.0
+    growth = run.frame["growth_um"] + 12.0 * np.sin(hours * np.pi / 2.0)
+    return Run(name, run.frame.assign(growth_um=growth))
+
+
+@pytest.fixture(scope="module")
+def doubting_fmu(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A compensator whose training did such things as well, so that it trusts itself little."""
+    runs = [strange(f"training_{seed}", seed) for seed in (1, 2, 3)]
+    rig = rig_from_table(DIRECT, "rig")
+    table = fit_compensator(runs, rig, "mlr", points="all", sensors=["T1", "T2"])
+    folder = tmp_path_factory.mktemp("doubting")
+    (folder / "model.json").write_text(compensator_text(table), encoding="utf-8")
+    return build_compensator(folder / "model.json", folder)
+
+
+def test_probes_at_fixed_intervals_correct_what_the_model_lacks(doubting_fmu: Path) -> None:
+    model, run = model_of(doubting_fmu), strange("unseen", 9)
+    probing = Probing(every_s=900.0)
+    found = replay(doubting_fmu, model, run, rig_of_model(model), probing=probing)
+    assert found.probes is not None
+    assert np.diff(run.time_s[[0, *found.probes]]).tolist() == [900.0] * 7
+    frame = found.frame
+    probed, unprobed = (frame[f"{what}error_Z_um"].abs().mean() for what in ("", "unprobed_"))
+    assert probed < 0.7 * unprobed
+    plain = replay(doubting_fmu, model, run, rig_of_model(model)).frame
+    assert np.array_equal(frame["unprobed_error_Z_um"], plain["error_Z_um"])
+    # Up to the first probe there is no difference, and what is held comes from a probe before.
+    first = found.probes[0]
+    assert np.array_equal(frame["dZ_um"][: first + 1], plain["dZ_um"][: first + 1])
+    held = (frame["drift_Z_um"] - frame["held_error_Z_um"]).to_numpy()
+    assert not held[: first + 1].any()
+    assert held[first + 1] == pytest.approx(frame["drift_Z_um"][first], abs=3.0)
+    again = replay(doubting_fmu, model, run, rig_of_model(model), probing=probing)
+    assert again.frame.equals(frame)
+
+
+def test_probes_come_when_the_uncertainty_asks_for_them(doubting_fmu: Path) -> None:
+    model, run = model_of(doubting_fmu), strange("unseen", 9)
+    count = []
+    usual = 1000.0
+    for share in (1.0, 0.95, 0.6):
+        limit = share * usual
+        found = replay(
+            doubting_fmu, model, run, rig_of_model(model), probing=Probing(when_um=limit)
+        )
+        assert found.probes is not None
+        wide = found.frame[["dX_uncertainty_um", "dZ_uncertainty_um"]].max(axis=1).to_numpy()
+        assert (wide[list(found.probes)] > limit).all()
+        count.append(len(found.probes))
+        if not found.probes:
+            usual = float(wide.max())
+    assert 0 == count[0] < count[1] < count[2]
+
+
+def test_one_probe_that_is_100_um_off_does_no_harm(
+    doubting_fmu: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    model, run = model_of(doubting_fmu), strange("unseen", 9)
+    probing = Probing(every_s=900.0, noise_um=0.2)
+    good = replay(doubting_fmu, model, run, rig_of_model(model), probing=probing)
+    usual = ProbedRun.__init__
+
+    def chipped(self: ProbedRun, *args: Any) -> None:
+        usual(self, *args)
+        self.targets = self.targets.copy()
+        self.targets[good.probes[3]] += 100.0  # type: ignore[index]
+
+    monkeypatch.setattr(ProbedRun, "__init__", chipped)
+    bad = replay(doubting_fmu, model, run, rig_of_model(model), probing=probing)
+    assert not bad.frame["dZ_um"].equals(good.frame["dZ_um"])
+    for axis in "XZ":
+        worst = (bad.frame[f"d{axis}_um"] - good.frame[f"d{axis}_um"]).abs().max()
+        assert worst < 12.0
+        mean = [one.frame[f"error_{axis}_um"].abs().mean() for one in (good, bad)]
+        assert mean[1] < mean[0] + 1.0
+
+
+def test_the_command_shows_probes_beside_none_and_the_last_one_held(
+    doubting_fmu: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    paths = [tmp_path / f"{name}.csv" for name, _ in RUNS]
+    for path, (name, seed) in zip(paths, RUNS, strict=True):
+        write_run(strange(name, seed).frame, path)
+    out = tmp_path / "results"
+    arguments = ["replay", str(doubting_fmu), *map(str, paths), "--out", str(out)]
+    assert main([*arguments, "--probe-every", "30min", "--probe-noise", "0.2um"]) == 0
+    printed = capsys.readouterr().out
+    for label in ("Compensated, with probes", "Last probe held"):
+        assert printed.count(label) == 3
+    assert "monday: 3 probes, 1.5 an hour, at 30, 60, 90 min." in printed
+    table = json.loads((out / "table.json").read_text(encoding="utf-8"))
+    assert [len(run["probed_s"]) for run in table["runs"]] == [3, 3]
+    assert "Last probe held" in (out / "report.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        (["--probe-when", "3"], "--probe-when: '3' is not allowed: a number with um or mm"),
+        (["--probe-every", "0min"], "--probe-every: '0min' is not allowed: a number with s or min"),
+        (["--probe-noise", "1um"], "--probe-noise: needs --probe-when or --probe-every"),
+        (["--seed", "-1"], "--seed: -1 is not allowed: 0 to "),
+    ],
+)
+def test_probes_that_cannot_be_are_refused(
+    options: list[str], told: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = ["--out", str(tmp_path / "out")]
+    assert main(["replay", "model.json", "run.csv", *options, *out]) == 2
+    error = capsys.readouterr().err
+    assert told in error
+    assert len(error.strip().splitlines()) == 1
+    assert not (tmp_path / "out").exists()

@@ -4,7 +4,6 @@
 #include <math.h>
 
 #include "constants.h"
-#include "numbers.h"
 
 struct correction *correction_make(
     struct setup *setup, const struct field *table, size_t targets)
@@ -17,7 +16,7 @@ struct correction *correction_make(
         return NULL;
     }
     self->targets = targets;
-    self->states = 2 * targets;
+    self->states = 4 * targets;
     self->memory_s = field_number(setup, table, "memory_s");
     self->spread = field_numbers(setup, table, "spread", NULL);
     self->noise = field_numbers(setup, table, "noise", NULL);
@@ -29,6 +28,8 @@ void correction_reset(const struct correction *self, double *state)
     for (size_t target = 0; target < self->targets; target++) {
         state[target] = 0.0;
         state[self->targets + target] = 1.0;
+        state[2 * self->targets + target] = 0.0;
+        state[3 * self->targets + target] = 0.0;
     }
 }
 
@@ -37,14 +38,23 @@ void correction_take(
     const double *predicted, double growth)
 {
     double *bias = state, *doubt = state + self->targets;
+    double *suspect = doubt + self->targets, *suspected = suspect + self->targets;
     for (size_t target = 0; target < self->targets; target++) {
         double missed = measured[target] - predicted[target];
         double left = doubt[target] * pow(self->spread[target] * growth, 2.0);
         double gain = left / (left + self->noise[target]);
         double furthest = CORRECTION_FURTHEST * sqrt(left + self->noise[target]);
-        bias[target] += gain * clamped(missed, -furthest, furthest);
-        if (-furthest <= missed && missed <= furthest) {
+        double whole = bias[target] + missed;
+        int confirmed =
+            suspected[target] > 0.0 && fabs(whole - suspect[target]) <= furthest;
+        if (fabs(missed) <= furthest || confirmed) {
+            bias[target] += gain * missed;
             doubt[target] *= 1.0 - gain;
+            suspect[target] = 0.0;
+            suspected[target] = 0.0;
+        } else {
+            suspect[target] = whole;
+            suspected[target] = 1.0;
         }
     }
 }

@@ -8,7 +8,7 @@
 #include "setup.h"
 
 /* See the Python twin. It is constant once made; its owner keeps the state: the bias of each
-   target, then the doubt of each. */
+   target, then their doubts, the errors that wait to be confirmed, and whether any does. */
 struct correction {
     size_t targets;
     size_t states; /* how many numbers it remembers */

@@ -1,0 +1,139 @@
+"""Probe cycles in a replay: when they come, and what a probe then shows."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fmu_compensator.runtime.modelfile import Model
+from measurement.drift import counted, measured_drift
+from measurement.errors import BadInput
+from measurement.rig import Rig
+from measurement.runs import FloatArray, Run
+from measurement.units import split_column
+
+NOISE_UM = 0.5
+PAUSE_S = 300.0
+"""Two probe cycles are at least so far apart: a limit that no probe can keep would else have the
+machine do nothing but probe [s]."""
+
+
+@dataclass(frozen=True)
+class Probing:
+    """When to measure, and how well.
+
+    Attributes
+    ----------
+    every_s : float, optional
+        At fixed intervals, the first of them after the start [s].
+    when_um : float, optional
+        When the half width of any measured axis' interval passes this [um].
+    noise_um : float
+        Standard deviation of a probe, for each displacement [um].
+    seed : int
+        Of the noise; with it and the run's name the same noise comes again.
+    most : int, optional
+        No more than so many probes a run.
+    """
+
+    every_s: float | None = None
+    when_um: float | None = None
+    noise_um: float = NOISE_UM
+    seed: int = 1
+    most: int | None = None
+
+    def check(self, model: Model) -> None:
+        """Refuse a compensator that cannot be probed so.
+
+        Raises
+        ------
+        BadInput
+            If it takes no measurement, or has no interval that a limit could be held against.
+        """
+        if not model.takes_measured:
+            raise BadInput(
+                model.source, "correction", "is missing, so a probe corrects nothing: fit it anew"
+            )
+        if self.when_um is not None and model.interval is None:
+            problem = "is missing, so no uncertainty can pass a limit: fit to three or more runs"
+            raise BadInput(model.source, "interval", problem)
+
+
+class ProbedRun:
+    """The probe cycles of one run, as they are asked for.
+
+    Parameters
+    ----------
+    probing : Probing
+    model : Model
+        Whose targets are measured.
+    run : Run
+        Displacements that are not to be used left out.
+    rig : Rig
+    tool_length_mm : float
+
+    Attributes
+    ----------
+    rows : list of int
+        At which a probe was taken, so far.
+    """
+
+    def __init__(
+        self, probing: Probing, model: Model, run: Run, rig: Rig, tool_length_mm: float
+    ) -> None:
+        self.probing = probing
+        self.rows: list[int] = []
+        noisy = _noisy(probing, run, rig)
+        pose = counted(rig.targets(noisy), model.input_form)
+        pose = pose.rename(columns={name: split_column(str(name))[0] for name in pose.columns})
+        self.targets: FloatArray = pose[list(model.targets)].to_numpy(dtype=np.float64)
+        drift = measured_drift(noisy, rig, tool_length_mm, model.input_form)
+        self._drift = {str(name)[6]: drift[name].to_numpy() for name in drift.columns}
+        self._axes = ["XYZ".index(axis) for axis in self._drift]
+        self._time_s = run.time_s
+        self._known = np.asarray(np.isfinite(self.targets).all(axis=1))
+
+    def due(self, row: int, half_widths: Sequence[float]) -> bool:
+        """Return whether a probe is taken at a row, and remember it.
+
+        Parameters
+        ----------
+        row : int
+            The run's row.
+        half_widths : sequence of float
+            The uncertainty of X, Y and Z that the compensator gives there [um].
+        """
+        probing = self.probing
+        if not self._known[row] or (probing.most is not None and len(self.rows) >= probing.most):
+            return False
+        since = float(self._time_s[row] - self._time_s[self.rows[-1] if self.rows else 0])
+        late = probing.every_s is not None and since >= probing.every_s
+        wide = probing.when_um is not None and any(
+            half_widths[axis] > probing.when_um for axis in self._axes
+        )
+        if not late and not (wide and (not self.rows or since >= PAUSE_S)):
+            return False
+        self.rows.append(row)
+        return True
+
+    def held(self, axis: str) -> FloatArray:
+        """Return the drift that the last probe before each row showed, at first zero [um]."""
+        values = np.zeros(len(self._time_s))
+        for row in self.rows:
+            values[row + 1 :] = self._drift[axis][row]
+        return values
+
+
+def _noisy(probing: Probing, run: Run, rig: Rig) -> Run:
+    """Return the run as probes show it; what drift counts from stays as it is."""
+    random = np.random.default_rng([probing.seed, zlib.crc32(run.name.encode())])
+    frame = run.frame.copy()
+    for name in rig.columns:
+        values = frame[name].to_numpy(dtype=np.float64)
+        noise = random.normal(0.0, probing.noise_um, len(values))
+        noise[np.flatnonzero(np.isfinite(values))[:1]] = 0.0
+        frame[name] = values + noise
+    return Run(run.name, frame)

@@ -1,0 +1,35 @@
+"""A probe cycle in the loop: when it comes, and what it brings."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from scenarios.cosimulation import simulate
+from scenarios.fmu_files import build_shipped
+from scenarios.scenario import read_scenario
+
+
+def test_a_probe_cycle_in_the_loop(tmp_path: Path) -> None:
+    for kind in ("plant", "compensator"):
+        build_shipped(kind, tmp_path, quiet=True)
+    frames = {
+        case.name: simulate(
+            case, tmp_path / "plant.fmu", tmp_path / "compensator.fmu", quiet=True
+        ).frame
+        for case in read_scenario("probing", [("step_s", 10.0)]).cases
+    }
+    assert "measured_1" not in frames["no_probe"]
+    hourly = frames["hourly"]
+    probed = hourly["time_s"][hourly["measured_1"] > 0].to_numpy()
+    assert probed.tolist() == (3600.0 * np.arange(1, 9)).tolist()
+    after = int(np.flatnonzero(hourly["measured_1"])[0])
+    before, behind = (hourly["dX_uncertainty_um"].iloc[after + k] for k in (0, 3))
+    assert behind < before
+    error = {name: frame["error_Y_um"].abs().mean() for name, frame in frames.items()}
+    assert error["hourly"] < error["no_probe"]
+    asked = frames["on_demand"]
+    widths = asked[["dX_uncertainty_um", "dY_uncertainty_um", "dZ_uncertainty_um"]].max(axis=1)
+    assert asked["measured_1"].any()
+    assert (widths[asked["measured_1"] > 0] > 1.5).all()
