@@ -41,8 +41,8 @@ class Output(NamedTuple):
     elongation, yaw, pitch : float
         The predicted pose [um, urad, urad]; the last good one while the inputs are bad.
     dX_uncertainty, dY_uncertainty, dZ_uncertainty : float
-        Half the width of the interval about the predicted drift at this tool length in which most
-        unseen drift lies [um]: wider the newer the inputs are, narrower after a measurement. The
+        Half the width of the interval about the drift that is compensated, at this tool length, in
+        which most unseen drift lies [um]: wider the newer the inputs are, narrower after a measurement. The
         last good one while the inputs are bad. -1: not known, because the file has no interval, or
         nothing was predicted yet.
     valid : bool
@@ -288,15 +288,9 @@ class Compensator:
         geometry, limits = self.model.geometry, self.model.limits
         share = limits.tool_share(tool_length)
         wanted = [0.0 - drift for drift in geometry.drift(targets, tool_length)]
-        if guard is not None and self._novelty > guard.known:
-            wanted = [
-                offset * guard.faded(axis, self._novelty, share, doubt)
-                for axis, offset in enumerate(wanted)
-            ]
-        if spare is not None:
-            wanted = [
-                offset * spare.faded(axis, share, doubt) for axis, offset in enumerate(wanted)
-            ]
+        given_up = (0.0, 0.0, 0.0)
+        if guard is not None or spare is not None:
+            wanted, given_up = self._faded(wanted, tool_length, share, doubt)
         x, y, z = wanted
         self._wanted = limits.saturated(x), limits.saturated(y), limits.saturated(z)
         self._pose = geometry.pose(targets)
@@ -305,10 +299,38 @@ class Compensator:
             self._half_width = interval.half_width(self._growth * sqrt(doubt), share)
             if spare is not None:
                 self._half_width = spare.widened(self._half_width, doubt)
+            self._half_width = _wider(self._half_width, given_up)
         if self._correction is not None:
             self._predicted = targets if self._followed is None else self._followed
         if not self._started:
             self._started = self._recovering = True
+
+    def _faded(
+        self, wanted: list[float], tool_length: float, share: float, doubt: float
+    ) -> tuple[list[float], tuple[float, float, float]]:
+        """Return offsets in proportion to what is known, and how much was given up [um].
+
+        What is not known falls back to what was measured last; to zero if nothing was.
+        """
+        guard, spare, correction = self._guard, self._spare, self._correction
+        new = guard is not None and self._novelty > guard.known
+        if not new and spare is None:
+            return wanted, (0.0, 0.0, 0.0)
+        last: Sequence[float] = (0.0, 0.0, 0.0)
+        if correction is not None and any(correction.held):
+            drift = self.model.geometry.drift(correction.held, tool_length)
+            last = [0.0 - value for value in drift]
+        found, given_up = [], []
+        for axis, offset in enumerate(wanted):
+            part = 1.0
+            if guard is not None and new:
+                part = guard.faded(axis, self._novelty, share, doubt)
+            if spare is not None:
+                part *= spare.faded(axis, share, doubt)
+            moved = (1.0 - part) * (offset - last[axis])
+            found.append(offset - moved)
+            given_up.append(abs(moved))
+        return found, _three(given_up)
 
     def _corrected(self, elapsed_s: float, measured: Sequence[float] | None) -> float:
         """Take in what was measured with the sample before; return the doubt that is left [1]."""
@@ -317,7 +339,8 @@ class Compensator:
             return 1.0
         if measured is not None and self._predicted is not None:
             pairs = zip(measured, self._predicted, strict=True)
-            correction.take([value - predicted for value, predicted in pairs], self._growth)
+            missed = [value - predicted for value, predicted in pairs]
+            correction.take(missed, self._growth, self._predicted)
         correction.wait(elapsed_s)
         return correction.doubt
 
@@ -500,6 +523,16 @@ class Compensator:
         self._half_width = _three(state["half_width"])
         self._predicted = None if state["predicted"] is None else list(state["predicted"])
         self._growth, self._novelty = state["growth"], state["novelty"]
+
+
+def _wider(
+    half_width: tuple[float, float, float], by: tuple[float, float, float]
+) -> tuple[float, float, float]:
+    x, y, z = (
+        width if width == NOT_KNOWN else width + more
+        for width, more in zip(half_width, by, strict=True)
+    )
+    return x, y, z
 
 
 def _three(values: Sequence[float]) -> tuple[float, float, float]:

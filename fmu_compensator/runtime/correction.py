@@ -57,7 +57,9 @@ class Correction:
         fields.done()
         return cls(memory_s, spread, noise)
 
-    def take(self, missed: Sequence[float], growth: float) -> None:
+    def take(
+        self, missed: Sequence[float], growth: float, predicted: Sequence[float] | None = None
+    ) -> None:
         """Move the bias towards a measurement.
 
         Parameters
@@ -66,6 +68,8 @@ class Correction:
             Measured minus predicted, the bias in force included [um, urad].
         growth : float
             Standard deviation of the error, over its spread [1].
+        predicted : sequence of float, optional
+            What it was measured against [um, urad]; zeros without it.
         """
         for target, value in enumerate(missed):
             variance = (self._spread[target] * growth) ** 2
@@ -80,6 +84,8 @@ class Correction:
                 self.bias[target] += gain * value
                 self._doubt[target] *= 1.0 - gain
                 self._suspect[target], self._suspected[target] = 0.0, 0.0
+                base = 0.0 if predicted is None else predicted[target]
+                self.held[target] = base + gain * value
             else:
                 self._suspect[target], self._suspected[target] = whole, 1.0
 
@@ -101,16 +107,18 @@ class Correction:
         """Forget all measurements."""
         self.bias = [0.0] * len(self._spread)
         self._doubt = [1.0] * len(self._spread)
+        # What the last measurement said the target was: zero before the first.
+        self.held = [0.0] * len(self._spread)
         # What the last measurement says the whole error is, where it waits to be confirmed.
         self._suspect = [0.0] * len(self._spread)
         self._suspected = [0.0] * len(self._spread)
 
     def state(self) -> list[float]:
         """Return what is remembered."""
-        return [*self.bias, *self._doubt, *self._suspect, *self._suspected]
+        return [*self.bias, *self._doubt, *self._suspect, *self._suspected, *self.held]
 
     def restore(self, state: Sequence[float]) -> None:
         """Take up the state that `state` returned."""
-        values = iter(checked_state(state, 4 * len(self._spread)))
-        for held in (self.bias, self._doubt, self._suspect, self._suspected):
-            held[:] = [next(values) for _ in held]
+        values = iter(checked_state(state, 5 * len(self._spread)))
+        for row in (self.bias, self._doubt, self._suspect, self._suspected, self.held):
+            row[:] = [next(values) for _ in row]

@@ -253,7 +253,7 @@ def _half_widths(model: Model) -> list[Variable]:
     return [
         _output(
             f"d{axis}_uncertainty",
-            f"Half the width of the interval about the predicted {axis} drift in which {share} of "
+            f"Half the width of the interval about the compensated {axis} drift in which {share} of "
             "unseen drift lies; -1: not known",
             "um",
             low=NOT_KNOWN,

@@ -213,7 +213,37 @@ def test_the_half_width_grows_with_novelty(
     assert first[6:9] == pytest.approx([0.5 * scale for scale in (1.5, 4.0, 3.0)])
     novel = bench.step(warm(0.0, 4.0))
     grown = (0.25 + 1.0 / 3600.0) ** 0.5 * (1.0 + 3.0 * (0.5 - 0.495 / 2.0) * 16.0) ** 0.5
-    assert novel[6:9] == pytest.approx([grown * scale for scale in (1.5, 4.0, 3.0)])
+    # What was given up of the offsets is added: the interval is about what is sent.
+    pose = bench.compensator.model.geometry.drift(bench.compensator._predicted, 100.0)
+    given_up = [abs(abs(drift) - abs(sent)) for drift, sent in zip(pose, novel[:3], strict=True)]
+    assert max(given_up) > 1.0
+    widths = [grown * scale for scale in (1.5, 4.0, 3.0)]
+    assert novel[6:9] == pytest.approx(
+        [width + more for width, more in zip(widths, given_up, strict=True)]
+    )
+
+
+def test_what_is_not_known_falls_back_to_what_was_measured_last(
+    five_point_table: dict[str, Any], as_model: AsModel
+) -> None:
+    bench = Bench(as_model(free(five_point_table)))
+    bench.step(ROOM)
+    bench.step(warm(0.0, 4.0), measured=[13.0, 10.0, -1.0, 2.0, 2.0])
+    bench.step(warm(0.0, 4.0))
+    bench.time += 1e6  # by now the measurement says nothing of the model's error
+    compensator = bench.compensator
+    bench.step(warm(0.0, 12.0))
+    drift = compensator.model.geometry.drift
+    held = drift(compensator._correction.held, 100.0)
+    predicted = drift(compensator._predicted, 100.0)
+    share = compensator.model.limits.tool_share(100.0)
+    for axis, (wanted, last, model) in enumerate(
+        zip(compensator._wanted, held, predicted, strict=True)
+    ):
+        part = compensator._guard.faded(axis, compensator._novelty, share, 1.0)
+        assert -wanted == pytest.approx(last + part * (model - last), rel=1e-6)
+        assert abs(last) > 1.0
+    assert compensator._guard.faded(0, compensator._novelty, share, 1.0) < 0.3
 
 
 def test_a_measurement_moves_the_prediction_and_removes_doubt(

@@ -113,10 +113,10 @@ def test_a_state_goes_on_where_it_was_left_and_a_reset_starts_over() -> None:
         one.take([1.0, 1.0], 1.2)
     assert other.state() == whole.state()
     other.reset()
-    assert other.state() == correction_of().state() == [0.0, 0.0, 1.0, 1.0] + [0.0] * 4
+    assert other.state() == correction_of().state() == [0.0, 0.0, 1.0, 1.0] + [0.0] * 6
 
 
-@pytest.mark.parametrize("state", [[], [0.0] * 7, [0.0] * 9, [0.0] * 7 + [None]])
+@pytest.mark.parametrize("state", [[], [0.0] * 9, [0.0] * 11, [0.0] * 9 + [None]])
 def test_a_foreign_state_is_refused(state: Any) -> None:
     with pytest.raises(ValueError, match="state"):
         correction_of().restore(state)

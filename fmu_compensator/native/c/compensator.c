@@ -260,24 +260,44 @@ static double predict_targets(
     return doubt;
 }
 
+/* Turns drift into offsets in proportion to what is known, and puts down how much was given up
+   [um]. What is not known falls back to what was measured last; to zero if nothing was. */
+static void fade(
+    const struct compensator *self, const struct remembered *memory, const struct parts *parts,
+    double tool_length, double doubt, double drift[3], double given_up[3])
+{
+    double last[3] = {0.0, 0.0, 0.0}, share = tool_share(tool_length);
+    bool fresh = self->guard != NULL && memory->novelty > self->guard->known;
+    if ((fresh || self->spare != NULL) && self->correction != NULL) {
+        const double *held = correction_held(self->correction, parts->correction);
+        geometry_drift(&self->geometry, held, tool_length, last);
+    }
+    for (size_t axis = 0; axis < 3; axis++) {
+        double offset = 0.0 - drift[axis], part = 1.0;
+        if (fresh) {
+            part = guard_faded(self->guard, axis, memory->novelty, share, doubt);
+        }
+        if (self->spare != NULL) {
+            part *= spare_faded(self->spare, parts->spare, axis, share, doubt);
+        }
+        double moved = (1.0 - part) * (offset - (0.0 - last[axis]));
+        drift[axis] = offset - moved;
+        given_up[axis] = fabs(moved);
+    }
+}
+
 /* Puts down the wanted offsets and the pose for a good sample. */
 static void predict(
     const struct compensator *self, struct remembered *memory, const struct parts *parts,
     const struct input *input)
 {
-    double drift[3], share = tool_share(input->tool_length);
+    double drift[3], given_up[3], share = tool_share(input->tool_length);
     double doubt = predict_targets(self, memory, parts, input->speed);
     geometry_drift(&self->geometry, self->targets, input->tool_length, drift);
+    fade(self, memory, parts, input->tool_length, doubt, drift, given_up);
     for (size_t axis = 0; axis < 3; axis++) {
-        double offset = 0.0 - drift[axis];
-        if (self->guard != NULL && memory->novelty > self->guard->known) {
-            offset *= guard_faded(self->guard, axis, memory->novelty, share, doubt);
-        }
-        if (self->spare != NULL) {
-            offset *= spare_faded(self->spare, parts->spare, axis, share, doubt);
-        }
         memory->wanted[axis]
-            = clamped(offset, -model_limits.offset_um, model_limits.offset_um);
+            = clamped(drift[axis], -model_limits.offset_um, model_limits.offset_um);
     }
     geometry_pose(&self->geometry, self->targets, memory->pose);
     if (model_interval != NULL) {
@@ -286,6 +306,11 @@ static void predict(
         half_width(model_interval, memory->growth * sqrt(doubt), share, memory->half_width);
         if (self->spare != NULL) {
             spare_widen(self->spare, parts->spare, memory->half_width, doubt);
+        }
+        for (size_t axis = 0; axis < 3; axis++) {
+            if (memory->half_width[axis] != INTERVAL_NOT_KNOWN) {
+                memory->half_width[axis] += given_up[axis];
+            }
         }
     }
     if (!memory->started) {

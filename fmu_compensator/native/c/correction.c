@@ -16,7 +16,7 @@ struct correction *correction_make(
         return NULL;
     }
     self->targets = targets;
-    self->states = 4 * targets;
+    self->states = 5 * targets;
     self->memory_s = field_number(setup, table, "memory_s");
     self->spread = field_numbers(setup, table, "spread", NULL);
     self->noise = field_numbers(setup, table, "noise", NULL);
@@ -30,6 +30,7 @@ void correction_reset(const struct correction *self, double *state)
         state[self->targets + target] = 1.0;
         state[2 * self->targets + target] = 0.0;
         state[3 * self->targets + target] = 0.0;
+        state[4 * self->targets + target] = 0.0;
     }
 }
 
@@ -39,6 +40,7 @@ void correction_take(
 {
     double *bias = state, *doubt = state + self->targets;
     double *suspect = doubt + self->targets, *suspected = suspect + self->targets;
+    double *held = suspected + self->targets;
     for (size_t target = 0; target < self->targets; target++) {
         double missed = measured[target] - predicted[target];
         double left = doubt[target] * pow(self->spread[target] * growth, 2.0);
@@ -52,6 +54,7 @@ void correction_take(
             doubt[target] *= 1.0 - gain;
             suspect[target] = 0.0;
             suspected[target] = 0.0;
+            held[target] = predicted[target] + gain * missed;
         } else {
             suspect[target] = whole;
             suspected[target] = 1.0;
@@ -80,4 +83,9 @@ double correction_doubt(const struct correction *self, const double *state)
         largest = doubt[target] > largest ? doubt[target] : largest;
     }
     return largest;
+}
+
+const double *correction_held(const struct correction *self, const double *state)
+{
+    return state + 4 * self->targets;
 }

@@ -34,4 +34,7 @@ void correction_wait(const struct correction *correction, double *state, double 
 /* Returns the share of the error's variance that is left since the last measurement, 0 to 1. */
 double correction_doubt(const struct correction *correction, const double *state);
 
+/* Returns what the last measurement said the targets were; zeros before the first. */
+const double *correction_held(const struct correction *correction, const double *state);
+
 #endif
