@@ -42,9 +42,9 @@ class Output(NamedTuple):
         The predicted pose [um, urad, urad]; the last good one while the inputs are bad.
     dX_uncertainty, dY_uncertainty, dZ_uncertainty : float
         Half the width of the interval about the drift that is compensated, at this tool length, in
-        which most unseen drift lies [um]: wider the newer the inputs are, narrower after a measurement. The
-        last good one while the inputs are bad. -1: not known, because the file has no interval, or
-        nothing was predicted yet.
+        which most unseen drift lies [um]: wider the newer the inputs are, narrower after a
+        measurement. The last good one while the inputs are bad. -1: not known, because the file
+        has no interval, or nothing was predicted yet.
     valid : bool
         Whether the offsets follow the model. False while waiting, recovering or in a fault.
     status : int

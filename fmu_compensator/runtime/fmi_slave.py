@@ -253,8 +253,8 @@ def _half_widths(model: Model) -> list[Variable]:
     return [
         _output(
             f"d{axis}_uncertainty",
-            f"Half the width of the interval about the compensated {axis} drift in which {share} of "
-            "unseen drift lies; -1: not known",
+            f"Half the width of the interval about the compensated {axis} drift in which {share} "
+            "of unseen drift lies; -1: not known",
             "um",
             low=NOT_KNOWN,
         )

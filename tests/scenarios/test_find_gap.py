@@ -202,7 +202,7 @@ def test_broken_channels_do_not_hide_what_is_missing(
     assert both["agrees"]
     assert both["after"] < 0.2 * both["before"]
     assert both["after"] == pytest.approx(table["gap"]["holdout"]["after"], rel=0.1)
-    assert "S3 in stops: leaps by" in (out / "report.html").read_text()
+    assert "stops, S3_um, 84 to 180 min: leaps by" in (out / "report.html").read_text()
     listed = json.loads((out / "table.json").read_text())["files"]
     assert sorted(path.name for path in out.iterdir()) == sorted(listed)
     assert {"plant_before.fmu", "plant_after.fmu", "machine_before.toml"} <= set(listed)

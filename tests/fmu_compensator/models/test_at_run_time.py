@@ -36,11 +36,17 @@ def samples(count: int) -> list[tuple[list[float], float]]:
     ]
 
 
-def outputs(compensator: Compensator, first: int, count: int, probed: int = -1) -> list[Any]:
+def outputs(
+    compensator: Compensator,
+    first: int,
+    count: int,
+    probed: int = -1,
+    drift: list[float] = DRIFT,
+) -> list[Any]:
     found = []
     for k, (temperatures, speed) in enumerate(samples(first + count)):
         if k >= first:
-            measured = DRIFT if k == probed else None
+            measured = drift if k == probed else None
             found.append(
                 list(compensator.step(10.0 * k, 10.0, temperatures, speed, 120.0, measured))
             )
@@ -49,10 +55,13 @@ def outputs(compensator: Compensator, first: int, count: int, probed: int = -1) 
 
 def test_a_measurement_counts_from_the_next_sample_on(text: str) -> None:
     plain, probed = (Compensator(parse_model(text, "t")) for _ in range(2))
-    free, told = outputs(plain, 0, 200), outputs(probed, 0, 200, probed=100)
+    free = outputs(plain, 0, 200)
+    # A little off: what is far off has to be confirmed first (test_correction.py).
+    near = [*(value - 0.1 for value in free[100][3:6]), *DRIFT[3:]]
+    told = outputs(probed, 0, 200, probed=100, drift=near)
     assert free[:101] == told[:101]
     elongation = [row[3] for row in told]
-    assert DRIFT[0] < elongation[101] < free[101][3] - 1e-3
+    assert near[0] - 0.1 < elongation[101] < free[101][3] - 1e-3
 
 
 def test_the_state_holds_the_models_memory_and_the_last_measurement(text: str) -> None:
