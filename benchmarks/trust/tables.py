@@ -56,21 +56,19 @@ def _summary(good: Sequence[dict[str, Any]]) -> list[str]:
 def _questions(good: Sequence[dict[str, Any]]) -> list[str]:
     lines = []
     for data in dict.fromkeys(one["data"] for one in good):
-        lines += [
-            f"### {data.capitalize()}",
-            "",
-            "| Judged on | | axis | none | fit's own choice | coverage, half width | status 2 |"
-            " others, error in % of none |",
-            "| --- | --- | --- | --- | --- | --- | --- | --- |",
-        ]
+        heads = ["Judged on", "", "axis", "none", "fit's own choice", "coverage, half width"]
+        heads += ["status 2", "others, error in % of none"]
+        width = len(heads) - all(one["model"] == CHOICE for one in good)
+        lines += [f"### {data.capitalize()}", ""]
+        lines += [f"| {' | '.join(heads[:width])} |", "| --- " * width + "|"]
         for question in dict.fromkeys(one["question"] for one in good if one["data"] == data):
             here = [one for one in good if (one["data"], one["question"]) == (data, question)]
-            lines += _rows(question, here)
+            lines += [f"| {' | '.join(cells[:width])} |" for cells in _rows(question, here)]
         lines.append("")
     return lines
 
 
-def _rows(question: str, here: Sequence[dict[str, Any]]) -> list[str]:
+def _rows(question: str, here: Sequence[dict[str, Any]]) -> list[list[str]]:
     own = next((one for one in here if one["model"] == CHOICE), None)
     others = ", ".join(
         f"{one['model']} {100 * _ratio(one):.0f}" for one in here if one["model"] != CHOICE
@@ -89,7 +87,7 @@ def _rows(question: str, here: Sequence[dict[str, Any]]) -> list[str]:
             cells.append(f"{100 * figures['coverage']:.0f} %, {figures['half_width']:.1f}")
             cells.append(f"{100 * own['outside']:.0f} %" if number == 0 else "")
         cells.append(others if number == 0 else "")
-        rows.append("| " + " | ".join(cells) + " |")
+        rows.append(cells)
     return rows
 
 
