@@ -1,0 +1,45 @@
+"""The tables of docs/trust.md, from answers made up."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from benchmarks.trust.judge import CHOICE
+from benchmarks.trust.tables import tables
+
+
+def answer(question: str, model: str, rmse: float, *, unlike: bool) -> dict[str, Any]:
+    axis = {"none": 10.0, "rmse": rmse, "coverage": 0.9, "half_width": 4.0}
+    return {
+        "data": "lathe",
+        "question": question,
+        "model": model,
+        "kind": "bayes",
+        "unlike": unlike,
+        "axes": {"Z": axis},
+        "worst": 1.2,
+        "outside": 0.25,
+        "badly_wrong": 0.01,
+    }
+
+
+def test_like_and_unlike_splits_are_told_apart_and_the_worst_is_shown() -> None:
+    found = [
+        answer("every fifth run", CHOICE, 2.0, unlike=False),
+        answer("cold", CHOICE, 4.0, unlike=True),
+        answer("warm", CHOICE, 9.0, unlike=True),
+    ]
+    summary = next(line for line in tables(found).splitlines() if line.startswith("| **fit"))
+    cells = [cell.strip() for cell in summary.strip("|").split("|")]
+    assert cells[1:] == ["20 %", "90 %", "60 %", "90 %", "120 %", "90 %", "25 %", "1.0 %"]
+    assert "others" not in tables(found)
+
+
+def test_single_models_stand_beside_the_choice_and_refusals_nowhere() -> None:
+    found = [
+        answer("cold", CHOICE, 4.0, unlike=True),
+        answer("cold", "mlr", 15.0, unlike=True),
+        {"data": "lathe", "question": "cold", "model": "arx", "refused": "too few rows"},
+    ]
+    [row] = [line for line in tables(found).splitlines() if line.startswith("| cold")]
+    assert row == "| cold | unlike | Z | 10.0 | 4.00 (`bayes`) | 90 %, 4.0 | 25 % | mlr 150 |"
