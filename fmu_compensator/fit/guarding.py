@@ -20,7 +20,7 @@ from fmu_compensator.fit.intervals import (
     axis_drift,
     conformal,
 )
-from fmu_compensator.fit.training import Array, TrainingRun
+from fmu_compensator.fit.training import Array, TrainingRun, sensor_noise
 from fmu_compensator.fit.unseen import (
     DEVIATIONS,
     Unseen,
@@ -41,8 +41,6 @@ PROBED_H = 1.0
 """They are judged with a probe as often as this [h]."""
 UNMEASURED_MEMORY_H = 1.0
 """Where no run could be left out [h]."""
-SMALLEST_NOISE = 0.2
-"""No displacement sensor or probe is believed to better than this [um, urad]."""
 
 
 @dataclass(frozen=True)
@@ -100,7 +98,7 @@ def guarding(
     careful = CarefulModel.fit(prepared.runs, chosen, input_form)
     rows = [run.history(chosen) for run in prepared.runs]
     usual = usual_drift(rows, geometry, tool_length_mm)
-    noise = _probe_noise(rows, len(prepared.targets))
+    noise = sensor_noise(rows, len(prepared.targets))
     if records:
         leash, known = leash_of(records), known_novelty(records)
         residuals = residuals_of(records, leash)
@@ -280,13 +278,6 @@ def _axis_noise(
         np.sum(axis_drift(geometry, targets, length) ** 2, axis=0) for length in tool_length_mm
     ]
     return np.hstack(parts)
-
-
-def _probe_noise(rows: Sequence[TrainingRun], targets: int) -> Array:
-    """Return the variance of a measured target: half of that from one sample to the next."""
-    steps = [np.diff(run.targets[run.known], axis=0) for run in rows if run.known.sum() > 1]
-    variance = np.median([np.mean(step**2, axis=0) / 2.0 for step in steps], axis=0)
-    return np.asarray(np.maximum(np.broadcast_to(variance, targets), SMALLEST_NOISE**2))
 
 
 def _interval_table(interval: Interval, geometry: Geometry) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from statistics import median
 from typing import NamedTuple
 
 from fmu_compensator.runtime.fields import Fields
-from fmu_compensator.runtime.lags import checked_state, share, taus
+from fmu_compensator.runtime.lags import checked_state, matrices_by_lag, share, taus
 
 LARGEST = 1e6
 MOST_DIRECTIONS = 2000
@@ -139,8 +139,8 @@ class Guard:
             fields.numbers("usual", inputs, 1e4),
             fields.numbers("constant", targets, LARGEST),
             fields.matrix("direct", targets, inputs, LARGEST),
-            _by_lag(fields, "rise_lags", len(lags_s), targets, inputs),
-            _by_lag(fields, "start_lags", len(lags_s), targets, inputs),
+            matrices_by_lag(fields, "rise_lags", len(lags_s), targets, inputs),
+            matrices_by_lag(fields, "start_lags", len(lags_s), targets, inputs),
             fields.number("prior", 0.0, LARGEST),
             fields.matrix("seen", rows, width, LARGEST) if rows else [],
             fields.number("known", 0.0, LARGEST),
@@ -276,13 +276,3 @@ def axis_numbers(fields: Fields, key: str) -> tuple[float | None, ...]:
     place = f"{fields.place}.{key}" if fields.place else key
     table = Fields({str(n): value for n, value in enumerate(values)}, fields.source, place)
     return tuple(table.number_or_none(str(n), 0.0, LARGEST) for n in range(3))
-
-
-def _by_lag(
-    fields: Fields, key: str, lags: int, targets: int, columns: int
-) -> list[list[list[float]]]:
-    """Return one matrix per lag."""
-    matrices = fields.items(key, lags, lags, "matrices")
-    place = f"{fields.place}.{key}" if fields.place else key
-    table = Fields({str(lag): one for lag, one in enumerate(matrices)}, fields.source, place)
-    return [table.matrix(str(lag), targets, columns, LARGEST) for lag in range(lags)]

@@ -9,6 +9,7 @@ from fmu_compensator.runtime.fields import Fields
 
 SHORTEST_S, LONGEST_S = 1.0, 1e7
 MOST_LAGS = 20
+LARGEST_WEIGHT = 1e6  # six orders above any spindle
 FASTEST_RPM = 1e6  # no spindle turns faster, and powers of it stay finite
 
 
@@ -55,3 +56,13 @@ def checked_state(state: Sequence[float], length: int) -> list[float]:
     ):
         raise ValueError("the state holds something that is not a finite number")
     return [float(value) for value in state]
+
+
+def matrices_by_lag(
+    fields: Fields, key: str, lags: int, targets: int, columns: int
+) -> list[list[list[float]]]:
+    """Return one matrix of weights per lag [um/K, urad/K]."""
+    matrices = fields.items(key, lags, lags, "matrices")
+    place = f"{fields.place}.{key}" if fields.place else key
+    table = Fields({str(lag): one for lag, one in enumerate(matrices)}, fields.source, place)
+    return [table.matrix(str(lag), targets, columns, LARGEST_WEIGHT) for lag in range(lags)]

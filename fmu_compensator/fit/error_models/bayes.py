@@ -13,10 +13,10 @@ from fmu_compensator.fit.error_models.thermal_states import (
     FEWEST_ROWS,
     ThermalStates,
     checked_lags,
-    sensor_noise,
 )
 from fmu_compensator.fit.evidence import SAMPLES_PER_RUN, posterior
 from fmu_compensator.fit.lagged import blocks_of, start_range
+from fmu_compensator.fit.training import sensor_noise
 
 LAGS_S = ((2400.0,), (600.0, 2400.0, 9600.0))
 """Sets of time constants, of which the evidence takes one [s]."""

@@ -13,7 +13,7 @@ from fmu_compensator.fit.by_run import Problem, Solution
 from fmu_compensator.fit.error_models.base import FittedModel, Task
 from fmu_compensator.fit.error_models.options import refuse_poor, refuse_unknown, within
 from fmu_compensator.fit.lagged import blocks_of, features, start_range
-from fmu_compensator.fit.training import Array, TrainingRun
+from fmu_compensator.fit.training import Array, TrainingRun, sensor_noise
 from measurement.errors import BadInput
 
 LAGS_S = ((2400.0,), (600.0, 2400.0), (600.0, 2400.0, 9600.0))
@@ -35,8 +35,6 @@ _Choices = tuple[
 FEWEST_TO_CHOOSE = 3
 OPTIONS = ("lags_s", "penalty", "walk", "levels", "referenced", "robust", "speed", "average")
 FEWEST_ROWS = 30
-SMALLEST_NOISE = 0.2
-"""No displacement sensor is believed to better than this [um, urad]."""
 
 
 @dataclass(frozen=True)
@@ -278,13 +276,6 @@ def _solved(task: Task, choices: _Choices, uses_speed: bool, robust: bool) -> li
                 solution = problem.solve(target, penalty, robust=robust)
                 found[target].append(Candidate(lags, levels, walk, noise, penalty, solution))
     return found
-
-
-def sensor_noise(runs: Sequence[TrainingRun], targets: int) -> Array:
-    """Return the variance of a measured target: half of that from one sample to the next."""
-    steps = [np.diff(run.targets[run.known], axis=0) for run in runs if run.known.sum() > 1]
-    variance = np.median([np.mean(step**2, axis=0) / 2.0 for step in steps], axis=0)
-    return np.asarray(np.maximum(np.broadcast_to(variance, targets), SMALLEST_NOISE**2))
 
 
 def best(candidates: list[Candidate]) -> Mix:

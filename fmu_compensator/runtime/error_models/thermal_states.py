@@ -8,7 +8,7 @@ from statistics import median
 
 from fmu_compensator.runtime.error_models.base import ErrorModel
 from fmu_compensator.runtime.fields import Fields
-from fmu_compensator.runtime.lags import checked_state, known_speed, share, taus
+from fmu_compensator.runtime.lags import checked_state, known_speed, matrices_by_lag, share, taus
 
 LARGEST = 1e6
 SPEED_UNIT = 1000.0  # [rpm]
@@ -101,9 +101,9 @@ class ThermalStates(ErrorModel):
             usuals,
             highs,
             fields.matrix("direct", targets, inputs, LARGEST),
-            _by_lag(fields, "rise_lags", len(lags_s), targets, inputs),
-            _by_lag(fields, "level_lags", len(lags_s), targets, inputs),
-            _by_lag(fields, "speed_lags", len(lags_s), targets, 2),
+            matrices_by_lag(fields, "rise_lags", len(lags_s), targets, inputs),
+            matrices_by_lag(fields, "level_lags", len(lags_s), targets, inputs),
+            matrices_by_lag(fields, "speed_lags", len(lags_s), targets, 2),
             walk,
             noise,
         )
@@ -186,13 +186,3 @@ class ThermalStates(ErrorModel):
 def _levels(values: Sequence[float]) -> list[float]:
     middle = median(values)
     return [value - middle for value in values]
-
-
-def _by_lag(
-    fields: Fields, key: str, lags: int, targets: int, columns: int
-) -> list[list[list[float]]]:
-    """Return one matrix per lag."""
-    matrices = fields.items(key, lags, lags, "matrices")
-    place = f"{fields.place}.{key}" if fields.place else key
-    table = Fields({str(lag): one for lag, one in enumerate(matrices)}, fields.source, place)
-    return [table.matrix(str(lag), targets, columns, LARGEST) for lag in range(lags)]
