@@ -48,5 +48,7 @@ class Radiation(Effect):
         assert temperatures is not None
         factor = self.own("emissivity") * STEFAN_BOLTZMANN
         for node, outside, area in self._surfaces:
-            own = (temperatures[..., node] + KELVIN) ** 4
-            out[..., node] += factor * area * ((inputs[outside] + KELVIN) ** 4 - own)
+            # Squares of squares: a power costs many times as much, and this is asked at every step.
+            own = (temperatures[..., node] + KELVIN) * (temperatures[..., node] + KELVIN)
+            around = (inputs[outside] + KELVIN) * (inputs[outside] + KELVIN)
+            out[..., node] += factor * area * (around * around - own * own)

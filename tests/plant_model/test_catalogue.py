@@ -1,9 +1,9 @@
-"""The catalogue of missing effects: on any machine, in the stepper, and in time."""
+"""The catalogue of missing effects: on any machine, in the stepper, and how often each is asked."""
 
 from __future__ import annotations
 
-import time
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -125,19 +125,23 @@ def test_the_stepper_equals_the_simulation(name: str, jig_borer: Machine) -> Non
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_takes_no_more_than_some_twenty_linear_simulations(name: str, jig_borer: Machine) -> None:
+def test_is_asked_no_more_than_some_times_a_row(
+    name: str, jig_borer: Machine, monkeypatch: pytest.MonkeyPatch
+) -> None:
     inputs = inputs_over(2.0)
+    asked = 0
+    usual = Network.dependent
 
-    def seconds(machine: Machine) -> float:
-        began = time.process_time()
-        simulate(machine, inputs)
-        return time.process_time() - began
+    def counted(self: Network, *arguments: Any) -> Any:
+        nonlocal asked
+        asked += 1
+        return usual(self, *arguments)
 
-    machine = with_effects(jig_borer, name)
-    seconds(jig_borer)
-    # Processor time, and the best of a few: others use the same processor and its caches.
-    ratios = (seconds(machine) / max(seconds(jig_borer) for _ in range(2)) for _ in range(6))
-    assert any(ratio < 25.0 for ratio in ratios)
+    monkeypatch.setattr(Network, "dependent", counted)
+    simulate(with_effects(jig_borer, name), inputs)
+    # The scheme asks three times a step, and most steps are as long as a row. How long that takes
+    # is another matter: it depends on the computer.
+    assert asked <= 6 * len(inputs)
 
 
 @pytest.mark.parametrize("name", ["sensor_lag", "sensor_offset", "sensor_drift"])
