@@ -16,6 +16,9 @@ from fmu_compensator.fit.columns import targets_of
 from fmu_compensator.fit.contestants import contestants
 from fmu_compensator.fit.fitting import compensator_text, fit_compensator
 from fmu_compensator.fit.splits import Split, leave_out
+from fmu_compensator.fit.updating import update_compensator
+from fmu_compensator.monitoring import Report
+from fmu_compensator.monitoring import monitor as watch
 from fmu_compensator.runtime import compensator as runtime
 from fmu_compensator.runtime.modelfile import Model, load_model, parse_model
 from measurement.drift import measured_drift
@@ -185,12 +188,8 @@ class Compensator:
         DataFrame
             ``drift_X_um``, ``dX_um``, ``error_X_um`` and so on for each axis that was measured.
         """
-        from spindle_drift.machines import as_machine
-
         recorded = as_run(run)
-        rig = None if machine is None else rig_from_table(as_machine(machine).model.rig, "machine")
-        named = rig if isinstance(rig, FivePointRig) else None
-        meant = rig_of_model(self.model, named)
+        meant = rig_of_model(self.model, _five_point(machine))
         drift = measured_drift(recorded, meant, tool_length_mm, self.model.input_form)
         sent = self.predict(recorded, tool_length_mm=tool_length_mm)
         columns: dict[str, Any] = {"time_s": recorded.time_s}
@@ -200,6 +199,62 @@ class Compensator:
                 columns[f"d{axis}_um"] = sent[f"d{axis}_um"]
                 columns[f"error_{axis}_um"] = drift[f"drift_{axis}_um"] + sent[f"d{axis}_um"]
         return pd.DataFrame(columns)
+
+    def monitor(
+        self, runs: RunLike | Sequence[RunLike], *, machine: MachineLike | None = None
+    ) -> Report:
+        """Return whether it still fits, from logs of the machine.
+
+        Parameters
+        ----------
+        runs : Run, DataFrame or path, or several
+            Each from its start on; drift measured in all rows, in some, or in none.
+        machine : Machine, path or name, optional
+            Says what the displacements mean where the file keeps no training runs.
+
+        Returns
+        -------
+        Report
+            ``verdict``, ``summary``, ``advice``, ``runs``, ``gains``, ``inside`` and ``notes``.
+
+        Raises
+        ------
+        BadInput
+            If a run lacks a thermometer that it uses.
+        """
+        rig = None
+        if machine is not None or "training" not in self.model.table:
+            rig = rig_of_model(self.model, _five_point(machine))
+        return watch(self.model, as_runs(runs), rig)
+
+    def update(self, runs: RunLike | Sequence[RunLike], **options: Any) -> Compensator:
+        """Return a compensator fitted to the runs that this one kept, and to new ones.
+
+        Parameters
+        ----------
+        runs : Run, DataFrame or path, or several
+            New runs.
+        **options
+            Of `fmu_compensator.fit.updating.update_compensator`: ``choose``, ``candidates``,
+            ``created``, ``jobs``.
+
+        Raises
+        ------
+        BadInput
+            If this one kept no runs, or a new run is an old one.
+
+        Examples
+        --------
+        >>> import spindle_drift as sd
+        >>> names = ["training_down", "training_random", "training_stops", "step_speed"]
+        >>> runs = [sd.simulate("jig_borer", name, every_s=60.0, noise_seed=1) for name in names]
+        >>> old = sd.fit(runs[:3], model="mlr", machine="jig_borer")
+        >>> new = old.update(runs[3])
+        >>> [run["name"] for run in new.model.provenance["runs"]] == names
+        True
+        """
+        table = update_compensator(self.model, as_runs(runs), **options)
+        return Compensator(parse_model(compensator_text(table), self.name))
 
 
 def fit(
@@ -247,6 +302,14 @@ def fit(
     grey = {"threshold": usual("fit", "threshold"), "score": usual("fit", "score")}
     table = fit_compensator(recorded, rig, model, **({"sensors": sensors, "grey": grey} | options))
     return Compensator(parse_model(compensator_text(table), table["name"]))
+
+
+def _five_point(machine: MachineLike | None) -> FivePointRig | None:
+    """Return the five-point rig of a machine; None where it has another, or there is none."""
+    from spindle_drift.machines import as_machine
+
+    rig = None if machine is None else rig_from_table(as_machine(machine).model.rig, "machine")
+    return rig if isinstance(rig, FivePointRig) else None
 
 
 def _rig(run: Run, machine: MachineLike | None) -> tuple[Rig, list[str] | None]:

@@ -175,8 +175,7 @@ def prepare(
             raise BadInput("training runs", run.name, same)
     faults = find_faults(runs)
     notes = [group_line(group) for group in by_column(_of_interest(faults, rig))]
-    kinds = GROSS if leave_out_frozen else tuple(kind for kind in GROSS if kind not in KEPT)
-    left = cleaned(runs, faults, kinds)
+    left = cleaned(runs, faults, left_out(leave_out_frozen))
     common = _common_sensors(runs, left, sensors, notes)
     targets: tuple[str, ...] = ()
     prepared = []
@@ -188,6 +187,11 @@ def prepare(
         one.usable[:] = _live(runs[place], left[place], rig)
     candidates = _candidates(prepared, common, input_form, faults, notes)
     return Prepared(tuple(prepared), common, candidates, targets, tuple(notes))
+
+
+def left_out(frozen: bool) -> tuple[str, ...]:
+    """Return the kinds of faults whose readings are not used, those of standing sensors or not."""
+    return tuple(kind for kind in GROSS if frozen or kind not in KEPT)
 
 
 def _of_interest(faults: Sequence[Fault], rig: Rig | MeasuredColumns) -> list[Fault]:

@@ -17,6 +17,7 @@ from fmu_compensator.fit.error_models.base import FittedModel
 from fmu_compensator.fit.guarding import Guarding, guarding
 from fmu_compensator.fit.ranges import limits_table, sensor_table
 from fmu_compensator.fit.recipe import Recipe
+from fmu_compensator.fit.remembered import remembered
 from fmu_compensator.fit.spare import spare_table
 from fmu_compensator.fit.training import Array, TrainingRun
 from fmu_compensator.fit.unseen import Unseen, predict_unseen, promise
@@ -49,6 +50,7 @@ def fit_compensator(
     title: str | None = None,
     created: str | None = None,
     candidates: Sequence[str] | None = None,
+    keep_runs: bool = True,
     jobs: int = 1,
     on_step: Callable[[str, float], None] = lambda label, done: None,
     **model_options: Any,
@@ -89,6 +91,9 @@ def fit_compensator(
         For the file; *created* is a date (YYYY-MM-DD). No clock is read.
     candidates : sequence of str, optional
         Kinds to choose among where no *model* is named.
+    keep_runs : bool
+        Keep the runs, thinned, in the file, so that it can be updated without them:
+        `fmu_compensator.fit.remembered`.
     jobs : int
         Processes that fit without some of the runs side by side; the file is the same.
     on_step : callable
@@ -201,6 +206,8 @@ def fit_compensator(
             ),
         },
     }
+    if keep_runs:
+        table["training"] = remembered(runs, rig, prepared.sensors, leave_out_frozen)
     compensator_text(table)
     return table
 
@@ -245,6 +252,7 @@ def _unseen_figures(
             "per_novelty": interval.per_novelty,
             "longest_h": interval.longest_h,
         },
+        "by_run": found.by_run,
         "rmse_by_run": [
             {
                 "run": one.run,

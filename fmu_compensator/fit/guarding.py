@@ -13,7 +13,6 @@ from fmu_compensator.fit.careful import CarefulModel
 from fmu_compensator.fit.conditions import UNLIKE
 from fmu_compensator.fit.data import Prepared
 from fmu_compensator.fit.intervals import (
-    COVERAGE,
     FRESH_H,
     Interval,
     Residuals,
@@ -57,6 +56,10 @@ class Guarding:
         Of the guard [um, urad].
     targets : Interval or None
         The interval of the targets, of which the correction is made.
+    by_run : list of dict
+        Of each like run left out: ``run``, ``miss``, the root mean square of its error at the
+        longest tool over the half width along X, Y, Z [1], null where not measured, and ``new``,
+        the share of its samples beyond the known novelty [1].
     """
 
     guard: dict[str, Any]
@@ -64,6 +67,7 @@ class Guarding:
     interval: dict[str, Any] | None
     leash: Array
     targets: Interval | None
+    by_run: list[dict[str, Any]]
 
 
 def guarding(
@@ -103,7 +107,13 @@ def guarding(
         leash, known = leash_of(records), known_novelty(records)
         residuals = residuals_of(records, leash)
         interval = conformal(residuals)
-        tip = tool_tip_interval(records, leash, geometry, tool_length_mm)
+        at_tip = tool_tip_residuals(records, leash, geometry, tool_length_mm)
+        tip = conformal(at_tip)
+        by_run = [
+            _by_run(one, missed, tip, known, geometry)
+            for one, missed in zip(records, at_tip, strict=True)
+            if not missed.unlike
+        ]
         spread = interval.scale / DEVIATIONS
         memory_h, fast = error_memory(residuals, interval)
         noise = np.maximum(noise, fast * spread**2)
@@ -116,6 +126,7 @@ def guarding(
         leash = np.max([one.max(axis=0) for one in apart if len(one)], axis=0)
         known = max(float(novelty.max()) for _, novelty in own if len(novelty))
         interval, table, memory_h = None, None, UNMEASURED_MEMORY_H
+        by_run = []
         spread = np.sqrt(careful.posterior.noise)
         per_novelty = _axis_noise(careful, rows, geometry, tool_length_mm)
     fade = _listed(per_novelty / np.maximum(usual, 1e-12), geometry)
@@ -131,17 +142,32 @@ def guarding(
         "spread": [_plain(max(value, 1e-3)) for value in spread],
         "noise": [_plain(value) for value in noise],
     }
-    return Guarding(guard, correction, table, leash, interval)
+    return Guarding(guard, correction, table, leash, interval, by_run)
 
 
-def tool_tip_interval(
+def _by_run(
+    record: Unseen, missed: Residuals, tip: Interval, known: float, geometry: Geometry
+) -> dict[str, Any]:
+    """Return what a run left out showed, for whoever compares later runs with it."""
+    scaled = missed.values / np.maximum(tip.half_width(missed), 1e-9)
+    miss = np.sqrt(np.mean(scaled**2, axis=0))
+    return {
+        "run": record.run,
+        "miss": _listed(miss, geometry)[1],
+        "new": float(np.mean(record.novelty > known)),
+    }
+
+
+def tool_tip_residuals(
     records: Sequence[Unseen],
     leash: Array | None,
     geometry: Geometry,
     tool_length_mm: Sequence[float],
-    coverage: float = COVERAGE,
-) -> Interval:
-    """Return the interval of the tool tip's drift: X, Y, Z at the shortest tool, then the longest.
+) -> list[Residuals]:
+    """Return what is missed at the tool tip: X, Y, Z at the shortest tool, then at the longest.
+
+    In between the run time takes the straight line; the spread of a sum that is linear in the
+    length lies on or below it.
 
     Parameters
     ----------
@@ -153,29 +179,23 @@ def tool_tip_interval(
         From targets to drift. Errors of tilt and radial drift go together, so their widths must
         not be added: it is the drift itself that the interval is learnt from.
     tool_length_mm : sequence of float
-        Shortest and longest tool. In between, the run time takes the straight line; the spread of
-        a sum that is linear in the length lies on or below it.
-    coverage : float
-        Wanted share of samples within [1].
+        Shortest and longest tool.
     """
-    return conformal(
-        [
-            Residuals(
-                one.hours,
-                np.hstack(
-                    [
-                        axis_drift(geometry, one.measured, length)
-                        - axis_drift(geometry, one.held(leash), length)
-                        for length in tool_length_mm
-                    ]
-                ),
-                one.novelty,
-                one.fold.kind == UNLIKE,
-            )
-            for one in records
-        ],
-        coverage,
-    )
+    return [
+        Residuals(
+            one.hours,
+            np.hstack(
+                [
+                    axis_drift(geometry, one.measured, length)
+                    - axis_drift(geometry, one.held(leash), length)
+                    for length in tool_length_mm
+                ]
+            ),
+            one.novelty,
+            one.fold.kind == UNLIKE,
+        )
+        for one in records
+    ]
 
 
 def error_memory(residuals: Sequence[Residuals], interval: Interval) -> tuple[float, float]:

@@ -23,7 +23,14 @@ from fmu_compensator.runtime.interval import Interval
 from fmu_compensator.runtime.limits import Limits
 from fmu_compensator.runtime.spare import Spare
 
-__all__ = ["Model", "ModelFileError", "load_model", "model_text", "parse_model"]
+__all__ = [
+    "Model",
+    "ModelFileError",
+    "load_model",
+    "model_text",
+    "parse_model",
+    "without_training",
+]
 
 FORMAT = 2
 """1 had no guard, no correction, and an interval that knew nothing of novelty."""
@@ -165,6 +172,17 @@ def model_text(table: dict[str, Any], source: str = "compensator file") -> str:
     return text
 
 
+def without_training(text: str) -> str:
+    """Return a compensator file's text without the training runs that `update` needs.
+
+    Who gets an FMU need not get the measurements.
+    """
+    table = json.loads(text)
+    if not isinstance(table, dict) or "training" not in table:
+        return text
+    return json.dumps({key: table[key] for key in table if key != "training"}, indent=1) + "\n"
+
+
 def _model(table: object, source: str) -> Model:
     fields = Fields(table, source)
     fields.choice("kind", (KIND,))
@@ -202,6 +220,8 @@ def _model(table: object, source: str) -> Model:
     _guard(fields, len(chosen), len(geometry.targets))
     _correction(fields, len(geometry.targets))
     _spare(fields, len(chosen))
+    if fields.has("training"):
+        fields.table_or_none("training")  # for `update`; nothing here needs it
     fields.done()
     return model
 

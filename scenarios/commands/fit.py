@@ -5,13 +5,10 @@ from __future__ import annotations
 import argparse
 import json
 import os
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from inspect import signature
 from pathlib import Path
 from typing import Any
-
-from tqdm import tqdm
 
 from fmu_compensator.fit.choosing import CANDIDATES
 from fmu_compensator.fit.fitting import compensator_text, fit_compensator
@@ -20,6 +17,7 @@ from measurement.files import write_atomically
 from measurement.rig import Rig, default_rig, rig_from_table
 from measurement.runs import Run, read_run
 from plant_model.machine_file import read_machine
+from scenarios.fit_text import bar, report
 from scenarios.outputs import COMPENSATOR_FILE
 
 NAME = "fit"
@@ -110,6 +108,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--title", help="title in the file")
     parser.add_argument("--created", metavar="YYYY-MM-DD", help="date in the file (default: none)")
     parser.add_argument(
+        "--forget-runs",
+        action="store_true",
+        help="keep no training runs in the file; 'update' and parts of 'monitor' then need them",
+    )
+    parser.add_argument(
         "--jobs",
         type=int,
         default=os.cpu_count() or 1,
@@ -127,28 +130,15 @@ def run(args: argparse.Namespace) -> int:
         raise BadInput("fit", "--jobs", f"{args.jobs} is not allowed: 1 or more")
     if args.among is not None and args.model is not None:
         raise BadInput("fit", "--among", "cannot stand beside --model")
-    with _bar() as on_step:
+    with bar() as on_step:
         table = _fitted(args, runs, rig, sensors, on_step)
     path = write_atomically(args.output, compensator_text(table))
     if args.json:
         shown = {"file": str(path), "chosen": table["chosen"], **table["provenance"]}
         print(json.dumps(shown, indent=1))
     else:
-        print("\n".join(_report(table, path)))
+        print("\n".join(report(table, path)))
     return 0
-
-
-@contextmanager
-def _bar() -> Iterator[Callable[[str, float], None]]:
-    """Show a bar with the time left; give what tells it how far the work is."""
-    form = "{desc}: {percentage:3.0f}%|{bar}| {elapsed}<{remaining}"
-    with tqdm(total=1.0, bar_format=form, disable=None, leave=False) as bar:
-
-        def tell(label: str, done: float) -> None:
-            bar.set_description(label, refresh=False)
-            bar.update(done - bar.n)
-
-        yield tell
 
 
 def _kinds(among: str | None) -> list[str] | None:
@@ -169,6 +159,7 @@ def _fitted(
         candidates=_kinds(args.among),
         on_step=on_step,
         jobs=args.jobs,
+        keep_runs=not args.forget_runs,
         points=args.points,
         input_form=args.input_form,
         grey={"threshold": args.threshold, "score": args.score},
@@ -203,77 +194,3 @@ def _rig(run: Run, machine: str | None) -> tuple[Rig, list[str] | None]:
     given = read_machine(machine)
     sensors = [sensor.name for sensor in given.sensors if sensor.unit == "degC"]
     return rig_from_table(given.rig, machine), sensors
-
-
-def _report(table: dict[str, Any], path: Path) -> list[str]:
-    """Return what a person wants to know of a fit, as lines."""
-    provenance, figures = table["provenance"], table["provenance"]["figures"]
-    lines = list(provenance["notes"])
-    choice = figures["choice"]
-    for number, group in enumerate(choice.get("groups", ()), 1):
-        scores = [f"{name} {choice['scores'][name]:.2f}" for name in group]
-        lines.append(f"group {number}, score to the drift: {', '.join(scores)}")
-    if choice.get("hardly_moving"):
-        lines.append(f"hardly moving: {', '.join(choice['hardly_moving'])}")
-    lines.append(f"temperatures used: {', '.join(table['chosen'])}")
-    fit = figures["fit"]
-    if "condition_number" in fit:
-        inflation = max(fit["variance_inflation"].values())
-        lines.append(
-            f"condition number {fit['condition_number']:.1f}, "
-            f"largest variance inflation {inflation:.1f}"
-        )
-    lines += ["", *_judgement(figures["models"]), *_promise(figures)]
-    return [*lines, f"wrote {path}"]
-
-
-def _judgement(models: list[dict[str, Any]]) -> list[str]:
-    """Return the table of the models that were judged for the choice."""
-    if not models or (len(models) == 1 and not models[0].get("ratio_to_none")):
-        return []
-    lines = [
-        "Error left on runs left out, in % of no compensation; each model is kept near the careful "
-        "one:",
-        f"{'model':<18}{'hard half':>12}{'worst fold':>12}   which",
-    ]
-    for row in models:
-        name = f"{row['model']}{' *' if row['chosen'] else ''}"
-        if "refused" in row:
-            lines.append(f"{name:<18}{'-':>12}{'-':>12}   {row['refused']}")
-            continue
-        ratios = row["ratio_to_none"]
-        worst = max(ratios, key=ratios.__getitem__)
-        cells = f"{100 * row['hard_folds']:>12.0f}{100 * row['worst_fold']:>12.0f}"
-        lines.append(f"{name:<18}{cells}   {worst}")
-    lines.append(f"{'no compensation':<18}{100:>12}{100:>12}")
-    return [*lines, "* chosen: the simplest within one standard error of the best", ""]
-
-
-def _promise(figures: dict[str, Any]) -> list[str]:
-    """Return what the fit may promise, and where it measured nothing."""
-    unseen = figures["unseen"] or {}
-    lines = [
-        f"{'RMSE [um, urad]':<18}"
-        + "".join(f"{name:>12}" for name in ("no model", "training", "like runs", "unlike runs"))
-    ]
-    for target, row in figures["training"].items():
-        cells = [
-            f"{unseen[kind][target]['model']:>12.2f}" if kind in unseen else f"{'-':>12}"
-            for kind in ("like", "unlike")
-        ]
-        none, model = row["no_model"]["rmse"], row["model"]["rmse"]
-        lines.append(f"{target:<18}{none:>12.2f}{model:>12.2f}{''.join(cells)}")
-    if not unseen:
-        return [
-            *lines,
-            "nothing is promised for other runs: fewer than three runs were given, so none could be"
-            " left out",
-        ]
-    hardest = max(unseen["unlike_folds"], key=lambda one: one["ratio_to_none"], default=None)
-    lines += [
-        "like runs: each predicted by a model of the others; unlike: whole conditions left out",
-    ]
-    if hardest is not None:
-        share = 100 * hardest["ratio_to_none"]
-        lines.append(f"worst: {hardest['left_out']} left out, {share:.0f} % of the drift is left")
-    return lines

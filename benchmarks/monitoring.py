@@ -1,0 +1,188 @@
+"""How often `monitor` raises a false alarm, and how often it finds what was planted.
+
+    python -m benchmarks.monitoring DATA [--model bayes] [--page docs/lifecycle.md]
+
+DATA is the folder that holds ``lathe/`` and ``electric_spindle/``; what is missing is left out.
+Each compensator is fitted to the training runs of a split; the runs left out are then its log, one
+report a split. Like runs ask for false alarms; in copies of them a thermometer goes astray, or the
+machine moves further than it did. Unlike runs show what is said of other conditions and machines.
+"""
+
+from __future__ import annotations
+
+import argparse
+import zlib
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from tqdm import tqdm
+
+from benchmarks.trust.questions import (
+    Question,
+    electric_questions,
+    lathe_questions,
+    simulated_questions,
+)
+from fmu_compensator.fit.fitting import compensator_text, fit_compensator
+from fmu_compensator.monitoring import Report, monitor
+from fmu_compensator.monitoring.monitor import SENSOR, VERDICTS
+from fmu_compensator.runtime.modelfile import Model, parse_model
+from measurement.files import write_atomically
+from measurement.runs import Run
+
+BEGIN, END = "<!-- benchmarks.monitoring: from here -->", "<!-- benchmarks.monitoring: to here -->"
+FOLDS = 5
+WANDERS_K = (2.0, 5.0, 10.0)
+MOVES = (0.7, 1.3, 1.6)
+
+
+@dataclass(frozen=True)
+class Answer:
+    """A split, and what was said of its log."""
+
+    question: Question
+    report: Report
+    wanders: dict[float, tuple[int, int, int]]
+    moves: dict[float, str]
+
+
+def questions(folder: Path) -> Iterator[Question]:
+    """Yield splits like the training first, each run judged once, then unlike ones."""
+    for group in (
+        list(lathe_questions(folder / "lathe")),
+        list(electric_questions(folder / "electric_spindle" / "first_3000_min.csv")),
+        list(simulated_questions()),
+    ):
+        like = [one for one in group if not one.unlike]
+        if group and group[0].data == "lathe":
+            every = sorted([*like[0].train, *like[0].judged], key=lambda run: run.name)
+            for first in range(FOLDS):
+                judged = every[first::FOLDS]
+                yield replace(
+                    like[0],
+                    name=f"every fifth run, from number {first + 1}",
+                    judged=judged,
+                    train=[run for run in every if run not in judged],
+                )
+        else:
+            yield from like
+        yield from (one for one in group if one.unlike)
+
+
+def ask(question: Question, kind: str) -> Answer:
+    """Fit, monitor the log as it is, and with what is planted."""
+    table = fit_compensator(question.train, question.rig, kind)
+    model = parse_model(compensator_text(table), question.name)
+    report = monitor(model, question.judged, question.rig)
+    if question.unlike:
+        return Answer(question, report, {}, {})
+    quiet = [
+        run
+        for run, told in zip(question.judged, report.runs, strict=True)
+        if told.verdict != SENSOR
+    ]
+    return Answer(
+        question,
+        report,
+        {size: _found(model, quiet, question, size) for size in WANDERS_K},
+        {
+            factor: monitor(model, [_moved(run, question, factor) for run in quiet]).verdict
+            for factor in MOVES
+        },
+    )
+
+
+def _found(
+    model: Model, runs: Sequence[Run], question: Question, size: float
+) -> tuple[int, int, int]:
+    """Return in how many runs a thermometer that wanders is found, named right, and named wrong."""
+    found = right = wrong = 0
+    names = [model.sensors[index].name for index in model.chosen]
+    for run in runs:
+        random = np.random.default_rng(zlib.crc32(f"{run.name} {size}".encode()))
+        name = str(random.choice(names))
+        frame = run.frame.copy()
+        hours = (run.time_s - run.time_s[0]) / (run.time_s[-1] - run.time_s[0])
+        frame[f"{name}_degC"] += size * random.choice([-1.0, 1.0]) * hours
+        told = monitor(model, [Run(run.name, frame)], question.rig).runs[0]
+        found += told.verdict == SENSOR
+        right += told.verdict == SENSOR and told.sensor == name
+        wrong += told.verdict == SENSOR and told.sensor != name
+    return found, right, wrong
+
+
+def _moved(run: Run, question: Question, factor: float) -> Run:
+    """Return the run on a machine that moves so many times as far."""
+    frame = run.frame.copy()
+    for name in question.rig.columns:
+        first = frame[name].dropna().iloc[0]
+        frame[name] = first + factor * (frame[name] - first)
+    return Run(f"{run.name}, moves {factor:g} times", frame)
+
+
+def page(answers: Sequence[Answer]) -> str:
+    """Return the tables."""
+    lines = [
+        "Reports on runs left out, one log a split; a count for each verdict on a run:",
+        "",
+        "| Data | Log | | runs | " + " | ".join(VERDICTS) + " | the log |",
+        "| --- | --- | --- | --- |" + " --- |" * (len(VERDICTS) + 1),
+    ]
+    for one in answers:
+        counts = Counter(run.verdict for run in one.report.runs)
+        cells = [str(counts[name] or "") for name in VERDICTS]
+        kind = "unlike" if one.question.unlike else "like"
+        head = f"| {one.question.data} | {one.question.name} | {kind} | {len(one.report.runs)} "
+        lines.append(head + "| " + " | ".join(cells) + f" | {one.report.verdict} |")
+    like = [one for one in answers if not one.question.unlike]
+    lines += [
+        "",
+        "Planted in the like runs in which no thermometer was called wrong. A thermometer in use, "
+        "drawn at random, wanders evenly to so many kelvin by the run's end:",
+        "",
+        "| Data | wanders by | runs | found | the right one | a wrong one |",
+        "| --- | --- | --- | --- | --- | --- |",
+    ]
+    for data in dict.fromkeys(one.question.data for one in like):
+        here = [one for one in like if one.question.data == data]
+        count = sum(run.verdict != SENSOR for one in here for run in one.report.runs)
+        for size in WANDERS_K:
+            sums = np.sum([one.wanders[size] for one in here], axis=0)
+            cells = [str(int(value)) for value in sums]
+            lines.append(f"| {data} | {size:g} K | {count} | {' | '.join(cells)} |")
+    lines += [
+        "",
+        "And the machine moves so many times as far as it did, in every run of the log:",
+        "",
+        "| Data | Log | " + " | ".join(f"{factor:g} times" for factor in MOVES) + " |",
+        "| --- | --- |" + " --- |" * len(MOVES),
+    ]
+    for one in like:
+        cells = [one.moves[factor] for factor in MOVES]
+        lines.append(f"| {one.question.data} | {one.question.name} | {' | '.join(cells)} |")
+    return "\n".join(lines) + "\n"
+
+
+def main() -> int:
+    """Ask, print the tables, and write them into a page."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("folder", type=Path, metavar="DATA")
+    parser.add_argument("--model", default="bayes")
+    parser.add_argument("--page", type=Path, help="page to write the tables into")
+    args = parser.parse_args()
+    todo = list(questions(args.folder))
+    answers = [ask(question, args.model) for question in tqdm(todo, disable=None)]
+    text = page(answers)
+    print(text)
+    if args.page is not None:
+        whole = args.page.read_text(encoding="utf-8")
+        head, tail = whole.split(BEGIN)[0], whole.split(END)[1]
+        write_atomically(args.page, f"{head}{BEGIN}\n\n{text}\n{END}{tail}")
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

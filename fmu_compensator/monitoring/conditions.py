@@ -1,0 +1,100 @@
+"""In which conditions a run was, beside those of the training runs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from measurement.runs import Run
+
+MARGIN = 0.1
+"""A condition counts as new if it is further outside than this share of the training's range."""
+
+
+@dataclass(frozen=True)
+class Condition:
+    """One condition of a run.
+
+    Attributes
+    ----------
+    name, unit : str
+        What it is.
+    value : float
+        Of the run.
+    low, high : float
+        Of the training runs.
+    """
+
+    name: str
+    unit: str
+    value: float
+    low: float
+    high: float
+
+    @property
+    def is_new(self) -> bool:
+        """Whether training saw nothing like it."""
+        margin = MARGIN * (self.high - self.low)
+        return not self.low - margin <= self.value <= self.high + margin
+
+    @property
+    def text(self) -> str:
+        """One phrase."""
+        return (
+            f"{self.name} {self.value:.4g} {self.unit} (training {self.low:.4g} to {self.high:.4g})"
+        )
+
+
+NAMES = (
+    ("temperature at the start", "degC"),
+    ("largest rise", "K"),
+    ("mean speed", "rpm"),
+    ("length", "h"),
+)
+
+
+def values_of(run: Run, sensors: Sequence[str]) -> list[float]:
+    """Return a run's conditions, in the order of `NAMES`; NaN for what is not known."""
+    columns = [run.frame[f"{name}_degC"].to_numpy(float) for name in sensors]
+    rows = np.column_stack(columns)
+    rows = rows[np.isfinite(rows).any(axis=1)]
+    middle = np.nanmedian(rows, axis=1) if len(rows) else np.array([np.nan])
+    speed = run.frame["speed_rpm"].to_numpy(float) if "speed_rpm" in run.frame else np.zeros(0)
+    known = speed[np.isfinite(speed)]
+    return [
+        float(middle[0]),
+        float(np.max(middle) - middle[0]),
+        float(np.mean(np.abs(known))) if len(known) else float("nan"),
+        float(run.time_s[-1] - run.time_s[0]) / 3600.0,
+    ]
+
+
+class Conditions:
+    """The conditions of the training runs.
+
+    Parameters
+    ----------
+    runs : sequence of Run
+        Training runs; may be empty.
+    sensors : sequence of str
+        Thermometers that the compensator uses.
+    """
+
+    def __init__(self, runs: Sequence[Run], sensors: Sequence[str]) -> None:
+        self._sensors = list(sensors)
+        self._known = np.array([values_of(run, sensors) for run in runs])
+
+    def of(self, run: Run) -> list[Condition]:
+        """Return a run's conditions beside the training's, those that both know."""
+        if not len(self._known):
+            return []
+        found = []
+        for place, value in enumerate(values_of(run, self._sensors)):
+            known = self._known[:, place]
+            known = known[np.isfinite(known)]
+            if len(known) and np.isfinite(value):
+                low, high = float(known.min()), float(known.max())
+                found.append(Condition(*NAMES[place], value, low, high))
+        return found

@@ -1,0 +1,118 @@
+"""Whether the measured drift is still what the compensator promised."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.stats import t as student
+
+from fmu_compensator.fit.training import Array
+from fmu_compensator.monitoring.bounds import FEWEST, upper_bound
+from fmu_compensator.monitoring.driving import AXES, Driven
+
+FEWEST_ROWS = 3
+"""With fewer measurements a run says nothing of its drift [1]."""
+CONFIDENCE = 0.95
+"""Of the range of a gain [1]."""
+UNUSUAL = 1.0
+"""An error as large as the half width, root mean square, is never called unusual below this [1]."""
+
+
+@dataclass(frozen=True)
+class AxisError:
+    """What one axis missed in one run.
+
+    Attributes
+    ----------
+    axis : str
+    none, left : float
+        Root mean square of the drift, and of what is left of it [um].
+    inside : float
+        Share of the measurements within the promised interval [1]; NaN without one.
+    miss, bound : float
+        Root mean square of the error over the half width, and how large that may be in a run like
+        the training [1]; NaN without an interval.
+    gain : float
+        By how much the measured drift is larger than the predicted one (least squares) [1].
+    """
+
+    axis: str
+    none: float
+    left: float
+    inside: float
+    miss: float
+    bound: float
+    gain: float
+
+    @property
+    def is_unusual(self) -> bool:
+        """Whether no run like the training should miss so much."""
+        return bool(self.miss > max(self.bound, UNUSUAL))
+
+
+def bounds_of(figures: Mapping[str, Any]) -> dict[str, float]:
+    """Return how much a run like the training may miss, by axis, from the file's figures.
+
+    A file that says nothing of it leaves the bound at `UNUSUAL` alone.
+    """
+    told = (figures.get("unseen") or {}).get("by_run") or []
+    found = {}
+    for place, axis in enumerate(AXES):
+        misses = [row["miss"][place] for row in told if row["miss"][place] is not None]
+        bound = upper_bound(misses)
+        found[axis] = bound if len(misses) >= FEWEST else UNUSUAL
+    return found
+
+
+def axis_errors(driven: Driven, bounds: Mapping[str, float]) -> list[AxisError]:
+    """Return what each axis missed, those left out that were hardly measured."""
+    found = []
+    for place, axis in enumerate(AXES):
+        error = driven.error[:, place]
+        known = np.isfinite(error)
+        if known.sum() < FEWEST_ROWS:
+            continue
+        width = np.maximum(driven.half_width[known, place], 1e-9)
+        drift, said = driven.drift[known, place], driven.predicted[known, place]
+        size = float(np.sum(said**2))
+        scaled = error[known] / width
+        found.append(
+            AxisError(
+                axis,
+                _rms(drift),
+                _rms(error[known]),
+                float(np.mean(np.abs(scaled) <= 1.0)) if np.isfinite(scaled).all() else np.nan,
+                _rms(scaled),
+                bounds[axis],
+                float(np.sum(said * drift)) / size if size > 0.0 else np.nan,
+            )
+        )
+    return found
+
+
+@dataclass(frozen=True)
+class Gain:
+    """By how much an axis moves further than predicted, over several runs."""
+
+    axis: str
+    value: float
+    low: float
+    high: float
+
+
+def gain_of(axis: str, runs: Sequence[AxisError]) -> Gain | None:
+    """Return the mean gain of an axis and its 95 % range; None from fewer than three runs."""
+    gains = np.array([one.gain for one in runs if np.isfinite(one.gain)])
+    if len(gains) < FEWEST:
+        return None
+    spread = float(gains.std(ddof=1)) / np.sqrt(len(gains))
+    half = float(student.ppf(0.5 + CONFIDENCE / 2.0, len(gains) - 1)) * spread
+    mean = float(gains.mean())
+    return Gain(axis, mean, mean - half, mean + half)
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))

@@ -1,0 +1,135 @@
+"""Drive a compensator through a recorded run."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fmu_compensator.fit.data import bridged
+from fmu_compensator.fit.training import Array
+from fmu_compensator.runtime.compensator import WAITING, Compensator, Output
+from fmu_compensator.runtime.modelfile import Model
+from measurement.drift import measured_drift
+from measurement.errors import BadInput
+from measurement.faults import GROSS, cleaned, find_faults
+from measurement.rig import Rig
+from measurement.runs import Run
+
+STEP_S = 30.0
+"""Rows closer together tell nothing more of drift [s]."""
+AXES = ("X", "Y", "Z")
+
+
+@dataclass(frozen=True)
+class Driven:
+    """What a compensator did in a run.
+
+    Attributes
+    ----------
+    time_s : array (n,)
+        Of the rows looked at [s].
+    outputs : list of Output
+        One per row: what is sent after it.
+    drift : array (n, 3)
+        Measured drift of the tool tip along X, Y, Z; NaN where it was not measured [um].
+    """
+
+    time_s: Array
+    outputs: list[Output]
+    drift: Array
+
+    @property
+    def status(self) -> NDArray[np.int_]:
+        """Status code of each row."""
+        return np.array([output.status for output in self.outputs])
+
+    @property
+    def started(self) -> NDArray[np.bool_]:
+        """Whether the offsets are the model's, row by row."""
+        return np.asarray(self.status != WAITING)
+
+    @property
+    def error(self) -> Array:
+        """What is left of the drift, shape (n, 3); NaN where that is not known [um]."""
+        sent = np.array([output[:3] for output in self.outputs])
+        return np.where(self.started[:, None], self.drift + sent, np.nan)
+
+    @property
+    def predicted(self) -> Array:
+        """The drift that the offsets stand for, shape (n, 3) [um]."""
+        return -np.array([output[:3] for output in self.outputs])
+
+    @property
+    def half_width(self) -> Array:
+        """Of the interval, shape (n, 3); NaN where it is not known [um]."""
+        width = np.array([output[6:9] for output in self.outputs])
+        return np.where(width >= 0.0, width, np.nan)
+
+
+def drive(model: Model, run: Run, rig: Rig | None, tool_length_mm: float) -> Driven:
+    """Return what a compensator does in a run.
+
+    Parameters
+    ----------
+    model : Model
+    run : Run
+        With the thermometers that the model uses.
+    rig : Rig, optional
+        What the displacements mean; without it, or without its columns in the run, no drift is
+        known.
+    tool_length_mm : float
+        At which the drift is taken.
+
+    Raises
+    ------
+    BadInput
+        If a thermometer that the model uses is not there.
+    """
+    used = [model.sensors[index].name for index in model.chosen]
+    lost = next((name for name in used if f"{name}_degC" not in run.frame), None)
+    if lost is not None:
+        problem = "is missing, and the compensator uses it"
+        raise BadInput(run.path or run.name, f"column {lost}_degC", problem)
+    rows = _rows(run.time_s)
+    time_s = run.time_s[rows]
+    nothing = np.full(len(run.time_s), np.nan)
+    columns = [f"{sensor.name}_degC" for sensor in model.sensors]
+    readings = np.column_stack(
+        [
+            bridged(run.time_s, run.frame[name].to_numpy(float)) if name in run.frame else nothing
+            for name in columns
+        ]
+    )[rows].tolist()
+    speed = run.frame["speed_rpm"].to_numpy(float) if "speed_rpm" in run.frame else nothing
+    compensator = Compensator(model)
+    steps = np.diff(time_s, prepend=time_s[0] - STEP_S)
+    outputs = [
+        compensator.step(float(time), float(step), reading, float(turning), tool_length_mm)
+        for time, step, reading, turning in zip(time_s, steps, readings, speed[rows], strict=True)
+    ]
+    drift = _drift(model, run, rig, tool_length_mm)[rows]
+    return Driven(time_s, outputs, drift)
+
+
+def _rows(time_s: Array) -> list[int]:
+    kept, last = [], -np.inf
+    for row, time in enumerate(time_s):
+        if time - last >= STEP_S * 0.99:
+            kept.append(row)
+            last = time
+    return kept
+
+
+def _drift(model: Model, run: Run, rig: Rig | None, tool_length_mm: float) -> Array:
+    """Return the measured drift, broken displacements left out."""
+    found = np.full((len(run.time_s), 3), np.nan)
+    if rig is None or any(name not in run.frame for name in rig.columns):
+        return found
+    left = cleaned([run], find_faults([run]), GROSS)[0]
+    drift = measured_drift(left, rig, tool_length_mm, model.input_form)
+    for place, axis in enumerate(AXES):
+        if f"drift_{axis}_um" in drift:
+            found[:, place] = drift[f"drift_{axis}_um"].to_numpy(float)
+    return found

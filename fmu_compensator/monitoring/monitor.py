@@ -1,0 +1,309 @@
+"""Read logs beside a compensator, and say whether it still fits.
+
+Three questions, each answered from what runs left out of the training showed: do the thermometers
+agree with each other as they did; are the conditions those of the training; and, where the log has
+measured drift, is what the compensator leaves of it within what it promised. Where the drift was
+not measured, only the first two can be answered, and the verdict says so.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from math import nan
+
+import numpy as np
+from scipy.stats import binom
+
+from fmu_compensator.fit.remembered import remembered_runs
+from fmu_compensator.monitoring.bounds import RISK
+from fmu_compensator.monitoring.conditions import Condition, Conditions
+from fmu_compensator.monitoring.drift import AxisError, Gain, axis_errors, bounds_of, gain_of
+from fmu_compensator.monitoring.driving import Driven, drive
+from fmu_compensator.monitoring.sensors import Agreement, Disagreement
+from fmu_compensator.runtime.compensator import HOLDING, SPARED, UNTRAINED
+from fmu_compensator.runtime.modelfile import Model
+from measurement.faults import LEVELS, Fault, find_faults
+from measurement.rig import Rig
+from measurement.runs import Run
+
+FITS, SENSOR, CHANGED = "fits", "sensor", "changed"
+OUTSIDE, UNUSUAL, NOT_MEASURED = "outside", "unusual_runs", "not_measured"
+VERDICTS = {
+    SENSOR: "a thermometer is wrong",
+    CHANGED: "the drift is no longer what was learnt",
+    OUTSIDE: "conditions are outside training",
+    UNUSUAL: "some runs drifted unlike training, so few that it may be chance",
+    NOT_MEASURED: "temperatures are as in training; the drift was not measured",
+    FITS: "still fits",
+}
+"""What is said, the most urgent first."""
+ADVICE = {
+    SENSOR: "mend or replace the thermometer; a fit is not the cure",
+    CHANGED: "look for what changed in the machine, then update the compensator with these runs",
+    OUTSIDE: "measure the drift in such conditions, and update the compensator with these runs",
+    UNUSUAL: "measure more runs: they tell an exception from a change",
+    NOT_MEASURED: "measure the drift in one run: no thermometer shows how the machine expands",
+    FITS: "nothing to do",
+}
+OUTSIDE_SHARE = 0.25
+"""From this share of samples with status 2 on, a run counts as outside training [1]."""
+FAULT_SHARE = 0.05
+"""A thermometer that is broken for a smaller share of a run is not worth a verdict [1]."""
+CHANCE = 0.01
+"""More unusual runs than come by chance: the probability of so many is below this [1]."""
+
+
+@dataclass(frozen=True)
+class RunReport:
+    """What one run says.
+
+    Attributes
+    ----------
+    run : str
+    verdict : str
+        One of `VERDICTS`; a run of its own is never `UNUSUAL`.
+    reasons : tuple of str
+        One sentence each.
+    sensor : str or None
+        The thermometer to blame.
+    outside : float
+        Share of the samples that the compensator called outside training [1].
+    without_offsets : float
+        Share of the samples in which it held or sent nothing [1].
+    errors : tuple of AxisError
+        Where the drift was measured.
+    conditions : tuple of Condition
+        Beside those of training.
+    """
+
+    run: str
+    verdict: str
+    reasons: tuple[str, ...]
+    sensor: str | None
+    outside: float
+    without_offsets: float
+    errors: tuple[AxisError, ...]
+    conditions: tuple[Condition, ...]
+
+
+@dataclass(frozen=True)
+class Report:
+    """What a log says of a compensator.
+
+    Attributes
+    ----------
+    verdict : str
+        One of `VERDICTS`.
+    summary, advice : str
+        The verdict in words, and what to do.
+    runs : tuple of RunReport
+        In the order given.
+    gains : tuple of Gain
+        Of the axes that drift otherwise than learnt.
+    promised : float
+        Share of samples that the interval is to hold [1]; NaN without one.
+    inside : dict of str to float
+        Share that it held, by axis: the mean over the runs whose thermometers are right [1].
+    notes : tuple of str
+        What could not be looked at.
+    """
+
+    verdict: str
+    summary: str
+    advice: str
+    runs: tuple[RunReport, ...]
+    gains: tuple[Gain, ...] = ()
+    promised: float = nan
+    inside: dict[str, float] = field(default_factory=dict)
+    notes: tuple[str, ...] = field(default=())
+
+
+def monitor(
+    model: Model,
+    runs: Sequence[Run],
+    rig: Rig | None = None,
+    *,
+    tool_length_mm: float | None = None,
+    on_run: Callable[[Run], None] = lambda run: None,
+) -> Report:
+    """Say whether a compensator still fits its machine.
+
+    Parameters
+    ----------
+    model : Model
+        The compensator.
+    runs : sequence of Run
+        Logs of whole runs, each from its start on, with the thermometers that it uses. Measured
+        drift may be there in all rows, in some (probes), or not at all.
+    rig : Rig, optional
+        What displacement columns mean; by default what the file remembers.
+    tool_length_mm : float, optional
+        At which drift is compared; by default the longest tool, to which the file's figures refer.
+    on_run : callable
+        Told each run once it is done.
+
+    Raises
+    ------
+    BadInput
+        If a run lacks a thermometer that the compensator uses.
+    """
+    used = [model.sensors[index].name for index in model.chosen]
+    notes = []
+    old: list[Run] = []
+    if "training" in model.table:
+        old, kept_rig = remembered_runs(model.table, model.source)
+        rig = rig or kept_rig
+    else:
+        notes.append(
+            "the file keeps no training runs: whether the thermometers agree with each other, and "
+            "how the conditions compare, was not looked at"
+        )
+    figures = model.provenance["figures"]
+    if model.interval is None:
+        notes.append("the file promises no interval, so no error can be called too large")
+    elif not (figures.get("unseen") or {}).get("by_run"):
+        notes.append(
+            "the file does not say how runs left out of training differed: an error counts as too "
+            "large where its root mean square passes the promised half width"
+        )
+    length = model.limits.tool_length_mm[1] if tool_length_mm is None else tool_length_mm
+    agreement, conditions = Agreement(old, used), Conditions(old, used)
+    bounds = bounds_of(figures)
+    faults = find_faults([*old, *runs])
+    reports = []
+    for place, run in enumerate(runs):
+        driven = drive(model, run, rig, length)
+        here = [one for one in faults if one.place == len(old) + place]
+        reports.append(
+            _run_report(
+                run,
+                driven,
+                _worth_saying(here, run, used, model.input_form),
+                agreement.of(run),
+                conditions.of(run),
+                axis_errors(driven, bounds),
+                [sensor.name for sensor in model.sensors],
+            )
+        )
+        on_run(run)
+    promised = nan if model.interval is None else model.interval.coverage
+    return replace(_report(reports), promised=promised, inside=_inside(reports), notes=tuple(notes))
+
+
+def _worth_saying(
+    faults: Sequence[Fault], run: Run, sensors: Sequence[str], input_form: str
+) -> list[Fault]:
+    """Return the faults of the thermometers in use that would harm the offsets."""
+    columns = {f"{name}_degC" for name in sensors}
+    whole = max(float(run.time_s[-1] - run.time_s[0]), 1e-9)
+    harmful = [
+        one
+        for one in faults
+        if one.column in columns and (one.is_gross or (input_form != "rise" and one.kind in LEVELS))
+    ]
+    lasting = {
+        column
+        for column in columns
+        if sum(one.end_s - one.start_s for one in harmful if one.column == column)
+        >= FAULT_SHARE * whole
+    }
+    return [one for one in harmful if one.column in lasting]
+
+
+def _run_report(
+    run: Run,
+    driven: Driven,
+    faults: Sequence[Fault],
+    agreement: Disagreement | None,
+    conditions: Sequence[Condition],
+    errors: Sequence[AxisError],
+    sensors: Sequence[str],
+) -> RunReport:
+    status = driven.status
+    outside = float(np.mean(status == UNTRAINED))
+    idle = float(np.mean(status >= HOLDING))
+    reasons: list[str] = []
+    sensor = None
+    verdict = FITS if errors else NOT_MEASURED
+    unusual = [one for one in errors if one.is_unusual]
+    if unusual:
+        verdict = CHANGED
+        reasons += [
+            f"{one.axis}: {one.left:.1f} um are left of {one.none:.1f} um, {one.miss:.1f} times "
+            f"the promised half width; up to {max(one.bound, 1.0):.1f} is usual"
+            for one in unusual
+        ]
+    new = [one.text for one in conditions if one.is_new]
+    apart = agreement is not None and agreement.distance > agreement.bound
+    if outside >= OUTSIDE_SHARE or (apart and agreement is not None and agreement.sensor is None):
+        verdict = CHANGED if unusual else OUTSIDE
+        texts = [event for event in _texts(driven) if event]
+        reasons.append(f"outside training in {outside:.0%} of the samples: {'; '.join(texts[:1])}")
+        reasons += [f"new: {text}" for text in new]
+    broken = [one for one in driven.outputs if one.status == SPARED]
+    never = driven.outputs[-1] if not driven.started.any() else None
+    if faults:
+        verdict, sensor = SENSOR, faults[0].column.rsplit("_", 1)[0]
+        reasons = [*(one.line() for one in faults), *reasons]
+    elif never is not None or broken:
+        said = broken[-1] if never is None else never
+        verdict = SENSOR
+        sensor = sensors[said.status_sensor - 1] if said.status_sensor else None
+        reasons = [said.status_text, *reasons]
+    elif apart and agreement is not None and agreement.sensor is not None:
+        verdict, sensor = SENSOR, agreement.sensor
+        reasons = [
+            f"{sensor} is {agreement.off_by_K:.1f} K from what the others say; without it they are "
+            "as in training",
+            *reasons,
+        ]
+    return RunReport(
+        run.name,
+        verdict,
+        tuple(reasons),
+        sensor,
+        outside,
+        idle,
+        tuple(errors),
+        tuple(conditions),
+    )
+
+
+def _texts(driven: Driven) -> list[str]:
+    """Return the last thing that was said of inputs outside training."""
+    said = [one.status_text for one in driven.outputs if one.status == UNTRAINED]
+    return said[-1:] or ["temperatures are further from training, taken together, than in any run"]
+
+
+def _inside(runs: Sequence[RunReport]) -> dict[str, float]:
+    errors = [error for one in runs if one.verdict != SENSOR for error in one.errors]
+    return {
+        axis: float(np.mean([one.inside for one in errors if one.axis == axis]))
+        for axis in dict.fromkeys(one.axis for one in errors)
+    }
+
+
+def _report(runs: Sequence[RunReport]) -> Report:
+    of = {verdict: [one for one in runs if one.verdict == verdict] for verdict in VERDICTS}
+    verdict = next(name for name in VERDICTS if of[name])
+    if verdict == CHANGED:
+        judged = sum(bool(one.errors) for one in runs)
+        if _chance(len(of[CHANGED]), judged) > CHANCE:
+            verdict = OUTSIDE if of[OUTSIDE] else UNUSUAL
+    elif verdict == NOT_MEASURED and of[FITS]:
+        verdict = FITS
+    gains = []
+    if verdict == CHANGED:
+        for axis in sorted({e.axis for one in of[CHANGED] for e in one.errors if e.is_unusual}):
+            errors = [e for one in runs for e in one.errors if e.axis == axis]
+            gain = gain_of(axis, errors)
+            if gain is not None:
+                gains.append(gain)
+    return Report(verdict, VERDICTS[verdict], ADVICE[verdict], tuple(runs), tuple(gains))
+
+
+def _chance(unusual: int, runs: int) -> float:
+    """Return the probability that so many runs, or more, are unusual by chance [1]."""
+    # Up to three axes are looked at in each run.
+    return float(binom.sf(unusual - 1, runs, 3.0 * RISK))

@@ -1,0 +1,122 @@
+"""``spindle-drift monitor``: whether a compensator still fits its machine."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from scenarios.outputs import FOLDER
+
+NAME = "monitor"
+HELP = "say whether a compensator still fits, from logs of the machine"
+READS = ("compensator", "runs", "machine")
+WRITES = {"out": FOLDER}
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the command's arguments."""
+    parser.add_argument(
+        "compensator",
+        type=Path,
+        metavar="COMPENSATOR",
+        help="compensator file (.json), or an FMU",
+    )
+    parser.add_argument(
+        "runs",
+        nargs="+",
+        type=Path,
+        metavar="RUN",
+        help="log of a whole run (CSV); measured drift in all rows, in some, or in none",
+    )
+    parser.add_argument(
+        "--machine",
+        help="machine whose rig says what the displacements mean, where the compensator file keeps "
+        "no runs (S1 to S5, S5 along +Z)",
+    )
+    parser.add_argument(
+        "--out", type=Path, metavar="DIR", help="also write monitor.json and a figure here"
+    )
+    parser.add_argument("--json", action="store_true", help="print JSON instead of text")
+    parser.add_argument("--quiet", action="store_true", help="no progress bar")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Read the logs, and print the verdict first."""
+    from tqdm import tqdm
+
+    from fmu_compensator.monitoring import monitor
+    from fmu_compensator.runtime.modelfile import load_model
+    from measurement.rig import FivePointRig, rig_from_table
+    from measurement.runs import read_run
+    from plant_model.machine_file import read_machine
+    from scenarios.monitor_figure import draw_monitor
+    from scenarios.replay import model_of, rig_of_model
+    from scenarios.results import results_folder, write_table
+
+    fmu = args.compensator.suffix == ".fmu"
+    model = model_of(args.compensator) if fmu else load_model(args.compensator)
+    runs = [read_run(path) for path in args.runs]
+    rig = None
+    if args.machine is not None or "training" not in model.table:
+        named = None
+        if args.machine is not None:
+            named = rig_from_table(read_machine(args.machine).rig, args.machine)
+        rig = rig_of_model(model, named if isinstance(named, FivePointRig) else None)
+    with tqdm(total=len(runs), unit="run", disable=args.quiet or None, leave=False) as bar:
+        report = monitor(model, runs, rig, on_run=lambda one: _count(bar))
+    table = _plain(asdict(report))
+    text = json.dumps(table, indent=1, ensure_ascii=False, allow_nan=False)
+    if args.out is not None:
+        with results_folder(args.out) as folder:
+            (folder / "monitor.json").write_text(text + "\n", encoding="utf-8")
+            draw_monitor(report, folder / "monitor.png")
+            write_table([], {"monitor": "monitor.json"}, folder, to_come=())
+    if args.json:
+        print(text)
+    else:
+        print("\n".join(lines_of(report)))
+        if args.out is not None:
+            print(f"wrote monitor.json and monitor.png to {args.out}")
+    return 0
+
+
+def lines_of(report: Any) -> list[str]:
+    """Return what a person reads of a report: the verdict, what to do, and a line for each run."""
+    lines = [f"{report.verdict}: {report.summary}", f"what to do: {report.advice}"]
+    lines += [
+        f"{gain.axis} moves {gain.value:.2f} times as far as predicted "
+        f"({gain.low:.2f} to {gain.high:.2f}, 95 %)"
+        for gain in report.gains
+    ]
+    if report.inside and not math.isnan(report.promised):
+        held = ", ".join(f"{axis} {share:.0%}" for axis, share in report.inside.items())
+        lines.append(f"inside the interval that promises {report.promised:.0%}: {held}")
+    lines += ["", "run by run; RMSE [um] of the drift, and of what the compensator leaves:"]
+    for one in report.runs:
+        cells = [
+            f"{e.axis} {e.none:.1f} -> {e.left:.1f}"
+            + ("" if math.isnan(e.inside) else f" ({e.inside:.0%} inside)")
+            for e in one.errors
+        ]
+        lines.append(f"  {one.run}: {one.verdict}; {', '.join(cells) or 'drift not measured'}")
+        lines += [f"    {reason}" for reason in one.reasons]
+    return lines + [f"note: {note}" for note in report.notes]
+
+
+def _count(bar: Any) -> None:
+    bar.update()
+
+
+def _plain(value: Any) -> Any:
+    """Return a value as JSON carries it: what is not finite as null."""
+    if isinstance(value, dict):
+        return {key: _plain(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(entry) for entry in value]
+    if isinstance(value, float):
+        return float(f"{value:.6g}") if math.isfinite(value) else None
+    return value

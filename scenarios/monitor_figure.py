@@ -1,0 +1,86 @@
+"""The figure of a monitoring report: error by run, beside what is promised."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from fmu_compensator.monitoring import Report
+from fmu_compensator.monitoring.drift import UNUSUAL, AxisError
+from fmu_compensator.monitoring.monitor import CHANGED, FITS, NOT_MEASURED, OUTSIDE, SENSOR
+from measurement.overview import settle
+from scenarios.figures import DPI, PANEL_IN, WIDTH_IN
+
+COLOURS = {
+    FITS: "#2a7f4f",
+    NOT_MEASURED: "#7a828c",
+    OUTSIDE: "#c98a1b",
+    CHANGED: "#b3342d",
+    SENSOR: "#6a3fa0",
+}
+LABELS = {
+    FITS: "fits",
+    NOT_MEASURED: "not measured",
+    OUTSIDE: "outside training",
+    CHANGED: "more than promised",
+    SENSOR: "a thermometer is wrong",
+}
+MOST_NAMED = 40
+
+
+def draw_monitor(report: Report, path: Path) -> None:
+    """Draw each axis' error over the promised half width, run by run, coloured by verdict."""
+    axes = sorted({error.axis for one in report.runs for error in one.errors})
+    figure = Figure(figsize=(WIDTH_IN, 1.8 + PANEL_IN * max(len(axes), 1)), layout="constrained")
+    FigureCanvasAgg(figure)
+    figure.suptitle(f"{report.verdict}: {report.summary}", fontsize=12, x=0.01, ha="left")
+    panels = figure.subplots(max(len(axes), 1), 1, sharex=True, squeeze=False)[:, 0]
+    used = []
+    for panel, axis in zip(panels, axes, strict=False):
+        bound = UNUSUAL
+        for place, one in enumerate(report.runs):
+            for error in one.errors:
+                if error.axis == axis:
+                    bound = max(error.bound, UNUSUAL)
+                    panel.plot(place, error.miss, "o", color=COLOURS[one.verdict])
+                    used.append(one.verdict)
+                    panel.annotate(
+                        _label(error), (place, error.miss), (0, 6), textcoords="offset points",
+                        fontsize=7, ha="center", color="#4a505a",
+                    )  # fmt: skip
+        panel.axhline(bound, color="#b3342d", linestyle="--", linewidth=1.0)
+        panel.set_ylabel(f"{axis}: error / promised\nhalf width [1]")
+        panel.set_ylim(bottom=0.0, top=max(bound, panel.get_ylim()[1]) * 1.25)
+        panel.margins(x=0.05)
+        panel.grid(True, color="#e3e6ea", linewidth=0.8)
+        panel.spines[["top", "right"]].set_visible(False)
+    if not axes:
+        panels[0].text(0.5, 0.5, "the drift was not measured", ha="center", va="center")
+        panels[0].set_axis_off()
+    names = [one.run for one in report.runs]
+    if axes and len(names) <= MOST_NAMED:
+        panels[-1].set_xticks(range(len(names)), names, rotation=60, ha="right", fontsize=8)
+    else:
+        panels[-1].xaxis.set_major_locator(MaxNLocator(integer=True))
+        panels[-1].set_xlabel("run, in the order given")
+    if axes:
+        panels[0].set_title(
+            "at each run: what is left / the drift [µm RMSE]",
+            fontsize=8,
+            color="#4a505a",
+            loc="left",
+        )
+    for verdict in dict.fromkeys(used):
+        panels[0].plot([], [], "o", color=COLOURS[verdict], label=LABELS[verdict])
+    if axes:
+        panels[0].plot([], [], "--", color="#b3342d", label="more is unlike training")
+        figure.legend(loc="outside lower center", ncols=4, fontsize=9, frameon=False)
+    settle(figure)
+    figure.savefig(path, dpi=DPI, metadata={"Software": None})
+
+
+def _label(error: AxisError) -> str:
+    return f"{error.left:.1f} / {error.none:.1f}"

@@ -1,0 +1,106 @@
+"""``spindle-drift update`` and ``spindle-drift monitor``."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from fmu_compensator.runtime.modelfile import load_model
+from measurement.runs import Run, write_run
+from scenarios.cli import main
+from tests.fmu_compensator.conftest import make_run
+
+
+@pytest.fixture
+def compensator(tmp_path: Path) -> Path:
+    files = [
+        str(write_run(make_run(f"old{n}", n, hours=2.0), tmp_path / f"old{n}.csv"))
+        for n in range(4)
+    ]
+    assert main(["fit", *files, "--model", "bayes", "-o", str(tmp_path / "c.json")]) == 0
+    return tmp_path / "c.json"
+
+
+@pytest.fixture
+def new_run(tmp_path: Path) -> Path:
+    return write_run(make_run("new", 50, hours=2.0), tmp_path / "new.csv")
+
+
+def test_an_update_writes_a_file_and_shows_the_old_one_s_errors(
+    compensator: Path, new_run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for old in tmp_path.glob("old*.csv"):
+        old.unlink()
+    before = compensator.read_bytes()
+    out = tmp_path / "d.json"
+    assert main(["update", str(compensator), str(new_run), "-o", str(out)]) == 0
+    told = capsys.readouterr().out
+    assert "new: X " in told
+    assert f"wrote {out}" in told
+    names = [run["name"] for run in load_model(out).provenance["runs"]]
+    assert names == ["old0", "old1", "old2", "old3", "new"]
+    assert compensator.read_bytes() == before
+
+
+def test_an_update_does_not_replace_the_old_file_unasked(
+    compensator: Path, new_run: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    before = compensator.read_bytes()
+    assert main(["update", str(compensator), str(new_run), "-o", str(compensator)]) == 2
+    assert "is an input of this command" in capsys.readouterr().err
+    assert compensator.read_bytes() == before
+
+
+def test_an_update_of_a_file_without_runs_is_refused_in_a_line(
+    new_run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    files = [
+        str(write_run(make_run(f"f{n}", n, hours=1.0), tmp_path / f"f{n}.csv")) for n in range(3)
+    ]
+    kept = tmp_path / "forgetful.json"
+    assert main(["fit", *files, "--model", "mlr", "--forget-runs", "-o", str(kept)]) == 0
+    capsys.readouterr()
+    assert main(["update", str(kept), str(new_run), "-o", str(tmp_path / "x.json")]) == 2
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert "training: is missing" in error
+    assert not (tmp_path / "x.json").exists()
+
+
+def test_the_first_line_of_monitor_is_the_verdict(
+    compensator: Path, new_run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    capsys.readouterr()
+    out = tmp_path / "watched"
+    assert main(["monitor", str(compensator), str(new_run), "--out", str(out)]) == 0
+    told = capsys.readouterr().out.splitlines()
+    assert told[0] == "fits: still fits"
+    assert told[1].startswith("what to do: nothing")
+    report = json.loads((out / "monitor.json").read_text())
+    assert report["verdict"] == "fits"
+    assert report["runs"][0]["errors"][0]["axis"] == "X"
+    assert (out / "monitor.png").stat().st_size > 10_000
+
+
+def test_monitor_as_json_is_one_document(
+    compensator: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    frame = make_run("silent", 60, hours=2.0).frame
+    frame = frame[[name for name in frame if not str(name).endswith("_um")]]
+    silent = write_run(Run("silent", frame), tmp_path / "silent.csv")
+    capsys.readouterr()
+    assert main(["monitor", str(compensator), str(silent), "--json"]) == 0
+    report = json.loads(capsys.readouterr().out)
+    assert report["verdict"] == "not_measured"
+    assert report["runs"][0]["errors"] == []
+
+
+def test_monitor_names_what_a_run_lacks(
+    compensator: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    frame = make_run("lost", 61, hours=1.0).frame.drop(columns="T1_degC")
+    lost = write_run(Run("lost", frame), tmp_path / "lost.csv")
+    assert main(["monitor", str(compensator), str(lost)]) == 2
+    assert "lost.csv: column T1_degC: is missing" in capsys.readouterr().err
