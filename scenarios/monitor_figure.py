@@ -26,7 +26,7 @@ LABELS = {
     NOT_MEASURED: "not measured",
     OUTSIDE: "outside training",
     CHANGED: "more than promised",
-    SENSOR: "a thermometer is wrong",
+    SENSOR: "a thermometer",
 }
 MOST_NAMED = 40
 

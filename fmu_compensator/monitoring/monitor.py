@@ -30,7 +30,7 @@ from measurement.runs import Run
 FITS, SENSOR, CHANGED = "fits", "sensor", "changed"
 OUTSIDE, UNUSUAL, NOT_MEASURED = "outside", "unusual_runs", "not_measured"
 VERDICTS = {
-    SENSOR: "a thermometer is wrong",
+    SENSOR: "a thermometer is broken, or reads what no other explains",
     CHANGED: "the drift is no longer what was learnt",
     OUTSIDE: "conditions are outside training",
     UNUSUAL: "some runs drifted unlike training, so few that it may be chance",
@@ -39,7 +39,8 @@ VERDICTS = {
 }
 """What is said, the most urgent first."""
 ADVICE = {
-    SENSOR: "mend or replace the thermometer; a fit is not the cure",
+    SENSOR: "check that thermometer; if it reads right, what is around it has changed: measure the "
+    "drift, and update the compensator with these runs",
     CHANGED: "look for what changed in the machine, then update the compensator with these runs",
     OUTSIDE: "measure the drift in such conditions, and update the compensator with these runs",
     UNUSUAL: "measure more runs: they tell an exception from a change",
@@ -246,7 +247,7 @@ def _run_report(
     if faults:
         verdict, sensor = SENSOR, faults[0].column.rsplit("_", 1)[0]
         reasons = [*(one.line() for one in faults), *reasons]
-    elif never is not None or broken:
+    elif never is not None or len(broken) >= FAULT_SHARE * len(driven.outputs):
         said = broken[-1] if never is None else never
         verdict = SENSOR
         sensor = sensors[said.status_sensor - 1] if said.status_sensor else None

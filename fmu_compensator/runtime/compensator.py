@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from math import isfinite, nan, sqrt
+from statistics import median
 from typing import Any, NamedTuple
 
 from fmu_compensator.runtime.checks import IMPLAUSIBLE, MISSING, Fault, SensorCheck
 from fmu_compensator.runtime.guard import Guard
 from fmu_compensator.runtime.interval import NOT_KNOWN
 from fmu_compensator.runtime.modelfile import Model
-from fmu_compensator.runtime.spare import Spare
+from fmu_compensator.runtime.spare import Spare, Starts
 
 OK, WAITING, UNTRAINED, RECOVERING, SPARED = 0, 1, 2, 3, 4
 HOLDING, RAMPING, AT_ZERO = 10, 20, 30  # plus the cause, 1 to 4
@@ -248,15 +249,34 @@ class Compensator:
         """Replace what broken sensors read; return the fault that is left."""
         limits, idle = self.model.limits, self._checks[spare.turn].idle
         share = limits.tool_share(tool_length)
-        used = spare.step(readings, bad, idle, elapsed_s, limits.recover_s, share)
+        starts = None if self._started or not bad else self._starts(readings, bad)
+        used = spare.step(readings, bad, idle, elapsed_s, limits.recover_s, share, starts)
         if fault is not None:
             self._spared = fault
         if used is None:
             return fault
+        if starts is not None:
+            self._reference = list(starts.first)
         readings[:] = used
         if not spare.broken:
             self._spared = None
         return None
+
+    def _starts(self, readings: Sequence[float], bad: Sequence[int]) -> Starts | None:
+        """Return from where rises may count without some sensors; None where a level matters."""
+        guard, good = self._guard, [place for place in range(len(readings)) if place not in bad]
+        if not self._rise or guard is None or not good:
+            return None
+        middle = median([readings[place] for place in good])
+        first, unread = [], []
+        for place, known in enumerate(self._reference):
+            likely = guard.usual_start(place, middle) if known is None else known
+            if likely is None:
+                return None
+            if known is None:
+                unread.append(place)
+            first.append(likely)
+        return Starts(first, unread)
 
     def _inputs(self, readings: Sequence[float]) -> list[float]:
         if not self._rise:

@@ -205,6 +205,20 @@ class Guard:
         if len(away) > 1 and away[-1] > LEVEL_FAULT_K and away[-1] > LONE * away[-2]:
             self._starts = [0.0 if abs(start) == away[-1] else start for start in self._starts]
 
+    def usual_start(self, place: int, middle: float) -> float | None:
+        """Return what a sensor is likely to read at the start [degC].
+
+        None where rises count from fixed temperatures: then a level cannot be guessed.
+
+        Parameters
+        ----------
+        place : int
+            Of the input.
+        middle : float
+            Median of what the others read [degC].
+        """
+        return None if self._fixed else middle + self._usual[place]
+
     def held(self, targets: Sequence[float], careful: Sequence[float]) -> list[float]:
         """Return an error model's prediction, on its leash to the careful one [um, urad]."""
         return [

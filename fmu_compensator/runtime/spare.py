@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import exp, expm1, sqrt
 from operator import mul
+from typing import NamedTuple
 
 from fmu_compensator.runtime.fields import Fields
 from fmu_compensator.runtime.lags import checked_state
@@ -14,8 +15,25 @@ BLEND_S = 120.0
 """A reading that is taken from elsewhere moves there with this time constant [s]."""
 FRESH = 0.1
 """A sensor that has stood still for a larger share of what makes it stale tells nothing new [1]."""
+START_AFTER_S = 60.0
+"""A sensor that does not answer for so long is not waited for: sensors come on line one by one."""
 MOST_S = 1e9
 LARGEST = 1e9
+
+
+class Starts(NamedTuple):
+    """From where the rises count.
+
+    Attributes
+    ----------
+    first : list of float
+        What each sensor read first, or is likely to have read [degC].
+    unread : list of int
+        Places of those of which it is only likely.
+    """
+
+    first: list[float]
+    unread: list[int]
 
 
 class Spare:
@@ -29,6 +47,10 @@ class Spare:
     and g for the good ones. :math:`z = P r` is what the others did not explain of a sensor while it
     still was good, t since then: the broken one goes on from where it stood. With at most two of
     them no larger system is to be solved than two by two.
+
+    A sensor that never read since the start has a rise all the same: that of the estimate. Where it
+    starts is a guess; once it is good, its readings count from where the estimate is then, and what
+    that was uncertain by stays.
 
     Parameters
     ----------
@@ -104,7 +126,10 @@ class Spare:
         self._seen = [0.0] * count  # when that was, by the clock [s]
         self._gap = [0.0] * count  # on the way from one source to another [K]
         self._good_for = [-1.0] * count  # of a broken sensor, since its last bad reading [s]
+        self._unread = [0.0] * count  # 1 for a sensor that has not read since the start
+        self._shift = [0.0] * count  # from its readings to those used, once it reads [K]
         self._extra = [0.0] * 3  # variance of the drift [um^2]
+        self._lasting = [0.0] * 3  # what stays of it [um^2]
 
     @property
     def broken(self) -> list[int]:
@@ -119,6 +144,7 @@ class Spare:
         elapsed_s: float,
         recover_s: float,
         tool_share: float,
+        starts: Starts | None = None,
     ) -> list[float] | None:
         """Take in one sample; return the readings to use [degC], None if there is no going on.
 
@@ -136,14 +162,11 @@ class Spare:
             How long a sensor must be good to be used again [s].
         tool_share : float
             Where the tool is from the shortest (0) to the longest (1).
+        starts : Starts, optional
+            From where rises may count if not all are good; without it they must be to start.
         """
         if not self._started:
-            if bad:
-                return None
-            self._started = True
-            self._first = list(readings)
-            self._last = list(readings)
-            return self._last
+            return self._start(readings, bad, elapsed_s, tool_share, starts)
         self._clock = min(self._clock + elapsed_s, MOST_S)
         before = list(self._good_for)
         self._count(bad, elapsed_s, recover_s)
@@ -155,6 +178,8 @@ class Spare:
             # All are good, and the offsets wait for them anyway.
             self._good_for = [-1.0] * len(before)
             broken = []
+        self._read_at_last(readings)
+        readings = [value + shift for value, shift in zip(readings, self._shift, strict=True)]
         used = self._filled(readings, broken)
         kept = exp(-elapsed_s / BLEND_S)
         self._blend(used, before, kept)
@@ -162,6 +187,46 @@ class Spare:
         self._compare(used, idle)
         self._stopped, self._last = False, used
         return used
+
+    def _start(
+        self,
+        readings: Sequence[float],
+        bad: Sequence[int],
+        elapsed_s: float,
+        tool_share: float,
+        starts: Starts | None,
+    ) -> list[float] | None:
+        """Take in a sample before the first one in use."""
+        if not bad:
+            self._started = True
+            self._clock = 0.0
+            self._first = list(readings)
+            self._last = list(readings)
+            return self._last
+        if starts is None or self._clock < START_AFTER_S:
+            self._clock = min(self._clock + elapsed_s, MOST_S)
+            return None
+        good_for = [0.0 if place in bad else -1.0 for place in range(len(readings))]
+        waited, self._clock = self._clock, 0.0
+        if not self._can_go_on(bad, tool_share):
+            self._clock = waited
+            return None
+        self._started = True
+        self._first, self._good_for = list(starts.first), good_for
+        for place in starts.unread:
+            self._unread[place] = 1.0
+        self._last = self._filled(readings, bad)
+        return self._last
+
+    def _read_at_last(self, readings: Sequence[float]) -> None:
+        """Let a sensor that is good for the first time go on from its estimate."""
+        for place, unread in enumerate(self._unread):
+            if unread and self._good_for[place] < 0.0:
+                self._unread[place] = 0.0
+                self._shift[place] = self._last[place] - readings[place]
+                self._lasting = [
+                    max(*pair) for pair in zip(self._lasting, self._extra, strict=True)
+                ]
 
     def _count(self, bad: Sequence[int], elapsed_s: float, recover_s: float) -> None:
         """Count how long the broken sensors have been good again."""
@@ -265,6 +330,8 @@ class Spare:
             self._extra = [max(new, old * kept) for new, old in zip(now, self._extra, strict=True)]
         elif any(self._extra):
             self._extra = [old * kept for old in self._extra]
+        if any(self._lasting):
+            self._extra = [max(*pair) for pair in zip(self._extra, self._lasting, strict=True)]
 
     def _compare(self, used: Sequence[float], idle: float) -> None:
         """Put down what one sensor reads beyond what the others say; each has its turn."""
@@ -307,14 +374,12 @@ class Spare:
 
     def state(self) -> list[float]:
         """Return what is remembered."""
-        rows = (self._first, self._last, self._own, self._seen, self._gap, self._good_for)
         return [
             float(self._started),
             float(self._stopped),
             self._clock,
             float(self.turn),
-            *(value for values in rows for value in values),
-            *self._extra,
+            *(value for values in self._rows() for value in values),
         ]
 
     def restore(self, state: Sequence[float]) -> None:
@@ -330,9 +395,22 @@ class Spare:
         self._clock, self.turn = next(values), int(next(values))
         if not 0 <= self.turn < len(self._first):
             raise ValueError(f"the state counts {self.turn} of {len(self._first)} sensors")
-        rows = (self._first, self._last, self._own, self._seen, self._gap, self._good_for)
-        for held in (*rows, self._extra):
+        for held in self._rows():
             held[:] = [next(values) for _ in held]
+
+    def _rows(self) -> tuple[list[float], ...]:
+        return (
+            self._first,
+            self._last,
+            self._own,
+            self._seen,
+            self._gap,
+            self._good_for,
+            self._unread,
+            self._shift,
+            self._extra,
+            self._lasting,
+        )
 
 
 def _not_negative(fields: Fields, key: str, length: int, limit: float) -> list[float]:

@@ -59,3 +59,40 @@ def test_no_offset_steps_further_than_the_slew_when_sensors_break_and_return() -
     assert f"going on without a sensor: {names[0]} is missing" in texts
     assert f"going on without a sensor: {names[0]} is missing; and without {names[2]}" in texts
     assert output.status == OK
+
+
+def test_it_starts_without_a_sensor_and_takes_it_in_when_it_reads() -> None:
+    model, run, readings, drift = jig_borer()
+    faulty = readings.copy()
+    returns = 360  # after three hours
+    faulty[:returns, 6] = float("nan")
+    good = drive(model, run, readings, drift, BREAKS_S)
+    on = drive(model, run, faulty, drift, BREAKS_S)
+    for axis in range(3):
+        assert on.rmse(axis) < good.rmse(axis) + 2.0
+    compensator = Compensator(model)
+    told, offset = [], np.zeros(3)
+    for row, values in enumerate(faulty[: returns + 40].tolist()):
+        output = compensator.step(30.0 * row, 30.0, values, 6000.0, 100.0)
+        told.append(output.status)
+        now = np.array(output[:3])
+        assert np.abs(now - offset).max() <= model.limits.slew_um_per_s * 30.0
+        if row > returns - 10:
+            assert np.abs(now - offset).max() < 3.0  # no step when it comes back
+        offset = now
+    assert told[:2] == [1, 1]  # a minute is waited
+    assert set(told[4:returns]) == {SPARED}
+    assert told[-1] == OK
+    state = compensator.state()
+    again = Compensator(model)
+    again.restore(state)
+    assert again.state() == state
+
+
+def test_it_does_not_start_without_three_sensors() -> None:
+    model, _, readings, _ = jig_borer()
+    readings = readings.copy()
+    readings[:, [0, 2, 6]] = float("nan")
+    compensator = Compensator(model)
+    for row, values in enumerate(readings[:100].tolist()):
+        assert compensator.step(30.0 * row, 30.0, values, 6000.0, 100.0).status == 1

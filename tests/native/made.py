@@ -339,6 +339,11 @@ class Samples:
         self.stuck = [0 for _ in model.sensors]
         self.speed, self.tool = 0.0, sum(model.limits.tool_length_mm) / 2.0
         self.shown = list(self.base)
+        self.silent: dict[int, int] = {}  # samples for which a sensor says nothing
+
+    def silence(self, samples: int) -> None:
+        """Let one of the sensors in use say nothing for a while, from now on."""
+        self.silent[self.random.choice(self.model.chosen)] = samples
 
     def next(self) -> tuple[float, float, list[float], float, float, list[float] | None]:
         """Return time, step, temperatures, speed, tool length and measured targets."""
@@ -378,6 +383,9 @@ class Samples:
             self.stuck[number] -= 1
         else:
             self.shown[number] = self.base[number] + self.shift[number]
+        if self.silent.get(number, 0) > 0:
+            self.silent[number] -= 1
+            return NAN
         if random.random() < 0.01:
             return random.choice([NAN, INF, -INF])
         return self.shown[number]

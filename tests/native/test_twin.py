@@ -100,8 +100,12 @@ def check(model: Model, parts: list[str], output: Output, row: Row) -> None:
         assert same(found, expected, gone if place == 4 else ()), (place, found, expected)
 
 
-@pytest.mark.parametrize("seed", range(len(PARTS)))
-@pytest.mark.parametrize("kind", KINDS)
+CASES = [(kind, seed) for kind in KINDS for seed in range(len(PARTS))]
+STARTS = [("mlr", 6), ("mlr", 12), ("thermal_states", 6)]
+"""Files of rises with a guard and a spare, which start without a sensor."""
+
+
+@pytest.mark.parametrize(("kind", "seed"), CASES + STARTS)
 def test_every_number_is_that_of_the_runtime(
     kind: str, seed: int, driver_of: Callable[[Model], Driver]
 ) -> None:
@@ -122,6 +126,7 @@ def test_every_number_is_that_of_the_runtime(
             lines.append("r")
             expected.append((compensator.step(nan, nan, [nan] * len(model.sensors)), ((), ())))
             compensator.reset()
+            samples.silence(120)
     found = driver_of(model).run(lines)
     assert len(found) == len(expected)
     for parts, (output, row) in zip(found, expected, strict=True):
@@ -130,6 +135,21 @@ def test_every_number_is_that_of_the_runtime(
     seen = {output.status for output, _ in expected}
     assert len(seen) >= 3, seen
     assert inf not in {abs(value) for output, _ in expected for value in output[:9]}
+
+
+def test_some_made_files_start_without_a_sensor_that_reads_later() -> None:
+    """What is compared above is reached."""
+    shifted = 0
+    for kind, seed in STARTS:
+        model = made_model(kind, seed)
+        compensator, samples = Compensator(model), Samples(model, seed)
+        samples.silence(120)
+        for _ in range(300):
+            compensator.step(*samples.next())
+        count = len(model.chosen)
+        shifts = compensator.state()["spare"][4 + 7 * count : 4 + 8 * count]
+        shifted += any(shifts)
+    assert shifted == len(STARTS)
 
 
 def test_the_made_files_go_on_without_one_sensor_and_without_two() -> None:

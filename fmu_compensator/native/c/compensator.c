@@ -37,6 +37,9 @@ void compensator_make(struct setup *setup, struct compensator *self)
     self->correction = correction_make(setup, &model_correction, model_target_count);
     self->spare = spare_make(setup, &model_spare, model_chosen_count);
     self->bad = setup_take(setup, model_chosen_count, sizeof(bool));
+    self->unread = setup_take(setup, model_chosen_count, sizeof(bool));
+    self->first = setup_take(setup, model_chosen_count, sizeof(double));
+    self->sorted = setup_take(setup, 2 * model_chosen_count, sizeof(double));
     self->inputs = setup_take(setup, model_chosen_count, sizeof(double));
     self->readings = setup_take(setup, model_chosen_count, sizeof(double));
     self->targets = setup_take(setup, model_target_count, sizeof(double));
@@ -141,22 +144,56 @@ static double tool_share(double length)
     return share > 1.0 ? 1.0 : share;
 }
 
+/* Returns from where rises may count without the bad sensors; not known where a level matters. */
+static struct starts starts_of(const struct compensator *self, const struct parts *parts)
+{
+    struct starts starts = {false, self->first, self->unread};
+    double *good = self->sorted + model_chosen_count;
+    size_t count = 0;
+    for (size_t place = 0; place < model_chosen_count; place++) {
+        if (!self->bad[place]) {
+            good[count++] = self->readings[place];
+        }
+    }
+    if (!model_takes_rises || self->guard == NULL || count == 0) {
+        return starts;
+    }
+    double middle = median(good, count, self->sorted);
+    starts.known = true;
+    for (size_t place = 0; place < model_chosen_count; place++) {
+        self->unread[place] = isnan(parts->reference[place]);
+        self->first[place] = parts->reference[place];
+        if (self->unread[place]) {
+            self->first[place] = guard_usual_start(self->guard, place, middle);
+        }
+        starts.known = starts.known && !isnan(self->first[place]);
+    }
+    return starts;
+}
+
 /* Replaces what broken sensors read; returns the fault that is left. */
 static struct reason replaced(
     const struct compensator *self, struct remembered *memory, const struct parts *parts,
     const struct reason *fault, double elapsed_s, double tool_length)
 {
     static const struct reason no_fault = {0, 0, 0.0, 0.0, 0.0};
+    struct starts starts = {false, self->first, self->unread};
     size_t turn = spare_turn(parts->spare);
     double idle = sensor_idle(&model_sensors[model_chosen[turn]], &parts->checks[turn]);
+    if (!memory->started && fault->cause != 0) {
+        starts = starts_of(self, parts);
+    }
     bool can_go_on = spare_step(
         self->spare, parts->spare, self->readings, self->bad, idle, elapsed_s,
-        model_limits.recover_s, tool_share(tool_length));
+        model_limits.recover_s, tool_share(tool_length), &starts);
     if (fault->cause != 0) {
         memory->spared = *fault;
     }
     if (!can_go_on) {
         return *fault;
+    }
+    if (starts.known) {
+        memcpy(parts->reference, self->first, model_chosen_count * sizeof(double));
     }
     if (spare_broken(self->spare, parts->spare).count == 0) {
         memory->spared = no_fault;

@@ -37,8 +37,10 @@ struct compensator {
     struct correction *correction;
     struct spare *spare;
     bool *bad;                                      /* of one sample: which cannot be used */
+    bool *unread;                                   /* and which never read */
     size_t numbers;                                 /* how long the row of numbers remembered is */
     double *inputs, *readings, *targets, *careful; /* of one sample */
+    double *first, *sorted;                        /* likely first readings */
 };
 
 /* What is remembered, beside the row of numbers: the reference of each chosen sensor, what its

@@ -138,6 +138,11 @@ static void make_features(const struct guard *self, struct memory *memory, doubl
     }
 }
 
+double guard_usual_start(const struct guard *self, size_t place, double middle)
+{
+    return self->fixed ? NAN : middle + self->usual[place];
+}
+
 double guard_step(
     const struct guard *self, double *state, const double *readings, double elapsed_s,
     double *careful)

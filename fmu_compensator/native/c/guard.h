@@ -32,6 +32,10 @@ double guard_step(
     const struct guard *guard, double *state, const double *readings, double elapsed_s,
     double *careful);
 
+/* Returns what a sensor is likely to read at the start, from the median of what the others read
+   [degC]; NaN where rises count from fixed temperatures. */
+double guard_usual_start(const struct guard *guard, size_t place, double middle);
+
 /* Puts an error model's prediction on its leash to the careful one [um, urad]. */
 void guard_hold(const struct guard *guard, double *targets, const double *careful);
 

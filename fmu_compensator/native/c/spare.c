@@ -1,8 +1,9 @@
 /* The rises of all chosen sensors as a Gaussian of mean zero, by its precision matrix.
 
    State: started, stopped, the clock, whose turn it is; then of each sensor its first reading, the
-   last used one, what is its own, when that was seen, the gap and for how long it is good again;
-   then the variances of X, Y and Z. */
+   last used one, what is its own, when that was seen, the gap, for how long it is good again,
+   whether it has not read since the start, and the shift from its readings to those used; then the
+   variances of X, Y and Z, and what stays of them. */
 #include "spare.h"
 
 #include <math.h>
@@ -13,7 +14,7 @@
 /* The parts of the state. */
 struct memory {
     double *started, *stopped, *clock, *turn;
-    double *first, *last, *own, *seen, *gap, *good_for, *extra;
+    double *first, *last, *own, *seen, *gap, *good_for, *unread, *shift, *extra, *lasting;
 };
 
 /* The inverse of the broken sensors' part of the precision, times its determinant. */
@@ -34,7 +35,10 @@ static struct memory memory_of(const struct spare *self, double *state)
     memory.seen = memory.own + self->inputs;
     memory.gap = memory.seen + self->inputs;
     memory.good_for = memory.gap + self->inputs;
-    memory.extra = memory.good_for + self->inputs;
+    memory.unread = memory.good_for + self->inputs;
+    memory.shift = memory.unread + self->inputs;
+    memory.extra = memory.shift + self->inputs;
+    memory.lasting = memory.extra + 3;
     return memory;
 }
 
@@ -48,7 +52,7 @@ struct spare *spare_make(struct setup *setup, const struct field *table, size_t 
         return NULL;
     }
     self->inputs = inputs;
-    self->states = 4 + 6 * inputs + 3;
+    self->states = 4 + 8 * inputs + 6;
     self->memory_s = field_number(setup, table, "memory_s");
     self->deviations = field_number(setup, table, "deviations");
     self->precision = field_matrix(setup, table, "precision", NULL);
@@ -253,6 +257,9 @@ static void fade_extra(
             double now = variance(self, memory, broken, axis, tool_share, false);
             memory->extra[axis] = now > memory->extra[axis] ? now : memory->extra[axis];
         }
+        if (memory->extra[axis] < memory->lasting[axis]) {
+            memory->extra[axis] = memory->lasting[axis];
+        }
     }
 }
 
@@ -283,20 +290,72 @@ static bool any(const bool *bad, size_t count)
     return false;
 }
 
+/* Takes in a sample before the first one in use. */
+static bool start(
+    const struct spare *self, const struct memory *memory, double *readings, const bool *bad,
+    double elapsed_s, double tool_share, const struct starts *starts)
+{
+    size_t size = self->inputs * sizeof(double);
+    if (!any(bad, self->inputs)) {
+        *memory->started = 1.0;
+        *memory->clock = 0.0;
+        memcpy(memory->first, readings, size);
+        memcpy(memory->last, readings, size);
+        return true;
+    }
+    if (!starts->known || *memory->clock < SPARE_START_AFTER_S) {
+        *memory->clock = clamped(*memory->clock + elapsed_s, 0.0, SPARE_MOST_S);
+        return false;
+    }
+    double waited = *memory->clock;
+    *memory->clock = 0.0;
+    for (size_t place = 0; place < self->inputs; place++) {
+        memory->good_for[place] = bad[place] ? 0.0 : -1.0;
+    }
+    struct broken broken = broken_of(self, memory);
+    if (!can_go_on(self, memory, &broken, tool_share)) {
+        *memory->clock = waited;
+        for (size_t place = 0; place < self->inputs; place++) {
+            memory->good_for[place] = -1.0;
+        }
+        return false;
+    }
+    *memory->started = 1.0;
+    for (size_t place = 0; place < self->inputs; place++) {
+        memory->first[place] = starts->first[place];
+        memory->unread[place] = starts->unread[place] ? 1.0 : 0.0;
+    }
+    fill(self, memory, &broken, readings);
+    memcpy(memory->last, readings, size);
+    return true;
+}
+
+/* Lets a sensor that is good for the first time go on from its estimate. */
+static void read_at_last(
+    const struct spare *self, const struct memory *memory, const double *readings)
+{
+    for (size_t place = 0; place < self->inputs; place++) {
+        if (memory->unread[place] == 0.0 || memory->good_for[place] >= 0.0) {
+            continue;
+        }
+        memory->unread[place] = 0.0;
+        memory->shift[place] = memory->last[place] - readings[place];
+        for (size_t axis = 0; axis < 3; axis++) {
+            if (memory->lasting[axis] < memory->extra[axis]) {
+                memory->lasting[axis] = memory->extra[axis];
+            }
+        }
+    }
+}
+
 bool spare_step(
     const struct spare *self, double *state, double *readings, const bool *bad, double idle,
-    double elapsed_s, double recover_s, double tool_share)
+    double elapsed_s, double recover_s, double tool_share, const struct starts *starts)
 {
     struct memory memory = memory_of(self, state);
     size_t size = self->inputs * sizeof(double);
     if (*memory.started == 0.0) {
-        if (any(bad, self->inputs)) {
-            return false;
-        }
-        *memory.started = 1.0;
-        memcpy(memory.first, readings, size);
-        memcpy(memory.last, readings, size);
-        return true;
+        return start(self, &memory, readings, bad, elapsed_s, tool_share, starts);
     }
     *memory.clock = clamped(*memory.clock + elapsed_s, 0.0, SPARE_MOST_S);
     memcpy(self->before, memory.good_for, size);
@@ -313,6 +372,10 @@ bool spare_step(
         }
         broken.count = 0;
     }
+    read_at_last(self, &memory, readings);
+    for (size_t place = 0; place < self->inputs; place++) {
+        readings[place] += memory.shift[place];
+    }
     fill(self, &memory, &broken, readings);
     double kept = exp(-elapsed_s / SPARE_BLEND_S);
     blend(self, &memory, readings, kept);
@@ -326,7 +389,7 @@ bool spare_step(
 double spare_faded(
     const struct spare *self, const double *state, size_t axis, double tool_share, double doubt)
 {
-    double extra = state[self->states - 3 + axis] * doubt;
+    double extra = state[self->states - 6 + axis] * doubt;
     double size = usual(self, axis, tool_share);
     return extra > 0.0 ? size * size / (size * size + extra) : 1.0;
 }
@@ -334,7 +397,7 @@ double spare_faded(
 void spare_widen(
     const struct spare *self, const double *state, double half_width[3], double doubt)
 {
-    const double *extra = state + self->states - 3;
+    const double *extra = state + self->states - 6;
     double scale = self->deviations * self->deviations * doubt;
     for (size_t axis = 0; axis < 3; axis++) {
         double width = half_width[axis];

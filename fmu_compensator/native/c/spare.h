@@ -38,11 +38,18 @@ size_t spare_turn(const double *state);
 /* Returns the sensors that are done without, or wait for their return. */
 struct broken spare_broken(const struct spare *spare, const double *state);
 
+/* From where rises count if not all sensors are good at the start. */
+struct starts {
+    bool known;          /* false: all must be good */
+    const double *first; /* what each sensor read first, or is likely to have read [degC] */
+    const bool *unread;  /* of which it is only likely */
+};
+
 /* Takes in one sample and replaces what broken sensors read [degC]; bad tells of each whether its
    reading cannot be used. Returns whether it is possible to go on; if not, nothing is replaced. */
 bool spare_step(
     const struct spare *spare, double *state, double *readings, const bool *bad, double idle,
-    double elapsed_s, double recover_s, double tool_share);
+    double elapsed_s, double recover_s, double tool_share, const struct starts *starts);
 
 /* Returns which share of an axis's offset is still backed by what is known, 0 to 1. */
 double spare_faded(
