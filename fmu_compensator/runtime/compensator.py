@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from math import isfinite, nan, sqrt
+from math import isfinite, nan
 from statistics import median
 from typing import Any, NamedTuple
 
 from fmu_compensator.runtime.checks import IMPLAUSIBLE, MISSING, Fault, SensorCheck
 from fmu_compensator.runtime.guard import Guard
-from fmu_compensator.runtime.interval import NOT_KNOWN
 from fmu_compensator.runtime.modelfile import Model
+from fmu_compensator.runtime.prediction import LARGEST, Prediction, restore_part, three
 from fmu_compensator.runtime.spare import Spare, Starts
 
 OK, WAITING, UNTRAINED, RECOVERING, SPARED = 0, 1, 2, 3, 4
@@ -26,7 +26,6 @@ STATUS_TEXTS = {
     AT_ZERO: "offsets are zero",
 }
 LONGEST_S = 1e9  # a longer step is as good as this one, and sums of it stay finite
-LARGEST = 1e6  # of a measured target [um, urad]; six orders above any spindle
 JOINT = 5
 """Cause of `UNTRAINED` where no temperature alone is outside training, but all of them together."""
 FORMAT = 2
@@ -91,21 +90,15 @@ class Compensator:
     are valid again once they got there. All of it happens within the slew limit, so offsets
     never step. The reference of the rise form outlives a fault.
 
-    Where the file has a guard, the error model's prediction is kept near a careful one, and the
-    offsets fade the further the inputs are from what training knew: `Guard`. Measured targets
-    then correct any error model: `Correction`.
-
-    Where it has a spare, one or two broken sensors are no fault as long as what they are likely to
-    read is known well enough: `Spare`.
+    What the offsets are to be, and how far they may be off, is the `Prediction`. Where the file has
+    a spare, one or two broken sensors are no fault as long as what they are likely to read is known
+    well enough: `Spare`.
     """
 
     def __init__(self, model: Model) -> None:
         self.model = model
-        self._error_model = model.new_error_model()
-        self._guard, self._correction = model.new_guard(), model.new_correction()
         self._spare = model.new_spare()
-        # An error model that only adds a bias leaves that to the correction.
-        self._own_correction = self._correction is None or self._error_model.corrects_itself
+        self._prediction = Prediction(model, self._spare)
         self._checks = [SensorCheck(model.sensors[i], i + 1) for i in model.chosen]
         self._rise = model.input_form == "rise"
         chosen = [model.sensors[index] for index in model.chosen]
@@ -114,11 +107,7 @@ class Compensator:
 
     def reset(self) -> None:
         """Start over: no reference, no offsets."""
-        self._error_model.reset()
-        if self._guard is not None:
-            self._guard.reset()
-        if self._correction is not None:
-            self._correction.reset()
+        self._prediction.reset()
         if self._spare is not None:
             self._spare.reset()
         for check in self._checks:
@@ -131,17 +120,8 @@ class Compensator:
         self._spared: Fault | None = None  # the newest of a sensor that is done without
         self._fault_age = 0.0  # [s]
         self._good_for = 0.0  # since the last bad sample [s]
-        self._unmodelled = 0.0  # since the error model last ran [s]
-        self._measured: list[float] | None = None  # of the sample before, not yet used [um, urad]
-        self._wanted = (0.0, 0.0, 0.0)
         self._offset = (0.0, 0.0, 0.0)
-        self._pose = (0.0, 0.0, 0.0)
         self._since_start = 0.0  # [s]
-        self._half_width = (NOT_KNOWN, NOT_KNOWN, NOT_KNOWN)
-        self._predicted: list[float] | None = None  # of the last good sample [um, urad]
-        self._growth = 1.0  # of its error [1]
-        self._novelty = 0.0  # [1]
-        self._followed: list[float] | None = None  # by the correction, not the error model's own
 
     def step(
         self,
@@ -189,16 +169,18 @@ class Compensator:
         elapsed = self._elapsed(time_s, step_s)
         readings = [temperatures[index] for index in self.model.chosen]
         fault = self._look(readings, elapsed, tool_length)
-        self._unmodelled += elapsed
+        self._prediction.wait(elapsed)
         if self._started:
             self._since_start = min(self._since_start + elapsed, LONGEST_S)
         inputs: list[float] = []
         if fault is None:
             inputs = self._inputs(readings)
-            self._predict(inputs, readings, speed, tool_length)
-        # What was measured while the inputs were bad has no prediction to be compared with.
-        if measured is not None and fault is None and all(map(isfinite, measured)):
-            self._measured = [min(max(value, -LARGEST), LARGEST) for value in measured]
+            self._prediction.step(inputs, readings, speed, tool_length, self._since_start)
+            if not self._started:
+                self._started = self._recovering = True
+            # What was measured while the inputs were bad has no prediction to be compared with.
+            if measured is not None:
+                self._prediction.take(measured)
         if not self._started:
             return self._output(False, WAITING, fault)
         self._follow(fault, elapsed)
@@ -264,7 +246,10 @@ class Compensator:
 
     def _starts(self, readings: Sequence[float], bad: Sequence[int]) -> Starts | None:
         """Return from where rises may count without some sensors; None where a level matters."""
-        guard, good = self._guard, [place for place in range(len(readings)) if place not in bad]
+        guard, good = (
+            self._prediction.guard,
+            [place for place in range(len(readings)) if place not in bad],
+        )
         if not self._rise or guard is None or not good:
             return None
         middle = median([readings[place] for place in good])
@@ -284,105 +269,6 @@ class Compensator:
         pairs = zip(readings, self._reference, strict=True)
         return [value - start for value, start in pairs if start is not None]
 
-    def _predict(
-        self,
-        inputs: Sequence[float],
-        readings: Sequence[float],
-        speed: float,
-        tool_length: float,
-    ) -> None:
-        """Put down the wanted offsets and the pose for a good sample."""
-        elapsed_s, measured = self._unmodelled, self._measured
-        self._unmodelled, self._measured, self._followed = 0.0, None, None
-        targets = self._error_model.predict(
-            inputs, elapsed_s, speed, measured if self._own_correction else None
-        )
-        doubt = self._corrected(elapsed_s, measured)
-        guard, spare, interval = self._guard, self._spare, self.model.interval
-        if guard is not None:
-            careful = guard.step(readings, elapsed_s)
-            self._novelty = careful.novelty
-            targets = self._leashed(guard, targets, careful.targets)
-        elif not self._own_correction:
-            targets = self._biased(targets)
-        geometry, limits = self.model.geometry, self.model.limits
-        share = limits.tool_share(tool_length)
-        wanted = [0.0 - drift for drift in geometry.drift(targets, tool_length)]
-        given_up = (0.0, 0.0, 0.0)
-        if guard is not None or spare is not None:
-            wanted, given_up = self._faded(wanted, tool_length, share, doubt)
-        x, y, z = wanted
-        self._wanted = limits.saturated(x), limits.saturated(y), limits.saturated(z)
-        self._pose = geometry.pose(targets)
-        if interval is not None:
-            self._growth = interval.growth(self._since_start, self._novelty)
-            self._half_width = interval.half_width(self._growth * sqrt(doubt), share)
-            if spare is not None:
-                self._half_width = spare.widened(self._half_width, doubt)
-            self._half_width = _wider(self._half_width, given_up)
-        if self._correction is not None:
-            self._predicted = targets if self._followed is None else self._followed
-        if not self._started:
-            self._started = self._recovering = True
-
-    def _faded(
-        self, wanted: list[float], tool_length: float, share: float, doubt: float
-    ) -> tuple[list[float], tuple[float, float, float]]:
-        """Return offsets in proportion to what is known, and how much was given up [um].
-
-        What is not known falls back to what was measured last; to zero if nothing was.
-        """
-        guard, spare, correction = self._guard, self._spare, self._correction
-        new = guard is not None and self._novelty > guard.known
-        if not new and spare is None:
-            return wanted, (0.0, 0.0, 0.0)
-        last: Sequence[float] = (0.0, 0.0, 0.0)
-        if correction is not None and any(correction.held):
-            drift = self.model.geometry.drift(correction.held, tool_length)
-            last = [0.0 - value for value in drift]
-        found, given_up = [], []
-        for axis, offset in enumerate(wanted):
-            part = 1.0
-            if guard is not None and new:
-                part = guard.faded(axis, self._novelty, share, doubt)
-            if spare is not None:
-                part *= spare.faded(axis, share, doubt)
-            moved = (1.0 - part) * (offset - last[axis])
-            found.append(offset - moved)
-            given_up.append(abs(moved))
-        return found, _three(given_up)
-
-    def _corrected(self, elapsed_s: float, measured: Sequence[float] | None) -> float:
-        """Take in what was measured with the sample before; return the doubt that is left [1]."""
-        correction = self._correction
-        if correction is None:
-            return 1.0
-        if measured is not None and self._predicted is not None:
-            pairs = zip(measured, self._predicted, strict=True)
-            missed = [value - predicted for value, predicted in pairs]
-            correction.take(missed, self._growth, self._predicted)
-        correction.wait(elapsed_s)
-        return correction.doubt
-
-    def _leashed(
-        self, guard: Guard, targets: Sequence[float], careful: Sequence[float]
-    ) -> list[float]:
-        """Return a prediction near the careful one, both with what measurements corrected.
-
-        An error model that corrects itself is not corrected again; there the correction follows
-        the careful model, so that the leash moves with what was measured.
-        """
-        if self._correction is None:
-            return guard.held(targets, careful)
-        if not self._own_correction:
-            return self._biased(guard.held(targets, careful))
-        self._followed = self._biased(careful)
-        return guard.held(targets, self._followed)
-
-    def _biased(self, targets: Sequence[float]) -> list[float]:
-        assert self._correction is not None
-        return [value + b for value, b in zip(targets, self._correction.bias, strict=True)]
-
     def _follow(self, fault: Fault | None, elapsed_s: float) -> None:
         """Count how long the inputs have been bad or good again."""
         if fault is not None:
@@ -398,8 +284,9 @@ class Compensator:
     def _move(self, step_s: float, inputs: Sequence[float]) -> Output:
         """Move the offsets for one step and say how they stand."""
         if self._fault is None:
-            self._slew(self._wanted, step_s)
-            if self._recovering and self._offset != self._wanted:
+            wanted = self._prediction.wanted
+            self._slew(wanted, step_s)
+            if self._recovering and self._offset != wanted:
                 return self._output(False, RECOVERING, None)
             self._recovering = False
             return self._trained_output(inputs)
@@ -425,8 +312,9 @@ class Compensator:
         for (low, high), value in zip(self._trained, inputs, strict=True):
             if not low <= value <= high:
                 return self._output(True, UNTRAINED, self._untrained(inputs))
-        if self._guard is not None and inputs and self._novelty > self._guard.known:
-            return self._output(True, UNTRAINED, self._together(self._guard))
+        guard = self._prediction.guard
+        if guard is not None and inputs and self._prediction.novelty > guard.known:
+            return self._output(True, UNTRAINED, self._together(guard))
         return self._output(True, OK, None)
 
     def _without(self, fault: Fault) -> Fault:
@@ -454,9 +342,10 @@ class Compensator:
 
     def _together(self, guard: Guard) -> Fault:
         """Return the inputs that lie outside what training saw only when taken together."""
-        places = [self.model.chosen[place] for place in guard.culprits(self._novelty)]
+        novelty = self._prediction.novelty
+        places = [self.model.chosen[place] for place in guard.culprits(novelty)]
         names = ", ".join(self.model.sensors[index].name for index in places)
-        times = self._novelty / guard.known if guard.known > 0.0 else LARGEST
+        times = novelty / guard.known if guard.known > 0.0 else LARGEST
         text = (
             "temperatures together are outside training, novelty "
             f"{min(times, LARGEST):.1f} times the largest known: {names}"
@@ -469,7 +358,8 @@ class Compensator:
         if reason is not None:
             sensor = reason.sensor
             text = reason.text if status == UNTRAINED else f"{text}: {reason.text}"
-        return Output(*self._offset, *self._pose, *self._half_width, valid, status, sensor, text)
+        told = self._prediction
+        return Output(*self._offset, *told.pose, *told.half_width, valid, status, sensor, text)
 
     def state(self) -> dict[str, Any]:
         """Return everything remembered, as values that JSON carries without loss."""
@@ -484,21 +374,11 @@ class Compensator:
             "spared": None if spared is None else [spared.cause, spared.sensor, spared.text],
             "fault_age": self._fault_age,
             "good_for": self._good_for,
-            "unmodelled": self._unmodelled,
-            "measured": self._measured,
-            "wanted": list(self._wanted),
             "offset": list(self._offset),
-            "pose": list(self._pose),
             "since_start": self._since_start,
-            "half_width": list(self._half_width),
-            "predicted": self._predicted,
-            "growth": self._growth,
-            "novelty": self._novelty,
-            "guard": [] if self._guard is None else self._guard.state(),
-            "correction": [] if self._correction is None else self._correction.state(),
+            **self._prediction.state(),
             "spare": [] if self._spare is None else self._spare.state(),
             "checks": [check.state() for check in self._checks],
-            "error_model": self._error_model.state(),
         }
 
     def restore(self, state: Mapping[str, Any]) -> None:
@@ -516,16 +396,8 @@ class Compensator:
             if len(state[name]) != len(known[name]):
                 count = f"{len(state[name])} chosen sensors, the file {len(known[name])}"
                 raise ValueError(f"the state holds {count}")
-        self._error_model.restore(state["error_model"])
-        for part, name in (
-            (self._guard, "guard"),
-            (self._correction, "correction"),
-            (self._spare, "spare"),
-        ):
-            if part is not None:
-                part.restore(state[name])
-            elif len(state[name]) != 0:
-                raise ValueError(f"the state holds a {name}, the file has none")
+        self._prediction.restore(state)
+        restore_part(self._spare, state, "spare")
         for check, remembered in zip(self._checks, state["checks"], strict=True):
             check.restore(remembered)
         self._last_time = state["last_time"]
@@ -534,27 +406,5 @@ class Compensator:
         self._fault = None if state["fault"] is None else Fault(*state["fault"])
         self._spared = None if state["spared"] is None else Fault(*state["spared"])
         self._fault_age, self._good_for = state["fault_age"], state["good_for"]
-        self._unmodelled = state["unmodelled"]
-        self._measured = None if state["measured"] is None else list(state["measured"])
-        self._wanted = _three(state["wanted"])
-        self._offset = _three(state["offset"])
-        self._pose = _three(state["pose"])
+        self._offset = three(state["offset"])
         self._since_start = state["since_start"]
-        self._half_width = _three(state["half_width"])
-        self._predicted = None if state["predicted"] is None else list(state["predicted"])
-        self._growth, self._novelty = state["growth"], state["novelty"]
-
-
-def _wider(
-    half_width: tuple[float, float, float], by: tuple[float, float, float]
-) -> tuple[float, float, float]:
-    x, y, z = (
-        width if width == NOT_KNOWN else width + more
-        for width, more in zip(half_width, by, strict=True)
-    )
-    return x, y, z
-
-
-def _three(values: Sequence[float]) -> tuple[float, float, float]:
-    x, y, z = values
-    return x, y, z

@@ -214,7 +214,7 @@ def test_the_half_width_grows_with_novelty(
     novel = bench.step(warm(0.0, 4.0))
     grown = (0.25 + 1.0 / 3600.0) ** 0.5 * (1.0 + 3.0 * (0.5 - 0.495 / 2.0) * 16.0) ** 0.5
     # What was given up of the offsets is added: the interval is about what is sent.
-    pose = bench.compensator.model.geometry.drift(bench.compensator._predicted, 100.0)
+    pose = bench.compensator.model.geometry.drift(bench.compensator._prediction._predicted, 100.0)
     given_up = [abs(abs(drift) - abs(sent)) for drift, sent in zip(pose, novel[:3], strict=True)]
     assert max(given_up) > 1.0
     widths = [grown * scale for scale in (1.5, 4.0, 3.0)]
@@ -234,16 +234,18 @@ def test_what_is_not_known_falls_back_to_what_was_measured_last(
     compensator = bench.compensator
     bench.step(warm(0.0, 12.0))
     drift = compensator.model.geometry.drift
-    held = drift(compensator._correction.held, 100.0)
-    predicted = drift(compensator._predicted, 100.0)
+    held = drift(compensator._prediction._correction.held, 100.0)
+    predicted = drift(compensator._prediction._predicted, 100.0)
     share = compensator.model.limits.tool_share(100.0)
     for axis, (wanted, last, model) in enumerate(
-        zip(compensator._wanted, held, predicted, strict=True)
+        zip(compensator._prediction.wanted, held, predicted, strict=True)
     ):
-        part = compensator._guard.faded(axis, compensator._novelty, share, 1.0)
+        part = compensator._prediction.guard.faded(
+            axis, compensator._prediction.novelty, share, 1.0
+        )
         assert -wanted == pytest.approx(last + part * (model - last), rel=1e-6)
         assert abs(last) > 1.0
-    assert compensator._guard.faded(0, compensator._novelty, share, 1.0) < 0.3
+    assert compensator._prediction.guard.faded(0, compensator._prediction.novelty, share, 1.0) < 0.3
 
 
 def test_a_measurement_moves_the_prediction_and_removes_doubt(

@@ -366,7 +366,7 @@ static void keep_measured(
     }
     for (size_t target = 0; target < model_target_count; target++) {
         parts->measured[target]
-            = clamped(measured[target], -COMPENSATOR_LARGEST, COMPENSATOR_LARGEST);
+            = clamped(measured[target], -PREDICTION_LARGEST, PREDICTION_LARGEST);
     }
     memory->has_measured = 1;
 }
@@ -406,11 +406,11 @@ static double slewed(double offset, double wanted, double step_s)
 /* Returns the inputs that lie outside what training saw only when taken together. */
 static struct reason together(const struct guard *guard, double novelty)
 {
-    struct reason reason = {COMPENSATOR_JOINT, 0, COMPENSATOR_LARGEST, 0.0, 0.0};
+    struct reason reason = {COMPENSATOR_JOINT, 0, PREDICTION_LARGEST, 0.0, 0.0};
     size_t places[GUARD_CULPRITS];
     size_t count = guard_culprits(guard, novelty, places);
     if (guard->known > 0.0) {
-        reason.value = clamped(novelty / guard->known, 0.0, COMPENSATOR_LARGEST);
+        reason.value = clamped(novelty / guard->known, 0.0, PREDICTION_LARGEST);
     }
     reason.sensor = (int32_t)model_chosen[places[0]] + 1;
     reason.extent = count > 1 ? (double)model_chosen[places[1]] + 1.0 : 0.0;
