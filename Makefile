@@ -7,7 +7,7 @@ FMUS := dist/compensator.fmu dist/plant.fmu
 
 TRAINING := training_down training_random training_stops training_warm_hall
 
-.PHONY: demo test lint build compensator bench clean
+.PHONY: demo test docs lint build compensator bench clean
 .DELETE_ON_ERROR:
 
 $(STAMP): pyproject.toml
@@ -41,6 +41,11 @@ lint: $(STAMP)
 test: $(STAMP) lint
 	$(BIN)/python -m pytest -n auto -m "not vcan"
 	$(BIN)/python tests/gateway/on_vcan.py
+
+# The pages as a site in build/site. Its notebooks are run, from their own folder.
+docs: $(STAMP)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[docs]'
+	cd docs/notebooks && PATH="$(CURDIR)/$(BIN):$$PATH" NO_MKDOCS_2_WARNING=1 mkdocs build --quiet -f ../../mkdocs.yml
 
 bench: $(STAMP)
 	$(BIN)/python -m benchmarks.step_cost

@@ -103,7 +103,7 @@ def _ending_in_order() -> Iterator[None]:
 
 
 def _run(argv: list[str]) -> int:
-    known = _commands()
+    known = commands()
     parser = _Parser(
         PROGRAM,
         description=DESCRIPTION,
@@ -116,12 +116,7 @@ def _run(argv: list[str]) -> int:
         command = inner.add_parser(name, help=text)
         if argv and argv[0] == name:
             module = import_module(known[name][0])
-            command.description = module.__doc__
-            module.add_arguments(command)
-            if getattr(module, "WRITES", None):
-                command.add_argument(
-                    "--force", action="store_true", help="write over anything that is in the way"
-                )
+            _declare(module, command)
     if not argv:
         parser.print_help()
         return 0
@@ -129,6 +124,22 @@ def _run(argv: list[str]) -> int:
     if not args.command:
         raise UsageError(f"a command is needed: {', '.join(known)} (see '{PROGRAM} --help')")
     return _guarded(module, args)
+
+
+def parser_of(name: str) -> argparse.ArgumentParser:
+    """Return the parser of one command, as ``spindle-drift NAME --help`` shows it."""
+    command = _Parser(f"{PROGRAM} {name}")
+    _declare(import_module(commands()[name][0]), command)
+    return command
+
+
+def _declare(module: ModuleType, command: argparse.ArgumentParser) -> None:
+    command.description = module.__doc__
+    module.add_arguments(command)
+    if getattr(module, "WRITES", None):
+        command.add_argument(
+            "--force", action="store_true", help="write over anything that is in the way"
+        )
 
 
 def _guarded(module: ModuleType, args: argparse.Namespace) -> int:
@@ -142,7 +153,7 @@ def _guarded(module: ModuleType, args: argparse.Namespace) -> int:
     return code
 
 
-def _commands() -> dict[str, tuple[str, str]]:
+def commands() -> dict[str, tuple[str, str]]:
     """Return every command's module and one line of help, without importing it."""
     found = {}
     for path in sorted(COMMANDS.glob("[a-z]*.py")):

@@ -16,20 +16,27 @@ WIDTH_IN, PANEL_IN, DPI = 9.0, 2.3, 130
 
 def draw(chart: Chart, folder: Path) -> Path:
     """Write a chart to ``<name>.png`` in *folder* and return the file."""
-    count = len(chart.panels)
-    height = 1.3 + PANEL_IN * count + (0.9 if count == 1 else 0.0)
-    figure = Figure(figsize=(WIDTH_IN, height), layout="constrained")
+    figure = Figure()
     FigureCanvasAgg(figure)
+    draw_on(chart, figure)
+    path = folder / f"{chart.name}.png"
+    settle(figure)
+    figure.savefig(path, dpi=DPI, metadata={"Software": None})
+    return path
+
+
+def draw_on(chart: Chart, figure: Figure) -> Figure:
+    """Draw a chart on an empty figure, and return it."""
+    count = len(chart.panels)
+    figure.set_size_inches(WIDTH_IN, 1.3 + PANEL_IN * count + (0.9 if count == 1 else 0.0))
+    figure.set_layout_engine("constrained")
     figure.suptitle(chart.title, fontsize=12, x=0.01, ha="left")
     axes = figure.subplots(count, 1, sharex=True, squeeze=False)[:, 0]
     for panel, ax in zip(chart.panels, axes, strict=True):
         _draw_panel(panel, ax)
     axes[-1].set_xlabel("time [h]")
     _legend(figure, chart)
-    path = folder / f"{chart.name}.png"
-    settle(figure)
-    figure.savefig(path, dpi=DPI, metadata={"Software": None})
-    return path
+    return figure
 
 
 def _draw_panel(panel: Panel, ax: Axes) -> None:

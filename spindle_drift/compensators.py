@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -30,6 +30,10 @@ from plant_model.machine_file import read_machine
 from scenarios.outputs import COMPENSATOR_FILE, check_output, guarding
 from scenarios.replay import rig_of_model
 from spindle_drift._inputs import MachineLike, RunLike, as_run, as_runs, usual
+from spindle_drift._plots import plot_bars, plot_judged
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 USUAL_MACHINE = "jig_borer"
 TOOL_LENGTH_MM = 150.0
@@ -200,6 +204,24 @@ class Compensator:
                 columns[f"error_{axis}_um"] = drift[f"drift_{axis}_um"] + sent[f"d{axis}_um"]
         return pd.DataFrame(columns)
 
+    def plot(
+        self,
+        run: RunLike,
+        *,
+        machine: MachineLike | None = None,
+        tool_length_mm: float = TOOL_LENGTH_MM,
+    ) -> Figure:
+        """Return a figure of a run's drift, and of what the compensator would leave of it.
+
+        Parameters
+        ----------
+        run, machine, tool_length_mm
+            As `judge` takes them.
+        """
+        recorded = as_run(run)
+        judged = self.judge(recorded, machine=machine, tool_length_mm=tool_length_mm)
+        return plot_judged(judged, recorded.name)
+
     def monitor(
         self, runs: RunLike | Sequence[RunLike], *, machine: MachineLike | None = None
     ) -> Report:
@@ -343,6 +365,24 @@ class Comparison:
     left_out: dict[str, str]
     notes: list[str]
     details: dict[str, Any]
+
+    def plot(self, target: str | None = None) -> Figure:
+        """Return a figure of the errors on training and on unseen runs, best model first.
+
+        Parameters
+        ----------
+        target : str, optional
+            Which target's RMSE; by default the first one's.
+        """
+        ends = ("_training", "_unseen")
+        names = [str(name) for name in self.table]
+        targets = [name.removesuffix(ends[1]) for name in names if name.endswith(ends[1])]
+        name = targets[0] if target is None else target
+        if name not in targets:
+            raise BadInput("plot", "target", f"{name!r} is not allowed: {', '.join(targets)}")
+        columns = {f"{name}{end}": end.strip("_") for end in ends}
+        shown = self.table[list(columns)].rename(columns=columns)
+        return plot_bars(shown, f"RMSE of {name}", "RMSE [µm, µrad]")
 
     @property
     def best(self) -> str:

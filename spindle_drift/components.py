@@ -9,7 +9,7 @@ import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import pandas as pd
 
@@ -25,8 +25,12 @@ from scenarios.outputs import guarding
 from scenarios.runner import run_scenario as run_scenario_files
 from scenarios.scenario import read_scenario
 from scenarios.table import Group
+from spindle_drift._plots import plot_frames
 from spindle_drift.compensators import Compensator
 from spindle_drift.machines import Machine
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 def build_fmu(
@@ -127,6 +131,10 @@ class Scenario:
     table: pd.DataFrame
     frames: dict[str, pd.DataFrame]
     details: dict[str, Any]
+
+    def plot(self) -> Figure:
+        """Return a figure of what is left of the drift in each variant."""
+        return plot_frames(self.frames)
 
 
 def run_scenario(

@@ -7,14 +7,20 @@ import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+import pandas as pd
 
 from measurement.runs import Run, write_run
 from plant_model.machine_writer import write_machine
 from scenarios.gap_runner import GAP, Question, run_find_gap
 from scenarios.outputs import guarding
 from spindle_drift._inputs import MachineLike, RunLike, as_runs
+from spindle_drift._plots import plot_bars
 from spindle_drift.machines import Machine, as_machine
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True)
@@ -44,6 +50,12 @@ class Gap:
     table: dict[str, Any]
     machine: Machine
     folder: Path | None
+
+    def plot(self) -> Figure:
+        """Return a figure of each channel's gap before and after, beside what noise would leave."""
+        channels = pd.DataFrame.from_dict(self.table["channels"], orient="index")
+        shown = channels[["before", "after", "floor"]].astype(float)
+        return plot_bars(shown, f"Gap by channel: {self.verdict}", "RMS of residual [K, µm]")
 
 
 def find_gap(

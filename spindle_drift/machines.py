@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pandas as pd
 
@@ -23,6 +24,10 @@ from scenarios.gap_runner import not_compared, usable_runs
 from scenarios.outputs import MACHINE_FILE, check_output, guarding, marked
 from scenarios.scenario import read_scenario
 from spindle_drift._inputs import MachineLike, RunLike, as_runs
+from spindle_drift._plots import plot_bars
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True)
@@ -188,6 +193,10 @@ class Calibration:
     parameters: pd.DataFrame
     residuals: pd.DataFrame
     left_out: list[str]
+
+    def plot(self) -> Figure:
+        """Return a figure of each channel's residuals before and after."""
+        return plot_bars(self.residuals, "Model minus measurement", "RMS [K, µm]")
 
 
 def calibrate(

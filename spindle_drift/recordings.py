@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pandas as pd
 
@@ -18,6 +19,10 @@ from measurement.runs import Run
 from scenarios.imported import write_imported
 from scenarios.outputs import guarding
 from spindle_drift._inputs import MachineLike, RunLike, as_run
+from spindle_drift._plots import plot_run
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 def read_run(source: RunLike, name: str = "run") -> Run:
@@ -77,6 +82,10 @@ class ImportedLog:
     notes: list[str]
     _imported: Imported
     _paths: tuple[Path, ...]
+
+    def plot(self, which: int = 0) -> Figure:
+        """Return a figure of one of the runs: temperatures, displacements, speed."""
+        return plot_run(self.runs[which].frame, self.runs[which].name)
 
     def save(self, folder: str | Path, *, force: bool = False) -> list[Path]:
         """Write the run files and the mapping file, as ``spindle-drift import`` does.

@@ -195,3 +195,34 @@ def test_an_imported_log_can_be_saved(tmp_path: Path) -> None:
     assert sd.read_run(path).frame["T1_degC"].tolist() == [20.0, 20.5, 20.75]
     with pytest.raises(sd.BadInput, match="import_log: splitt: is not a known field"):
         sd.import_log(log, splitt="none")
+
+
+@pytest.fixture
+def no_windows(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("MPLBACKEND", "agg")
+
+
+def test_results_can_be_looked_at(no_windows: None, tmp_path: Path) -> None:
+    from matplotlib import pyplot
+
+    names = ("training_down", "training_random", "training_stops")
+    runs = [sd.simulate("jig_borer", name, every_s=120.0, noise_seed=1) for name in names]
+    compensator = sd.fit(runs, model="mlr", machine="jig_borer")
+    compared = sd.compare(runs[:2], runs[2:], models=["mlr"])
+    judged = compensator.plot(runs[0], machine="jig_borer")
+    assert [ax.get_ylabel() for ax in judged.axes] == ["X [µm]", "Y [µm]", "Z [µm]"]
+    lines = {line.get_label() for line in judged.axes[0].lines}
+    assert lines == {"without compensation", "compensated"}
+    drift = compensator.judge(runs[0], machine="jig_borer")["drift_Z_um"].to_numpy()
+    assert judged.axes[2].lines[0].get_ydata().min() == pytest.approx(drift.min())
+    bars = compared.plot("elongation").axes[0]
+    assert len(bars.get_yticks()) == len(compared.table)
+    with pytest.raises(sd.BadInput, match="elongation, yaw"):
+        compared.plot("growth")
+    table = pd.DataFrame(
+        {"time": [0, 60, 120], "T1 [degC]": [20.0, 21.0, 22.0], "x [um]": [0, 1, 2]}
+    )
+    table.to_csv(tmp_path / "log.csv", index=False)
+    log = sd.import_log(tmp_path / "log.csv", units={"time": "s"})
+    assert [ax.get_ylabel() for ax in log.plot().axes] == ["temperature [°C]", "displacement [µm]"]
+    pyplot.close("all")

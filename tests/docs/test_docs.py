@@ -103,7 +103,7 @@ def check_command(line: str) -> None:
     assert program in PROMPTS, line
     if program == "spindle-drift":
         name, *rest = words
-        module = importlib.import_module(cli._commands()[name][0])
+        module = importlib.import_module(cli.commands()[name][0])
         parser = argparse.ArgumentParser(exit_on_error=False)
         module.add_arguments(parser)
         parser.parse_args(rest)
@@ -140,7 +140,7 @@ def test_a_command_that_does_not_exist_is_found(
 
 
 def test_commands_in_running_text_exist() -> None:
-    known = set(cli._commands()) | {"COMMAND"}
+    known = set(cli.commands()) | {"COMMAND"}
     for page in PAGES:
         text = FENCE.sub("", page.read_text(encoding="utf-8"))
         named = set(re.findall(r"`spindle-drift (\w[\w-]*)", text))

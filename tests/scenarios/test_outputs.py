@@ -24,11 +24,11 @@ from scenarios.outputs import (
 )
 from scenarios.results import results_folder, write_table
 
-COMMANDS = sorted(cli._commands())
+COMMANDS = sorted(cli.commands())
 WRITERS = [
     (command, name)
     for command in COMMANDS
-    for name in getattr(cli.import_module(cli._commands()[command][0]), "WRITES", {})
+    for name in getattr(cli.import_module(cli.commands()[command][0]), "WRITES", {})
 ]
 TEXT = b"time_s,T1_degC\n0,20\n"
 PATHS = ("FILE", "DIR", "RUN", "LOG", "MACHINE", "COMPENSATOR", "SCENARIO", "LOG")
@@ -37,7 +37,7 @@ OPTIONS_THAT_TAKE_MORE = {"fmu_dir"}
 
 
 def module_of(command: str) -> ModuleType:
-    return cli.import_module(cli._commands()[command][0])
+    return cli.import_module(cli.commands()[command][0])
 
 
 def actions_of(command: str) -> list[argparse.Action]:

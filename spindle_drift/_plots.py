@@ -1,0 +1,110 @@
+"""What the results of the library look like."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+
+from scenarios.charts import BEFORE, LINES, MANY, MEASURED, Chart, Line, Panel
+from scenarios.figures import draw_on
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+AXES = ("X", "Y", "Z")
+
+
+def plot_judged(frame: pd.DataFrame, name: str) -> Figure:
+    """Return drift before and after compensation, an axis a panel."""
+    time_s = frame["time_s"].to_numpy(float) - float(frame["time_s"].iloc[0])
+    panels = tuple(
+        Panel(
+            f"{axis} [µm]",
+            (
+                Line("without compensation", time_s, _of(frame, f"drift_{axis}_um"), BEFORE),
+                Line("compensated", time_s, _of(frame, f"error_{axis}_um"), LINES[0], rank=2),
+            ),
+        )
+        for axis in AXES
+        if f"drift_{axis}_um" in frame
+    )
+    return _drawn(Chart("judged", f"Drift before and after compensation: {name}", "", panels))
+
+
+def plot_frames(frames: Mapping[str, pd.DataFrame]) -> Figure:
+    """Return what is left of the drift in each variant of a scenario, an axis a panel."""
+    panels = []
+    for axis in AXES:
+        lines = [
+            Line(
+                name,
+                frame["time_s"].to_numpy(float),
+                _of(frame, f"error_{axis}_um"),
+                (*LINES, *MANY)[at % (len(LINES) + len(MANY))],
+            )
+            for at, (name, frame) in enumerate(frames.items())
+            if f"error_{axis}_um" in frame
+        ]
+        if lines:
+            panels.append(Panel(f"{axis} [µm]", tuple(lines)))
+    return _drawn(Chart("scenario", "What is left of the drift", "", tuple(panels)))
+
+
+def plot_run(frame: pd.DataFrame, name: str) -> Figure:
+    """Return a run's temperatures, displacements and speed."""
+    time_s = frame["time_s"].to_numpy(float) - float(frame["time_s"].iloc[0])
+    panels = []
+    labels = {"degC": "temperature [°C]", "um": "displacement [µm]", "rpm": "speed [r/min]"}
+    for unit, label in labels.items():
+        names = [str(column) for column in frame if str(column).endswith(f"_{unit}")]
+        lines = tuple(
+            Line(
+                column.removesuffix(f"_{unit}"),
+                time_s,
+                _of(frame, column),
+                MEASURED if unit == "rpm" else MANY[at % len(MANY)],
+                held=unit == "rpm",
+            )
+            for at, column in enumerate(names)
+        )
+        if lines:
+            panels.append(Panel(label, lines))
+    return _drawn(Chart("run", name, "", tuple(panels)))
+
+
+def plot_bars(table: pd.DataFrame, title: str, label: str) -> Figure:
+    """Return horizontal bars: a group a row, a bar a column."""
+    from matplotlib import pyplot
+
+    rows = table[::-1]
+    figure = pyplot.figure(figsize=(9.0, 1.2 + 0.3 * len(rows) * len(rows.columns) ** 0.5))
+    ax = figure.add_subplot()
+    places = np.arange(len(rows))
+    height = 0.8 / len(rows.columns)
+    for at, column in enumerate(rows.columns):
+        shift = 0.4 - (at + 0.5) * height
+        colour = (BEFORE, *LINES)[at % (1 + len(LINES))]
+        ax.barh(places + shift, rows[column].to_numpy(float), height, color=colour, label=column)
+    ax.set_yticks(places, [str(name) for name in rows.index])
+    ax.set_xlabel(label)
+    ax.set_title(title, loc="left", fontsize=12)
+    ax.spines[["top", "right"]].set_visible(False)
+    ax.grid(True, axis="x", color="#e3e6ea", linewidth=0.8)
+    ax.set_axisbelow(True)
+    ax.legend(frameon=False, fontsize=9)
+    figure.set_layout_engine("constrained")
+    return figure
+
+
+def _of(frame: pd.DataFrame, column: str) -> np.ndarray:
+    return frame[column].to_numpy(dtype=np.float64)
+
+
+def _drawn(chart: Chart) -> Figure:
+    """Return a figure that a notebook or ``pyplot.show()`` shows."""
+    from matplotlib import pyplot
+
+    return draw_on(chart, pyplot.figure())
