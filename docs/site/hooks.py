@@ -1,7 +1,8 @@
 """What the site adds to the pages: the files at the top, the reference made from the code.
 
 The pages are written to be read in the repository, too. So links that leave the folder are pointed
-at the pages that stand for their targets here, and the words after a fence become the block's title.
+at the pages that stand for their targets here, and the words after a fence become the title of the
+block.
 """
 
 from __future__ import annotations

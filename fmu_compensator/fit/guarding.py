@@ -125,7 +125,7 @@ def guarding(
         apart = [np.abs(main - safe) for main, (safe, _) in zip(predicted, own, strict=True)]
         leash = np.max([one.max(axis=0) for one in apart if len(one)], axis=0)
         known = max(float(novelty.max()) for _, novelty in own if len(novelty))
-        interval, table, memory_h = None, None, UNMEASURED_MEMORY_H
+        interval, table, memory_h, fast = None, None, UNMEASURED_MEMORY_H, 0.0
         by_run = []
         spread = np.sqrt(careful.posterior.noise)
         per_novelty = _axis_noise(careful, rows, geometry, tool_length_mm)
@@ -141,6 +141,7 @@ def guarding(
         "memory_s": 3600.0 * memory_h,
         "spread": [_plain(max(value, 1e-3)) for value in spread],
         "noise": [_plain(value) for value in noise],
+        "fast": fast,
     }
     return Guarding(guard, correction, table, leash, interval, by_run)
 

@@ -70,7 +70,7 @@ def data_sources(model: Model, variables: Sequence[Variable], name: str, guid: s
             raise NativeError(f"{model.source}: error_model.kind: {kind!r} has no C twin")
     tree = _Tree()
     # A file of an older format has no field for what it does not know; that is as null.
-    roots = {key: tree.field(model.table.get(key), None) for key in ROOTS}
+    roots = {key: tree.field(_root(model, key), None) for key in ROOTS}
     found = kinds()
     chosen = ", ".join(map(str, model.chosen))
     lines = [
@@ -105,6 +105,12 @@ def data_sources(model: Model, variables: Sequence[Variable], name: str, guid: s
         f"const struct ports model_ports = {_ports(model, variables)};",
     ]
     return "\n".join(lines) + "\n"
+
+
+def _root(model: Model, key: str) -> Any:
+    """Return a table of the file, with the fields that it may leave out."""
+    table = model.table.get(key)
+    return {"fast": 0.0, **table} if key == "correction" and table is not None else table
 
 
 def constants() -> str:

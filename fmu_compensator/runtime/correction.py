@@ -33,10 +33,15 @@ class Correction:
         Standard deviation of the error at growth 1 [um, urad].
     noise : list of float, one per target
         R [um^2, urad^2].
+    fast : float
+        Share of the error's variance that comes and goes too fast for a measurement to help [1]:
+        the doubt never falls below it.
     """
 
-    def __init__(self, memory_s: float, spread: list[float], noise: list[float]) -> None:
-        self._memory_s, self._spread, self._noise = memory_s, spread, noise
+    def __init__(
+        self, memory_s: float, spread: list[float], noise: list[float], fast: float = 0.0
+    ) -> None:
+        self._memory_s, self._spread, self._noise, self._fast = memory_s, spread, noise, fast
         self.reset()
 
     @classmethod
@@ -54,8 +59,9 @@ class Correction:
             for index, value in enumerate(values):
                 if value <= 0.0:
                     raise fields.refusal(f"{key}.{index}", f"{value:g} is not allowed: above 0")
+        fast = fields.number("fast", 0.0, 1.0) if fields.has("fast") else 0.0
         fields.done()
-        return cls(memory_s, spread, noise)
+        return cls(memory_s, spread, noise, fast)
 
     def take(
         self, missed: Sequence[float], growth: float, predicted: Sequence[float] | None = None
@@ -91,7 +97,7 @@ class Correction:
 
     def wait(self, elapsed_s: float) -> None:
         """Let time pass: the bias fades and the doubt grows."""
-        if self.doubt >= 1.0:
+        if max(self._doubt) >= 1.0:
             return
         kept = exp(-elapsed_s / self._memory_s)
         for target, doubt in enumerate(self._doubt):
@@ -101,7 +107,7 @@ class Correction:
     @property
     def doubt(self) -> float:
         """Share of the error's variance that is left since the last measurement, 0 to 1."""
-        return max(self._doubt)
+        return self._fast + (1.0 - self._fast) * max(self._doubt)
 
     def reset(self) -> None:
         """Forget all measurements."""

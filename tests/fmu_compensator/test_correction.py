@@ -146,3 +146,13 @@ def test_a_missing_field_is_named() -> None:
         with pytest.raises(ModelFileError) as caught:
             correction_of({name: value for name, value in TABLE.items() if name != field})
         assert str(caught.value) == f"f.json: correction.{field}: is missing"
+
+
+def test_what_comes_and_goes_too_fast_stays_in_doubt() -> None:
+    correction = correction_of(TABLE | {"fast": 0.2})
+    assert correction.doubt == pytest.approx(1.0)
+    for _ in range(50):
+        correction.take([0.0, 0.0], 1.0)
+    assert correction.doubt == pytest.approx(0.2, abs=0.01)
+    correction.wait(1e9)
+    assert correction.doubt == pytest.approx(1.0)

@@ -295,6 +295,7 @@ def _correction(random: Random, targets: int) -> Table:
         "memory_s": random.choice([1.0, 600.0, 1e5]),
         "spread": row(random, targets, 0.5, 30.0),
         "noise": row(random, targets, 1e-3, 100.0),
+        **({} if random.random() < 0.5 else {"fast": 0.2}),
     }
 
 

@@ -20,6 +20,7 @@ struct correction *correction_make(
     self->memory_s = field_number(setup, table, "memory_s");
     self->spread = field_numbers(setup, table, "spread", NULL);
     self->noise = field_numbers(setup, table, "noise", NULL);
+    self->fast = field_number(setup, table, "fast");
     return self;
 }
 
@@ -62,10 +63,20 @@ void correction_take(
     }
 }
 
+static double largest_doubt(const struct correction *self, const double *state)
+{
+    const double *doubt = state + self->targets;
+    double largest = doubt[0];
+    for (size_t target = 1; target < self->targets; target++) {
+        largest = doubt[target] > largest ? doubt[target] : largest;
+    }
+    return largest;
+}
+
 void correction_wait(const struct correction *self, double *state, double elapsed_s)
 {
     double *bias = state, *doubt = state + self->targets;
-    if (correction_doubt(self, state) >= 1.0) {
+    if (largest_doubt(self, state) >= 1.0) {
         return;
     }
     double kept = exp(-elapsed_s / self->memory_s);
@@ -77,12 +88,7 @@ void correction_wait(const struct correction *self, double *state, double elapse
 
 double correction_doubt(const struct correction *self, const double *state)
 {
-    const double *doubt = state + self->targets;
-    double largest = doubt[0];
-    for (size_t target = 1; target < self->targets; target++) {
-        largest = doubt[target] > largest ? doubt[target] : largest;
-    }
-    return largest;
+    return self->fast + (1.0 - self->fast) * largest_doubt(self, state);
 }
 
 const double *correction_held(const struct correction *self, const double *state)

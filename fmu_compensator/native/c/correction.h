@@ -12,7 +12,7 @@
 struct correction {
     size_t targets;
     size_t states; /* how many numbers it remembers */
-    double memory_s;
+    double memory_s, fast;
     const double *spread, *noise;
 };
 
