@@ -14,7 +14,7 @@ from scenarios.outputs import LOG, STATE
 
 NAME = "gateway"
 HELP = "put the compensator FMU on a CAN bus"
-READS = ("dbc", "compensator")
+READS = ("dbc", "map", "compensator")
 WRITES = {"log": LOG, "state": STATE}
 
 
@@ -79,18 +79,22 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--until-off", action="store_true", help="end when the machine is off")
     parser.add_argument(
-        "--frames", action="store_true", help="print the frames and the bus load, and end"
+        "--frames",
+        action="store_true",
+        help="print the frames and the bus load, check a map, and end",
     )
 
 
 def run(args: argparse.Namespace) -> int:
     """Serve the bus until told to stop."""
-    from scenarios.gateway.database import read_database
-    from scenarios.gateway.options import check_bus_arguments, check_positive
+    from scenarios.fmu_files import find_fmu
+    from scenarios.gateway.mapcheck import problems_of
+    from scenarios.gateway.mappage import map_text
+    from scenarios.gateway.options import check_bus_arguments, check_positive, read_frames, told
     from scenarios.gateway.page import frames_text
 
-    database = read_database(args.dbc)
-    if args.frames:
+    database, mapping = read_frames(args)
+    if args.frames and mapping is None:
         print(frames_text(database))
         return 0
     check_bus_arguments(args)
@@ -99,7 +103,16 @@ def run(args: argparse.Namespace) -> int:
     check_positive("--duration", args.duration)
     check_positive("--together-band", args.together_band)
     check_positive("--together-time", args.together_time)
-    summary = _serve(args, database)
+    with contextlib.ExitStack() as stack:
+        work = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="spindle-drift-")))
+        fmu = find_fmu(args.compensator, args.fmu_dir, Path(), work, quiet=args.quiet)
+        if mapping is not None:
+            problems = problems_of(mapping, fmu, machine_clock=args.clock == "machine")
+            if args.frames:
+                print(map_text(mapping))
+            if args.frames or problems:
+                return told(problems)
+        summary = _serve(args, database, fmu, mapping.unprotected() if mapping else [])
     if args.json:
         print(json.dumps(summary, indent=1))
     elif not args.quiet:
@@ -108,8 +121,9 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _serve(args: argparse.Namespace, database: Any) -> dict[str, Any]:
-    from scenarios.fmu_files import find_fmu
+def _serve(
+    args: argparse.Namespace, database: Any, fmu: Path, unprotected: list[str]
+) -> dict[str, Any]:
     from scenarios.gateway.database import MACHINE
     from scenarios.gateway.node import Settings
     from scenarios.gateway.options import new_link, stop_flag, teller
@@ -120,8 +134,6 @@ def _serve(args: argparse.Namespace, database: Any) -> dict[str, Any]:
     printed = io.StringIO()
     with contextlib.ExitStack() as stack:
         say = stack.enter_context(teller("gateway", args))
-        work = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="spindle-drift-")))
-        fmu = find_fmu(args.compensator, args.fmu_dir, Path(), work, quiet=args.quiet)
         link = new_link(args, database, MACHINE, say)
         stack.callback(link.close)
         stopped = stack.enter_context(stop_flag(link.reopen_log))
@@ -131,6 +143,8 @@ def _serve(args: argparse.Namespace, database: Any) -> dict[str, Any]:
         unit = CompensatorUnit(fmu, say, printed)
         stack.push(lambda kind, error, trace: unit.close(error))
         say(f"{fmu.name} on {link.name}")
+        for line in unprotected:
+            say(line)
         settings = Settings(
             args.clock == "machine",
             args.speed_up,

@@ -120,6 +120,7 @@ class Service:
             "frames": dict(node.reception.counts),
             "junk": self.link.junk,
             "statuses": list(self.statuses),
+            "trust": self.database.trust,
         }
 
     def _leave(self, node: GatewayNode, state: str) -> None:
@@ -130,14 +131,14 @@ class Service:
     def _fit(self) -> None:
         carried = {signal.name: signal for _, signal in self.database.signals(MACHINE)}
         for name in self.unit.inputs:
-            if name not in carried:
+            if name not in carried and name not in self.database.substitutes:
                 problem = f"is an input of the FMU that no frame of {self.database.path} carries"
                 raise BadInput(self.fmu, name, problem)
         ambient = self.settings.proof.ambient
         if ambient and (ambient not in self.unit.inputs or carried[ambient].unit != "degC"):
             raise BadInput("--ambient", ambient, f"is no temperature that {self.fmu.name} takes")
         carried |= {signal.name: signal for _, signal in self.database.signals(COMPENSATOR)}
-        names = [*self.unit.inputs, *(name for name in self.unit.outputs if name in carried)]
+        names = [name for name in (*self.unit.inputs, *self.unit.outputs) if name in carried]
         check_units(self.fmu, [(n, self.unit.unit_of(n), carried[n].unit) for n in names])
 
     def _loop(
@@ -151,7 +152,7 @@ class Service:
                 node.reconnected()
             lost = bool(self.link.lost)
             closed = message is not None and node.handle(message, now, self.link.waited_s)
-            wait = 0.0 if message is None else GRACE_S
+            wait = GRACE_S if message is not None and node.patient else 0.0
             if closed:
                 self.link.trust()
             elif now >= node.deadline() + wait:

@@ -272,9 +272,13 @@ def check_units(source: Path, pairs: Sequence[tuple[str, str, str]]) -> None:
     BadInput
         For the first that differs.
     """
-    for name, own, bus in pairs:
-        if own and bus and own != bus:
-            raise BadInput(source, name, f"is in {own}; the frames carry it in {bus}")
+    for name, own, bus in units_that_differ(pairs):
+        raise BadInput(source, name, f"is in {own}; the frames carry it in {bus}")
+
+
+def units_that_differ(pairs: Sequence[tuple[str, str, str]]) -> list[tuple[str, str, str]]:
+    """Return those pairs whose units are given and differ; see `check_units`."""
+    return [(name, own, bus) for name, own, bus in pairs if own and bus and own != bus]
 
 
 def options_of(texts: Sequence[str]) -> dict[str, Any]:
