@@ -2,30 +2,10 @@
 
 from __future__ import annotations
 
-from scenarios.gateway.database import COMPENSATOR, MACHINE, Database
+from scenarios.gateway.database import MACHINE, Database
 from scenarios.gateway.judging import Judge
 from scenarios.gateway.sampling import Sampling, StateJudge
 from scenarios.gateway.supervision import Reception
-
-
-class Answered:
-    """Which time of the machine is answered, as the wire carries it.
-
-    Parameters
-    ----------
-    database : Database
-        The frames; a machine that sends no time of its own is answered without one.
-    """
-
-    def __init__(self, database: Database) -> None:
-        signals = database.closing(COMPENSATOR).signals
-        timed = "answered_time" in signals and database.has("machine_time")
-        self._count = 1 << signals["answered_time"].bits if timed else 1
-        self._scale = database.signal("machine_time").scale if timed else 0.0
-
-    def value(self, raw: int) -> float:
-        """Return what names a raw machine time [s]."""
-        return raw % self._count * self._scale
 
 
 def ears(

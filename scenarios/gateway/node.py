@@ -19,10 +19,11 @@ from typing import Protocol
 
 import can
 
+from scenarios.gateway.answering import AXES, Answered, by_tool_length
 from scenarios.gateway.codec import Sender, Value
 from scenarios.gateway.database import COMPENSATOR, MACHINE, TRUST, Database, key_of
 from scenarios.gateway.judging import Judge, Rival
-from scenarios.gateway.listening import Answered, ears
+from scenarios.gateway.listening import ears
 from scenarios.gateway.reference import Proof, Reference
 from scenarios.gateway.sampling import Sampling, StateJudge, Substitution
 from scenarios.gateway.supervision import Cycle, Finding, Reception
@@ -33,7 +34,6 @@ LONGEST_GAP_S = 3600.0
 FAREWELLS = 2
 LATE_PERIODS = 2.5
 """Where frames come at their own pace, an answer that takes more periods than this is stale."""
-AXES = ("X", "Y", "Z")
 LOSSES = ("bus_off", "interface_lost")
 AFTER_LOSS = ("startup", "missing", "late", "machine_not_running")
 STARTING, READY, RUNNING, FAULT = "starting", "ready", "running", "fault"
@@ -112,6 +112,10 @@ class GatewayNode:
         As the DBC names the values of ``gateway_state``.
     machine_off : bool
         The machine has said that it is off.
+    told : dict
+        The values of the newest answer.
+    given : dict of str to float
+        What was heard for it; NaN or nothing where it was of no use.
     """
 
     def __init__(
@@ -168,6 +172,8 @@ class GatewayNode:
         self._finding: Finding | None = None
         self._late_start = False
         self.machine_time_s = self._covered or 0.0
+        self.told: Mapping[str, Value] = {}
+        self.given: Mapping[str, float] = {}
         self.steps = 0
 
     # What happens
@@ -222,6 +228,7 @@ class GatewayNode:
             text = lost.replace("_", " ")
             finding = Finding(lost, self._closing, text)
         self._judge.forget()
+        self.given = {}
         if self.begun:
             step_s = self._own_step(now)
             if self._covered is not None:
@@ -244,6 +251,11 @@ class GatewayNode:
         self._deadline += self._every_s
         if self._deadline <= now:
             self._deadline = now + self._every_s
+
+    @property
+    def reference_known(self) -> bool:
+        """Whether it is known what the drift is counted from."""
+        return self.begun and not self._lost_track
 
     def reconnected(self) -> None:
         """Forget the machine's counters: frames were lost with the bus."""
@@ -268,12 +280,12 @@ class GatewayNode:
         if verdict.machine_state == "starting":
             self.reception.renew()
         usable = verdict.usable
+        self.given = self._substitution.fill(cycle.values, now) if usable else {}
         if not self.begun and (usable or verdict.finding_is("machine_not_running")):
             self._look_for_reference(cycle, now)
         if self.begun or (usable and self.reference.known):
             self.begun = True
-            values = self._substitution.fill(cycle.values, now) if usable else {}
-            self._advance(values, cycle.heartbeat, now)
+            self._advance(self.given, cycle.heartbeat, now)
         elif cycle.usable and not usable:
             # In touch, and the machine has not begun: nothing to compensate yet.
             self.state, self._late_start = READY, False
@@ -335,7 +347,7 @@ class GatewayNode:
         rival = self._rival.finding(arrived)
         if rival is not None and not lost:
             finding, usable = rival, False
-        known = self.begun and not self._lost_track
+        known = self.reference_known
         valid = usable and known and bool(outputs.get("valid", False)) and self._fits(outputs)
         if valid and self._clock is not None and self._clock() - arrived > self._timeout_s:
             text = f"the answer took {self._clock() - arrived:.3f} s"
@@ -361,7 +373,8 @@ class GatewayNode:
             values |= self._when_invalid
         if usable and not known:
             values["status"] = "reference_unknown"
-        self._send(self._sender.messages(self._by_tool_length(outputs) | values))
+        self.told = by_tool_length(outputs, self._tool_length_mm) | values
+        self._send(self._sender.messages(self.told))
 
     def _fits(self, outputs: Mapping[str, float]) -> bool:
         """Whether the frames can carry the offsets."""
@@ -378,17 +391,3 @@ class GatewayNode:
             self._say(f"{finding.fault.replace('_', ' ')}: {finding.text}")
         if finding is not None or done:
             self._finding = finding
-
-    def _by_tool_length(self, outputs: Mapping[str, float]) -> dict[str, Value]:
-        """Return per axis the offset [um], its change with the tool length [um/m], and that [mm].
-
-        Over the tool length the offset of an axis changes by the tilt, with the opposite sign;
-        1 urad is 1 um/m. Z does not depend on it, to second order.
-        """
-        slopes = {"X": -outputs.get("yaw", nan), "Y": -outputs.get("pitch", nan), "Z": 0.0}
-        found: dict[str, Value] = {}
-        for axis in AXES:
-            found[f"d{axis}_at_tool_length"] = outputs.get(f"d{axis}", nan)
-            found[f"d{axis}_per_tool_length"] = slopes[axis]
-            found[f"d{axis}_tool_length"] = self._tool_length_mm
-        return found
