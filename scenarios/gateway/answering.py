@@ -1,14 +1,32 @@
-"""What an answer of the gateway holds beside the compensator's outputs."""
+"""What an answer of the gateway is made of: the compensator's outputs, and what goes with them."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from math import nan
+from typing import Protocol
 
 from scenarios.gateway.codec import Value
 from scenarios.gateway.database import COMPENSATOR, Database
 
 AXES = ("X", "Y", "Z")
+
+
+class Unit(Protocol):
+    """What the gateway needs of a compensator; `unit.CompensatorUnit` is one."""
+
+    inputs: list[str]
+    probed: list[str]
+    outputs: dict[str, float]
+    time_s: float
+
+    def step(self, values: Mapping[str, float], step_s: float) -> dict[str, float]:
+        """Take in a sample and advance."""
+        ...
+
+    def text(self) -> str:
+        """Return the status in words."""
+        ...
 
 
 class Answered:
@@ -51,3 +69,18 @@ def by_tool_length(outputs: Mapping[str, float], tool_length_mm: float) -> dict[
         found[f"d{axis}_per_tool_length"] = slopes[axis]
         found[f"d{axis}_tool_length"] = tool_length_mm
     return found
+
+
+def half_widths(outputs: Mapping[str, float], *, known: bool) -> dict[str, Value]:
+    """Return the uncertainty of each axis [um]; NaN where nothing bounds it.
+
+    Parameters
+    ----------
+    outputs : mapping of str to float
+        Those of the compensator; it gives -1 for what it does not know [um].
+    known : bool
+        Whether it is known what the drift is counted from.
+    """
+    names = [f"d{axis}_uncertainty" for axis in AXES]
+    widths = {name: outputs.get(name, nan) if known else nan for name in names}
+    return {name: width if width >= 0.0 else nan for name, width in widths.items()}

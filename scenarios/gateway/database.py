@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +24,8 @@ CRC, COUNTER, CYCLE = "crc", "counter", "cycle"
 PROTECTION = (CRC, COUNTER, CYCLE)
 ERROR, NOT_AVAILABLE, OTHER = "error", "not_available", "other"
 SIZE = 8  # bytes of every frame
+EVENT = "Event"
+"""The send type of frames that belong to no cycle."""
 EXTENDED = 1 << 31
 TRUST = ("none", "partly", "protected")
 """From the least: what of the faults of a frame can be noticed."""
@@ -124,6 +127,8 @@ class Frame:
         Raw values of the DBC file's other signals, for sending.
     multiplexer : str
         The signal that says which page of signals a frame holds; empty for none.
+    event : bool
+        It is sent when there is something to say, and belongs to no cycle.
     """
 
     name: str
@@ -141,6 +146,7 @@ class Frame:
     extended: bool = False
     fixed: dict[str, float] = field(default_factory=dict)
     multiplexer: str = ""
+    event: bool = False
 
     @property
     def key(self) -> int:
@@ -204,15 +210,19 @@ class Database:
     when_invalid: dict[str, float] = field(default_factory=dict)
 
     def of(self, sender: str) -> tuple[Frame, ...]:
-        """Return the frames of a node, by rising identifier: the order in which it sends them."""
-        return tuple(frame for frame in self.frames if frame.sender == sender)
+        """Return a node's frames of a cycle, by rising identifier: the order of sending."""
+        return tuple(f for f in self.frames if f.sender == sender and not f.event)
+
+    def events(self, sender: str) -> tuple[Frame, ...]:
+        """Return a node's frames that belong to no cycle."""
+        return tuple(f for f in self.frames if f.sender == sender and f.event)
 
     def closing(self, sender: str) -> Frame:
         """Return the frame that closes a node's cycle: its heartbeat, the last one."""
         return self.of(sender)[-1]
 
     def signals(self, sender: str) -> Iterator[tuple[Frame, Signal]]:
-        """Yield every signal that a node sends."""
+        """Yield every signal that a node sends in a cycle."""
         for frame in self.of(sender):
             for signal in frame.signals.values():
                 yield frame, signal
@@ -292,7 +302,8 @@ def _frame(message: Message, path: Path) -> Frame:
             )
     cycle_ms = message.cycle_time or 0
     timeout_ms = float(attribute(message.dbc, "E2ETimeout", 0))
-    if not 0 < cycle_ms < timeout_ms:
+    event = message.send_type == EVENT
+    if not 0 < cycle_ms < timeout_ms and not event:
         raise BadInput(path, message.name, "GenMsgCycleTime must be above 0 and below E2ETimeout")
     data_id = int(attribute(message.dbc, "E2EDataId", 0))
     return Frame(
@@ -301,12 +312,13 @@ def _frame(message: Message, path: Path) -> Frame:
         message.comment or "",
         message.frame_id,
         data_id,
-        cycle_ms / 1e3,
+        inf if event else cycle_ms / 1e3,
         timeout_ms / 1e3,
         {s.name: _signal(s) for s in message.signals if s.name not in PROTECTION},
         1 << counts[0],
         message,
         Profile1(PROFILE_1, COUNTER, COUNTERS, CRC, data_id),
+        event=event,
     )
 
 

@@ -7,6 +7,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from math import inf, nan
 
+import can
+
 from scenarios.gateway.codec import Sender, Value, high_raw, name_of
 from scenarios.gateway.control import OFFSETS, OffsetFollower
 from scenarios.gateway.database import (
@@ -19,8 +21,10 @@ from scenarios.gateway.database import (
 )
 from scenarios.gateway.link import Link
 from scenarios.gateway.plant import MachinePlant
+from scenarios.gateway.probes import TAKEN, ProbeSender
 from scenarios.gateway.sampling import Sampling
 from scenarios.gateway.supervision import Cycle, Reception
+from scenarios.probe_cycle import HALF_WIDTHS
 
 FAREWELLS = 3
 STALE_CYCLES = 3.5
@@ -173,6 +177,8 @@ class MachineNode:
         self._plant, self._link, self._pace = plant, link, pace
         self._save, self._stopped, self._clock = save, stopped, clock
         self._sender = Sender(database, MACHINE)
+        self._probes = ProbeSender(database.events(MACHINE))
+        plant.probe_with(self._probes.names)
         self._cycle_s = database.every_s or database.closing(MACHINE).cycle_s
         self._wrap_s = inf
         if database.has("machine_time"):
@@ -201,6 +207,7 @@ class MachineNode:
             self._plant.record(offsets, self._heard(fresh))
             last = self._plant.done or self._stopped()
             sent_at = self._clock()
+            self._link.send(self._probe())
             self._send("running", self._plant.step_s)
             if last:
                 self.ear.hear(self._link, sent_at + self._cycle_s, time_s)
@@ -253,6 +260,16 @@ class MachineNode:
                 # belongs to no cycle of ours.
                 self.ear.taken()
                 return
+
+    def _probe(self) -> list[can.Message]:
+        """Return the frames of a probe, if one is due or waits to be taken."""
+        heard = self.ear.last.values if self.ear.last else {}
+        count = heard.get(TAKEN, nan)
+        measured = self._plant.measured([heard.get(name, nan) for name in HALF_WIDTHS])
+        if measured:
+            named = dict(zip(self._probes.names, measured, strict=True))
+            self._probes.start(named, count)
+        return self._probes.messages(self.time_s % self._wrap_s, count)
 
     def _send(self, state: str, step_s: float) -> None:
         values: dict[str, Value] = {**self._plant.readings()}

@@ -39,9 +39,11 @@ from scenarios.gateway.mapfile import (
     read_map_file,
 )
 from scenarios.gateway.mapped_signals import mapped_signal, own_signals, protection_of
+from scenarios.gateway.probes import PROBE_TIME
 from scenarios.gateway.protection import (
     Profile1,
 )
+from scenarios.wiring import PROBED
 
 TIMED = ("machine_time", "machine_step", "answered_time")
 Spec = InputMap | OutputMap
@@ -265,6 +267,9 @@ class _Reader:
             raise BadInput(clash, "", "belongs to the protection and cannot be mapped, too")
         fixed = self._fixed(message, told, {s.key for s in signals.values()} | reserved)
         late_s = self._late(message, told, node)
+        event = all(name == PROBE_TIME or name.startswith(PROBED) for name in signals)
+        if event and not together:
+            raise BadInput("probes", "", 'cannot be sent with frames = "sampled"')
         bits = message.get_signal_by_name(cycle).length if cycle else 0
         cycle_s = (message.cycle_time or 0) / 1e3
         if node == COMPENSATOR and self.every_s is not None:
@@ -275,7 +280,7 @@ class _Reader:
             message.comment or "",
             message.frame_id,
             data_id=protection.data_id if isinstance(protection, Profile1) else 0,
-            cycle_s=cycle_s or inf,
+            cycle_s=inf if event else cycle_s or inf,
             timeout_s=late_s,
             signals=signals,
             cycles=1 << bits,
@@ -285,6 +290,7 @@ class _Reader:
             extended=bool(message.is_extended_frame),
             fixed=fixed,
             multiplexer=_multiplexer(message),
+            event=event,
         )
 
     def _late(self, message: Message, told: FrameMap, node: str) -> float:

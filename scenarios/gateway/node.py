@@ -15,15 +15,15 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from math import isnan, nan
-from typing import Protocol
 
 import can
 
-from scenarios.gateway.answering import AXES, Answered, by_tool_length
+from scenarios.gateway.answering import AXES, Answered, Unit, by_tool_length, half_widths
 from scenarios.gateway.codec import Sender, Value
 from scenarios.gateway.database import COMPENSATOR, MACHINE, TRUST, Database, key_of
 from scenarios.gateway.judging import Judge, Rival
 from scenarios.gateway.listening import ears
+from scenarios.gateway.probes import COUNTED, ProbeEar
 from scenarios.gateway.reference import Proof, Reference
 from scenarios.gateway.sampling import Sampling, StateJudge, Substitution
 from scenarios.gateway.supervision import Cycle, Finding, Reception
@@ -37,22 +37,6 @@ LATE_PERIODS = 2.5
 LOSSES = ("bus_off", "interface_lost")
 AFTER_LOSS = ("startup", "missing", "late", "machine_not_running")
 STARTING, READY, RUNNING, FAULT = "starting", "ready", "running", "fault"
-
-
-class Unit(Protocol):
-    """What the gateway needs of a compensator; `unit.CompensatorUnit` is one."""
-
-    inputs: list[str]
-    outputs: dict[str, float]
-    time_s: float
-
-    def step(self, values: Mapping[str, float], step_s: float) -> dict[str, float]:
-        """Take in a sample and advance."""
-        ...
-
-    def text(self) -> str:
-        """Return the status in words."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -146,6 +130,7 @@ class GatewayNode:
         self._trust = TRUST.index(database.trust)
         self._when_invalid: dict[str, Value] = dict(database.when_invalid)
         self._answered = Answered(database)
+        self.probes = ProbeEar(database.events(MACHINE), say)
         self._rival = Rival(database.of(COMPENSATOR))
         thermometers = [s.name for _, s in database.signals(MACHINE) if s.unit == "degC"]
         self.reference = Reference(
@@ -195,7 +180,7 @@ class GatewayNode:
             How long ago it arrived at this computer [s].
         """
         arrived = now - waited_s
-        if self._rival.hear(message, arrived):
+        if self._rival.hear(message, arrived) or self.probes.hear(message):
             return False
         cycle = self.reception.take(key_of(message), message.data, arrived)
         if cycle is None:
@@ -285,7 +270,11 @@ class GatewayNode:
             self._look_for_reference(cycle, now)
         if self.begun or (usable and self.reference.known):
             self.begun = True
-            self._advance(self.given, cycle.heartbeat, now)
+            probe = {}
+            if usable:
+                step_s = cycle.values.get("machine_step", nan)
+                probe = self.probes.due(self._judge.raw, step_s, self._unit.probed)
+            self._advance({**self.given, **probe}, cycle.heartbeat, now)
         elif cycle.usable and not usable:
             # In touch, and the machine has not begun: nothing to compensate yet.
             self.state, self._late_start = READY, False
@@ -368,6 +357,8 @@ class GatewayNode:
             "bus_fault_frame": kept.frame.frame_id & 0xFF if kept else 0.0,
             "answered_time": self._answered.value(self._judge.raw),
             "trust": float(self._trust),
+            "probes_taken": float(self.probes.taken % COUNTED),
+            **half_widths(outputs, known=known),
         }
         if not valid:
             values |= self._when_invalid

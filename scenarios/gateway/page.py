@@ -62,8 +62,8 @@ def frame_rows(database: Database) -> list[tuple[str, ...]]:
             frame.name,
             f"0x{frame.frame_id:03X}",
             frame.sender,
-            f"{frame.cycle_s * 1e3:g} ms",
-            f"{frame.timeout_s * 1e3:g} ms",
+            "on demand" if frame.event else f"{frame.cycle_s * 1e3:g} ms",
+            " " if frame.event else f"{frame.timeout_s * 1e3:g} ms",
             f"0x{frame.data_id:04X}",
             str(frame_bits(frame.message.length)),
         )

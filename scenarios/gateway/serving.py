@@ -126,6 +126,7 @@ class Service:
             "junk": self.link.junk,
             "statuses": list(self.statuses),
             "trust": self.database.trust,
+            "probes": node.probes.taken,
         }
 
     def _leave(self, node: GatewayNode, state: str) -> None:
@@ -143,7 +144,18 @@ class Service:
         if ambient and (ambient not in self.unit.inputs or carried[ambient].unit != "degC"):
             raise BadInput("--ambient", ambient, f"is no temperature that {self.fmu.name} takes")
         carried |= {signal.name: signal for _, signal in self.database.signals(COMPENSATOR)}
-        names = [name for name in (*self.unit.inputs, *self.unit.outputs) if name in carried]
+        probed = {
+            s.name: s for frame in self.database.events(MACHINE) for s in frame.signals.values()
+        }
+        lost = [name for name in self.unit.probed if name not in probed]
+        if probed and lost:
+            self.say(f"no probe can be taken: no frame carries {lost[0]}")
+        carried |= probed
+        names = [
+            name
+            for name in (*self.unit.inputs, *self.unit.probed, *self.unit.outputs)
+            if name in carried
+        ]
         check_units(self.fmu, [(n, self.unit.unit_of(n), carried[n].unit) for n in names])
 
     def _loop(
