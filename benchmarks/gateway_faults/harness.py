@@ -32,6 +32,7 @@ class Glass:
     def __init__(self, database: Database) -> None:
         names = [signal.name for _, signal in database.signals(MACHINE)]
         self.inputs = [name for name in names if name[0] == "T" or name in ("speed", "tool_length")]
+        self.probed: list[str] = []
         self.outputs: dict[str, float] = {f"d{axis}": 0.0 for axis in "XYZ"} | {"valid": 0.0}
         self.given: Mapping[str, float] = {}
         self.time_s = 0.0

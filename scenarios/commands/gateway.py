@@ -14,12 +14,13 @@ from scenarios.outputs import LOG, STATE
 
 NAME = "gateway"
 HELP = "put the compensator FMU on a CAN bus"
-READS = ("dbc", "compensator")
+READS = ("dbc", "map", "compensator", "opcua_cert", "opcua_key")
 WRITES = {"log": LOG, "state": STATE}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
+    from scenarios.gateway.opcua import DEFAULT_URL
     from scenarios.gateway.options import add_bus_arguments
 
     add_bus_arguments(parser)
@@ -75,22 +76,45 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="for so many seconds of the compensator (1800)",
     )
     parser.add_argument(
+        "--opcua",
+        nargs="?",
+        const=DEFAULT_URL,
+        metavar="URL",
+        help=f"tell the hall by OPC UA, to be read only ({DEFAULT_URL})",
+    )
+    parser.add_argument(
+        "--opcua-cert", type=Path, metavar="FILE", help="the OPC UA server's certificate"
+    )
+    parser.add_argument("--opcua-key", type=Path, metavar="FILE", help="the key of the same")
+    parser.add_argument(
+        "--opcua-trust",
+        type=Path,
+        metavar="DIR",
+        help="certificates of the clients that may read, or of those who signed them",
+    )
+    parser.add_argument(
         "--duration", type=float, metavar="S", help="end after this time (when interrupted)"
     )
     parser.add_argument("--until-off", action="store_true", help="end when the machine is off")
     parser.add_argument(
-        "--frames", action="store_true", help="print the frames and the bus load, and end"
+        "--frames",
+        action="store_true",
+        help="print the frames and the bus load, check a map, and end",
     )
 
 
 def run(args: argparse.Namespace) -> int:
     """Serve the bus until told to stop."""
-    from scenarios.gateway.database import read_database
-    from scenarios.gateway.options import check_bus_arguments, check_positive
+    from measurement.errors import BadInput
+    from scenarios.fmu_files import find_fmu
+    from scenarios.gateway.mapcheck import problems_of
+    from scenarios.gateway.mappage import map_text
+    from scenarios.gateway.opcua import checked_url, security_of
+    from scenarios.gateway.options import check_bus_arguments, check_positive, read_frames, told
     from scenarios.gateway.page import frames_text
 
-    database = read_database(args.dbc)
-    if args.frames:
+    database, mapping = read_frames(args)
+    if args.frames and mapping is None:
         print(frames_text(database))
         return 0
     check_bus_arguments(args)
@@ -99,7 +123,21 @@ def run(args: argparse.Namespace) -> int:
     check_positive("--duration", args.duration)
     check_positive("--together-band", args.together_band)
     check_positive("--together-time", args.together_time)
-    summary = _serve(args, database)
+    security = security_of((args.opcua_cert, args.opcua_key, args.opcua_trust))
+    if args.opcua is not None:
+        checked_url(args.opcua, security)
+    elif security is not None:
+        raise BadInput("--opcua-cert", "", "has no meaning without --opcua")
+    with contextlib.ExitStack() as stack:
+        work = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="spindle-drift-")))
+        fmu = find_fmu(args.compensator, args.fmu_dir, Path(), work, quiet=args.quiet)
+        if mapping is not None:
+            problems = problems_of(mapping, fmu, machine_clock=args.clock == "machine")
+            if args.frames:
+                print(map_text(mapping))
+            if args.frames or problems:
+                return told(problems)
+        summary = _serve(args, database, fmu, mapping.unprotected() if mapping else [], security)
     if args.json:
         print(json.dumps(summary, indent=1))
     elif not args.quiet:
@@ -108,10 +146,12 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _serve(args: argparse.Namespace, database: Any) -> dict[str, Any]:
-    from scenarios.fmu_files import find_fmu
+def _serve(
+    args: argparse.Namespace, database: Any, fmu: Path, unprotected: list[str], security: Any
+) -> dict[str, Any]:
     from scenarios.gateway.database import MACHINE
     from scenarios.gateway.node import Settings
+    from scenarios.gateway.opcua import hall_status
     from scenarios.gateway.options import new_link, stop_flag, teller
     from scenarios.gateway.reference import Proof
     from scenarios.gateway.serving import Service
@@ -120,8 +160,6 @@ def _serve(args: argparse.Namespace, database: Any) -> dict[str, Any]:
     printed = io.StringIO()
     with contextlib.ExitStack() as stack:
         say = stack.enter_context(teller("gateway", args))
-        work = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="spindle-drift-")))
-        fmu = find_fmu(args.compensator, args.fmu_dir, Path(), work, quiet=args.quiet)
         link = new_link(args, database, MACHINE, say)
         stack.callback(link.close)
         stopped = stack.enter_context(stop_flag(link.reopen_log))
@@ -131,6 +169,12 @@ def _serve(args: argparse.Namespace, database: Any) -> dict[str, Any]:
         unit = CompensatorUnit(fmu, say, printed)
         stack.push(lambda kind, error, trace: unit.close(error))
         say(f"{fmu.name} on {link.name}")
+        for line in unprotected:
+            say(line)
+        hall = None
+        if args.opcua is not None:
+            hall = hall_status(args.opcua, security, unit, say)
+            stack.callback(hall.close)
         settings = Settings(
             args.clock == "machine",
             args.speed_up,
@@ -149,6 +193,7 @@ def _serve(args: argparse.Namespace, database: Any) -> dict[str, Any]:
             until_off=args.until_off,
             duration_s=args.duration,
             stopped=stopped,
-            say=say,
+            say=say if hall is None else hall.also(say),
+            hall=hall,
         )
         return service.run()

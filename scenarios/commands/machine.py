@@ -14,7 +14,7 @@ from scenarios.outputs import LOG, RUN_FILE, STATE
 
 NAME = "machine"
 HELP = "put a simulated machine, or a recorded log, on a CAN bus"
-READS = ("scenario", "dbc", "replay", "plant")
+READS = ("scenario", "dbc", "map", "replay", "plant")
 WRITES = {"log": LOG, "state": STATE, "out": RUN_FILE}
 
 
@@ -68,15 +68,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Run the machine to the end of its scenario or log."""
     from measurement.errors import BadInput
-    from scenarios.gateway.database import read_database
-    from scenarios.gateway.options import check_bus_arguments, check_positive
+    from scenarios.gateway.options import check_bus_arguments, check_positive, read_frames, told
 
     check_bus_arguments(args)
     check_positive("--wait", args.wait, zero=True)
     check_positive("--hold", args.hold, zero=True)
-    database = read_database(args.dbc)
+    database, mapping = read_frames(args)
+    if mapping is not None and mapping.problems:
+        return told(mapping.problems)
     speed_up = None if args.speed_up == "max" else _number("--speed-up", args.speed_up)
     check_positive("--speed-up", speed_up)
+    if speed_up is None and database.every_s is not None:
+        raise BadInput("--speed-up", "max", "sampled frames do not say what they answer: a number")
     if args.replay is not None:
         for name, value in (("--out", args.out), ("--state", args.state), ("--plant", args.plant)):
             if value is not None:
@@ -175,14 +178,16 @@ def _case(args: argparse.Namespace, database: Any, speed_up: float | None) -> tu
 
     overrides = [assignment(text) for text in args.set]
     if speed_up is not None:
-        step_s = database.closing(MACHINE).cycle_s * speed_up
+        step_s = (database.every_s or database.closing(MACHINE).cycle_s) * speed_up
         # The table that --out writes holds every step: how often a scenario records is no matter.
         overrides += [("step_s", step_s), ("record_s", step_s)]
     scenario = read_scenario(args.scenario, overrides)
     if not scenario.cases:
         raise BadInput(scenario.path, "replay", "nothing is simulated; see --replay for a log")
     case = scenario.cases[0]
-    signal = database.closing(MACHINE).signals["machine_step"]
+    if not database.has("machine_step"):
+        return case, scenario.path.resolve().parent
+    signal = database.signal("machine_step")
     step_s, raw = case.settings.step_s, case.settings.step_s / signal.scale
     if abs(raw - round(raw)) > 1e-6 or not 0.0 < step_s <= signal.high:
         problem = (

@@ -12,8 +12,12 @@ PAUSE_BITS = 3
 """Between two frames."""
 
 
-def frame_bits(size: int, *, stuffed: bool = True) -> int:
-    """Return the bits that a standard frame of *size* bytes takes, the pause after it included.
+EXTENSION_BITS = 20
+"""What an identifier of 29 bits adds, all of it stuffed."""
+
+
+def frame_bits(size: int, *, stuffed: bool = True, extended: bool = False) -> int:
+    """Return the bits that a frame of *size* bytes takes, the pause after it included.
 
     Parameters
     ----------
@@ -21,21 +25,23 @@ def frame_bits(size: int, *, stuffed: bool = True) -> int:
         Data bytes.
     stuffed : bool
         With as many stuff bits as any content can need; without any otherwise.
+    extended : bool
+        With an identifier of 29 bits.
 
     Notes
     -----
     Worst case ``8 n + 44 + floor((34 + 8 n - 1) / 4) + 3``; Davis, Burns, Bril, Lukkien,
     "Controller Area Network (CAN) schedulability analysis", Real-Time Systems 35 (2007), eq. 1.
     """
-    data = 8 * size
-    stuffing = (STUFFED_BITS + data - 1) // 4 if stuffed else 0
-    return data + OVERHEAD_BITS + stuffing + PAUSE_BITS
+    data, more = 8 * size, EXTENSION_BITS if extended else 0
+    stuffing = (STUFFED_BITS + more + data - 1) // 4 if stuffed else 0
+    return data + OVERHEAD_BITS + more + stuffing + PAUSE_BITS
 
 
 def bus_load(database: Database, bit_rate: int | None = None, *, stuffed: bool = True) -> float:
     """Return the share of the bus that all frames take at a bit rate [bit/s]; 1 is all of it."""
     bits = sum(
-        frame_bits(frame.message.length, stuffed=stuffed) / frame.cycle_s
+        frame_bits(frame.size, stuffed=stuffed, extended=frame.extended) / frame.cycle_s
         for frame in database.frames
     )
     return bits / (bit_rate or database.bit_rate)

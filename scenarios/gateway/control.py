@@ -47,7 +47,7 @@ class OffsetFollower:
         step_s : float
             How long that step took, in the machine's time [s].
         """
-        offsets = {name: cycle.values[name] for name in OFFSETS} if cycle else {}
+        offsets = {name: cycle.values.get(name, 0.0) for name in OFFSETS} if cycle else {}
         if cycle and cycle.usable and all(isfinite(value) for value in offsets.values()):
             self.wanted, self.use, self._held_s = offsets, FOLLOWING, 0.0
         elif self.use != NONE_YET:

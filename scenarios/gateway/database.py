@@ -3,23 +3,32 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from math import inf
 from pathlib import Path
 from typing import Any
 
+import can
 import cantools
 from cantools.database.can import Database as CanDatabase
 from cantools.database.can import Message
 from cantools.database.can import Signal as CanSignal
 
 from measurement.errors import BadInput
+from scenarios.gateway.e2e import COUNTERS
+from scenarios.gateway.protection import PROFILE_1, Profile1, Protection
 
 DBC = Path(__file__).with_name("spindle_drift.dbc")
 MACHINE, COMPENSATOR = "MACHINE", "COMPENSATOR"
 CRC, COUNTER, CYCLE = "crc", "counter", "cycle"
 PROTECTION = (CRC, COUNTER, CYCLE)
-ERROR, NOT_AVAILABLE = "error", "not_available"
+ERROR, NOT_AVAILABLE, OTHER = "error", "not_available", "other"
 SIZE = 8  # bytes of every frame
+EVENT = "Event"
+"""The send type of frames that belong to no cycle."""
+EXTENDED = 1 << 31
+TRUST = ("none", "partly", "protected")
+"""From the least: what of the faults of a frame can be noticed."""
 # The signals that the two programs themselves need, and the node that sends them.
 NEEDED = {
     MACHINE: ("machine_state", "machine_time", "machine_step", "thermal_state"),
@@ -45,6 +54,16 @@ class Signal:
         Raw values of the value table, by their names.
     start : float
         Raw value that a receiver takes before the first frame.
+    wire_name : str
+        The signal's name in the DBC file, where a map gives it another here.
+    numbers : dict of int to str
+        Names of the values that the gateway has as numbers, where the DBC file numbers otherwise.
+    holds : bool
+        What has no value is sent as it was before: the DBC file has no raw value for *missing*.
+    is_float : bool
+        The raw value is a floating-point number.
+    page : int or None
+        The value of the frame's multiplexer with which it comes; None: always.
     """
 
     name: str
@@ -57,6 +76,16 @@ class Signal:
     bits: int
     codes: dict[str, int]
     start: float
+    wire_name: str = ""
+    numbers: dict[int, str] = field(default_factory=dict)
+    holds: bool = False
+    is_float: bool = False
+    page: int | None = None
+
+    @property
+    def key(self) -> str:
+        """The name that cantools knows it by."""
+        return self.wire_name or self.name
 
     @property
     def named(self) -> dict[str, int]:
@@ -88,6 +117,18 @@ class Frame:
         The cycle count starts anew after so many cycles.
     message : cantools Message
         What encodes and decodes it.
+    protection : Protection
+        What seals it and finds faults in it.
+    cycle : str
+        The signal with the cycle count; empty for none.
+    extended : bool
+        The identifier has 29 bits.
+    fixed : dict of str to float
+        Raw values of the DBC file's other signals, for sending.
+    multiplexer : str
+        The signal that says which page of signals a frame holds; empty for none.
+    event : bool
+        It is sent when there is something to say, and belongs to no cycle.
     """
 
     name: str
@@ -100,26 +141,88 @@ class Frame:
     signals: dict[str, Signal]
     cycles: int
     message: Message
+    protection: Protection
+    cycle: str = CYCLE
+    extended: bool = False
+    fixed: dict[str, float] = field(default_factory=dict)
+    multiplexer: str = ""
+    event: bool = False
+
+    @property
+    def key(self) -> int:
+        """The identifier, with a bit beyond it for one of 29 bits."""
+        return self.frame_id | EXTENDED if self.extended else self.frame_id
+
+    @property
+    def size(self) -> int:
+        """How many bytes it has."""
+        return int(self.message.length)
+
+    @property
+    def pages(self) -> tuple[int | None, ...]:
+        """The values of the multiplexer that bring a signal, or None alone where none is needed."""
+        pages = {signal.page for signal in self.signals.values() if signal.page is not None}
+        return tuple(sorted(pages)) or (None,)
+
+
+def key_of(message: can.Message) -> int:
+    """Return the key of a message's frame."""
+    number = int(message.arbitration_id)
+    return number | EXTENDED if message.is_extended_id else number
+
+
+@dataclass(frozen=True)
+class Substitute:
+    """What stands for an input that has no value.
+
+    Attributes
+    ----------
+    value : float or None
+        A constant; None: the last value.
+    hold_s : float
+        For how long the last value stands [s].
+    """
+
+    value: float | None = None
+    hold_s: float = 0.0
 
 
 @dataclass(frozen=True)
 class Database:
-    """All frames, and the bit rate that the bus is meant for [bit/s]."""
+    """All frames, and the bit rate that the bus is meant for [bit/s].
+
+    Attributes
+    ----------
+    every_s : float or None
+        Frames come at their own pace and are looked at this often [s]; None: each comes once a
+        cycle, and the last one closes it.
+    substitutes : dict of str to Substitute
+        What stands for inputs without a value; also for those that no frame carries.
+    when_invalid : dict of str to float
+        What is sent in place of outputs while they are not valid.
+    """
 
     path: Path
     frames: tuple[Frame, ...]
     bit_rate: int
+    every_s: float | None = None
+    substitutes: dict[str, Substitute] = field(default_factory=dict)
+    when_invalid: dict[str, float] = field(default_factory=dict)
 
     def of(self, sender: str) -> tuple[Frame, ...]:
-        """Return the frames of a node, by rising identifier: the order in which it sends them."""
-        return tuple(frame for frame in self.frames if frame.sender == sender)
+        """Return a node's frames of a cycle, by rising identifier: the order of sending."""
+        return tuple(f for f in self.frames if f.sender == sender and not f.event)
+
+    def events(self, sender: str) -> tuple[Frame, ...]:
+        """Return a node's frames that belong to no cycle."""
+        return tuple(f for f in self.frames if f.sender == sender and f.event)
 
     def closing(self, sender: str) -> Frame:
         """Return the frame that closes a node's cycle: its heartbeat, the last one."""
         return self.of(sender)[-1]
 
     def signals(self, sender: str) -> Iterator[tuple[Frame, Signal]]:
-        """Yield every signal that a node sends."""
+        """Yield every signal that a node sends in a cycle."""
         for frame in self.of(sender):
             for signal in frame.signals.values():
                 yield frame, signal
@@ -127,6 +230,16 @@ class Database:
     def signal(self, name: str) -> Signal:
         """Return a signal by its name."""
         return next(frame.signals[name] for frame in self.frames if name in frame.signals)
+
+    def has(self, name: str) -> bool:
+        """Return whether a frame carries a signal."""
+        return any(name in frame.signals for frame in self.frames)
+
+    @property
+    def trust(self) -> str:
+        """The least of the protections of the machine's frames."""
+        levels = {frame.protection.trust for frame in self.of(MACHINE)}
+        return next(level for level in TRUST if level in levels)
 
 
 def read_database(path: Path = DBC) -> Database:
@@ -137,6 +250,23 @@ def read_database(path: Path = DBC) -> Database:
     BadInput
         If it cannot be read, or lacks what the gateway relies on.
     """
+    read = load_dbc(path)
+    frames = tuple(
+        sorted((_frame(message, path) for message in read.messages), key=lambda f: f.frame_id)
+    )
+    database = Database(path, frames, int(attribute(read.dbc, "Baudrate", 500_000)))
+    check(database)
+    return database
+
+
+def load_dbc(path: Path) -> CanDatabase:
+    """Return a DBC file as cantools reads it.
+
+    Raises
+    ------
+    BadInput
+        If it cannot be read or holds no frame.
+    """
     try:
         read = cantools.database.load_file(path, database_format="dbc", cache_dir=None)
     except OSError as error:
@@ -146,12 +276,7 @@ def read_database(path: Path = DBC) -> Database:
     assert isinstance(read, CanDatabase)
     if not read.messages:
         raise BadInput(path, "", "holds no frames")
-    frames = tuple(
-        sorted((_frame(message, path) for message in read.messages), key=lambda f: f.frame_id)
-    )
-    database = Database(path, frames, int(_attribute(read.dbc, "Baudrate", 500_000)))
-    _check(database)
-    return database
+    return read
 
 
 def _frame(message: Message, path: Path) -> Frame:
@@ -176,20 +301,24 @@ def _frame(message: Message, path: Path) -> Frame:
                 path, f"{message.name}.{signal.name}", "needs a smallest and a largest value"
             )
     cycle_ms = message.cycle_time or 0
-    timeout_ms = float(_attribute(message.dbc, "E2ETimeout", 0))
-    if not 0 < cycle_ms < timeout_ms:
+    timeout_ms = float(attribute(message.dbc, "E2ETimeout", 0))
+    event = message.send_type == EVENT
+    if not 0 < cycle_ms < timeout_ms and not event:
         raise BadInput(path, message.name, "GenMsgCycleTime must be above 0 and below E2ETimeout")
+    data_id = int(attribute(message.dbc, "E2EDataId", 0))
     return Frame(
         message.name,
         senders[0],
         message.comment or "",
         message.frame_id,
-        int(_attribute(message.dbc, "E2EDataId", 0)),
-        cycle_ms / 1e3,
+        data_id,
+        inf if event else cycle_ms / 1e3,
         timeout_ms / 1e3,
         {s.name: _signal(s) for s in message.signals if s.name not in PROTECTION},
         1 << counts[0],
         message,
+        Profile1(PROFILE_1, COUNTER, COUNTERS, CRC, data_id),
+        event=event,
     )
 
 
@@ -210,7 +339,7 @@ def _signal(signal: CanSignal) -> Signal:
     )
 
 
-def _attribute(specifics: Any, name: str, default: float) -> float:
+def attribute(specifics: Any, name: str, default: float) -> float:
     """Return an attribute's value: the object's, or else the one declared as default."""
     found = specifics.attributes.get(name) if specifics is not None else None
     if found is None:
@@ -218,7 +347,14 @@ def _attribute(specifics: Any, name: str, default: float) -> float:
     return float(found.value)
 
 
-def _check(database: Database) -> None:
+def check(database: Database) -> None:
+    """Refuse frames that cannot make cycles.
+
+    Raises
+    ------
+    BadInput
+        For the first reason.
+    """
     ids = [frame.data_id for frame in database.frames]
     if len(set(ids)) < len(ids):
         raise BadInput(database.path, "E2EDataId", "two frames have the same one")

@@ -13,8 +13,7 @@ from math import inf, isnan
 import can
 
 from scenarios.gateway.codec import high_raw, name_of
-from scenarios.gateway.database import Frame
-from scenarios.gateway.e2e import intact
+from scenarios.gateway.database import Frame, key_of
 from scenarios.gateway.supervision import Cycle, Finding
 from scenarios.gateway.timebase import Timebase
 
@@ -143,17 +142,17 @@ class Rival:
     """
 
     def __init__(self, frames: Sequence[Frame]) -> None:
-        self._frames = {frame.frame_id: frame for frame in frames}
+        self._frames = {frame.key: frame for frame in frames}
         self._closing = frames[-1]
         self._heard_at, self._until = -inf, -inf
 
     def hear(self, message: can.Message, arrived: float) -> bool:
         """Return whether a message is a gateway's; own ones are not heard, so it is another's."""
-        frame = self._frames.get(message.arbitration_id)
+        frame = self._frames.get(key_of(message))
         if frame is None:
             return False
         # One such frame may be chance: a random one in 256 fits its CRC.
-        if intact(message.data, frame.data_id):
+        if len(message.data) == frame.size and frame.protection.intact(message.data):
             if arrived - self._heard_at <= RIVAL_S:
                 self._until = arrived + RIVAL_S
             self._heard_at = arrived

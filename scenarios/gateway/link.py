@@ -14,6 +14,7 @@ from typing import Any
 import can
 
 from measurement.errors import BadInput
+from scenarios.gateway.database import EXTENDED
 from scenarios.gateway.framelog import FrameLog
 
 FIRST_WAIT_S, LONGEST_WAIT_S = 0.5, 8.0
@@ -41,7 +42,7 @@ class Link:
     interface, channel : str
         As python-can names them: ``socketcan`` and ``vcan0``, ``virtual`` and any name.
     ids : iterable of int
-        Identifiers to receive; where the driver can, the kernel drops all others.
+        Keys of the frames to receive; where the driver can, the kernel drops all others.
     log : FrameLog, optional
         Takes every frame sent and received.
     say : callable, optional
@@ -72,7 +73,8 @@ class Link:
         options: dict[str, Any] | None = None,
     ) -> None:
         self.interface, self.channel = interface, channel
-        self._filters = [{"can_id": i, "can_mask": 0x7FF, "extended": False} for i in sorted(ids)]
+        self._filters = [_filter(key) for key in sorted(ids)]
+        self._extended = any(one["extended"] for one in self._filters)
         self._say, self._clock, self._options = say, clock, options or {}
         self._bus: can.BusABC | None = None
         self._wait_s, self._next_try = FIRST_WAIT_S, 0.0
@@ -197,7 +199,9 @@ class Link:
             if message.arbitration_id & ERR_BUS_OFF:
                 self._lose("bus_off", "reported by the controller")
             return None
-        if message.is_extended_id or message.is_remote_frame or message.is_fd:
+        if message.is_remote_frame or message.is_fd:
+            return None
+        if message.is_extended_id and not self._extended:
             return None
         return message
 
@@ -246,6 +250,15 @@ class Link:
         if self._log is not None:
             message.channel = self.channel
             self._log.write(message)
+
+
+def _filter(key: int) -> can.typechecking.CanFilter:
+    extended = bool(key & EXTENDED)
+    return {
+        "can_id": key & ~EXTENDED,
+        "can_mask": 0x1FFFFFFF if extended else 0x7FF,
+        "extended": extended,
+    }
 
 
 def _is_junk(error: Exception) -> bool:

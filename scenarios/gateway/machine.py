@@ -5,14 +5,26 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from math import inf
+from math import inf, nan
+
+import can
 
 from scenarios.gateway.codec import Sender, Value, high_raw, name_of
-from scenarios.gateway.control import OffsetFollower
-from scenarios.gateway.database import COMPENSATOR, MACHINE, NOT_AVAILABLE, Database
+from scenarios.gateway.control import OFFSETS, OffsetFollower
+from scenarios.gateway.database import (
+    COMPENSATOR,
+    MACHINE,
+    NOT_AVAILABLE,
+    Database,
+    Substitute,
+    key_of,
+)
 from scenarios.gateway.link import Link
 from scenarios.gateway.plant import MachinePlant
+from scenarios.gateway.probes import TAKEN, ProbeSender
+from scenarios.gateway.sampling import Sampling
 from scenarios.gateway.supervision import Cycle, Reception
+from scenarios.probe_cycle import HALF_WIDTHS
 
 FAREWELLS = 3
 STALE_CYCLES = 3.5
@@ -61,26 +73,31 @@ class Ear:
         clock: Callable[[], float],
         timeout_s: float | None = None,
     ) -> None:
-        closing = database.closing(COMPENSATOR)
-        self.reception = Reception(database.of(COMPENSATOR), timeout_s)
+        frames, closing = database.of(COMPENSATOR), database.closing(COMPENSATOR)
+        self.reception: Reception | Sampling = Reception(frames, timeout_s)
+        self._words = {s.name: s for _, s in database.signals(COMPENSATOR) if s.is_enumeration}
+        self.timed = database.every_s is None
+        if self.timed:
+            self._scale = closing.signals["answered_time"].scale
+            self._wrap = 1 << closing.signals["answered_time"].bits
+            self._period = high_raw(database.signal("machine_time")) + 1
+        else:
+            # The gateway sends its frames together, if not protected so.
+            offsets = {name: Substitute() for name in OFFSETS}
+            self.reception = Sampling(frames, offsets, timeout_s, closing.key)
         self.timeout_s = timeout_s or closing.timeout_s
-        self._signals = closing.signals
-        self._scale = closing.signals["answered_time"].scale
-        self._wrap = 1 << closing.signals["answered_time"].bits
-        time = database.closing(MACHINE).signals["machine_time"]
-        self._period = high_raw(time) + 1
         self._clock = clock
         self._fresh: Cycle | None = None
         self.last: Cycle | None = None
 
     def hear(self, link: Link, until: float, time_s: float | None = None) -> bool:
         """Listen until a time, or until the answer to the readings of *time_s* [s] has come."""
-        wanted = None if time_s is None else self._answer_to(time_s)
+        wanted = self._answer_to(time_s) if time_s is not None and self.timed else None
         while True:
             # At least one look, so that what waits is taken in even by one who is late.
             message = link.receive(until - self._clock())
             if message is not None:
-                cycle = self.reception.take(message.arbitration_id, message.data, self._clock())
+                cycle = self.reception.take(key_of(message), message.data, self._clock())
                 if cycle is not None:
                     self._fresh = self.last = cycle
                     if self.says("gateway_state") in ("starting", "ready"):
@@ -111,8 +128,8 @@ class Ear:
             while the bus stood still are intact and in sequence, and yet of no use [s].
         """
         fresh, self._fresh = self._fresh, None
-        if fresh is None:
-            return None
+        if fresh is None or not self.timed:
+            return fresh
         answered = round(fresh.heartbeat["answered_time"] / self._scale)
         age = (self._answer_to(time_s) - answered) % self._wrap * self._scale
         return fresh if age <= oldest_s else None
@@ -121,7 +138,9 @@ class Ear:
         """Return what the gateway's heartbeat said last, as the DBC names it."""
         if self.last is None:
             return NOT_AVAILABLE
-        return name_of(self._signals[signal], self.last.heartbeat[signal])
+        if signal not in self._words:
+            return NOT_AVAILABLE
+        return name_of(self._words[signal], self.last.heartbeat.get(signal, nan))
 
 
 class MachineNode:
@@ -158,10 +177,13 @@ class MachineNode:
         self._plant, self._link, self._pace = plant, link, pace
         self._save, self._stopped, self._clock = save, stopped, clock
         self._sender = Sender(database, MACHINE)
-        closing = database.closing(MACHINE)
-        self._cycle_s = closing.cycle_s
-        counted = closing.signals["machine_time"]
-        self._wrap_s = (high_raw(counted) + 1) * counted.scale
+        self._probes = ProbeSender(database.events(MACHINE))
+        plant.probe_with(self._probes.names)
+        self._cycle_s = database.every_s or database.closing(MACHINE).cycle_s
+        self._wrap_s = inf
+        if database.has("machine_time"):
+            counted = database.signal("machine_time")
+            self._wrap_s = (high_raw(counted) + 1) * counted.scale
         self._lost_s = 0.0
         self.ear = Ear(database, clock, pace.timeout_s)
         self.follower = OffsetFollower(pace.hold_s)
@@ -185,6 +207,7 @@ class MachineNode:
             self._plant.record(offsets, self._heard(fresh))
             last = self._plant.done or self._stopped()
             sent_at = self._clock()
+            self._link.send(self._probe())
             self._send("running", self._plant.step_s)
             if last:
                 self.ear.hear(self._link, sent_at + self._cycle_s, time_s)
@@ -231,11 +254,22 @@ class MachineNode:
         while not self._stopped() and self._clock() < until:
             self._send("starting", 0.0)
             self.ear.hear(self._link, self._clock() + self._cycle_s)
-            if self.ear.says("bus_fault") == "machine_not_running":
+            known = self.ear.says("bus_fault") == "machine_not_running"
+            if known or (self.ear.last is not None and not self.ear.timed):
                 # It has our counters and is content with the rest. What it has sent so far
                 # belongs to no cycle of ours.
                 self.ear.taken()
                 return
+
+    def _probe(self) -> list[can.Message]:
+        """Return the frames of a probe, if one is due or waits to be taken."""
+        heard = self.ear.last.values if self.ear.last else {}
+        count = heard.get(TAKEN, nan)
+        measured = self._plant.measured([heard.get(name, nan) for name in HALF_WIDTHS])
+        if measured:
+            named = dict(zip(self._probes.names, measured, strict=True))
+            self._probes.start(named, count)
+        return self._probes.messages(self.time_s % self._wrap_s, count)
 
     def _send(self, state: str, step_s: float) -> None:
         values: dict[str, Value] = {**self._plant.readings()}

@@ -15,40 +15,28 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from math import isnan, nan
-from typing import Protocol
 
 import can
 
+from scenarios.gateway.answering import AXES, Answered, Unit, by_tool_length, half_widths
 from scenarios.gateway.codec import Sender, Value
-from scenarios.gateway.database import COMPENSATOR, MACHINE, Database
+from scenarios.gateway.database import COMPENSATOR, MACHINE, TRUST, Database, key_of
 from scenarios.gateway.judging import Judge, Rival
+from scenarios.gateway.listening import ears
+from scenarios.gateway.probes import COUNTED, ProbeEar
 from scenarios.gateway.reference import Proof, Reference
+from scenarios.gateway.sampling import Sampling, StateJudge, Substitution
 from scenarios.gateway.supervision import Cycle, Finding, Reception
 from scenarios.gateway.unit import Saved
 
 LONGEST_GAP_S = 3600.0
 """A larger jump of the machine's time is not made up for [s]."""
 FAREWELLS = 2
-AXES = ("X", "Y", "Z")
+LATE_PERIODS = 2.5
+"""Where frames come at their own pace, an answer that takes more periods than this is stale."""
 LOSSES = ("bus_off", "interface_lost")
 AFTER_LOSS = ("startup", "missing", "late", "machine_not_running")
 STARTING, READY, RUNNING, FAULT = "starting", "ready", "running", "fault"
-
-
-class Unit(Protocol):
-    """What the gateway needs of a compensator; `unit.CompensatorUnit` is one."""
-
-    inputs: list[str]
-    outputs: dict[str, float]
-    time_s: float
-
-    def step(self, values: Mapping[str, float], step_s: float) -> dict[str, float]:
-        """Take in a sample and advance."""
-        ...
-
-    def text(self) -> str:
-        """Return the status in words."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -108,6 +96,10 @@ class GatewayNode:
         As the DBC names the values of ``gateway_state``.
     machine_off : bool
         The machine has said that it is off.
+    told : dict
+        The values of the newest answer.
+    given : dict of str to float
+        What was heard for it; NaN or nothing where it was of no use.
     """
 
     def __init__(
@@ -123,26 +115,35 @@ class GatewayNode:
     ) -> None:
         self._unit, self._send, self._settings, self._say = unit, send, settings, say
         self._clock = clock
-        self.reception = Reception(database.of(MACHINE), settings.timeout_s)
         self._sender = Sender(database, COMPENSATOR)
-        closing = database.closing(MACHINE)
-        self._closing = closing
-        self._time = closing.signals["machine_time"]
-        self._answers = 1 << database.closing(COMPENSATOR).signals["answered_time"].bits
-        self._cycle_s = closing.cycle_s
-        self._timeout_s = settings.timeout_s or closing.timeout_s
+        self._closing = closing = database.closing(MACHINE)
+        self._every_s = database.every_s
         speed_up = None if settings.machine_clock else settings.speed_up
-        self._judge = Judge(closing, speed_up, self._timeout_s)
+        self.reception: Reception | Sampling
+        self._judge: Judge | StateJudge
+        self.reception, self._judge = ears(database, speed_up, settings.timeout_s)
+        self._cycle_s = database.every_s or closing.cycle_s
+        self._timeout_s = settings.timeout_s or (
+            LATE_PERIODS * self._every_s if self._every_s else closing.timeout_s
+        )
+        self._substitution = Substitution(database.substitutes)
+        self._trust = TRUST.index(database.trust)
+        self._when_invalid: dict[str, Value] = dict(database.when_invalid)
+        self._answered = Answered(database)
+        self.probes = ProbeEar(database.events(MACHINE), say)
         self._rival = Rival(database.of(COMPENSATOR))
         thermometers = [s.name for _, s in database.signals(MACHINE) if s.unit == "degC"]
         self.reference = Reference(
             settings.proof, [name for name in unit.inputs if name in thermometers]
         )
-        self._cold = database.signal("thermal_state").codes["cold"]
+        states = database.has("thermal_state") and database.signal("thermal_state").codes
+        self._cold = states["cold"] if states else None
         self._usable_at = now
         self._restored = warm is not None  # and not yet held against the machine's time
         self._lost_track = False
-        self._own_offsets = [database.signal(f"d{axis}") for axis in AXES]
+        self._own_offsets = [
+            database.signal(f"d{axis}") for axis in AXES if database.has(f"d{axis}")
+        ]
         self.begun = warm is not None
         own_clock = warm is not None and not settings.machine_clock
         self.state = STARTING
@@ -156,6 +157,8 @@ class GatewayNode:
         self._finding: Finding | None = None
         self._late_start = False
         self.machine_time_s = self._covered or 0.0
+        self.told: Mapping[str, Value] = {}
+        self.given: Mapping[str, float] = {}
         self.steps = 0
 
     # What happens
@@ -177,14 +180,19 @@ class GatewayNode:
             How long ago it arrived at this computer [s].
         """
         arrived = now - waited_s
-        if self._rival.hear(message, arrived):
+        if self._rival.hear(message, arrived) or self.probes.hear(message):
             return False
-        cycle = self.reception.take(message.arbitration_id, message.data, arrived)
+        cycle = self.reception.take(key_of(message), message.data, arrived)
         if cycle is None:
             return False
         self._on_cycle(cycle, arrived, now)
         self._deadline = now + self._timeout_s
         return True
+
+    @property
+    def patient(self) -> bool:
+        """Whether frames that wait to be read may put off what is due: one may close a cycle."""
+        return self._every_s is None
 
     def tick(self, now: float, lost: str = "") -> None:
         """Do what is due at *now* when no cycle came.
@@ -196,12 +204,16 @@ class GatewayNode:
         lost : str
             Why there is no bus, as the DBC names it; empty if there is one.
         """
+        if isinstance(self.reception, Sampling) and not lost:
+            self._look(self.reception, now)
+            return
         cycle = self.reception.silence()
         finding = cycle.finding
         if lost:
             text = lost.replace("_", " ")
             finding = Finding(lost, self._closing, text)
         self._judge.forget()
+        self.given = {}
         if self.begun:
             step_s = self._own_step(now)
             if self._covered is not None:
@@ -213,6 +225,22 @@ class GatewayNode:
             self._late_start = True
         self._answer(finding, now, usable=False, lost=lost)
         self._deadline = now + self._cycle_s
+
+    def _look(self, reception: Sampling, now: float) -> None:
+        """Take what the frames that come at their own pace have brought."""
+        cycle = reception.look(now)
+        if not (self.begun or cycle.usable) and now - self._started_at > self._settings.startup_s:
+            self._late_start = True
+        self._on_cycle(cycle, now, now)
+        assert self._every_s is not None
+        self._deadline += self._every_s
+        if self._deadline <= now:
+            self._deadline = now + self._every_s
+
+    @property
+    def reference_known(self) -> bool:
+        """Whether it is known what the drift is counted from."""
+        return self.begun and not self._lost_track
 
     def reconnected(self) -> None:
         """Forget the machine's counters: frames were lost with the bus."""
@@ -230,16 +258,23 @@ class GatewayNode:
     def _on_cycle(self, cycle: Cycle, arrived: float, now: float) -> None:
         verdict = self._judge.judge(cycle, arrived, now, begun=self.begun)
         self.machine_off = verdict.machine_state == "off"
-        if not isnan(cycle.heartbeat["machine_time"]):
+        if not isnan(cycle.heartbeat.get("machine_time", nan)):
             self.machine_time_s = cycle.heartbeat["machine_time"]
+        elif self._every_s is not None:
+            self.machine_time_s = (now - self._started_at) * self._settings.speed_up
         if verdict.machine_state == "starting":
             self.reception.renew()
         usable = verdict.usable
+        self.given = self._substitution.fill(cycle.values, now) if usable else {}
         if not self.begun and (usable or verdict.finding_is("machine_not_running")):
             self._look_for_reference(cycle, now)
         if self.begun or (usable and self.reference.known):
             self.begun = True
-            self._advance(cycle.values if usable else {}, cycle.heartbeat, now)
+            probe = {}
+            if usable:
+                step_s = cycle.values.get("machine_step", nan)
+                probe = self.probes.due(self._judge.raw, step_s, self._unit.probed)
+            self._advance({**self.given, **probe}, cycle.heartbeat, now)
         elif cycle.usable and not usable:
             # In touch, and the machine has not begun: nothing to compensate yet.
             self.state, self._late_start = READY, False
@@ -251,7 +286,7 @@ class GatewayNode:
             elapsed_s = cycle.values["machine_step"]
         self._usable_at = now
         before = self.reference.known
-        cold = cycle.values["thermal_state"] == self._cold
+        cold = cycle.values.get("thermal_state", nan) == self._cold
         if self.reference.take(cycle.values, elapsed_s, cold=cold) != before:
             known = self.reference.known or "nothing proves any more that the machine is cold"
             self._say(f"reference: {known}")
@@ -301,7 +336,7 @@ class GatewayNode:
         rival = self._rival.finding(arrived)
         if rival is not None and not lost:
             finding, usable = rival, False
-        known = self.begun and not self._lost_track
+        known = self.reference_known
         valid = usable and known and bool(outputs.get("valid", False)) and self._fits(outputs)
         if valid and self._clock is not None and self._clock() - arrived > self._timeout_s:
             text = f"the answer took {self._clock() - arrived:.3f} s"
@@ -320,11 +355,17 @@ class GatewayNode:
             "gateway_state": self.state,
             "bus_fault": kept.fault if kept else "none",
             "bus_fault_frame": kept.frame.frame_id & 0xFF if kept else 0.0,
-            "answered_time": self._judge.raw % self._answers * self._time.scale,
+            "answered_time": self._answered.value(self._judge.raw),
+            "trust": float(self._trust),
+            "probes_taken": float(self.probes.taken % COUNTED),
+            **half_widths(outputs, known=known),
         }
+        if not valid:
+            values |= self._when_invalid
         if usable and not known:
             values["status"] = "reference_unknown"
-        self._send(self._sender.messages(values | self._by_tool_length(outputs)))
+        self.told = by_tool_length(outputs, self._tool_length_mm) | values
+        self._send(self._sender.messages(self.told))
 
     def _fits(self, outputs: Mapping[str, float]) -> bool:
         """Whether the frames can carry the offsets."""
@@ -341,17 +382,3 @@ class GatewayNode:
             self._say(f"{finding.fault.replace('_', ' ')}: {finding.text}")
         if finding is not None or done:
             self._finding = finding
-
-    def _by_tool_length(self, outputs: Mapping[str, float]) -> dict[str, Value]:
-        """Return per axis the offset [um], its change with the tool length [um/m], and that [mm].
-
-        Over the tool length the offset of an axis changes by the tilt, with the opposite sign;
-        1 urad is 1 um/m. Z does not depend on it, to second order.
-        """
-        slopes = {"X": -outputs.get("yaw", nan), "Y": -outputs.get("pitch", nan), "Z": 0.0}
-        found: dict[str, Value] = {}
-        for axis in AXES:
-            found[f"d{axis}_at_tool_length"] = outputs.get(f"d{axis}", nan)
-            found[f"d{axis}_per_tool_length"] = slopes[axis]
-            found[f"d{axis}_tool_length"] = self._tool_length_mm
-        return found

@@ -14,10 +14,13 @@ from types import FrameType
 
 from measurement.errors import BadInput
 from scenarios.gateway.background import Background
-from scenarios.gateway.database import COMPENSATOR, DBC, MACHINE, Database
+from scenarios.gateway.database import COMPENSATOR, DBC, MACHINE, Database, read_database
 from scenarios.gateway.framelog import LARGEST_MB, FrameLog
 from scenarios.gateway.link import Link
+from scenarios.gateway.mapfile import map_path
+from scenarios.gateway.mapping import Mapping, read_mapping
 from scenarios.gateway.unit import options_of
+from scenarios.outputs import also_reads
 
 ROOM = 1000
 """Lines for people that may wait to be printed."""
@@ -36,7 +39,13 @@ def add_bus_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="NAME=VALUE",
         help="another setting of the interface, such as bitrate=500000",
     )
-    parser.add_argument("--dbc", type=Path, default=DBC, metavar="FILE", help="other frames")
+    parser.add_argument("--dbc", type=Path, metavar="FILE", help="other frames of the same form")
+    parser.add_argument(
+        "--map",
+        metavar="FILE",
+        help="a mapping file: frames of any form, as a control has them; or the name of one that "
+        "ships",
+    )
     parser.add_argument(
         "--log", type=Path, metavar="FILE", help="log all frames: .log (candump), .asc or .blf"
     )
@@ -77,6 +86,30 @@ def check_bus_arguments(args: argparse.Namespace) -> None:
     check_positive("--log-size", args.log_size)
 
 
+def read_frames(args: argparse.Namespace) -> tuple[Database, Mapping | None]:
+    """Return the frames of a command line, and the map that they come from, if any.
+
+    Raises
+    ------
+    BadInput
+        If the DBC file or the map cannot be read.
+    """
+    if args.map is None:
+        return read_database(args.dbc or DBC), None
+    if args.dbc is not None:
+        raise BadInput("--dbc", "", "has no meaning with --map, which names its DBC file")
+    mapping = read_mapping(map_path(args.map))
+    also_reads([mapping.path, mapping.database.path])
+    return mapping.database, mapping
+
+
+def told(problems: list[BadInput]) -> int:
+    """Print each problem of a map in a line, and return the exit code."""
+    for problem in problems:
+        print(f"spindle-drift: error: {problem}", file=sys.stderr)
+    return 2 if problems else 0
+
+
 def check_positive(name: str, value: float | None, *, zero: bool = False) -> None:
     """Refuse a number that is not above zero.
 
@@ -99,7 +132,7 @@ def new_link(
         args.interface,
         args.channel,
         # A gateway also hears whether there is another one.
-        [frame.frame_id for frame in database.frames if frame.sender in (other, COMPENSATOR)],
+        [frame.key for frame in database.frames if frame.sender in (other, COMPENSATOR)],
         args.log and FrameLog(args.log, say, args.log_size),
         say,
         options=options_of(args.option),

@@ -38,15 +38,15 @@ READINGS = (22.98, 21.12, 21.85, 21.77, 21.0, 22.09, 21.97, 21.9, 21.6, 21.72, 2
 
 def frames_text(database: Database) -> str:
     """Return the tables of frames and signals and the bus load, for a terminal."""
-    frames = _aligned(FRAME_HEAD, frame_rows(database))
-    signals = _aligned(SIGNAL_HEAD, signal_rows(database))
+    frames = aligned(FRAME_HEAD, frame_rows(database))
+    signals = aligned(SIGNAL_HEAD, signal_rows(database))
     return f"{frames}\n\n{signals}\n\n{load_text(database)}"
 
 
 def load_text(database: Database) -> str:
     """Return the bus load in a sentence."""
     rate = database.bit_rate
-    frames = sum(1.0 / frame.cycle_s for frame in database.frames)
+    frames = sum(len(frame.pages) / frame.cycle_s for frame in database.frames)
     most, least = bus_load(database), bus_load(database, stuffed=False)
     return (
         f"{len(database.frames)} frames, {frames:g} a second: at {rate / 1000:g} kbit/s a bus load "
@@ -62,8 +62,8 @@ def frame_rows(database: Database) -> list[tuple[str, ...]]:
             frame.name,
             f"0x{frame.frame_id:03X}",
             frame.sender,
-            f"{frame.cycle_s * 1e3:g} ms",
-            f"{frame.timeout_s * 1e3:g} ms",
+            "on demand" if frame.event else f"{frame.cycle_s * 1e3:g} ms",
+            " " if frame.event else f"{frame.timeout_s * 1e3:g} ms",
             f"0x{frame.data_id:04X}",
             str(frame_bits(frame.message.length)),
         )
@@ -83,7 +83,7 @@ def _signal_row(frame: Frame, signal: Signal) -> tuple[str, ...]:
     codes = signal.codes
     start = next((n for n, raw in codes.items() if raw == signal.start), "").replace("_", " ")
     plain = f"{signal.start * signal.scale + signal.offset:g}"
-    value = "named" if signal.is_enumeration else _scaling(signal)
+    value = "named" if signal.is_enumeration else scaling(signal)
     span = "named values" if signal.is_enumeration else f"{signal.low:g} to {signal.high:.10g}"
     return (
         frame.name,
@@ -97,7 +97,8 @@ def _signal_row(frame: Frame, signal: Signal) -> tuple[str, ...]:
     )
 
 
-def _scaling(signal: Signal) -> str:
+def scaling(signal: Signal) -> str:
+    """Return scale and offset as a table shows them."""
     return f"{signal.scale:g}" + (f" {signal.offset:+g}" if signal.offset else "")
 
 
@@ -186,7 +187,8 @@ def _markdown(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     return "\n".join(f"| {' | '.join(cell or ' ' for cell in line)} |" for line in lines)
 
 
-def _aligned(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+def aligned(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """Return a table for a terminal."""
     lines = [head, *rows]
     widths = [max(len(line[i]) for line in lines) for i in range(len(head))]
     return "\n".join(

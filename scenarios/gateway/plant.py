@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 from array import array
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,8 +17,10 @@ from scenarios.faults import FaultLine
 from scenarios.fmu import Port
 from scenarios.gateway.control import OFFSETS
 from scenarios.gateway.unit import Saved, StatefulSlave
+from scenarios.probe_cycle import ProbeSource
 from scenarios.scenario import Case, signal_setting
-from scenarios.wiring import TOOL_LENGTH
+from scenarios.views import rig_of
+from scenarios.wiring import PROBED, TOOL_LENGTH
 
 
 class MachinePlant:
@@ -67,6 +69,8 @@ class MachinePlant:
         if lost:
             raise BadInput(path, lost[0], "is not an input of this plant")
         self._faults = FaultLine(case.settings.faults, self._fault_names())
+        self.path = path
+        self._probe: ProbeSource | None = None
         self.point = 0
         self._recorded = recorded
         self._table = array("d")
@@ -105,6 +109,37 @@ class MachinePlant:
             self.slave.restore(saved.state)
             self.point = min(round(saved.time_s / self.step_s), self.steps)
         self._out.get()
+
+    def probe_with(self, names: Sequence[str]) -> None:
+        """Measure the scenario's probes, by the compensator's names of what is measured.
+
+        Raises
+        ------
+        BadInput
+            If the scenario asks for probes and there are no frames for them, or nothing to measure.
+        """
+        probe, source = self.case.settings.compensator.probe, str(self.case.setting.source)
+        if probe is None:
+            return
+        if not names:
+            raise BadInput(source, "compensator.probe", "no frame of the machine carries a probe")
+        targets = [name.removeprefix(f"{PROBED}_") for name in names]
+        self._probe = ProbeSource(
+            *(probe, targets, self._out.names, rig_of(self.path), source), from_start=True
+        )
+
+    def measured(self, half_widths: Sequence[float]) -> list[float]:
+        """Return what a probe at this point shows [um, urad]; empty if none is due.
+
+        Parameters
+        ----------
+        half_widths : sequence of float
+            The uncertainty that the gateway told of each axis; NaN where none [um].
+        """
+        if self._probe is None:
+            return []
+        shown = self._probe.measured(self.time_s, self._out.values, half_widths)
+        return [] if shown is None else [float(value) for value in shown]
 
     @property
     def time_s(self) -> float:

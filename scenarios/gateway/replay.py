@@ -11,8 +11,7 @@ import can
 
 from measurement.errors import BadInput
 from scenarios.gateway.codec import decode
-from scenarios.gateway.database import MACHINE, SIZE, Database, Frame
-from scenarios.gateway.e2e import intact
+from scenarios.gateway.database import MACHINE, Database, Frame, key_of
 from scenarios.gateway.framelog import LOGS
 from scenarios.gateway.link import Link
 from scenarios.gateway.machine import Ear
@@ -35,14 +34,13 @@ def recorded(path: Path, database: Database) -> list[can.Message]:
         raise BadInput(path, "", f"its ending must be one of {', '.join(LOGS)}")
     if not path.is_file():
         raise BadInput(path, "", "no such file")
-    ids = {frame.frame_id for frame in database.of(MACHINE)}
+    ids = {frame.key for frame in database.of(MACHINE)}
     try:
         with can.LogReader(str(path)) as reader:
             found = [
                 message
                 for message in reader
-                if message.arbitration_id in ids
-                and not (message.is_extended_id or message.is_error_frame)
+                if key_of(message) in ids and not message.is_error_frame
             ]
     except Exception as error:  # a damaged log makes the readers raise many kinds
         problem = " ".join(str(error).split()) or type(error).__name__
@@ -98,7 +96,7 @@ def replay(
             break
         link.send([message])
         sent += 1
-        if message.arbitration_id != closing.frame_id or len(message.data) != SIZE:
+        if key_of(message) != closing.key or len(message.data) != closing.size:
             continue
         # In step with the gateway, or a short look so that what it sends is taken in.
         patience_s, time_s = 0.0, None
@@ -111,7 +109,7 @@ def replay(
 
 def _running_time(closing: Frame, message: can.Message) -> float | None:
     """Return the time [s] of a cycle that the gateway answers as such; None for any other."""
-    if not intact(message.data, closing.data_id):
+    if not closing.protection.intact(message.data):
         return None
     values = decode(closing, message.data).values
     running = values["machine_state"] == closing.signals["machine_state"].codes["running"]

@@ -12,9 +12,11 @@ from typing import Any
 
 from measurement.errors import BadInput
 from scenarios.gateway.background import Background
+from scenarios.gateway.codec import Value
 from scenarios.gateway.database import COMPENSATOR, MACHINE, Database
 from scenarios.gateway.link import Link
 from scenarios.gateway.node import GatewayNode, Settings
+from scenarios.gateway.opcua import HallStatus
 from scenarios.gateway.unit import CompensatorUnit, StateFile, check_units
 
 LONGEST_WAIT_S = 0.25
@@ -53,6 +55,8 @@ class Service:
         Says when to end.
     say : callable
         Takes a line for people.
+    hall : HallStatus or None
+        Is told what the gateway knows.
     """
 
     database: Database
@@ -68,6 +72,7 @@ class Service:
     say: Callable[[str], None] = lambda line: None
     clock: Callable[[], float] = time.monotonic
     statuses: deque[tuple[float, int, int]] = field(default_factory=lambda: deque(maxlen=STATUSES))
+    hall: HallStatus | None = None
     node: GatewayNode | None = None
     _unsaved: bool = False
 
@@ -120,6 +125,8 @@ class Service:
             "frames": dict(node.reception.counts),
             "junk": self.link.junk,
             "statuses": list(self.statuses),
+            "trust": self.database.trust,
+            "probes": node.probes.taken,
         }
 
     def _leave(self, node: GatewayNode, state: str) -> None:
@@ -130,14 +137,25 @@ class Service:
     def _fit(self) -> None:
         carried = {signal.name: signal for _, signal in self.database.signals(MACHINE)}
         for name in self.unit.inputs:
-            if name not in carried:
+            if name not in carried and name not in self.database.substitutes:
                 problem = f"is an input of the FMU that no frame of {self.database.path} carries"
                 raise BadInput(self.fmu, name, problem)
         ambient = self.settings.proof.ambient
         if ambient and (ambient not in self.unit.inputs or carried[ambient].unit != "degC"):
             raise BadInput("--ambient", ambient, f"is no temperature that {self.fmu.name} takes")
         carried |= {signal.name: signal for _, signal in self.database.signals(COMPENSATOR)}
-        names = [*self.unit.inputs, *(name for name in self.unit.outputs if name in carried)]
+        probed = {
+            s.name: s for frame in self.database.events(MACHINE) for s in frame.signals.values()
+        }
+        lost = [name for name in self.unit.probed if name not in probed]
+        if probed and lost:
+            self.say(f"no probe can be taken: no frame carries {lost[0]}")
+        carried |= probed
+        names = [
+            name
+            for name in (*self.unit.inputs, *self.unit.probed, *self.unit.outputs)
+            if name in carried
+        ]
         check_units(self.fmu, [(n, self.unit.unit_of(n), carried[n].unit) for n in names])
 
     def _loop(
@@ -151,15 +169,35 @@ class Service:
                 node.reconnected()
             lost = bool(self.link.lost)
             closed = message is not None and node.handle(message, now, self.link.waited_s)
-            wait = 0.0 if message is None else GRACE_S
+            wait = GRACE_S if message is not None and node.patient else 0.0
             if closed:
                 self.link.trust()
             elif now >= node.deadline() + wait:
                 node.tick(now, self.link.lost)
             self._notice(node)
+            if self.hall is not None:
+                self._tell(self.hall, node, now)
             if store is not None and node.begun and now - saved_at >= self.save_every_s:
                 self._save(node, store, saver)
                 saved_at = now
+
+    def _tell(self, hall: HallStatus, node: GatewayNode, now: float) -> None:
+        told, outputs = node.told, self.unit.outputs
+        state: dict[str, Value | bool] = {
+            "valid": told.get("valid") == "valid",
+            "status": int(outputs.get("status", 0)),
+            "status_text": self.unit.text(),
+            "status_sensor": int(outputs.get("status_sensor", 0)),
+            "reference_known": node.reference_known,
+            "gateway_state": node.state,
+            "bus_fault": told.get("bus_fault", "none"),
+            "trust": self.database.trust,
+            "machine_time": node.machine_time_s,
+            "steps": node.steps,
+            "compensator": self.fmu.name,
+            "compensator_sha256": self.unit.slave.sha256,
+        }
+        hall.tell(now, node.given, outputs, state)
 
     def _over(self, node: GatewayNode, begun: float) -> bool:
         late = self.duration_s is not None and self.clock() - begun >= self.duration_s

@@ -22,8 +22,8 @@ from dataclasses import dataclass, field
 from math import nan
 
 from scenarios.gateway.codec import Problem, decode
-from scenarios.gateway.database import SIZE, Frame
-from scenarios.gateway.e2e import COUNTERS, counter_of, intact
+from scenarios.gateway.database import Frame
+from scenarios.gateway.e2e import COUNTERS, counter_of
 
 FORWARD = COUNTERS // 2
 """A counter that is ahead by up to this means lost frames; by more, an old frame."""
@@ -79,9 +79,10 @@ class _Watch:
 
     def take(self, data: bytes | bytearray, now: float) -> str:
         """Judge one frame; return ``good``, or the fault."""
-        if len(data) != SIZE:
-            return self._reject("wrong_length", f"has {len(data)} bytes instead of {SIZE}")
-        if not intact(data, self.frame.data_id):
+        size = self.frame.size
+        if len(data) != size:
+            return self._reject("wrong_length", f"has {len(data)} bytes instead of {size}")
+        if not self.frame.protection.intact(data):
             return self._reject("bad_crc", "does not fit its CRC")
         self.heard = True
         fault = self._sequence(counter_of(data), now)
@@ -184,7 +185,7 @@ class Reception:
 
     def __init__(self, frames: Sequence[Frame], timeout_s: float | None = None) -> None:
         self._frames, self._timeout_s = tuple(frames), timeout_s
-        self._closing = frames[-1].frame_id
+        self._closing = frames[-1].key
         self.counts: Counter[str] = Counter()
         self._nothing = dict.fromkeys((name for frame in frames for name in frame.signals), nan)
         self.reset()
@@ -192,19 +193,18 @@ class Reception:
     def reset(self) -> None:
         """Forget the counters: the next frame of each kind is taken as the first."""
         self._watches = {
-            frame.frame_id: _Watch(frame, self._timeout_s or frame.timeout_s)
-            for frame in self._frames
+            frame.key: _Watch(frame, self._timeout_s or frame.timeout_s) for frame in self._frames
         }
 
-    def take(self, frame_id: int, data: bytes | bytearray, now: float) -> Cycle | None:
+    def take(self, key: int, data: bytes | bytearray, now: float) -> Cycle | None:
         """Judge a frame that arrived at *now* [s]; return the cycle if this closes it."""
-        watch = self._watches.get(frame_id)
+        watch = self._watches.get(key)
         if watch is None:
             self.counts["foreign"] += 1
             return None
         fault = watch.take(data, now)
         self.counts[fault] += 1
-        closes = frame_id == self._closing and fault in ("good", "late", "missing")
+        closes = key == self._closing and fault in ("good", "late", "missing")
         return self._close(silent=False) if closes else None
 
     def renew(self) -> None:

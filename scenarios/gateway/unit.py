@@ -186,7 +186,9 @@ class CompensatorUnit:
     Attributes
     ----------
     inputs : list of str
-        The real inputs of the FMU, without those for a probe: no frame carries them.
+        The real inputs of the FMU, without those for a probe.
+    probed : list of str
+        Those for a probe, without the flag.
     outputs : dict of str to float
         Every output but texts, by name; ``valid`` and the status are numbers.
     time_s : float
@@ -203,6 +205,10 @@ class CompensatorUnit:
         named = self.slave.names("input")
         self.inputs = [name for name in named if not name.startswith(PROBED)]
         self._in = Port(self.slave, self.inputs)
+        self.probed = [name for name in named if name.startswith(f"{PROBED}_")]
+        self._probe = Port(self.slave, self.probed)
+        flag = [PROBED] if self.probed else []
+        self._flag = Port(self.slave, flag, "Boolean")
         kinds = ("Real", "Integer", "Boolean")
         self._ports = [Port(self.slave, self.slave.names("output", k), k) for k in kinds]
         self._texts = self.slave.names("output", "String")
@@ -227,6 +233,8 @@ class CompensatorUnit:
     def step(self, values: Mapping[str, float], step_s: float) -> dict[str, float]:
         """Take in one sample, NaN for what is missing, and advance by *step_s* [s].
 
+        A probe counts where *values* holds all of it.
+
         Raises
         ------
         FmuError
@@ -234,6 +242,13 @@ class CompensatorUnit:
         """
         self._in.values[:] = [values.get(name, nan) for name in self.inputs]
         self._in.set()
+        if self.probed:
+            measured = all(name in values for name in self.probed)
+            self._flag.values[0] = measured
+            self._flag.set()
+            if measured:
+                self._probe.values[:] = [values[name] for name in self.probed]
+                self._probe.set()
         self.slave.step(self.time_s, step_s)
         self.time_s += step_s
         self._read()
@@ -272,9 +287,13 @@ def check_units(source: Path, pairs: Sequence[tuple[str, str, str]]) -> None:
     BadInput
         For the first that differs.
     """
-    for name, own, bus in pairs:
-        if own and bus and own != bus:
-            raise BadInput(source, name, f"is in {own}; the frames carry it in {bus}")
+    for name, own, bus in units_that_differ(pairs):
+        raise BadInput(source, name, f"is in {own}; the frames carry it in {bus}")
+
+
+def units_that_differ(pairs: Sequence[tuple[str, str, str]]) -> list[tuple[str, str, str]]:
+    """Return those pairs whose units are given and differ; see `check_units`."""
+    return [(name, own, bus) for name, own, bus in pairs if own and bus and own != bus]
 
 
 def options_of(texts: Sequence[str]) -> dict[str, Any]:

@@ -34,7 +34,11 @@ PYTEST = [
 ]
 SHARES = [
     ("tests/gateway/test_vcan.py", "tests/gateway/test_wire.py"),
-    ("tests/gateway/test_processes.py", "tests/gateway/test_robust.py"),
+    (
+        "tests/gateway/test_processes.py",
+        "tests/gateway/test_robust.py",
+        "tests/gateway/test_maps.py",
+    ),
 ]
 """Files that hold tests marked vcan."""
 SYSTEM_PATH = "/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin"

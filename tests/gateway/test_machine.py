@@ -56,6 +56,12 @@ class Plant:
     def readings(self) -> dict[str, float]:
         return {}
 
+    def probe_with(self, names: Any) -> None:
+        """No probes."""
+
+    def measured(self, half_widths: Any) -> list[float]:
+        return []
+
     def record(self, offsets: Any, extra: Any) -> None:
         """Nothing to keep."""
 

@@ -1,0 +1,214 @@
+"""The OPC UA server, a process of its own: what the gateway tells on standard input, to be read.
+
+The gateway writes a line of JSON now and then: values, or an event. This process shows them and
+takes nothing from its clients: it has no writable variable and no method, and its rules refuse the
+services that would change anything. It ends when standard input does. It prints ``ready``, or why
+it cannot go on, for the gateway's log.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import json
+import logging
+import math
+import os
+import sys
+import time
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from asyncua import Server, ua
+from asyncua.common.node import Node
+from asyncua.crypto.permission_rules import SimpleRoleRuleset, User, UserRole
+from asyncua.crypto.truststore import TrustStore
+from asyncua.crypto.validator import CertificateValidator, CertificateValidatorOptions
+from asyncua.server.user_managers import UserManager
+
+NAMESPACE = "https://spindle-drift.invalid/gateway"
+STALE_S = 3.0
+"""Without news from the gateway for so long, nothing is known any more [s]."""
+CHANGING = (
+    ua.ObjectIds.WriteRequest_Encoding_DefaultBinary,
+    ua.ObjectIds.CallRequest_Encoding_DefaultBinary,
+    ua.ObjectIds.HistoryUpdateRequest_Encoding_DefaultBinary,
+)
+POLICIES = [
+    ua.SecurityPolicyType.Basic256Sha256_SignAndEncrypt,
+    ua.SecurityPolicyType.Aes128Sha256RsaOaep_SignAndEncrypt,
+    ua.SecurityPolicyType.Aes256Sha256RsaPss_SignAndEncrypt,
+]
+Value = float | int | bool | str
+STARTS: dict[str, Value] = {"bool": False, "int": 0, "text": ""}
+
+
+class Reading(SimpleRoleRuleset):
+    """Lets clients read, browse and subscribe, and nothing else."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._changing = {ua.NodeId(number) for number in CHANGING}
+
+    def check_validity(self, user: User, action_type: ua.NodeId, body: object) -> bool:
+        """Return whether a service may be used."""
+        if action_type in self._changing:
+            return False
+        return bool(super().check_validity(user, action_type, body))
+
+
+class Readers(UserManager):
+    """Everybody who gets in is a reader; there are no administrators."""
+
+    def get_user(self, *args: object, **named: object) -> User:
+        """Return a reader."""
+        return User(role=UserRole.User)
+
+
+class Status:
+    """The address space: a folder of variables, and events.
+
+    Parameters
+    ----------
+    server : Server
+        Initialised.
+    index : int
+        The namespace's number.
+    """
+
+    def __init__(self, server: Server, index: int) -> None:
+        self._server, self._index = server, index
+        self._nodes: dict[str, tuple[Node, ua.VariantType]] = {}
+        self._heard_at = time.monotonic()
+        self._stale = False
+
+    async def make(self, title: str, variables: dict[str, dict[str, str]]) -> None:
+        """Make the variables: per group their names and units.
+
+        Parameters
+        ----------
+        title : str
+            What the folder is called.
+        variables : dict
+            Group, name, unit; a unit of ``bool``, ``int`` or ``text`` is a type without a unit.
+        """
+        top = await self._server.nodes.objects.add_object(self._index, title)
+        for group, names in variables.items():
+            folder = await top.add_folder(self._index, group)
+            for name, unit in names.items():
+                kind = {
+                    "bool": ua.VariantType.Boolean,
+                    "int": ua.VariantType.Int64,
+                    "text": ua.VariantType.String,
+                }.get(unit, ua.VariantType.Double)
+                code = ua.StatusCode(ua.StatusCodes.BadWaitingForInitialData)
+                start = STARTS.get(unit, math.nan)
+                node = await folder.add_variable(self._index, f"{group}.{name}", start, kind)
+                await node.write_attribute(
+                    ua.AttributeIds.DisplayName,
+                    ua.DataValue(ua.Variant(ua.LocalizedText(name), ua.VariantType.LocalizedText)),
+                )
+                if kind == ua.VariantType.Double:
+                    await node.add_property(
+                        *(ua.NodeId(0, self._index), ua.QualifiedName("EngineeringUnits", 0)),
+                        ua.EUInformation(DisplayName=ua.LocalizedText(unit)),
+                    )
+                await node.write_value(ua.DataValue(StatusCode=code))
+                self._nodes[f"{group}.{name}"] = node, kind
+        self._events = await self._server.get_event_generator()
+
+    async def show(self, values: dict[str, Value | None]) -> None:
+        """Show values; None is a value that there is none of."""
+        self._heard_at, self._stale = time.monotonic(), False
+        now = datetime.now(UTC).replace(tzinfo=None)
+        for name, value in values.items():
+            node, kind = self._nodes[name]
+            if value is None:
+                data = ua.DataValue(StatusCode=ua.StatusCode(ua.StatusCodes.BadNoData))
+            else:
+                data = ua.DataValue(ua.Variant(value, kind), SourceTimestamp=now)
+            await node.write_value(data)
+
+    async def event(self, text: str, severity: int) -> None:
+        """Send an event to whoever has subscribed."""
+        self._events.event.Message = ua.LocalizedText(text)
+        self._events.event.Severity = severity
+        await self._events.trigger()
+
+    async def watch(self) -> None:
+        """Call everything unknown when the gateway stands still."""
+        while True:
+            await asyncio.sleep(0.5)
+            if not self._stale and time.monotonic() - self._heard_at > STALE_S:
+                self._stale = True
+                code = ua.StatusCode(ua.StatusCodes.BadNoCommunication)
+                for node, _ in self._nodes.values():
+                    await node.write_value(ua.DataValue(StatusCode=code))
+                await self.event("the gateway stands still", 900)
+
+
+async def serve(told: dict[str, Any]) -> None:
+    """Serve until standard input ends.
+
+    Parameters
+    ----------
+    told : dict
+        The first line: url, title, variables; and certificate, key and trust or None.
+    """
+    server = Server(user_manager=Readers())
+    await server.init()
+    server.set_endpoint(told["url"])
+    server.set_server_name("spindle-drift gateway")
+    server.set_identity_tokens([ua.AnonymousIdentityToken])
+    await _secure(server, told)
+    index = await server.register_namespace(NAMESPACE)
+    status = Status(server, index)
+    await status.make(told["title"], told["variables"])
+    async with server:
+        print("ready", flush=True)
+        watch = asyncio.create_task(status.watch())
+        try:
+            while line := await asyncio.to_thread(sys.stdin.readline):
+                news = json.loads(line)
+                if "values" in news:
+                    await status.show(news["values"])
+                if "event" in news:
+                    await status.event(news["event"], news["severity"])
+        finally:
+            watch.cancel()
+
+
+async def _secure(server: Server, told: dict[str, Any]) -> None:
+    if told["certificate"] is None:
+        server.set_security_policy([ua.SecurityPolicyType.NoSecurity], Reading())
+        return
+    server.set_security_policy(POLICIES, Reading())
+    await server.load_certificate(told["certificate"])
+    await server.load_private_key(told["key"])
+    store = TrustStore([Path(told["trust"])], [])
+    await store.load()
+    options = (
+        CertificateValidatorOptions.TIME_RANGE
+        | CertificateValidatorOptions.TRUSTED
+        | CertificateValidatorOptions.PEER_CLIENT
+    )
+    server.set_certificate_validator(CertificateValidator(options, store).validate)
+
+
+def main() -> int:
+    """Serve; return 1 and print a line if that cannot be."""
+    # The gateway comes first: this process only takes what is left of the computer.
+    with contextlib.suppress(AttributeError, OSError):
+        os.nice(5)
+    logging.disable(logging.CRITICAL)
+    try:
+        asyncio.run(serve(json.loads(sys.stdin.readline())))
+    except Exception as error:  # asyncua raises many kinds
+        print(f"{type(error).__name__}: {' '.join(str(error).split())}", flush=True)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,420 @@
+"""Maps: any control's frames under the gateway's own names, and what is wrong with a map."""
+
+from __future__ import annotations
+
+import contextlib
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from math import nan
+from pathlib import Path
+
+import can
+import cantools
+import numpy as np
+import pytest
+
+from measurement.errors import BadInput
+from measurement.runs import read_run
+from scenarios.gateway.codec import Sender, Value
+from scenarios.gateway.database import COMPENSATOR, MACHINE, Database, key_of
+from scenarios.gateway.mapcheck import problems_of
+from scenarios.gateway.mapfile import MAPS, map_path
+from scenarios.gateway.mapping import read_mapping
+from scenarios.gateway.node import Settings
+from scenarios.gateway.reference import Proof
+from scenarios.gateway.sampling import Sampling
+from scenarios.gateway.unit import CompensatorUnit
+from tests.gateway.bench import WARM, Bench
+from tests.gateway.bus import Program, gateway_thread, programs
+from tests.gateway.conftest import Wire
+
+COLD = Settings(proof=Proof(said=True))
+BUILDER = MAPS / "machine_builder.toml"
+
+
+@pytest.fixture(scope="module")
+def shipped() -> Database:
+    """The shipped layout, by its map."""
+    return read_mapping(map_path("spindle_drift")).database
+
+
+@pytest.fixture(scope="module")
+def builder() -> Database:
+    """The machine-tool builder's frames."""
+    mapping = read_mapping(map_path("machine_builder"))
+    assert not mapping.problems
+    return mapping.database
+
+
+@pytest.fixture
+def edited(tmp_path: Path) -> Callable[..., Path]:
+    """Makes a copy of the builder's map with some text in place of other text."""
+    shutil.copy(MAPS / "machine_builder.dbc", tmp_path)
+
+    def edit(*changes: tuple[str, str]) -> Path:
+        text = BUILDER.read_text(encoding="utf-8")
+        for old, new in changes:
+            assert old in text
+            text = text.replace(old, new)
+        path = tmp_path / "map.toml"
+        path.write_text(text, encoding="utf-8")
+        return path
+
+    return edit
+
+
+# The shipped layout as a map
+
+
+def test_the_shipped_map_has_every_frame_and_signal(shipped: Database, database: Database) -> None:
+    assert shipped.trust == database.trust == "protected"
+    for one, other in zip(shipped.frames, database.frames, strict=True):
+        assert (one.name, one.key, one.data_id) == (other.name, other.key, other.data_id)
+        assert (one.cycle_s, one.timeout_s, one.cycles) == (
+            *(other.cycle_s, other.timeout_s, other.cycles),
+        )
+        assert set(one.signals) == set(other.signals)
+        for name, signal in one.signals.items():
+            plain = other.signals[name]
+            assert (signal.scale, signal.offset, signal.low) == (
+                *(plain.scale, plain.offset, plain.low),
+            )
+            assert signal.unit == plain.unit
+
+
+@pytest.mark.parametrize("node", [MACHINE, COMPENSATOR])
+def test_the_shipped_map_sends_the_same_bytes(
+    shipped: Database, database: Database, node: str
+) -> None:
+    random = np.random.default_rng(5)
+    senders = [Sender(one, node) for one in (shipped, database)]
+    for _ in range(500):
+        values: dict[str, Value] = {}
+        for _, signal in database.signals(node):
+            if shipped.signal(signal.name).is_enumeration:
+                values[signal.name] = str(random.choice(list(signal.codes)))
+            else:
+                far = random.uniform(-0.1, 1.1)
+                values[signal.name] = signal.low + far * (signal.high - signal.low)
+                if random.random() < 0.1:
+                    values[signal.name] = float(random.choice([nan, np.inf]))
+        values.pop("answered_time", None)  # it has no code for what is missing
+        one, other = (sender.messages(values) for sender in senders)
+        assert [(m.arbitration_id, m.data) for m in one] == [
+            (m.arbitration_id, m.data) for m in other
+        ]
+
+
+def test_the_gateway_does_the_same_by_the_shipped_map(
+    shipped: Database, database: Database, new_unit: Callable[[], CompensatorUnit]
+) -> None:
+    benches = [Bench(one, new_unit()) for one in (shipped, database)]
+    random = np.random.default_rng(7)
+    for bench in benches:
+        bench.settle(WARM)
+    for k in range(400):
+        at, kind = int(random.integers(0, 6)), int(random.integers(0, 12))
+        values: dict[str, Value] = {**WARM, "T4": 26.0 + 0.001 * k, "T7": [20.0, nan][k % 50 == 0]}
+
+        def change(
+            messages: list[can.Message], at: int = at, kind: int = kind
+        ) -> list[can.Message]:
+            if kind == 0:
+                return [*messages[:at], *messages[at + 1 :]]
+            if kind == 1:
+                return [*messages[: at + 1], *messages[at:]]
+            if kind == 2:
+                messages[at].data[3] ^= 4
+            return messages
+
+        for bench in benches:
+            bench.cycle(values, change)
+    one, other = benches
+    assert one.answers == other.answers
+    assert {answer["valid"] for answer in one.answers} == {"valid", "invalid"}
+    assert len({answer["bus_fault"] for answer in one.answers}) > 4
+
+
+# A machine-tool builder's frames
+
+
+class Builder:
+    """A control that knows only its own DBC file and cantools."""
+
+    def __init__(self) -> None:
+        self.dbc = cantools.database.load_file(MAPS / "machine_builder.dbc")
+
+    def message(self, name: str, **values: float) -> can.Message:
+        """Return a frame of that name."""
+        frame = self.dbc.get_message_by_name(name)
+        return can.Message(
+            arbitration_id=frame.frame_id,
+            is_extended_id=frame.is_extended_frame,
+            data=frame.encode(values, strict=False),
+        )
+
+    def messages(
+        self, temperature: float = 20.0, mode: int = 2, **more: float
+    ) -> list[can.Message]:
+        """Return all pages of temperatures, the status and the tool."""
+        found = []
+        for page in range(4):
+            names = [f"Tmp{n:02d}" for n in range(3 * page + 1, min(3 * page + 4, 12))]
+            readings = {name: more.get(name, temperature) for name in names}
+            found.append(self.message("SPN_TEMP", TmpPage=page, **readings))
+        status = {"SpnSpeed": -3000.0, "SpnLoad": 0.0, "OpMode": mode}
+        found.append(self.message("SPN_STATUS", **status))
+        return [*found, self.message("TOOL_DATA", ToolLength=150.0, ToolNumber=1)]
+
+    def read(self, message: can.Message) -> dict[str, float]:
+        """Return what a frame holds."""
+        frame = self.dbc.get_message_by_frame_id(message.arbitration_id)
+        content = frame.decode(bytes(message.data), decode_choices=False)
+        return {name: float(value) for name, value in content.items()}
+
+
+WARMED = {"Tmp01": 24.0, "Tmp04": 26.0}
+"""As `bench.WARM`."""
+
+
+def test_the_builders_signals_are_those_of_its_dbc_file(builder: Database) -> None:
+    control = Builder()
+    reception = Sampling(builder.of(MACHINE))
+    for message in control.messages(21.5, Tmp05=-7.3, Tmp11=-3276.8):
+        reception.take(key_of(message), message.data, 1.0)
+    look = reception.look(1.0)
+    assert look.usable
+    assert look.values["T1"] == pytest.approx(21.5)
+    assert look.values["T5"] == pytest.approx(-7.3)
+    assert np.isnan(look.values["T11"])
+    assert look.finding is not None
+    assert look.finding.fault == "not_available_value"
+    assert look.values["speed"] == -3000.0
+    assert look.values["tool_length"] == pytest.approx(150.0)
+    sent = Sender(builder, COMPENSATOR).messages({"dX": 12.34, "dZ": -56.7, "valid": "valid"})
+    assert [m.is_extended_id for m in sent] == [True, True]
+    offsets = control.read(sent[0])
+    # In millimetres, with the opposite sign, in steps of 0.1 um.
+    assert offsets["OfsX"] == pytest.approx(-0.0123)
+    assert offsets["OfsZ"] == pytest.approx(0.0567)
+    assert offsets["OfsY"] == pytest.approx(-3.2768)
+    assert offsets["OfsOk"] == 1.0
+
+
+def test_the_pages_that_the_gateway_sends_are_the_builders(builder: Database) -> None:
+    control = Builder()
+    values: dict[str, Value] = {f"T{n}": 20.0 + n for n in range(1, 12)}
+    messages = Sender(builder, MACHINE).messages(values | {"machine_state": "running"})
+    found: dict[str, float] = {}
+    for message in messages:
+        found |= control.read(message)
+    assert {found[f"Tmp{n:02d}"] for n in range(1, 12)} == {20.0 + n for n in range(1, 12)}
+    assert found["OpMode"] == 2
+
+
+def test_a_builders_machine_is_compensated(wire: Wire, builder: Database, quick_fmu: Path) -> None:
+    """The same offsets as by the shipped frames, to the resolution of these."""
+    control = Builder()
+    with (
+        gateway_thread(wire, builder, quick_fmu, COLD) as service,
+        contextlib.closing(_Bus(wire)) as bus,
+    ):
+        assert _until(bus, control, lambda o, s: o["OfsOk"] == 1.0, control.messages())
+        done = _until(
+            bus, control, lambda o, s: o["OfsOk"] == 1.0 and s["CmpState"] == 0, _Warm(control)
+        )
+        offsets, status = done[-1]
+        assert status["CmpTrust"] == 0
+        outputs = service.unit.outputs
+        for axis in "XYZ":
+            assert offsets[f"Ofs{axis}"] * -1e3 == pytest.approx(outputs[f"d{axis}"], abs=0.6)
+        # A page that comes no more is noticed, though the others do.
+        less = [m for m in control.messages(**WARMED) if m.data[0] != 1 or m.arbitration_id != 801]
+        assert _until(bus, control, lambda o, s: o["OfsOk"] == 0 and s["CmpFault"] == 3, less)
+        # And so is a machine that does not run.
+        setup = control.messages(mode=3, **WARMED)
+        assert _until(bus, control, lambda o, s: s["CmpFault"] in (9, 15), setup)
+
+
+class _Warm(list[can.Message]):
+    """The frames of a machine whose temperatures have risen."""
+
+    def __init__(self, control: Builder) -> None:
+        super().__init__(control.messages(Tmp01=20.4, Tmp04=20.4))
+
+
+class _Bus:
+    def __init__(self, wire: Wire) -> None:
+        self.bus = wire.open()
+
+    def close(self) -> None:
+        self.bus.shutdown()
+
+
+def _until(
+    bus: _Bus,
+    control: Builder,
+    wanted: Callable[[dict[str, float], dict[str, float]], bool],
+    messages: list[can.Message],
+    cycles: int = 150,
+) -> list[tuple[dict[str, float], dict[str, float]]]:
+    """Send the same frames every 50 ms until the answer is as wanted; fail if it never is."""
+    found: list[tuple[dict[str, float], dict[str, float]]] = []
+    offsets: dict[str, float] = {}
+    for _ in range(cycles):
+        for message in messages:
+            bus.bus.send(message)
+        while (message := bus.bus.recv(0.05)) is not None:
+            if not message.is_extended_id:
+                continue
+            content = control.read(message)
+            offsets |= content
+            if "CmpState" in content and "OfsOk" in offsets:
+                found.append((dict(offsets), content))
+                if wanted(*found[-1]):
+                    return found
+    raise AssertionError(f"not seen; the last answer is {found[-1] if found else 'none'}")
+
+
+@pytest.fixture
+def start(tmp_path: Path) -> Iterator[Callable[..., Program]]:
+    """Starts commands in processes."""
+    with programs(tmp_path) as starter:
+        yield starter
+
+
+def test_both_commands_run_by_a_map(
+    shared_wire: Wire, fmu_folder: Path, tmp_path: Path, start: Callable[..., Program]
+) -> None:
+    bus = [*shared_wire.arguments(), "--fmu-dir", fmu_folder, "--map", "machine_builder"]
+    run = tmp_path / "run.csv"
+    gateway = start("gateway", *bus, "--cold-start", "--speed-up", 10, "--until-off", "--json")
+    machine = start(
+        *("machine", "step_speed", *bus, "--speed-up", 10, "--out", run),
+        *("--set", "duration_s=60", "--set", "signals.speed=9000"),
+    )
+    assert machine.wait() == 0, machine.text()
+    assert gateway.wait() == 0, gateway.text()
+    assert "SPN_TEMP has no protection" in gateway.text()
+    assert '"trust": "none"' in gateway.text()
+    table = read_run(run).frame
+    assert table["valid_1"].mean() > 0.7
+    assert abs(table["dZ_um"].iloc[-1]) > 0.3
+
+
+# What is wrong with a map
+
+WRONG = [
+    ("SPN_STATUS.SpnSpeed", "SPN_STATUS.Speed", "inputs.speed: SPN_STATUS has no signal Speed"),
+    ("SPN_STATUS.SpnSpeed", "SPINDLE.Speed", "machine_builder.dbc has no frame SPINDLE"),
+    ('T3 = { signal = "SPN_TEMP.Tmp03", unit = "degC"', 'T3 = { signal = "SPN_TEMP.Tmp03"', "C: c"),
+    (
+        'speed = "SPN_STATUS.SpnSpeed"',
+        'speed = { signal = "SPN_STATUS.SpnSpeed", unit = "mm" }',
+        "inputs.speed: mm: cannot be converted to rpm",
+    ),
+    ("SPN_TEMP.Tmp02", "SPN_TEMP.Tmp01", "SPN_TEMP.Tmp01 is inputs.T1 already"),
+    (
+        'speed = "SPN_STATUS.SpnSpeed"',
+        'speed = ["SPN_STATUS.SpnSpeed", "SPN_STATUS.SpnLoad"]',
+        "inputs.speed: has two signals",
+    ),
+    ('speed = "SPN_STATUS.SpnSpeed"\n', "", "inputs.speed: is missing: the compensator takes it"),
+    (
+        '"CMP_OFFSET.OfsZ", factor = -1',
+        '"CMP_OFFSET.OfsZ", factor = -1, unit = "nm"',
+        "outputs.dZ: carries -0.00327",
+    ),
+    ("factor = -1, missing_raw = -32768", "missing_raw = 99999", "outside the raw values"),
+    ('TOOL_DATA = { protection = "none", late_after_ms = 2500 }\n', "", "TOOL_DATA: is missing"),
+    ('"none", late_after_ms = 500 }', '"none" }', "late_after_ms: is missing"),
+    ("CMP_STATUS.CmpTrust", "SPN_STATUS.SpnLoad", "outputs.trust: SPN_STATUS holds inputs and"),
+    (
+        'CMP_STATUS = { protection = "none" }',
+        'CMP_STATUS = { protection = "none" }\nDRV_CURRENT = { protection = "none" }',
+        "frames.DRV_CURRENT: is of no use",
+    ),
+    ("running = 2", "run = 2", "inputs.machine_state: values: run is none of"),
+    ("running = 2", "stopping = 2", "inputs.machine_state: values: has no running"),
+    ('"none", late_after_ms = 3000', '"crc8_autosar", late_after_ms = 3000', "no signal crc"),
+    (
+        '"none", late_after_ms = 3000',
+        '"crc8_autosar", check = "TmpPage", counter = "no", counter_values = 4, late_after_ms = 9',
+        "frames.SPN_TEMP: counter: there is no signal no",
+    ),
+    (
+        'SPN_STATUS = { protection = "none"',
+        'SPN_STATUS = { protection = "crc8_autosar", check = "SpnLoad"',
+        "frames.SPN_STATUS: check: SpnLoad must fill 1 whole bytes",
+    ),
+    ('frames = "sampled"', 'frames = "together"', "needs every_ms, and every_ms"),
+    (
+        "machine_state = { signal",
+        'machine_time = "SPN_STATUS.SpnLoad"\nmachine_state = { signal',
+        "inputs.machine_time: % : cannot",
+    ),
+    (
+        'valid = { signal = "CMP_OFFSET.OfsOk", values = { invalid = 0, valid = 1 } }\n',
+        "",
+        "outputs.dX: no signal says whether it is valid",
+    ),
+    (
+        'status = "CMP_STATUS.CmpState"',
+        'status = { signal = "CMP_STATUS.CmpState", values = { ok = 0 } }',
+        "outputs.status: values: lacks waiting, or a value named other",
+    ),
+    ("trust = ", "sunshine = ", "outputs.sunshine: is nothing that the compensator or gateway"),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "told"), WRONG, ids=[told[:40] for *_, told in WRONG])
+def test_what_is_wrong_with_a_map_is_told_in_a_line(
+    edited: Callable[..., Path], quick_fmu: Path, old: str, new: str, told: str
+) -> None:
+    path = edited((old, new))
+    try:
+        lines = [str(problem) for problem in problems_of(read_mapping(path), quick_fmu)]
+    except BadInput as error:
+        lines = [str(error)]
+    assert lines
+    assert all("\n" not in line and line.startswith(str(path)) for line in lines)
+    pattern = re.escape(told).replace(r"%\ :", "%:")
+    assert any(re.search(pattern, line) for line in lines), lines
+
+
+def test_all_problems_are_told_before_anything_is_sent(
+    edited: Callable[..., Path], quick_fmu: Path
+) -> None:
+    path = edited(
+        ("SPN_STATUS.SpnSpeed", "SPN_STATUS.Speed"),
+        ("SPN_TEMP.Tmp02", "SPN_TEMP.Tmp01"),
+        ("CMP_OFFSET.OfsY", "CMP_OFFSET.OfsQ"),
+    )
+    for more in (["--frames"], []):
+        command = ["gateway", "--map", str(path), "--compensator", str(quick_fmu), *more]
+        command += ["--interface", "virtual", "--channel", "nobody"]
+        done = subprocess.run(
+            [sys.executable, "-m", "scenarios.cli", *command],
+            capture_output=True,
+            text=True,
+            check=False,
+            timeout=60,
+        )
+        assert done.returncode == 2
+        assert len(done.stderr.splitlines()) == 3, done.stderr
+        assert ("SPN_TEMP" in done.stdout) == bool(more)
+
+
+@pytest.mark.parametrize("name", ["machine_builder", "spindle_drift"])
+def test_a_shipped_map_fits_the_shipped_compensator(name: str, fmu_folder: Path) -> None:
+    mapping = read_mapping(map_path(name))
+    assert problems_of(mapping, fmu_folder / "compensator.fmu") == []
+
+
+def test_an_answer_says_how_far_its_inputs_are_protected(builder: Database) -> None:
+    mapping = read_mapping(map_path("machine_builder"))
+    assert builder.trust == "none"
+    assert len(mapping.unprotected()) == 3

@@ -1,0 +1,393 @@
+"""The status for the hall, read by a real OPC UA client."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import json
+import os
+import signal
+import socket
+import time
+from collections.abc import Callable, Coroutine, Iterator
+from pathlib import Path
+from typing import Any, TypeVar
+
+import pytest
+
+from measurement.errors import BadInput
+from scenarios.gateway.database import Database
+from scenarios.gateway.node import Settings
+from scenarios.gateway.opcua import (
+    Security,
+    checked_url,
+    hall_status,
+    security_of,
+)
+from scenarios.gateway.serving import Service
+from scenarios.gateway.unit import CompensatorUnit
+from tests.gateway.bus import Control, Program, gateway_thread, programs
+from tests.gateway.conftest import Wire, new_wire
+
+asyncua = pytest.importorskip("asyncua")
+from asyncua import Client  # noqa: E402
+from asyncua.crypto.cert_gen import setup_self_signed_certificate  # noqa: E402
+from asyncua.crypto.security_policies import SecurityPolicyBasic256Sha256  # noqa: E402
+from asyncua.ua.uaerrors import UaError  # noqa: E402
+from cryptography.x509.oid import ExtendedKeyUsageOID  # noqa: E402
+
+CLOCK = Settings(machine_clock=True, timeout_s=2.0)
+MILD = {"T1": 20.4, "T4": 20.4}
+NAMESPACE = "https://spindle-drift.invalid/gateway"
+T = TypeVar("T")
+
+
+def free_url(host: str = "127.0.0.1") -> str:
+    """Return a URL with a port that nobody uses."""
+    with socket.socket() as probe:
+        probe.bind((host, 0))
+        return f"opc.tcp://{host}:{probe.getsockname()[1]}/spindle-drift"
+
+
+def patiently(work: Callable[[], Coroutine[Any, Any, T]], timeout_s: float = 90.0) -> T:
+    """Return what a client gets, as soon as the server is there."""
+    until = time.monotonic() + timeout_s
+    while True:
+        try:
+            return asyncio.run(work())
+        except (OSError, TimeoutError, ConnectionError, UaError):
+            if time.monotonic() > until:
+                raise
+            time.sleep(0.3)
+
+
+async def found(client: Client, name: str) -> Any:
+    """Return a variable of the gateway."""
+    index = await client.get_namespace_index(NAMESPACE)
+    group = name.partition(".")[0]
+    path = ["0:Objects", f"{index}:Gateway", f"{index}:{group}", f"{index}:{name}"]
+    return await client.nodes.root.get_child(path)
+
+
+async def value_of(client: Client, name: str) -> Any:
+    """Return a value, None if its status is bad."""
+    data = await (await found(client, name)).read_data_value(raise_on_bad_status=False)
+    return data.Value.Value if data.StatusCode.is_good() else None
+
+
+class Hall:
+    """A gateway with a hall status, and a control."""
+
+    def __init__(self, service: Service, control: Control, url: str, said: list[str]) -> None:
+        self.service, self.control, self.url, self.said = service, control, url, said
+
+
+@contextlib.contextmanager
+def told_hall(database: Database, fmu: Path) -> Iterator[Hall]:
+    """A gateway on a bus in memory that tells the hall."""
+    url, said = free_url(), []
+    wire = new_wire("virtual")
+    with contextlib.ExitStack() as stack:
+        service = stack.enter_context(gateway_thread(wire, database, fmu, CLOCK))
+        status = hall_status(url, None, service.unit, said.append)
+        stack.callback(status.close)
+        service.hall = status
+        control = stack.enter_context(contextlib.closing(Control(wire, database, 1.0)))
+        yield Hall(service, control, url, said)
+
+
+@pytest.fixture(scope="module")
+def hall(database: Database, quick_fmu: Path) -> Iterator[Hall]:
+    """One for all who only read."""
+    with told_hall(database, quick_fmu) as one:
+        one.control.settle(MILD)
+        yield one
+
+
+@pytest.fixture
+def own_hall(database: Database, quick_fmu: Path) -> Iterator[Hall]:
+    """One that may be broken."""
+    with told_hall(database, quick_fmu) as one:
+        yield one
+
+
+def test_the_hall_reads_what_the_bus_carries(hall: Hall) -> None:
+    answer = hall.control.cycle(MILD)
+
+    async def read() -> dict[str, Any]:
+        async with Client(hall.url) as client:
+            hall.control.cycle(MILD)
+            names = ["inputs.T1", "inputs.T7", "outputs.dX", "outputs.dX_uncertainty"]
+            names += [f"state.{n}" for n in ("valid", "status", "status_text", "trust", "steps")]
+            names += ["state.compensator_sha256", "state.gateway_state"]
+            found_values = {name: await value_of(client, name) for name in names}
+            if found_values["inputs.T1"] is None:
+                raise TimeoutError
+            unit = await (await found(client, "outputs.dX")).get_child("0:EngineeringUnits")
+            found_values["unit"] = (await unit.read_value()).DisplayName.Text
+            return found_values
+
+    values = patiently(read)
+    assert values["inputs.T1"] == pytest.approx(20.4)
+    assert values["inputs.T7"] == pytest.approx(20.0)
+    assert values["outputs.dX"] == pytest.approx(answer["dX"], abs=0.02)
+    assert values["outputs.dX_uncertainty"] == hall.service.unit.outputs["dX_uncertainty"]
+    assert values["unit"] == "um"
+    assert values["state.valid"] is True
+    assert values["state.status"] == 0
+    assert values["state.trust"] == "protected"
+    assert values["state.gateway_state"] == "running"
+    assert values["state.compensator_sha256"] == hall.service.unit.slave.sha256
+    assert values["state.steps"] > 10
+    assert values["state.status_text"]
+
+
+def test_nothing_can_be_written_or_called_or_added(hall: Hall) -> None:
+
+    async def attack() -> list[str]:
+        refused = []
+        async with Client(hall.url) as client:
+            node = await found(client, "outputs.dX")
+            before = await node.read_value()
+            index = await client.get_namespace_index(NAMESPACE)
+            objects = client.nodes.objects
+            for name, attempt in {
+                "write": lambda: node.write_value(1.0),
+                "write access": lambda: node.set_writable(),
+                "add": lambda: objects.add_variable(index, "mine", 1),
+                "delete": lambda: client.delete_nodes([node]),
+                "call": lambda: client.nodes.server.call_method("0:GetMonitoredItems", 1),
+            }.items():
+                try:
+                    result = await attempt()
+                except UaError:
+                    refused.append(name)
+                else:
+                    print(name, result)
+            assert await node.read_value() == pytest.approx(before, abs=1.0)
+        return refused
+
+    assert patiently(attack) == ["write", "write access", "add", "delete", "call"]
+    hall.control.cycle(MILD)
+    assert hall.service.unit.outputs["dX"] != 1.0
+
+
+def test_an_administrator_by_name_gets_in_nowhere(hall: Hall) -> None:
+    patiently(lambda: _visit(hall.url))
+
+    async def enter() -> None:
+        client = Client(hall.url)
+        client.set_user("admin")
+        client.set_password("admin")
+        async with client:
+            await value_of(client, "state.valid")
+
+    with pytest.raises(UaError):
+        asyncio.run(enter())
+
+
+async def _visit(url: str) -> None:
+    async with Client(url) as client:
+        await value_of(client, "state.valid")
+
+
+class _Events:
+    def __init__(self) -> None:
+        self.heard: list[tuple[str, int]] = []
+
+    def event_notification(self, event: Any) -> None:
+        self.heard.append((event.Message.Text, event.Severity))
+
+
+def test_a_loss_of_validity_is_an_event(hall: Hall) -> None:
+
+    async def listen() -> list[tuple[str, int]]:
+        events = _Events()
+        async with Client(hall.url) as client:
+            subscription = await client.create_subscription(50, events)
+            await subscription.subscribe_events()
+            await asyncio.sleep(0.3)
+            for _ in range(20):
+                # A frame is left out: the cycle cannot be used.
+                await asyncio.to_thread(hall.control.cycle, MILD, lambda m: m[1:])
+            await asyncio.sleep(1.5)
+        return events.heard
+
+    heard = patiently(listen)
+    assert any("not valid" in text and severity == 700 for text, severity in heard), heard
+
+
+def test_a_gateway_that_stands_still_is_told_from_one_that_has_nothing_new(
+    database: Database, unit: CompensatorUnit
+) -> None:
+    unit.start()
+    url = free_url()
+    with contextlib.closing(hall_status(url, None, unit)) as status:
+        state = dict.fromkeys(("valid", "reference_known"), True) | {"status": 0, "steps": 1}
+        state |= dict.fromkeys(("status_text", "gateway_state", "bus_fault", "trust"), "a")
+        state |= {"machine_time": 1.0, "compensator": "c", "compensator_sha256": "d"}
+        state["status_sensor"] = 0
+
+        async def read() -> Any:
+            async with Client(url) as client:
+                return await value_of(client, "state.valid")
+
+        patiently(read)
+        status.tell(0.0, {"T1": 20.0}, {"dX": 1.0}, state)
+        until = time.monotonic() + 20.0
+        while asyncio.run(read()) is not True:
+            assert time.monotonic() < until
+            status.tell(time.monotonic(), {"T1": 20.0}, {"dX": 1.0}, state)
+        time.sleep(4.5)
+        assert asyncio.run(read()) is None
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGSTOP"), reason="needs signals")
+@pytest.mark.parametrize("number", ["SIGKILL", "SIGSTOP"])
+def test_a_server_that_is_dead_or_hangs_is_a_line_in_the_log(own_hall: Hall, number: str) -> None:
+    own_hall.control.settle(MILD)
+    status = own_hall.service.hall
+    assert status is not None
+    os.kill(status._server.pid, getattr(signal, number))
+    slowest = 0.0
+    for _ in range(150):
+        begun = time.monotonic()
+        for _ in range(10):
+            status.event("x" * 500)
+        answer = own_hall.control.cycle(MILD)
+        slowest = max(slowest, time.monotonic() - begun)
+    assert answer["valid"] == "valid"
+    assert slowest < 2.0
+    if number == "SIGKILL":
+        assert any("goes on without it" in line for line in own_hall.said)
+    begun = time.monotonic()
+    status.close()
+    assert time.monotonic() - begun < 15.0
+
+
+def test_a_port_in_use_does_not_end_the_gateway(database: Database, unit: CompensatorUnit) -> None:
+    unit.start()
+    said: list[str] = []
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        url = f"opc.tcp://127.0.0.1:{taken.getsockname()[1]}"
+        with contextlib.closing(hall_status(url, None, unit, said.append)):
+            until = time.monotonic() + 30.0
+            while not said and time.monotonic() < until:
+                time.sleep(0.1)
+    assert any("the server is gone" in line and "in use" in line for line in said), said
+
+
+# Certificates
+
+
+@pytest.fixture(scope="module")
+def certificates(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Certificates of a server, a client that is trusted, and a stranger."""
+    folder = tmp_path_factory.mktemp("certificates")
+    (folder / "trusted").mkdir()
+    for name, use in (
+        ("server", ExtendedKeyUsageOID.SERVER_AUTH),
+        ("client", ExtendedKeyUsageOID.CLIENT_AUTH),
+        ("stranger", ExtendedKeyUsageOID.CLIENT_AUTH),
+    ):
+        certificate = folder / f"{name}.der"
+        asyncio.run(
+            setup_self_signed_certificate(
+                *(folder / f"{name}.pem", certificate, f"urn:{name}", "localhost", [use]),
+                {"commonName": name, "organizationName": "Tests"},
+            )
+        )
+    (folder / "trusted" / "client.der").write_bytes((folder / "client.der").read_bytes())
+    return folder
+
+
+def test_only_who_is_trusted_reads_with_certificates(
+    certificates: Path, unit: CompensatorUnit
+) -> None:
+    unit.start()
+    url = free_url()
+    security = Security(
+        certificates / "server.der", certificates / "server.pem", certificates / "trusted"
+    )
+
+    async def visit(name: str) -> str:
+        client = Client(url)
+        client.application_uri = f"urn:{name}"
+        await client.set_security(
+            SecurityPolicyBasic256Sha256,
+            certificate=str(certificates / f"{name}.der"),
+            private_key=str(certificates / f"{name}.pem"),
+            server_certificate=str(certificates / "server.der"),
+        )
+        async with client:
+            node = await found(client, "state.valid")
+            return str((await node.read_browse_name()).Name)
+
+    with contextlib.closing(hall_status(url, security, unit)):
+        assert patiently(lambda: visit("client")) == "state.valid"
+        with pytest.raises((UaError, OSError, TimeoutError)):
+            asyncio.run(visit("stranger"))
+        with pytest.raises((UaError, OSError, TimeoutError)):
+            asyncio.run(_visit(url))  # without any
+        assert asyncio.run(visit("client")) == "state.valid"
+
+
+# The command line
+
+
+@pytest.mark.parametrize(
+    ("url", "problem"),
+    [
+        ("opc.tcp://0.0.0.0:4840", "can be reached by others"),
+        ("opc.tcp://192.0.2.7:4840/x", "can be reached by others"),
+        ("opc.tcp://hall:4840", "can be reached by others"),
+        ("http://127.0.0.1:4840", "is not of the form"),
+        ("opc.tcp://127.0.0.1", "is not of the form"),
+        ("opc.tcp://127.0.0.1:99999", "is not of the form"),
+    ],
+)
+def test_a_url_that_others_can_reach_needs_certificates(url: str, problem: str) -> None:
+    with pytest.raises(BadInput, match=problem):
+        checked_url(url, None)
+
+
+def test_a_url_of_this_computer_is_taken(tmp_path: Path) -> None:
+    for host in ("127.0.0.1", "localhost", "[::1]"):
+        assert checked_url(f"opc.tcp://{host}:4840", None)
+    with pytest.raises(BadInput, match="no such certificate"):
+        checked_url("opc.tcp://0.0.0.0:4840", Security(tmp_path / "a", tmp_path / "b", tmp_path))
+    with pytest.raises(BadInput, match="needs --opcua-key"):
+        security_of((tmp_path, None, None))
+    assert security_of((None, None, None)) is None
+
+
+@pytest.fixture
+def start(tmp_path: Path) -> Iterator[Callable[..., Program]]:
+    """Starts commands in processes."""
+    with programs(tmp_path) as starter:
+        yield starter
+
+
+def test_the_command_tells_the_hall(
+    quick_fmu: Path, tmp_path: Path, start: Callable[..., Program]
+) -> None:
+    wire: Wire = new_wire("udp_multicast")
+    url = free_url()
+    bus = [*wire.arguments(), "--compensator", quick_fmu]
+    gateway = start("gateway", *bus, "--opcua", url, "--json")
+
+    async def read() -> Any:
+        async with Client(url) as client:
+            state = await value_of(client, "state.gateway_state")
+            if state is None:
+                raise TimeoutError
+            return state
+
+    assert patiently(read) in ("starting", "startup_timeout")
+    assert gateway.stop() == 0, gateway.text()
+    assert "to be read only" in gateway.text()
+    assert json.loads(gateway.text()[gateway.text().index("{\n") :])["steps"] == 0
+    with pytest.raises((OSError, TimeoutError)):
+        asyncio.run(read())

@@ -1,0 +1,254 @@
+"""Probes on the bus: taken once, in their cycle, or not at all."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable, Iterator
+from math import isnan, nan
+from pathlib import Path
+
+import can
+import numpy as np
+import pytest
+
+from measurement.runs import read_run
+from scenarios.cosimulation import simulate
+from scenarios.gateway.answering import half_widths
+from scenarios.gateway.database import COMPENSATOR, MACHINE, Database
+from scenarios.gateway.mapfile import map_path
+from scenarios.gateway.mapping import read_mapping
+from scenarios.gateway.node import Settings
+from scenarios.gateway.probes import COUNTED, MOST_TRIES, ProbeSender
+from scenarios.gateway.unit import CompensatorUnit
+from scenarios.scenario import read_scenario
+from tests.gateway.bench import WARM, Bench
+from tests.gateway.bus import Program, programs
+from tests.gateway.conftest import Wire
+
+# Small enough to be believed at once.
+SHOWN = {"elongation": 0.4, "yaw": 1.0, "pitch": -1.0, "near_x": 0.4, "near_y": -0.3}
+MEASURED = {f"measured_{name}": value for name, value in SHOWN.items()}
+Change = Callable[[list[can.Message]], list[can.Message]]
+
+
+@pytest.fixture
+def probed(database: Database, fmu_folder: Path) -> Iterator[Bench]:
+    """A gateway with the shipped compensator, which takes probes."""
+    with contextlib.closing(CompensatorUnit(fmu_folder / "compensator.fmu")) as unit:
+        bench = Bench(database, unit)
+        for _ in range(3):
+            bench.give(bench.frames(state="starting"))
+        for _ in range(30):
+            bench.cycle()
+        assert bench.last["valid"] == "valid"
+        yield bench
+
+
+class Probe:
+    """Probes of one control for the bench."""
+
+    def __init__(self, bench: Bench) -> None:
+        self.bench = bench
+        self.sender = ProbeSender(bench.database.events(MACHINE))
+
+    def frames(self, measured: dict[str, float], late_s: float = 0.0) -> list[can.Message]:
+        """Return the frames of a probe of the cycle that was made last."""
+        self.sender.start(measured, 0.0)
+        return self.sender.messages(self.bench.time_s - self.bench.step_s - late_s, 0.0)
+
+    def cycle(self, measured: dict[str, float], late_s: float = 0.0) -> dict[str, float | str]:
+        """Run a cycle with a probe before it."""
+        return self.bench.cycle({}, lambda m: [*self.frames(measured, late_s), *m])
+
+
+def frames(bench: Bench, measured: dict[str, float]) -> list[can.Message]:
+    """Return the frames of a first probe."""
+    return Probe(bench).frames(measured)
+
+
+def with_probe(bench: Bench, measured: dict[str, float], late_s: float = 0.0) -> dict[str, object]:
+    """Run a cycle with a first probe before it."""
+    return dict(Probe(bench).cycle(measured, late_s))
+
+
+def test_a_probe_reaches_the_compensator(probed: Bench, fmu_folder: Path) -> None:
+    """The offsets and the uncertainty are those of the FMU with the same probe."""
+    before = probed.last
+    answer = with_probe(probed, MEASURED)
+    assert answer["probes_taken"] == 1
+    with contextlib.closing(CompensatorUnit(fmu_folder / "compensator.fmu")) as unit:
+        unit.start()
+        values = {f"T{n}": 20.0 for n in range(1, 12)} | {"speed": 3000.0, "tool_length": 150.0}
+        for _ in range(30):
+            unit.step(values, 0.1)
+        plain = dict(unit.outputs)
+        unit.step({**values, **MEASURED}, 0.1)
+        for axis in "XYZ":
+            name = f"d{axis}_uncertainty"
+            assert before[name] == pytest.approx(plain[name], abs=0.02)
+            assert answer[name] == pytest.approx(unit.outputs[name], abs=0.02)
+            assert unit.outputs[name] < plain[name] + 1e-6
+            assert answer[f"d{axis}"] == pytest.approx(unit.outputs[f"d{axis}"], abs=0.02)
+        assert unit.outputs["dZ_uncertainty"] < 0.9 * plain["dZ_uncertainty"]
+
+
+def test_the_uncertainty_grows_back_on_the_wire(database: Database, fmu_folder: Path) -> None:
+    """Four hours after a probe nearly all of it is there again."""
+    with contextlib.closing(CompensatorUnit(fmu_folder / "compensator.fmu")) as unit:
+        bench = Bench(database, unit, Settings(speed_up=60.0))
+        for _ in range(3):
+            bench.give(bench.frames(state="starting"))
+        for _ in range(20):
+            bench.cycle()
+        wide = bench.last["dZ_uncertainty"]
+        Probe(bench).cycle(MEASURED)
+        seen = [bench.cycle()["dZ_uncertainty"] for _ in range(2400)]
+        narrow = seen[0]
+        assert isinstance(narrow, float)
+        assert isinstance(wide, float)
+        assert narrow < 0.9 * wide
+        assert narrow < seen[1200] < seen[-1]
+        assert seen[-1] == pytest.approx(wide, rel=0.1)
+
+
+def test_one_probe_counts_once_however_often_it_comes(probed: Bench) -> None:
+    sender = ProbeSender(probed.database.events(MACHINE))
+    sender.start(MEASURED, 0.0)
+    time_s = probed.time_s
+    for _ in range(2):
+        probed.cycle({}, lambda m: [*sender.messages(time_s, 0.0), *m])
+    assert probed.last["probes_taken"] == 1
+    assert sender.messages(0.0, 1.0) == []  # it has been taken
+    probe = Probe(probed)
+    for k in range(2, 7):
+        answer = probe.cycle(MEASURED)
+        assert answer["probes_taken"] == k % COUNTED
+
+
+def spoilt(messages: list[can.Message]) -> list[can.Message]:
+    """Change a byte behind the CRC's back."""
+    messages[0].data[3] ^= 1
+    return messages
+
+
+def other_count(messages: list[can.Message]) -> list[can.Message]:
+    """Leave the second half out."""
+    return messages[:1]
+
+
+@pytest.mark.parametrize("change", [spoilt, other_count])
+def test_a_damaged_probe_is_not_used(probed: Bench, change: Change) -> None:
+    before = probed.last["dZ_uncertainty"]
+    probed.cycle({}, lambda m: [*change(frames(probed, MEASURED)), *m])
+    assert probed.last["probes_taken"] == 0
+    assert probed.last["dZ_uncertainty"] == pytest.approx(before, abs=0.02)
+    assert probed.last["valid"] == "valid"
+
+
+@pytest.mark.parametrize("late_s", [0.5, 5.0, 60.0])
+def test_a_probe_that_waited_is_not_used(probed: Bench, late_s: float) -> None:
+    assert with_probe(probed, MEASURED, late_s)["probes_taken"] == 0
+    assert any("old" in line for line in probed.said)
+
+
+def test_half_a_probe_is_not_used(probed: Bench) -> None:
+    assert with_probe(probed, MEASURED | {"measured_near_y": nan})["probes_taken"] == 0
+    assert any("measured_near_y is missing" in line for line in probed.said)
+
+
+def test_a_probe_waits_for_a_cycle_that_can_be_used(probed: Bench) -> None:
+    sender = ProbeSender(probed.database.events(MACHINE))
+    sender.start(MEASURED, 0.0)
+    for lost in (True, True, False):
+        probed.cycle(
+            {},
+            lambda m, lost=lost: [  # type: ignore[misc]
+                *sender.messages(probed.time_s - probed.step_s, 0.0),
+                *(m[1:] if lost else m),
+            ],
+        )
+        if lost:
+            assert probed.last["probes_taken"] == 0
+    for _ in range(20):
+        probed.cycle({}, lambda m: [*sender.messages(probed.time_s - probed.step_s, 0.0), *m])
+        if probed.last["probes_taken"] == 1:
+            break
+    assert probed.last["probes_taken"] == 1
+
+
+def test_nobody_takes_it_and_the_control_gives_up(database: Database) -> None:
+    sender = ProbeSender(database.events(MACHINE))
+    sender.start(MEASURED, nan)
+    sent = [bool(sender.messages(0.1 * k, nan)) for k in range(MOST_TRIES + 5)]
+    assert sent == [True] * MOST_TRIES + [False] * 5
+
+
+def test_without_a_reference_nothing_bounds_the_drift(bench: Bench) -> None:
+    for _ in range(20):
+        bench.cycle(WARM | {"thermal_state": "warm"})
+    for axis in "XYZ":
+        assert bench.last[f"d{axis}_uncertainty"] == "not_available"
+    assert bench.last["status"] == "reference_unknown"
+
+
+def test_what_a_compensator_does_not_know_is_not_available() -> None:
+    outputs = {"dX_uncertainty": -1.0, "dY_uncertainty": 1.5}
+    found = half_widths(outputs, known=True)
+    assert found["dY_uncertainty"] == 1.5
+    assert isnan(float(found["dX_uncertainty"]))
+    assert isnan(float(found["dZ_uncertainty"]))
+
+
+def test_the_shipped_map_carries_probes(database: Database) -> None:
+    mapped = read_mapping(map_path("spindle_drift")).database
+    for node in (MACHINE, COMPENSATOR):
+        assert [f.name for f in mapped.events(node)] == [f.name for f in database.events(node)]
+    assert len(database.events(MACHINE)) == 2
+
+
+@pytest.fixture
+def start(tmp_path: Path) -> Iterator[Callable[..., Program]]:
+    """Starts commands in processes."""
+    with programs(tmp_path) as starter:
+        yield starter
+
+
+@pytest.mark.parametrize("probe", ["every_s=40", "when_um=0.5"])
+def test_the_machine_probes_as_the_co_simulation_does(
+    shared_wire: Wire,
+    fmu_folder: Path,
+    tmp_path: Path,
+    start: Callable[..., Program],
+    probe: str,
+) -> None:
+    bus = [*shared_wire.arguments(), "--fmu-dir", fmu_folder, "--timeout", 10000]
+    run = tmp_path / "run.csv"
+    gateway = start("gateway", *bus, "--clock", "machine", "--until-off", "--json")
+    sets = ["duration_s=120", "signals.speed=9000", f"compensator.probe.{probe}"]
+    machine = start(
+        *("machine", "step_speed", *bus, "--speed-up", "max", "--out", run),
+        *(word for text in sets for word in ("--set", text)),
+    )
+    assert machine.wait() == 0, machine.text()
+    assert gateway.wait() == 0, gateway.text()
+    name, _, value = probe.partition("=")
+    case = read_scenario(
+        "step_speed",
+        [
+            ("duration_s", 120.0),
+            ("record_s", 1.0),
+            ("signals.speed", 9000),
+            (f"compensator.probe.{name}", float(value)),
+        ],
+    ).cases[0]
+    plant, compensator = fmu_folder / "plant.fmu", fmu_folder / "compensator.fmu"
+    direct = simulate(case, plant, compensator, quiet=True).frame
+    probes = int(direct["measured_1"].sum())
+    assert probes >= 1
+    assert f'"probes": {probes}' in gateway.text()
+    over_can = read_run(run).frame
+    for axis in "XYZ":
+        apart = np.abs(direct[f"d{axis}_um"].to_numpy() - over_can[f"d{axis}_um"].to_numpy())
+        # A probe is rounded to 0.02 um on its way, and so is an offset.
+        assert apart.max() <= 0.04
+    assert not isnan(float(direct["dZ_um"].iloc[-1]))

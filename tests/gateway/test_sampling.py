@@ -1,0 +1,156 @@
+"""Frames that come at their own pace, and their protections."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import inf, nan
+
+import pytest
+
+from scenarios.gateway.codec import Encoder
+from scenarios.gateway.database import MACHINE, Database, Frame, Substitute
+from scenarios.gateway.mapfile import map_path
+from scenarios.gateway.mapping import read_mapping
+from scenarios.gateway.protection import CHECKS, Checked, Protection
+from scenarios.gateway.sampling import Sampling, Substitution
+
+COUNTS = 16
+# Of the ASCII digits 1 to 9, as the catalogue of parametrised CRC algorithms lists it; the sum and
+# the exclusive or are plain arithmetic.
+DIGITS = b"123456789"
+KNOWN = {
+    "crc8_sae_j1850": 0x4B,
+    "crc8_autosar": 0xDF,
+    "crc8_smbus": 0xF4,
+    "crc16_ccitt_false": 0x29B1,
+    "sum8": sum(DIGITS) % 256,
+    "xor8": 0x31,
+}
+
+
+@pytest.fixture(scope="module")
+def builder() -> Database:
+    """The machine-tool builder's frames."""
+    return read_mapping(map_path("machine_builder")).database
+
+
+@pytest.fixture
+def turning(builder: Database) -> Frame:
+    """A frame of one signal with a counter and a check value."""
+    frame = next(frame for frame in builder.of(MACHINE) if frame.name == "SPN_STATUS")
+    protection = Checked("crc8_autosar", "OpMode", COUNTS, "", 5, True, b"\x2a")
+    signals = {"speed": frame.signals["speed"]}
+    fixed = {"SpnLoad": 0, "OpMode": 0}
+    return replace(frame, protection=protection, signals=signals, fixed=fixed, timeout_s=2.5)
+
+
+@pytest.mark.parametrize("big", [True, False])
+@pytest.mark.parametrize("name", list(CHECKS))
+def test_a_check_value_is_that_of_its_catalogue(name: str, big: bool) -> None:
+    size = CHECKS[name][1]
+    data = DIGITS[2:5] + bytes(size) + DIGITS[5:]
+    protection = Checked(name, "", 1, "check", 3, big, DIGITS[:2])
+    sealed = protection.sealed(data)
+    order = "big" if big else "little"
+    assert int.from_bytes(sealed[3 : 3 + size], order) == KNOWN[name]
+    assert sealed[:3] + sealed[3 + size :] == DIGITS[2:]
+    assert protection.intact(sealed)
+    for place in range(len(sealed)):
+        changed = bytearray(sealed)
+        changed[place] ^= 0x10
+        assert not protection.intact(changed)
+
+
+def test_every_check_value_has_a_reference() -> None:
+    assert set(KNOWN) == set(CHECKS)
+
+
+@pytest.mark.parametrize(
+    ("protection", "trust"),
+    [
+        (Protection(), "none"),
+        (Protection("counter", "n", 4), "partly"),
+        (Checked("sum8", "", 1, "s", 0), "partly"),
+        (Checked("sum8", "n", 4, "s", 0), "protected"),
+    ],
+)
+def test_trust_is_what_can_be_noticed(protection: Protection, trust: str) -> None:
+    assert protection.trust == trust
+
+
+def speeds(frame: Frame, count: int) -> list[bytes]:
+    """Return so many frames, each a turn faster."""
+    encoder = Encoder(frame)
+    return [bytes(encoder.message({"speed": 100.0 + k}).data) for k in range(count)]
+
+
+def looks(frame: Frame, frames: list[tuple[float, bytes]], at: float) -> tuple[float, str]:
+    """Return the speed that a look at a time gives, and what is wrong."""
+    sampling = Sampling([frame])
+    for k, (now, data) in enumerate(frames):
+        sampling.take(frame.key, data, now)
+        if k == 0:
+            sampling.look(now)
+    cycle = sampling.look(at)
+    return cycle.values["speed"], cycle.finding.fault if cycle.finding else ""
+
+
+def test_a_good_frame_is_used_until_it_is_late(turning: Frame) -> None:
+    frames = list(enumerate(speeds(turning, 3)))
+    assert looks(turning, [(float(k), d) for k, d in frames], 2.5) == (102.0, "")
+    value, fault = looks(turning, [(float(k), d) for k, d in frames], 5.0)
+    assert value != value
+    assert fault == "missing"
+
+
+def test_a_stuck_frame_ages_although_it_comes(turning: Frame) -> None:
+    first, second = speeds(turning, 2)
+    value, fault = looks(turning, [(0.0, first), *((0.1 * k, second) for k in range(1, 40))], 4.0)
+    assert value != value
+    assert fault == "repeated"
+
+
+def test_a_changed_frame_counts_as_not_received(turning: Frame) -> None:
+    first, second, third = speeds(turning, 3)
+    bad = bytes((third[0], third[1] ^ 1, *third[2:]))
+    assert looks(turning, [(0.0, first), (1.0, second), (1.1, bad)], 2.0) == (101.0, "bad_crc")
+    assert looks(turning, [(0.0, first), (1.0, second), (1.1, third[:4])], 2.0)[1] == "wrong_length"
+
+
+def test_two_senders_with_the_right_check_value_spoil_it(turning: Frame) -> None:
+    one, other = speeds(turning, 30), speeds(turning, 40)[9:]
+    sampling = Sampling([turning])
+    used = []
+    for k, (first, second) in enumerate(zip(one, other, strict=False)):
+        for data in (first, second):
+            sampling.take(turning.key, data, 0.1 * k)
+            used.append(sampling.look(0.1 * k).usable)
+    assert not any(used[4:])
+
+
+def test_lost_frames_of_a_counter_are_no_fault_while_the_newest_is_fresh(turning: Frame) -> None:
+    frames = speeds(turning, 6)
+    assert looks(turning, [(0.0, frames[0]), (1.0, frames[1]), (2.0, frames[5])], 2.0)[0] == 105.0
+
+
+def test_a_frame_that_may_never_be_late_must_come_once(turning: Frame) -> None:
+    turning = replace(turning, timeout_s=inf, protection=Protection())
+    frames = speeds(turning, 1)
+    assert looks(turning, [], 1e6)[1] == "startup"
+    assert looks(turning, [(0.0, frames[0])], 1e6) == (100.0, "")
+
+
+def test_a_frame_of_optional_signals_spoils_nothing(turning: Frame) -> None:
+    assert not Sampling([turning]).look(1.0).usable
+    assert Sampling([turning], {"speed": None}).look(1.0).usable
+
+
+def test_what_stands_for_a_missing_input() -> None:
+    substitution = Substitution({"a": Substitute(5.0), "b": Substitute(None, 10.0)})
+    assert substitution.fill({"a": 1.0, "b": 2.0, "c": nan}, 0.0)["a"] == 1.0
+    later = substitution.fill({"a": nan, "b": nan, "c": nan}, 10.0)
+    assert (later["a"], later["b"]) == (5.0, 2.0)
+    assert later["c"] != later["c"]
+    last = substitution.fill({}, 10.1)
+    assert last["a"] == 5.0
+    assert last["b"] != last["b"]
