@@ -10,8 +10,9 @@ import numpy as np
 
 from plant_model.effects import catalogue
 from plant_model.gap.find import Found
+from plant_model.gap.five_lines import five_lines
 from plant_model.gap.regimes import Residuals
-from plant_model.gap.report import Comparison, five_lines
+from plant_model.gap.report import Comparison
 from plant_model.sensors import displacement_names
 from scenarios.charts import BEFORE, LINES, Chart, Line, Panel
 from scenarios.figures import draw

@@ -12,10 +12,11 @@ from measurement.errors import BadInput
 from measurement.runs import Run, read_run
 from plant_model.drive import column_in
 from plant_model.gap.data_faults import DataFault, need_readings, without_faults
-from plant_model.gap.find import FEWEST_RUNS, Found
+from plant_model.gap.find import FEWEST_RUNS, MOST_CHANGES, Found
+from plant_model.gap.five_lines import five_lines
 from plant_model.gap.held_out import answer
 from plant_model.gap.observations import Observations
-from plant_model.gap.report import MACHINE_AFTER, five_lines, report_of
+from plant_model.gap.report import MACHINE_AFTER, report_of
 from plant_model.machine import Machine
 from plant_model.machine_file import machine_path, read_machine
 from plant_model.machine_writer import write_machine
@@ -50,6 +51,8 @@ class Question:
         Processes; one for each core if None.
     fmu : bool
         Whether to build the plant FMUs and to co-simulate them.
+    most : int
+        Changes of the description to make at most.
     """
 
     machine: str
@@ -60,6 +63,7 @@ class Question:
     seed: int = 0
     workers: int | None = None
     fmu: bool = True
+    most: int = MOST_CHANGES
 
 
 def run_find_gap(asked: Question, say: Callable[[str], None]) -> tuple[dict[str, Any], list[str]]:
@@ -95,6 +99,7 @@ def run_find_gap(asked: Question, say: Callable[[str], None]) -> tuple[dict[str,
         used,
         kept_back,
         without=asked.without,
+        most=asked.most,
         seed=asked.seed,
         workers=asked.workers,
         progress=say,

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from measurement.runs import Run, write_run
+from plant_model.gap.find import MOST_CHANGES
 from plant_model.machine_writer import write_machine
 from scenarios.gap_runner import GAP, Question, run_find_gap
 from scenarios.outputs import guarding
@@ -53,6 +54,7 @@ def find_gap(
     *,
     out: str | Path | None = None,
     without: Sequence[str] = (),
+    most: int = MOST_CHANGES,
     seed: int = 0,
     workers: int | None = None,
     fmu: bool = False,
@@ -70,6 +72,8 @@ def find_gap(
         Folder for report, figures and machine files.
     without : sequence of str
         Effects not to consider.
+    most : int
+        Changes of the description to make at most.
     seed : int
     workers : int, optional
         Processes; one for each core by default.
@@ -114,6 +118,7 @@ def find_gap(
             seed,
             workers,
             fmu,
+            most,
         )
         inputs = [run.path for run in (*used, *kept_back) if run.path is not None]
         with guarding("find-gap", inputs, force):

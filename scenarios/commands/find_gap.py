@@ -33,6 +33,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--without", nargs="+", default=[], metavar="EFFECT", help="effects not to consider"
     )
+    parser.add_argument(
+        "--most",
+        type=int,
+        default=6,
+        metavar="N",
+        help="changes of the description to make at most (default: 6; 0: none)",
+    )
     parser.add_argument("--seed", type=int, default=0, help="of random starts and draws")
     parser.add_argument("--workers", type=int, help="processes (default: one for each core)")
     parser.add_argument(
@@ -54,6 +61,8 @@ def run(args: argparse.Namespace) -> int:
             raise BadInput("--without", "", f"{name} is not one of {', '.join(catalogue())}")
     if args.workers is not None and not 1 <= args.workers <= 256:
         raise BadInput("--workers", "", f"{args.workers} is outside 1..256")
+    if not 0 <= args.most <= 50:
+        raise BadInput("--most", "", f"{args.most} is outside 0..50")
     asked = Question(
         args.machine,
         args.runs,
@@ -63,6 +72,7 @@ def run(args: argparse.Namespace) -> int:
         args.seed,
         args.workers,
         not args.no_fmu,
+        args.most,
     )
     with spoken(args.quiet, FIND_GAP) as say:
         table, lines = run_find_gap(asked, say)

@@ -1,0 +1,67 @@
+"""Heat that the machine file forgot: in a part, always there or driven by an input."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import ClassVar, Self
+
+from plant_model.gap.kinds.base import Change, Known, free, with_item
+from plant_model.machine import Item, Machine
+
+SIZE_W = 50.0
+"""Power tried; the answer is in proportion to it [W]."""
+
+LARGEST_W = 20000.0
+"""Nothing in a machine tool's structure is heated by more [W]."""
+
+EXPONENTS = (1.0, 2.0)
+"""Tried with an input: a friction that speed does not change, and a viscous one [1]."""
+
+
+@dataclass(frozen=True)
+class HeatSource(Change):
+    """Heat in a part."""
+
+    name: ClassVar[str] = "heat_source"
+    title: ClassVar[str] = "Heat source that the machine file does not have"
+    first: ClassVar[str] = "power"
+
+    @classmethod
+    def all_of(cls, known: Sequence[Known]) -> Iterator[Self]:
+        """Return a source for every part, always on or driven by each input that is given."""
+        machine = known[0].machine
+        columns = set().union(*(one.observed.run.frame.columns for one in known))
+        driving = [e.name for e in machine.inputs if not e.is_boundary and e.column in columns]
+        names = {item.name for item in machine.items if item.family == "sources"}
+        for node in machine.nodes:
+            for driver in ("", *driving):
+                one = cls((node.name, driver) if driver else (node.name,))
+                if one._name not in names:
+                    yield one
+
+    @property
+    def _name(self) -> str:
+        return "heat_in_" + "_by_".join(self.place)
+
+    def points(self) -> list[dict[str, float]]:
+        """Return one power, with each exponent if an input drives it."""
+        if len(self.place) == 1:
+            return [{self.first: SIZE_W}]
+        return [{self.first: SIZE_W, "exponent": exponent} for exponent in EXPONENTS]
+
+    def parameters(self) -> dict[str, str]:
+        """Return the power, and the exponent if an input drives it."""
+        names = [self.first, "exponent"][: len(self.place)]
+        return {name: f"sources.{self._name}.{name}" for name in names}
+
+    def put_into(self, machine: Machine, numbers: Mapping[str, float]) -> Machine:
+        """Return the machine with this source."""
+        value = numbers[self.first]
+        given = {"power": free(value, "W", min(max(500.0, 10.0 * value), LARGEST_W))}
+        refs: dict[str, tuple[str, ...]] = {"node": self.place[:1]}
+        kind = "steady_heat"
+        if len(self.place) > 1:
+            given["exponent"] = free(numbers["exponent"], "1", 2.5, 0.7)
+            refs["driven_by"], kind = self.place[1:], "driven_heat"
+        return with_item(machine, Item("sources", self._name, kind, refs, given), "plain_heat")
