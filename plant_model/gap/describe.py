@@ -35,7 +35,7 @@ NEARLY = 0.7
 """Share of that limit from which a screened change is calibrated in full: it is screened at a few
 sizes only [1]."""
 
-REFITTED = 10
+REFITTED = 14
 """Changes that are calibrated in full: near each other they look alike while they are small."""
 
 ONLY = 1e-6

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import product
 from typing import ClassVar, Self
 
 from plant_model.gap.kinds.base import Change, Known, free, with_item
 from plant_model.machine import Item, Machine
 
-SIZE_W = 50.0
-"""Power tried; the answer is in proportion to it [W]."""
+SIZES_W = (20.0, 200.0)
+"""Powers tried; the answer is in proportion to them [W]."""
 
 LARGEST_W = 20000.0
 """Nothing in a machine tool's structure is heated by more [W]."""
@@ -45,10 +46,11 @@ class HeatSource(Change):
         return "heat_in_" + "_by_".join(self.place)
 
     def points(self) -> list[dict[str, float]]:
-        """Return one power, with each exponent if an input drives it."""
+        """Return a small and a large power, with each exponent if an input drives it."""
         if len(self.place) == 1:
-            return [{self.first: SIZE_W}]
-        return [{self.first: SIZE_W, "exponent": exponent} for exponent in EXPONENTS]
+            return [{self.first: size} for size in SIZES_W]
+        pairs = product(SIZES_W, EXPONENTS)
+        return [{self.first: size, "exponent": exponent} for size, exponent in pairs]
 
     def parameters(self) -> dict[str, str]:
         """Return the power, and the exponent if an input drives it."""

@@ -10,8 +10,8 @@ from plant_model.gap.kinds.base import Change, Known, fixed, free, with_item
 from plant_model.machine import Item, Machine
 from plant_model.sensors import displacement_names
 
-SIZE_MM = 200.0
-"""Length of a part that is tried; the answer is in proportion to it [mm]."""
+SIZES_MM = (60.0, 600.0)
+"""Lengths of a part that are tried; the answer is in proportion to them [mm]."""
 
 LONGEST_MM = 5000.0
 """No part of a machine tool that grows straight is longer, levers included [mm]."""
@@ -54,8 +54,8 @@ class MovesAxis(Change):
         return f"{self.place[0]}_moves_{self.place[1]}{'_back' if self.way < 0.0 else ''}"
 
     def points(self) -> list[dict[str, float]]:
-        """Return one length."""
-        return [{self.first: SIZE_MM}]
+        """Return a short and a long part."""
+        return [{self.first: size} for size in SIZES_MM]
 
     def parameters(self) -> dict[str, str]:
         """Return the length that would move the axis as much."""

@@ -26,8 +26,8 @@ from plant_model.gap.linearise import simulate_at
 from plant_model.machine import Machine, Node
 from plant_model.parameters import FloatArray
 
-SHARE = 0.2
-"""Share tried [1]."""
+SHARES = (0.1, 0.5)
+"""Shares tried [1]."""
 
 LARGEST_SHARE = 0.95
 """More than this, and it would be the other part's thermometer [1]."""
@@ -65,8 +65,8 @@ class SensorPlace(Change):
         return f"{self.place[0]}_tip"
 
     def points(self) -> list[dict[str, float]]:
-        """Return one share: the answer is in proportion to it."""
-        return [{self.first: SHARE}]
+        """Return a small and a large share: the answer is in proportion to them."""
+        return [{self.first: share} for share in SHARES]
 
     def parameters(self) -> dict[str, str]:
         """Return the tip's contact with the other part."""
@@ -110,9 +110,9 @@ class SensorPlace(Change):
             sensor, other = one.place
             column = observed.channels.index(sensor)
             there = warm[:, index[other]] if other in index else shown.inputs[other][1:]
-            out = np.zeros((1, len(observed.time_s), len(observed.channels)))
-            out[0, :, column] = SHARE * (there - warm[:, index[one.of]])
-            found.append((out * observed.weights).reshape(1, -1))
+            out = np.zeros((len(SHARES), len(observed.time_s), len(observed.channels)))
+            out[..., column] = np.outer(SHARES, there - warm[:, index[one.of]])
+            found.append((out * observed.weights).reshape(len(SHARES), -1))
         return found
 
 
