@@ -34,6 +34,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--without", nargs="+", default=[], metavar="EFFECT", help="effects not to consider"
     )
     parser.add_argument(
+        "--split-hours",
+        type=float,
+        metavar="H",
+        help="cut --runs that are longer into pieces of H hours, each begun where the one before "
+        "ended",
+    )
+    parser.add_argument(
         "--most",
         type=int,
         default=6,
@@ -63,6 +70,8 @@ def run(args: argparse.Namespace) -> int:
         raise BadInput("--workers", "", f"{args.workers} is outside 1..256")
     if not 0 <= args.most <= 50:
         raise BadInput("--most", "", f"{args.most} is outside 0..50")
+    if args.split_hours is not None and not 0.5 <= args.split_hours <= 1000.0:
+        raise BadInput("--split-hours", "", f"{args.split_hours:g} is outside 0.5..1000")
     asked = Question(
         args.machine,
         args.runs,
@@ -73,6 +82,7 @@ def run(args: argparse.Namespace) -> int:
         args.workers,
         not args.no_fmu,
         args.most,
+        args.split_hours,
     )
     with spoken(args.quiet, FIND_GAP) as say:
         table, lines = run_find_gap(asked, say)
