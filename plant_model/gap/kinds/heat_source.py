@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import product
+from itertools import chain, product
 from typing import ClassVar, Self
 
 from plant_model.gap.kinds.base import Change, Known, free, with_item
@@ -30,15 +30,26 @@ class HeatSource(Change):
 
     @classmethod
     def all_of(cls, known: Sequence[Known]) -> Iterator[Self]:
-        """Return a source for every part, always on or driven by each input that is given."""
+        """Return a source for every part, always on or driven by each input that is given.
+
+        None for an input that heats the part already.
+        """
         machine = known[0].machine
         columns = set().union(*(one.observed.run.frame.columns for one in known))
         driving = [e.name for e in machine.inputs if not e.is_boundary and e.column in columns]
-        names = {item.name for item in machine.items if item.family == "sources"}
+        sources = [item for item in machine.items if item.family == "sources"]
+        names = {item.name for item in sources}
+        # Where an input heats a part already, it is the law that is wrong and no source that lacks.
+        there = {
+            (part, driver)
+            for item in sources
+            for driver in item.refs.get("driven_by", ())
+            for part in chain.from_iterable(item.refs.values())
+        }
         for node in machine.nodes:
             for driver in ("", *driving):
                 one = cls((node.name, driver) if driver else (node.name,))
-                if one._name not in names:
+                if one._name not in names and (node.name, driver) not in there:
                     yield one
 
     @property

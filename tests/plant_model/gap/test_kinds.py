@@ -64,6 +64,13 @@ def test_every_place_is_tried_once_and_no_place_that_the_machine_has(
         assert change.points()
 
 
+def test_no_second_source_is_tried_where_an_input_heats_a_part_already(known: list[Known]) -> None:
+    places = {change.place for change in changes_of("heat_source", known)}
+    assert ("stator",) in places
+    assert ("stator", "speed") not in places
+    assert ("shaft_middle", "speed") in places
+
+
 @pytest.mark.parametrize("name", NAMES)
 def test_a_change_is_written_read_back_and_stepped(
     name: str, known: list[Known], tmp_path: Path
