@@ -25,12 +25,13 @@ def write_machine(
     *,
     finish: Callable[[str], str] = str,
 ) -> Path:
-    """Write a machine that came from a file and has other values or starts, or effects besides.
+    """Write a machine that came from a file and was changed or added to.
 
     Parameters
     ----------
     machine : Machine
-        Same nodes as in *like*, and the same items; of each family there may be more behind.
+        Same nodes, items and sensors as in *like*, in their order: with other values and starts,
+        joined to other nodes. More nodes and, of each family, more items may stand behind.
     like : str or path
         The file (or shipped name) that it came from; its comments and order stay.
     path : path
@@ -47,12 +48,8 @@ def write_machine(
     document: Any = _document(source)
     for name, number in machine.numbers.items():
         _move(document["numbers"], name, number)
-    for entry, node in zip(document["nodes"], machine.nodes, strict=True):
-        _move(entry, "capacity", node.capacity)
-        if entry.get("start", "ambient") != node.start:
-            entry["start"] = node.start
-        if entry.get("start_share", 1.0) != node.start_share:
-            entry["start_share"] = node.start_share
+    _write_nodes(document["nodes"], machine)
+    _write_sensors(document, machine)
     _write_items(document, machine)
     _write_effects(document["effects"], machine)
     text = tomlkit.dumps(document)
@@ -71,6 +68,26 @@ def _document(source: Path) -> Any:
     return tomlkit.parse(text)
 
 
+def _write_nodes(entries: Any, machine: Machine) -> None:
+    for place, node in enumerate(machine.nodes):
+        if place == len(entries):
+            table = tomlkit.table()
+            table["name"], table["capacity"] = node.name, _inline(node.capacity)
+            entries.append(table)
+        entry = entries[place]
+        _move(entry, "capacity", node.capacity)
+        if entry.get("start", "ambient") != node.start:
+            entry["start"] = node.start
+        if entry.get("start_share", 1.0) != node.start_share:
+            entry["start_share"] = node.start_share
+
+
+def _write_sensors(document: Any, machine: Machine) -> None:
+    for entry, sensor in zip(document.get("sensors", []), machine.sensors, strict=True):
+        if entry["of"] != sensor.of:
+            entry["of"] = sensor.of
+
+
 def _write_items(document: Any, machine: Machine) -> None:
     counts = dict.fromkeys(FAMILIES, 0)
     for item in machine.items:
@@ -79,17 +96,31 @@ def _write_items(document: Any, machine: Machine) -> None:
             known.append(_new_item(item))
         entry = known[counts[item.family]]
         counts[item.family] += 1
+        _write_refs(entry, item)
         for name, parameter in item.parameters.items():
             if name in entry:
                 _move(entry, name, parameter)
 
 
+def _write_refs(entry: Any, item: Item) -> None:
+    """Write what an item touches, where that is not what the file says; it keeps its name."""
+    for role, names in item.refs.items():
+        given = entry[role]
+        if tuple(given if isinstance(given, list) else [given]) != names:
+            entry.setdefault("name", item.name)
+            entry[role] = _names(names)
+
+
+def _names(names: tuple[str, ...]) -> Any:
+    return list(names) if len(names) > 1 else names[0]
+
+
 def _new_item(item: Item) -> Any:
     """Return an item that the file does not have yet."""
     table = tomlkit.table()
-    table["kind"] = item.kind
+    table["kind"], table["name"] = item.kind, item.name
     for role, names in item.refs.items():
-        table[role] = list(names) if len(names) > 1 else names[0]
+        table[role] = _names(names)
     for name, parameter in item.parameters.items():
         table[name] = _inline(parameter)
     return table
@@ -110,8 +141,9 @@ def _write_effects(effects: Any, machine: Machine) -> None:
 def _move(entry: Any, name: str, parameter: Parameter) -> None:
     if parameter.tied:
         return
-    if entry[name]["value"] != parameter.value:
-        entry[name]["value"] = parameter.value
+    for part in ("value", "low", "high"):
+        if entry[name][part] != getattr(parameter, part):
+            entry[name][part] = getattr(parameter, part)
     if entry[name].get("calibrate", False) != parameter.calibrate:
         entry[name]["calibrate"] = parameter.calibrate
 

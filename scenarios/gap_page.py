@@ -9,9 +9,13 @@ from typing import Any
 import numpy as np
 
 from plant_model.effects import catalogue
+from plant_model.gap.description import Described, place_of
 from plant_model.gap.find import Found
+from plant_model.gap.five_lines import five_lines
+from plant_model.gap.judge import Judged
+from plant_model.gap.kinds import kinds
 from plant_model.gap.regimes import Residuals
-from plant_model.gap.report import Comparison, five_lines
+from plant_model.gap.report import Comparison
 from plant_model.sensors import displacement_names
 from scenarios.charts import BEFORE, LINES, Chart, Line, Panel
 from scenarios.figures import draw
@@ -45,7 +49,10 @@ def write_gap_page(
         lines=five_lines(table),
         gap=[(names[key], row) for key, row in table["gap"].items()],
         channels=list(table["channels"].items()),
-        rounds=[_round(judged) for judged in found.rounds],
+        rounds=[
+            *(_round(judged, "the catalogue") for judged in found.rounds),
+            *(_round(one.judged, _asked(one)) for one in found.described),
+        ],
         where=table["where"],
         remaining=table["remaining"],
         maps=_maps(found, unseen),
@@ -62,14 +69,19 @@ def _maps(found: Found, unseen: Comparison) -> list[tuple[str, RegimeMap]]:
     first, last = found.before.machine, found.after.machine
     known = Comparison(first, last, found.observed)
     maps = [("calibrated as given", regime_map([*known.before, *unseen.before]))]
-    if found.after.added:
+    if found.after is not found.before:
         maps.append(("with what was added", regime_map([*known.after, *unseen.after])))
     return maps
 
 
-def _round(judged: Any) -> dict[str, Any]:
+def _asked(one: Described) -> str:
+    return f"the description, for {one.channel}" if one.channel else "the description"
+
+
+def _round(judged: Judged, what: str) -> dict[str, Any]:
     before = float(judged.now.unseen.sum())
     return {
+        "what": what,
         "cost": before,
         "chance": judged.chance,
         "rows": [
@@ -87,6 +99,8 @@ def _round(judged: Any) -> dict[str, Any]:
 
 def _title(key: str) -> str:
     name, _, channel = key.partition(":")
+    if name in kinds():
+        return f"{kinds()[name].title}: {' and '.join(place_of(key))}"
     return catalogue()[name].title + (f" on {channel}" if channel else "")
 
 

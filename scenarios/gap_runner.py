@@ -12,10 +12,12 @@ from measurement.errors import BadInput
 from measurement.runs import Run, read_run
 from plant_model.drive import column_in
 from plant_model.gap.data_faults import DataFault, need_readings, without_faults
-from plant_model.gap.find import FEWEST_RUNS, Found
+from plant_model.gap.find import FEWEST_RUNS, MOST_CHANGES, Found
+from plant_model.gap.five_lines import five_lines
 from plant_model.gap.held_out import answer
+from plant_model.gap.long_log import pieces_of
 from plant_model.gap.observations import Observations
-from plant_model.gap.report import MACHINE_AFTER, five_lines, report_of
+from plant_model.gap.report import MACHINE_AFTER, report_of
 from plant_model.machine import Machine
 from plant_model.machine_file import machine_path, read_machine
 from plant_model.machine_writer import write_machine
@@ -50,6 +52,10 @@ class Question:
         Processes; one for each core if None.
     fmu : bool
         Whether to build the plant FMUs and to co-simulate them.
+    most : int
+        Changes of the description to make at most.
+    split_hours : float or None
+        Longer runs are cut into pieces of this length [h].
     """
 
     machine: str
@@ -60,6 +66,8 @@ class Question:
     seed: int = 0
     workers: int | None = None
     fmu: bool = True
+    most: int = MOST_CHANGES
+    split_hours: float | None = None
 
 
 def run_find_gap(asked: Question, say: Callable[[str], None]) -> tuple[dict[str, Any], list[str]]:
@@ -90,11 +98,14 @@ def run_find_gap(asked: Question, say: Callable[[str], None]) -> tuple[dict[str,
     runs, unseen = _read(asked)
     say("looking for broken channels")
     used, kept_back, faults = usable_runs(machine, runs, unseen)
+    if asked.split_hours is not None:
+        used, kept_back = _in_pieces(machine, used, kept_back, asked.split_hours)
     found, comparison, more = answer(
         machine,
         used,
         kept_back,
         without=asked.without,
+        most=asked.most,
         seed=asked.seed,
         workers=asked.workers,
         progress=say,
@@ -127,7 +138,7 @@ def _read(asked: Question) -> tuple[list[Run], list[Run]]:
     """Return the runs to calibrate on and those to judge by."""
     runs = [read_run(path) for path in asked.runs]
     unseen = [read_run(path) for path in asked.holdout]
-    if not unseen:
+    if not unseen and asked.split_hours is None:
         if len(runs) <= FEWEST_RUNS:
             problem = f"{len(runs)} given; {FEWEST_RUNS + 1} or more are needed without --holdout"
             raise BadInput("--runs", "", problem)
@@ -142,6 +153,18 @@ def _read(asked: Question) -> tuple[list[Run], list[Run]]:
     if twice:
         raise BadInput("--runs", "", f"{twice[0]} stands for more than one run")
     return runs, unseen
+
+
+def _in_pieces(
+    machine: Machine, used: list[Run], kept_back: list[Run], hours: float
+) -> tuple[list[Run], list[Run]]:
+    """Cut long runs into pieces; without runs to judge by, the last piece is kept back."""
+    pieces = [piece for run in used for piece in pieces_of(machine, run, hours)]
+    least = FEWEST_RUNS if kept_back else FEWEST_RUNS + 1
+    if len(pieces) < least:
+        problem = f"{hours:g} h make {len(pieces)} runs; {least} or more are needed"
+        raise BadInput("--split-hours", "", problem)
+    return (pieces, kept_back) if kept_back else (pieces[:-1], pieces[-1:])
 
 
 def usable_runs(

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 
 from measurement.runs import Run, write_run
+from plant_model.gap.find import MOST_CHANGES
 from plant_model.machine_writer import write_machine
 from scenarios.gap_runner import GAP, Question, run_find_gap
 from scenarios.outputs import guarding
@@ -65,6 +66,7 @@ def find_gap(
     *,
     out: str | Path | None = None,
     without: Sequence[str] = (),
+    most: int = MOST_CHANGES,
     seed: int = 0,
     workers: int | None = None,
     fmu: bool = False,
@@ -82,6 +84,8 @@ def find_gap(
         Folder for report, figures and machine files.
     without : sequence of str
         Effects not to consider.
+    most : int
+        Changes of the description to make at most.
     seed : int
     workers : int, optional
         Processes; one for each core by default.
@@ -126,6 +130,7 @@ def find_gap(
             seed,
             workers,
             fmu,
+            most,
         )
         inputs = [run.path for run in (*used, *kept_back) if run.path is not None]
         with guarding("find-gap", inputs, force):

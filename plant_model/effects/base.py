@@ -95,7 +95,9 @@ class Effect:
         Whether ``heat`` or ``conductance`` depend on temperatures or own states; if not, the
         simulation is exact.
     conductance_inputs : tuple of str
-        Inputs that its conductances depend on.
+        Inputs that its conductances depend on, whatever the machine.
+    driven_by : tuple of str
+        Further ones that the machine's own items name.
     needs : tuple of str
         Effects that must be in force with it, because it changes them.
     on_channel : bool
@@ -152,6 +154,7 @@ class Effect:
     physical: ClassVar[tuple[float, ...]] = ()
     tried: ClassVar[dict[str, tuple[float, ...]]] = {}
     constant_exchanges: Sequence[Exchange] = ()
+    driven_by: tuple[str, ...] = ()
 
     def __init__(self, machine: Machine, values: Values, channel: str = "") -> None:
         self.machine = machine

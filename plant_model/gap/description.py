@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 from plant_model.gap.judge import Judged
 from plant_model.gap.refit import Explained
+
+if TYPE_CHECKING:
+    from plant_model.gap.kinds.base import Change
 
 
 @dataclass(frozen=True)
@@ -16,57 +18,59 @@ class Described:
 
     Attributes
     ----------
-    name, title : str
-        What kind of change.
-    place : tuple of str
-        The parts, inputs or sensors.
+    change : Change
+        Of its kind, and at its place.
     judged : Judged
         Its ``one_of`` begins with this change's key.
-    more : mapping of str to object
-        What else a report says of it.
-    parameter : str
-        Full name of its parameter, where it has one that calibration moves.
+    after : Explained
+        The machine with it and all that was added before.
+    channel : str
+        The one whose gap it explains, where it is not most of all.
     """
 
-    name: str
-    title: str
-    place: tuple[str, ...]
+    change: Change
     judged: Judged
-    more: Mapping[str, Any] = field(default_factory=dict)
-    parameter: str = ""
+    after: Explained
+    channel: str = ""
 
     @property
     def key(self) -> str:
         """What it is called among what is tried."""
-        return key_of(self.name, self.place)
+        return self.change.key
 
     @property
-    def rivals(self) -> list[list[str]]:
-        """Other places that the data cannot tell from this one."""
-        return [place_of(key) for key in self.judged.one_of if key != self.key]
+    def rivals(self) -> list[dict[str, Any]]:
+        """Other changes that the data cannot tell from this one."""
+        others = [key for key in self.judged.one_of if key != self.key]
+        return [{"name": key.partition(":")[0], "place": place_of(key)} for key in others]
+
+    @property
+    def or_else(self) -> list[dict[str, Any]]:
+        """Changes of other kinds that the data cannot tell from this one."""
+        return [one for one in self.rivals if one["name"] != self.change.name]
 
     def entry(self, after: Explained) -> dict[str, Any]:
         """Return it as ``gap.json`` has it."""
+        known = {one.name: one for one in after.calibration.parameters}
+        change = self.change
         numbers = {
-            one.name.rpartition(".")[2]: {
-                "value": one.value,
-                "low": one.low,
-                "high": one.high,
-                "unit": one.unit,
-            }
-            for one in after.calibration.parameters
-            if one.name == self.parameter
+            number: {"value": one.value, "low": one.low, "high": one.high, "unit": one.unit}
+            for number, name in change.parameters().items()
+            if (one := known.get(name)) is not None
         }
         best = next(i for i, one in enumerate(self.judged.tried) if one is self.judged.best)
+        same = [one["place"] for one in self.rivals if one["name"] == change.name]
         return {
-            "name": self.name,
-            "title": self.title,
-            "place": list(self.place),
-            "other_places": self.rivals,
+            "name": change.name,
+            "title": change.title,
+            "place": list(change.place),
+            "other_places": same,
+            "or_else": self.or_else,
+            "shows_in": self.channel,
             "parameters": numbers,
             "larger_than_usual": [],
             "probability": self.judged.probability[best],
-            **self.more,
+            **change.told(after.machine),
         }
 
 

@@ -17,10 +17,11 @@ from plant_model.effects import Effect
 from plant_model.gap.calibrate import Progress, quiet
 from plant_model.gap.candidates import Candidate, as_tried, candidates, missing_effects
 from plant_model.gap.data_faults import DataFault
+from plant_model.gap.describe import far_off, look
 from plant_model.gap.description import Described
+from plant_model.gap.description_rounds import SETTLED, describe, left_out
 from plant_model.gap.design import Surroundings, all_surroundings
-from plant_model.gap.heat_paths import look_at_paths
-from plant_model.gap.judge import Judged, adequate, judge, left_over, out_of_range
+from plant_model.gap.judge import LEAST_SHARE, Judged, adequate, judge, left_over, out_of_range
 from plant_model.gap.nothing_missing import chance_share
 from plant_model.gap.observations import Observations
 from plant_model.gap.periods import in_step
@@ -29,7 +30,6 @@ from plant_model.gap.refit import Explained, explain_with, refined, scored
 from plant_model.gap.regimes import residuals
 from plant_model.gap.screen import Data, Grams, Screen
 from plant_model.gap.standing import calibrated
-from plant_model.gap.start_states import look_at_starts
 from plant_model.gap.swaps import swapped
 from plant_model.machine import Machine
 
@@ -39,8 +39,8 @@ REFITTED = 4
 MOST_ADDED = 2
 """Effects added at most, one after another."""
 
-SETTLED = 1.6
-"""Cost per run and channel at which nothing more is looked for: empty cases leave about as much."""
+MOST_CHANGES = 6
+"""Changes of the description made at most, if the user sets no other limit."""
 
 FEWEST_RUNS = 3
 """Runs needed to predict each from the others and still see whether that is chance."""
@@ -116,22 +116,25 @@ class Found:
         if not first.named and not self.described:
             wrong = first.above_tolerance or self.reference.is_left
             return "unknown" if wrong else "none_missing"
-        return "one_of" if any(len(entry.one_of) > 1 for entry in self.rounds) else "effect"
+        several = any(len(entry.one_of) > 1 for entry in self.rounds) or any(
+            one.or_else for one in self.described
+        )
+        return "one_of" if several else "effect"
 
-    def as_described(self) -> Found:
-        """Return what was found as if nothing had been added at all, to the description neither."""
+    def only_described(self) -> Found:
+        """Return what was found without the effects, the description as it was changed."""
         if not self.described:
-            return self
+            return replace(self, after=self.before)
+        return replace(self, after=self.described[-1].after)
+
+    def without_change(self, gone: Described) -> Found:
+        """Return what was found without one change of the description, and without effects."""
+        kept = left_out(self.before, self.described, gone)
         above = self.described[0].judged.above_tolerance
         first = replace(self.rounds[0], now=self.before, one_of=(), above_tolerance=above)
-        gone = tuple(Withdrawn(one.key, ()) for one in self.described)
-        return replace(
-            self,
-            after=self.before,
-            rounds=(first,),
-            withdrawn=(*gone, *self.withdrawn),
-            described=(),
-        )
+        taken = (*self.withdrawn, Withdrawn(gone.key, ()))
+        left = replace(self, rounds=(first,), described=tuple(kept), withdrawn=taken)
+        return left.only_described()
 
     def with_only(self, count: int) -> Found:
         """Return what was found with no more than the first *count* effects that were added."""
@@ -154,6 +157,7 @@ def find_gap(
     runs: Sequence[Run],
     *,
     without: Sequence[str] = (),
+    most: int = MOST_CHANGES,
     bad: dict[str, list[tuple[str, float, float]]] | None = None,
     seed: int = 0,
     workers: int | None = None,
@@ -168,6 +172,8 @@ def find_gap(
         At least three, of different speeds; their order does not matter.
     without : sequence of str
         Effects that are not to be considered.
+    most : int
+        Changes of the description made at most, one after another.
     bad : dict of run name to list of (channel, start, end), optional
         Spans of data to leave out [s].
     seed : int
@@ -183,13 +189,14 @@ def find_gap(
         When there are too few runs, or nothing in them excites the machine.
     """
     with threadpool_limits(1):
-        return _find(machine, runs, without, bad, seed, workers, progress)
+        return _find(machine, runs, without, most, bad, seed, workers, progress)
 
 
 def _find(
     machine: Machine,
     runs: Sequence[Run],
     without: Sequence[str],
+    most: int,
     bad: dict[str, list[tuple[str, float, float]]] | None,
     seed: int,
     workers: int | None,
@@ -204,41 +211,62 @@ def _find(
     calibration, observed, faults = calibrated(machine, ordered, bad, seed=seed, progress=progress)
     progress("what else may be wrong")
     around = all_surroundings(machine, calibration.machine, observed)
-    before = after = scored(machine, (), observed, calibration, around)
-    around_first = around
-    progress("what starts at another temperature")
-    restarted, after = look_at_starts(before, around, seed)
-    described = [restarted] if restarted else []
-    started = after
-    rounds: list[Judged] = []
+    before = scored(machine, (), observed, calibration, around)
     with processes(workers) as pool:
-        for count in range(MOST_ADDED):
-            if count and left_over(after, len(observed[0].channels)) < SETTLED:
-                break
-            at_first = float(started.unseen.sum())
-            judged = _round(pool, after, around, without, at_first, seed, progress)
-            rounds.append(judged)
-            if not judged.named:
-                break
-            progress("calibrating the named effect in full")
-            grown, around = refined(judged.best)
-            share = 1.0 - float(grown.unseen.sum()) / float(after.unseen.sum())
-            if out_of_range(grown, share):
-                rounds[-1] = replace(judged, one_of=())
-                break
-            after = grown
-            if count:
-                progress("asking again which of the first it is")
-                rounds[0], after = swapped(rounds[0], after, around)
-        if not adequate(started, after, len(observed[0].channels)):
-            rounds, after = [replace(rounds[0], one_of=())], started
+        progress("what starts at another temperature")
+        restarted, started = look(
+            pool, before, around, seed, only=("start_state",), least=LEAST_SHARE, locally=False
+        )
+        described = [restarted] if restarted else []
+        rounds, after = _effects(pool, started, around, without, seed, progress)
         found = Found(before, after, tuple(rounds), (), tuple(described), tuple(faults))
+        named = rounds[0].named
         # Not by the verdict: with another start of a part, that is an answer already.
-        if rounds[0].named or not (rounds[0].above_tolerance or found.reference.is_left):
+        wrong = rounds[0].above_tolerance or found.reference.is_left or far_off(started)
+        if not (named or wrong):
             return found
-        progress("looking for heat paths")
-        path, after = look_at_paths(pool, started, around_first, seed)
-    return replace(found, after=after, described=(*described, path)) if path else found
+        rest = most - len(described)
+        rival = after if named else None
+        changes = describe(pool, started, around, seed, rest, progress, rival)
+    if named and not changes:
+        return found
+    first = replace(rounds[0], one_of=())
+    found = replace(found, rounds=(first,), described=(*described, *changes))
+    return found.only_described()
+
+
+def _effects(
+    pool: ProcessPoolExecutor,
+    started: Explained,
+    around: Sequence[Surroundings],
+    without: Sequence[str],
+    seed: int,
+    progress: Progress,
+) -> tuple[list[Judged], Explained]:
+    """Look for effects, one after another; return what was judged and what is explained then."""
+    after, channels = started, len(started.observed[0].channels)
+    rounds: list[Judged] = []
+    for count in range(MOST_ADDED):
+        if count and left_over(after, channels) < SETTLED:
+            break
+        at_first = float(started.unseen.sum())
+        judged = _round(pool, after, around, without, at_first, seed, progress)
+        rounds.append(judged)
+        if not judged.named:
+            break
+        progress("calibrating the named effect in full")
+        grown, around = refined(judged.best)
+        share = 1.0 - float(grown.unseen.sum()) / float(after.unseen.sum())
+        if out_of_range(grown, share):
+            rounds[-1] = replace(judged, one_of=())
+            break
+        after = grown
+        if count:
+            progress("asking again which of the first it is")
+            rounds[0], after = swapped(rounds[0], after, around)
+    if not adequate(started, after, channels):
+        rounds, after = [replace(rounds[0], one_of=())], started
+    return rounds, after
 
 
 def _need_excitation(machine: Machine, runs: Sequence[Run]) -> None:

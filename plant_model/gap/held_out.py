@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from measurement.runs import Run
 from plant_model.gap.calibrate import Progress, quiet
 from plant_model.gap.data_faults import DataFault, taken_out
-from plant_model.gap.find import Found, find_gap
+from plant_model.gap.description import Described
+from plant_model.gap.find import MOST_CHANGES, Found, find_gap
 from plant_model.gap.observations import Observations, observe
 from plant_model.gap.report import Comparison
 from plant_model.gap.standing import standing_still
@@ -23,6 +24,7 @@ def answer(
     unseen: Sequence[Run],
     *,
     without: Sequence[str] = (),
+    most: int = MOST_CHANGES,
     seed: int = 0,
     workers: int | None = None,
     progress: Progress = quiet,
@@ -34,7 +36,7 @@ def answer(
     machine : Machine
     runs, unseen : sequence of Run
         Without what is broken by the data alone.
-    without, seed, workers, progress
+    without, most, seed, workers, progress
         As in `find_gap`.
 
     Returns
@@ -50,10 +52,17 @@ def answer(
     for _ in range(MOST_ASKED):
         sound = [taken_out(machine, run, lone) for run in runs]
         found = find_gap(
-            machine, sound, without=without, seed=seed, workers=workers, progress=progress
+            machine,
+            sound,
+            without=without,
+            most=most,
+            seed=seed,
+            workers=workers,
+            progress=progress,
         )
         progress("judging by what was kept back")
-        later = observe(machine, unseen)
+        channels = found.observed[0].channels
+        later = observe(machine, unseen, channels=channels)
         names = {run.name for run in unseen}
         still = [
             fault
@@ -61,7 +70,8 @@ def answer(
             if fault.run in names
         ]
         if still:
-            later = observe(machine, [taken_out(machine, run, still) for run in unseen])
+            sound = [taken_out(machine, run, still) for run in unseen]
+            later = observe(machine, sound, channels=channels)
         found, comparison = confirmed(found, later)
         new = [fault for fault in _lone(found) if fault not in lone]
         if not new:
@@ -101,11 +111,27 @@ def confirmed(found: Found, unseen: Sequence[Observations]) -> tuple[Found, Comp
         On these runs, before and after what is left.
     """
     before = found.before.machine
-    least = 0 if found.described else 1
-    for count in range(len(found.after.added), least - 1, -1):
+    for count in range(len(found.after.added), 0, -1):
         fewer = found.with_only(count)
         comparison = Comparison(before, fewer.after.machine, unseen)
-        gap = comparison.gap()
-        if gap["after"] <= gap["before"]:
+        if comparison.gap()["after"] <= comparison.gap()["before"]:
             return fewer, comparison
-    return found.with_only(0).as_described(), Comparison(before, before, unseen)
+    found = found.with_only(0).only_described()
+    while found.described:
+        comparison = Comparison(before, found.after.machine, unseen)
+        worse = _made_worse(found, comparison)
+        if worse is None:
+            return found, comparison
+        found = found.without_change(worse)
+    return found, Comparison(before, before, unseen)
+
+
+def _made_worse(found: Found, comparison: Comparison) -> Described | None:
+    """Return a change that makes the channel worse that it is for; the last one if all is worse."""
+    channels = comparison.channels()
+    for one in reversed(found.described):
+        told = channels.get(one.channel)
+        if told is not None and told["after"] > told["before"]:
+            return one
+    gap = comparison.gap()
+    return found.described[-1] if gap["after"] > gap["before"] else None

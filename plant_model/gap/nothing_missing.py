@@ -54,17 +54,17 @@ def draw(
     return found
 
 
-def chance_share(
+def drawn_like(
     screen: Screen,
     designs: Sequence[RunDesign],
     observed: Sequence[Observations],
     tried: Sequence[Candidate],
     unseen_cost: float,
     seed: int,
-) -> float:
-    """Return what the best candidate explains of the unseen cost by chance, in 99 of 100 cases.
+) -> list[FloatArray]:
+    """Return residuals of data sets with nothing missing that cost as much as the data does.
 
-    The slow misfit is given the size at which such draws cost as much as the data does.
+    It is the slow misfit that is given the size for that.
     """
     sizes = (0.05, 1.0)
     costs = []
@@ -73,7 +73,24 @@ def chance_share(
         costs.append(float(np.median(screen.scores(drawn).unseen_cost.sum(axis=1))))
     slope = (costs[1] - costs[0]) / (sizes[1] ** 2 - sizes[0] ** 2)
     misfit = float(np.sqrt(np.clip((unseen_cost - costs[0]) / max(slope, 1e-9), 0.05**2, 9.0)))
-    drawn = Data.of(designs, tried, draw(designs, observed, DRAWS, seed + 1, misfit))
+    return draw(designs, observed, DRAWS, seed + 1, misfit)
+
+
+def best_share(screen: Screen, drawn: Data) -> float:
+    """Return what the best candidate explains of the unseen cost in 99 of 100 data sets."""
     scores = screen.scores(drawn)
     best = scores.unseen.sum(axis=1).max(axis=1) / scores.unseen_cost.sum(axis=1)
     return float(np.quantile(best, 0.99))
+
+
+def chance_share(
+    screen: Screen,
+    designs: Sequence[RunDesign],
+    observed: Sequence[Observations],
+    tried: Sequence[Candidate],
+    unseen_cost: float,
+    seed: int,
+) -> float:
+    """Return what the best candidate explains of the unseen cost by chance, in 99 of 100 cases."""
+    drawn = drawn_like(screen, designs, observed, tried, unseen_cost, seed)
+    return best_share(screen, Data.of(designs, tried, drawn))

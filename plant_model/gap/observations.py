@@ -137,6 +137,7 @@ def observe(
     machine: Machine,
     runs: Sequence[Run],
     bad: dict[str, list[tuple[str, float, float]]] | None = None,
+    channels: tuple[str, ...] = (),
 ) -> list[Observations]:
     """Gather the observations of some runs.
 
@@ -147,13 +148,16 @@ def observe(
     runs : sequence of Run
     bad : dict of run name to list of (channel, start, end), optional
         Spans to leave out [s].
+    channels : tuple of str, optional
+        Those of other runs that these are to be set beside, whether these hold them or not; all
+        that they hold if empty.
 
     Raises
     ------
     BadInput
         When a run has no usable rows or no channel.
     """
-    channels = compared_channels(machine, runs)
+    channels = channels or compared_channels(machine, runs)
     binned = [_binned(machine, run, channels, (bad or {}).get(run.name, [])) for run in runs]
     together = np.concatenate([values for _, values, _ in binned])
     span = _span(together)
@@ -244,9 +248,10 @@ def _median_step(time: FloatArray) -> float:
 
 
 def _span(values: FloatArray) -> FloatArray:
-    with np.errstate(all="ignore"):
-        low, high = np.nanpercentile(np.where(np.isfinite(values), values, np.nan), [2, 98], axis=0)
-    return np.asarray(np.nan_to_num(high - low))
+    """Return how far each channel moves, without its few farthest values; 0 if it has none."""
+    filled = np.where(np.isfinite(values).any(axis=0), values, 0.0)
+    low, high = np.nanpercentile(filled, [2, 98], axis=0)
+    return np.asarray(high - low)
 
 
 def _binned(

@@ -141,13 +141,17 @@ class Screen:
         self.runs = len(grams.shared)
 
     @cached_property
-    def _whole(self) -> _Fold:
-        return _Fold(self.grams, list(range(self.runs)))
+    def _whole(self) -> Fold:
+        return Fold(self.grams, list(range(self.runs)))
 
     @cached_property
-    def _folds(self) -> list[_Fold]:
+    def _folds(self) -> list[Fold]:
         everything = range(self.runs)
-        return [_Fold(self.grams, [j for j in everything if j != k]) for k in everything]
+        return [Fold(self.grams, [j for j in everything if j != k]) for k in everything]
+
+    def fold_without(self, run: int) -> Fold:
+        """Return recalibration on all runs but one."""
+        return self._folds[run]
 
     def scores(self, data: Data) -> Scores:
         """Score every candidate on every data set."""
@@ -160,7 +164,7 @@ class Screen:
         return Scores(gain, scale, np.stack(unseen, axis=1), cost, np.stack(unseen_cost, axis=1))
 
 
-class _Fold:
+class Fold:
     """Recalibration on some runs, with and without each candidate."""
 
     def __init__(self, grams: Grams, runs: list[int]) -> None:

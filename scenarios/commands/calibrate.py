@@ -32,6 +32,7 @@ def run(args: argparse.Namespace) -> int:
     """Calibrate, write the machine file, and say what the runs determine."""
     from measurement.errors import BadInput
     from measurement.runs import read_run
+    from plant_model.gap.advice import advice
     from plant_model.gap.regimes import by_channel, residuals
     from plant_model.gap.standing import calibrated
     from plant_model.machine_file import read_machine
@@ -55,6 +56,7 @@ def run(args: argparse.Namespace) -> int:
         moment: by_channel(which, [residuals(which, one) for one in observed])
         for moment, which in (("before", machine), ("after", found.machine))
     }
+    told_by_it = advice(found.machine, observed, found.parameters)
     if args.json:
         table = {
             "machine": str(path),
@@ -62,6 +64,7 @@ def run(args: argparse.Namespace) -> int:
             "parameters": [asdict(entry) for entry in found.parameters],
             "data_faults": [asdict(fault) for fault in faults],
             "not_compared": lacking,
+            "advice": [asdict(one) for one in told_by_it],
         }
         print(json.dumps(table, indent=1))
         return 0
@@ -79,5 +82,9 @@ def run(args: argparse.Namespace) -> int:
             f"  {entry.name:<52}{entry.prior:>10.4g} -> {entry.value:.4g} "
             f"({entry.low:.4g} to {entry.high:.4g}) {entry.unit}{bound}"
         )
-    print(f"the others stay near what the machine file says\nwrote {path}")
+    print("the others stay near what the machine file says")
+    if told_by_it:
+        print("\nWhat the machine file may lack ('spindle-drift find-gap' tries it):")
+        print(*(f"  {one.text}" for one in told_by_it), sep="\n")
+    print(f"wrote {path}")
     return 0

@@ -33,6 +33,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--without", nargs="+", default=[], metavar="EFFECT", help="effects not to consider"
     )
+    parser.add_argument(
+        "--split-hours",
+        type=float,
+        metavar="H",
+        help="cut --runs that are longer into pieces of H hours, each begun where the one before "
+        "ended",
+    )
+    parser.add_argument(
+        "--most",
+        type=int,
+        default=6,
+        metavar="N",
+        help="changes of the description to make at most (default: 6; 0: none)",
+    )
     parser.add_argument("--seed", type=int, default=0, help="of random starts and draws")
     parser.add_argument("--workers", type=int, help="processes (default: one for each core)")
     parser.add_argument(
@@ -54,6 +68,10 @@ def run(args: argparse.Namespace) -> int:
             raise BadInput("--without", "", f"{name} is not one of {', '.join(catalogue())}")
     if args.workers is not None and not 1 <= args.workers <= 256:
         raise BadInput("--workers", "", f"{args.workers} is outside 1..256")
+    if not 0 <= args.most <= 50:
+        raise BadInput("--most", "", f"{args.most} is outside 0..50")
+    if args.split_hours is not None and not 0.5 <= args.split_hours <= 1000.0:
+        raise BadInput("--split-hours", "", f"{args.split_hours:g} is outside 0.5..1000")
     asked = Question(
         args.machine,
         args.runs,
@@ -63,6 +81,8 @@ def run(args: argparse.Namespace) -> int:
         args.seed,
         args.workers,
         not args.no_fmu,
+        args.most,
+        args.split_hours,
     )
     with spoken(args.quiet, FIND_GAP) as say:
         table, lines = run_find_gap(asked, say)

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path as File
 
 import pytest
 
 from plant_model.effects import catalogue
-from plant_model.gap.heat_paths import Path, _paths
+from plant_model.gap.five_lines import five_lines
 from plant_model.gap.held_out import answer
-from plant_model.gap.report import five_lines, report_of
+from plant_model.gap.report import report_of
 from plant_model.machine import Machine
-from plant_model.machine_file import read_machine
-from plant_model.machine_writer import write_machine
 from tests.plant_model.gap.conftest import runs_of
 
 FORGOTTEN = ("front_inner", "front_outer")
@@ -21,28 +18,6 @@ FORGOTTEN = ("front_inner", "front_outer")
 
 def without_link(machine: Machine, name: str) -> Machine:
     return replace(machine, items=tuple(item for item in machine.items if item.name != name))
-
-
-def test_every_pair_that_is_not_joined_is_tried(jig_borer: Machine) -> None:
-    joined = {frozenset(item.refs["between"]) for item in jig_borer.items if "between" in item.refs}
-    places = [frozenset(path.place) for path in _paths(jig_borer)]
-    assert len(places) == len(set(places))
-    assert not joined & set(places)
-    nodes = len(jig_borer.nodes)
-    every = nodes * (nodes - 1) // 2 + nodes * len(jig_borer.boundary_index)
-    assert len(places) + len(joined) == every
-
-
-@pytest.mark.parametrize(
-    "path",
-    [Path(("rotor", "housing_rear"), boundary=False), Path(("stator", "ambient"), boundary=True)],
-)
-def test_a_path_is_written_and_read_back(path: Path, jig_borer: Machine, tmp_path: File) -> None:
-    grown = path.put_into(jig_borer, 12.0)
-    assert grown.parameters[path.parameter].value == 12.0
-    file = write_machine(grown, "jig_borer", tmp_path / "after.toml")
-    assert read_machine(file) == grown
-    assert set(grown.parameters) - set(jig_borer.parameters) >= {path.parameter}
 
 
 @pytest.mark.slow

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from measurement.runs import Run
+from plant_model.gap.five_lines import _left_out
 from plant_model.gap.observations import observe
-from plant_model.gap.report import Comparison, _left_out
+from plant_model.gap.report import Comparison
 from plant_model.machine import Machine
 from tests.plant_model.gap.conftest import runs_of
 

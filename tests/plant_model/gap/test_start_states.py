@@ -10,9 +10,10 @@ import pytest
 
 from measurement.runs import Run
 from plant_model.effects import catalogue
+from plant_model.gap.five_lines import five_lines
 from plant_model.gap.held_out import answer
-from plant_model.gap.report import five_lines, report_of
-from plant_model.gap.start_states import Start
+from plant_model.gap.kinds.start_state import StartState
+from plant_model.gap.report import report_of
 from plant_model.machine import Machine
 from plant_model.machine_file import read_machine
 from plant_model.machine_writer import write_machine
@@ -49,7 +50,7 @@ def told_wrong(jig_borer: Machine) -> Machine:
 def test_a_share_of_the_way_in_the_file_the_simulation_and_the_stepper(
     jig_borer: Machine, tmp_path: Path
 ) -> None:
-    machine = Start(("rotor",), "T8", 0.25).put_into(jig_borer)
+    machine = StartState(("rotor",), "T8", (0.25,), True).put_into(jig_borer, {"share": 0.25})
     path = write_machine(machine, "jig_borer", tmp_path / "after.toml")
     assert read_machine(path) == machine
     assert Machine.from_dict(machine.to_dict()) == machine

@@ -1,0 +1,225 @@
+"""Mistakes of a machine's description: ``python -m benchmarks.gap.mistakes --out DIR``.
+
+The shipped lathe is simulated over six made-up runs, five of which the gap finder may calibrate on.
+Either the truth has something that the machine file does not say, or an owner's file lacks an item
+of it. The gap finder is given the file and the whole catalogue. The truth is a lumped model of the
+same kind: this shows that a mistake of each kind can be found, and what calibration takes over; it
+is no measure of how often that happens on a real machine.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+# Before numpy is there: the finder's processes keep the cores busy.
+for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ.setdefault(_name, "1")
+
+import numpy as np  # noqa: E402
+import pandas as pd  # noqa: E402
+from tqdm import tqdm  # noqa: E402
+
+from benchmarks.gap.clock import clocked  # noqa: E402
+from measurement.files import write_atomically  # noqa: E402
+from measurement.runs import Run  # noqa: E402
+from plant_model.gap.held_out import answer  # noqa: E402
+from plant_model.gap.kinds.base import Change  # noqa: E402
+from plant_model.gap.kinds.coarse_part import CoarsePart  # noqa: E402
+from plant_model.gap.kinds.conductance_with_motion import ConductanceWithMotion  # noqa: E402
+from plant_model.gap.kinds.heat_source import HeatSource  # noqa: E402
+from plant_model.gap.kinds.hidden_mass import HiddenMass  # noqa: E402
+from plant_model.gap.kinds.moves_axis import MovesAxis  # noqa: E402
+from plant_model.gap.kinds.sensor_place import SensorPlace  # noqa: E402
+from plant_model.gap.report import report_of  # noqa: E402
+from plant_model.machine import Machine  # noqa: E402
+from plant_model.machine_file import read_machine  # noqa: E402
+from plant_model.simulate import simulate  # noqa: E402
+
+HOURS = 5.0
+
+RUNS = {
+    "fast_slow": ([0.0, 2.5], [2000, 1000], [5000, 5000], 20.0, 0.0),
+    "stop": ([0.0, 1.5, 2.5], [1000, 0, 2000], [5000, 0, 5000], 25.0, -1.0),
+    "axes_only": ([0.0, 1.2, 3.0], [1500, 500, 2000], [3000, 5000, 0], 22.0, 1.2),
+    "spindle_only": ([0.0, 2.0, 3.5], [800, 1800, 0], [2000, 5000, 5000], 26.0, 0.0),
+    "steps": ([0.0, 1.0, 2.0, 4.0], [1000, 2000, 0, 1500], [5000, 0, 2000, 4000], 19.0, 1.0),
+    "unseen": ([0.0, 2.0, 3.0], [2000, 0, 1200], [5000, 0, 4000], 18.0, 1.0),
+}
+"""Hours at which speed [r/min] and feed [mm/min] change, the hall at the start [degC] and how it
+rises [K/h]; the last run is the one held out."""
+
+
+@dataclass(frozen=True)
+class Mistake:
+    """What the machine file lacks.
+
+    Attributes
+    ----------
+    kind : str
+    place : tuple of str
+    change : Change or None
+        Put into the truth with *numbers*; else the file lacks *item*, (family, name).
+    """
+
+    kind: str
+    place: tuple[str, ...]
+    change: Change | None = None
+    numbers: dict[str, float] | None = None
+    item: tuple[str, str] = ("", "")
+
+    def machines(self, given: Machine) -> tuple[Machine, Machine]:
+        """Return the truth, and the machine as the file has it."""
+        if self.change is not None:
+            return self.change.put_into(given, self.numbers or {}), given
+        if not self.item[0]:
+            return given, given
+        items = tuple(one for one in given.items if (one.family, one.name) != self.item)
+        return given, replace(given, items=items)
+
+
+def mistakes(given: Machine) -> list[Mistake]:
+    """Return the mistakes that are made, and none as the first."""
+    mass = {node.name: node.capacity.value for node in given.nodes}
+    found = [Mistake("nothing", ())]
+
+    def put(change: Change, **numbers: float) -> None:
+        found.append(Mistake(change.name, change.place, change, numbers))
+
+    put(HeatSource(("z_nut",)), power=40.0)
+    put(HeatSource(("tray", "speed")), power=200.0, exponent=1.0)
+    put(HeatSource(("bed_end", "feed")), power=400.0, exponent=1.0)
+    put(ConductanceWithMotion(("z_nut", "air", "feed")), conductance=10.0)
+    put(ConductanceWithMotion(("headstock", "ambient", "speed")), conductance=25.0)
+    put(HiddenMass(("z_nut",), mass["z_nut"]), conductance=15.0, capacity=50000.0)
+    put(HiddenMass(("tray",), mass["tray"]), conductance=20.0, capacity=60000.0)
+    put(CoarsePart(("z_screw",), mass["z_screw"], ("PT05",), False), conductance=3.0)
+    put(CoarsePart(("carriage",), mass["carriage"], ("PT13",), False), conductance=5.0)
+    put(SensorPlace(("PT08", "bed"), "z_nut", False), share=0.6)
+    put(SensorPlace(("TC02", "spindle"), "tray", False), share=0.3)
+    put(MovesAxis(("carriage", "X"), 1.0), length=400.0)
+    for kind, place, item in (
+        ("moves_axis", ("bed", "Z"), ("structure", "bed_length")),
+        ("heat_path", ("headstock", "ambient"), ("links", "headstock-ambient")),
+        ("heat_path", ("tray", "air"), ("links", "tray-air")),
+    ):
+        found.append(Mistake(kind, place, item=item))
+    return found
+
+
+def runs_of(machine: Machine, seed: int = 0) -> list[Run]:
+    """Return the runs as a machine shows them; it is not quite at rest when each begins."""
+    found = []
+    for number, (name, (hours, speed, feed, hall, rise)) in enumerate(RUNS.items()):
+        time = np.arange(0.0, HOURS * 3600.0 + 1.0, 60.0)
+        at = np.searchsorted(np.array(hours) * 3600.0, time, side="right") - 1
+        wander = 0.3 * np.sin(time / 1500.0 + number)
+        frame = pd.DataFrame(
+            {
+                "time_s": time,
+                "speed_rpm": np.array(speed, dtype=np.float64)[at],
+                "feed_mm_min": np.array(feed, dtype=np.float64)[at],
+                "TC08_degC": hall + rise * time / 3600.0 + wander,
+            }
+        )
+        generator = np.random.default_rng([seed, number])
+        starts = {node.name: hall + generator.normal(0.0, 0.4) for node in machine.nodes}
+        for sensor in machine.sensors:
+            if sensor.of in starts:
+                frame[f"{sensor.name}_degC"] = starts[sensor.of]
+        shown = simulate(machine, frame, noise_seed=100 * seed + number)
+        found.append(Run(name, shown.run_frame()))
+    return found
+
+
+def asked(
+    mistake: Mistake, given: Machine, seed: int, ask: Callable[..., Any] = answer
+) -> dict[str, Any]:
+    """Make a mistake and ask what is missing."""
+    truth, told = mistake.machines(given)
+    runs = runs_of(truth, seed)
+    with clocked() as spent:
+        found, comparison, faults = ask(told, runs[:-1], runs[-1:], seed=seed)
+    table = report_of(found, comparison, faults)
+    named = [[one["name"], one.get("place", one.get("channel"))] for one in table["effects"]]
+    rivals = [
+        [one["name"], one["place"]]
+        for entry in table["effects"]
+        for one in entry.get("or_else", [])
+    ]
+    rivals += [
+        [entry["name"], place]
+        for entry in table["effects"]
+        for place in entry.get("other_places", [])
+    ]
+    return {
+        "kind": mistake.kind,
+        "place": list(mistake.place),
+        "verdict": table["verdict"],
+        "named": named,
+        "or_else": rivals,
+        "outcome": outcome(mistake, named, rivals, table["verdict"]),
+        "gap": table["gap"]["holdout"],
+        "data_faults": [one["text"] for one in table["data_faults"]],
+        "seconds": spent["cpu"],
+    }
+
+
+def outcome(mistake: Mistake, named: list[Any], rivals: list[Any], verdict: str) -> str:
+    """Return ``right``, ``one of``, ``right place``, ``silent`` or ``wrong``.
+
+    ``right place`` is another kind at one of the same parts.
+    """
+    if not named:
+        return "right" if mistake.kind == "nothing" and verdict == "none_missing" else "silent"
+    true = [mistake.kind, list(mistake.place)]
+    if named == [true]:
+        return "one of" if rivals else "right"
+    if true in named or true in rivals:
+        return "one of"
+    parts = set(mistake.place)
+    near = any(parts & set(place if isinstance(place, list) else []) for _, place in named)
+    return "right place" if near else "wrong"
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Make every mistake, ask, and print a table."""
+    parser = argparse.ArgumentParser(prog="benchmarks.gap.mistakes", description=__doc__)
+    parser.add_argument("--machine", default="lathe", help="machine file or shipped name")
+    parser.add_argument("--out", type=Path, required=True, metavar="DIR")
+    parser.add_argument("--kinds", nargs="+", metavar="KIND", help="only mistakes of these")
+    parser.add_argument("--seed", type=int, default=0)
+    args = parser.parse_args(arguments)
+    given = read_machine(args.machine)
+    chosen = [one for one in mistakes(given) if not args.kinds or one.kind in args.kinds]
+    answers = []
+    args.out.mkdir(parents=True, exist_ok=True)
+    for mistake in tqdm(chosen, unit="mistake"):
+        answers.append(asked(mistake, given, args.seed))
+        write_atomically(args.out / "mistakes.json", json.dumps(answers, indent=1) + "\n")
+    print("| Mistake | Named | | Gap before | after | CPU [s] |")
+    print("| --- | --- | --- | ---: | ---: | ---: |")
+    for one in answers:
+        said = (
+            "; ".join(f"{name} {_words(place)}" for name, place in one["named"]) or one["verdict"]
+        )
+        more = f" (or {len(one['or_else'])} more)" if one["or_else"] else ""
+        print(
+            f"| {one['kind']} {_words(one['place'])} | {said}{more} | {one['outcome']} "
+            f"| {one['gap']['before']:.2f} | {one['gap']['after']:.2f} | {one['seconds']:.0f} |"
+        )
+    return 0
+
+
+def _words(place: Any) -> str:
+    return " ".join(place) if isinstance(place, list) else str(place)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

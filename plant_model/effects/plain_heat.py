@@ -1,0 +1,62 @@
+"""Heat in a part that no law of its own describes: always there, or driven by an input."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+
+from plant_model.effects.base import Effect, Inputs, ItemSpec, NumberSpec, amplitude
+from plant_model.parameters import FloatArray, Parameter
+
+
+class PlainHeat(Effect):
+    """Heat in one node: P, or P (|u| / u_high)^a with an input u and the top of its range u_high.
+
+    ``steady_heat`` is what is on as long as the machine is: a cabinet, a pump, hydraulics, a drive
+    that holds its axis; some 10 to 500 W in a machine that stands by (ISO 14955-1:2017, annex A,
+    lists what is on in that state). ``driven_heat`` is heat that comes with an input, in a part
+    of which no more is known: a = 1 for a friction that speed does not change, 2 for a viscous one.
+    """
+
+    name: ClassVar[str] = "plain_heat"
+    title: ClassVar[str] = "Heat of its own in a part"
+    explanation: ClassVar[str] = "A part is heated always, or by a power of one of the inputs."
+    parameters: ClassVar[dict[str, Parameter]] = {
+        "scale": amplitude(1.0, 0.0, 3.0, "factor on all of it, 1 as given")
+    }
+    amplitude: ClassVar[str] = "scale"
+    handles: ClassVar[dict[tuple[str, str], ItemSpec]] = {
+        ("sources", "steady_heat"): ItemSpec(
+            refs={"node": "node"}, numbers={"power": NumberSpec("W", 0.0, 1e5)}
+        ),
+        ("sources", "driven_heat"): ItemSpec(
+            refs={"node": "node", "driven_by": "input"},
+            numbers={
+                "power": NumberSpec("W", 0.0, 1e5),
+                "exponent": NumberSpec("1", 0.5, 3.0, 1.0),
+            },
+        ),
+    }
+
+    def prepare(self) -> None:
+        """Find how far each driving input goes."""
+        self._most = {
+            entry.name: max(abs(entry.low), abs(entry.high)) for entry in self.machine.inputs
+        }
+
+    def heat(
+        self,
+        inputs: Inputs,
+        temperatures: FloatArray | None,
+        states: FloatArray | None,
+        out: FloatArray,
+    ) -> None:
+        """Add every source to its node."""
+        for item in self.items:
+            power = self.own("scale") * self.of(item, "power")
+            if item.kind == "driven_heat":
+                (driver,) = item.refs["driven_by"]
+                share = np.abs(inputs[driver]) / self._most[driver]
+                power = power * share ** self.of(item, "exponent")
+            out[..., self.nodes(item, "node")[0]] += power

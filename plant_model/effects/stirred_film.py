@@ -1,0 +1,62 @@
+"""Exchange that grows with motion: a moving axis cools its nut, a turning pulley its cover."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import ClassVar
+
+import numpy as np
+
+from plant_model.effects.base import (
+    Effect,
+    Exchange,
+    Inputs,
+    ItemSpec,
+    NumberSpec,
+    amplitude,
+    exchange,
+)
+from plant_model.parameters import FloatArray, Parameter
+
+
+class StirredFilm(Effect):
+    """Exchange that is there only in motion: Q = G (|u| / u_high)^0.7 (T_b - T_a).
+
+    u is an input, u_high the top of its range. It stands beside a link of the same parts that is
+    there at rest. The exponent is that of films on turning and moving surfaces, as in
+    ``forced_convection``.
+    """
+
+    name: ClassVar[str] = "stirred_film"
+    title: ClassVar[str] = "Exchange that grows with motion"
+    explanation: ClassVar[str] = "Parts exchange more heat while the spindle or an axis moves."
+    parameters: ClassVar[dict[str, Parameter]] = {
+        "scale": amplitude(1.0, 0.0, 3.0, "factor on all of it, 1 as given")
+    }
+    amplitude: ClassVar[str] = "scale"
+    handles: ClassVar[dict[tuple[str, str], ItemSpec]] = {
+        ("links", "stirred"): ItemSpec(
+            refs={"between": "node,node|boundary", "driven_by": "input"},
+            numbers={"conductance": NumberSpec("W/K", 0.0, 1e5)},
+        )
+    }
+
+    def prepare(self) -> None:
+        """Find what drives the links, and how far each driver goes."""
+        drivers = {item.refs["driven_by"][0] for item in self.items}
+        self.driven_by = tuple(sorted(drivers))
+        self._most = {
+            entry.name: max(abs(entry.low), abs(entry.high)) for entry in self.machine.inputs
+        }
+
+    def conductance(
+        self, inputs: Inputs, temperatures: FloatArray | None, states: FloatArray | None
+    ) -> Sequence[Exchange]:
+        """Return the exchange that motion adds."""
+        found = []
+        for item in self.items:
+            (driver,) = item.refs["driven_by"]
+            share = (np.abs(inputs[driver]) / self._most[driver]) ** 0.7
+            g = self.own("scale") * self.of(item, "conductance") * share
+            found.append(exchange(self, item, g))
+        return found

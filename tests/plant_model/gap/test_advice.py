@@ -1,0 +1,71 @@
+"""What a calibration says of the description, in plain words."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from benchmarks.gap.mistakes import runs_of
+from plant_model.gap.advice import advice, disagreeing, heat_missing, worse_than_none
+from plant_model.gap.calibrate import Identified
+from plant_model.gap.kinds.coarse_part import CoarsePart
+from plant_model.gap.kinds.heat_source import HeatSource
+from plant_model.gap.observations import observe
+from plant_model.gap.regimes import residuals
+from plant_model.machine import Machine
+from plant_model.machine_file import read_machine
+
+POWER_W = 40.0
+
+
+@pytest.fixture(scope="module")
+def lathe() -> Machine:
+    return read_machine("lathe")
+
+
+def test_heat_that_a_part_lacks_is_told_with_its_power(lathe: Machine) -> None:
+    warmed = HeatSource(("z_nut",)).put_into(lathe, {"power": POWER_W})
+    observed = observe(lathe, runs_of(warmed)[:2])
+    at = lathe.node_index["z_nut"]
+    for one in observed:
+        missing, conductance = heat_missing(lathe, one)
+        assert missing["running"][at] == pytest.approx(POWER_W, rel=0.15)
+        others = np.abs(missing["running"] / conductance)
+        others[at] = 0.0
+        assert np.nanmax(others) < 0.5
+    (told,) = [one for one in advice(lathe, observed, ()) if one.kind == "heat_balance"]
+    assert told.place == ("z_nut",)
+    assert "while running" in told.text
+
+
+def test_a_machine_that_is_right_gets_no_advice(lathe: Machine) -> None:
+    assert advice(lathe, observe(lathe, runs_of(lathe)[:2]), ()) == []
+
+
+def test_two_thermometers_that_contradict_one_lump_are_told(lathe: Machine) -> None:
+    mass = {node.name: node.capacity.value for node in lathe.nodes}
+    cut = CoarsePart(("carriage",), mass["carriage"], ("PT13",), False)
+    observed = observe(lathe, runs_of(cut.put_into(lathe, {"conductance": 5.0}))[:2])
+    (told,) = disagreeing(lathe, observed)
+    assert told.place == ("PT12", "PT13")
+    assert "carriage" in told.text
+
+
+def test_a_channel_worse_than_no_model_is_told(lathe: Machine) -> None:
+    hot = lathe.with_values({"sources.z_nut.loss": 27.0})
+    items = tuple(one for one in lathe.items if one.name != "z_nut-air")
+    left = [residuals(replace(hot, items=items), one) for one in observe(lathe, runs_of(lathe)[:2])]
+    assert ("PT08",) in [one.place for one in worse_than_none(lathe, left)]
+
+
+def test_a_number_at_the_end_of_its_range_is_told(lathe: Machine) -> None:
+    numbers = [
+        Identified("links.a-b.conductance", "W/K", 8.0, 2.5, 2.0, 3.0, 0.9, at_bound=True),
+        Identified("sources.front.f0", "1", 1.0, 1.1, 1.0, 1.2, 0.9, at_bound=False),
+    ]
+    observed = observe(lathe, runs_of(lathe)[:1])
+    (told,) = [one for one in advice(lathe, observed, numbers) if one.kind == "range_too_tight"]
+    assert told.place == ("links.a-b.conductance",)
+    assert "low end" in told.text
