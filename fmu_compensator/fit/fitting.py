@@ -76,7 +76,8 @@ def fit_compensator(
         sensor whose level jumps between runs then does no harm. ``absolute``: as read. ``level``:
         temperatures as read, displacements relative. By default what is usual for the model.
     grey : mapping, optional
-        Options of `choose_points`: threshold, theta, image, score.
+        Options of `choose_points`: threshold, theta, image, absolute_image, score, and target by
+        its name.
     sensors : sequence of str, optional
         The temperature inputs of the compensator; by default every temperature in the runs.
     geometry_form : {"rigid", "pure_rotation"}

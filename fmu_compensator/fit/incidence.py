@@ -21,17 +21,33 @@ from scipy.sparse.csgraph import connected_components
 Array = NDArray[np.float64]
 
 
+class NoImageError(ValueError):
+    """A series has no image of some form.
+
+    Attributes
+    ----------
+    column : int
+        The series.
+    why : str
+        What it lacks.
+    """
+
+    def __init__(self, column: int, why: str) -> None:
+        super().__init__(f"column {column} {why}")
+        self.column, self.why = column, why
+
+
 def initial_value_image(series: Array) -> Array:
     """Return each column divided by its first value [1].
 
     Raises
     ------
-    ValueError
+    NoImageError
         If a column starts at zero: the form does not exist there.
     """
     if np.any(series[0] == 0):
         column = int(np.flatnonzero(series[0] == 0)[0])
-        raise ValueError(f"column {column} starts at 0: it has no initial-value image")
+        raise NoImageError(column, "starts at 0: it has no initial-value image")
     return np.asarray(series / series[0])
 
 
@@ -40,13 +56,13 @@ def mean_image(series: Array) -> Array:
 
     Raises
     ------
-    ValueError
+    NoImageError
         If a column has mean zero: the form does not exist there.
     """
     mean = series.mean(axis=0)
     if np.any(mean == 0):
         column = int(np.flatnonzero(mean == 0)[0])
-        raise ValueError(f"column {column} has mean 0: it has no mean image")
+        raise NoImageError(column, "has mean 0: it has no mean image")
     return np.asarray(series / mean)
 
 
@@ -62,6 +78,8 @@ IMAGES: dict[str, Callable[[Array], Array]] = {
     "mean": mean_image,
     "interval": interval_image,
 }
+AS_READ = "as_read"
+"""In the place of an image: the series itself."""
 
 
 def absolute_degree(series: Array) -> Array:
@@ -107,11 +125,38 @@ def relative_degree(series: Array, image: str = "initial") -> Array:
     return absolute_degree(IMAGES[image](series))
 
 
-def comprehensive_degree(series: Array, theta: float = 0.5, image: str = "initial") -> Array:
-    """Return theta times the absolute plus (1 - theta) times the relative degree, all pairs [1]."""
+def comprehensive_degree(
+    series: Array, theta: float = 0.5, image: str = "initial", absolute_image: str = AS_READ
+) -> Array:
+    """Return theta times the absolute plus (1 - theta) times the relative degree, all pairs.
+
+    Parameters
+    ----------
+    series : array (n, m)
+        As for `absolute_degree`.
+    theta : float
+        Weight of the absolute degree, 0 to 1 [1].
+    image : {"initial", "mean", "interval"}
+        Of the relative degree.
+    absolute_image : {"as_read", "initial", "mean", "interval"}
+        Of the absolute degree. Liu takes the series itself. The jig-borer study takes initial-value
+        images, on which the absolute degree no longer feels the scale: it is Liu's relative one.
+
+    Returns
+    -------
+    array (m, m)
+        Symmetric, 1 on the diagonal [1].
+    """
     if not 0 <= theta <= 1:
         raise ValueError(f"theta {theta:g} is not in 0 to 1")
-    return theta * absolute_degree(series) + (1 - theta) * relative_degree(series, image)
+    # An image that counts for nothing need not exist.
+    parts = np.zeros((series.shape[1], series.shape[1]))
+    if theta > 0:
+        taken = series if absolute_image == AS_READ else IMAGES[absolute_image](series)
+        parts = parts + theta * absolute_degree(taken)
+    if theta < 1:
+        parts = parts + (1 - theta) * relative_degree(series, image)
+    return parts
 
 
 def groups(degree: Array, threshold: float = 0.9) -> list[list[int]]:

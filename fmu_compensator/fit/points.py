@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,9 +10,16 @@ import numpy as np
 
 from fmu_compensator.fit.clustering import fuzzy_c_means, hierarchical
 from fmu_compensator.fit.data import PreparedRun, moved_by
-from fmu_compensator.fit.incidence import IMAGES, comprehensive_degree, groups, relational_degree
+from fmu_compensator.fit.incidence import (
+    AS_READ,
+    IMAGES,
+    NoImageError,
+    comprehensive_degree,
+    groups,
+    relational_degree,
+)
 from fmu_compensator.fit.training import Array
-from measurement.errors import BadInput
+from measurement.errors import BadInput, shown
 
 GRID_S = 60.0
 """Degrees of incidence sum samples, so all runs are put on this one time grid first [s]."""
@@ -57,9 +64,12 @@ def choose_points(
     threshold: float = 0.9,
     theta: float = 0.5,
     image: str = "initial",
+    absolute_image: str = AS_READ,
     score: str = "correlation",
+    target: int | None = None,
     grouping: str = "grey",
     clusters: int = 4,
+    names: Sequence[str] = (),
 ) -> Choice:
     """Group the candidates and keep one of each group.
 
@@ -71,7 +81,7 @@ def choose_points(
         Indices of the sensors to choose from.
     threshold : float
         The significance level lambda: sensors with at least this degree form one group.
-    theta, image
+    theta, image, absolute_image
         Of `comprehensive_degree`.
     grouping : {"grey", "hierarchical", "fuzzy"}
         By grey comprehensive degree, by hierarchical clustering of the rises (Euclidean distance,
@@ -80,28 +90,28 @@ def choose_points(
         How many groups the latter two make.
     score : {"correlation", "relational"}
         What makes a sensor the best of its group: the size of Pearson's r with the error, or the
-        grey relational degree to it; either way the mean over all targets. A falling target
-        counts like its mirror image. On a measured lathe the correlation chose better.
+        grey relational degree to it. A falling target counts like its mirror image. On a measured
+        lathe the correlation chose better.
+    target : int, optional
+        The one target to score against, such as elongation in the studies; by default the mean
+        over all targets counts.
+    names : sequence of str, optional
+        Of all sensors, for messages.
 
     Raises
     ------
     BadInput
-        If every candidate hardly moves, an option is not allowed, or the initial-value image does
-        not exist because a temperature starts at 0 degC.
+        If every candidate hardly moves, an option is not allowed, or an image does not exist
+        because a temperature starts at 0, as recorded rises do.
     """
-    for place, text, allowed in (
-        ("score", score, tuple(SCORES)),
-        ("image", image, tuple(IMAGES)),
-        ("grouping", grouping, GROUPINGS),
-    ):
-        if text not in allowed:
-            raise BadInput("points", place, f"{text!r} is not allowed: {', '.join(allowed)}")
-    for place, value in (("lambda", threshold), ("theta", theta)):
-        if not 0 <= value <= 1:
-            raise BadInput("points", place, f"{value:g} is not allowed: must be from 0 to 1")
+    refuse_grey(threshold, theta, image, absolute_image)
+    _refuse_word("score", score, SCORES)
+    _refuse_word("grouping", grouping, GROUPINGS)
     grids = [on_grid(run, candidates) for run in runs]
     rises = np.concatenate([temperatures - temperatures[0] for temperatures, _ in grids])
     errors = np.concatenate([targets - targets[0] for _, targets in grids])
+    if target is not None:
+        errors = errors[:, [target]]
     spread = moved_by(rises)
     loud = [place for place in range(len(candidates)) if spread[place] >= NEAR_CONSTANT_K]
     if not loud:
@@ -112,8 +122,10 @@ def choose_points(
         )
     values = SCORES[score](errors, rises[:, loud])
     if grouping == "grey":
-        parts = [temperatures[:, loud] for temperatures, _ in grids]
-        members = groups(mean_degree(parts, theta, image), threshold)
+        parts = {run.name: grid[:, loud] for run, (grid, _) in zip(runs, grids, strict=True)}
+        labels = [names[candidates[place]] for place in loud] if names else ()
+        degree = mean_degree(parts, theta, image, absolute_image, names=labels)
+        members = groups(degree, threshold)
     else:
         if not 1 <= clusters <= len(loud):
             problem = f"{clusters} is not allowed: 1 to {len(loud)}, the temperatures that move"
@@ -131,27 +143,78 @@ def choose_points(
     )
 
 
-def mean_degree(parts: Sequence[Array], theta: float = 0.5, image: str = "initial") -> Array:
+def refuse_grey(threshold: float, theta: float, image: str, absolute_image: str) -> None:
+    """Refuse options of the grey grouping that are not allowed.
+
+    Raises
+    ------
+    BadInput
+        Naming the first one.
+    """
+    for place, value in (("lambda", threshold), ("theta", theta)):
+        if not 0 <= value <= 1:
+            raise BadInput("points", place, f"{value:g} is not allowed: must be from 0 to 1")
+    _refuse_word("image", image, IMAGES)
+    _refuse_word("absolute image", absolute_image, (AS_READ, *IMAGES))
+
+
+def _refuse_word(place: str, word: str, allowed: Iterable[str]) -> None:
+    if word not in (known := tuple(allowed)):
+        raise BadInput("points", place, f"{shown(word)} is not allowed: {', '.join(known)}")
+
+
+def mean_degree(
+    parts: Mapping[str, Array],
+    theta: float = 0.5,
+    image: str = "initial",
+    absolute_image: str = AS_READ,
+    *,
+    names: Sequence[str] = (),
+) -> Array:
     """Return the grey comprehensive degree, mean over runs, weighted by their length.
 
     Parameters
     ----------
-    parts : sequence of array (n, m)
-        Each run's temperatures on an even grid [degC].
-    theta, image
+    parts : mapping of str to array (n, m)
+        Each run's temperatures on an even grid, by the run's name [degC].
+    theta, image, absolute_image
         Of `comprehensive_degree`.
+    names : sequence of str, optional
+        Of the temperatures, for messages.
 
     Raises
     ------
     BadInput
         If the dimensionless form does not exist for some series.
     """
-    total = sum(len(part) for part in parts)
-    try:
-        degrees = [comprehensive_degree(part, theta, image) * len(part) / total for part in parts]
-    except ValueError as error:
-        raise BadInput("points", image, f"{error}; take another image") from None
+    total = sum(len(part) for part in parts.values())
+    degrees = []
+    for run, part in parts.items():
+        try:
+            degree = comprehensive_degree(part, theta, image, absolute_image)
+        except NoImageError as missing:
+            sensor = names[missing.column] if names else f"column {missing.column}"
+            problem = (
+                f"{sensor} {missing.why}. Temperatures recorded as rises all start at 0: "
+                "give them as read, or take --image interval"
+            )
+            raise BadInput(run, "points", problem) from None
+        degrees.append(degree * len(part) / total)
     return np.asarray(np.sum(degrees, axis=0))
+
+
+def target_place(targets: Sequence[str], target: str, source: str) -> int:
+    """Return the place of a target by its name, with its unit or without.
+
+    Raises
+    ------
+    BadInput
+        If there is none of this name; *source* is what asked for it.
+    """
+    name = target.removesuffix("_um").removesuffix("_urad")
+    if name not in targets:
+        raise BadInput(source, "target", f"{shown(target)} is not allowed: {', '.join(targets)}")
+    return list(targets).index(name)
 
 
 def on_grid(run: PreparedRun, candidates: Sequence[int]) -> tuple[Array, Array]:

@@ -9,7 +9,7 @@ from typing import Any
 from fmu_compensator.fit.data import Prepared, PreparedRun
 from fmu_compensator.fit.error_models import fitted_models
 from fmu_compensator.fit.error_models.base import FittedModel, Task
-from fmu_compensator.fit.points import GROUPINGS, Choice, choose_points
+from fmu_compensator.fit.points import GROUPINGS, Choice, choose_points, target_place
 from fmu_compensator.fit.training import TrainingRun
 from fmu_compensator.runtime.modelfile import INPUT_FORMS
 from measurement.errors import BadInput, shown
@@ -72,7 +72,10 @@ class Recipe:
         if self.points == "all":
             return list(prepared.candidates), {}
         if isinstance(self.points, str) and self.points in GROUPINGS:
-            settings = {"grouping": self.points, **self.grey}
+            settings: dict[str, Any] = {"grouping": self.points, "names": prepared.sensors}
+            settings |= self.grey
+            if settings.get("target") is not None:
+                settings["target"] = target_place(prepared.targets, settings["target"], "fit")
             choice: Choice = choose_points(runs, prepared.candidates, **settings)
             return choice.chosen, choice.table(prepared.sensors)
         names = self.points.split(",") if isinstance(self.points, str) else list(self.points)

@@ -13,10 +13,16 @@ from fmu_compensator.fit.clustering import centroid_linkage, fuzzy_c_means, hier
 from fmu_compensator.fit.columns import MeasuredColumns
 from fmu_compensator.fit.correlation import MOST_CANDIDATES, Subset, all_subsets, pearson
 from fmu_compensator.fit.data import moved_by, prepare
-from fmu_compensator.fit.incidence import IMAGES, groups, relational_degree
-from fmu_compensator.fit.points import NEAR_CONSTANT_K, mean_degree, on_grid
+from fmu_compensator.fit.incidence import AS_READ, groups, relational_degree
+from fmu_compensator.fit.points import (
+    NEAR_CONSTANT_K,
+    mean_degree,
+    on_grid,
+    refuse_grey,
+    target_place,
+)
 from fmu_compensator.fit.training import Array
-from measurement.errors import BadInput, shown
+from measurement.errors import BadInput
 from measurement.rig import Rig
 from measurement.runs import Run
 
@@ -99,6 +105,7 @@ def survey(
     threshold: float = 0.9,
     theta: float = 0.5,
     image: str = "initial",
+    absolute_image: str = AS_READ,
     clusters: int = 4,
     target: str | None = None,
 ) -> Survey:
@@ -110,7 +117,7 @@ def survey(
         Their degrees are averaged; the rises of all runs are clustered and correlated together.
     rig : rig or MeasuredColumns
         What the displacement columns mean.
-    threshold, theta, image
+    threshold, theta, image, absolute_image
         Of the grey grouping.
     clusters : int
         Groups of hierarchical clustering and fuzzy c-means.
@@ -123,12 +130,8 @@ def survey(
         For an option that is not allowed, or runs in which fewer than two temperatures move.
     """
     prepared = prepare(runs, rig, "rise")
-    place = _target_place(prepared.targets, target)
-    for name, value in (("lambda", threshold), ("theta", theta)):
-        if not 0 <= value <= 1:
-            raise BadInput("points", name, f"{value:g} is not allowed: must be from 0 to 1")
-    if image not in IMAGES:
-        raise BadInput("points", "image", f"{shown(image)} is not allowed: {', '.join(IMAGES)}")
+    place = 0 if target is None else target_place(prepared.targets, target, "points")
+    refuse_grey(threshold, theta, image, absolute_image)
     grids = [on_grid(run, prepared.candidates) for run in prepared.runs]
     rises = np.concatenate([temperatures - temperatures[0] for temperatures, _ in grids])
     error = np.concatenate([targets[:, place] for _, targets in grids])
@@ -143,7 +146,9 @@ def survey(
     if not 1 <= clusters <= len(loud):
         raise BadInput("points", "clusters", f"{clusters} is not allowed: 1 to {len(loud)}")
     moving = rises[:, loud]
-    degree = mean_degree([temperatures[:, loud] for temperatures, _ in grids], theta, image)
+    names = [prepared.sensors[prepared.candidates[k]] for k in loud]
+    parts = {run.name: grid[:, loud] for run, (grid, _) in zip(prepared.runs, grids, strict=True)}
+    degree = mean_degree(parts, theta, image, absolute_image, names=names)
     fuzzy = fuzzy_c_means(moving, clusters)
     groupings = {
         f"grey comprehensive degree, lambda {threshold:g}": groups(degree, threshold),
@@ -155,13 +160,13 @@ def survey(
     grey = next(iter(groupings.values()))
     points = sorted(max(group, key=lambda k: np.nan_to_num(abs(r[k]))) for group in grey)
     points = sorted(sorted(points, key=lambda k: -np.nan_to_num(abs(r[k])))[:MOST_CANDIDATES])
-    parts = [
+    chosen = [
         ((temperatures - temperatures[0])[:, loud][:, points], targets[:, place])
         for temperatures, targets in grids
     ]
     return Survey(
         [run.name for run in runs],
-        [prepared.sensors[prepared.candidates[k]] for k in loud],
+        names,
         prepared.targets[place],
         degree,
         groupings,
@@ -170,19 +175,9 @@ def survey(
         np.nan_to_num(r),
         relational,
         points,
-        all_subsets(parts),
+        all_subsets(chosen),
         list(prepared.notes),
     )
-
-
-def _target_place(targets: Sequence[str], target: str | None) -> int:
-    if target is None:
-        return 0
-    name = target.removesuffix("_um")
-    if name not in targets:
-        allowed = f"{shown(target)} is not allowed: {', '.join(targets)}"
-        raise BadInput("points", "target", allowed)
-    return list(targets).index(name)
 
 
 def _defined(value: float) -> float | None:

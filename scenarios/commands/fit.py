@@ -18,6 +18,7 @@ from measurement.rig import Rig, default_rig, rig_from_table
 from measurement.runs import Run, read_run
 from plant_model.machine_file import read_machine
 from scenarios.fit_text import bar, report
+from scenarios.grey_options import add_grey_options, grey_options
 from scenarios.outputs import COMPENSATOR_FILE
 
 NAME = "fit"
@@ -71,19 +72,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="temperatures to use: one per group of a clustering, every one, or those named "
         "(default: what is usual for the model)",
     )
-    parser.add_argument(
-        "--lambda",
-        dest="threshold",
-        type=float,
-        default=0.9,
-        metavar="LAMBDA",
-        help="grey degree from which two temperatures form one group (default: 0.9)",
-    )
+    add_grey_options(parser)
     parser.add_argument(
         "--score",
         default="correlation",
         metavar="correlation|relational",
         help="what makes a temperature the best of its group (default: correlation)",
+    )
+    parser.add_argument(
+        "--score-target",
+        metavar="NAME",
+        help="the one target to score against, as the studies do with elongation (default: the "
+        "mean over all targets)",
     )
     parser.add_argument(
         "--input-form",
@@ -162,7 +162,7 @@ def _fitted(
         keep_runs=not args.forget_runs,
         points=args.points,
         input_form=args.input_form,
-        grey={"threshold": args.threshold, "score": args.score},
+        grey=_choice_options(args),
         sensors=sensors,
         geometry_form=args.form,
         tool_length_mm=None if args.tool_length is None else tuple(args.tool_length),
@@ -171,6 +171,12 @@ def _fitted(
         created=args.created,
         **_options(args.option),
     )
+
+
+def _choice_options(args: argparse.Namespace) -> dict[str, Any]:
+    """Return what the choice of temperatures goes by."""
+    target = {} if args.score_target is None else {"target": args.score_target}
+    return grey_options(args) | {"score": args.score} | target
 
 
 def _options(given: list[str]) -> dict[str, Any]:

@@ -15,6 +15,7 @@ from fmu_compensator.fit.survey import Survey, survey
 from measurement.files import write_atomically
 from measurement.runs import read_run
 from plant_model.machine_file import read_machine
+from scenarios.grey_options import add_grey_options, grey_options
 from scenarios.outputs import FOLDER
 from scenarios.points_figures import draw_points
 from scenarios.results import results_folder, write_table
@@ -30,26 +31,7 @@ SHOWN_SUBSETS = 8
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
     parser.add_argument("runs", nargs="+", type=Path, metavar="RUN", help="run file (CSV)")
-    parser.add_argument(
-        "--lambda",
-        dest="threshold",
-        type=float,
-        default=0.9,
-        metavar="LAMBDA",
-        help="grey degree from which two temperatures form one group (default: 0.9)",
-    )
-    parser.add_argument(
-        "--theta",
-        type=float,
-        default=0.5,
-        help="weight of the absolute in the comprehensive degree (default: 0.5)",
-    )
-    parser.add_argument(
-        "--image",
-        default="initial",
-        metavar="initial|mean|interval",
-        help="dimensionless form for the relative degree (default: initial)",
-    )
+    add_grey_options(parser)
     parser.add_argument(
         "--clusters", type=int, default=4, help="groups of the other clusterings (default: 4)"
     )
@@ -76,9 +58,7 @@ def run(args: argparse.Namespace) -> int:
     found = survey(
         runs,
         rig,
-        threshold=args.threshold,
-        theta=args.theta,
-        image=args.image,
+        **grey_options(args),
         clusters=args.clusters,
         target=args.target,
     )

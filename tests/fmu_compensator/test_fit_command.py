@@ -45,6 +45,18 @@ def test_it_writes_a_file_and_says_how_good_it_is(
     assert f"wrote {out}" in text
 
 
+def test_the_studys_way_of_choosing_points_can_be_asked_for(
+    run_files: list[str], tmp_path: Path
+) -> None:
+    out = tmp_path / "c.json"
+    study = ["--absolute-image", "initial", "--image", "mean", "--theta", "0.4"]
+    scored = ["--score", "relational", "--score-target", "elongation"]
+    assert call(*run_files, "-o", str(out), "--model", "mlr", *study, *scored) == 0
+    options = load_model(out).table["provenance"]["options"]
+    wanted = {"absolute_image": "initial", "image": "mean", "theta": 0.4, "target": "elongation"}
+    assert {name: options[name] for name in wanted} == wanted
+
+
 def test_without_a_model_it_chooses_one_and_shows_the_judgement(
     run_files: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -12,7 +12,7 @@ import pytest
 
 from fmu_compensator.fit.data import prepare
 from fmu_compensator.fit.fitting import compensator_text, fit_compensator
-from fmu_compensator.fit.points import choose_points
+from fmu_compensator.fit.points import choose_points, on_grid
 from fmu_compensator.runtime.compensator import Compensator
 from fmu_compensator.runtime.modelfile import parse_model
 from measurement.errors import BadInput
@@ -281,6 +281,33 @@ def test_a_relational_score_chooses_too(rig: FivePointRig) -> None:
     assert all(0.3 < score <= 1 for score in choice.scores.values())
 
 
+def test_points_can_be_scored_against_one_target(rig: FivePointRig) -> None:
+    prepared = prepare(RUNS, rig)
+    by_all, by_one = (
+        choose_points(prepared.runs, prepared.candidates, target=target) for target in (None, 0)
+    )
+    grids = [on_grid(run, prepared.candidates) for run in prepared.runs]
+    rises = np.concatenate([temperatures - temperatures[0] for temperatures, _ in grids])
+    growth = np.concatenate([targets[:, 0] - targets[0, 0] for _, targets in grids])
+    wanted = {
+        c: abs(np.corrcoef(rises[:, k], growth)[0, 1]) for k, c in enumerate(prepared.candidates)
+    }
+    assert by_one.scores == pytest.approx({c: wanted[c] for c in by_one.scores})
+    assert by_one.scores != pytest.approx(by_all.scores)
+
+
+def test_temperatures_recorded_as_rises_are_refused_by_name_where_an_image_needs_their_level(
+    rig: FivePointRig,
+) -> None:
+    rises = [
+        changed(run, T2_degC=run.frame["T2_degC"] - run.frame["T2_degC"].iloc[0]) for run in RUNS
+    ]
+    with pytest.raises(BadInput, match=r"T2 starts at 0.*take --image interval"):
+        fit_compensator(rises, rig, "mlr")
+    table = fit_compensator(rises, rig, "mlr", grey={"image": "interval"})
+    assert table["provenance"]["options"]["image"] == "interval"
+
+
 @pytest.mark.parametrize(
     ("options", "told"),
     [
@@ -292,6 +319,8 @@ def test_a_relational_score_chooses_too(rig: FivePointRig) -> None:
         ({"grey": {"threshold": 1.5}}, "lambda: 1.5 is not allowed"),
         ({"grey": {"score": "taste"}}, "score: 'taste' is not allowed"),
         ({"grey": {"image": "blurred"}}, "image"),
+        ({"grey": {"absolute_image": "blurred"}}, "absolute image: 'blurred' is not allowed"),
+        ({"grey": {"target": "roll"}}, "target: 'roll' is not allowed: elongation"),
         ({"limits": {"speed": 1.0}}, "limits: speed: is not a known limit"),
         ({"limits": {"hold_s": -1.0}}, "limits.hold_s"),
         ({"tool_length_mm": (100.0, 50.0)}, "tool length: 100 50 is not allowed"),

@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fmu_compensator.fit.incidence import (
+    NoImageError,
     absolute_degree,
     comprehensive_degree,
     groups,
@@ -52,6 +53,18 @@ def test_comprehensive_degree_mixes_both() -> None:
     assert mixed == pytest.approx(0.25 * absolute_degree(SERIES) + 0.75 * relative_degree(SERIES))
     with pytest.raises(ValueError, match="theta"):
         comprehensive_degree(SERIES, theta=1.5)
+
+
+def test_the_absolute_degree_of_initial_value_images_is_the_relative_one() -> None:
+    degree = comprehensive_degree(SERIES, theta=1.0, absolute_image="initial")
+    assert degree == pytest.approx(relative_degree(SERIES))
+    # Where the absolute degree counts for nothing its image need not exist, and the other way.
+    rises = SERIES - SERIES[0]
+    assert comprehensive_degree(rises, 1.0, "initial") == pytest.approx(absolute_degree(rises))
+    relative = comprehensive_degree(rises, 0.0, "interval", "initial")
+    assert relative == pytest.approx(relative_degree(rises, "interval"))
+    with pytest.raises(NoImageError, match="column 0 starts at 0"):
+        comprehensive_degree(rises, 0.5, "interval", "initial")
 
 
 def test_relational_degree_by_hand() -> None:

@@ -11,7 +11,7 @@ import numpy as np
 from statsmodels.regression.linear_model import yule_walker
 from statsmodels.tools.sm_exceptions import ModelWarning
 from statsmodels.tsa.arima.estimators.innovations import innovations_mle
-from statsmodels.tsa.stattools import adfuller
+from statsmodels.tsa.stattools import acf, adfuller, pacf
 
 from fmu_compensator.fit.error_models.arx import step_counts, usual_step
 from fmu_compensator.fit.error_models.base import FittedModel, Task
@@ -21,11 +21,11 @@ from measurement.errors import BadInput
 
 MOST_DIFFERENCES = 2
 SIGNIFICANCE = 0.05
-MOST_SAMPLES = 600
-"""Longer series are cut for the likelihood search: its time grows, the few numbers settle early."""
 FEWEST_ROWS = 60
 LARGEST_ORDER = 3
 FURTHEST = 1e9
+LAGS = 20
+"""So many autocorrelations are reported."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Series:
     ar, ma : array
         phi and theta [1].
     diagnostics : dict
-        ADF p-values and AIC.
+        ADF p-values, AIC of every order, autocorrelations of the stationary series.
     """
 
     differences: int
@@ -138,7 +138,7 @@ class AutoregressiveMovingAverage(FittedModel):
         }
 
     def report(self) -> dict[str, Any]:
-        """Return orders, ADF p-values and AIC of each target."""
+        """Return orders, ADF p-values, AIC, ACF and PACF of each target."""
         targets = {
             name: {
                 "order": [len(one.ar), one.differences, len(one.ma)],
@@ -211,8 +211,9 @@ def _fit_series(pieces: list[Array], largest: int) -> Series:
     if scale < 1e-9:
         empty = np.zeros(0)
         return Series(differences, mean, 1.0, empty, empty, {"adf_p": p_values, "aic": None})
-    z = ((w - mean) / scale)[:MOST_SAMPLES]
+    z = (w - mean) / scale
     best: tuple[float, Array, Array] | None = None
+    tried: dict[str, float] = {}
     with warnings.catch_warnings():
         for kind in (ModelWarning, FutureWarning, RuntimeWarning, UserWarning):
             warnings.simplefilter("ignore", kind)
@@ -220,13 +221,30 @@ def _fit_series(pieces: list[Array], largest: int) -> Series:
             if p + q == 0:
                 continue
             found = _arma(z, p, q)
+            if found is not None:
+                tried[f"{p},{q}"] = round(float(found[0]), 3)
             if found is not None and (best is None or found[0] < best[0]):
                 best = found
     if best is None:
         raise BadInput("training runs", "", "no ARMA model can be fitted to the differenced drift")
     aic, ar, ma = best
-    diagnostics = {"adf_p": p_values, "aic": round(float(aic), 3)}
-    return Series(differences, mean, scale, ar, ma, diagnostics)
+    diagnostics = {"adf_p": p_values, "aic": round(float(aic), 3), "aic_by_order": tried}
+    return Series(differences, mean, scale, ar, ma, diagnostics | correlations(z))
+
+
+def correlations(z: Array) -> dict[str, Any]:
+    """Return autocorrelation and partial autocorrelation of a stationary series, from lag 0 on.
+
+    Where the one breaks off at q and the other tails away the series is MA(q), the other way round
+    AR(p); where both tail away it is ARMA. ``white_noise_95`` is the size below which 95 % of those
+    of white noise lie, 1.96 / sqrt(n).
+    """
+    lags = min(LAGS, len(z) // 4)
+    return {
+        "acf": np.round(acf(z, nlags=lags), 4).tolist(),
+        "pacf": np.round(pacf(z, nlags=lags, method="ywm"), 4).tolist(),
+        "white_noise_95": round(1.96 / float(np.sqrt(len(z))), 4),
+    }
 
 
 def _arma(z: Array, p: int, q: int) -> tuple[float, Array, Array] | None:
@@ -256,7 +274,7 @@ def _stationary_order(pieces: list[Array]) -> tuple[int, list[float]]:
     for differences in range(MOST_DIFFERENCES + 1):
         found = []
         for piece in sorted(pieces, key=len)[-5:]:
-            w = np.diff(piece, differences)[:MOST_SAMPLES]
+            w = np.diff(piece, differences)
             if len(w) > 20 and np.ptp(w) > 0.0:
                 found.append(float(adfuller(w, maxlag=min(10, len(w) // 4), autolag="AIC")[1]))
         p_values.append(round(float(np.median(found)), 4) if found else 0.0)

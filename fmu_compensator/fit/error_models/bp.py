@@ -21,7 +21,8 @@ from fmu_compensator.fit.training import Array, TrainingRun
 from measurement.errors import BadInput
 
 MOST_ROWS = 800
-"""Rows are thinned to about so many: drift is slow, and training time grows with their number."""
+"""Rows are thinned to about so many: training time grows with their number, and neighbours in a
+slow drift say the same. The option ``rows`` sets another number; 0 keeps every row."""
 HIDDEN, ITERATIONS, GOAL, DECAY = (10,), 200, 1e-3, 1e-3
 FEWEST_ROWS = 50
 SHOWN = 300  # points of a convergence curve that a report keeps
@@ -39,25 +40,34 @@ class Samples:
         Time that each row stands for, sum 1 [1].
     scales : tuple of arrays
         Middle and half range of inputs, then of targets.
+    counts : list of int
+        Rows of each run.
     """
 
     x: Array
     y: Array
     weights: Array
     scales: tuple[Array, Array, Array, Array]
+    counts: list[int]
 
     @classmethod
-    def of(cls, task: Task) -> Samples:
-        """Return the samples of a task, thinned where there are very many."""
+    def of(cls, task: Task, rows: int) -> Samples:
+        """Return the samples of a task, thinned to about so many rows; 0 keeps all."""
         refuse_poor(task, FEWEST_ROWS)
         runs = [run.at(run.known) for run in task.runs]
-        step = max(1, -(-sum(len(run.time_s) for run in runs) // MOST_ROWS))
+        step = max(1, -(-sum(len(run.time_s) for run in runs) // rows)) if rows else 1
         x0, x1 = scaling([run.inputs for run in runs])
         y0, y1 = scaling([run.targets for run in runs])
         x = np.concatenate([run.inputs[::step] for run in runs])
         y = np.concatenate([run.targets[::step] for run in runs])
         weights = np.concatenate([run.weights[::step] for run in runs])
-        return cls((x - x0) / x1, (y - y0) / y1, weights / weights.sum(), (x0, x1, y0, y1))
+        return cls(
+            (x - x0) / x1,
+            (y - y0) / y1,
+            weights / weights.sum(),
+            (x0, x1, y0, y1),
+            [len(run.time_s[::step]) for run in runs],
+        )
 
 
 class BackPropagation(FittedModel):
@@ -96,6 +106,7 @@ class BackPropagation(FittedModel):
         iterations: int = ITERATIONS,
         goal: float = GOAL,
         decay: float = DECAY,
+        rows: int = MOST_ROWS,
         seed: int = 0,
         **options: Any,
     ) -> BackPropagation:
@@ -113,6 +124,8 @@ class BackPropagation(FittedModel):
             Mean squared error, at unit half range, that counts as converged [1].
         decay : float
             Pull on the weights, which the studies do not have; 0 trains as they did [1].
+        rows : int
+            Rows are thinned to about so many; 0 trains on all.
         seed : int
             Of the random start.
 
@@ -121,9 +134,9 @@ class BackPropagation(FittedModel):
         BadInput
             For an unknown option or value, too few rows, or constant columns.
         """
-        refuse_unknown("bp", options, ("hidden", "iterations", "goal", "decay", "seed"))
+        refuse_unknown("bp", options, ("hidden", "iterations", "goal", "decay", "rows", "seed"))
         layers = hidden_layers("bp", hidden)
-        samples = Samples.of(task)
+        samples = Samples.of(task, rows_wanted("bp", rows))
         shape = Shape((samples.x.shape[1], *layers, samples.y.shape[1]))
         start = nguyen_widrow(shape, np.random.default_rng(seed))
         training = levenberg_marquardt(
@@ -164,6 +177,19 @@ class BackPropagation(FittedModel):
             "curve": [float(f"{value:.4g}") for value in self.training.curve[:SHOWN]],
             **self._diagnostics,
         }
+
+
+def rows_wanted(kind: str, rows: int) -> int:
+    """Return the number of rows to thin to; 0 for all.
+
+    Raises
+    ------
+    BadInput
+        If it is neither 0 nor enough to train on.
+    """
+    if rows == 0 and not isinstance(rows, bool):
+        return 0
+    return int(within(kind, "rows", rows, FEWEST_ROWS, 1_000_000))
 
 
 def hidden_layers(kind: str, hidden: Sequence[int]) -> tuple[int, ...]:

@@ -6,21 +6,26 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fmu_compensator.fit.error_models.base import Task
 from fmu_compensator.fit.error_models.bp import (
     DECAY,
     GOAL,
     ITERATIONS,
+    MOST_ROWS,
     BackPropagation,
     Samples,
     hidden_layers,
+    rows_wanted,
 )
 from fmu_compensator.fit.error_models.options import refuse_unknown, within
 from fmu_compensator.fit.genetic import Settings, evolve
 from fmu_compensator.fit.network_training import Shape, levenberg_marquardt, nguyen_widrow
 from fmu_compensator.fit.training import Array
-from measurement.errors import BadInput
+from measurement.errors import BadInput, shown
+
+Rows = NDArray[np.bool_]
 
 FEWEST_NODES, MOST_NODES = 3, 15
 TRIAL_ITERATIONS = 15
@@ -28,6 +33,9 @@ TRIAL_ITERATIONS = 15
 SIZE_SETTINGS = Settings(population=8, generations=4)
 WIDEST = 3.0  # weights and thresholds of the first generation stay within plus and minus this
 ROWS_FOR_FITNESS = 250
+JUDGES = ("left_out", "training")
+FOLDS, STRETCHES = 3, 6
+"""With fewer runs than folds each run is cut into so many stretches of time, which take turns."""
 
 
 class GeneticBackPropagation(BackPropagation):
@@ -48,6 +56,8 @@ class GeneticBackPropagation(BackPropagation):
         iterations: int = ITERATIONS,
         goal: float = GOAL,
         decay: float = DECAY,
+        rows: int = MOST_ROWS,
+        nodes_by: str = "left_out",
         seed: int = 0,
         **options: Any,
     ) -> GeneticBackPropagation:
@@ -61,16 +71,24 @@ class GeneticBackPropagation(BackPropagation):
             Nodes of the hidden layer; by default the genetic algorithm chooses.
         population, generations : int
             Of the search for the initial weights.
-        iterations, goal, decay, seed
+        iterations, goal, decay, rows, seed
             As for `bp`.
+        nodes_by : {"left_out", "training"}
+            What the search for the number of nodes judges by. ``training`` is the study's: the
+            error of the rows that a network was trained on, which more nodes hardly ever raise, so
+            that it ends at or near the largest number. ``left_out``: the error of stretches of time
+            that were left out.
 
         Raises
         ------
         BadInput
             For an unknown option or value, too few rows, or constant columns.
         """
-        known = ("hidden", "population", "generations", "iterations", "goal", "decay", "seed")
-        refuse_unknown("ga_bp", options, known)
+        known = ("hidden", "population", "generations", "iterations", "goal", "decay")
+        refuse_unknown("ga_bp", options, (*known, "rows", "nodes_by", "seed"))
+        if nodes_by not in JUDGES:
+            problem = f"{shown(nodes_by)} is not allowed: {', '.join(JUDGES)}"
+            raise BadInput("ga_bp", "nodes_by", problem)
         settings = Settings(
             int(within("ga_bp", "population", population, 4, 1000)),
             int(within("ga_bp", "generations", generations, 1, 10_000)),
@@ -78,11 +96,11 @@ class GeneticBackPropagation(BackPropagation):
         goal = within("ga_bp", "goal", goal, 0.0, 1.0)
         decay = within("ga_bp", "decay", decay, 0.0, 1e3)
         iterations = int(within("ga_bp", "iterations", iterations, 1, 100_000))
-        samples = Samples.of(task)
+        samples = Samples.of(task, rows_wanted("ga_bp", rows))
         random = np.random.default_rng(seed)
         tried: dict[int, float] = {}
         if hidden is None:
-            nodes, tried = _number_of_nodes(samples, decay, random)
+            nodes, tried = _number_of_nodes(samples, decay, nodes_by, random)
         else:
             layers = hidden_layers("ga_bp", [hidden] if isinstance(hidden, int) else hidden)
             if len(layers) > 1:
@@ -108,31 +126,41 @@ class GeneticBackPropagation(BackPropagation):
 
 
 def _number_of_nodes(
-    samples: Samples, decay: float, random: np.random.Generator
+    samples: Samples, decay: float, nodes_by: str, random: np.random.Generator
 ) -> tuple[int, dict[int, float]]:
     """Return the number of hidden nodes that the search ends with, and what it tried."""
     thin = max(1, len(samples.x) // ROWS_FOR_FITNESS)
-    x, y, weights = samples.x[::thin], samples.y[::thin], samples.weights[::thin]
     tried: dict[int, float] = {}
     # One start for all sizes would favour none; each size has its own, the same every time.
     seed = int(random.integers(2**31))
+    whole = np.ones(len(samples.x), dtype=bool)
+    fold = _folds(samples.counts)
+    splits = (
+        [(whole, whole)]
+        if nodes_by == "training"
+        else [(fold != k, fold == k) for k in range(FOLDS)]
+    )
+
+    def missed(nodes: int, learnt: Rows, judged: Rows) -> float:
+        x, y, weights = (part[learnt][::thin] for part in (samples.x, samples.y, samples.weights))
+        shape = Shape((x.shape[1], nodes, y.shape[1]))
+        found = levenberg_marquardt(
+            shape,
+            nguyen_widrow(shape, np.random.default_rng([seed, nodes])),
+            x,
+            y,
+            weights / weights.sum(),
+            iterations=TRIAL_ITERATIONS,
+            goal=0.0,
+            decay=decay,
+        )
+        predicted = shape.outputs(found.theta, samples.x[judged])
+        return float(np.abs(predicted - samples.y[judged]).sum())
 
     def fitness_of(nodes: int) -> float:
         if nodes not in tried:
-            shape = Shape((x.shape[1], nodes, y.shape[1]))
-            start = nguyen_widrow(shape, np.random.default_rng([seed, nodes]))
-            found = levenberg_marquardt(
-                shape,
-                start,
-                x,
-                y,
-                weights / weights.sum(),
-                iterations=TRIAL_ITERATIONS,
-                goal=0.0,
-                decay=decay,
-            )
-            missed = np.abs(shape.outputs(found.theta, samples.x) - samples.y).sum()
-            tried[nodes] = 1.0 / max(float(missed), 1e-12)
+            total = sum(missed(nodes, *split) for split in splits)
+            tried[nodes] = 1.0 / max(total, 1e-12)
         return tried[nodes]
 
     def fitness(people: Array) -> Array:
@@ -141,6 +169,14 @@ def _number_of_nodes(
     first = random.uniform(FEWEST_NODES, MOST_NODES, (SIZE_SETTINGS.population, 1))
     best, _ = evolve(first, fitness, FEWEST_NODES, MOST_NODES, SIZE_SETTINGS, random)
     return round(float(best[0])), tried
+
+
+def _folds(counts: Sequence[int]) -> NDArray[np.intp]:
+    """Return the fold of every row: whole runs, or stretches of time where there are few runs."""
+    if len(counts) >= FOLDS:
+        return np.repeat(np.arange(len(counts)) % FOLDS, counts)
+    parts = [np.arange(count) * STRETCHES // max(count, 1) % FOLDS for count in counts]
+    return np.concatenate(parts)
 
 
 def _start(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -69,6 +69,7 @@ class VectorAngleCosine(FittedModel):
         models: Sequence[str] | str | None = None,
         combination: str = "cosine",
         held_out: bool = True,
+        parts: Mapping[str, Mapping[str, Any]] | None = None,
         seed: int = 0,
         **options: Any,
     ) -> VectorAngleCosine:
@@ -90,6 +91,8 @@ class VectorAngleCosine(FittedModel):
         held_out : bool
             Weigh the constituents by how they predict runs that they were not fitted to, with
             three runs or more. A network that has learnt its runs by heart would win otherwise.
+        parts : mapping of str to mapping, optional
+            Options of constituents by kind, such as ``{"ne": {"steady": "fem"}}``.
         seed : int
             Of constituents that take one.
 
@@ -98,7 +101,7 @@ class VectorAngleCosine(FittedModel):
         BadInput
             For an unknown option or value, or whatever a constituent refuses.
         """
-        known = ("models", "combination", "held_out", "seed")
+        known = ("models", "combination", "held_out", "parts", "seed")
         refuse_unknown("vac", options, known)
         if combination not in COMBINATIONS:
             problem = f"{shown(combination)} is not allowed: {', '.join(COMBINATIONS)}"
@@ -106,14 +109,15 @@ class VectorAngleCosine(FittedModel):
         refuse_poor(task, FEWEST_ROWS)
         kinds = _constituents(models, task)
         within("vac", "seed", seed, 0, 2**31)
-        fitted = [_fitted(kind, task, seed) for kind in kinds]
+        given = _part_options(parts, kinds, seed)
+        fitted = [_fitted(kind, task, given) for kind in kinds]
         use_held_out = held_out and len(task.runs) >= FEWEST_RUNS_TO_LEAVE_OUT
-        parts = (
-            _predicted_left_out(kinds, task, seed)
+        predicted = (
+            _predicted_left_out(kinds, task, given)
             if use_held_out
             else [np.stack([model.predict(run) for model in fitted], 2) for run in task.runs]
         )
-        rows = _Rows(task.runs, parts)
+        rows = _Rows(task.runs, predicted)
         weights, prior = rows.combined(combination)
         diagnostics = {
             "models": list(kinds),
@@ -252,20 +256,42 @@ def _constituents(models: Sequence[str] | str | None, task: Task) -> tuple[str, 
     return tuple(names)
 
 
-def _fitted(kind: str, task: Task, seed: int) -> FittedModel:
+def _part_options(parts: Any, kinds: Sequence[str], seed: int) -> dict[str, dict[str, Any]]:
+    """Return the options of every constituent.
+
+    Raises
+    ------
+    BadInput
+        If they are no mapping by kind, or of a kind that takes no part.
+    """
+    if not isinstance(parts or {}, Mapping):
+        raise BadInput("vac", "parts", f"{shown(parts)} is not allowed: options by model")
+    found: dict[str, dict[str, Any]] = {
+        kind: {"seed": seed} if kind in ("bp", "ga_bp") else {} for kind in kinds
+    }
+    for kind, options in (parts or {}).items():
+        if kind not in found or not isinstance(options, Mapping):
+            allowed = ", ".join(kinds)
+            raise BadInput("vac", f"parts.{kind}", f"is not allowed: options of {allowed}")
+        found[kind] |= options
+    return found
+
+
+def _fitted(kind: str, task: Task, options: Mapping[str, Mapping[str, Any]]) -> FittedModel:
     model = error_models.fitted_models()[kind]
     runs = task.runs if model.history else [run.at(run.known) for run in task.runs]
-    options = {"seed": seed} if kind in ("bp", "ga_bp") else {}
-    return model.fit(replace(task, runs=runs), **options)
+    return model.fit(replace(task, runs=runs), **options[kind])
 
 
-def _predicted_left_out(kinds: Sequence[str], task: Task, seed: int) -> list[Array]:
+def _predicted_left_out(
+    kinds: Sequence[str], task: Task, options: Mapping[str, Mapping[str, Any]]
+) -> list[Array]:
     """Return every constituent's prediction of each run by a fit without it, (n, m, models)."""
     folds = min(len(task.runs), MOST_FOLDS)
     parts: list[Array] = [np.zeros(0)] * len(task.runs)
     for fold in range(folds):
         others = [run for number, run in enumerate(task.runs) if number % folds != fold]
-        fitted = [_fitted(kind, replace(task, runs=others), seed) for kind in kinds]
+        fitted = [_fitted(kind, replace(task, runs=others), options) for kind in kinds]
         for number in range(fold, len(task.runs), folds):
             run = task.runs[number]
             parts[number] = np.stack([model.predict(run) for model in fitted], axis=2)

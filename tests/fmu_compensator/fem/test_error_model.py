@@ -76,6 +76,43 @@ def test_the_reduced_spindle_follows_the_whole_one(jig_borer: FiniteElementSpind
     assert reduced.growth @ steady == pytest.approx(jig_borer.zss(12000.0), rel=2e-3)
 
 
+def level_run(spindle: FiniteElementSpindle, seed: int) -> Run:
+    """A run without noise in which air and coolant stay as warm as the machine is at the start."""
+    time_s, speed = spectrum(seed)
+    growth = spindle.transient(time_s, speed, 20.0, 20.0, longest_s=20.0).growth_um
+    readings = {"T5_degC": 20.0 + 1e-3 * np.sin(time_s), "T1_degC": 20.0 + growth}
+    moved = {"disp_z_um": growth, "disp_x_um": growth / 3.0}
+    return Run(
+        f"level_{seed}", pd.DataFrame({"time_s": time_s, "speed_rpm": speed} | readings | moved)
+    )
+
+
+def growth_missed(fitted: FiniteElementModel, found: list[Run]) -> list[float]:
+    rows = task_of(found).runs
+    errors = [(fitted.predict(run) - run.targets)[:, 0] for run in rows]
+    return [float(np.sqrt(np.mean(error**2))) for error in errors]
+
+
+def test_fourteen_coordinates_do_for_a_thousand_nodes(jig_borer: FiniteElementSpindle) -> None:
+    """The figures of docs/finite_elements.md: 0.05 um in fit, 0.1 um on other spectra."""
+    level = [level_run(jig_borer, seed) for seed in (1, 2, 3, 4)]
+    assert jig_borer.heat.basis.N == 1045
+    assert all(28.0 < run.frame["disp_z_um"].max() < 36.0 for run in level)
+    fitted = FiniteElementModel.fit(task_of(level[:1]), modes=14)
+    first, *others = growth_missed(fitted, level)
+    assert first < 0.05
+    assert max(others) < 0.1
+
+
+def test_a_start_that_is_not_level_costs_more_than_the_reduction(
+    jig_borer: FiniteElementSpindle, runs: list[Run]
+) -> None:
+    """The same where air swings by 1 K and the coolant differs from it: up to 0.8 um."""
+    fitted = FiniteElementModel.fit(task_of(runs[:1]))
+    missed = growth_missed(fitted, [runs[2], measured(jig_borer, 4)])
+    assert 0.3 < missed[0] < missed[1] < 0.85
+
+
 def test_it_finds_the_spindle_that_made_the_runs(runs: list[Run]) -> None:
     fitted = FiniteElementModel.fit(task_of(runs[:2]))
     factors = fitted.report()["factors"]

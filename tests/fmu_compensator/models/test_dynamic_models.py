@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,7 @@ from fmu_compensator.fit.error_models.thermal_states import (
     ThermalStates,
     averaged,
 )
+from fmu_compensator.fit.finite_elements import FiniteElementSpindle
 from fmu_compensator.fit.lagged import features
 from fmu_compensator.fit.training import TrainingRun
 from measurement.errors import BadInput
@@ -75,6 +77,46 @@ def test_the_natural_exponential_needs_a_speed() -> None:
         NaturalExponential.fit(task_of([still]))
 
 
+def test_the_time_constant_follows_from_mass_heat_film_and_surface() -> None:
+    runs = [exponential_run(seed) for seed in range(3)]
+    body = {"mass_kg": 10.0, "specific_heat": 470.0, "film": 25.0, "surface_m2": 0.1}
+    fitted = NaturalExponential.fit(task_of(runs), **body)
+    assert fitted.tau_s == pytest.approx([10.0 * 470.0 / (25.0 * 0.1)])
+    assert fitted.tau_stopped_s == pytest.approx(fitted.tau_s)
+    given = NaturalExponential.fit(task_of(runs), tau_s=1500.0)
+    assert given.steady[0] == pytest.approx([6.0, 12.0, 24.0], rel=1e-3)
+    assert rms(runs[0].targets - given.predict(runs[0])) < rms(
+        runs[0].targets - fitted.predict(runs[0])
+    )
+    with pytest.raises(BadInput, match="surface_m2: is missing"):
+        NaturalExponential.fit(task_of(runs), mass_kg=10.0, specific_heat=470.0, film=25.0)
+    with pytest.raises(BadInput, match="tau_s: cannot stand beside mass_kg"):
+        NaturalExponential.fit(task_of(runs), tau_s=1500.0, **body)
+    with pytest.raises(BadInput, match="tau_s: 'slow' is not allowed"):
+        NaturalExponential.fit(task_of(runs), tau_s="slow")
+
+
+def test_steady_growth_and_time_constants_come_from_finite_elements() -> None:
+    spindle = FiniteElementSpindle()
+    time = 60.0 * np.arange(300)
+    speed = steps(3)
+    growth = spindle.transient(time, speed, 20.0, 20.0).growth_um
+    run = run_of(np.ones((300, 1)), np.column_stack([growth, 0.5 * growth]), speed=speed)
+    run.inputs[:, 0] = np.arange(300)
+    task = replace(task_of([run]), target_names=["elongation", "yaw"])
+    fitted = NaturalExponential.fit(task, steady="fem", tau_s="fem")
+    wanted = [spindle.zss(n) for n in fitted.speeds_rpm]
+    # Growth is taken as it is; what has no steady state of its own is in proportion to it.
+    assert fitted.steady[0] == pytest.approx(wanted)
+    assert fitted.steady[1] == pytest.approx(0.5 * fitted.steady[0], rel=0.1)
+    assert rms(run.targets[:, 0] - fitted.predict(run)[:, 0]) < 0.15 * np.ptp(growth)
+    # After one time constant from rest a step has come within 1/e of its end.
+    mean = float(speed[speed > 1.0].mean())
+    step = spindle.transient(time, np.full(300, mean), 20.0, 20.0).growth_um
+    left = 1.0 - np.interp(fitted.tau_s[0], time, step) / spindle.zss(mean)
+    assert left == pytest.approx(np.exp(-1.0), abs=0.06)
+
+
 # ARX
 
 
@@ -110,9 +152,54 @@ def test_a_measurement_takes_the_place_of_arx_own_prediction() -> None:
     assert gap[-1] == pytest.approx(0.0, abs=0.3)
 
 
-def test_an_unknown_estimator_is_refused() -> None:
-    with pytest.raises(BadInput, match="'luck' is not allowed: simulation, prediction"):
+def noisy_arx_run(seed: int) -> TrainingRun:
+    run = arx_run(seed)
+    noise = np.random.default_rng(100 + seed).standard_normal(run.targets.shape)
+    return run_of(run.inputs, run.targets + noise, speed=run.speed, name=run.name)
+
+
+def test_armax_takes_off_what_sensor_noise_does_to_the_memory() -> None:
+    # With white noise v on the drift, y(k) = a y(k-1) + ... + v(k) - a v(k-1): an ARMAX.
+    task = task_of([noisy_arx_run(seed) for seed in range(8)])
+    plain, armax = (
+        AutoregressiveExogenous.fit(task, estimator=name) for name in ("prediction", "armax")
+    )
+    assert armax.report()["orders"]["y0"][2] >= 1
+    assert plain.report()["orders"]["y0"][2] == 0
+    memories = [float(model.report()["memory_s"][0]) for model in (plain, armax)]
+    assert memories[0] < 0.6 * 3600.0
+    assert memories[1] == pytest.approx(3600.0, rel=0.25)
+    unseen = arx_run(11)
+    missed = [rms(unseen.targets - model.predict(unseen)) for model in (plain, armax)]
+    assert missed[1] < 0.5 * missed[0]
+
+
+def before_run(seed: int, now: float, before: float) -> TrainingRun:
+    temperature = np.random.default_rng(seed).standard_normal(300)
+    drift = now * temperature + before * np.concatenate([temperature[:1], temperature[:-1]])
+    drift += 0.1 * np.random.default_rng(50 + seed).standard_normal(300)
+    return run_of(temperature[:, None], drift[:, None], name=f"b{seed}")
+
+
+@pytest.mark.parametrize("runs", [1, 4])
+def test_the_order_of_the_inputs_is_chosen(runs: int) -> None:
+    with_past, without = (
+        AutoregressiveExogenous.fit(
+            task_of([before_run(seed, 2.0, before) for seed in range(runs)]), lags="choose"
+        )
+        for before in (1.0, 0.0)
+    )
+    assert with_past.report()["orders"] == {"y0": [0, 1, 0]}
+    assert without.report()["orders"] == {"y0": [0, 0, 0]}
+    assert not without.before.any()
+    assert with_past.before == pytest.approx(np.array([[1.0]]), abs=0.05)
+
+
+def test_an_unknown_estimator_or_order_is_refused() -> None:
+    with pytest.raises(BadInput, match="'luck' is not allowed: simulation, prediction, armax"):
         AutoregressiveExogenous.fit(task_of([arx_run(0)]), estimator="luck")
+    with pytest.raises(BadInput, match="lags: 7 is not allowed: 0, 1, choose"):
+        AutoregressiveExogenous.fit(task_of([arx_run(0)]), lags=7)
 
 
 # Time series
@@ -139,6 +226,27 @@ def test_arma_differences_once_and_finds_the_coefficient() -> None:
         impulse[k] = sum(a * impulse[k - 1 - i] for i, a in enumerate(series.ar[:k]))
         impulse[k] += series.ma[k - 1] if k <= len(series.ma) else 0.0
     assert impulse[:4] == pytest.approx([1.0, 0.7, 0.49, 0.343], abs=0.1)
+
+
+def test_the_report_has_the_correlations_that_tell_the_kind_of_series() -> None:
+    fitted = AutoregressiveMovingAverage.fit(task_of([integrated_ar(0)]))
+    [report] = fitted.report()["targets"].values()
+    # An AR(1) of 0.7: the autocorrelation tails away as 0.7^k, the partial one breaks off after 1.
+    bound = report["white_noise_95"]
+    assert bound == pytest.approx(1.96 / np.sqrt(1199), rel=1e-3)
+    assert report["acf"][:4] == pytest.approx([1.0, 0.7, 0.49, 0.343], abs=0.1)
+    assert report["pacf"][1] == pytest.approx(0.7, abs=0.1)
+    assert sum(abs(value) > bound for value in report["pacf"][2:]) <= 3
+    assert report["aic"] == min(report["aic_by_order"].values())
+
+
+def test_every_row_counts_in_a_series() -> None:
+    # The first 600 rows are one series, the rest another: only all of them tell.
+    first, rest = integrated_ar(1, rows=600, phi=0.1), integrated_ar(2, rows=2400, phi=0.9)
+    joined = np.concatenate([first.targets, first.targets[-1] + rest.targets])
+    run = run_of(np.random.default_rng(0).standard_normal((3000, 1)), joined)
+    [report] = AutoregressiveMovingAverage.fit(task_of([run])).report()["targets"].values()
+    assert report["acf"][1] > 0.8
 
 
 def test_one_step_ahead_beats_persistence_and_says_nothing_of_a_free_run() -> None:

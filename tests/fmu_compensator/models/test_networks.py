@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from fmu_compensator.fit.error_models.bp import BackPropagation
+from fmu_compensator.fit.error_models.bp import BackPropagation, Samples
 from fmu_compensator.fit.error_models.ga_bp import GeneticBackPropagation
 from fmu_compensator.fit.genetic import Settings, evolve
 from fmu_compensator.fit.network_training import Shape, levenberg_marquardt, nguyen_widrow
@@ -127,6 +127,32 @@ def test_the_genetic_algorithm_chooses_the_number_of_nodes() -> None:
     assert fitted.report()["nodes"][1] == max(tried, key=lambda n: tried[n])
 
 
+def test_data_left_out_choose_fewer_nodes_than_the_error_in_training() -> None:
+    # A straight line with noise: more nodes fit it better and predict it worse.
+    random = np.random.default_rng(3)
+    x = np.cumsum(random.standard_normal((160, 2)), axis=0)
+    y = (x @ np.array([1.0, -2.0]))[:, None] + 3.0 * random.standard_normal((160, 1))
+    task = task_of([run_of(x, y)])
+    quick = {"population": 10, "generations": 3, "iterations": 3, "decay": 0.0}
+    sizes = {
+        judge: [
+            GeneticBackPropagation.fit(task, nodes_by=judge, seed=seed, **quick).shape.nodes[1]
+            for seed in range(3)
+        ]
+        for judge in ("left_out", "training")
+    }
+    assert max(sizes["left_out"]) < min(sizes["training"])
+    with pytest.raises(BadInput, match="nodes_by: 'luck' is not allowed: left_out, training"):
+        GeneticBackPropagation.fit(task, nodes_by="luck")
+
+
+def test_rows_are_thinned_as_asked() -> None:
+    task = bent_task(rows=1000)
+    assert [len(Samples.of(task, rows).x) for rows in (0, 100, 800)] == [1000, 100, 500]
+    whole, thin = (BackPropagation.fit(task, rows=rows, iterations=3) for rows in (0, 100))
+    assert not np.allclose(whole.training.theta, thin.training.theta)
+
+
 def test_evolution_finds_a_peak_and_keeps_the_best() -> None:
     random = np.random.default_rng(0)
     target = np.array([0.5, -0.25, 0.75])
@@ -148,6 +174,7 @@ def test_evolution_finds_a_peak_and_keeps_the_best() -> None:
         ({"hidden": (0,)}, "hidden: 0 is not allowed: 1 to 50"),
         ({"iterations": 0}, "iterations: 0 is not allowed"),
         ({"decay": -1.0}, "decay: -1 is not allowed"),
+        ({"rows": 7}, "rows: 7 is not allowed: 50 to"),
         ({"goal": "low"}, "goal: 'low' is not allowed"),
     ],
 )

@@ -105,6 +105,20 @@ def test_a_hybrid_of_models_that_cannot_use_measurements_says_so() -> None:
     assert set(fitted.report()["weights"]) == {"steady"}
 
 
+def test_constituents_have_options_of_their_own() -> None:
+    task = two_condition_task(range(2))
+    options = {"models": "mlr,ne", "parts": {"ne": {"tau_s": 900.0}, "mlr": {"subset": False}}}
+    hybrid = VectorAngleCosine.fit(task, **options)
+    exponential = hybrid.models[list(hybrid.kinds).index("ne")]
+    assert set(exponential.report()["tau_s"]) == {900.0}
+    with pytest.raises(BadInput, match=r"parts.fem: is not allowed: options of mlr, ne"):
+        VectorAngleCosine.fit(task, models="mlr,ne", parts={"fem": {"modes": 8}})
+    with pytest.raises(BadInput, match="parts: 'ne' is not allowed: options by model"):
+        VectorAngleCosine.fit(task, models="mlr,ne", parts="ne")
+    with pytest.raises(BadInput, match="ne: speed: is not a known option"):
+        VectorAngleCosine.fit(task, models="mlr,ne", parts={"ne": {"speed": 1.0}})
+
+
 def test_conditions_go_by_the_speed() -> None:
     speed = np.concatenate([np.zeros(10), np.full(100, 5000.0), np.full(10, 5040.0), [np.nan] * 3])
     run = run_of(np.zeros((len(speed), 1)), np.zeros((len(speed), 1)), speed=speed)
