@@ -21,8 +21,9 @@ RATE_SPAN_S = 300.0
 """Rates of change are taken over this span, in which noise and quantisation hardly count [s]."""
 RATE_QUANTILE = 0.999
 """Faster changes than all but one in a thousand are taken for faults in the training data [1]."""
-RATE_MARGIN, LOWEST_RATE = 3.0, 0.01
-"""Factor on the fastest change seen [1]; below the second, no limit makes sense [K/s]."""
+RATE_MARGIN, LOWEST_RATE = 3.0, 0.05
+"""Factor on the fastest change seen [1]; the second is 3 K a minute, which a cooler that switches
+on or a door that opens can bring to any thermometer, whatever training saw [K/s]."""
 NOISE_MARGIN, LOWEST_NOISE_K = 3.0, 0.5
 """The same for the largest jump between two samples [1], [K]."""
 STALE_MARGIN, SHORTEST_STALE_S, LONGEST_STALE_S = 5.0, 900.0, 7200.0
