@@ -1,0 +1,63 @@
+"""Compensators learnt from four runs of the jig borer: what they leave, and how often they hold."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from benchmarks.studies.machines import shipped_runs, truth
+from benchmarks.studies.tables import as_table
+from fmu_compensator.fit.fitting import compensator_text, fit_compensator
+from fmu_compensator.runtime.compensator import Compensator
+from fmu_compensator.runtime.modelfile import parse_model
+from measurement.drift import measured_drift
+from measurement.rig import FivePointRig
+from measurement.runs import Run
+
+FOUR = ("training_down", "training_random", "training_stops", "training_warm_hall")
+UNSEEN = ("step_speed", "random_speed", "stop_and_go")
+MODELS = ("mlr", "arx", "thermal_states")
+TOOLS_MM = (100.0, 240.0)
+
+
+def interval_rows(model: str) -> list[list[str]]:
+    """Return how well a compensator from four runs does, and how often its interval holds."""
+    rig = truth("jig_borer").rig
+    assert isinstance(rig, FivePointRig)
+    unseen = shipped_runs(UNSEEN)
+    table = fit_compensator(shipped_runs(FOUR), rig, model, limits={"slew_um_per_s": 1e4})
+    found = parse_model(compensator_text(table), model)
+    rows = []
+    for tool in TOOLS_MM:
+        left, widths = _run(found, unseen, rig, tool)
+        inside = 100.0 * (np.abs(left) <= widths).mean(axis=0)
+        rms, width = np.sqrt((left**2).mean(axis=0)), widths.mean(axis=0)
+        cells = [f"{a:.2f}" for a in rms] + [f"{w:.2f}" for w in width]
+        rows.append([f"`{model}`", f"{tool:g}", *cells, *(f"{share:.0f}" for share in inside)])
+    return rows
+
+
+def interval_table(rows: Sequence[Sequence[str]]) -> str:
+    """Return the rows of all models as a table."""
+    head = [f"{what} {axis}" for what in ("RMSE", "half width", "within [%]") for axis in "XYZ"]
+    return as_table(["model", "tool [mm]", *head], rows)
+
+
+def _run(
+    model: Any, unseen: Sequence[Run], rig: FivePointRig, tool: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return what the compensator leaves of the unseen runs' drift, and its half widths [um]."""
+    left, widths = [], []
+    for run in unseen:
+        compensator = Compensator(model)
+        columns = [f"{sensor.name}_degC" for sensor in model.sensors]
+        readings, speed = run.frame[columns].to_numpy(), run.frame["speed_rpm"].to_numpy()
+        drift = measured_drift(run, rig, tool, "rise").to_numpy()
+        step = float(np.median(np.diff(run.time_s)))
+        for k, time in enumerate(run.time_s):
+            out = compensator.step(time, step, readings[k].tolist(), float(speed[k]), tool)
+            left.append(drift[k] + out[:3])
+            widths.append(out[6:9])
+    return np.array(left), np.array(widths)
