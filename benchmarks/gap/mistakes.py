@@ -178,14 +178,18 @@ def outcome(mistake: Mistake, named: list[Any], rivals: list[Any], verdict: str)
     """
     if not named:
         return "right" if mistake.kind == "nothing" and verdict == "none_missing" else "silent"
-    true = [mistake.kind, list(mistake.place)]
+    # A path has no direction.
+    true = (mistake.kind, frozenset(mistake.place))
+    named, rivals = ([_unordered(*one) for one in part] for part in (named, rivals))
     if named == [true]:
         return "one of" if rivals else "right"
     if true in named or true in rivals:
         return "one of"
-    parts = set(mistake.place)
-    near = any(parts & set(place if isinstance(place, list) else []) for _, place in named)
-    return "right place" if near else "wrong"
+    return "right place" if any(true[1] & place for _, place in named) else "wrong"
+
+
+def _unordered(name: str, place: list[str] | str | None) -> tuple[str, frozenset[str]]:
+    return name, frozenset(place if isinstance(place, list) else [])
 
 
 def main(arguments: list[str] | None = None) -> int:

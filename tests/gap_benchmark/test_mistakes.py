@@ -30,6 +30,11 @@ def test_what_counts_as_right(named: list[Any], rivals: list[Any], told: str) ->
     assert outcome(NUT, named, rivals, "effect" if named else "unknown") == told
 
 
+def test_a_path_has_no_direction() -> None:
+    path = Mistake("heat_path", ("tray", "air"))
+    assert outcome(path, [["heat_path", ["air", "tray"]]], [], "effect") == "right"
+
+
 def test_saying_nothing_is_right_only_where_nothing_is_missing() -> None:
     assert outcome(Mistake("nothing", ()), [], [], "none_missing") == "right"
     assert outcome(Mistake("nothing", ()), [], [], "unknown") == "silent"
