@@ -12,6 +12,7 @@ from plant_model.gap.description import Described
 from plant_model.gap.find import Found
 from plant_model.gap.held_out import confirmed
 from plant_model.gap.judge import judge
+from plant_model.gap.kinds.heat_path import HeatPath
 from plant_model.gap.observations import Observations, observe
 from plant_model.gap.reference import LAGS_MIN, LEFT, Reference
 from plant_model.gap.regimes import Residuals, residuals
@@ -109,7 +110,7 @@ def test_an_answer_that_makes_the_unseen_run_worse_is_taken_back(
     assert comparison.gap()["after"] == comparison.gap()["before"]
     # So is a change of the description, and what was tried stays what it was: effects.
     unnamed = judge(now, [wrong], 0.9, channels=14)
-    path = Described("heat_path", "", ("rotor", "pedestal"), judged)
+    path = Described(HeatPath(("rotor", "pedestal"), boundary=False), judged, wrong)
     kept, _ = confirmed(Found(now, wrong, (unnamed,), described=(path,)), observed[3:])
     assert [one.key for one in kept.withdrawn] == ["heat_path:rotor+pedestal"]
     assert (kept.after, kept.described, kept.verdict) == (now, (), "unknown")
