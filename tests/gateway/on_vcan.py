@@ -33,7 +33,7 @@ PYTEST = [
     *("--durations=8", "-q"),
 ]
 SHARES = [
-    ("tests/gateway/test_vcan.py", "tests/gateway/test_wire.py"),
+    tuple(f"tests/gateway/test_{name}.py" for name in ("vcan", "wire", "canopen")),
     (
         "tests/gateway/test_processes.py",
         "tests/gateway/test_robust.py",
