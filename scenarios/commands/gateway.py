@@ -14,7 +14,7 @@ from scenarios.outputs import LOG, STATE
 
 NAME = "gateway"
 HELP = "put the compensator FMU on a CAN bus"
-READS = ("dbc", "map", "compensator", "opcua_cert", "opcua_key")
+READS = ("dbc", "map", "compensator", "opcua_cert", "opcua_key", "opcua_trust")
 WRITES = {"log": LOG, "state": STATE}
 
 
