@@ -27,7 +27,7 @@ from tests.gateway.amx import CannotBuildError, preload  # noqa: E402
 
 MODULES = Path("/usr/lib/uml/modules")
 NEEDED = ("linux.uml", "insmod", "ip", "candump", "cangen", "cansend")
-TIME_S = float(os.environ.get("ON_VCAN_S", "400"))
+TIME_S = float(os.environ.get("ON_VCAN_S", "600"))
 PYTEST = [
     *(sys.executable, "-m", "pytest", "-m", "vcan", "-p", "no:cacheprovider"),
     *("--durations=8", "-q"),
