@@ -14,7 +14,7 @@ from scenarios.outputs import LOG, STATE
 
 NAME = "gateway"
 HELP = "put the compensator FMU on a CAN bus"
-READS = ("dbc", "map", "compensator", "opcua_cert", "opcua_key")
+READS = ("dbc", "map", "compensator", "opcua_cert", "opcua_key", "opcua_trust")
 WRITES = {"log": LOG, "state": STATE}
 
 
@@ -76,6 +76,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="for so many seconds of the compensator (1800)",
     )
     parser.add_argument(
+        "--canopen", type=int, metavar="ID", help="be the CANopen node of this number (1 to 127)"
+    )
+    parser.add_argument(
+        "--eds", action="store_true", help="print the CANopen node's data sheet, and end"
+    )
+    parser.add_argument(
         "--opcua",
         nargs="?",
         const=DEFAULT_URL,
@@ -105,16 +111,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Serve the bus until told to stop."""
-    from measurement.errors import BadInput
     from scenarios.fmu_files import find_fmu
-    from scenarios.gateway.mapcheck import problems_of
+    from scenarios.gateway.mapcheck import node_eds, node_mapping, problems_of
     from scenarios.gateway.mappage import map_text
-    from scenarios.gateway.opcua import checked_url, security_of
     from scenarios.gateway.options import check_bus_arguments, check_positive, read_frames, told
     from scenarios.gateway.page import frames_text
 
     database, mapping = read_frames(args)
-    if args.frames and mapping is None:
+    if args.frames and mapping is None and args.canopen is None:
         print(frames_text(database))
         return 0
     check_bus_arguments(args)
@@ -123,14 +127,16 @@ def run(args: argparse.Namespace) -> int:
     check_positive("--duration", args.duration)
     check_positive("--together-band", args.together_band)
     check_positive("--together-time", args.together_time)
-    security = security_of((args.opcua_cert, args.opcua_key, args.opcua_trust))
-    if args.opcua is not None:
-        checked_url(args.opcua, security)
-    elif security is not None:
-        raise BadInput("--opcua-cert", "", "has no meaning without --opcua")
+    security = _security(args)
     with contextlib.ExitStack() as stack:
         work = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="spindle-drift-")))
         fmu = find_fmu(args.compensator, args.fmu_dir, Path(), work, quiet=args.quiet)
+        if args.eds:
+            print(node_eds(args.canopen, fmu), end="")
+            return 0
+        if args.canopen is not None:
+            mapping = node_mapping(args.canopen, fmu)
+            database = mapping.database
         if mapping is not None:
             problems = problems_of(mapping, fmu, machine_clock=args.clock == "machine")
             if args.frames:
@@ -146,16 +152,32 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
+def _security(args: argparse.Namespace) -> Any:
+    """Return what an OPC UA server is secured with; refuse one that is open to others."""
+    from measurement.errors import BadInput
+    from scenarios.gateway.opcua import checked_url, security_of
+
+    security = security_of((args.opcua_cert, args.opcua_key, args.opcua_trust))
+    if args.opcua is not None:
+        checked_url(args.opcua, security)
+    elif security is not None:
+        raise BadInput("--opcua-cert", "", "has no meaning without --opcua")
+    if args.canopen is not None and (args.map is not None or args.dbc is not None):
+        raise BadInput("--canopen", "", "has PDOs for frames: no --map, no --dbc")
+    return security
+
+
 def _serve(
     args: argparse.Namespace, database: Any, fmu: Path, unprotected: list[str], security: Any
 ) -> dict[str, Any]:
     from scenarios.gateway.database import MACHINE
+    from scenarios.gateway.mapcheck import node_dictionary
     from scenarios.gateway.node import Settings
     from scenarios.gateway.opcua import hall_status
     from scenarios.gateway.options import new_link, stop_flag, teller
     from scenarios.gateway.reference import Proof
     from scenarios.gateway.serving import Service
-    from scenarios.gateway.unit import CompensatorUnit
+    from scenarios.gateway.unit import CompensatorUnit, options_of
 
     printed = io.StringIO()
     with contextlib.ExitStack() as stack:
@@ -175,6 +197,17 @@ def _serve(
         if args.opcua is not None:
             hall = hall_status(args.opcua, security, unit, say)
             stack.callback(hall.close)
+        node = None
+        if args.canopen is not None:
+            from scenarios.gateway.canopen_node import CanOpenNode
+
+            bus = {"interface": args.interface, "channel": args.channel}
+            node = CanOpenNode(
+                *(args.canopen, node_dictionary(args.canopen, fmu), database),
+                bus | options_of(args.option),
+                say,
+            )
+            stack.callback(node.close)
         settings = Settings(
             args.clock == "machine",
             args.speed_up,
@@ -195,5 +228,6 @@ def _serve(
             stopped=stopped,
             say=say if hall is None else hall.also(say),
             hall=hall,
+            canopen=node,
         )
         return service.run()

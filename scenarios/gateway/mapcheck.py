@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import json
 import zipfile
+from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 from fmpy import read_model_description
 
 from fmu_compensator.runtime.fmi_slave import MODEL_FILE
 from measurement.errors import BadInput
+from measurement.files import sha256_of
 from scenarios.gateway.mapping import Mapping
 from scenarios.gateway.unit import units_that_differ
 from scenarios.wiring import PROBED
@@ -32,17 +35,13 @@ def problems_of(mapping: Mapping, fmu: Path, *, machine_clock: bool = False) -> 
     BadInput
         If the FMU cannot be read.
     """
-    try:
-        description = read_model_description(str(fmu), validate=False)
-    except Exception as error:  # fmpy raises many kinds
-        raise BadInput(fmu, "", f"is not an FMU: {' '.join(str(error).split())}") from None
-    named = {variable.name: variable for variable in description.modelVariables}
+    named = _variables(fmu)
     inputs, outputs = (
         [name for name, variable in named.items() if variable.causality == causality]
         for causality in ("input", "output")
     )
     taken = [name for name in inputs if not name.startswith(PROBED)]
-    mapping.check_compensator(taken, outputs, _limit_um(fmu))
+    mapping.check_compensator(taken, outputs, _limits(fmu).get("offset_um"))
     if machine_clock and mapping.form.cycle.frames == "sampled":
         mapping.say("cycle.frames", "sampled frames carry no time: --clock machine cannot be used")
     carried = {s.name: s for frame in mapping.database.frames for s in frame.signals.values()}
@@ -53,11 +52,66 @@ def problems_of(mapping: Mapping, fmu: Path, *, machine_clock: bool = False) -> 
     return mapping.problems
 
 
-def _limit_um(fmu: Path) -> float | None:
-    """Return the largest offset that a compensator sends [um]; None if its FMU does not tell."""
+def node_mapping(node_id: int, fmu: Path) -> Mapping:
+    """Return the PDOs of a CANopen node that serves a compensator.
+
+    Raises
+    ------
+    BadInput
+        If the canopen library is not installed, or the compensator does not fit.
+    """
+    _need_canopen()
+    from scenarios.gateway.canopen_pdo import canopen_mapping
+
+    return canopen_mapping(node_id, _inputs(fmu))
+
+
+def node_dictionary(node_id: int, fmu: Path) -> Any:
+    """Return the object dictionary of such a node."""
+    from scenarios.gateway.canopen_pdo import dictionary
+
+    return dictionary(node_id, _inputs(fmu), fmu.name, sha256_of(fmu), _limits(fmu))
+
+
+def node_eds(node_id: int | None, fmu: Path) -> str:
+    """Return the data sheet of such a node.
+
+    Raises
+    ------
+    BadInput
+        If there is no such node.
+    """
+    if node_id is None:
+        raise BadInput("--eds", "", "needs --canopen: of which node")
+    from scenarios.gateway.canopen_pdo import eds_text
+
+    return eds_text(node_dictionary(node_id, fmu))
+
+
+def _need_canopen() -> None:
+    if find_spec("canopen") is None:
+        raise BadInput("--canopen", "", "needs canopen: pip install 'spindle-drift[canopen]'")
+
+
+def _variables(fmu: Path) -> dict[str, Any]:
+    try:
+        description = read_model_description(str(fmu), validate=False)
+    except Exception as error:  # fmpy raises many kinds
+        raise BadInput(fmu, "", f"is not an FMU: {' '.join(str(error).split())}") from None
+    return {variable.name: variable for variable in description.modelVariables}
+
+
+def _inputs(fmu: Path) -> list[str]:
+    named = _variables(fmu).items()
+    return [n for n, v in named if v.causality == "input" and not n.startswith(PROBED)]
+
+
+def _limits(fmu: Path) -> dict[str, float]:
+    """Return the limits of a compensator, as far as its FMU tells them."""
     try:
         with zipfile.ZipFile(fmu) as archive:
             table = json.loads(archive.read(f"resources/{MODEL_FILE}"))
-        return float(table["limits"]["offset_um"])
-    except (OSError, KeyError, ValueError, TypeError, zipfile.BadZipFile):
-        return None
+        limits = table["limits"].items()
+    except (OSError, KeyError, ValueError, TypeError, AttributeError, zipfile.BadZipFile):
+        return {}
+    return {name: float(value) for name, value in limits if isinstance(value, int | float)}

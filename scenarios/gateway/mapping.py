@@ -125,7 +125,12 @@ def read_mapping(path: Path) -> Mapping:
     """
     form = read_map_file(path)
     dbc = path.parent / form.dbc
-    return _Reader(path, form, load_dbc(dbc), dbc).read()
+    return mapping_of(path, form, load_dbc(dbc), dbc)
+
+
+def mapping_of(path: Path, form: MapFile, dbc: CanDatabase, dbc_path: Path) -> Mapping:
+    """Return a map and a DBC file that have been read already; see `read_mapping`."""
+    return _Reader(path, form, dbc, dbc_path).read()
 
 
 class _Reader:

@@ -8,7 +8,7 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from measurement.errors import BadInput
 from scenarios.gateway.background import Background
@@ -18,6 +18,9 @@ from scenarios.gateway.link import Link
 from scenarios.gateway.node import GatewayNode, Settings
 from scenarios.gateway.opcua import HallStatus
 from scenarios.gateway.unit import CompensatorUnit, StateFile, check_units
+
+if TYPE_CHECKING:  # an extra
+    from scenarios.gateway.canopen_node import CanOpenNode
 
 LONGEST_WAIT_S = 0.25
 """After so long a wait for a frame, look whether it is time to stop [s]."""
@@ -57,6 +60,8 @@ class Service:
         Takes a line for people.
     hall : HallStatus or None
         Is told what the gateway knows.
+    canopen : CanOpenNode or None
+        What a CANopen master sees beside the PDOs.
     """
 
     database: Database
@@ -73,6 +78,7 @@ class Service:
     clock: Callable[[], float] = time.monotonic
     statuses: deque[tuple[float, int, int]] = field(default_factory=lambda: deque(maxlen=STATUSES))
     hall: HallStatus | None = None
+    canopen: CanOpenNode | None = None
     node: GatewayNode | None = None
     _unsaved: bool = False
 
@@ -98,8 +104,9 @@ class Service:
         elif store is not None:
             self.say(f"{store.path}: the state is not used: {why_not}")
         begun = self.clock()
+        send = self.link.send if self.canopen is None else self.canopen.gated(self.link.send)
         self.node = node = GatewayNode(
-            *(self.database, self.unit, self.link.send, self.settings, begun, warm, self.say),
+            *(self.database, self.unit, send, self.settings, begun, warm, self.say),
             self.clock,
         )
         if warm is None and not self.settings.proof.said:
@@ -168,12 +175,16 @@ class Service:
             if lost and not self.link.lost:
                 node.reconnected()
             lost = bool(self.link.lost)
+            if self.canopen is not None and not self.canopen.operational:
+                message = None
             closed = message is not None and node.handle(message, now, self.link.waited_s)
             wait = GRACE_S if message is not None and node.patient else 0.0
             if closed:
                 self.link.trust()
             elif now >= node.deadline() + wait:
                 node.tick(now, self.link.lost)
+            if self.canopen is not None:
+                self.canopen.update(now, node.told, node.given)
             self._notice(node)
             if self.hall is not None:
                 self._tell(self.hall, node, now)

@@ -27,13 +27,13 @@ from tests.gateway.amx import CannotBuildError, preload  # noqa: E402
 
 MODULES = Path("/usr/lib/uml/modules")
 NEEDED = ("linux.uml", "insmod", "ip", "candump", "cangen", "cansend")
-TIME_S = float(os.environ.get("ON_VCAN_S", "400"))
+TIME_S = float(os.environ.get("ON_VCAN_S", "600"))
 PYTEST = [
     *(sys.executable, "-m", "pytest", "-m", "vcan", "-p", "no:cacheprovider"),
     *("--durations=8", "-q"),
 ]
 SHARES = [
-    ("tests/gateway/test_vcan.py", "tests/gateway/test_wire.py"),
+    tuple(f"tests/gateway/test_{name}.py" for name in ("vcan", "wire", "canopen")),
     (
         "tests/gateway/test_processes.py",
         "tests/gateway/test_robust.py",

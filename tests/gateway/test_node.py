@@ -339,6 +339,7 @@ class Stubborn:
 
     def __init__(self) -> None:
         self.inputs = ["T1"]
+        self.probed: list[str] = []
         self.outputs = {"dX": 5.0, "dY": 0.0, "dZ": 0.0, "valid": 1.0, "status": 0.0}
         self.time_s = 0.0
 

@@ -74,7 +74,8 @@ def with_probe(bench: Bench, measured: dict[str, float], late_s: float = 0.0) ->
 def test_a_probe_reaches_the_compensator(probed: Bench, fmu_folder: Path) -> None:
     """The offsets and the uncertainty are those of the FMU with the same probe."""
     before = probed.last
-    answer = with_probe(probed, MEASURED)
+    assert with_probe(probed, MEASURED)["probes_taken"] == 1
+    answer = probed.cycle()  # what a probe brings shows at the next step
     assert answer["probes_taken"] == 1
     with contextlib.closing(CompensatorUnit(fmu_folder / "compensator.fmu")) as unit:
         unit.start()
@@ -83,6 +84,7 @@ def test_a_probe_reaches_the_compensator(probed: Bench, fmu_folder: Path) -> Non
             unit.step(values, 0.1)
         plain = dict(unit.outputs)
         unit.step({**values, **MEASURED}, 0.1)
+        unit.step(values, 0.1)
         for axis in "XYZ":
             name = f"d{axis}_uncertainty"
             assert before[name] == pytest.approx(plain[name], abs=0.02)

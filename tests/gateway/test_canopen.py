@@ -1,0 +1,267 @@
+"""The gateway as a CANopen node, with the canopen library as the master."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from measurement.errors import BadInput
+from scenarios.gateway.mapcheck import node_dictionary, node_eds, node_mapping, problems_of
+from scenarios.gateway.node import Settings
+from scenarios.gateway.serving import Service
+from tests.gateway.bus import gateway_thread
+from tests.gateway.conftest import Wire
+
+canopen = pytest.importorskip("canopen")
+from canopen.sdo import SdoAbortedError  # noqa: E402
+
+from scenarios.gateway.canopen_node import CanOpenNode  # noqa: E402
+
+NODE = 5
+PATIENCE_S = 20.0
+MILD = 20.4
+OFFSETS = tuple(f"AI input PV.d{axis}" for axis in "XYZ")
+
+
+class Master:
+    """A CANopen master that knows the gateway by its data sheet alone."""
+
+    def __init__(self, wire: Wire, eds: str) -> None:
+        self.network = canopen.Network()
+        self.network.connect(interface=wire.interface, channel=wire.channel, **wire.options)
+        data_sheet = io.StringIO(eds)
+        data_sheet.name = "gateway.eds"
+        self.node = canopen.RemoteNode(NODE, canopen.import_od(data_sheet, NODE))
+        self.network.add_node(self.node)
+        self.node.sdo.RESPONSE_TIMEOUT = 5.0
+        self.heard: dict[str, float] = {}
+
+    def start(self) -> None:
+        """Read the PDOs of the node and start it."""
+        self.node.nmt.wait_for_heartbeat(PATIENCE_S)
+        self.node.tpdo.read()
+        self.node.rpdo.read()
+        for number in (1, 2, 3):
+            self.node.tpdo[number].add_callback(self._take)
+        self.node.nmt.state = "OPERATIONAL"
+
+    def _take(self, pdo: Any) -> None:
+        self.heard |= {variable.name: variable.raw for variable in pdo}
+
+    def send(self, temperature: float, thermal: int = 1, state: int = 2) -> None:
+        """Send one of each PDO."""
+        for number in (1, 2, 3, 4):
+            pdo = self.node.rpdo[number]
+            for variable in pdo:
+                if variable.name.startswith("Temperatures."):
+                    variable.raw = round(temperature * 100)
+            if number == 4:
+                values = {"speed": 3000, "tool_length": 150_000}
+                for name, raw in (
+                    values | {"machine_state": state, "thermal_state": thermal}
+                ).items():
+                    pdo[name].raw = raw
+            pdo.transmit()
+
+    def until(self, wanted: Callable[[], bool], temperature: float = 20.0, **more: int) -> None:
+        """Send until something is as wanted; fail if it never is."""
+        until = time.monotonic() + PATIENCE_S
+        while time.monotonic() < until:
+            self.send(temperature, **more)
+            time.sleep(0.05)
+            if wanted():
+                return
+        raise AssertionError(f"not seen; heard is {self.heard}")
+
+    def close(self) -> None:
+        """Leave the bus."""
+        self.network.disconnect()
+
+
+@contextlib.contextmanager
+def pair(wire: Wire, fmu: Path) -> Iterator[tuple[Master, Service]]:
+    """A gateway as a node, and its master."""
+    mapping = node_mapping(NODE, fmu)
+    with contextlib.ExitStack() as stack:
+        bus = {"interface": wire.interface, "channel": wire.channel, **wire.options}
+        node = CanOpenNode(NODE, node_dictionary(NODE, fmu), mapping.database, bus)
+        stack.callback(node.close)
+        service = stack.enter_context(gateway_thread(wire, mapping.database, fmu, Settings()))
+        service.canopen = node
+        assert service.node is not None or _comes(lambda: service.node is not None)
+        assert service.node is not None
+        service.node._send = node.gated(service.node._send)
+        master = stack.enter_context(contextlib.closing(Master(wire, node_eds(NODE, fmu))))
+        yield master, service
+
+
+def _comes(wanted: Callable[[], bool]) -> bool:
+    until = time.monotonic() + PATIENCE_S
+    while not wanted() and time.monotonic() < until:
+        time.sleep(0.02)
+    return wanted()
+
+
+def test_a_master_starts_it_and_gets_offsets(wire: Wire, quick_fmu: Path) -> None:
+    with pair(wire, quick_fmu) as (master, service):
+        master.node.nmt.wait_for_heartbeat(PATIENCE_S)
+        assert master.node.nmt.state == "PRE-OPERATIONAL"
+        assert not master.heard
+        master.start()
+        master.until(lambda: master.heard.get("valid") == 1)
+        master.until(
+            lambda: (
+                master.heard[OFFSETS[2]] != 0
+                and abs(master.heard[OFFSETS[2]] / 10.0 - service.unit.outputs["dZ"]) <= 0.06
+                and service.unit.outputs["status"] == 0.0
+            ),
+            MILD,
+        )
+        assert master.heard["valid"] == 1
+        assert master.heard["status"] == 0
+        assert master.heard["trust"] == 0
+        for axis, name in zip("XY", OFFSETS, strict=False):
+            found = master.heard[name] / 10.0
+            assert found == pytest.approx(service.unit.outputs[f"d{axis}"], abs=0.3)
+        # By SDO, as by PDO.
+        temperature = master.node.sdo["Temperatures"]["T4"].raw
+        assert temperature == round(MILD * 100)
+        assert master.node.sdo["AI decimal digits PV"]["dX"].raw == 1
+        assert master.node.sdo["AI physical unit PV"]["dX"].raw == 0xFA010000
+        # Nothing is sent to a node that was stopped.
+        master.node.nmt.state = "PRE-OPERATIONAL"
+        time.sleep(0.5)
+        master.heard.clear()
+        time.sleep(0.5)
+        assert not master.heard
+
+
+def test_emergencies_say_what_the_status_says(wire: Wire, quick_fmu: Path) -> None:
+    with pair(wire, quick_fmu) as (master, _):
+        master.start()
+        master.until(lambda: master.heard.get("valid") == 1)
+        first = len(master.node.emcy.log)
+        # Silence: the inputs are missing.
+        assert _comes(lambda: len(master.node.emcy.log) > first)
+        assert _comes(lambda: bool(master.node.emcy.log[-1].code & 0xFF))
+        error = master.node.emcy.log[-1]
+        assert error.code & 0xFF00 == 0xFF00
+        assert error.register == 0x81
+        assert error.data[0] == error.code & 0xFF
+        assert error.data[0] // 10 in (1, 2, 3)
+        master.until(lambda: master.heard.get("valid") == 1)
+        assert _comes(lambda: master.node.emcy.log[-1].code == 0)
+
+
+def test_a_reference_that_is_not_known_is_an_emergency(wire: Wire, quick_fmu: Path) -> None:
+    with pair(wire, quick_fmu) as (master, _):
+        master.start()
+        master.until(
+            lambda: any(error.code == 0xFF00 + 50 for error in master.node.emcy.log), thermal=2
+        )
+        assert master.heard["valid"] == 0
+        assert master.heard["status"] == 50
+        assert master.heard["Uncertainty.dX_uncertainty"] == -32768
+
+
+def test_limits_and_hash_are_read_and_nothing_is_written(wire: Wire, quick_fmu: Path) -> None:
+    with pair(wire, quick_fmu) as (master, service):
+        master.node.nmt.wait_for_heartbeat(PATIENCE_S)
+        sdo = master.node.sdo
+        assert sdo["Compensator"]["SHA-256"].raw == service.unit.slave.sha256
+        assert sdo["Compensator"]["Name"].raw == quick_fmu.name
+        assert sdo["Limits of the compensator"]["slew_um_per_s"].raw == pytest.approx(10.0)
+        assert sdo["Limits of the compensator"]["hold_s"].raw == pytest.approx(2.0)
+        assert sdo["Device type"].raw & 0xFFFF == 404
+        with pytest.raises(SdoAbortedError):
+            sdo.download(0x2300, 1, b"\0\0\0\0")
+        with pytest.raises(SdoAbortedError):
+            sdo.download(0x7130, 1, b"\0\0")
+        with pytest.raises(SdoAbortedError):
+            sdo.download(0x1A00, 1, b"\0\0\0\0")
+
+
+def test_the_heartbeat_is_the_gateways_own(wire: Wire, quick_fmu: Path) -> None:
+    """It follows its object, and a gateway whose loop stands sends none."""
+    with pair(wire, quick_fmu) as (master, service):
+        master.node.nmt.wait_for_heartbeat(PATIENCE_S)
+        master.node.sdo["Producer heartbeat time"].raw = 100
+        beats = _beats(master, 1.5)
+        assert beats >= 5
+        tick = service.node.tick  # type: ignore[union-attr]
+        service.node.tick = lambda *args: (time.sleep(1.5), tick(*args))[1]  # type: ignore[union-attr,assignment,method-assign]
+        time.sleep(0.5)
+        assert _beats(master, 1.5) <= 3
+        service.node.tick = tick  # type: ignore[union-attr,method-assign]
+        master.node.nmt.send_command(0x81)
+        assert _comes(lambda: master.node.nmt.state == "PRE-OPERATIONAL")
+
+
+def _beats(master: Master, seconds: float) -> int:
+    count = 0
+    until = time.monotonic() + seconds
+    while time.monotonic() < until:
+        with contextlib.suppress(canopen.nmt.NmtError):
+            master.node.nmt.wait_for_heartbeat(0.3)
+            count += 1
+    return count
+
+
+def test_the_data_sheet_is_that_of_the_pdos(quick_fmu: Path) -> None:
+    data_sheet = io.StringIO(node_eds(NODE, quick_fmu))
+    data_sheet.name = "gateway.eds"
+    dictionary = canopen.import_od(data_sheet, NODE)
+    database = node_mapping(NODE, quick_fmu).database
+    assert problems_of(node_mapping(NODE, quick_fmu), quick_fmu) == []
+    for frame in database.frames:
+        base = 0x1600 if frame.name[0] == "R" else 0x1A00
+        number = int(frame.name[-1]) - 1
+        assert dictionary[base - 0x200 + number][1].default == frame.frame_id
+        mapped = [
+            dictionary[base + number][sub].default
+            for sub in range(1, 9)
+            if sub in (dictionary[base + number])
+        ]
+        assert sum(value & 0xFF for value in mapped) == 8 * frame.size
+        assert len(mapped) == len(frame.signals)
+        for value in mapped:
+            entry = dictionary[value >> 16]
+            variable = entry if value >> 8 & 0xFF == 0 else entry[value >> 8 & 0xFF]
+            assert len(variable) == value & 0xFF
+            assert variable.pdo_mappable
+
+
+@pytest.mark.parametrize("node_id", [0, 128, -1])
+def test_a_node_has_a_number_from_1_to_127(quick_fmu: Path, node_id: int) -> None:
+    with pytest.raises(BadInput, match="1 to 127"):
+        node_mapping(node_id, quick_fmu)
+
+
+@pytest.mark.parametrize(
+    ("more", "told"),
+    [
+        (["--eds"], "needs --canopen"),
+        (["--canopen", "200", "--frames"], "1 to 127"),
+        (["--canopen", "5", "--map", "machine_builder"], "no --map"),
+    ],
+)
+def test_what_the_command_refuses(quick_fmu: Path, more: list[str], told: str) -> None:
+    command = ["gateway", "--compensator", str(quick_fmu), *more]
+    done = subprocess.run(
+        [sys.executable, "-m", "scenarios.cli", *command],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=60,
+    )
+    assert done.returncode == 2
+    assert told in done.stderr
+    assert len(done.stderr.splitlines()) == 1
