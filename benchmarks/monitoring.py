@@ -99,19 +99,22 @@ def _found(
     model: Model, runs: Sequence[Run], question: Question, size: float
 ) -> tuple[int, int, int]:
     """Return in how many runs a thermometer that wanders is found, named right, and named wrong."""
-    found = right = wrong = 0
     names = [model.sensors[index].name for index in model.chosen]
+    wandering, astray = [], []
     for run in runs:
         random = np.random.default_rng(zlib.crc32(f"{run.name} {size}".encode()))
         name = str(random.choice(names))
         frame = run.frame.copy()
         hours = (run.time_s - run.time_s[0]) / (run.time_s[-1] - run.time_s[0])
         frame[f"{name}_degC"] += size * random.choice([-1.0, 1.0]) * hours
-        told = monitor(model, [Run(run.name, frame)], question.rig).runs[0]
-        found += told.verdict == SENSOR
-        right += told.verdict == SENSOR and told.sensor == name
-        wrong += told.verdict == SENSOR and told.sensor != name
-    return found, right, wrong
+        wandering.append(Run(run.name, frame))
+        astray.append(name)
+    told = monitor(model, wandering, question.rig).runs if wandering else ()
+    found = [one.verdict == SENSOR for one in told]
+    right = [
+        one.verdict == SENSOR and one.sensor == name for one, name in zip(told, astray, strict=True)
+    ]
+    return sum(found), sum(right), sum(found) - sum(right)
 
 
 def _moved(run: Run, question: Question, factor: float) -> Run:
