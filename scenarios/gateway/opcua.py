@@ -270,7 +270,7 @@ def hall_status(
     say: Callable[[str], None] = lambda line: None,
 ) -> HallStatus:
     """Return what tells the hall of a compensator."""
-    measures = {name: unit.unit_of(name) for name in unit.outputs if name not in STATES}
+    measures = {name: unit.unit_of(name) for name in unit.output_names if name not in STATES}
     return HallStatus(
         url, security, {name: unit.unit_of(name) for name in unit.inputs}, measures, say
     )

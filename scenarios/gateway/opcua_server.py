@@ -93,9 +93,10 @@ class Status:
         variables : dict
             Group, name, unit; a unit of ``bool``, ``int`` or ``text`` is a type without a unit.
         """
-        top = await self._server.nodes.objects.add_object(self._index, title)
+        # Node ids of their own: a client can keep them, and none is drawn twice.
+        top = await self._server.nodes.objects.add_object(*self._named("gateway", title))
         for group, names in variables.items():
-            folder = await top.add_folder(self._index, group)
+            folder = await top.add_folder(*self._named(group))
             for name, unit in names.items():
                 kind = {
                     "bool": ua.VariantType.Boolean,
@@ -104,19 +105,23 @@ class Status:
                 }.get(unit, ua.VariantType.Double)
                 code = ua.StatusCode(ua.StatusCodes.BadWaitingForInitialData)
                 start = STARTS.get(unit, math.nan)
-                node = await folder.add_variable(self._index, f"{group}.{name}", start, kind)
+                node = await folder.add_variable(*self._named(f"{group}.{name}"), start, kind)
                 await node.write_attribute(
                     ua.AttributeIds.DisplayName,
                     ua.DataValue(ua.Variant(ua.LocalizedText(name), ua.VariantType.LocalizedText)),
                 )
                 if kind == ua.VariantType.Double:
                     await node.add_property(
-                        *(ua.NodeId(0, self._index), ua.QualifiedName("EngineeringUnits", 0)),
+                        ua.NodeId(f"{group}.{name}.unit", self._index),
+                        ua.QualifiedName("EngineeringUnits", 0),
                         ua.EUInformation(DisplayName=ua.LocalizedText(unit)),
                     )
                 await node.write_value(ua.DataValue(StatusCode=code))
                 self._nodes[f"{group}.{name}"] = node, kind
         self._events = await self._server.get_event_generator()
+
+    def _named(self, name: str, shown: str = "") -> tuple[ua.NodeId, ua.QualifiedName]:
+        return ua.NodeId(name, self._index), ua.QualifiedName(shown or name, self._index)
 
     async def show(self, values: dict[str, Value | None]) -> None:
         """Show values; None is a value that there is none of."""

@@ -215,6 +215,11 @@ class CompensatorUnit:
         self.time_s = 0.0
         self.outputs: dict[str, float] = {}
 
+    @property
+    def output_names(self) -> list[str]:
+        """What `outputs` holds once it has started."""
+        return [name for port in self._ports for name in port.names]
+
     def start(self, saved: Saved | None = None) -> None:
         """Initialise, and go on from a saved state if there is one.
 
