@@ -30,6 +30,7 @@ from scenarios.cli import main as spindle_drift
 from scenarios.scenario import scenario_path
 
 BEGIN, END = "<!-- benchmarks.bad_inputs: from here -->", "<!-- benchmarks.bad_inputs: to here -->"
+ROOT = Path(__file__).resolve().parents[2]
 RUNS = {"a": "training_down", "b": "training_random", "c": "training_stops", "d": "stop_and_go"}
 
 
@@ -87,7 +88,8 @@ def tables(found: dict[str, list[Answer]]) -> str:
         ]
         for answer in group:
             case = answer.case
-            line = answer.line.strip().removeprefix("spindle-drift: error: ").replace("|", "\\|")
+            line = answer.line.strip().removeprefix("spindle-drift: error: ")
+            line = line.replace(f"{ROOT}/", "").replace("|", "\\|")
             said = answer.problem.replace("|", "\\|") if answer.problem else line
             mark = "**not kept**: " if answer.problem else ""
             lines.append(f"| {case.title} | `{case.command.format(dist='dist')}` | {mark}{said} |")
