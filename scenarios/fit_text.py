@@ -2,12 +2,44 @@
 
 from __future__ import annotations
 
+import argparse
+import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from tqdm import tqdm
+
+from measurement.errors import BadInput
+
+
+def add_jobs(parser: argparse.ArgumentParser) -> None:
+    """Declare how many processes may fit."""
+    parser.add_argument(
+        "--jobs",
+        type=int,
+        default=os.cpu_count() or 1,
+        metavar="N",
+        help="processes (default: one for each core)",
+    )
+
+
+def check_jobs(command: str, jobs: int) -> None:
+    """Refuse no processes.
+
+    Raises
+    ------
+    BadInput
+        If there are none.
+    """
+    if jobs < 1:
+        raise BadInput(command, "--jobs", f"{jobs} is not allowed: 1 or more")
+
+
+def kinds_of(among: str | None) -> list[str] | None:
+    """Return the error models that ``--among`` names."""
+    return None if among is None else [name.strip() for name in among.split(",")]
 
 
 @contextmanager

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from inspect import signature
 from typing import Any
 
@@ -106,13 +106,3 @@ def _check_new(old: Sequence[Run], runs: Sequence[Run], rig: Rig, model: Model) 
         if lost is not None:
             problem = "is missing, and the compensator was fitted with it"
             raise BadInput(run.path or run.name, f"column {lost}", problem)
-
-
-def errors_of(table: Mapping[str, Any]) -> dict[str, dict[str, float]]:
-    """Return what a file promises: RMSE on runs left out by target, like and unlike."""
-    unseen = table["provenance"]["figures"].get("unseen") or {}
-    return {
-        kind: {target: float(row["model"]) for target, row in unseen[kind].items()}
-        for kind in ("like", "unlike")
-        if kind in unseen
-    }

@@ -13,7 +13,6 @@ from fmu_compensator.runtime.compensator import WAITING, Compensator, Output
 from fmu_compensator.runtime.modelfile import Model
 from measurement.drift import measured_drift
 from measurement.errors import BadInput
-from measurement.faults import GROSS, cleaned, find_faults
 from measurement.rig import Rig
 from measurement.runs import Run
 
@@ -68,14 +67,16 @@ class Driven:
         return np.where(width >= 0.0, width, np.nan)
 
 
-def drive(model: Model, run: Run, rig: Rig | None, tool_length_mm: float) -> Driven:
+def drive(model: Model, run: Run, left: Run, rig: Rig | None, tool_length_mm: float) -> Driven:
     """Return what a compensator does in a run.
 
     Parameters
     ----------
     model : Model
     run : Run
-        With the thermometers that the model uses.
+        With the thermometers that the model uses, which it gets as they read.
+    left : Run
+        The same without what is broken: what the drift is taken from.
     rig : Rig, optional
         What the displacements mean; without it, or without its columns in the run, no drift is
         known.
@@ -109,7 +110,7 @@ def drive(model: Model, run: Run, rig: Rig | None, tool_length_mm: float) -> Dri
         compensator.step(float(time), float(step), reading, float(turning), tool_length_mm)
         for time, step, reading, turning in zip(time_s, steps, readings, speed[rows], strict=True)
     ]
-    drift = _drift(model, run, rig, tool_length_mm)[rows]
+    drift = _drift(model, left, rig, tool_length_mm)[rows]
     return Driven(time_s, outputs, drift)
 
 
@@ -123,12 +124,11 @@ def _rows(time_s: Array) -> list[int]:
 
 
 def _drift(model: Model, run: Run, rig: Rig | None, tool_length_mm: float) -> Array:
-    """Return the measured drift, broken displacements left out."""
+    """Return the measured drift; NaN where there is none."""
     found = np.full((len(run.time_s), 3), np.nan)
     if rig is None or any(name not in run.frame for name in rig.columns):
         return found
-    left = cleaned([run], find_faults([run]), GROSS)[0]
-    drift = measured_drift(left, rig, tool_length_mm, model.input_form)
+    drift = measured_drift(run, rig, tool_length_mm, model.input_form)
     for place, axis in enumerate(AXES):
         if f"drift_{axis}_um" in drift:
             found[:, place] = drift[f"drift_{axis}_um"].to_numpy(float)

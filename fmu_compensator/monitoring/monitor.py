@@ -23,7 +23,7 @@ from fmu_compensator.monitoring.driving import Driven, drive
 from fmu_compensator.monitoring.sensors import Agreement, Disagreement
 from fmu_compensator.runtime.compensator import HOLDING, SPARED, UNTRAINED
 from fmu_compensator.runtime.modelfile import Model
-from measurement.faults import LEVELS, Fault, find_faults
+from measurement.faults import GROSS, LEVELS, Fault, cleaned, find_faults
 from measurement.rig import Rig
 from measurement.runs import Run
 
@@ -169,19 +169,21 @@ def monitor(
             "large where its root mean square passes the promised half width"
         )
     length = model.limits.tool_length_mm[1] if tool_length_mm is None else tool_length_mm
-    agreement, conditions = Agreement(old, used), Conditions(old, used)
+    agreement = Agreement([_without_broken(run) for run in old], used)
+    conditions = Conditions(old, used)
     bounds = bounds_of(figures)
     faults = find_faults([*old, *runs])
     reports = []
     for place, run in enumerate(runs):
-        driven = drive(model, run, rig, length)
+        left = _without_broken(run)
+        driven = drive(model, run, left, rig, length)
         here = [one for one in faults if one.place == len(old) + place]
         reports.append(
             _run_report(
                 run,
                 driven,
                 _worth_saying(here, run, used, model.input_form),
-                agreement.of(run),
+                agreement.of(left),
                 conditions.of(run),
                 axis_errors(driven, bounds),
                 [sensor.name for sensor in model.sensors],
@@ -190,6 +192,11 @@ def monitor(
         on_run(run)
     promised = nan if model.interval is None else model.interval.coverage
     return replace(_report(reports), promised=promised, inside=_inside(reports), notes=tuple(notes))
+
+
+def _without_broken(run: Run) -> Run:
+    """Return a run without what is broken in it, whatever other runs show."""
+    return cleaned([run], find_faults([run]), GROSS)[0]
 
 
 def _worth_saying(
@@ -236,11 +243,10 @@ def _run_report(
             for one in unusual
         ]
     new = [one.text for one in conditions if one.is_new]
-    apart = agreement is not None and agreement.distance > agreement.bound
-    if outside >= OUTSIDE_SHARE or (apart and agreement is not None and agreement.sensor is None):
+    apart = agreement if agreement is not None and agreement.distance > agreement.bound else None
+    if outside >= OUTSIDE_SHARE or (apart is not None and apart.sensor is None):
         verdict = CHANGED if unusual else OUTSIDE
-        texts = [event for event in _texts(driven) if event]
-        reasons.append(f"outside training in {outside:.0%} of the samples: {'; '.join(texts[:1])}")
+        reasons.append(f"outside training in {outside:.0%} of the samples: {_last_said(driven)}")
         reasons += [f"new: {text}" for text in new]
     broken = [one for one in driven.outputs if one.status == SPARED]
     never = driven.outputs[-1] if not driven.started.any() else None
@@ -252,10 +258,10 @@ def _run_report(
         verdict = SENSOR
         sensor = sensors[said.status_sensor - 1] if said.status_sensor else None
         reasons = [said.status_text, *reasons]
-    elif apart and agreement is not None and agreement.sensor is not None:
-        verdict, sensor = SENSOR, agreement.sensor
+    elif apart is not None and apart.sensor is not None:
+        verdict, sensor = SENSOR, apart.sensor
         reasons = [
-            f"{sensor} is {agreement.off_by_K:.1f} K from what the others say; without it they are "
+            f"{sensor} is {apart.off_by_K:.1f} K from what the others say; without it they are "
             "as in training",
             *reasons,
         ]
@@ -271,10 +277,12 @@ def _run_report(
     )
 
 
-def _texts(driven: Driven) -> list[str]:
+def _last_said(driven: Driven) -> str:
     """Return the last thing that was said of inputs outside training."""
-    said = [one.status_text for one in driven.outputs if one.status == UNTRAINED]
-    return said[-1:] or ["temperatures are further from training, taken together, than in any run"]
+    for output in reversed(driven.outputs):
+        if output.status == UNTRAINED:
+            return output.status_text
+    return "temperatures are further from training, taken together, than in any run"
 
 
 def _inside(runs: Sequence[RunReport]) -> dict[str, float]:

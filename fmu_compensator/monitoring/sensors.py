@@ -11,7 +11,6 @@ from fmu_compensator.fit.data import bridged
 from fmu_compensator.fit.spare import MOST_ROWS, best_strength, precision
 from fmu_compensator.fit.training import Array
 from fmu_compensator.monitoring.bounds import RISK, upper_bound
-from measurement.faults import GROSS, cleaned, find_faults
 from measurement.runs import Run
 
 SHARE = 0.9
@@ -51,7 +50,7 @@ class Agreement:
     Parameters
     ----------
     runs : sequence of Run
-        Training runs.
+        Training runs, broken readings left out.
     sensors : sequence of str
         Those that the compensator uses.
     """
@@ -64,19 +63,16 @@ class Agreement:
             return
         strength = best_strength(rises)
         self._precision = precision(rises, strength)
-        left_out = [
-            _distances(one, precision([*rises[:at], *rises[at + 1 :]], strength))
-            for at, one in enumerate(rises)
+        by_others = [
+            precision([*rises[:at], *rises[at + 1 :]], strength) for at in range(len(rises))
         ]
+        left_out = [_distances(*pair) for pair in zip(rises, by_others, strict=True)]
         self._bound = upper_bound([whole for whole, _ in left_out])
         places = range(len(self._sensors))
         self._without = [
             upper_bound([float(parts[sensor]) for _, parts in left_out]) for sensor in places
         ]
-        missed = [
-            _off_by(one, precision([*rises[:at], *rises[at + 1 :]], strength))
-            for at, one in enumerate(rises)
-        ]
+        missed = [_off_by(*pair) for pair in zip(rises, by_others, strict=True)]
         # One of many is to be blamed, so each must be the more unusual.
         risk = RISK / len(self._sensors)
         self._own = [
@@ -85,7 +81,10 @@ class Agreement:
         ]
 
     def of(self, run: Run) -> Disagreement | None:
-        """Return how a run's temperatures agree; None where they cannot be compared."""
+        """Return how a run's temperatures agree, broken readings left out.
+
+        None where they cannot be compared.
+        """
         rises = _rises(run, self._sensors) if self.is_known else None
         if rises is None:
             return None
@@ -120,12 +119,11 @@ def _distances(rises: Array, known: Array) -> tuple[float, Array]:
 
 
 def _rises(run: Run, sensors: Sequence[str]) -> Array | None:
-    """Return at most about `MOST_ROWS` rows of rises [K], readings that are broken left out."""
+    """Return at most about `MOST_ROWS` rows of rises [K]."""
     names = [f"{name}_degC" for name in sensors]
     if any(name not in run.frame for name in names):
         return None
-    left = cleaned([run], find_faults([run]), GROSS)[0]
-    columns = [bridged(run.time_s, left.frame[name].to_numpy(float)) for name in names]
+    columns = [bridged(run.time_s, run.frame[name].to_numpy(float)) for name in names]
     values = np.column_stack(columns)
     values = values[np.isfinite(values).all(axis=1)]
     if len(values) < 2:

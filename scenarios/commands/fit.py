@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
 from collections.abc import Callable
 from inspect import signature
 from pathlib import Path
@@ -17,7 +16,7 @@ from measurement.files import write_atomically
 from measurement.rig import Rig, default_rig, rig_from_table
 from measurement.runs import Run, read_run
 from plant_model.machine_file import read_machine
-from scenarios.fit_text import bar, report
+from scenarios.fit_text import add_jobs, bar, check_jobs, kinds_of, report
 from scenarios.grey_options import add_grey_options, grey_options
 from scenarios.outputs import COMPENSATOR_FILE
 
@@ -112,13 +111,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="keep no training runs in the file; 'update' and parts of 'monitor' then need them",
     )
-    parser.add_argument(
-        "--jobs",
-        type=int,
-        default=os.cpu_count() or 1,
-        metavar="N",
-        help="processes (default: one for each core)",
-    )
+    add_jobs(parser)
     parser.add_argument("--json", action="store_true", help="print the figures as JSON")
 
 
@@ -126,8 +119,7 @@ def run(args: argparse.Namespace) -> int:
     """Fit, write the file, and print how well it does."""
     runs = [read_run(path) for path in args.runs]
     rig, sensors = _rig(runs[0], args.machine)
-    if args.jobs < 1:
-        raise BadInput("fit", "--jobs", f"{args.jobs} is not allowed: 1 or more")
+    check_jobs("fit", args.jobs)
     if args.among is not None and args.model is not None:
         raise BadInput("fit", "--among", "cannot stand beside --model")
     with bar() as on_step:
@@ -141,10 +133,6 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _kinds(among: str | None) -> list[str] | None:
-    return None if among is None else [name.strip() for name in among.split(",")]
-
-
 def _fitted(
     args: argparse.Namespace,
     runs: list[Run],
@@ -156,7 +144,7 @@ def _fitted(
         runs,
         rig,
         args.model,
-        candidates=_kinds(args.among),
+        candidates=kinds_of(args.among),
         on_step=on_step,
         jobs=args.jobs,
         keep_runs=not args.forget_runs,

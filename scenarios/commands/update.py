@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
 from pathlib import Path
 
 from fmu_compensator.fit.choosing import CANDIDATES
@@ -16,7 +15,7 @@ from fmu_compensator.runtime.modelfile import load_model
 from measurement.errors import BadInput
 from measurement.files import write_atomically
 from measurement.runs import read_run
-from scenarios.fit_text import bar, report
+from scenarios.fit_text import add_jobs, bar, check_jobs, kinds_of, report
 from scenarios.outputs import COMPENSATOR_FILE
 
 NAME = "update"
@@ -50,31 +49,23 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help=f"error models to choose among, with --choose (default: {','.join(CANDIDATES)})",
     )
     parser.add_argument("--created", metavar="YYYY-MM-DD", help="date in the file (default: none)")
-    parser.add_argument(
-        "--jobs",
-        type=int,
-        default=os.cpu_count() or 1,
-        metavar="N",
-        help="processes (default: one for each core)",
-    )
+    add_jobs(parser)
     parser.add_argument("--json", action="store_true", help="print the figures as JSON")
 
 
 def run(args: argparse.Namespace) -> int:
     """Fit anew, write the file, and print what the old one did in the new runs."""
-    if args.jobs < 1:
-        raise BadInput("update", "--jobs", f"{args.jobs} is not allowed: 1 or more")
+    check_jobs("update", args.jobs)
     if args.among is not None and not args.choose:
         raise BadInput("update", "--among", "needs --choose")
     old = load_model(args.compensator)
     runs = [read_run(path) for path in args.runs]
-    among = None if args.among is None else [name.strip() for name in args.among.split(",")]
     with bar() as on_step:
         table = update_compensator(
             old,
             runs,
             choose=args.choose,
-            candidates=among,
+            candidates=kinds_of(args.among),
             created=args.created,
             jobs=args.jobs,
             on_step=on_step,
