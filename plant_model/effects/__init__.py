@@ -6,29 +6,16 @@ the plant FMU carries the package under another name.
 
 from __future__ import annotations
 
-import importlib
-import pkgutil
 from functools import cache
 
 from plant_model.effects.base import Effect, ItemSpec
+from plant_model.walk import classes_found
 
 
 @cache
 def catalogue() -> dict[str, type[Effect]]:
     """Return every effect by its name, in alphabetical order."""
-    found: dict[str, type[Effect]] = {}
-    for module in sorted(entry.name for entry in pkgutil.iter_modules(__path__)):
-        if module == "base":
-            continue
-        classes = [
-            entry
-            for entry in vars(importlib.import_module(f"{__name__}.{module}")).values()
-            if isinstance(entry, type) and issubclass(entry, Effect) and entry is not Effect
-        ]
-        if len(classes) != 1 or classes[0].name != module:
-            raise ImportError(f"effects/{module}.py must hold one effect, and of the file's name")
-        found[module] = classes[0]
-    return found
+    return classes_found(__name__, __path__, Effect, "effects effect")
 
 
 @cache

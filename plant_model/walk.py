@@ -1,0 +1,47 @@
+"""Find the variants of a thing by walking the folder that holds them, one a file."""
+
+from __future__ import annotations
+
+import importlib
+import pkgutil
+from collections.abc import Iterable
+from typing import TypeVar
+
+T = TypeVar("T")
+
+
+def classes_found(
+    package: str, folder: Iterable[str], base: type[T], what: str
+) -> dict[str, type[T]]:
+    """Return the subclass of *base* that each module of a package holds, by module name.
+
+    Parameters
+    ----------
+    package : str
+        The package's ``__name__``, which differs when the plant FMU carries it.
+    folder : iterable of str
+        Its ``__path__``; the module ``base`` is passed over.
+    base : type
+        With a class attribute ``name``.
+    what : str
+        Folder and thing for people, such as ``effects effect``.
+
+    Raises
+    ------
+    ImportError
+        If a module does not hold exactly one, of the file's name.
+    """
+    place, thing = what.rsplit(" ", 1)
+    found: dict[str, type[T]] = {}
+    for module in sorted(entry.name for entry in pkgutil.iter_modules(folder)):
+        if module == "base":
+            continue
+        classes = [
+            entry
+            for entry in vars(importlib.import_module(f"{package}.{module}")).values()
+            if isinstance(entry, type) and issubclass(entry, base) and entry is not base
+        ]
+        if len(classes) != 1 or getattr(classes[0], "name", None) != module:
+            raise ImportError(f"{place}/{module}.py must hold one {thing}, and of the file's name")
+        found[module] = classes[0]
+    return found
