@@ -353,6 +353,7 @@ class _Reader:
         return effects
 
     def _cross_checks(self, machine: Machine) -> None:
+        self._only_one(machine)
         for item in machine.items:
             needed = item_kinds()[item.family, item.kind][0]
             if needed not in machine.effects:
@@ -364,8 +365,6 @@ class _Reader:
                 other.kind == "located" for other in machine.items
             ):
                 raise self.refuse("structure", "a shaft or housing needs one item of kind located")
-        if len(machine.of_kind("structure", "located")) > 1:
-            raise self.refuse("structure", "only one bearing can locate the shaft")
         for key in machine.effects:
             effect = catalogue()[key.partition(":")[0]]
             for needed in effect.conductance_inputs:
@@ -374,3 +373,8 @@ class _Reader:
             for needed in effect.needs:
                 if needed not in machine.effects:
                     raise self.refuse(f"effects.{key}", f"needs the effect {needed} in force")
+
+    def _only_one(self, machine: Machine) -> None:
+        for (family, kind), (_, spec) in item_kinds().items():
+            if spec.only_one and len(machine.of_kind(family, kind)) > 1:
+                raise self.refuse(family, spec.only_one)

@@ -1,35 +1,40 @@
 """A cooler that switches on the spindle's temperature, as the studies' does.
 
-The coolant is one tank through which all jackets' flows go round,
-
-    C dT/dt = sum over jackets of rho c q (T_back - T) - UA (T - T_air) - P while the chiller runs,
-
-and the chiller switches on above one temperature of the spindle and off below another. So the
-coolant follows the spindle, and the temperatures go up and down with it.
+The coolant of all jackets goes round through one tank, and the effect ``chiller`` cools that: it
+runs from where one thermometer's part is too warm until it is cold enough. So the coolant follows
+the spindle, and the temperatures go up and down with it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import replace
 
-import numpy as np
-import pandas as pd
+from plant_model.effects import catalogue
+from plant_model.machine import Item, Machine, Node
+from plant_model.parameters import Parameter
 
-from plant_model.machine import Machine
-from plant_model.stepper import PlantStepper
-
-SECONDS_A_MINUTE = 60.0
+TANK = "tank"
+INLET = "coolant_inlet"
 
 
-@dataclass(frozen=True)
-class Cooler:
-    """A tank and a two-point chiller.
+def with_cooler(
+    machine: Machine,
+    *,
+    watches: str,
+    on_above: float,
+    off_below: float,
+    power: float,
+    capacity: float,
+    loss: float,
+) -> Machine:
+    """Return the machine with its coolant going round through a tank, instead of from an inlet.
 
-    Attributes
+    Parameters
     ----------
+    machine : Machine
+        Its boundary ``coolant_inlet`` feeds the jackets; a thermometer of it then reads the tank.
     watches : str
-        The sensor that switches the chiller.
+        The thermometer of the part that switches the chiller.
     on_above, off_below : float
         Where it switches [degC].
     power : float
@@ -38,55 +43,37 @@ class Cooler:
         Heat capacity of the coolant going round [J/K].
     loss : float
         From tank and hoses to the air [W/K].
-    heat_capacity : float
-        Of the coolant [J/(l K)].
-    flows : mapping of str to float
-        Flow of each jacket by the sensor at its outlet [l/min].
     """
+    watched = next(sensor.of for sensor in machine.sensors if sensor.name == watches)
+    items = []
+    for item in machine.items:
+        if item.kind == "coolant_flow":
+            jacket, _ = item.refs["between"]
+            back = replace(item, name=f"{TANK}-{jacket}", refs={"between": (TANK, jacket)})
+            items += [replace(item, refs={"between": (jacket, TANK)}), back]
+        else:
+            items.append(item)
+    film = {"area": _fixed(1.0, "m2"), "coefficient": _fixed(loss, "W/(m2 K)")}
+    switched = {
+        "power": _fixed(power, "W"),
+        "on_above": _fixed(on_above, "degC"),
+        "dead_band": _fixed(on_above - off_below, "K"),
+    }
+    items += [
+        Item("links", f"{TANK}-ambient", "convection", {"between": (TANK, "ambient")}, film),
+        Item("sources", "chiller", "chiller", {"cools": (TANK,), "watches": (watched,)}, switched),
+    ]
+    return replace(
+        machine,
+        inputs=tuple(entry for entry in machine.inputs if entry.name != INLET),
+        nodes=(*machine.nodes, Node(TANK, _fixed(capacity, "J/K"), "ambient")),
+        items=tuple(items),
+        sensors=tuple(
+            replace(sensor, of=TANK) if sensor.of == INLET else sensor for sensor in machine.sensors
+        ),
+        effects=machine.effects | {"chiller": dict(catalogue()["chiller"].parameters)},
+    )
 
-    watches: str
-    on_above: float
-    off_below: float
-    power: float
-    capacity: float
-    loss: float
-    heat_capacity: float
-    flows: Mapping[str, float]
 
-    def inlet(
-        self, machine: Machine, inputs: pd.DataFrame, parameters: Mapping[str, float]
-    ) -> np.ndarray:
-        """Return the coolant's inlet temperature at every row of the inputs, shape (n,) [degC].
-
-        Parameters
-        ----------
-        machine : Machine
-            It is stepped along, so that the cooler knows its temperatures.
-        inputs : DataFrame
-            ``time_s``, ``speed``, ``ambient``, evenly spaced; the tank starts as warm as the air.
-        parameters : mapping of str to float
-            Of the machine, instead of its own.
-        """
-        stepper = PlantStepper(machine, parameters)
-        time = inputs["time_s"].to_numpy()
-        speed, air = inputs["speed"].to_numpy(), inputs["ambient"].to_numpy()
-        step = float(time[1] - time[0])
-        carried = {
-            name: flow / SECONDS_A_MINUTE * self.heat_capacity for name, flow in self.flows.items()
-        }
-        tank, runs = float(air[0]), False
-        found = np.zeros(len(time))
-        for k in range(len(time)):
-            found[k] = tank
-            given = {"speed": speed[k], "ambient": air[k], "coolant_inlet": tank, "torque": 0.0}
-            if k:
-                stepper.step(step, given | {"speed": speed[k - 1], "ambient": air[k - 1]})
-            else:
-                stepper.reset(given)
-            read = stepper.outputs()
-            watched = read[self.watches]
-            runs = watched > self.on_above or (runs and watched > self.off_below)
-            back = sum(flow * (read[name] - tank) for name, flow in carried.items())
-            heat = back - self.loss * (tank - air[k]) - self.power * runs
-            tank += step * heat / self.capacity
-        return found
+def _fixed(value: float, unit: str) -> Parameter:
+    return Parameter(value, unit, value, value, "study_size.toml")

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from benchmarks.studies.cooler import Cooler
+from benchmarks.studies.cooler import with_cooler
 from fmu_compensator.fit.columns import MeasuredColumns
 from fmu_compensator.fit.finite_elements import FiniteElementSpindle, read_description
 from fmu_compensator.fit.finite_elements.description import Description
@@ -33,8 +33,6 @@ from scenarios.commands.simulate import inputs_of
 from scenarios.scenario import read_scenario
 
 EVERY_S = 30.0
-COOLER_S = 10.0
-"""The cooler switches on this clock [s]."""
 NOISE_K, RESOLUTION_K = 0.03, 0.01
 NOISE_UM, RESOLUTION_UM = 0.2, 0.1
 THERMOMETERS = {  # radius and place along the axis [mm], on the resting parts
@@ -136,12 +134,8 @@ def _lumps(
     scenario: list[tuple[str, Any]],
     noise: int,
     parameters: Mapping[str, float],
-    cooler: Cooler | None,
 ) -> Pair:
-    inputs = _inputs(machine, scenario, EVERY_S if cooler is None else COOLER_S)
-    if cooler is not None:
-        inputs["coolant_inlet"] = cooler.inlet(machine, inputs, parameters)
-        inputs = inputs.iloc[:: round(EVERY_S / COOLER_S)].reset_index(drop=True)
+    inputs = _inputs(machine, scenario, EVERY_S)
     frames = [
         simulate(machine, inputs, parameters, noise_seed=seed).run_frame() for seed in (noise, None)
     ]
@@ -152,23 +146,19 @@ def _jig_borer() -> Truth:
     machine = read_machine("jig_borer")
 
     def record(scenario: list[tuple[str, Any]], unlike: bool, noise: int) -> Pair:
-        return _lumps(machine, scenario, noise, {}, None)
+        return _lumps(machine, scenario, noise, {})
 
     return Truth("jig borer", _rig(machine), record)
 
 
 def _study_size() -> Truth:
     table = tomllib.loads(Path(__file__).with_name("study_size.toml").read_text("utf-8"))
-    machine, cooler = read_machine(table["machine"]), Cooler(**table["cooler"])
-    colder = replace(
-        cooler,
-        on_above=cooler.on_above - COLDER_K,
-        off_below=cooler.off_below - COLDER_K,
-    )
+    machine, cooler = read_machine(table["machine"]), table["cooler"]
+    lower = {name: cooler[name] - COLDER_K for name in ("on_above", "off_below")}
+    cooled, colder = with_cooler(machine, **cooler), with_cooler(machine, **{**cooler, **lower})
 
     def record(scenario: list[tuple[str, Any]], unlike: bool, noise: int) -> Pair:
-        used = colder if unlike else cooler
-        return _lumps(machine, scenario, noise, table["parameters"], used)
+        return _lumps(colder if unlike else cooled, scenario, noise, table["parameters"])
 
     return Truth("study-sized jig borer", _rig(machine), record)
 

@@ -47,10 +47,13 @@ class ItemSpec:
         ``node|boundary``; a trailing ``*`` allows a list.
     numbers : dict of str to NumberSpec
         Its parameters; one with a default may be left out.
+    only_one : str
+        What is said to a machine with more than one; empty if it may have many.
     """
 
     refs: dict[str, str]
     numbers: dict[str, NumberSpec] = field(default_factory=dict)
+    only_one: str = ""
 
 
 @dataclass(frozen=True)
@@ -112,8 +115,8 @@ class Effect:
         temperature. It then gives ``target`` and ``time_constants`` instead of ``rate``, and beside
         a linear network it is stepped as exactly and as fast as that.
     settles : bool
-        Whether its own states stay through a step and may jump at its end, as friction does. It
-        then gives ``settled`` instead of ``rate``, and changes no temperature.
+        Whether its own states stay through a step and may jump at its end, as friction and relays
+        do. It then gives ``settled`` instead of ``rate``.
     swings : tuple of str
         For an effect that swings by itself: its parameters for the period [min] and for the place
         in the cycle at which a run begins [1].

@@ -44,6 +44,7 @@ class ThermalExpansion(Effect):
         ("structure", "located"): ItemSpec(
             refs={},
             numbers={"at": NumberSpec("mm", -1e4, 1e4), "gauge_line": NumberSpec("mm", -1e4, 1e4)},
+            only_one="only one bearing can locate the shaft",
         ),
         ("structure", "member"): ItemSpec(
             refs={"nodes": "node*"},

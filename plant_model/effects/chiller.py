@@ -1,0 +1,70 @@
+"""A chiller that a part of the machine switches on and off."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+
+from plant_model.effects.base import Effect, Inputs, ItemSpec, NumberSpec, amplitude
+from plant_model.parameters import FloatArray, Parameter
+
+
+class Chiller(Effect):
+    """A node, the tank, loses the power P while another node, the watched part, is too warm.
+
+    It runs from where the watched part is warmer than T_on until it is colder than T_on - b, and
+    switches at the end of a step, of 10 s where nothing else is asked for. The studies switch their
+    cooler by a threshold on the spindle. Coolant that goes round is a ``coolant_flow`` from the
+    tank to a jacket and one back to the tank.
+    """
+
+    name: ClassVar[str] = "chiller"
+    title: ClassVar[str] = "Chiller switched by a part's temperature"
+    explanation: ClassVar[str] = (
+        "A chiller cools its tank from when a part gets too warm until it is cold enough."
+    )
+    parameters: ClassVar[dict[str, Parameter]] = {
+        "scale": amplitude(1.0, 0.0, 3.0, "factor on its power, 1 as given")
+    }
+    amplitude: ClassVar[str] = "scale"
+    temperature_dependent: ClassVar[bool] = True
+    states: ClassVar[tuple[str, ...]] = ("runs",)
+    settles: ClassVar[bool] = True
+    handles: ClassVar[dict[tuple[str, str], ItemSpec]] = {
+        ("sources", "chiller"): ItemSpec(
+            refs={"cools": "node", "watches": "node"},
+            numbers={
+                "power": NumberSpec("W", 0.0, 1e5),
+                "on_above": NumberSpec("degC", -60.0, 200.0),
+                "dead_band": NumberSpec("K", 0.1, 50.0),
+            },
+            only_one="only one chiller can be in a machine",
+        )
+    }
+
+    def start_states(self, temperatures: FloatArray, inputs: Inputs) -> FloatArray:
+        """Start running where the part is too warm, else resting."""
+        return self.settled(inputs, temperatures, np.zeros((len(temperatures), 1)))
+
+    def settled(self, inputs: Inputs, temperatures: FloatArray, states: FloatArray) -> FloatArray:
+        """Switch where the watched part has left the dead band; 1 runs, 0 rests."""
+        for item in self.items:
+            watched = temperatures[:, self.nodes(item, "watches")]
+            on_above, band = self.of(item, "on_above"), self.of(item, "dead_band")
+            rests = np.where(watched < on_above - band, 0.0, states)
+            states = np.where(watched > on_above, 1.0, rests)
+        return states
+
+    def heat(
+        self,
+        inputs: Inputs,
+        temperatures: FloatArray | None,
+        states: FloatArray | None,
+        out: FloatArray,
+    ) -> None:
+        """Take the power from the tank while the chiller runs."""
+        assert states is not None
+        for item in self.items:
+            power = self.own("scale") * self.of(item, "power")
+            out[..., self.nodes(item, "cools")[0]] -= power * states[..., 0]
