@@ -63,7 +63,7 @@ def test_runs_without_a_channel_to_compare_are_refused(jig_borer: Machine) -> No
 
 
 def test_calibration_finds_what_the_runs_determine(jig_borer: Machine) -> None:
-    truth = {"sources.front_bearing.f0": 1.1, "sources.motor.loss": 33.0}
+    truth = {"sources.front_bearing.f0": 0.65, "sources.motor.loss": 33.0}
     observed = observe(jig_borer, runs_of(jig_borer.with_values(truth)))
     found = calibrate(jig_borer, observed, starts=1)
     by_name = {entry.name: entry for entry in found.parameters}
