@@ -14,6 +14,7 @@ from plant_model.drawing.readings import Starts, add_thermometers
 from plant_model.drawing.sheet import Sheet
 from plant_model.drawing.spindle import add_spindle
 from plant_model.drawing.surroundings import add_surroundings
+from plant_model.effects import item_kinds
 
 KIND = "drawing"
 """What ``kind`` says at the top of a page."""
@@ -78,20 +79,9 @@ def expanded(
 
 def _effects(sheet: Sheet) -> dict[str, Any]:
     """Return the effects that the kinds on the sheet need."""
-    kinds = {entry["kind"] for entry in (*sheet.links, *sheet.sources, *sheet.structure)}
-    needed = {
-        "conduction": {"conduction", "contact"},
-        "coolant_jacket": {"coolant_flow"},
-        "uneven_cooling": {"coolant_unevenness"},
-        "surface_convection": {"convection"},
-        "air_gap": {"air_gap"},
-        "bearing_friction": {"bearing"},
-        "motor_loss": {"motor"},
-        "feed_friction": {"feed_axis"},
-        "thermal_expansion": {"located"},
-        "housing_bending": {"bend"},
-    }
-    effects: dict[str, Any] = {name: {} for name, of in needed.items() if kinds & of}
+    on_sheet = {"links": sheet.links, "sources": sheet.sources, "structure": sheet.structure}
+    kinds = {(family, entry["kind"]) for family, some in on_sheet.items() for entry in some}
+    effects: dict[str, Any] = {item_kinds()[kind][0]: {} for kind in sorted(kinds)}
     if "air_gap" in effects:
         effects["air_gap"] = {"scale": GAPS.parameter(free=True)}
     return effects

@@ -44,7 +44,7 @@ def still_air(diameter_mm: float, emissivity: float) -> float:
 
 
 def turning(diameter_mm: float, speed_rpm: float) -> float:
-    """Return the film on a turning cylinder [W/(m2 K)], at least 10.
+    """Return what turning adds to the film on a cylinder [W/(m2 K)].
 
     Nu = 0.133 Re^(2/3) Pr^(1/3), Re = u d / nu: Becker, Int. J. Heat Mass Transfer 6 (1963)
     1053-1062; neither library has it.
@@ -52,4 +52,4 @@ def turning(diameter_mm: float, speed_rpm: float) -> float:
     diameter = diameter_mm * 1e-3
     reynolds = pi * diameter**2 * abs(speed_rpm) / 60.0 / AIR["viscosity"]
     nusselt = 0.133 * reynolds ** (2.0 / 3.0) * AIR["prandtl"] ** (1.0 / 3.0)
-    return float(max(10.0, nusselt * AIR["conductivity"] / diameter))
+    return float(nusselt * AIR["conductivity"] / diameter)

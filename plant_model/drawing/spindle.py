@@ -15,9 +15,6 @@ from plant_model.drawing.mesh import Mesh, Sector
 from plant_model.drawing.readings import Starts
 from plant_model.drawing.sheet import Sheet
 
-AVERAGE_SPEED = 0.25
-"""Share of the highest speed at which films on what turns are taken [1]."""
-
 LARGEST_GAP = 15.0
 """The gap law is for narrow gaps; a wider one counts as this [mm]."""
 
@@ -160,18 +157,34 @@ def still_film(sheet: Sheet, drawing: Drawing) -> str:
     return sheet.number("still_film", known, free=True)
 
 
-def turning_film(drawing: Drawing, diameter: float) -> float:
-    """Return the film of a turning surface [W/(m2 K)], at a quarter of the highest speed."""
-    return turning(diameter, AVERAGE_SPEED * drawing.highest_speed)
+def turning_in_air(sheet: Sheet, drawing: Drawing, node: str, surface: tuple[float, float]) -> None:
+    """Add the film of what turns: still air's at rest, and what the speed adds to it.
 
-
-def turning_number(sheet: Sheet, drawing: Drawing) -> tuple[str, float]:
-    """Return the name and value of the film of what turns in the air outside."""
-    diameter = drawing.form.shaft.stretches[-1].outer
-    film = turning_film(drawing, diameter)
-    said = f"Becker's law for a turning cylinder of {diameter:g} mm at a quarter of full speed"
+    Parameters
+    ----------
+    sheet : Sheet
+    drawing : Drawing
+    node : str
+    surface : pair of float
+        Area [m2] and diameter [mm].
+    """
+    area, diameter = surface
+    air = drawing.form.housing.air or "ambient"
+    to_air(sheet, node, air, area, (still_film(sheet, drawing), 1.0))
+    nose = drawing.form.shaft.stretches[-1].outer
+    film = turning(nose, drawing.highest_speed)
+    said = f"Becker's law for a turning cylinder of {nose:g} mm at full speed"
     known = Known(film, 0.25 * film, 2.0 * film, "W/(m2 K)", CLASS + said)
-    return sheet.number("turning_film", known, free=True), film
+    name = sheet.number("turning_film", known, free=True)
+    factor = area * turning(diameter, drawing.highest_speed) / film
+    sheet.link(
+        "stirred",
+        node,
+        "enclosure_air" if air == ENCLOSURE else air,
+        name=f"stirred_{node}",
+        driven_by="speed",
+        conductance=sheet.tied(name, factor, "W/K"),
+    )
 
 
 def to_air(sheet: Sheet, node: str, air: str, area_m2: float, film: tuple[str, float]) -> None:
@@ -201,11 +214,9 @@ def _outside(sheet: Sheet, drawing: Drawing, mesh: Mesh) -> None:
         for sector in mesh.sectors_of(cell) if length > 1e-6 else []:
             area = pi * mesh.outer("housing", cell) * length * 1e-6 * sector.share
             to_air(sheet, sector.node, air, area, (still, 1.0))
-    name, usual = turning_number(sheet, drawing)
     low, high = drawing.span_of("housing")
     for cell in mesh.shaft:
         outer = mesh.outer("shaft", cell)
         length = cell.length - max(0.0, min(cell.end, high) - max(cell.start, low))
         if length > 1e-6:
-            factor = turning_film(drawing, outer) / usual
-            to_air(sheet, cell.name, air, pi * outer * length * 1e-6, (name, factor))
+            turning_in_air(sheet, drawing, cell.name, (pi * outer * length * 1e-6, outer))

@@ -14,7 +14,7 @@ from plant_model.drawing.layout import Drawing
 from plant_model.drawing.mesh import Mesh
 from plant_model.drawing.readings import Starts
 from plant_model.drawing.sheet import Sheet
-from plant_model.drawing.spindle import still_film, to_air, turning_film, turning_number
+from plant_model.drawing.spindle import still_film, to_air, turning_in_air
 
 AIR_HEAT = 1200.0
 """Heat capacity of air [J/(m3 K)]."""
@@ -176,7 +176,5 @@ def _tool(sheet: Sheet, drawing: Drawing, mesh: Mesh, starts: Starts) -> None:
     joint = tool.joint.known("W/K", 0.5) if tool.joint else CLASS_VALUES["tool_joint"]
     last = mesh.cell_of("shaft", gauge).name
     sheet.link("contact", last, "tool", conductance=joint.parameter(free=free(tool.joint)))
-    name, usual = turning_number(sheet, drawing)
     area = pi * tool.diameter * tool.length * 1e-6
-    air = drawing.form.housing.air or "ambient"
-    to_air(sheet, "tool", air, area, (name, turning_film(drawing, tool.diameter) / usual))
+    turning_in_air(sheet, drawing, "tool", (area, tool.diameter))

@@ -60,6 +60,17 @@ class Hand:
         }
         self.table["links"].append({"kind": "convection", "between": [node, "ambient"], **numbers})
 
+    def stirred(self, node: str, conductance: float) -> None:
+        self.table["links"].append(
+            {
+                "kind": "stirred",
+                "name": f"stirred_{node}",
+                "between": [node, "ambient"],
+                "driven_by": "speed",
+                "conductance": _number(conductance, "W/K"),
+            }
+        )
+
     def gap(self, a: str, b: str, area: float, radius: float, gap: float) -> None:
         numbers = {
             "area": _number(area, "m2"),
@@ -83,7 +94,7 @@ def lumps() -> dict[str, Any]:
     _growth(hand)
     unit = {"degC": ("ambient", "hall_degC"), "rpm": ("speed", "speed_rpm")}
     inputs = {
-        name: {"unit": key, "column": column, "low": -60.0, "high": 20000.0}
+        name: {"unit": key, "column": column, "low": -60.0, "high": 10000.0}
         for key, (name, column) in unit.items()
     }
     inputs["coolant_inlet"] = {**inputs["ambient"], "column": "inlet_degC"}
@@ -105,6 +116,7 @@ def lumps() -> dict[str, Any]:
                 "coolant_jacket",
                 "uneven_cooling",
                 "surface_convection",
+                "stirred_film",
                 "air_gap",
                 "bearing_friction",
                 "motor_loss",
@@ -116,14 +128,15 @@ def lumps() -> dict[str, Any]:
 
 
 def _spindle(hand: Hand) -> None:
-    still, turned = still_air(180.0, 0.8), turning(60.0, 2500.0)
+    still, turned = still_air(180.0, 0.8), turning(60.0, 10000.0)
     for k in range(6):
         a, b = CUTS_SHAFT[k], CUTS_SHAFT[k + 1]
         hand.node(f"shaft_{k + 1}", STEEL_HEAT * SHAFT_AREA * (b - a) / 1000)
         if k:
             apart = (b - CUTS_SHAFT[k - 1]) / 2000
             hand.path("conduction", f"shaft_{k}", f"shaft_{k + 1}", STEEL_K * SHAFT_AREA / apart)
-    hand.film("shaft_6", pi * 0.060 * 0.060, turned)
+    hand.film("shaft_6", pi * 0.060 * 0.060, still)
+    hand.stirred("shaft_6", pi * 0.060 * 0.060 * turned)
     for k in range(6):
         a, b = CUTS_HOUSING[k], CUTS_HOUSING[k + 1]
         for i, side in enumerate(SIDES):
@@ -252,7 +265,8 @@ def _carriers(hand: Hand) -> None:
     hand.path("contact", "head", "column", 10)
     hand.node("tool", STEEL_HEAT * pi / 4 * 0.040**2 * 0.100)
     hand.path("contact", "shaft_6", "tool", 0.8)
-    hand.film("tool", pi * 0.040 * 0.100, turning(40.0, 2500.0))
+    hand.film("tool", pi * 0.040 * 0.100, still)
+    hand.stirred("tool", pi * 0.040 * 0.100 * turning(40.0, 10000.0))
 
 
 def _growth(hand: Hand) -> None:

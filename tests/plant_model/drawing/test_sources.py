@@ -99,7 +99,7 @@ def test_films_are_of_the_handbooks_size() -> None:
     assert 5.0 < still_air(190.0, 0.8) < 12.0
     assert still_air(190.0, 0.3) < still_air(190.0, 0.9)
     assert 50.0 < turning(80.0, 5000.0) < 200.0
-    assert turning(80.0, 0.0) == 10.0
+    assert turning(80.0, 0.0) == 0.0
     water, oil = coolant("water"), coolant("oil 32")
     assert water is not None
     assert oil is not None
