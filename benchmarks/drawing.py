@@ -151,7 +151,7 @@ def against_truth(machine: Machine, seed: int) -> None:
         for which in (machine, found.machine)
     ]
     bound = [entry.name for entry in found.parameters if entry.at_bound]
-    told = sum(entry.narrowed >= 0.5 for entry in found.parameters)
+    told = sum(entry.prior_contraction >= 0.5 for entry in found.parameters)
     print(
         f"machine {seed}: never moves {none:.1f}, page as it stands {gaps[0]:.1f}, calibrated"
         f" {gaps[1]:.1f} noise units; {told} of {len(found.parameters)} free numbers determined,"
@@ -165,7 +165,7 @@ def against_truth(machine: Machine, seed: int) -> None:
 def cells() -> None:
     """Print the table of cells of every shipped page."""
     for name in PAGES:
-        print(f"{name}: longest mm, around, lumps, temperature, displacement")
+        print(f"{name}: longest mm, sensitivities, lumps, temperature, displacement")
         for row in convergence(name):
             print(
                 f"{row.longest_mm:8.0f}{row.sectors:6}{row.nodes:6}"

@@ -20,7 +20,7 @@ from measurement.runs import Run
 from plant_model.drive import drive_from
 from plant_model.fmi_slave import rise_name, start_sensors
 from plant_model.gap.observations import Observations
-from plant_model.gap.regimes import Residuals, by_channel, gap_of
+from plant_model.gap.regimes import RunResiduals, by_channel, gap_of
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
 from plant_model.sensors import displacement_names
@@ -119,12 +119,12 @@ def _points(rows: FloatArray) -> FloatArray:
     return np.concatenate([*pieces, rows[-1:]])
 
 
-def residuals_of(found: Cosimulated, observed: Observations) -> Residuals:
+def residuals_of(found: Cosimulated, observed: Observations) -> RunResiduals:
     """Return co-simulation minus measurement at the observations' instants."""
     modelled = np.column_stack(
         [np.interp(observed.time_s, found.time_s, found.readings[n]) for n in observed.channels]
     )
-    return Residuals(observed, modelled - observed.values)
+    return RunResiduals(observed, modelled - observed.values)
 
 
 def apart_from_simulation(
@@ -160,7 +160,7 @@ def compare_fmus(
         process at most, ``agrees_within``, how far they may be, and ``agrees``.
     """
     machine = before[1]
-    left: list[list[Residuals]] = []
+    left: list[list[RunResiduals]] = []
     apart = {"K": 0.0, "um": 0.0}
     for fmu, which in (before, after):
         rows = []

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from plant_model.gap.regimes import Residuals, regimes
+from plant_model.gap.regimes import RunResiduals, regimes
 
 KINDS = ("standing", "warming up", "steady", "cooling down")
 
@@ -43,7 +43,7 @@ class RegimeMap:
     rows: tuple[tuple[str, tuple[Cell, ...]], ...]
 
 
-def regime_map(found: Sequence[Residuals]) -> RegimeMap:
+def regime_map(found: Sequence[RunResiduals]) -> RegimeMap:
     """Return root mean squares in tolerances, by channel, run and regime; blank if not measured."""
     runs, kinds = [], []
     columns: list[dict[str, float]] = []

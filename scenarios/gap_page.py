@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 
 from plant_model.effects import catalogue
-from plant_model.gap.description import Described, place_of
-from plant_model.gap.find import Found
+from plant_model.gap.description import NamedChange, place_of
+from plant_model.gap.find import GapResult
 from plant_model.gap.five_lines import five_lines
-from plant_model.gap.judge import Judged
 from plant_model.gap.kinds import kinds
-from plant_model.gap.regimes import Residuals
-from plant_model.gap.report import Comparison
+from plant_model.gap.regimes import RunResiduals
+from plant_model.gap.report import GapComparison
+from plant_model.gap.selection import SelectionRound
 from plant_model.sensors import displacement_names
 from scenarios.charts import BEFORE, LINES, Chart, Line, Panel
 from scenarios.figures import draw
@@ -29,8 +29,8 @@ MOST_PANELS = 10
 
 
 def write_gap_page(
-    found: Found,
-    unseen: Comparison,
+    found: GapResult,
+    unseen: GapComparison,
     table: dict[str, Any],
     facts: Sequence[tuple[str, str]],
     folder: Path,
@@ -50,8 +50,8 @@ def write_gap_page(
         gap=[(names[key], row) for key, row in table["gap"].items()],
         channels=list(table["channels"].items()),
         rounds=[
-            *(_round(judged, "the catalogue") for judged in found.rounds),
-            *(_round(one.judged, _asked(one)) for one in found.described),
+            *(_round(selection, "the catalogue") for selection in found.rounds),
+            *(_round(one.selection, _asked(one)) for one in found.changes),
         ],
         where=table["where"],
         remaining=table["remaining"],
@@ -64,35 +64,35 @@ def write_gap_page(
     return [page, *(draw(chart, folder) for chart in charts)]
 
 
-def _maps(found: Found, unseen: Comparison) -> list[tuple[str, RegimeMap]]:
+def _maps(found: GapResult, unseen: GapComparison) -> list[tuple[str, RegimeMap]]:
     """Return the regime map as the calibrated machine leaves it, and with what was added."""
     first, last = found.before.machine, found.after.machine
-    known = Comparison(first, last, found.observed)
+    known = GapComparison(first, last, found.observed)
     maps = [("calibrated as given", regime_map([*known.before, *unseen.before]))]
     if found.after is not found.before:
         maps.append(("with what was added", regime_map([*known.after, *unseen.after])))
     return maps
 
 
-def _asked(one: Described) -> str:
+def _asked(one: NamedChange) -> str:
     return f"the description, for {one.channel}" if one.channel else "the description"
 
 
-def _round(judged: Judged, what: str) -> dict[str, Any]:
-    before = float(judged.now.unseen.sum())
+def _round(selection: SelectionRound, what: str) -> dict[str, Any]:
+    before = float(selection.baseline.loro_cost.sum())
     return {
         "what": what,
         "cost": before,
-        "chance": judged.chance,
+        "null_q99": selection.null_q99,
         "rows": [
             {
                 "title": _title(one.added[-1]),
-                "cost": float(one.unseen.sum()),
-                "share": 1.0 - float(one.unseen.sum()) / before,
+                "cost": float(one.loro_cost.sum()),
+                "share": 1.0 - float(one.loro_cost.sum()) / before,
                 "probability": p,
-                "beyond": ", ".join(one.beyond),
+                "at_bounds": ", ".join(one.at_bounds),
             }
-            for one, p in zip(judged.tried, judged.probability, strict=True)
+            for one, p in zip(selection.fits, selection.probability, strict=True)
         ],
     }
 
@@ -104,7 +104,7 @@ def _title(key: str) -> str:
     return catalogue()[name].title + (f" on {channel}" if channel else "")
 
 
-def _charts(found: Found, before: Residuals, after: Residuals) -> list[Chart]:
+def _charts(found: GapResult, before: RunResiduals, after: RunResiduals) -> list[Chart]:
     """Return residuals before and after over one run: temperatures, then displacements."""
     observed = before.observed
     lengths = set(displacement_names(found.before.machine))

@@ -12,7 +12,7 @@ from measurement.errors import BadInput
 from measurement.runs import Run, read_run
 from plant_model.drive import column_in
 from plant_model.gap.data_faults import DataFault, need_readings, without_faults
-from plant_model.gap.find import FEWEST_RUNS, MOST_CHANGES, Found
+from plant_model.gap.find import FEWEST_RUNS, MOST_CHANGES, GapResult
 from plant_model.gap.five_lines import five_lines
 from plant_model.gap.held_out import answer
 from plant_model.gap.long_log import pieces_of
@@ -33,7 +33,7 @@ FMUS = ("plant_before", "plant_after")
 
 
 @dataclass(frozen=True)
-class Question:
+class GapTask:
     """What is asked of the gap finder.
 
     Attributes
@@ -70,12 +70,12 @@ class Question:
     split_hours: float | None = None
 
 
-def run_find_gap(asked: Question, say: Callable[[str], None]) -> tuple[dict[str, Any], list[str]]:
+def run_find_gap(asked: GapTask, say: Callable[[str], None]) -> tuple[dict[str, Any], list[str]]:
     """Find the gap and write the results folder; nothing is left of it if anything fails.
 
     Parameters
     ----------
-    asked : Question
+    asked : GapTask
     say : callable
         Told what is being done.
 
@@ -134,7 +134,7 @@ def run_find_gap(asked: Question, say: Callable[[str], None]) -> tuple[dict[str,
     return table, [*five_lines(table), *lacking, f"report: {asked.out / PAGE}"]
 
 
-def _read(asked: Question) -> tuple[list[Run], list[Run]]:
+def _read(asked: GapTask) -> tuple[list[Run], list[Run]]:
     """Return the runs to calibrate on and those to judge by."""
     runs = [read_run(path) for path in asked.runs]
     unseen = [read_run(path) for path in asked.holdout]
@@ -225,7 +225,7 @@ def not_compared(machine: Machine, runs: Sequence[Run]) -> list[str]:
 
 
 def _cosimulated(
-    found: Found, observed: Sequence[Observations], folder: Path, say: Callable[[str], None]
+    found: GapResult, observed: Sequence[Observations], folder: Path, say: Callable[[str], None]
 ) -> dict[str, Any]:
     """Build the FMUs of both machines into the folder and co-simulate the runs never used."""
     built = []

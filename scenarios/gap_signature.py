@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from plant_model.gap.find import Found
+from plant_model.gap.find import GapResult
 from plant_model.gap.linearise import modelled, simulate_at
 from plant_model.gap.observations import Observations
 from plant_model.gap.regimes import residuals
@@ -18,7 +18,7 @@ from scenarios.charts import BEFORE, LINES, Chart, Line, Panel
 MOST_CHANNELS = 5
 
 
-def signature_charts(found: Found) -> list[Chart]:
+def signature_charts(found: GapResult) -> list[Chart]:
     """Return a chart for each effect that was added: the run and the channels it moves most.
 
     The signature is the calibrated machine with everything that was added, less the same without
@@ -27,7 +27,7 @@ def signature_charts(found: Found) -> list[Chart]:
     return [_chart(found, key) for key in found.after.added]
 
 
-def _chart(found: Found, key: str) -> Chart:
+def _chart(found: GapResult, key: str) -> Chart:
     after = found.after.machine
     signatures = [_signature(after, key, one) for one in found.observed]
     sizes = np.array(

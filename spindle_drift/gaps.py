@@ -14,7 +14,7 @@ import pandas as pd
 from measurement.runs import Run, write_run
 from plant_model.gap.find import MOST_CHANGES
 from plant_model.machine_writer import write_machine
-from scenarios.gap_runner import GAP, Question, run_find_gap
+from scenarios.gap_runner import GAP, GapTask, run_find_gap
 from scenarios.outputs import guarding
 from spindle_drift._inputs import MachineLike, RunLike, as_runs
 from spindle_drift._plots import plot_bars
@@ -121,7 +121,7 @@ def find_gap(
         write_machine(given.model, given.source, source)
         paths = [_file(run, Path(work)) for run in (*used, *kept_back)]
         folder = Path(out) if out is not None else Path(work) / "gap"
-        question = Question(
+        question = GapTask(
             str(source),
             paths[: len(used)],
             paths[len(used) :],

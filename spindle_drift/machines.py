@@ -182,7 +182,8 @@ class Calibration:
     ----------
     machine : Machine
     parameters : DataFrame
-        Value before and after, 95 % interval, and how much the runs narrowed it (0 nothing, 1 all).
+        Value before and after, 95 % interval, and prior contraction (0: the runs say nothing,
+        1: they say all).
     residuals : DataFrame
         RMS of model minus measurement of each channel before and after [K, um].
     left_out : list of str

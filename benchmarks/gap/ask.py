@@ -15,13 +15,13 @@ import plant_model
 from benchmarks.gap.clock import clocked
 from benchmarks.gap.truth.case import RUNS
 from measurement.runs import Run, read_run
-from plant_model.gap.calibrate import Identified, calibrate
+from plant_model.gap.calibrate import ParameterEstimate, calibrate
 from plant_model.gap.design import RunDesign
-from plant_model.gap.find import Found
+from plant_model.gap.find import GapResult
 from plant_model.gap.held_out import answer
 from plant_model.gap.observations import Observations, observe
 from plant_model.gap.regimes import by_channel, gap_of, residuals
-from plant_model.gap.report import Comparison, report_of
+from plant_model.gap.report import GapComparison, report_of
 from plant_model.machine import Machine
 from plant_model.machine_file import read_machine
 from scenarios.gap_runner import usable_runs
@@ -77,26 +77,26 @@ def ask_empty(folder: Path, seed: int = 0) -> dict[str, Any]:
         observed = observe(machine, runs)
         found = calibrate(machine, observed, seed=seed).machine
         gap = {
-            "calibration": Comparison(found, found, observed).gap(),
-            "holdout": Comparison(found, found, observe(machine, unseen)).gap(),
+            "calibration": GapComparison(found, found, observed).gap(),
+            "holdout": GapComparison(found, found, observe(machine, unseen)).gap(),
         }
     return {"seconds": spent, "answer": {"gap": gap}}
 
 
-def _details(found: Found, unseen: Comparison) -> dict[str, Any]:
+def _details(found: GapResult, unseen: GapComparison) -> dict[str, Any]:
     """Return what thresholds can be studied with afterwards.
 
     Besides all small numbers of every round: the gap that each effect tried in the first would
     have left on the run that was not used, and every run's residual by channel.
     """
     before, after = found.before.machine, found.after.machine
-    known = Comparison(before, after, found.observed)
+    known = GapComparison(before, after, found.observed)
     observed = [one.observed for one in unseen.before]
     return {
         "rounds": plain(found.rounds),
         "held_out_with": {
             one.added[-1]: gap_of(one.machine, [residuals(one.machine, run) for run in observed])
-            for one in found.rounds[0].tried
+            for one in found.rounds[0].fits
         },
         "channels_by_run": {
             part.observed.run.name: {
@@ -132,7 +132,7 @@ def plain(value: Any) -> Any:
 
 
 def _left_out(value: Any) -> bool:
-    if isinstance(value, Identified):
+    if isinstance(value, ParameterEstimate):
         return not value.name.startswith("effects.")
     return isinstance(value, BULKY)
 

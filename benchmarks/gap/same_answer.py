@@ -49,7 +49,7 @@ def answers(planned: Planned, out: Path) -> dict[str, Any]:
     for way, some in ways(runs, planned.number):
         used, _, _ = usable_runs(machine, some)
         found = find_gap(machine, used, workers=1)
-        named = [sorted(judged.one_of) for judged in found.rounds if judged.named]
+        named = [sorted(selection.one_of) for selection in found.rounds if selection.named]
         said[way] = {"verdict": found.verdict, "named": named}
     return {"case": planned.name, "hidden": list(planned.case.hidden), "said": said}
 

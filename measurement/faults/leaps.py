@@ -28,9 +28,11 @@ from measurement.runs import FloatArray, Run
 from measurement.units import split_column
 
 SPIKE = {"degC": 4.0, "um": 20.0}
-"""A reading that leaves the readings around it by more is a spike [K, um], if also by ..."""
+"""A reading that leaves the readings around it by more than this [K, um], and by more than
+``TIMES`` the channel's usual scatter, is a spike."""
 STEP = {"degC": 6.0, "um": 25.0}
-"""A leap between two samples that lasts is a step [K, um], if also by ..."""
+"""A leap between two samples by more than this [K, um], and by more than ``TIMES`` the channel's
+usual scatter, is a step if it lasts."""
 AT_THE_ENDS = {"degC": 6.0, "um": 40.0}
 """The same for the first and the last reading, which nothing follows or precedes [K, um]: a shaft
 that centrifugal force widens moves by 30 um between two samples."""
@@ -40,7 +42,7 @@ that is read every quarter of an hour rightly leaps."""
 NEAR_TIMES = 2.5
 """A thermometer that leaps by so many times the limit is told near a switch, too [1]."""
 TIMES = 12.0
-"""... this many times the channel's usual scatter [1]."""
+"""Spikes and steps exceed this many times the channel's usual scatter [1]."""
 LASTS = 0.3
 """A leap lasts if the levels before and after it differ by it, but for this share [1]."""
 MANY = 0.02

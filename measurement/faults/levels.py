@@ -21,25 +21,19 @@ from measurement.runs import FloatArray, Run
 LEVEL_JUMP_K = 10.0
 """A sensor whose distance from the middle of all others lies this much apart in some runs from what
 it is in the rest, at all times, has jumped [K]."""
-NEVER_RIGHT_K = 18.0
-"""A sensor that is this far from the middle of all others when a run starts [K], and stays there
-whatever the machine does, was never right in it, ..."""
-STAYS_SHARE = 0.35
-"""... if its distance changes within the run by less than this share [1]."""
+NEVER_RIGHT_K, STAYS_SHARE = 18.0, 0.35
+"""A sensor that is this far from the middle of all others when a run starts [K] was never right in
+the run if its distance then changes by less than this share [1], whatever the machine does."""
 SPREAD_TIMES = 4.0
 """A jump must be this many times the others' own spread: on a warm machine it is wide [1]."""
 RANGE_TIMES = 3.0
 """A sensor that was never right is off by this many times the range of the others where the run
 starts [1]: on a machine that is warm already the hottest part cannot be told from a wrong level."""
 
-RUNAWAY_K = 10.0
-"""A thermometer that moves by this much against the middle of all others [K] within ..."""
-RUNAWAY_S = 1800.0
-"""... this time [s], with no switch in it or ..."""
-SETTLING_S = 3600.0
-"""... so long before it [s], has run away, ..."""
-ALONE = 0.3
-"""... if no other went this share of its way meanwhile [1]: heat warms the neighbours."""
+RUNAWAY_K, RUNAWAY_S, SETTLING_S, ALONE = 10.0, 1800.0, 3600.0, 0.3
+"""A thermometer has run away if it moves by ``RUNAWAY_K`` against the middle of all others [K]
+within ``RUNAWAY_S`` [s], without a switch in that time or ``SETTLING_S`` [s] before it, while no
+other goes the share ``ALONE`` of its way [1]: heat warms the neighbours."""
 BEGUN = 0.1
 """It began when it had gone this share of the way [1]."""
 RETURNED = 0.3

@@ -13,9 +13,9 @@ from itertools import combinations
 import numpy as np
 import numpy.typing as npt
 
-from plant_model.gap.calibrate import Identified
+from plant_model.gap.calibrate import ParameterEstimate
 from plant_model.gap.observations import Observations
-from plant_model.gap.regimes import Residuals, noise_of, regimes, residuals
+from plant_model.gap.regimes import RunResiduals, noise_of, regimes, residuals
 from plant_model.machine import Machine
 from plant_model.network import Network, effects_in_force
 from plant_model.parameters import FloatArray, Values
@@ -32,7 +32,8 @@ APART = 3.0
 """Two thermometers on a part disagree from so many of their noises together [1]."""
 
 LEAST_APART_K = 0.3
-"""And from this [K]: no part is one temperature to the last tenth."""
+"""Two thermometers on a part disagree by no less than this [K]: no part is one temperature to the
+last tenth."""
 
 MOST = 6
 """Lines of a kind at most, the worst first."""
@@ -58,7 +59,7 @@ class Advice:
 
 
 def advice(
-    machine: Machine, observed: Sequence[Observations], parameters: Sequence[Identified]
+    machine: Machine, observed: Sequence[Observations], parameters: Sequence[ParameterEstimate]
 ) -> list[Advice]:
     """Return what a calibrated machine says of its description.
 
@@ -68,7 +69,7 @@ def advice(
         Calibrated.
     observed : sequence of Observations
         Of the runs that it was calibrated on.
-    parameters : sequence of Identified
+    parameters : sequence of ParameterEstimate
         What calibration says of its numbers.
     """
     left = [residuals(machine, one) for one in observed]
@@ -80,7 +81,7 @@ def advice(
     ]
 
 
-def worse_than_none(machine: Machine, left: Sequence[Residuals]) -> list[Advice]:
+def worse_than_none(machine: Machine, left: Sequence[RunResiduals]) -> list[Advice]:
     """Return the channels that the model predicts worse than if each stayed at its first value."""
     lengths = displacement_names(machine)
     found = []
@@ -129,7 +130,7 @@ def disagreeing(machine: Machine, observed: Sequence[Observations]) -> list[Advi
     return [one for _, one in sorted(found, key=lambda entry: -entry[0])][:MOST]
 
 
-def _tight(parameters: Sequence[Identified]) -> list[Advice]:
+def _tight(parameters: Sequence[ParameterEstimate]) -> list[Advice]:
     """Return the numbers that calibration takes to an end of their range."""
     found = []
     for one in parameters:

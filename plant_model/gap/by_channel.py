@@ -1,4 +1,4 @@
-"""What is left of each channel on unseen runs, and what candidates take away of it.
+"""Leave-one-run-out cost of each channel, and what candidates take away of it.
 
 A mistake of the description at one part may show on one thermometer of two dozen. Of all that is
 left it explains little then, whatever it is; of what is left of that channel it must explain most.
@@ -13,12 +13,12 @@ import numpy as np
 
 from plant_model.gap.candidates import Candidate
 from plant_model.gap.design import RunDesign
-from plant_model.gap.screen import Data, Grams, Screen
+from plant_model.gap.screen import NormalMatrices, ResidualSets, Screen
 from plant_model.parameters import FloatArray
 
 
 @dataclass(frozen=True)
-class ByChannel:
+class ChannelCosts:
     """Costs by channel, each run predicted from the others, for each data set.
 
     Attributes
@@ -43,10 +43,10 @@ def by_channel(
     designs: Sequence[RunDesign],
     tried: Sequence[Candidate],
     residuals: Sequence[FloatArray],
-    data: Data,
+    data: ResidualSets,
     channels: int,
     some: Sequence[int],
-) -> ByChannel:
+) -> ChannelCosts:
     """Return the costs of data sets in *some* of all *channels*.
 
     *residuals* is an array (D, N) for each run.
@@ -67,7 +67,7 @@ def by_channel(
             across = shown[:, i].T @ moved[:, i]
             squares = np.sum(moved[:, i] ** 2, axis=0)
             gain[:, place] -= scale * (2.0 * across + scale * squares)
-    return ByChannel(left, gain)
+    return ChannelCosts(left, gain)
 
 
 def unseen_by_channel(designs: Sequence[RunDesign], moved: FloatArray, channels: int) -> FloatArray:
@@ -76,8 +76,8 @@ def unseen_by_channel(designs: Sequence[RunDesign], moved: FloatArray, channels:
     *moved* is where calibration left its parameters, in the fitting scale.
     """
     residuals = [design.residual[None] for design in designs]
-    screen = Screen(Grams.of(designs, ()))
-    data = Data.of(designs, (), residuals, moved)
+    screen = Screen(NormalMatrices.of(designs, ()))
+    data = ResidualSets.of(designs, (), residuals, moved)
     left = []
     for run, (design, residual) in enumerate(zip(designs, residuals, strict=True)):
         _, _, _, solved = screen.fold_without(run).fit(data)

@@ -10,10 +10,10 @@ import numpy as np
 from scipy.optimize import lsq_linear
 
 from plant_model.gap.linearise import (
-    Linear,
+    Linearisation,
     bias_columns,
     linear_about,
-    own_columns,
+    nuisance_columns,
     residual_of,
 )
 from plant_model.gap.observations import Observations
@@ -35,12 +35,12 @@ def quiet(_: str) -> None:
     """Report no progress."""
 
 
-class Around(Protocol):
-    """Derivatives of one run that need not be computed again; see ``design.Surroundings``."""
+class Sensitivities(Protocol):
+    """Derivatives of one run that need not be computed again; see ``design.RunSensitivities``."""
 
     @property
-    def own(self) -> FloatArray:
-        """What belongs to the run alone, shape (N, O)."""
+    def nuisance(self) -> FloatArray:
+        """Nuisance parameters of the run alone, shape (N, O)."""
 
     @property
     def bias(self) -> FloatArray:
@@ -52,8 +52,8 @@ class Around(Protocol):
 
 
 @dataclass(frozen=True)
-class Identified:
-    """What the runs say of one parameter.
+class ParameterEstimate:
+    """One parameter before and after calibration.
 
     Attributes
     ----------
@@ -62,9 +62,11 @@ class Identified:
         Before and after.
     low, high : float
         95 % interval after.
-    narrowed : float
-        One minus posterior over prior standard deviation: 0 the runs say nothing, 1 all.
+    prior_contraction : float
+        1 - posterior / prior standard deviation: 0 where the runs say nothing, 1 where they say
+        all [1].
     at_bound : bool
+        Whether it ends at a bound of its range.
     """
 
     name: str
@@ -73,7 +75,7 @@ class Identified:
     value: float
     low: float
     high: float
-    narrowed: float
+    prior_contraction: float
     at_bound: bool
 
 
@@ -89,47 +91,47 @@ class Calibration:
         Weighted squares plus prior at the end.
     starts : tuple of float
         Cost reached from each start.
-    parameters : tuple of Identified
+    parameters : tuple of ParameterEstimate
     """
 
     machine: Machine
     cost: float
     starts: tuple[float, ...]
-    parameters: tuple[Identified, ...]
+    parameters: tuple[ParameterEstimate, ...]
 
 
-class _Problem:
-    """Least squares over all runs, with what belongs to single runs eliminated exactly."""
+class _LeastSquares:
+    """Least squares over all runs, nuisance parameters of single runs eliminated exactly."""
 
     def __init__(
         self,
         machine: Machine,
         observed: Sequence[Observations],
         priors: Priors,
-        around: Sequence[Around] | None,
+        sensitivities: Sequence[Sensitivities] | None,
     ) -> None:
         self.machine, self.observed, self.priors = machine, observed, priors
-        if around is None:
-            self._own = [own_columns(machine, one) for one in observed]
+        if sensitivities is None:
+            self._nuisance = [nuisance_columns(machine, one) for one in observed]
             self._bias = [bias_columns(machine, one) for one in observed]
             self._known: list[Mapping[str, FloatArray]] = [{} for _ in observed]
         else:
-            self._own = [part.own for part in around]
-            self._bias = [part.bias for part in around]
-            self._known = [part.moved for part in around]
+            self._nuisance = [part.nuisance for part in sensitivities]
+            self._bias = [part.bias for part in sensitivities]
+            self._known = [part.moved for part in sensitivities]
 
-    def linear(self, x: FloatArray) -> list[Linear]:
+    def linear(self, x: FloatArray) -> list[Linearisation]:
         return [
             linear_about(self.machine, one, self.priors, x, known)
             for one, known in zip(self.observed, self._known, strict=True)
         ]
 
-    def gram(self, parts: Sequence[Linear]) -> tuple[FloatArray, FloatArray, float]:
+    def gram(self, parts: Sequence[Linearisation]) -> tuple[FloatArray, FloatArray, float]:
         """Return normal matrix, right side and squares of parameters and biases together."""
         matrix: FloatArray | float = 0.0
         right: FloatArray | float = 0.0
         squares = 0.0
-        for part, own, bias in zip(parts, self._own, self._bias, strict=True):
+        for part, own, bias in zip(parts, self._nuisance, self._bias, strict=True):
             weight = robust_weights(part.residual)
             r = part.residual * weight
             shared = np.hstack([part.by_parameter, bias]) * weight[:, None]
@@ -148,7 +150,7 @@ class _Problem:
         parts = []
         for one in self.observed:
             residual = residual_of(self.machine, one, self.priors.values(x[None, :]))[0]
-            parts.append(Linear(residual, np.zeros((len(residual), 0))))
+            parts.append(Linearisation(residual, np.zeros((len(residual), 0))))
         matrix, right, squares = self.gram(parts)
         inner = matrix + np.eye(len(right))
         return squares - float(right @ np.linalg.solve(inner, right)) + float(x @ x)
@@ -168,7 +170,7 @@ def calibrate(
     seed: int = 0,
     iterations: int = ITERATIONS,
     start_from: Sequence[Machine] = (),
-    around: Sequence[Around] | None = None,
+    sensitivities: Sequence[Sensitivities] | None = None,
     progress: Progress = quiet,
 ) -> Calibration:
     """Move the machine's free parameters so that it follows the runs.
@@ -185,7 +187,7 @@ def calibrate(
     start_from : sequence of Machine
         The best of these is the first starting point, instead of the machine itself; priors stay
         the machine's.
-    around : sequence of Around, optional
+    sensitivities : sequence of Sensitivities, optional
         Derivatives of every run that are known already.
     seed : int
         Of the further starting points.
@@ -193,9 +195,9 @@ def calibrate(
         Told what is being done.
     """
     priors = Priors.of(machine, calibrated=True)
-    problem = _Problem(machine, observed, priors, around)
+    problem = _LeastSquares(machine, observed, priors, sensitivities)
     generator = np.random.default_rng(seed)
-    best: tuple[float, FloatArray, list[Linear]] | None = None
+    best: tuple[float, FloatArray, list[Linearisation]] | None = None
     reached = []
     for start in range(max(1, starts)):
         x = min((priors.position(one) for one in start_from or (machine,)), key=problem.cost)
@@ -212,13 +214,13 @@ def calibrate(
         machine.with_values(values),
         cost,
         tuple(reached),
-        _identified(machine, problem, parts, x),
+        _estimates(machine, problem, parts, x),
     )
 
 
 def _descend(
-    problem: _Problem, x: FloatArray, iterations: int, progress: Progress, name: str
-) -> tuple[float, FloatArray, list[Linear]]:
+    problem: _LeastSquares, x: FloatArray, iterations: int, progress: Progress, name: str
+) -> tuple[float, FloatArray, list[Linearisation]]:
     """Levenberg-Marquardt with bounds, from one start."""
     priors = problem.priors
     count = len(priors.names)
@@ -263,9 +265,9 @@ def _bounded_step(
     return np.asarray(lsq_linear(factor.T, target, bounds, method="bvls").x[:count])
 
 
-def _identified(
-    machine: Machine, problem: _Problem, parts: list[Linear], x: FloatArray
-) -> tuple[Identified, ...]:
+def _estimates(
+    machine: Machine, problem: _LeastSquares, parts: list[Linearisation], x: FloatArray
+) -> tuple[ParameterEstimate, ...]:
     matrix, _, _ = problem.gram(parts)
     covariance = np.linalg.inv(matrix + np.eye(len(matrix)))
     spread = np.sqrt(np.diag(covariance))[: len(x)]
@@ -274,7 +276,7 @@ def _identified(
 
 def intervals(
     machine: Machine, priors: Priors, x: FloatArray, spread: FloatArray
-) -> tuple[Identified, ...]:
+) -> tuple[ParameterEstimate, ...]:
     """Return what is said of every parameter.
 
     Parameters
@@ -290,7 +292,7 @@ def intervals(
         for key, shift in (("low", -1.96), ("value", 0.0), ("high", 1.96))
     }
     return tuple(
-        Identified(
+        ParameterEstimate(
             name,
             machine.parameters[name].unit,
             machine.parameters[name].value,

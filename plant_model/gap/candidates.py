@@ -143,7 +143,7 @@ def widened(machine: Machine, key: str) -> Machine:
     return replace(machine, effects={**machine.effects, key: {**machine.effects[key], name: free}})
 
 
-def larger(machine: Machine, key: str) -> tuple[str, ...]:
+def beyond_usual_range(machine: Machine, key: str) -> tuple[str, ...]:
     """Return the parameters of an effect in force that lie outside their usual range."""
     usual = catalogue()[key.partition(":")[0]].parameters
     return tuple(

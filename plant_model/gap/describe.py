@@ -1,9 +1,9 @@
 """Looking for what the description of a machine lacks: every kind of change at every place.
 
-Changes are judged by the rules of effects: chance, the runs that they help, and how they compare
-with each other. One that explains most of all that is left is named for that. One that is about a
-single part explains little of all that two dozen sensors show; it is named if it explains most of
-what is left of one channel, and of everything more than chance does.
+Changes are selected by the rules of effects: the null distribution, the runs that they help, and
+how they compare with each other. One that explains most of all that is left is named for that. One
+that is about a single part explains little of all that two dozen sensors show; it is named if it
+explains most of what is left of one channel, and of everything more than chance does.
 """
 
 from __future__ import annotations
@@ -16,19 +16,26 @@ import numpy as np
 
 from plant_model.gap.by_channel import by_channel, unseen_by_channel
 from plant_model.gap.candidates import Candidate
-from plant_model.gap.description import Described
-from plant_model.gap.design import Surroundings
-from plant_model.gap.judge import ABOVE_TOLERANCE, ADEQUATE, MOST_RUNS, Judged, judge, left_over
-from plant_model.gap.kinds import Change, Known, kinds
-from plant_model.gap.nothing_missing import best_share, drawn_like
+from plant_model.gap.description import NamedChange
+from plant_model.gap.design import RunSensitivities
+from plant_model.gap.kinds import CalibratedRun, Change, kinds
+from plant_model.gap.null_distribution import best_share_q99, null_residuals
 from plant_model.gap.observations import Observations
-from plant_model.gap.refit import Explained, explain
-from plant_model.gap.screen import Data, Grams, Scores, Screen
+from plant_model.gap.refit import CandidateFit, fit_effects
+from plant_model.gap.screen import NormalMatrices, ResidualSets, Scores, Screen
+from plant_model.gap.selection import (
+    ABOVE_TOLERANCE,
+    ADEQUATE,
+    MOST_RUNS,
+    SelectionRound,
+    cost_per_run_and_channel,
+    select_effect,
+)
 from plant_model.integrate import IntegrationError
 from plant_model.parameters import FloatArray
 
 LEAST_SHARE = 0.5
-"""Share of what is left on unseen runs that a change must explain, of all or of one channel [1]:
+"""Share of the leave-one-run-out cost that a change must explain, of all or of one channel [1]:
 the best of some 260 heat paths explained up to 32 % of losses that no catalogue held."""
 
 NEARLY = 0.7
@@ -43,7 +50,7 @@ ONLY = 1e-6
 
 
 @dataclass(frozen=True)
-class _Tried:
+class _Trial:
     """What is tried: a change at some of its numbers, and its answers in every run."""
 
     change: Change
@@ -52,31 +59,31 @@ class _Tried:
 
 
 @dataclass(frozen=True)
-class _Promising:
+class _Shortlisted:
     """A change that the screening lets through, and the channel where it does most; -1: any."""
 
-    tried: _Tried
+    trial: _Trial
     scale: float
     channel: int
 
 
-def look(
+def select_change(
     pool: Executor,
-    now: Explained,
-    around: Sequence[Surroundings],
+    baseline: CandidateFit,
+    sensitivities: Sequence[RunSensitivities],
     seed: int,
     *,
     only: Collection[str] = (),
     least: float = LEAST_SHARE,
     locally: bool = True,
-) -> tuple[Described | None, Explained]:
+) -> tuple[NamedChange | None, CandidateFit]:
     """Look for one change of the description.
 
     Parameters
     ----------
     pool : Executor
-    now : Explained
-    around : sequence of Surroundings
+    baseline : CandidateFit
+    sensitivities : sequence of RunSensitivities
         About its machine.
     seed : int
         Of the draws in which nothing is missing.
@@ -89,37 +96,43 @@ def look(
 
     Returns
     -------
-    described : Described or None
+    change : NamedChange or None
         What was named.
-    after : Explained
-        Calibrated anew with it, or *now*.
+    after : CandidateFit
+        Calibrated anew with it, or *baseline*.
     """
-    tried = _all_tried(pool, now, around, only)
+    tried = _all_tried(pool, baseline, sensitivities, only)
     if not tried:
-        return None, now
-    promising, chances = _screened(now, tried, seed, least, locally=locally)
-    if not promising:
-        return None, now
-    jobs = [pool.submit(_explained, now, one, around) for one in promising]
+        return None, baseline
+    shortlist, null_q99s = _screened(baseline, tried, seed, least, locally=locally)
+    if not shortlist:
+        return None, baseline
+    jobs = [pool.submit(_explained, baseline, one, sensitivities) for one in shortlist]
     fitted = [
         (one, found)
-        for one, found in zip(promising, (job.result() for job in jobs), strict=True)
+        for one, found in zip(shortlist, (job.result() for job in jobs), strict=True)
         if found is not None
     ]
-    return _judged(now, fitted, chances, least)
+    return _selected(baseline, fitted, null_q99s, least)
 
 
-def far_off(now: Explained) -> bool:
+def far_off(baseline: CandidateFit) -> bool:
     """Tell whether some channel is wrong by itself by so much that something must be missing."""
-    channels = len(now.observed[0].channels)
-    left = unseen_by_channel(now.designs, now.pull(), channels).sum(axis=0)
-    return bool(np.any(left > ADEQUATE * _runs_with(now.observed)))
+    channels = len(baseline.observed[0].channels)
+    left = unseen_by_channel(baseline.designs, baseline.position(), channels).sum(axis=0)
+    return bool(np.any(left > ADEQUATE * _runs_with(baseline.observed)))
 
 
 def _all_tried(
-    pool: Executor, now: Explained, around: Sequence[Surroundings], only: Collection[str]
-) -> list[_Tried]:
-    known = [Known(now.machine, one, part) for one, part in zip(now.observed, around, strict=True)]
+    pool: Executor,
+    baseline: CandidateFit,
+    sensitivities: Sequence[RunSensitivities],
+    only: Collection[str],
+) -> list[_Trial]:
+    known = [
+        CalibratedRun(baseline.machine, one, part)
+        for one, part in zip(baseline.observed, sensitivities, strict=True)
+    ]
     changes = {
         name: list(kind.all_of(known)) for name, kind in kinds().items() if not only or name in only
     }
@@ -131,64 +144,66 @@ def _all_tried(
             for j, numbers in enumerate(change.points()):
                 answers = tuple(run[name][i][j] for run in by_run)
                 if max(float(np.abs(one).max()) for one in answers) > ONLY:
-                    tried.append(_Tried(change, numbers, Candidate(change.key, {}, answers)))
+                    tried.append(_Trial(change, numbers, Candidate(change.key, {}, answers)))
     return tried
 
 
-def _answers(known: Known, changes: dict[str, list[Change]]) -> dict[str, list[FloatArray]]:
+def _answers(known: CalibratedRun, changes: dict[str, list[Change]]) -> dict[str, list[FloatArray]]:
     """Return what every change of every kind changes in a run."""
     return {name: kinds()[name].answers(some, known) for name, some in changes.items()}
 
 
 def _screened(
-    now: Explained, tried: Sequence[_Tried], seed: int, least: float, *, locally: bool
-) -> tuple[list[_Promising], tuple[float, float]]:
+    baseline: CandidateFit, tried: Sequence[_Trial], seed: int, least: float, *, locally: bool
+) -> tuple[list[_Shortlisted], tuple[float, float]]:
     """Return the changes worth calibrating, and what chance explains of all and of one channel."""
-    names = now.observed[0].channels
+    names = baseline.observed[0].channels
     candidates = [one.candidate for one in tried]
-    screen = Screen(Grams.of(now.designs, candidates))
-    residuals = [design.residual[None] for design in now.designs]
-    data = Data.of(now.designs, candidates, residuals, now.pull())
+    screen = Screen(NormalMatrices.of(baseline.designs, candidates))
+    residuals = [design.residual[None] for design in baseline.designs]
+    data = ResidualSets.of(baseline.designs, candidates, residuals, baseline.position())
     scores = screen.scores(data)
-    gain, before = scores.unseen[0].sum(axis=0), float(now.unseen.sum())
-    left = unseen_by_channel(now.designs, now.pull(), len(names)).sum(axis=0)
-    wrong = np.flatnonzero(left > ABOVE_TOLERANCE * _runs_with(now.observed))
+    gain, before = scores.loro_gain[0].sum(axis=0), float(baseline.loro_cost.sum())
+    left = unseen_by_channel(baseline.designs, baseline.position(), len(names)).sum(axis=0)
+    wrong = np.flatnonzero(left > ABOVE_TOLERANCE * _runs_with(baseline.observed))
     some = [int(i) for i in wrong] if locally else []
     here = np.zeros((1, len(tried)))
     if some:
-        told = by_channel(screen, now.designs, candidates, residuals, data, len(names), some)
+        told = by_channel(screen, baseline.designs, candidates, residuals, data, len(names), some)
         here = told.share[0]
     enough = (gain >= NEARLY * least * before) | (
         (here.max(axis=0) >= NEARLY * least) & (gain > 0.0)
     )
     if not enough.any():
         return [], (0.0, 0.0)
-    drawn = drawn_like(screen, now.designs, now.observed, candidates, before, seed)
-    drawn_data = Data.of(now.designs, candidates, drawn)
-    chance = best_share(screen, drawn_data), 0.0
+    drawn = null_residuals(screen, baseline.designs, baseline.observed, candidates, before, seed)
+    drawn_data = ResidualSets.of(baseline.designs, candidates, drawn)
+    null_q99 = best_share_q99(screen, drawn_data), 0.0
     if some:
-        by_luck = by_channel(screen, now.designs, candidates, drawn, drawn_data, len(names), some)
-        chance = chance[0], float(np.quantile(by_luck.share.max(axis=(1, 2)), 0.99))
-    return _promising(scores, tried, enough, (gain / before, here), some, least), chance
+        by_luck = by_channel(
+            screen, baseline.designs, candidates, drawn, drawn_data, len(names), some
+        )
+        null_q99 = null_q99[0], float(np.quantile(by_luck.share.max(axis=(1, 2)), 0.99))
+    return _shortlisted(scores, tried, enough, (gain / before, here), some, least), null_q99
 
 
-def _promising(
+def _shortlisted(
     scores: Scores,
-    tried: Sequence[_Tried],
+    tried: Sequence[_Trial],
     enough: FloatArray,
     shares: tuple[FloatArray, FloatArray],
     some: Sequence[int],
     least: float,
-) -> list[_Promising]:
+) -> list[_Shortlisted]:
     """Return the best numbers of the best changes, those that explain most of all first."""
     of_all, here = shares
-    found: dict[str, _Promising] = {}
+    found: dict[str, _Shortlisted] = {}
     for k in np.argsort(-of_all).tolist():
         key = tried[k].change.key
         if not enough[k] or key in found:
             continue
         channel = some[int(np.argmax(here[:, k]))] if some else -1
-        found[key] = _Promising(tried[k], float(scores.scale[0, k]), channel)
+        found[key] = _Shortlisted(tried[k], float(scores.scale[0, k]), channel)
     return list(found.values())[:REFITTED]
 
 
@@ -198,93 +213,101 @@ def _runs_with(observed: Sequence[Observations]) -> FloatArray:
     return np.asarray(np.sum(measured, axis=0, dtype=np.float64))
 
 
-def _explained(now: Explained, one: _Promising, around: Sequence[Surroundings]) -> Explained | None:
+def _explained(
+    baseline: CandidateFit, one: _Shortlisted, sensitivities: Sequence[RunSensitivities]
+) -> CandidateFit | None:
     """Calibrate anew with a change."""
-    change = one.tried.change
-    numbers = change.scaled(one.tried.numbers, one.scale)
-    base, start = (change.put_into(machine, numbers) for machine in (now.base, now.machine))
+    change = one.trial.change
+    numbers = change.scaled(one.trial.numbers, one.scale)
+    base, start = (
+        change.put_into(machine, numbers) for machine in (baseline.base, baseline.machine)
+    )
     try:
-        found = explain(base, (*now.added, change.key), now.observed, [start], around)
+        found = fit_effects(
+            base, (*baseline.added, change.key), baseline.observed, [start], sensitivities
+        )
     except IntegrationError:
         return None
-    return replace(found, acts=one.tried.candidate.acts)
+    return replace(found, acts=one.trial.candidate.acts)
 
 
-def _judged(
-    now: Explained,
-    fitted: Sequence[tuple[_Promising, Explained]],
-    chances: tuple[float, float],
+def _selected(
+    baseline: CandidateFit,
+    fitted: Sequence[tuple[_Shortlisted, CandidateFit]],
+    null_q99s: tuple[float, float],
     least: float,
-) -> tuple[Described | None, Explained]:
-    channels = len(now.observed[0].channels)
+) -> tuple[NamedChange | None, CandidateFit]:
+    channels = len(baseline.observed[0].channels)
     for channel in dict.fromkeys([-1, *(one.channel for one, _ in fitted)]):
         some = {
-            one.tried.change.key: (one.tried.change, found)
+            one.trial.change.key: (one.trial.change, found)
             for one, found in fitted
             if channel in (-1, one.channel)
         }
         explained = [found for _, found in some.values()]
         if channel < 0:
-            judged = judge(now, explained, max(least, chances[0]), channels)
-            judged = replace(judged, chance=chances[0])
+            selection = select_effect(baseline, explained, max(least, null_q99s[0]), channels)
+            selection = replace(selection, null_q99=null_q99s[0])
         else:
-            judged = judge_in(now, explained, channel, chances, least)
-        if judged.named:
-            change, found = some[judged.one_of[0]]
-            after = replace(found, added=now.added)
-            name = now.observed[0].channels[channel] if channel >= 0 else ""
-            return Described(change, judged, after, name), after
-    return None, now
+            selection = select_for_channel(baseline, explained, channel, null_q99s, least)
+        if selection.named:
+            change, found = some[selection.one_of[0]]
+            after = replace(found, added=baseline.added)
+            name = baseline.observed[0].channels[channel] if channel >= 0 else ""
+            return NamedChange(change, selection, after, name), after
+    return None, baseline
 
 
-def judge_in(
-    now: Explained,
-    tried: Sequence[Explained],
+def select_for_channel(
+    baseline: CandidateFit,
+    tried: Sequence[CandidateFit],
     channel: int,
-    chances: tuple[float, float],
+    null_q99s: tuple[float, float],
     least: float,
-) -> Judged:
+) -> SelectionRound:
     """Judge changes by what they explain of one channel.
 
     Parameters
     ----------
-    now : Explained
-    tried : sequence of Explained
+    baseline : CandidateFit
+    tried : sequence of CandidateFit
         Each with one more change.
     channel : int
         Its position.
-    chances : pair of float
-        What the best of all candidates explains by chance in 99 of 100 cases, of everything and of
-        the channel where it does most [1].
+    null_q99s : pair of float
+        Null 99 % quantiles: what the best of all candidates explains of everything, and of the
+        channel where it does most, where nothing is missing [1].
     least : float
         Share of the channel that a change must explain [1].
 
     Notes
     -----
-    The rules are those of :func:`plant_model.gap.judge.judge`, asked of the channel. Besides, a
-    change must explain more of everything than chance does.
+    The rules are those of :func:`plant_model.gap.selection.select_effect`, asked of the channel. A
+    change must also explain more of everything than chance does.
     """
-    channels = len(now.observed[0].channels)
-    before = _left_in(now, channels)[:, channel]
-    all_before = float(now.unseen.sum())
+    channels = len(baseline.observed[0].channels)
+    before = _left_in(baseline, channels)[:, channel]
+    all_before = float(baseline.loro_cost.sum())
     good = []
     for one in tried:
-        of_all = 1.0 - float(one.unseen.sum()) / all_before
+        of_all = 1.0 - float(one.loro_cost.sum()) / all_before
         here = _left_in(one, channels)[:, channel]
         helped = np.mean((here < before)[list(one.acts)]) if any(one.acts) else 0.0
         share = 1.0 - float(here.sum()) / float(before.sum())
-        if of_all >= chances[0] and share >= max(least, chances[1]) and helped >= MOST_RUNS:
-            good.append(replace(one, unseen=here))
-    judged = judge(replace(now, unseen=before), good, max(least, chances[1]), 1)
+        if of_all >= null_q99s[0] and share >= max(least, null_q99s[1]) and helped >= MOST_RUNS:
+            good.append(replace(one, loro_cost=here))
+    selection = select_effect(
+        replace(baseline, loro_cost=before), good, max(least, null_q99s[1]), 1
+    )
     whole = {one.added[-1]: one for one in tried}
     return replace(
-        judged,
-        now=now,
-        chance=chances[1],
-        tried=tuple(whole[one.added[-1]] for one in judged.tried),
-        above_tolerance=left_over(now, channels) > ABOVE_TOLERANCE,
+        selection,
+        baseline=baseline,
+        null_q99=null_q99s[1],
+        fits=tuple(whole[one.added[-1]] for one in selection.fits),
+        above_tolerance=cost_per_run_and_channel(baseline, channels) > ABOVE_TOLERANCE,
     )
 
 
-def _left_in(one: Explained, channels: int) -> FloatArray:
-    return unseen_by_channel(one.designs, one.pull(), channels)
+def _left_in(one: CandidateFit, channels: int) -> FloatArray:
+    return unseen_by_channel(one.designs, one.position(), channels)

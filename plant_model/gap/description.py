@@ -5,32 +5,32 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from plant_model.gap.judge import Judged
-from plant_model.gap.refit import Explained
+from plant_model.gap.refit import CandidateFit
+from plant_model.gap.selection import SelectionRound
 
 if TYPE_CHECKING:
     from plant_model.gap.kinds.base import Change
 
 
 @dataclass(frozen=True)
-class Described:
+class NamedChange:
     """A change of the machine's description that was named.
 
     Attributes
     ----------
     change : Change
         Of its kind, and at its place.
-    judged : Judged
+    selection : SelectionRound
         Its ``one_of`` begins with this change's key.
-    after : Explained
+    after : CandidateFit
         The machine with it and all that was added before.
     channel : str
         The one whose gap it explains, where it is not most of all.
     """
 
     change: Change
-    judged: Judged
-    after: Explained
+    selection: SelectionRound
+    after: CandidateFit
     channel: str = ""
 
     @property
@@ -41,7 +41,7 @@ class Described:
     @property
     def rivals(self) -> list[dict[str, Any]]:
         """Other changes that the data cannot tell from this one."""
-        others = [key for key in self.judged.one_of if key != self.key]
+        others = [key for key in self.selection.one_of if key != self.key]
         return [{"name": key.partition(":")[0], "place": place_of(key)} for key in others]
 
     @property
@@ -49,7 +49,7 @@ class Described:
         """Changes of other kinds that the data cannot tell from this one."""
         return [one for one in self.rivals if one["name"] != self.change.name]
 
-    def entry(self, after: Explained) -> dict[str, Any]:
+    def entry(self, after: CandidateFit) -> dict[str, Any]:
         """Return it as ``gap.json`` has it."""
         known = {one.name: one for one in after.calibration.parameters}
         change = self.change
@@ -58,7 +58,7 @@ class Described:
             for number, name in change.parameters().items()
             if (one := known.get(name)) is not None
         }
-        best = next(i for i, one in enumerate(self.judged.tried) if one is self.judged.best)
+        best = next(i for i, one in enumerate(self.selection.fits) if one is self.selection.best)
         same = [one["place"] for one in self.rivals if one["name"] == change.name]
         return {
             "name": change.name,
@@ -69,7 +69,7 @@ class Described:
             "shows_in": self.channel,
             "parameters": numbers,
             "larger_than_usual": [],
-            "probability": self.judged.probability[best],
+            "probability": self.selection.probability[best],
             **change.told(after.machine),
         }
 

@@ -10,108 +10,115 @@ import numpy as np
 
 from plant_model.gap.by_channel import unseen_by_channel
 from plant_model.gap.calibrate import Progress
-from plant_model.gap.describe import LEAST_SHARE, NEARLY, look
-from plant_model.gap.description import Described
-from plant_model.gap.design import Surroundings, all_surroundings
-from plant_model.gap.judge import RIVAL, left_over, odds_of, unit_of
-from plant_model.gap.refit import Explained, explain, refined, scored
+from plant_model.gap.describe import LEAST_SHARE, NEARLY, select_change
+from plant_model.gap.description import NamedChange
+from plant_model.gap.design import RunSensitivities, all_sensitivities
+from plant_model.gap.refit import CandidateFit, fit_effects, refit_in_full, score_fit
+from plant_model.gap.selection import (
+    RIVAL_ODDS,
+    cost_per_run_and_channel,
+    cost_unit,
+    odds_against_best,
+)
 
 SETTLED = 1.6
 """Cost per run and channel at which nothing more is looked for: empty cases leave about as much."""
 
-LONG_ODDS = RIVAL / 30.0
+LONG_ODDS = RIVAL_ODDS / 30.0
 """Odds below which effects give way to a change of the description: some thirty times as many
 changes are tried as effects."""
 
 
-def describe(
+def select_changes(
     pool: Executor,
-    now: Explained,
-    around: Sequence[Surroundings],
+    baseline: CandidateFit,
+    sensitivities: Sequence[RunSensitivities],
     seed: int,
     most: int,
     progress: Progress,
-    instead_of: Explained | None = None,
-) -> list[Described]:
+    instead_of: CandidateFit | None = None,
+) -> list[NamedChange]:
     """Look for changes of the description until none is found or *most* are.
 
     Parameters
     ----------
     pool : Executor
-    now : Explained
+    baseline : CandidateFit
         With no effect added.
-    around : sequence of Surroundings
+    sensitivities : sequence of RunSensitivities
         About its machine.
     seed : int
         Of the draws in which nothing is missing.
     most : int
     progress : callable
         Told what is being done.
-    instead_of : Explained, optional
+    instead_of : CandidateFit, optional
         With effects that explain the same; then nothing is returned unless the first change leaves
         clearly less. There are many more changes than effects, so the odds must be longer.
 
     Returns
     -------
-    list of Described
+    list of NamedChange
         In the order in which they were found; ``after`` of each is with all up to it.
     """
-    found: list[Described] = []
-    after = now
-    channels = len(now.observed[0].channels)
-    while len(found) < most and not (found and left_over(after, channels) < SETTLED):
+    found: list[NamedChange] = []
+    after = baseline
+    channels = len(baseline.observed[0].channels)
+    while len(found) < most and not (found and cost_per_run_and_channel(after, channels) < SETTLED):
         progress(f"looking for what the description lacks, {len(found) + 1}")
-        one, grown = look(pool, after, around, seed)
+        one, grown = select_change(pool, after, sensitivities, seed)
         if one is None:
             break
         progress(f"calibrating with {one.key}")
-        after, around = refined(grown)
+        after, sensitivities = refit_in_full(grown)
         if instead_of is not None and not found and not _clearly_better(after, instead_of):
             break
         found.append(replace(one, after=after))
         if len(found) > 1:
             progress("asking whether the earlier ones are still needed")
             for earlier in found[:-1]:
-                if not _still_needed(now, found, earlier, around):
-                    found = left_out(now, found, earlier)
+                if not _still_needed(baseline, found, earlier, sensitivities):
+                    found = left_out(baseline, found, earlier)
                     after = found[-1].after
-                    around = all_surroundings(after.base, after.machine, after.observed)
+                    sensitivities = all_sensitivities(after.base, after.machine, after.observed)
     return found
 
 
-def _clearly_better(one: Explained, other: Explained) -> bool:
+def _clearly_better(one: CandidateFit, other: CandidateFit) -> bool:
     """Tell whether a change of the description explains the runs better than effects do."""
-    costs = np.array([float(one.unseen.sum()), float(other.unseen.sum())])
-    pieces = len(one.unseen) * len(one.observed[0].channels)
-    return bool(odds_of(costs, unit_of(float(costs.min()), pieces))[1] < LONG_ODDS)
+    costs = np.array([float(one.loro_cost.sum()), float(other.loro_cost.sum())])
+    pieces = len(one.loro_cost) * len(one.observed[0].channels)
+    return bool(odds_against_best(costs, cost_unit(float(costs.min()), pieces))[1] < LONG_ODDS)
 
 
-def left_out(now: Explained, found: Sequence[Described], gone: Described) -> list[Described]:
+def left_out(
+    baseline: CandidateFit, found: Sequence[NamedChange], gone: NamedChange
+) -> list[NamedChange]:
     """Return changes without one of them, all that came after it calibrated anew.
 
     Parameters
     ----------
-    now : Explained
+    baseline : CandidateFit
         Before any of them.
-    found : sequence of Described
-    gone : Described
+    found : sequence of NamedChange
+    gone : NamedChange
         One of them.
     """
     place = next(i for i, one in enumerate(found) if one is gone)
     kept = list(found[:place])
     for later in found[place + 1 :]:
-        kept.append(replace(later, after=_with(now, [*kept, later], later.after)))
+        kept.append(replace(later, after=_with(baseline, [*kept, later], later.after)))
     return kept
 
 
 def _with(
-    now: Explained,
-    some: Sequence[Described],
-    start: Explained,
-    around: Sequence[Surroundings] | None = None,
-) -> Explained:
+    baseline: CandidateFit,
+    some: Sequence[NamedChange],
+    start: CandidateFit,
+    sensitivities: Sequence[RunSensitivities] | None = None,
+) -> CandidateFit:
     """Calibrate the machine with some changes, from where another calibration left it."""
-    base, machine = now.base, now.machine
+    base, machine = baseline.base, baseline.machine
     for one in some:
         numbers = one.change.read(start.machine)
         base, machine = one.change.put_into(base, numbers), one.change.put_into(machine, numbers)
@@ -126,23 +133,23 @@ def _with(
         for name, value in shared.items()
     }
     begin = machine.with_values(values)
-    if around is None:
-        around = all_surroundings(base, begin, now.observed)
-    found = explain(base, now.added, now.observed, [begin], around)
-    return scored(base, now.added, now.observed, found.calibration, around)
+    if sensitivities is None:
+        sensitivities = all_sensitivities(base, begin, baseline.observed)
+    found = fit_effects(base, baseline.added, baseline.observed, [begin], sensitivities)
+    return score_fit(base, baseline.added, baseline.observed, found.calibration, sensitivities)
 
 
 def _still_needed(
-    now: Explained,
-    found: Sequence[Described],
-    one: Described,
-    around: Sequence[Surroundings],
+    baseline: CandidateFit,
+    found: Sequence[NamedChange],
+    one: NamedChange,
+    sensitivities: Sequence[RunSensitivities],
 ) -> bool:
     """Tell whether a change still explains most of what it was named for, beside all others."""
     after = found[-1].after
-    bare = _with(now, [other for other in found if other is not one], after, around)
-    names = now.observed[0].channels
-    parts = [unseen_by_channel(e.designs, e.pull(), len(names)) for e in (after, bare)]
+    bare = _with(baseline, [other for other in found if other is not one], after, sensitivities)
+    names = baseline.observed[0].channels
+    parts = [unseen_by_channel(e.designs, e.position(), len(names)) for e in (after, bare)]
     some = slice(None) if not one.channel else names.index(one.channel)
     with_it, without_it = (float(part[:, some].sum()) for part in parts)
     return 1.0 - with_it / without_it >= NEARLY * LEAST_SHARE

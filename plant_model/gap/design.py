@@ -18,7 +18,7 @@ from plant_model.gap.linearise import (
     bias_columns,
     linear_about,
     modelled,
-    own_columns,
+    nuisance_columns,
     simulate_at,
 )
 from plant_model.gap.observations import Observations
@@ -38,13 +38,13 @@ LEVER = 0.01
 
 
 @dataclass(frozen=True)
-class Surroundings:
-    """What one run answers to that no effect changes much; computed once, weighted.
+class RunSensitivities:
+    """Derivatives of one run that no effect changes much; computed once, weighted.
 
     Attributes
     ----------
-    own : array, shape (N, O)
-        What belongs to the run alone.
+    nuisance : array, shape (N, O)
+        Nuisance parameters of the run alone: zeros, starting temperatures, switches.
     bias : array, shape (N, C)
         Thermometers' errors.
     other : array, shape (N, Q)
@@ -55,23 +55,23 @@ class Surroundings:
         Robust square-root weight.
     """
 
-    own: FloatArray
+    nuisance: FloatArray
     bias: FloatArray
     other: FloatArray
     moved: dict[str, FloatArray]
     weight: FloatArray
 
 
-def surroundings_of(
+def sensitivities_of(
     machine: Machine, observed: Observations, moved: Priors, fixed: Priors
-) -> Surroundings:
+) -> RunSensitivities:
     """Compute what a run answers to, about a calibrated machine."""
     by_moved = linear_about(machine, observed, moved, moved.position(machine))
     by_fixed = linear_about(machine, observed, fixed, fixed.position(machine))
     bias = bias_columns(machine, observed)
     places, levers = _place_columns(machine, observed), _lever_columns(machine, observed)
-    return Surroundings(
-        own_columns(machine, observed),
+    return RunSensitivities(
+        nuisance_columns(machine, observed),
         bias,
         np.hstack([by_fixed.by_parameter, bias, places, levers]),
         dict(zip(moved.names, by_moved.by_parameter.T, strict=True)),
@@ -79,54 +79,54 @@ def surroundings_of(
     )
 
 
-def all_surroundings(
+def all_sensitivities(
     base: Machine, calibrated: Machine, observed: Sequence[Observations]
-) -> list[Surroundings]:
+) -> list[RunSensitivities]:
     """Compute what every run answers to, about a calibrated machine whose priors are *base*'s."""
     moved, fixed = Priors.of(base, calibrated=True), Priors.of(calibrated, calibrated=False)
-    return [surroundings_of(calibrated, one, moved, fixed) for one in observed]
+    return [sensitivities_of(calibrated, one, moved, fixed) for one in observed]
 
 
 @dataclass(frozen=True)
 class RunDesign:
-    """One run: residual and columns, weighted and robust, the run's own unknowns beside them.
+    """One run: residual and columns, weighted and robust, its nuisance columns beside them.
 
     Attributes
     ----------
     residual : array, shape (N,)
     shared : array, shape (N, Q)
         Columns that mean the same in every run; those that calibration moves come first.
-    own : array, shape (N, O)
+    nuisance : array, shape (N, O)
     weight : array, shape (N,)
         Robust square-root weight, already in all of them.
     """
 
     residual: FloatArray
     shared: FloatArray
-    own: FloatArray
+    nuisance: FloatArray
     weight: FloatArray
 
     def cleaned(self, columns: FloatArray) -> FloatArray:
-        """Return columns (N, m) less what the run's own unknowns can imitate under their prior."""
-        inner = self.own.T @ self.own + np.eye(self.own.shape[1])
-        return columns - self.own @ np.linalg.solve(inner, self.own.T @ columns)
+        """Return columns (N, m) less what the nuisance parameters can imitate under their prior."""
+        inner = self.nuisance.T @ self.nuisance + np.eye(self.nuisance.shape[1])
+        return columns - self.nuisance @ np.linalg.solve(inner, self.nuisance.T @ columns)
 
 
 def design_of(
     machine: Machine,
     observed: Sequence[Observations],
     moved: Priors,
-    around: Sequence[Surroundings],
+    sensitivities: Sequence[RunSensitivities],
 ) -> list[RunDesign]:
     """Gather the design of all runs about a calibrated machine."""
     found = []
-    for one, known in zip(observed, around, strict=True):
+    for one, known in zip(observed, sensitivities, strict=True):
         linear = linear_about(machine, one, moved, moved.position(machine), known.moved)
         weight = known.weight
         shared = np.hstack([linear.by_parameter, known.other])
         # What only this run has is an unknown of its own, like a zero: no other run tells it.
         alone = _only_here(moved, observed, one)
-        own = np.hstack([known.own, shared[:, alone]])
+        own = np.hstack([known.nuisance, shared[:, alone]])
         shared[:, alone] = 0.0
         found.append(
             RunDesign(

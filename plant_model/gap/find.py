@@ -17,18 +17,25 @@ from plant_model.effects import Effect
 from plant_model.gap.calibrate import Progress, quiet
 from plant_model.gap.candidates import Candidate, as_tried, candidates, missing_effects
 from plant_model.gap.data_faults import DataFault
-from plant_model.gap.describe import far_off, look
-from plant_model.gap.description import Described
-from plant_model.gap.description_rounds import SETTLED, describe, left_out
-from plant_model.gap.design import Surroundings, all_surroundings
-from plant_model.gap.judge import LEAST_SHARE, Judged, adequate, judge, left_over, out_of_range
-from plant_model.gap.nothing_missing import chance_share
+from plant_model.gap.describe import far_off, select_change
+from plant_model.gap.description import NamedChange
+from plant_model.gap.description_rounds import SETTLED, left_out, select_changes
+from plant_model.gap.design import RunSensitivities, all_sensitivities
+from plant_model.gap.null_distribution import null_quantile
 from plant_model.gap.observations import Observations
 from plant_model.gap.periods import in_step
-from plant_model.gap.reference import Reference
-from plant_model.gap.refit import Explained, explain_with, refined, scored
+from plant_model.gap.reference import ReferenceModel
+from plant_model.gap.refit import CandidateFit, fit_candidate, refit_in_full, score_fit
 from plant_model.gap.regimes import residuals
-from plant_model.gap.screen import Data, Grams, Screen
+from plant_model.gap.screen import NormalMatrices, ResidualSets, Screen
+from plant_model.gap.selection import (
+    LEAST_SHARE,
+    SelectionRound,
+    adequate,
+    cost_per_run_and_channel,
+    out_of_range,
+    select_effect,
+)
 from plant_model.gap.standing import calibrated
 from plant_model.gap.swaps import swapped
 from plant_model.machine import Machine
@@ -47,7 +54,7 @@ FEWEST_RUNS = 3
 
 
 @dataclass(frozen=True)
-class Withdrawn:
+class Withdrawal:
     """An effect that was named and taken back.
 
     Attributes
@@ -61,35 +68,35 @@ class Withdrawn:
     runs: tuple[str, ...]
 
     @classmethod
-    def of(cls, best: Explained) -> Withdrawn:
+    def of(cls, best: CandidateFit) -> Withdrawal:
         """Gather from the explanation that added it."""
         key = best.added[-1]
         return cls(key, tuple(one.run.name for one in best.observed if key not in one.absent))
 
 
 @dataclass(frozen=True)
-class Found:
+class GapResult:
     """What the gap finder found.
 
     Attributes
     ----------
-    before, after : Explained
+    before, after : CandidateFit
         The calibrated machine as it was given, and with what was added (the same if nothing was).
-    rounds : tuple of Judged
+    rounds : tuple of SelectionRound
         One judgement for each effect asked for.
-    withdrawn : tuple of Withdrawn
+    withdrawn : tuple of Withdrawal
         Effects that were taken back, because runs never used were worse with them.
-    described : tuple of Described
+    changes : tuple of NamedChange
         What of the description itself was changed: starts of parts, heat paths.
     faults : tuple of DataFault
         What was left out besides, because the calibrated machine says that it is broken.
     """
 
-    before: Explained
-    after: Explained
-    rounds: tuple[Judged, ...]
-    withdrawn: tuple[Withdrawn, ...] = ()
-    described: tuple[Described, ...] = ()
+    before: CandidateFit
+    after: CandidateFit
+    rounds: tuple[SelectionRound, ...]
+    withdrawn: tuple[Withdrawal, ...] = ()
+    changes: tuple[NamedChange, ...] = ()
     faults: tuple[DataFault, ...] = ()
 
     @property
@@ -98,10 +105,10 @@ class Found:
         return self.after.observed
 
     @cached_property
-    def reference(self) -> Reference:
+    def reference(self) -> ReferenceModel:
         """How well any model with these inputs could do on the runs used, after what was added."""
         machine = self.after.machine
-        return Reference(
+        return ReferenceModel(
             machine, [residuals(machine, in_step(machine, one)) for one in self.observed]
         )
 
@@ -113,43 +120,43 @@ class Found:
         still be more than a lumped model is wrong by: then something is missing, too.
         """
         first = self.rounds[0]
-        if not first.named and not self.described:
+        if not first.named and not self.changes:
             wrong = first.above_tolerance or self.reference.is_left
             return "unknown" if wrong else "none_missing"
         several = any(len(entry.one_of) > 1 for entry in self.rounds) or any(
-            one.or_else for one in self.described
+            one.or_else for one in self.changes
         )
         return "one_of" if several else "effect"
 
-    def only_described(self) -> Found:
+    def only_described(self) -> GapResult:
         """Return what was found without the effects, the description as it was changed."""
-        if not self.described:
+        if not self.changes:
             return replace(self, after=self.before)
-        return replace(self, after=self.described[-1].after)
+        return replace(self, after=self.changes[-1].after)
 
-    def without_change(self, gone: Described) -> Found:
+    def without_change(self, gone: NamedChange) -> GapResult:
         """Return what was found without one change of the description, and without effects."""
-        kept = left_out(self.before, self.described, gone)
-        above = self.described[0].judged.above_tolerance
-        first = replace(self.rounds[0], now=self.before, one_of=(), above_tolerance=above)
-        taken = (*self.withdrawn, Withdrawn(gone.key, ()))
-        left = replace(self, rounds=(first,), described=tuple(kept), withdrawn=taken)
+        kept = left_out(self.before, self.changes, gone)
+        above = self.changes[0].selection.above_tolerance
+        first = replace(self.rounds[0], baseline=self.before, one_of=(), above_tolerance=above)
+        taken = (*self.withdrawn, Withdrawal(gone.key, ()))
+        left = replace(self, rounds=(first,), changes=tuple(kept), withdrawn=taken)
         return left.only_described()
 
-    def with_only(self, count: int) -> Found:
+    def with_only(self, count: int) -> GapResult:
         """Return what was found with no more than the first *count* effects that were added."""
-        named = [judged for judged in self.rounds if judged.named]
+        named = [selection for selection in self.rounds if selection.named]
         if count >= len(named):
             return self
-        gone = tuple(Withdrawn.of(judged.best) for judged in named[count:])
+        gone = tuple(Withdrawal.of(selection.best) for selection in named[count:])
         last = self.rounds[count]
         # The second round may have changed which of a set the first is: what it began with counts.
         kept = [
-            replace(judged, one_of=tuple(dict.fromkeys((key, *judged.one_of))))
-            for judged, key in zip(self.rounds[:count], last.now.added, strict=True)
+            replace(selection, one_of=tuple(dict.fromkeys((key, *selection.one_of))))
+            for selection, key in zip(self.rounds[:count], last.baseline.added, strict=True)
         ]
         rounds = (*kept, replace(last, one_of=()))
-        return replace(self, after=last.now, rounds=rounds, withdrawn=gone)
+        return replace(self, after=last.baseline, rounds=rounds, withdrawn=gone)
 
 
 def find_gap(
@@ -162,7 +169,7 @@ def find_gap(
     seed: int = 0,
     workers: int | None = None,
     progress: Progress = quiet,
-) -> Found:
+) -> GapResult:
     """Find what is missing in a machine's model.
 
     Parameters
@@ -201,7 +208,7 @@ def _find(
     seed: int,
     workers: int | None,
     progress: Progress,
-) -> Found:
+) -> GapResult:
     if len(runs) < FEWEST_RUNS:
         raise BadInput(
             "--runs", "", f"{len(runs)} given; {FEWEST_RUNS} or more are needed to name an effect"
@@ -210,60 +217,66 @@ def _find(
     _need_excitation(machine, ordered)
     calibration, observed, faults = calibrated(machine, ordered, bad, seed=seed, progress=progress)
     progress("what else may be wrong")
-    around = all_surroundings(machine, calibration.machine, observed)
-    before = scored(machine, (), observed, calibration, around)
+    sensitivities = all_sensitivities(machine, calibration.machine, observed)
+    before = score_fit(machine, (), observed, calibration, sensitivities)
     with processes(workers) as pool:
         progress("what starts at another temperature")
-        restarted, started = look(
-            pool, before, around, seed, only=("start_state",), least=LEAST_SHARE, locally=False
+        restarted, started = select_change(
+            pool,
+            before,
+            sensitivities,
+            seed,
+            only=("start_state",),
+            least=LEAST_SHARE,
+            locally=False,
         )
-        described = [restarted] if restarted else []
-        rounds, after = _effects(pool, started, around, without, seed, progress)
-        found = Found(before, after, tuple(rounds), (), tuple(described), tuple(faults))
+        changes = [restarted] if restarted else []
+        rounds, after = _effects(pool, started, sensitivities, without, seed, progress)
+        found = GapResult(before, after, tuple(rounds), (), tuple(changes), tuple(faults))
         named = rounds[0].named
         # Not by the verdict: with another start of a part, that is an answer already.
         wrong = rounds[0].above_tolerance or found.reference.is_left or far_off(started)
         if not (named or wrong):
             return found
-        rest = most - len(described)
+        rest = most - len(changes)
         rival = after if named else None
-        changes = describe(pool, started, around, seed, rest, progress, rival)
-    if named and not changes:
+        further = select_changes(pool, started, sensitivities, seed, rest, progress, rival)
+    if named and not further:
         return found
     first = replace(rounds[0], one_of=())
-    found = replace(found, rounds=(first,), described=(*described, *changes))
+    found = replace(found, rounds=(first,), changes=(*changes, *further))
     return found.only_described()
 
 
 def _effects(
     pool: ProcessPoolExecutor,
-    started: Explained,
-    around: Sequence[Surroundings],
+    started: CandidateFit,
+    sensitivities: Sequence[RunSensitivities],
     without: Sequence[str],
     seed: int,
     progress: Progress,
-) -> tuple[list[Judged], Explained]:
+) -> tuple[list[SelectionRound], CandidateFit]:
     """Look for effects, one after another; return what was judged and what is explained then."""
     after, channels = started, len(started.observed[0].channels)
-    rounds: list[Judged] = []
+    rounds: list[SelectionRound] = []
     for count in range(MOST_ADDED):
-        if count and left_over(after, channels) < SETTLED:
+        if count and cost_per_run_and_channel(after, channels) < SETTLED:
             break
-        at_first = float(started.unseen.sum())
-        judged = _round(pool, after, around, without, at_first, seed, progress)
-        rounds.append(judged)
-        if not judged.named:
+        at_first = float(started.loro_cost.sum())
+        selection = _round(pool, after, sensitivities, without, at_first, seed, progress)
+        rounds.append(selection)
+        if not selection.named:
             break
         progress("calibrating the named effect in full")
-        grown, around = refined(judged.best)
-        share = 1.0 - float(grown.unseen.sum()) / float(after.unseen.sum())
+        grown, sensitivities = refit_in_full(selection.best)
+        share = 1.0 - float(grown.loro_cost.sum()) / float(after.loro_cost.sum())
         if out_of_range(grown, share):
-            rounds[-1] = replace(judged, one_of=())
+            rounds[-1] = replace(selection, one_of=())
             break
         after = grown
         if count:
             progress("asking again which of the first it is")
-            rounds[0], after = swapped(rounds[0], after, around)
+            rounds[0], after = swapped(rounds[0], after, sensitivities)
     if not adequate(started, after, channels):
         rounds, after = [replace(rounds[0], one_of=())], started
     return rounds, after
@@ -284,34 +297,42 @@ def _need_excitation(machine: Machine, runs: Sequence[Run]) -> None:
 
 def _round(
     pool: ProcessPoolExecutor,
-    now: Explained,
-    around: Sequence[Surroundings],
+    baseline: CandidateFit,
+    sensitivities: Sequence[RunSensitivities],
     without: Sequence[str],
     at_first: float,
     seed: int,
     progress: Progress,
-) -> Judged:
+) -> SelectionRound:
     """Look for one more effect."""
-    observed = now.observed
-    effects = missing_effects(now.machine, without)
+    observed = baseline.observed
+    effects = missing_effects(baseline.machine, without)
     tried: list[Candidate] = []
-    jobs = [pool.submit(_candidates, now.machine, observed, effect.name) for effect in effects]
+    jobs = [pool.submit(_candidates, baseline.machine, observed, effect.name) for effect in effects]
     for effect, job in zip(effects, jobs, strict=True):
         progress(f"screening {effect.name}")
         tried += job.result()
-    screen = Screen(Grams.of(now.designs, tried))
-    residuals = [design.residual[None] for design in now.designs]
-    scores = screen.scores(Data.of(now.designs, tried, residuals, now.pull()))
-    gain = scores.unseen[0].sum(axis=0)
+    screen = Screen(NormalMatrices.of(baseline.designs, tried))
+    residuals = [design.residual[None] for design in baseline.designs]
+    scores = screen.scores(ResidualSets.of(baseline.designs, tried, residuals, baseline.position()))
+    gain = scores.loro_gain[0].sum(axis=0)
     best: dict[str, int] = {}
     for i in np.argsort(-gain):
         best.setdefault(tried[i].key, int(i))
     chosen = list(best.values())[:REFITTED]
-    chance = chance_share(screen, now.designs, observed, tried, float(now.unseen.sum()), seed)
-    scale, screened = scores.scale[0].tolist(), scores.unseen_cost[0][:, None] - scores.unseen[0]
+    null_q99 = null_quantile(
+        screen, baseline.designs, observed, tried, float(baseline.loro_cost.sum()), seed
+    )
+    scale, screened = scores.scale[0].tolist(), scores.loro_cost[0][:, None] - scores.loro_gain[0]
     refits = [
         pool.submit(
-            explain_with, now, tried[i], scale[i], screened[:, i], around, as_tried(tried, tried[i])
+            fit_candidate,
+            baseline,
+            tried[i],
+            scale[i],
+            screened[:, i],
+            sensitivities,
+            as_tried(tried, tried[i]),
         )
         for i in chosen
     ]
@@ -319,7 +340,7 @@ def _round(
     for i, refit in zip(chosen, refits, strict=True):
         progress(f"calibrating with {tried[i].key}")
         explained.append(refit.result())
-    return judge(now, explained, chance, len(observed[0].channels), at_first)
+    return select_effect(baseline, explained, null_q99, len(observed[0].channels), at_first)
 
 
 def _candidates(machine: Machine, observed: Sequence[Observations], name: str) -> list[Candidate]:

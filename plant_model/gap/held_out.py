@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from measurement.runs import Run
 from plant_model.gap.calibrate import Progress, quiet
 from plant_model.gap.data_faults import DataFault, taken_out
-from plant_model.gap.description import Described
-from plant_model.gap.find import MOST_CHANGES, Found, find_gap
+from plant_model.gap.description import NamedChange
+from plant_model.gap.find import MOST_CHANGES, GapResult, find_gap
 from plant_model.gap.observations import Observations, observe
-from plant_model.gap.report import Comparison
+from plant_model.gap.report import GapComparison
 from plant_model.gap.standing import standing_still
 from plant_model.machine import Machine
 
@@ -28,7 +28,7 @@ def answer(
     seed: int = 0,
     workers: int | None = None,
     progress: Progress = quiet,
-) -> tuple[Found, Comparison, list[DataFault]]:
+) -> tuple[GapResult, GapComparison, list[DataFault]]:
     """Find what is missing in a machine's model, and hold it against runs never used.
 
     Parameters
@@ -41,8 +41,8 @@ def answer(
 
     Returns
     -------
-    found : Found
-    comparison : Comparison
+    found : GapResult
+    comparison : GapComparison
         On the runs never used.
     faults : list of DataFault
         What was left out besides. An error of a sensor that began in the last run used, and that no
@@ -80,7 +80,7 @@ def answer(
     return found, comparison, [*found.faults, *lone, *still]
 
 
-def _lone(found: Found) -> list[DataFault]:
+def _lone(found: GapResult) -> list[DataFault]:
     """Return errors of sensors that were found in one run alone and not borne out."""
     faults = []
     for one in found.withdrawn:
@@ -94,44 +94,44 @@ def _lone(found: Found) -> list[DataFault]:
     return faults
 
 
-def confirmed(found: Found, unseen: Sequence[Observations]) -> tuple[Found, Comparison]:
+def confirmed(found: GapResult, unseen: Sequence[Observations]) -> tuple[GapResult, GapComparison]:
     """Take back what makes runs never used worse, the effect added last first.
 
     Parameters
     ----------
-    found : Found
+    found : GapResult
     unseen : sequence of Observations
         Of runs that took no part in finding it.
 
     Returns
     -------
-    found : Found
+    found : GapResult
         With what is left, and in ``withdrawn`` what was taken back.
-    comparison : Comparison
+    comparison : GapComparison
         On these runs, before and after what is left.
     """
     before = found.before.machine
     for count in range(len(found.after.added), 0, -1):
         fewer = found.with_only(count)
-        comparison = Comparison(before, fewer.after.machine, unseen)
+        comparison = GapComparison(before, fewer.after.machine, unseen)
         if comparison.gap()["after"] <= comparison.gap()["before"]:
             return fewer, comparison
     found = found.with_only(0).only_described()
-    while found.described:
-        comparison = Comparison(before, found.after.machine, unseen)
+    while found.changes:
+        comparison = GapComparison(before, found.after.machine, unseen)
         worse = _made_worse(found, comparison)
         if worse is None:
             return found, comparison
         found = found.without_change(worse)
-    return found, Comparison(before, before, unseen)
+    return found, GapComparison(before, before, unseen)
 
 
-def _made_worse(found: Found, comparison: Comparison) -> Described | None:
+def _made_worse(found: GapResult, comparison: GapComparison) -> NamedChange | None:
     """Return a change that makes the channel worse that it is for; the last one if all is worse."""
     channels = comparison.channels()
-    for one in reversed(found.described):
+    for one in reversed(found.changes):
         told = channels.get(one.channel)
         if told is not None and told["after"] > told["before"]:
             return one
     gap = comparison.gap()
-    return found.described[-1] if gap["after"] > gap["before"] else None
+    return found.changes[-1] if gap["after"] > gap["before"] else None

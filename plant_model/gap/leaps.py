@@ -23,7 +23,7 @@ OUTSTANDING = 6.0
 """A leap differs from the changes around it by this many of their standard deviations [1]."""
 
 LEAST_UM = 1.0
-"""And by no less than this [um]."""
+"""A leap is no smaller than this [um]."""
 
 AROUND = 7
 """Changes from one observation to the next that a leap is held against."""

@@ -67,7 +67,7 @@ def modelled(simulation: Simulation, observed: Observations) -> FloatArray:
 
 
 @dataclass(frozen=True)
-class Linear:
+class Linearisation:
     """One run about one point: residual and derivatives, weighted.
 
     Attributes
@@ -95,7 +95,7 @@ def linear_about(
     priors: Priors,
     x: FloatArray,
     known: Mapping[str, FloatArray] | None = None,
-) -> Linear:
+) -> Linearisation:
     """Linearise one run about x, shape (P,), in the priors' fitting scale.
 
     *known* holds derivatives, each (N,), that need not be computed again: adding an effect hardly
@@ -113,10 +113,10 @@ def linear_about(
     for i, name in enumerate(priors.names):
         if name in known:
             columns[i] = known[name]
-    return Linear(residual[0], columns.T)
+    return Linearisation(residual[0], columns.T)
 
 
-def own_columns(machine: Machine, observed: Observations) -> FloatArray:
+def nuisance_columns(machine: Machine, observed: Observations) -> FloatArray:
     """Return what only this run has: zeros of displacements, starting temperatures, switches.
 
     Returns

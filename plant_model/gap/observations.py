@@ -45,7 +45,7 @@ MOST_SWITCHES = 0.3
 """An input that switches at more than this share of the rows is taken as a ramp [1]."""
 
 RELATIVE_TOLERANCE = 0.02
-"""And in proportion to how much the channel moves in the runs [1]."""
+"""Tolerance beside the constant one, as a share of the channel's span in the runs [1]."""
 
 
 @dataclass(frozen=True)

@@ -33,18 +33,15 @@ OUTSTANDING = 8.0
 """A leap is this many times the scatter of such differences elsewhere in the run [1]."""
 
 USUAL, TIMES = 0.95, 3.0
-"""And this many times what the probe moves by from row to row, in this share of the rows in which
-it moves at all [1]: a probe on coarse stairs, or one that leaps all the time, has not slipped."""
+"""A leap is ``TIMES`` the quantile ``USUAL`` of the probe's moves from row to row, rows without a
+move left out [1]: a probe on coarse stairs, or one that leaps all the time, has not slipped."""
 
 SHARP = 0.5
-"""And this share of it happens between two rows [1]."""
+"""Share of a leap that happens between two rows [1]."""
 
-TOGETHER = 0.2
-"""Another channel leaps with it if it leaps by this share of it (probes) or by ... [1]"""
-TOGETHER_K = 0.3
-"""... this much (thermometers) [K], both if also by ..."""
-TOGETHER_TIMES = 4.0
-"""... this many times its own scatter [1]."""
+TOGETHER, TOGETHER_K, TOGETHER_TIMES = 0.2, 0.3, 4.0
+"""Another channel leaps with a probe if it leaps by the share ``TOGETHER`` of the probe's leap (a
+probe) or by ``TOGETHER_K`` (a thermometer) [K], and by ``TOGETHER_TIMES`` its own scatter [1]."""
 
 MOST_SLIPS = 1
 """Leaps along the axis in one run; more of them are a bearing's and not a probe's."""

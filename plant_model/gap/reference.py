@@ -16,7 +16,7 @@ from itertools import pairwise
 import numpy as np
 
 from plant_model.gap.observations import Observations
-from plant_model.gap.regimes import Residuals, regimes
+from plant_model.gap.regimes import RunResiduals, regimes
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
 from plant_model.sensors import displacement_names
@@ -41,7 +41,7 @@ LEAST_SHARE = 0.1
 
 
 @dataclass(frozen=True)
-class Source:
+class Predictor:
     """What predicts a part of what the plant leaves.
 
     Attributes
@@ -61,7 +61,7 @@ class Source:
 
 
 @dataclass(frozen=True)
-class Reducible:
+class ReducibleGap:
     """Where the reducible gap lies: a channel in a regime, over all runs with it.
 
     Attributes
@@ -81,16 +81,16 @@ class Reducible:
     tolerances: float
 
 
-class Reference:
+class ReferenceModel:
     """The reference on some runs, each predicted from the others, and on runs never used.
 
     Parameters
     ----------
     machine : Machine
         Says what the inputs are.
-    known : sequence of Residuals
+    known : sequence of RunResiduals
         What the plant leaves of two runs or more.
-    unseen : sequence of Residuals
+    unseen : sequence of RunResiduals
         Of runs to be predicted from all of those.
 
     Attributes
@@ -107,7 +107,7 @@ class Reference:
     """
 
     def __init__(
-        self, machine: Machine, known: Sequence[Residuals], unseen: Sequence[Residuals] = ()
+        self, machine: Machine, known: Sequence[RunResiduals], unseen: Sequence[RunResiduals] = ()
     ) -> None:
         self._machine, self._known = machine, known
         self._predictors = _Predictors(machine, [one.observed for one in known])
@@ -145,7 +145,7 @@ class Reference:
     def _scaled(self, parts: Sequence[FloatArray]) -> list[FloatArray]:
         return [part / self._tolerance for part in parts]
 
-    def places(self, most: int = 8) -> list[Reducible]:
+    def places(self, most: int = 8) -> list[ReducibleGap]:
         """Return where the reducible gap lies, most of it first, above one tolerance."""
         groups: dict[tuple[int, str], list[tuple[FloatArray, FloatArray]]] = {}
         for one, left in zip(self._known, self.known, strict=True):
@@ -166,19 +166,19 @@ class Reference:
             rms, least = (float(np.sqrt(np.nanmean(part**2))) for part in (before, after))
             share = np.sqrt(max(rms**2 - least**2, 0.0)) / float(self._tolerance[i])
             unit = "um" if names[i] in lengths else "K"
-            found.append(Reducible(names[i], regime, rms, least, unit, float(share)))
+            found.append(ReducibleGap(names[i], regime, rms, least, unit, float(share)))
         ranked = sorted(found, key=lambda one: -one.tolerances)
         return [one for one in ranked if one.tolerances > 1.0][:most]
 
-    def sources(self) -> list[Source]:
+    def sources(self) -> list[Predictor]:
         """Return the inputs that predict most of what the plant leaves, all channels together."""
         return self._sources(None)
 
-    def sources_of(self, channel: str) -> list[Source]:
+    def sources_of(self, channel: str) -> list[Predictor]:
         """Return the inputs that predict most of what the plant leaves in one channel."""
         return self._sources(self._known[0].observed.channels.index(channel))
 
-    def _sources(self, channel: int | None) -> list[Source]:
+    def _sources(self, channel: int | None) -> list[Predictor]:
         chosen = slice(None) if channel is None else slice(channel, channel + 1)
         left = self._scaled([one.values[:, chosen] for one in self._known])
         found = []
@@ -192,7 +192,7 @@ class Reference:
                 lag: self._share(left, [i for i, one in enumerate(labels) if one == (name, lag)])
                 for lag in lags
             }
-            found.append(Source(name, max(alone, key=lambda lag: alone[lag]), share))
+            found.append(Predictor(name, max(alone, key=lambda lag: alone[lag]), share))
         return sorted(found, key=lambda one: -one.share)
 
     def _share(self, left: Sequence[FloatArray], columns: Sequence[int]) -> float:
@@ -220,7 +220,7 @@ def _mean_squares(parts: Sequence[FloatArray]) -> FloatArray:
     )
 
 
-def _moved(one: Residuals) -> FloatArray:
+def _moved(one: RunResiduals) -> FloatArray:
     """Return how far each channel is from its first reading, shape (K, C) [K, um]."""
     values = one.observed.values
     first = np.full(values.shape[1], np.nan)

@@ -1,4 +1,4 @@
-"""Calibrating anew with an effect in force, and how well that predicts runs it has not seen."""
+"""Fits of candidates: calibrated anew with an effect in force, scored leaving one run out."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ import numpy as np
 
 from plant_model.effects import catalogue
 from plant_model.gap.calibrate import Calibration, calibrate, intervals
-from plant_model.gap.candidates import Candidate, larger, widened, with_effect
-from plant_model.gap.design import RunDesign, Surroundings, all_surroundings, design_of
+from plant_model.gap.candidates import Candidate, beyond_usual_range, widened, with_effect
+from plant_model.gap.design import RunDesign, RunSensitivities, all_sensitivities, design_of
 from plant_model.gap.observations import Observations
 from plant_model.gap.priors import Priors
-from plant_model.gap.screen import Data, Grams, Screen
+from plant_model.gap.screen import NormalMatrices, ResidualSets, Screen
 from plant_model.integrate import IntegrationError
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
@@ -26,8 +26,8 @@ REFITS = 4
 
 
 @dataclass(frozen=True)
-class Explained:
-    """A machine with some effects added, calibrated.
+class CandidateFit:
+    """A candidate: a machine with some effects added, calibrated and scored.
 
     Attributes
     ----------
@@ -41,9 +41,9 @@ class Explained:
     observed : tuple of Observations
         With what had not begun yet in each run.
     cost : float
-        What recalibration within all that is uncertain leaves.
-    unseen : array, shape (R,)
-        The same in each run, predicted from the others.
+        Weighted squares that recalibration of all nuisance parameters leaves.
+    loro_cost : array, shape (R,)
+        Leave-one-run-out cost: the same in each run, predicted from the others.
     acts : tuple of bool
         Whether the effect added last does anything in each run; empty if none was.
     """
@@ -54,7 +54,7 @@ class Explained:
     designs: tuple[RunDesign, ...]
     observed: tuple[Observations, ...]
     cost: float
-    unseen: FloatArray
+    loro_cost: FloatArray
     acts: tuple[bool, ...] = ()
 
     @property
@@ -63,11 +63,11 @@ class Explained:
         return self.calibration.machine
 
     @property
-    def beyond(self) -> tuple[str, ...]:
-        """What the effect added last would have to leave the range of, to do what it is named for.
+    def at_bounds(self) -> tuple[str, ...]:
+        """Parameters of the effect added last that calibration takes to their bounds.
 
         Its amplitude, and what else makes its law; empty if all of them lie inside. An amplitude's
-        range is the usual one at first, and the possible one in :func:`beyond_usual`.
+        range is the usual one at first, and the possible one in :func:`refit_beyond_usual`.
         """
         if not self._of_catalogue:
             return ()
@@ -80,48 +80,55 @@ class Explained:
         )
 
     @property
-    def larger(self) -> tuple[str, ...]:
+    def beyond_usual(self) -> tuple[str, ...]:
         """Parameters of the effect added last that lie outside what is usual."""
-        return larger(self.machine, self.added[-1]) if self._of_catalogue else ()
+        return beyond_usual_range(self.machine, self.added[-1]) if self._of_catalogue else ()
 
     @property
     def _of_catalogue(self) -> bool:
         """Whether what was added last is an effect, and not another start of a part."""
         return bool(self.added) and self.added[-1].partition(":")[0] in catalogue()
 
-    def pull(self) -> FloatArray:
+    def position(self) -> FloatArray:
         """Return where calibration left its parameters, in the fitting scale, shape (P,)."""
         return Priors.of(self.base, calibrated=True).position(self.machine)
 
 
-def explain(
+def fit_effects(
     base: Machine,
     added: Sequence[str],
     observed: Sequence[Observations],
     start_from: Sequence[Machine],
-    around: Sequence[Surroundings],
-) -> Explained:
+    sensitivities: Sequence[RunSensitivities],
+) -> CandidateFit:
     """Calibrate a machine with effects added, and score it run by run."""
     calibration = calibrate(
-        base, observed, starts=1, iterations=REFITS, start_from=start_from, around=around
+        base,
+        observed,
+        starts=1,
+        iterations=REFITS,
+        start_from=start_from,
+        sensitivities=sensitivities,
     )
-    return scored(base, added, observed, calibration, around)
+    return score_fit(base, added, observed, calibration, sensitivities)
 
 
-def scored(
+def score_fit(
     base: Machine,
     added: Sequence[str],
     observed: Sequence[Observations],
     calibration: Calibration,
-    around: Sequence[Surroundings],
-) -> Explained:
+    sensitivities: Sequence[RunSensitivities],
+) -> CandidateFit:
     """Score a calibrated machine run by run."""
     moved = Priors.of(base, calibrated=True)
-    designs = design_of(calibration.machine, observed, moved, around)
-    grams = Grams.of(designs, ())
+    designs = design_of(calibration.machine, observed, moved, sensitivities)
+    grams = NormalMatrices.of(designs, ())
     screen = Screen(grams)
     residuals = [design.residual[None] for design in designs]
-    scores = screen.scores(Data.of(designs, (), residuals, moved.position(calibration.machine)))
+    scores = screen.scores(
+        ResidualSets.of(designs, (), residuals, moved.position(calibration.machine))
+    )
     # What calibration does not move makes what it moves less certain.
     covariance = np.linalg.inv(grams.shared.sum(axis=0) + np.eye(grams.shared.shape[1]))
     spread = np.sqrt(np.diag(covariance))[: len(moved.names)]
@@ -129,30 +136,30 @@ def scored(
     pieces = len(observed) * len(observed[0].channels)
     spread = np.minimum(spread * np.sqrt(max(1.0, float(scores.cost[0]) / pieces)), 1.0)
     told = intervals(base, moved, moved.position(calibration.machine), spread)
-    return Explained(
+    return CandidateFit(
         tuple(added),
         base,
         replace(calibration, parameters=told),
         tuple(designs),
         tuple(observed),
         float(scores.cost[0]),
-        np.asarray(scores.unseen_cost[0]),
+        np.asarray(scores.loro_cost[0]),
     )
 
 
-def explain_with(
-    before: Explained,
+def fit_candidate(
+    before: CandidateFit,
     candidate: Candidate,
     scale: float,
     screened: FloatArray,
-    around: Sequence[Surroundings],
+    sensitivities: Sequence[RunSensitivities],
     sizes: Sequence[Candidate] = (),
-) -> Explained:
+) -> CandidateFit:
     """Add a candidate to what is explained so far and calibrate everything anew.
 
     Parameters
     ----------
-    before : Explained
+    before : CandidateFit
     candidate : Candidate
     scale : float
         What the screening multiplied its answer by. Where the effect is far from linear, its
@@ -162,7 +169,7 @@ def explain_with(
         machine's own are predictions of runs not seen, so the better one counts: about the
         calibrated point an effect that is far from linear answers to other values in a way that
         its derivatives do not know.
-    around : sequence of Surroundings
+    sensitivities : sequence of RunSensitivities
     sizes : sequence of Candidate
         Further points to start from, each for itself, for an effect so far from linear that
         everything else must have moved before it does any good.
@@ -172,23 +179,25 @@ def explain_with(
     points = [[candidate.scaled(scale), candidate.values], *([one.values] for one in sizes)]
     found = min(
         (
-            explain(
+            fit_effects(
                 base,
                 (*before.added, candidate.key),
                 observed,
                 [with_effect(before.machine, candidate.key, values) for values in point],
-                around,
+                sensitivities,
             )
             for point in points
         ),
         key=lambda one: one.calibration.cost,
     )
-    unseen = min(found.unseen, screened, key=np.sum)
-    found = replace(found, unseen=unseen, acts=candidate.acts)
-    return beyond_usual(found, around) if found.beyond else found
+    loro_cost = min(found.loro_cost, screened, key=np.sum)
+    found = replace(found, loro_cost=loro_cost, acts=candidate.acts)
+    return refit_beyond_usual(found, sensitivities) if found.at_bounds else found
 
 
-def beyond_usual(found: Explained, around: Sequence[Surroundings]) -> Explained:
+def refit_beyond_usual(
+    found: CandidateFit, sensitivities: Sequence[RunSensitivities]
+) -> CandidateFit:
     """Calibrate anew what ends at an end of its range, its amplitude bounded by physics alone.
 
     A range says what is usual. What fits better beyond it is larger than usual; what does not is
@@ -199,26 +208,26 @@ def beyond_usual(found: Explained, around: Sequence[Surroundings]) -> Explained:
     base, start = widened(found.base, key), widened(found.machine, key)
     name = f"effects.{key}.{effect.amplitude}"
     now, free = start.parameters[name].value, base.parameters[name]
-    if effect.amplitude not in found.beyond or not free.low < now < free.high:
+    if effect.amplitude not in found.at_bounds or not free.low < now < free.high:
         return found
     sizes = [effect.off + times * (now - effect.off) for times in LARGER]
     points = [start.with_values({name: float(np.clip(v, free.low, free.high))}) for v in sizes]
     try:
-        wider = explain(base, found.added, found.observed, points, around)
+        wider = fit_effects(base, found.added, found.observed, points, sensitivities)
     except IntegrationError:
         return found
-    better = float(wider.unseen.sum()) < float(found.unseen.sum())
-    return replace(wider, acts=found.acts) if better and wider.larger else found
+    better = float(wider.loro_cost.sum()) < float(found.loro_cost.sum())
+    return replace(wider, acts=found.acts) if better and wider.beyond_usual else found
 
 
-def refined(best: Explained) -> tuple[Explained, list[Surroundings]]:
-    """Calibrate an explanation with derivatives of its own, and score it anew.
+def refit_in_full(best: CandidateFit) -> tuple[CandidateFit, list[RunSensitivities]]:
+    """Calibrate a candidate with derivatives of its own, and score it anew.
 
     Screening borrows the derivatives of the machine without the effect, which is enough to compare;
     a strong effect changes them.
     """
     observed = best.observed
     calibration = calibrate(best.base, observed, starts=1, start_from=[best.machine])
-    around = all_surroundings(best.base, calibration.machine, observed)
-    found = scored(best.base, best.added, observed, calibration, around)
-    return replace(found, unseen=min(found.unseen, best.unseen, key=np.sum)), around
+    sensitivities = all_sensitivities(best.base, calibration.machine, observed)
+    found = score_fit(best.base, best.added, observed, calibration, sensitivities)
+    return replace(found, loro_cost=min(found.loro_cost, best.loro_cost, key=np.sum)), sensitivities

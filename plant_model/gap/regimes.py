@@ -43,7 +43,7 @@ class Place:
 
 
 @dataclass(frozen=True)
-class Residuals:
+class RunResiduals:
     """Model minus measurement of one run.
 
     Attributes
@@ -57,9 +57,9 @@ class Residuals:
     values: FloatArray
 
 
-def residuals(machine: Machine, observed: Observations) -> Residuals:
+def residuals(machine: Machine, observed: Observations) -> RunResiduals:
     """Return model minus measurement of one run."""
-    return Residuals(
+    return RunResiduals(
         observed, modelled(simulate_at(machine, observed), observed)[0] - observed.values
     )
 
@@ -83,7 +83,7 @@ def regimes(observed: Observations) -> list[tuple[float, float, str]]:
     return found
 
 
-def places(machine: Machine, found: list[Residuals], most: int = 12) -> list[Place]:
+def places(machine: Machine, found: list[RunResiduals], most: int = 12) -> list[Place]:
     """Return where the model is off by more than its tolerance, worst first."""
     lengths = set(displacement_names(machine))
     all_places = []
@@ -115,14 +115,14 @@ def noise_of(machine: Machine, channels: tuple[str, ...]) -> FloatArray:
     return np.where(noise > 0.0, noise, usual)
 
 
-def gap_of(machine: Machine, found: list[Residuals]) -> float:
+def gap_of(machine: Machine, found: list[RunResiduals]) -> float:
     """Return the root mean square of residual over sensor noise, all channels [1]."""
     noise = noise_of(machine, found[0].observed.channels)
     squares = np.concatenate([((one.values / noise) ** 2).ravel() for one in found])
     return float(np.sqrt(np.nanmean(squares)))
 
 
-def floor_of(found: list[Residuals]) -> float:
+def floor_of(found: list[RunResiduals]) -> float:
     """Return what noise alone would leave of :func:`gap_of`: bins average several rows [1]."""
     shares = []
     for one in found:
@@ -131,7 +131,7 @@ def floor_of(found: list[Residuals]) -> float:
     return float(np.sqrt(np.mean(np.minimum(shares, 1.0))))
 
 
-def by_channel(machine: Machine, found: list[Residuals]) -> dict[str, float]:
+def by_channel(machine: Machine, found: list[RunResiduals]) -> dict[str, float]:
     """Return the root mean square of each channel's residual [K, um]; only of what was measured."""
     stacked = np.concatenate([one.values for one in found])
     measured = np.isfinite(stacked).any(axis=0)

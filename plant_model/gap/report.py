@@ -9,17 +9,16 @@ from typing import Any
 import numpy as np
 
 from plant_model.effects import catalogue
-from plant_model.gap.candidates import larger
+from plant_model.gap.candidates import beyond_usual_range
 from plant_model.gap.data_faults import DataFault
 from plant_model.gap.description import place_of
-from plant_model.gap.find import Found
+from plant_model.gap.find import GapResult
 from plant_model.gap.further_run import further_run
-from plant_model.gap.judge import ABOVE_TOLERANCE, Judged, left_over
 from plant_model.gap.observations import Observations
 from plant_model.gap.periods import in_step
-from plant_model.gap.reference import LEFT, Reference
+from plant_model.gap.reference import LEFT, ReferenceModel
 from plant_model.gap.regimes import (
-    Residuals,
+    RunResiduals,
     by_channel,
     floor_of,
     gap_of,
@@ -27,6 +26,7 @@ from plant_model.gap.regimes import (
     places,
     residuals,
 )
+from plant_model.gap.selection import ABOVE_TOLERANCE, SelectionRound, cost_per_run_and_channel
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
 from plant_model.sensors import displacement_names
@@ -34,7 +34,7 @@ from plant_model.sensors import displacement_names
 MACHINE_AFTER = "machine_after.toml"
 
 
-class Comparison:
+class GapComparison:
     """Residuals of the machine before and after, on some runs.
 
     Parameters
@@ -45,7 +45,7 @@ class Comparison:
 
     def __init__(self, before: Machine, after: Machine, observed: Sequence[Observations]) -> None:
         self.machine = before
-        self.before: list[Residuals] = [residuals(before, one) for one in observed]
+        self.before: list[RunResiduals] = [residuals(before, one) for one in observed]
         self.after = self.before
         if after is not before:
             self.after = [residuals(after, in_step(after, one)) for one in observed]
@@ -64,7 +64,7 @@ class Comparison:
         least = gap_of(self.machine, self._with(reference))
         return table | {"reference": least, "reducible": max(table["after"] - least, 0.0)}
 
-    def _with(self, values: Sequence[FloatArray]) -> list[Residuals]:
+    def _with(self, values: Sequence[FloatArray]) -> list[RunResiduals]:
         return [replace(one, values=other) for one, other in zip(self.after, values, strict=True)]
 
     def channels(self) -> dict[str, dict[str, Any]]:
@@ -108,8 +108,8 @@ def _moved(runs: Sequence[FloatArray]) -> float:
 
 
 def report_of(
-    found: Found,
-    unseen: Comparison,
+    found: GapResult,
+    unseen: GapComparison,
     faults: Sequence[DataFault] = (),
     cosimulation: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
@@ -117,8 +117,8 @@ def report_of(
 
     Parameters
     ----------
-    found : Found
-    unseen : Comparison
+    found : GapResult
+    unseen : GapComparison
         On the runs that were not used; the channels' table is of these.
     faults : sequence of DataFault
         What was left out of the runs beforehand.
@@ -126,25 +126,25 @@ def report_of(
         The gap of the plant FMUs on the runs that were not used.
     """
     before, after = found.before.machine, found.after.machine
-    calibration = Comparison(before, after, found.observed)
-    reference = Reference(after, calibration.after, unseen.after)
-    at_first = Reference(before, calibration.before)
+    calibration = GapComparison(before, after, found.observed)
+    reference = ReferenceModel(after, calibration.after, unseen.after)
+    at_first = ReferenceModel(before, calibration.before)
     first, keys = found.rounds[0], _one_of(found)
     table = {
         "verdict": found.verdict,
         "effects": [
             *(
-                one.entry(found.after) | {"evidence": _evidence(one.judged, one.channel)}
-                for one in found.described
+                one.entry(found.after) | {"evidence": _evidence(one.selection, one.channel)}
+                for one in found.changes
             ),
-            *(_effect(judged, found) for judged in found.rounds if judged.named),
+            *(_effect(selection, found) for selection in found.rounds if selection.named),
         ],
         "one_of": list(dict.fromkeys(_name(key) for key in keys)),
         "one_of_keys": list(keys),
         "separate_by": _separate(keys, found),
         "runners_up": [
-            {**_named(one.added[-1]), "probability": p, "beyond_its_range": list(one.beyond)}
-            for one, p in zip(first.tried, first.probability, strict=True)
+            {**_named(one.added[-1]), "probability": p, "beyond_its_range": list(one.at_bounds)}
+            for one, p in zip(first.fits, first.probability, strict=True)
             if not first.named or one is not first.best
         ],
         "where": [_place(asdict(place)) for place in places(before, calibration.before)],
@@ -158,17 +158,18 @@ def report_of(
         "machine": MACHINE_AFTER,
         "data_faults": [asdict(fault) for fault in faults],
         "evidence": {
-            "share_explained": first.share,
-            "share_by_chance": first.chance,
+            "share_explained": first.explained_share,
+            "share_by_chance": first.null_q99,
             "cost_per_run_and_channel": float(
-                first.now.unseen.sum() / (len(found.observed) * len(found.observed[0].channels))
+                first.baseline.loro_cost.sum()
+                / (len(found.observed) * len(found.observed[0].channels))
             ),
         },
     }
     return table if cosimulation is None else table | {"cosimulation": dict(cosimulation)}
 
 
-def _channels(unseen: Comparison, reference: Reference) -> dict[str, dict[str, Any]]:
+def _channels(unseen: GapComparison, reference: ReferenceModel) -> dict[str, dict[str, Any]]:
     """Return the channels' table, with what predicts most of what is left of each."""
     table = unseen.channels_beside(reference.unseen)
     for name, entry in table.items():
@@ -176,11 +177,13 @@ def _channels(unseen: Comparison, reference: Reference) -> dict[str, dict[str, A
     return table
 
 
-def _remaining(before: Reference, reference: Reference, found: Found) -> dict[str, Any]:
+def _remaining(
+    before: ReferenceModel, reference: ReferenceModel, found: GapResult
+) -> dict[str, Any]:
     """Return what of the runs used can still be explained: whether, how much, where, by what."""
     return {
         "is_reducible": reference.is_left,
-        "above_tolerance": left_over(found.after, len(found.observed[0].channels))
+        "above_tolerance": cost_per_run_and_channel(found.after, len(found.observed[0].channels))
         > ABOVE_TOLERANCE,
         "squared_tolerances": reference.reducible,
         "before": before.reducible,
@@ -208,12 +211,12 @@ def _place(table: dict[str, Any]) -> dict[str, Any]:
     return table
 
 
-def _effect(judged: Judged, found: Found) -> dict[str, Any]:
-    key = judged.best.added[-1]
+def _effect(selection: SelectionRound, found: GapResult) -> dict[str, Any]:
+    key = selection.best.added[-1]
     prefix = f"effects.{key}."
     entry: dict[str, Any] = {**_named(key), "title": catalogue()[_name(key)].title}
-    since = [one.run.name for one in judged.best.observed if key not in one.absent]
-    if len(since) < len(judged.best.observed):
+    since = [one.run.name for one in selection.best.observed if key not in one.absent]
+    if len(since) < len(selection.best.observed):
         entry["runs"] = since
     entry["parameters"] = {
         one.name.removeprefix(prefix): {
@@ -225,37 +228,38 @@ def _effect(judged: Judged, found: Found) -> dict[str, Any]:
         for one in found.after.calibration.parameters
         if one.name.startswith(prefix)
     }
-    entry["larger_than_usual"] = list(larger(found.after.machine, key))
-    place = next(i for i, one in enumerate(judged.tried) if one is judged.best)
-    entry["probability"] = judged.probability[place]
-    entry["evidence"] = _evidence(judged)
+    entry["larger_than_usual"] = list(beyond_usual_range(found.after.machine, key))
+    place = next(i for i, one in enumerate(selection.fits) if one is selection.best)
+    entry["probability"] = selection.probability[place]
+    entry["evidence"] = _evidence(selection)
     return entry
 
 
-def _evidence(judged: Judged, channel: str = "") -> str:
+def _evidence(selection: SelectionRound, channel: str = "") -> str:
     what = f"of {channel} " if channel else ""
     return (
-        f"explains {judged.share:.0%} of what is left {what}on runs predicted from the others; "
-        f"chance explains {judged.chance:.0%} or less in 99 of 100 cases"
+        f"explains {selection.explained_share:.0%} of what is left {what}on runs predicted from "
+        f"the others; "
+        f"chance explains {selection.null_q99:.0%} or less in 99 of 100 cases"
     )
 
 
-def _one_of(found: Found) -> tuple[str, ...]:
+def _one_of(found: GapResult) -> tuple[str, ...]:
     """Return the keys that the data cannot tell apart, the best first."""
-    told = [found.rounds[0].one_of, *(one.judged.one_of for one in found.described if one.or_else)]
+    told = [found.rounds[0].one_of, *(one.selection.one_of for one in found.changes if one.or_else)]
     return next((keys for keys in told if keys), ())
 
 
-def _separate(keys: Sequence[str], found: Found) -> str:
+def _separate(keys: Sequence[str], found: GapResult) -> str:
     """Return the further run that would tell the two best explanations apart."""
     if len(keys) < 2:
         return ""
-    judged = next(
+    selection = next(
         one
-        for one in (*found.rounds, *(change.judged for change in found.described))
+        for one in (*found.rounds, *(change.selection for change in found.changes))
         if one.one_of == tuple(keys)
     )
     best, rival = (
-        next(one for one in judged.tried if one.added[-1] == key).machine for key in keys[:2]
+        next(one for one in selection.fits if one.added[-1] == key).machine for key in keys[:2]
     )
     return further_run(best, rival, list(found.observed))

@@ -19,8 +19,8 @@ from plant_model.parameters import FloatArray
 
 
 @dataclass(frozen=True)
-class Grams:
-    """Normal matrices of every run, its own unknowns minimised over.
+class NormalMatrices:
+    """Normal matrices of every run, minimised over its nuisance parameters.
 
     Attributes
     ----------
@@ -37,7 +37,7 @@ class Grams:
     answers: FloatArray
 
     @classmethod
-    def of(cls, designs: Sequence[RunDesign], tried: Sequence[Candidate]) -> Grams:
+    def of(cls, designs: Sequence[RunDesign], tried: Sequence[Candidate]) -> NormalMatrices:
         """Gather the matrices."""
         shared, cross, answers = [], [], []
         for i, design in enumerate(designs):
@@ -51,7 +51,7 @@ class Grams:
 
 
 @dataclass(frozen=True)
-class Data:
+class ResidualSets:
     """Residuals of one or many data sets against the same design.
 
     Attributes
@@ -75,7 +75,7 @@ class Data:
         tried: Sequence[Candidate],
         residuals: Sequence[FloatArray],
         moved: FloatArray | None = None,
-    ) -> Data:
+    ) -> ResidualSets:
         """Gather from residuals, one array (D, N) for each run.
 
         *moved*, shape (P,), is where calibration left its parameters, in the fitting scale.
@@ -113,19 +113,19 @@ class Scores:
         Fall of the cost over all runs, recalibrated (in sample).
     scale : array, shape (D, m)
         By how much the candidate's answer is scaled.
-    unseen : array, shape (D, R, m)
-        Fall of the cost in each run when it is predicted from the others.
+    loro_gain : array, shape (D, R, m)
+        Fall of the leave-one-run-out cost of each run.
     cost : array, shape (D,)
         Cost that recalibration without any effect leaves.
-    unseen_cost : array, shape (D, R)
-        The same, each run predicted from the others.
+    loro_cost : array, shape (D, R)
+        Leave-one-run-out cost of each run without any effect.
     """
 
     gain: FloatArray
     scale: FloatArray
-    unseen: FloatArray
+    loro_gain: FloatArray
     cost: FloatArray
-    unseen_cost: FloatArray
+    loro_cost: FloatArray
 
 
 class Screen:
@@ -133,10 +133,10 @@ class Screen:
 
     Parameters
     ----------
-    grams : Grams
+    grams : NormalMatrices
     """
 
-    def __init__(self, grams: Grams) -> None:
+    def __init__(self, grams: NormalMatrices) -> None:
         self.grams = grams
         self.runs = len(grams.shared)
 
@@ -153,21 +153,21 @@ class Screen:
         """Return recalibration on all runs but one."""
         return self._folds[run]
 
-    def scores(self, data: Data) -> Scores:
+    def scores(self, data: ResidualSets) -> Scores:
         """Score every candidate on every data set."""
         gain, scale, cost, _ = self._whole.fit(data)
-        unseen, unseen_cost = [], []
+        loro_gain, loro_cost = [], []
         for k, fold in enumerate(self._folds):
             with_it, without = fold.predict(self.grams, data, k)
-            unseen.append(without[:, None] - with_it)
-            unseen_cost.append(without)
-        return Scores(gain, scale, np.stack(unseen, axis=1), cost, np.stack(unseen_cost, axis=1))
+            loro_gain.append(without[:, None] - with_it)
+            loro_cost.append(without)
+        return Scores(gain, scale, np.stack(loro_gain, axis=1), cost, np.stack(loro_cost, axis=1))
 
 
 class Fold:
     """Recalibration on some runs, with and without each candidate."""
 
-    def __init__(self, grams: Grams, runs: list[int]) -> None:
+    def __init__(self, grams: NormalMatrices, runs: list[int]) -> None:
         self.runs = runs
         matrix = grams.shared[runs].sum(axis=0)
         self._factor = cho_factor(matrix + np.eye(len(matrix)))
@@ -178,7 +178,7 @@ class Fold:
         self.left = np.maximum(squares - np.sum(cross * self.follow, axis=0), 1e-12)
         self._cross = cross
 
-    def fit(self, data: Data) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    def fit(self, data: ResidualSets) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """Return gain (D, m), scale (D, m), cost without (D,) and shared solution (D, Q)."""
         right = data.against_shared[:, self.runs].sum(axis=1) + data.pull
         solved = cho_solve(self._factor, right.T).T
@@ -188,8 +188,10 @@ class Fold:
         gain = -(2.0 * slope * scale + self.left * scale**2)
         return gain, scale, cost, solved
 
-    def predict(self, grams: Grams, data: Data, run: int) -> tuple[FloatArray, FloatArray]:
-        """Return the cost of an unseen run with each candidate (D, m) and without (D,)."""
+    def predict(
+        self, grams: NormalMatrices, data: ResidualSets, run: int
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return the cost of a run left out with each candidate (D, m) and without (D,)."""
         _, scale, _, solved = self.fit(data)
         matrix, cross = grams.shared[run], grams.cross[run]
         own = grams.answers[run]

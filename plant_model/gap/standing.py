@@ -16,7 +16,7 @@ from measurement.runs import Run
 from plant_model.gap.calibrate import Calibration, Progress, calibrate, quiet
 from plant_model.gap.data_faults import DataFault, taken_out
 from plant_model.gap.observations import Observations, observe
-from plant_model.gap.regimes import Residuals, residuals
+from plant_model.gap.regimes import RunResiduals, residuals
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
 from plant_model.sensors import column_of, displacement_names
@@ -122,7 +122,7 @@ def _longest(observed: Observations, column: str) -> tuple[float, float] | None:
     return (float(starts[k]), float(ends[k])) if ends[k] - starts[k] >= LEAST_S else None
 
 
-def _moved(one: Residuals, channel: int, span: tuple[float, float]) -> float:
+def _moved(one: RunResiduals, channel: int, span: tuple[float, float]) -> float:
     """Return how far the model moves while the reading stands still [K]."""
     rows = (one.observed.time_s >= span[0]) & (one.observed.time_s <= span[1])
     part = one.values[rows, channel]
@@ -130,7 +130,7 @@ def _moved(one: Residuals, channel: int, span: tuple[float, float]) -> float:
     return float(np.ptp(part)) if part.size else 0.0
 
 
-def _usual(left: Sequence[Residuals], channel: int) -> float:
+def _usual(left: Sequence[RunResiduals], channel: int) -> float:
     """Return what the model leaves of a channel in other runs, the middle one's [K]."""
     rms = [_rms(one.values[:, channel]) for one in left]
     known = [value for value in rms if np.isfinite(value)]

@@ -7,33 +7,33 @@ from dataclasses import replace
 
 import numpy as np
 
-from plant_model.gap.candidates import larger, widened, with_effect
-from plant_model.gap.design import Surroundings
-from plant_model.gap.judge import RIVAL, Judged, odds_of, unit_of
+from plant_model.gap.candidates import beyond_usual_range, widened, with_effect
+from plant_model.gap.design import RunSensitivities
 from plant_model.gap.observations import Observations
-from plant_model.gap.refit import Explained, explain, refined
+from plant_model.gap.refit import CandidateFit, fit_effects, refit_in_full
+from plant_model.gap.selection import RIVAL_ODDS, SelectionRound, cost_unit, odds_against_best
 from plant_model.machine import Machine
 
 
 def swapped(
-    first: Judged, after: Explained, around: Sequence[Surroundings]
-) -> tuple[Judged, Explained]:
+    first: SelectionRound, after: CandidateFit, sensitivities: Sequence[RunSensitivities]
+) -> tuple[SelectionRound, CandidateFit]:
     """Choose anew among the effects that the first round could not tell apart.
 
     Parameters
     ----------
-    first : Judged
+    first : SelectionRound
         The first round, which named one or one of several.
-    after : Explained
+    after : CandidateFit
         With the first round's best and the second round's effect in force.
-    around : sequence of Surroundings
+    sensitivities : sequence of RunSensitivities
         About *after*.
 
     Returns
     -------
-    first : Judged
+    first : SelectionRound
         With those of the set that are left beside the second effect, the best first.
-    after : Explained
+    after : CandidateFit
         With the best of them and the second effect in force.
     """
     key = after.added[-1]
@@ -42,24 +42,24 @@ def swapped(
         return first, after
     options = {first.one_of[0]: after}
     for name in rivals:
-        alone = next(one for one in first.tried if one.added[-1] == name)
+        alone = next(one for one in first.fits if one.added[-1] == name)
         observed = [_of_both(*pair) for pair in zip(alone.observed, after.observed, strict=True)]
         start = with_effect(alone.machine, key, _values(after.machine, key))
         base = with_effect(alone.base, key)
-        if larger(after.machine, key):
+        if beyond_usual_range(after.machine, key):
             base = widened(base, key)
-        options[name] = explain(base, (*alone.added, key), observed, [start], around)
-    ranked = sorted(options, key=lambda name: float(options[name].unseen.sum()))
-    costs = np.array([float(options[name].unseen.sum()) for name in ranked])
-    pieces = len(after.unseen) * len(after.observed[0].channels)
-    odds = odds_of(costs, unit_of(float(costs[0]), pieces))
-    left = [name for name, odd in zip(ranked, odds, strict=True) if odd >= RIVAL]
+        options[name] = fit_effects(base, (*alone.added, key), observed, [start], sensitivities)
+    ranked = sorted(options, key=lambda name: float(options[name].loro_cost.sum()))
+    costs = np.array([float(options[name].loro_cost.sum()) for name in ranked])
+    pieces = len(after.loro_cost) * len(after.observed[0].channels)
+    odds = odds_against_best(costs, cost_unit(float(costs[0]), pieces))
+    left = [name for name, odd in zip(ranked, odds, strict=True) if odd >= RIVAL_ODDS]
     best = options[left[0]]
     if best is not after:
-        best, _ = refined(best)
+        best, _ = refit_in_full(best)
     chosen = replace(first, one_of=tuple(left))
-    share = 1.0 - float(chosen.best.unseen.sum()) / float(first.now.unseen.sum())
-    return replace(chosen, share=share), best
+    share = 1.0 - float(chosen.best.loro_cost.sum()) / float(first.baseline.loro_cost.sum())
+    return replace(chosen, explained_share=share), best
 
 
 def _values(machine: Machine, key: str) -> dict[str, float]:

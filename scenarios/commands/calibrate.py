@@ -74,9 +74,9 @@ def run(args: argparse.Namespace) -> int:
     print(f"{'RMS [K, um]':<14}{'before':>10}{'after':>10}")
     for name, before in channels["before"].items():
         print(f"{name:<14}{before:>10.2f}{channels['after'][name]:>10.2f}")
-    told = [entry for entry in found.parameters if entry.narrowed >= 0.5]
+    told = [entry for entry in found.parameters if entry.prior_contraction >= 0.5]
     print(f"\nThe runs determine {len(told)} of {len(found.parameters)} free parameters:")
-    for entry in sorted(told, key=lambda entry: -entry.narrowed):
+    for entry in sorted(told, key=lambda entry: -entry.prior_contraction):
         bound = "  at the end of its range" if entry.at_bound else ""
         print(
             f"  {entry.name:<52}{entry.prior:>10.4g} -> {entry.value:.4g} "

@@ -60,7 +60,7 @@ def run(args: argparse.Namespace) -> int:
     """Find the gap, write the folder, and say what was found."""
     from measurement.errors import BadInput
     from plant_model.effects import catalogue
-    from scenarios.gap_runner import Question, run_find_gap
+    from scenarios.gap_runner import GapTask, run_find_gap
     from scenarios.progress import FIND_GAP, spoken
 
     for name in args.without:
@@ -72,7 +72,7 @@ def run(args: argparse.Namespace) -> int:
         raise BadInput("--most", "", f"{args.most} is outside 0..50")
     if args.split_hours is not None and not 0.5 <= args.split_hours <= 1000.0:
         raise BadInput("--split-hours", "", f"{args.split_hours:g} is outside 0.5..1000")
-    asked = Question(
+    asked = GapTask(
         args.machine,
         args.runs,
         args.holdout or [],

@@ -15,7 +15,7 @@ from benchmarks.gap.ask import LARGEST, ask_empty, plain, runs_of
 from benchmarks.gap.make import write_case
 from benchmarks.gap.plan import DELETED_SIZES, plan, trials
 from benchmarks.gap.truth.case import simulate_case
-from plant_model.gap.calibrate import Identified
+from plant_model.gap.calibrate import ParameterEstimate
 from plant_model.machine import Machine
 from plant_model.machine_file import read_machine
 
@@ -145,20 +145,20 @@ def test_wishes_that_cannot_be_met_are_refused(wrong: list[str], tmp_path: Path)
 
 def test_records_keep_numbers_and_leave_out_what_is_bulky() -> None:
     @dataclass
-    class Judged:
+    class SelectionRound:
         machine: Machine
         unseen: Any
         big: Any
-        parameters: tuple[Identified, ...]
+        parameters: tuple[ParameterEstimate, ...]
         share: float
 
     told = [
-        Identified(name, "1", 1.0, 2.0, 1.5, 2.5, 0.9, False)
+        ParameterEstimate(name, "1", 1.0, 2.0, 1.5, 2.5, 0.9, False)
         for name in ("sources.motor.loss", "effects.windage.power")
     ]
     found = plain(
         [
-            Judged(
+            SelectionRound(
                 read_machine("jig_borer"),
                 np.arange(3.0),
                 np.zeros(LARGEST + 1),

@@ -15,9 +15,9 @@ from benchmarks.gap.ask import runs_of
 from benchmarks.gap.plan import plan
 from benchmarks.gap.truth.case import simulate_case
 from measurement.runs import Run, write_run
-from plant_model.gap.find import Found, find_gap
+from plant_model.gap.find import GapResult, find_gap
 from plant_model.gap.observations import observe
-from plant_model.gap.report import Comparison
+from plant_model.gap.report import GapComparison
 from plant_model.machine import Machine
 from plant_model.machine_file import read_machine
 
@@ -36,8 +36,8 @@ def _runs(number: int, folder: Path) -> tuple[list[Run], list[Run]]:
     return runs_of(folder)
 
 
-def _held_out(found: Found, unseen: list[Run], machine: Machine) -> dict[str, float]:
-    return Comparison(found.before.machine, found.after.machine, observe(machine, unseen)).gap()
+def _held_out(found: GapResult, unseen: list[Run], machine: Machine) -> dict[str, float]:
+    return GapComparison(found.before.machine, found.after.machine, observe(machine, unseen)).gap()
 
 
 @pytest.mark.slow

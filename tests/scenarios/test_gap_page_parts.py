@@ -11,9 +11,9 @@ import pytest
 
 from measurement.runs import Run
 from plant_model.gap.candidates import with_effect
-from plant_model.gap.find import Found
+from plant_model.gap.find import GapResult
 from plant_model.gap.observations import Observations, observe
-from plant_model.gap.regimes import Residuals, residuals
+from plant_model.gap.regimes import RunResiduals, residuals
 from plant_model.machine import Machine
 from plant_model.machine_file import read_machine
 from plant_model.simulate import simulate
@@ -68,7 +68,7 @@ def test_what_was_not_measured_stays_blank(machine: Machine, observed: list[Obse
     first = residuals(machine, observed[0])
     values = first.values.copy()
     values[:, 0] = np.nan
-    shown = regime_map([Residuals(first.observed, values)])
+    shown = regime_map([RunResiduals(first.observed, values)])
     assert {cell.text for cell in shown.rows[0][1]} == {""}
     assert all(cell.text for cell in shown.rows[1][1])
 
@@ -93,7 +93,7 @@ def test_a_signature_is_what_the_effect_alone_adds(
 ) -> None:
     after = with_effect(machine, "centrifugal_shift", {"shift": 15.0})
     found = cast(
-        "Found",
+        "GapResult",
         SimpleNamespace(
             before=SimpleNamespace(machine=machine),
             after=SimpleNamespace(machine=after, added=("centrifugal_shift",)),

@@ -34,7 +34,7 @@ MOST = 5
 def answer(question: Question) -> Told:
     """Add effects until the criterion rises."""
     chosen, falls = selected(_problem(question), _numbers(question))
-    keys = [question.tried[i].key for i in chosen]
+    keys = [question.candidates[i].key for i in chosen]
     if not keys:
         return Told(more={"falls": falls})
     machine = _calibrated(question, chosen)
@@ -69,18 +69,20 @@ def _problem(question: Question) -> Problem:
     designs = question.before.designs
     parts = []
     for i, design in enumerate(designs):
-        answers = np.array([one.answers[i] for one in question.tried]).T * design.weight[:, None]
+        answers = (
+            np.array([one.answers[i] for one in question.candidates]).T * design.weight[:, None]
+        )
         columns = np.column_stack([design.shared, answers, design.residual])
         parts.append(columns.T @ design.cleaned(columns))
     gram = np.sum(parts, axis=0)
     shared = designs[0].shared.shape[1]
     prior = gram[:shared, :shared] + np.eye(shared)
     pulled = gram[:shared, shared:].copy()
-    moved = question.before.pull()
+    moved = question.before.position()
     pulled[: len(moved), -1] += moved
     rest = gram[shared:, shared:] - pulled.T @ np.linalg.solve(prior, pulled)
     samples = sum(int((one.weights > 0.0).sum()) for one in question.observed)
-    keys = [one.key for one in question.tried]
+    keys = [one.key for one in question.candidates]
     return Problem(rest[:-1, :-1], rest[:-1, -1], float(rest[-1, -1]), samples, keys)
 
 
@@ -88,7 +90,7 @@ def _numbers(question: Question) -> Array:
     """Return how many numbers each signature stands for."""
     effects = catalogue()
     return np.array(
-        [float(len(effects[one.key.partition(":")[0]].parameters)) for one in question.tried]
+        [float(len(effects[one.key.partition(":")[0]].parameters)) for one in question.candidates]
     )
 
 
@@ -129,11 +131,15 @@ def _calibrated(question: Question, chosen: list[int]) -> Machine:
     """Return the machine with the chosen effects, calibrated in full."""
     base, grown = question.base, question.machine
     for i in chosen:
-        one = question.tried[i]
+        one = question.candidates[i]
         base, grown = with_effect(base, one.key), with_effect(grown, one.key, one.values)
     try:
         return calibrate(
-            base, question.observed, starts=1, start_from=[grown], around=question.around
+            base,
+            question.observed,
+            starts=1,
+            start_from=[grown],
+            sensitivities=question.sensitivities,
         ).machine
     except IntegrationError:
         return question.machine

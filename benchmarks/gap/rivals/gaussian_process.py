@@ -21,7 +21,7 @@ from sklearn.gaussian_process.kernels import RBF, ConstantKernel, WhiteKernel
 
 from benchmarks.gap.rivals.question import Question, Told
 from plant_model.gap.observations import Observations
-from plant_model.gap.regimes import Residuals, residuals
+from plant_model.gap.regimes import RunResiduals, residuals
 
 Array = NDArray[np.float64]
 
@@ -43,7 +43,7 @@ def answer(question: Question) -> Told:
     left = []
     for one in question.left:
         predicted = process.predict((features(one) - middle) / width)
-        left.append(Residuals(one.observed, one.values - predicted))
+        left.append(RunResiduals(one.observed, one.values - predicted))
     return Told([], left, {"kernel": str(process.kernel_)})
 
 
@@ -60,7 +60,7 @@ def fitted(inputs: Array, outputs: Array) -> GaussianProcessRegressor:
     return process
 
 
-def features(one: Residuals) -> Array:
+def features(one: RunResiduals) -> Array:
     """Return the inputs at every instant of a run, shape (K, F)."""
     modelled = np.nan_to_num(one.values + one.observed.values)
     speed = _speed(one.observed)

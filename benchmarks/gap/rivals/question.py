@@ -11,10 +11,10 @@ from typing import Any
 from benchmarks.gap.ask import MACHINE, runs_of
 from plant_model.gap.calibrate import calibrate
 from plant_model.gap.candidates import Candidate, candidates, missing_effects
-from plant_model.gap.design import all_surroundings
+from plant_model.gap.design import all_sensitivities
 from plant_model.gap.observations import observe
-from plant_model.gap.refit import scored
-from plant_model.gap.regimes import Residuals, residuals
+from plant_model.gap.refit import score_fit
+from plant_model.gap.regimes import RunResiduals, residuals
 from plant_model.machine_file import read_machine
 
 
@@ -26,14 +26,14 @@ class Told:
     ----------
     named : list of str
         Keys of effects, first found first.
-    left : list of Residuals, optional
+    left : list of RunResiduals, optional
         What it leaves on the held-out run; without it nothing changes there.
     more : dict
         Numbers worth keeping.
     """
 
     named: list[str] = field(default_factory=list)
-    left: list[Residuals] | None = None
+    left: list[RunResiduals] | None = None
     more: dict[str, Any] = field(default_factory=dict)
 
 
@@ -48,11 +48,11 @@ class Question:
         Calibrated.
     observed, unseen : list of Observations
         To calibrate on, and held out.
-    around : list of Surroundings
+    sensitivities : list of RunSensitivities
         What may be wrong anyway, for each run.
-    before : Explained
+    before : CandidateFit
         The calibrated machine with its residuals and derivatives.
-    left : list of Residuals
+    left : list of RunResiduals
         What the calibrated machine leaves on the held-out run.
     without : tuple of str
         Effects that nobody is to consider.
@@ -64,13 +64,13 @@ class Question:
         self.without = tuple(without)
         self.observed, self.unseen = observe(self.base, runs), observe(self.base, unseen)
         calibration = calibrate(self.base, self.observed, seed=seed)
-        self.around = all_surroundings(self.base, calibration.machine, self.observed)
-        self.before = scored(self.base, (), self.observed, calibration, self.around)
+        self.sensitivities = all_sensitivities(self.base, calibration.machine, self.observed)
+        self.before = score_fit(self.base, (), self.observed, calibration, self.sensitivities)
         self.machine = self.before.machine
         self.left = [residuals(self.machine, one) for one in self.unseen]
 
     @cached_property
-    def tried(self) -> list[Candidate]:
+    def candidates(self) -> list[Candidate]:
         """Every effect that is not in force, at many sizes and shapes, and what each changes."""
         return [
             one

@@ -33,7 +33,7 @@ from scipy.ndimage import gaussian_filter1d
 from benchmarks.gap.rivals.question import Question, Told
 from plant_model.gap.linearise import simulate_at
 from plant_model.gap.observations import BIN_S, Observations
-from plant_model.gap.regimes import Residuals, residuals
+from plant_model.gap.regimes import RunResiduals, residuals
 from plant_model.machine import Machine
 from plant_model.sensors import displacement_names
 
@@ -69,7 +69,7 @@ def answer(question: Question) -> Told:
         drive = np.column_stack([own[n] for n in names]) / scale
         values = one.values.copy()
         values[:, :count] += simulated(coefficients, drive)
-        left.append(Residuals(one.observed, values))
+        left.append(RunResiduals(one.observed, values))
     return Told(named, left, Choice(*choice)._asdict())
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import cache
 
-from plant_model.gap.kinds.base import Change, Known
+from plant_model.gap.kinds.base import CalibratedRun, Change
 from plant_model.walk import classes_found
 
 
@@ -15,4 +15,4 @@ def kinds() -> dict[str, type[Change]]:
     return classes_found(__name__, __path__, Change, "gap/kinds kind")  # type: ignore[type-abstract]
 
 
-__all__ = ["Change", "Known", "kinds"]
+__all__ = ["CalibratedRun", "Change", "kinds"]

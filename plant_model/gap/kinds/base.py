@@ -11,7 +11,7 @@ import numpy as np
 
 from plant_model.effects import catalogue
 from plant_model.gap.description import key_of
-from plant_model.gap.design import Surroundings
+from plant_model.gap.design import RunSensitivities
 from plant_model.gap.linearise import modelled, simulate_at
 from plant_model.gap.observations import Observations
 from plant_model.integrate import IntegrationError
@@ -22,19 +22,19 @@ SOURCE = "found by the gap finder"
 
 
 @dataclass(frozen=True)
-class Known:
+class CalibratedRun:
     """One run, and what is known of it about the calibrated machine.
 
     Attributes
     ----------
     machine : Machine
     observed : Observations
-    around : Surroundings
+    sensitivities : RunSensitivities
     """
 
     machine: Machine
     observed: Observations
-    around: Surroundings
+    sensitivities: RunSensitivities
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ class Change(ABC):
 
     @classmethod
     @abstractmethod
-    def all_of(cls, known: Sequence[Known]) -> Iterator[Self]:
+    def all_of(cls, known: Sequence[CalibratedRun]) -> Iterator[Self]:
         """Return all changes of this kind that a machine may lack."""
 
     @abstractmethod
@@ -97,7 +97,7 @@ class Change(ABC):
         return {}
 
     @classmethod
-    def answers(cls, changes: Sequence[Self], known: Known) -> list[FloatArray]:
+    def answers(cls, changes: Sequence[Self], known: CalibratedRun) -> list[FloatArray]:
         """Return what changes of this kind change in a run, weighted.
 
         Returns
@@ -111,7 +111,9 @@ class Change(ABC):
         return found
 
     @classmethod
-    def _simulated(cls, some: Sequence[Self], known: Known, base: FloatArray) -> list[FloatArray]:
+    def _simulated(
+        cls, some: Sequence[Self], known: CalibratedRun, base: FloatArray
+    ) -> list[FloatArray]:
         grown = known.machine
         for one in some:
             grown = one.put_into(grown, one.points()[0])

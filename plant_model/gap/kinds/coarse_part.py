@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 from typing import ClassVar, Self
 
 from plant_model.gap.kinds.base import (
+    CalibratedRun,
     Change,
-    Known,
     conductance_of,
     free,
     joined,
@@ -54,7 +54,7 @@ class CoarsePart(Change):
     links: bool
 
     @classmethod
-    def all_of(cls, known: Sequence[Known]) -> Iterator[Self]:
+    def all_of(cls, known: Sequence[CalibratedRun]) -> Iterator[Self]:
         """Return every part, cut in each way that may show."""
         machine = known[0].machine
         taken, others = taken_names(machine), parts_joined(machine)

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Self
 
-from plant_model.gap.kinds.base import Change, Known, free, with_item
+from plant_model.gap.kinds.base import CalibratedRun, Change, free, with_item
 from plant_model.machine import Item, Machine
 
 SIZES_W_PER_K = (2.0, 20.0)
@@ -28,7 +28,7 @@ class ConductanceWithMotion(Change):
     first: ClassVar[str] = "conductance"
 
     @classmethod
-    def all_of(cls, known: Sequence[Known]) -> Iterator[Self]:
+    def all_of(cls, known: Sequence[CalibratedRun]) -> Iterator[Self]:
         """Return every path with every motion, and every part with the air around it."""
         machine = known[0].machine
         columns = set().union(*(one.observed.run.frame.columns for one in known))

@@ -7,7 +7,14 @@ from dataclasses import dataclass
 from itertools import combinations, product
 from typing import ClassVar, Self
 
-from plant_model.gap.kinds.base import Change, Known, conductance_of, free, joined, parts_joined
+from plant_model.gap.kinds.base import (
+    CalibratedRun,
+    Change,
+    conductance_of,
+    free,
+    joined,
+    parts_joined,
+)
 from plant_model.machine import Machine
 
 SIZES_W_PER_K = (3.0, 30.0)
@@ -29,7 +36,7 @@ class HeatPath(Change):
     boundary: bool
 
     @classmethod
-    def all_of(cls, known: Sequence[Known]) -> Iterator[Self]:
+    def all_of(cls, known: Sequence[CalibratedRun]) -> Iterator[Self]:
         """Return the paths that the machine does not have."""
         machine = known[0].machine
         there = {frozenset(item.refs.get("between", ())) for item in machine.items}

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from itertools import chain, product
 from typing import ClassVar, Self
 
-from plant_model.gap.kinds.base import Change, Known, free, with_item
+from plant_model.gap.kinds.base import CalibratedRun, Change, free, with_item
 from plant_model.machine import Item, Machine
 
 SIZES_W = (20.0, 200.0)
@@ -29,7 +29,7 @@ class HeatSource(Change):
     first: ClassVar[str] = "power"
 
     @classmethod
-    def all_of(cls, known: Sequence[Known]) -> Iterator[Self]:
+    def all_of(cls, known: Sequence[CalibratedRun]) -> Iterator[Self]:
         """Return a source for every part, always on or driven by each input that is given.
 
         None for an input that heats the part already.

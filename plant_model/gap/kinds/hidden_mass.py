@@ -8,8 +8,8 @@ from itertools import product
 from typing import ClassVar, Self
 
 from plant_model.gap.kinds.base import (
+    CalibratedRun,
     Change,
-    Known,
     conductance_of,
     free,
     joined,
@@ -40,7 +40,7 @@ class HiddenMass(Change):
     capacity: float
 
     @classmethod
-    def all_of(cls, known: Sequence[Known]) -> Iterator[Self]:
+    def all_of(cls, known: Sequence[CalibratedRun]) -> Iterator[Self]:
         """Return a mass for every part."""
         machine = known[0].machine
         taken, others = taken_names(machine), parts_joined(machine)

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Self
 
-from plant_model.gap.kinds.base import Change, Known, fixed, free, with_item
+from plant_model.gap.kinds.base import CalibratedRun, Change, fixed, free, with_item
 from plant_model.machine import Item, Machine
 from plant_model.sensors import displacement_names
 
@@ -36,7 +36,7 @@ class MovesAxis(Change):
     way: float
 
     @classmethod
-    def all_of(cls, known: Sequence[Known]) -> Iterator[Self]:
+    def all_of(cls, known: Sequence[CalibratedRun]) -> Iterator[Self]:
         """Return every part with every axis that is measured, either way."""
         machine = known[0].machine
         if "thermal_expansion" not in machine.effects:
@@ -74,7 +74,7 @@ class MovesAxis(Change):
         return with_item(machine, item, "thermal_expansion")
 
 
-def _measured(known: Known) -> list[str]:
+def _measured(known: CalibratedRun) -> list[str]:
     """Return the axes that some displacement that is compared shows."""
     rig, channels = known.machine.rig, known.observed.channels
     if rig["kind"] == "direct":

@@ -13,8 +13,8 @@ from typing import Any, ClassVar, Self
 import numpy as np
 
 from plant_model.gap.kinds.base import (
+    CalibratedRun,
     Change,
-    Known,
     conductance_of,
     fixed,
     free,
@@ -49,7 +49,7 @@ class SensorPlace(Change):
     boundary: bool
 
     @classmethod
-    def all_of(cls, known: Sequence[Known]) -> Iterator[Self]:
+    def all_of(cls, known: Sequence[CalibratedRun]) -> Iterator[Self]:
         """Return every thermometer on a part with every other part and boundary temperature."""
         machine, channels = known[0].machine, known[0].observed.channels
         taken = taken_names(machine)
@@ -100,7 +100,7 @@ class SensorPlace(Change):
         return {"share": round(self.read(machine)[self.first], 3)}
 
     @classmethod
-    def answers(cls, changes: Sequence[Self], known: Known) -> list[FloatArray]:
+    def answers(cls, changes: Sequence[Self], known: CalibratedRun) -> list[FloatArray]:
         """Return the answers, which need no simulation: a mean of what is known."""
         index, observed = known.machine.node_index, known.observed
         shown = simulate_at(known.machine, observed)

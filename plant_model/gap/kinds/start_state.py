@@ -15,7 +15,7 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from plant_model.gap.kinds.base import Change, Known
+from plant_model.gap.kinds.base import CalibratedRun, Change
 from plant_model.gap.linearise import START_K, simulate_at
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
@@ -54,7 +54,7 @@ class StartState(Change):
     at_hall: bool
 
     @classmethod
-    def all_of(cls, known: Sequence[Known]) -> Iterator[Self]:
+    def all_of(cls, known: Sequence[CalibratedRun]) -> Iterator[Self]:
         """Return every part, and all together that start at a boundary, at every signal."""
         machine = known[0].machine
         firsts = [_first_values(one) for one in known]
@@ -106,12 +106,12 @@ class StartState(Change):
         return {"starts_at": self.signal, "parameters": {self.first: number}}
 
     @classmethod
-    def answers(cls, changes: Sequence[Self], known: Known) -> list[FloatArray]:
+    def answers(cls, changes: Sequence[Self], known: CalibratedRun) -> list[FloatArray]:
         """Return the answers, which calibration has already."""
         machine = known.machine
         first, begin = _first_values(known), _begins(known)
         usual = next(iter(machine.boundary_index))
-        own = known.around.own
+        own = known.sensitivities.nuisance
         by_start = own[:, own.shape[1] - len(machine.nodes) :]
         found = []
         for one in changes:
@@ -125,7 +125,7 @@ def _target(first: Mapping[str, float], usual: str, signal: str, share: float) -
     return first[usual] + share * (first[signal] - first[usual])
 
 
-def _begins(known: Known) -> FloatArray:
+def _begins(known: CalibratedRun) -> FloatArray:
     """Return where every part starts as the file has it [degC], shape (nodes,)."""
     return np.asarray(simulate_at(known.machine, known.observed).temperatures[0, 0])
 
@@ -139,7 +139,7 @@ def _places(machine: Machine) -> list[tuple[str, ...]]:
     return [(node.name,) for node in machine.nodes] + [p for p in together if len(p) > 1]
 
 
-def _first_values(known: Known) -> dict[str, float]:
+def _first_values(known: CalibratedRun) -> dict[str, float]:
     """Return the first value of every boundary temperature and thermometer of a run [degC]."""
     lengths, observed = set(displacement_names(known.machine)), known.observed
     found = {name: float(values[0]) for name, values in observed.drive.first.items()}

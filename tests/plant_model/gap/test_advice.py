@@ -9,7 +9,7 @@ import pytest
 
 from benchmarks.gap.mistakes import runs_of
 from plant_model.gap.advice import advice, disagreeing, heat_missing, worse_than_none
-from plant_model.gap.calibrate import Identified
+from plant_model.gap.calibrate import ParameterEstimate
 from plant_model.gap.kinds.coarse_part import CoarsePart
 from plant_model.gap.kinds.heat_source import HeatSource
 from plant_model.gap.observations import observe
@@ -62,8 +62,8 @@ def test_a_channel_worse_than_no_model_is_told(lathe: Machine) -> None:
 
 def test_a_number_at_the_end_of_its_range_is_told(lathe: Machine) -> None:
     numbers = [
-        Identified("links.a-b.conductance", "W/K", 8.0, 2.5, 2.0, 3.0, 0.9, at_bound=True),
-        Identified("sources.front.f0", "1", 1.0, 1.1, 1.0, 1.2, 0.9, at_bound=False),
+        ParameterEstimate("links.a-b.conductance", "W/K", 8.0, 2.5, 2.0, 3.0, 0.9, at_bound=True),
+        ParameterEstimate("sources.front.f0", "1", 1.0, 1.1, 1.0, 1.2, 0.9, at_bound=False),
     ]
     observed = observe(lathe, runs_of(lathe)[:1])
     (told,) = [one for one in advice(lathe, observed, numbers) if one.kind == "range_too_tight"]

@@ -69,7 +69,7 @@ def test_calibration_finds_what_the_runs_determine(jig_borer: Machine) -> None:
     by_name = {entry.name: entry for entry in found.parameters}
     for name, value in truth.items():
         entry = by_name[name]
-        assert entry.narrowed > 0.4
+        assert entry.prior_contraction > 0.4
         assert abs(entry.value - value) < abs(entry.prior - value) / 2.0
         assert entry.low <= value <= entry.high
     before, after = (
@@ -82,5 +82,5 @@ def test_calibration_finds_what_the_runs_determine(jig_borer: Machine) -> None:
 def test_calibration_leaves_what_the_runs_say_nothing_of(jig_borer: Machine) -> None:
     found = calibrate(jig_borer, observe(jig_borer, runs_of(jig_borer)), starts=1)
     silent = next(e for e in found.parameters if e.name == "links.rotor-shaft_middle.conductance")
-    assert silent.narrowed < 0.2
+    assert silent.prior_contraction < 0.2
     assert silent.value == pytest.approx(silent.prior, rel=0.1)

@@ -14,7 +14,7 @@ from measurement.runs import write_run
 from plant_model.effects import catalogue
 from plant_model.gap.candidates import Candidate, as_tried, grid, missing_effects, with_effect
 from plant_model.gap.find import _need_excitation, find_gap
-from plant_model.gap.judge import judge
+from plant_model.gap.selection import select_effect
 from plant_model.machine import Machine
 from plant_model.machine_file import read_machine
 from plant_model.machine_writer import write_machine
@@ -99,18 +99,18 @@ def test_candidates_cover_both_signs_and_stay_in_range(jig_borer: Machine) -> No
 
 
 class _Scored:
-    """What judging needs to know of an explanation."""
+    """What selection needs to know of a fit."""
 
     def __init__(
         self,
         name: str,
         unseen: list[float],
         acts: tuple[bool, ...] = (),
-        beyond: tuple[str, ...] = (),
-        larger: tuple[str, ...] = (),
+        at_bounds: tuple[str, ...] = (),
+        beyond_usual: tuple[str, ...] = (),
     ) -> None:
-        self.added, self.unseen, self.acts = (name,), np.array(unseen), acts
-        self.beyond, self.larger = beyond, larger
+        self.added, self.loro_cost, self.acts = (name,), np.array(unseen), acts
+        self.at_bounds, self.beyond_usual = at_bounds, beyond_usual
 
 
 @pytest.mark.parametrize(
@@ -127,9 +127,9 @@ class _Scored:
 def test_judging(costs: dict[str, list[float]], chance: float, named: tuple[str, ...]) -> None:
     now = _Scored("", [50.0, 50.0, 50.0])
     tried = [_Scored(name, cost) for name, cost in costs.items()]
-    judged = judge(now, tried, chance, channels=14)  # type: ignore[arg-type]
-    assert judged.one_of == named
-    assert sum(judged.probability) == pytest.approx(1.0)
+    selection = select_effect(now, tried, chance, channels=14)  # type: ignore[arg-type]
+    assert selection.one_of == named
+    assert sum(selection.probability) == pytest.approx(1.0)
 
 
 def test_only_runs_in_which_an_effect_acts_speak_of_it() -> None:
@@ -137,8 +137,8 @@ def test_only_runs_in_which_an_effect_acts_speak_of_it() -> None:
     everywhere, last = (
         _Scored("a", [50.5, 50.5, 1.0], acts) for acts in ((True,) * 3, (False, False, True))
     )
-    assert judge(now, [everywhere], 0.1, channels=14).one_of == ()  # type: ignore[arg-type]
-    assert judge(now, [last], 0.1, channels=14).one_of == ("a",)  # type: ignore[arg-type]
+    assert select_effect(now, [everywhere], 0.1, channels=14).one_of == ()  # type: ignore[arg-type]
+    assert select_effect(now, [last], 0.1, channels=14).one_of == ("a",)  # type: ignore[arg-type]
 
 
 def test_a_further_effect_explains_much_of_what_was_or_of_what_is_left() -> None:
@@ -149,8 +149,8 @@ def test_a_further_effect_explains_much_of_what_was_or_of_what_is_left() -> None
         (3000.0, some, False),
         (3000.0, most, True),
     ):
-        judged = judge(now, [found], 0.1, channels=14, at_first=at_first)  # type: ignore[list-item, arg-type]
-        assert judged.named == named
+        selection = select_effect(now, [found], 0.1, channels=14, at_first=at_first)  # type: ignore[list-item, arg-type]
+        assert selection.named == named
 
 
 def test_effects_of_temperature_are_calibrated_from_larger_sizes_too() -> None:
@@ -166,20 +166,20 @@ def test_effects_of_temperature_are_calibrated_from_larger_sizes_too() -> None:
 def test_an_error_that_may_be_on_any_sensor_is_no_sensor_s() -> None:
     now = _Scored("", [50.0, 50.0, 50.0])
     tried = [_Scored(f"sensor_offset:T{i}", [20.0 + 0.1 * i] * 3) for i in (1, 2, 3)]
-    assert judge(now, tried, 0.1, channels=14).one_of == ()  # type: ignore[arg-type]
-    assert len(judge(now, tried[:2], 0.1, channels=14).one_of) == 2  # type: ignore[arg-type]
+    assert select_effect(now, tried, 0.1, channels=14).one_of == ()  # type: ignore[arg-type]
+    assert len(select_effect(now, tried[:2], 0.1, channels=14).one_of) == 2  # type: ignore[arg-type]
 
 
 def test_an_effect_at_the_end_of_its_range_is_not_named() -> None:
     now = _Scored("", [50.0, 50.0, 50.0])
-    ended = _Scored("a", [20.0, 20.0, 20.0], beyond=("power",))
+    ended = _Scored("a", [20.0, 20.0, 20.0], at_bounds=("power",))
     close, far = (_Scored("b", [cost] * 3) for cost in (20.5, 40.0))
-    assert judge(now, [ended], 0.1, channels=14).one_of == ()  # type: ignore[list-item, arg-type]
+    assert select_effect(now, [ended], 0.1, channels=14).one_of == ()  # type: ignore[list-item, arg-type]
     # Another that does nearly as well may be it; one that does far worse is not.
-    judged = judge(now, [ended, close], 0.1, channels=14)  # type: ignore[list-item, arg-type]
-    assert judged.one_of == ("b",)
-    assert judged.best is close  # type: ignore[comparison-overlap]
-    assert judge(now, [ended, far], 0.1, channels=14).one_of == ()  # type: ignore[list-item, arg-type]
+    selection = select_effect(now, [ended, close], 0.1, channels=14)  # type: ignore[list-item, arg-type]
+    assert selection.one_of == ("b",)
+    assert selection.best is close  # type: ignore[comparison-overlap]
+    assert select_effect(now, [ended, far], 0.1, channels=14).one_of == ()  # type: ignore[list-item, arg-type]
 
 
 def test_a_written_machine_reads_back_and_keeps_its_comments(
@@ -198,10 +198,10 @@ def test_a_written_machine_reads_back_and_keeps_its_comments(
 def test_an_effect_larger_than_usual_must_explain_most() -> None:
     now = _Scored("", [50.0, 50.0, 50.0])
     for cost, named in ((15.0, ("a",)), (25.0, ())):
-        found = _Scored("a", [cost] * 3, larger=("gain",))
-        assert judge(now, [found], 0.1, channels=14).one_of == named  # type: ignore[list-item, arg-type]
+        found = _Scored("a", [cost] * 3, beyond_usual=("gain",))
+        assert select_effect(now, [found], 0.1, channels=14).one_of == named  # type: ignore[list-item, arg-type]
     # Half of it is enough for one that stays within what is usual.
-    assert judge(now, [_Scored("a", [25.0] * 3)], 0.1, channels=14).named  # type: ignore[list-item, arg-type]
+    assert select_effect(now, [_Scored("a", [25.0] * 3)], 0.1, channels=14).named  # type: ignore[list-item, arg-type]
 
 
 @pytest.mark.slow
@@ -212,7 +212,7 @@ def test_a_loss_far_beyond_its_usual_range_is_named_and_said_to_be_large(
     runs = runs_of(truth)
     found = find_gap(jig_borer, runs[:3], without=LEFT_OUT)
     assert found.rounds[0].one_of == ("windage",)
-    assert found.after.larger == ("power",)
+    assert found.after.beyond_usual == ("power",)
     power = found.after.machine.parameters["effects.windage.power"]
     assert power.value == pytest.approx(1500.0, rel=0.15)
     # Beyond the catalogue's range, and read back all the same.
@@ -228,5 +228,5 @@ def test_a_law_at_an_end_of_its_range_is_forgiven_where_it_explains_nearly_all()
         # An amplitude at an end of what is possible is another matter.
         (30.0, ("power",), False),
     ):
-        found = _Scored("motor_iron_loss", [cost] * 3, beyond=beyond)
-        assert judge(now, [found], 0.1, channels=14).named == named  # type: ignore[list-item, arg-type]
+        found = _Scored("motor_iron_loss", [cost] * 3, at_bounds=beyond)
+        assert select_effect(now, [found], 0.1, channels=14).named == named  # type: ignore[list-item, arg-type]

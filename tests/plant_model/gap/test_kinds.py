@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from plant_model.gap.design import all_surroundings
-from plant_model.gap.kinds import Change, Known, kinds
+from plant_model.gap.design import all_sensitivities
+from plant_model.gap.kinds import CalibratedRun, Change, kinds
 from plant_model.gap.linearise import modelled, simulate_at
 from plant_model.gap.observations import observe
 from plant_model.machine import Machine
@@ -34,13 +34,16 @@ NEVER_OFF = ("coarse_part", "start_state")
 
 
 @pytest.fixture(scope="module")
-def known(jig_borer: Machine) -> list[Known]:
+def known(jig_borer: Machine) -> list[CalibratedRun]:
     observed = observe(jig_borer, warm_runs(jig_borer)[1:3])
-    around = all_surroundings(jig_borer, jig_borer, observed)
-    return [Known(jig_borer, one, part) for one, part in zip(observed, around, strict=True)]
+    sensitivities = all_sensitivities(jig_borer, jig_borer, observed)
+    return [
+        CalibratedRun(jig_borer, one, part)
+        for one, part in zip(observed, sensitivities, strict=True)
+    ]
 
 
-def changes_of(name: str, known: list[Known]) -> list[Change]:
+def changes_of(name: str, known: list[CalibratedRun]) -> list[Change]:
     return list(kinds()[name].all_of(known))
 
 
@@ -50,7 +53,7 @@ def test_the_kinds_are_those_that_the_report_promises() -> None:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_every_place_is_tried_once_and_no_place_that_the_machine_has(
-    name: str, known: list[Known]
+    name: str, known: list[CalibratedRun]
 ) -> None:
     changes = changes_of(name, known)
     assert changes
@@ -64,7 +67,9 @@ def test_every_place_is_tried_once_and_no_place_that_the_machine_has(
         assert change.points()
 
 
-def test_no_second_source_is_tried_where_an_input_heats_a_part_already(known: list[Known]) -> None:
+def test_no_second_source_is_tried_where_an_input_heats_a_part_already(
+    known: list[CalibratedRun],
+) -> None:
     places = {change.place for change in changes_of("heat_source", known)}
     assert ("stator",) in places
     assert ("stator", "speed") not in places
@@ -73,7 +78,7 @@ def test_no_second_source_is_tried_where_an_input_heats_a_part_already(known: li
 
 @pytest.mark.parametrize("name", NAMES)
 def test_a_change_is_written_read_back_and_stepped(
-    name: str, known: list[Known], tmp_path: Path
+    name: str, known: list[CalibratedRun], tmp_path: Path
 ) -> None:
     machine = known[0].machine
     for change in changes_of(name, known)[:: max(1, len(changes_of(name, known)) // 4)]:
@@ -90,7 +95,9 @@ def test_a_change_is_written_read_back_and_stepped(
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_what_is_screened_is_what_the_changed_machine_does(name: str, known: list[Known]) -> None:
+def test_what_is_screened_is_what_the_changed_machine_does(
+    name: str, known: list[CalibratedRun]
+) -> None:
     one = known[1]
     changes = changes_of(name, known)
     base = modelled(simulate_at(one.machine, one.observed), one.observed)
@@ -110,7 +117,7 @@ def test_what_is_screened_is_what_the_changed_machine_does(name: str, known: lis
 
 
 @pytest.mark.parametrize("name", [name for name in NAMES if name not in NEVER_OFF])
-def test_a_change_that_is_off_changes_nothing(name: str, known: list[Known]) -> None:
+def test_a_change_that_is_off_changes_nothing(name: str, known: list[CalibratedRun]) -> None:
     machine = known[0].machine
     inputs = inputs_of("stairs", 60.0)
     change = changes_of(name, known)[3]

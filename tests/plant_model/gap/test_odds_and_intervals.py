@@ -13,12 +13,12 @@ import pytest
 from scipy.stats import chi2, norm
 
 from measurement.runs import Run
-from plant_model.gap.calibrate import Identified, _Problem, calibrate, intervals
-from plant_model.gap.design import RunDesign, all_surroundings, design_of
-from plant_model.gap.judge import judge, odds_of, unit_of
+from plant_model.gap.calibrate import ParameterEstimate, _LeastSquares, calibrate, intervals
+from plant_model.gap.design import RunDesign, all_sensitivities, design_of
 from plant_model.gap.observations import Observations, observe
 from plant_model.gap.priors import Priors
-from plant_model.gap.refit import explain
+from plant_model.gap.refit import fit_effects
+from plant_model.gap.selection import cost_unit, odds_against_best, select_effect
 from plant_model.machine import Machine
 from tests.plant_model.gap.conftest import runs_of
 
@@ -26,11 +26,11 @@ FREE = "links.front_inner-front_outer.conductance"
 
 
 class _Scored:
-    """What judging needs to know of an explanation."""
+    """What selection needs to know of a fit."""
 
     def __init__(self, name: str, unseen: np.ndarray) -> None:
-        self.added, self.unseen, self.acts, self.beyond = (name,), unseen, (), ()
-        self.larger = ()
+        self.added, self.loro_cost, self.acts, self.at_bounds = (name,), unseen, (), ()
+        self.beyond_usual = ()
 
 
 @pytest.mark.parametrize("unit", [1.0, 4.0])
@@ -40,7 +40,9 @@ def test_odds_are_ratios_of_normal_densities(unit: float) -> None:
     predicted = 0.3 * generator.normal(size=(5, 40))
     costs = ((measured - predicted) ** 2).sum(axis=1)
     density = norm.logpdf(measured, predicted, np.sqrt(unit)).sum(axis=1)
-    np.testing.assert_allclose(odds_of(costs, unit), np.exp(density - density.max()), rtol=1e-9)
+    np.testing.assert_allclose(
+        odds_against_best(costs, unit), np.exp(density - density.max()), rtol=1e-9
+    )
 
 
 @pytest.mark.parametrize("left", [10.0, 28.0, 84.0])
@@ -50,9 +52,9 @@ def test_probabilities_are_those_of_bayes_with_the_unit_as_variance(left: float)
     costs = {"a": left, "b": left + 3.0, "c": left + 9.0}
     now = _Scored("now", np.full(runs, 200.0))
     tried = [_Scored(name, np.full(runs, cost / runs)) for name, cost in costs.items()]
-    found = judge(now, tried, 0.1, channels)  # type: ignore[arg-type]
+    found = select_effect(now, tried, 0.1, channels)  # type: ignore[arg-type]
     variance = max(1.0, left / (runs * channels))
-    assert unit_of(left, runs * channels) == variance
+    assert cost_unit(left, runs * channels) == variance
     # A residual whose square is the cost, in one dimension: the same likelihood.
     density = norm.pdf(np.sqrt(list(costs.values())), 0.0, np.sqrt(variance))
     np.testing.assert_allclose(found.probability, density / density.sum(), rtol=1e-9)
@@ -104,7 +106,7 @@ def observed(jig_borer: Machine, runs: list[Run]) -> list[Observations]:
     return observe(jig_borer, runs)
 
 
-def distance(priors: Priors, machine: Machine, told: Identified, value: float) -> float:
+def distance(priors: Priors, machine: Machine, told: ParameterEstimate, value: float) -> float:
     """Return how far a value is from where calibration left a parameter, in the fitting scale."""
     place = priors.names.index(told.name)
     end, best = (
@@ -123,13 +125,13 @@ def test_at_the_ends_of_an_interval_the_cost_has_risen_by_the_chi_squared_quanti
     found = calibrate(machine, observed, starts=1)
     (told,) = found.parameters
     assert told.low < told.value < told.high
-    problem = _Problem(machine, observed, priors, None)
+    problem = _LeastSquares(machine, observed, priors, None)
     best = problem.cost(priors.position(found.machine))
     for end in (told.low, told.high):
         position = priors.position(machine.with_values({FREE: end}))
         assert problem.cost(position) - best == pytest.approx(chi2.ppf(0.95, 1), rel=0.15)
         half = distance(priors, machine, told, end)
-        assert told.narrowed == pytest.approx(1.0 - half / norm.ppf(0.975), abs=1e-3)
+        assert told.prior_contraction == pytest.approx(1.0 - half / norm.ppf(0.975), abs=1e-3)
 
 
 def dense_deviations(designs: list[RunDesign], count: int) -> np.ndarray:
@@ -138,13 +140,13 @@ def dense_deviations(designs: list[RunDesign], count: int) -> np.ndarray:
     Each has its prior, and nothing is eliminated; the first *count* are the shared parameters.
     """
     shared = designs[0].shared.shape[1]
-    unknown = shared + sum(design.own.shape[1] for design in designs)
+    unknown = shared + sum(design.nuisance.shape[1] for design in designs)
     rows, last = [np.eye(unknown)], shared
     for design in designs:
         block = np.zeros((len(design.residual), unknown))
         block[:, :shared] = design.shared
-        block[:, last : last + design.own.shape[1]] = design.own
-        last += design.own.shape[1]
+        block[:, last : last + design.nuisance.shape[1]] = design.nuisance
+        last += design.nuisance.shape[1]
         rows.append(block)
     inverse = np.linalg.pinv(np.vstack(rows))
     return np.asarray(np.sqrt((inverse**2).sum(axis=1))[:count])
@@ -161,17 +163,17 @@ def test_the_intervals_of_an_explanation_are_those_of_one_dense_problem(
         replace(one, values=generator.normal(one.values, noise * one.tolerance + 1e-12))
         for one in observed
     ]
-    around = all_surroundings(machine, machine, noisy)
-    found = explain(machine, (), noisy, [machine], around)
+    sensitivities = all_sensitivities(machine, machine, noisy)
+    found = fit_effects(machine, (), noisy, [machine], sensitivities)
     moved = Priors.of(machine, calibrated=True)
-    designs = design_of(found.machine, noisy, moved, around)
+    designs = design_of(found.machine, noisy, moved, sensitivities)
     over = found.cost / (len(noisy) * len(noisy[0].channels))
     assert (over > 1.1) == (noise > 0.0)
     expected = dense_deviations(designs, len(moved.names)) * np.sqrt(max(1.0, over))
     expected = np.minimum(expected, 1.0)  # no run makes a parameter less certain than its range
     assert expected.min() < 0.95
     for one, wanted in zip(found.calibration.parameters, expected, strict=True):
-        assert one.narrowed == pytest.approx(1.0 - wanted, abs=1e-9), one.name
+        assert one.prior_contraction == pytest.approx(1.0 - wanted, abs=1e-9), one.name
         known = machine.parameters[one.name]
         for end, value in (("low", one.low), ("high", one.high)):
             if value != getattr(known, end):  # an interval ends where the range does

@@ -10,12 +10,12 @@ from threadpoolctl import threadpool_limits
 from benchmarks.gap.mistakes import Mistake, mistakes, runs_of
 from measurement.runs import Run
 from plant_model.gap.calibrate import calibrate, quiet
-from plant_model.gap.description import Described
-from plant_model.gap.description_rounds import describe, left_out
-from plant_model.gap.design import all_surroundings
+from plant_model.gap.description import NamedChange
+from plant_model.gap.description_rounds import left_out, select_changes
+from plant_model.gap.design import all_sensitivities
 from plant_model.gap.kinds.heat_source import HeatSource
 from plant_model.gap.observations import observe
-from plant_model.gap.refit import Explained, scored
+from plant_model.gap.refit import CandidateFit, score_fit
 from plant_model.machine import Machine
 from plant_model.machine_file import read_machine
 
@@ -31,17 +31,17 @@ FOUND = [
 ]
 
 
-def named(told: Machine, runs: list[Run], most: int = 1) -> tuple[Explained, list[Described]]:
+def named(told: Machine, runs: list[Run], most: int = 1) -> tuple[CandidateFit, list[NamedChange]]:
     """Return the calibrated machine and what is named of its description."""
     observed = observe(told, runs)
     with threadpool_limits(1), ThreadPoolExecutor(1) as pool:
         calibration = calibrate(told, observed, starts=1)
-        around = all_surroundings(told, calibration.machine, observed)
-        before = scored(told, (), observed, calibration, around)
-        return before, describe(pool, before, around, 0, most, quiet)
+        sensitivities = all_sensitivities(told, calibration.machine, observed)
+        before = score_fit(told, (), observed, calibration, sensitivities)
+        return before, select_changes(pool, before, sensitivities, 0, most, quiet)
 
 
-def named_places(found: list[Described]) -> list[list[tuple[str, tuple[str, ...]]]]:
+def named_places(found: list[NamedChange]) -> list[list[tuple[str, tuple[str, ...]]]]:
     """Return what each change may be: itself first, then what cannot be told from it."""
     return [
         [(one.change.name, one.change.place)]
@@ -57,7 +57,7 @@ def test_a_mistake_is_named_with_its_place(mistake: Mistake) -> None:
     before, found = named(told, runs_of(truth)[:5])
     (options,) = named_places(found)
     assert options[0] == (mistake.kind, mistake.place)
-    assert found[0].after.unseen.sum() < 0.9 * before.unseen.sum()
+    assert found[0].after.loro_cost.sum() < 0.9 * before.loro_cost.sum()
 
 
 @pytest.mark.slow

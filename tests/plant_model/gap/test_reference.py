@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 from plant_model.gap.candidates import with_effect
-from plant_model.gap.description import Described
-from plant_model.gap.find import Found
+from plant_model.gap.description import NamedChange
+from plant_model.gap.find import GapResult
 from plant_model.gap.held_out import confirmed
-from plant_model.gap.judge import judge
 from plant_model.gap.kinds.heat_path import HeatPath
 from plant_model.gap.observations import Observations, observe
-from plant_model.gap.reference import LAGS_MIN, LEFT, Reference
-from plant_model.gap.regimes import Residuals, residuals
+from plant_model.gap.reference import LAGS_MIN, LEFT, ReferenceModel
+from plant_model.gap.regimes import RunResiduals, residuals
+from plant_model.gap.selection import select_effect
 from plant_model.machine import Machine
 from tests.plant_model.gap.conftest import runs_of
 from tests.plant_model.gap.test_find import _Scored
@@ -41,7 +41,7 @@ def test_a_lag_of_the_speed_is_found_with_its_lag_and_channel(
     at = observed[0].channels.index("T8")
     for one in found:
         one.values[:, at] += 1.5 * behind(one.observed, 45.0) / 10000.0
-    reference = Reference(jig_borer, found[:3], found[3:])
+    reference = ReferenceModel(jig_borer, found[:3], found[3:])
     assert reference.is_left
     assert {place.channel for place in reference.places()} == {"T8"}
     sources = reference.sources_of("T8")
@@ -54,7 +54,7 @@ def test_a_lag_of_the_speed_is_found_with_its_lag_and_channel(
 
 
 def test_noise_is_not_reducible(jig_borer: Machine, observed: list[Observations]) -> None:
-    reference = Reference(jig_borer, [residuals(jig_borer, one) for one in observed])
+    reference = ReferenceModel(jig_borer, [residuals(jig_borer, one) for one in observed])
     assert 0.0 <= reference.reducible < 0.1 < LEFT
     assert not reference.is_left
     assert reference.places() == []
@@ -66,10 +66,10 @@ def test_a_channel_that_is_missing_in_a_run_is_no_obstacle(
     found = [residuals(jig_borer, one) for one in observed]
     empty = found[1].values.copy()
     empty[:, 0] = np.nan
-    found[1] = Residuals(
+    found[1] = RunResiduals(
         replace(found[1].observed, values=found[1].observed.values + empty * 0), empty
     )
-    reference = Reference(jig_borer, found)
+    reference = ReferenceModel(jig_borer, found)
     assert np.isnan(reference.known[1][:, 0]).all()
     assert np.isfinite(reference.known[0]).all()
     assert np.isfinite(reference.reducible)
@@ -81,8 +81,8 @@ def test_how_warm_it_started_is_a_source(jig_borer: Machine, observed: list[Obse
         shifted = one.values + np.where([n.startswith("T") for n in one.channels], warm, 0.0)
         left = np.zeros_like(shifted)
         left[:, 2] = 0.3 * warm * np.exp(-one.time_s / (60.0 * LAGS_MIN[4]))
-        found.append(Residuals(replace(one, values=shifted), left))
-    (source, *_) = Reference(jig_borer, found).sources()
+        found.append(RunResiduals(replace(one, values=shifted), left))
+    (source, *_) = ReferenceModel(jig_borer, found).sources()
     assert source.input == "start"
     assert source.lag_min in LAGS_MIN[3:6]
     assert source.share > 0.9
@@ -95,13 +95,13 @@ def test_an_answer_that_makes_the_unseen_run_worse_is_taken_back(
         one = _Scored(name, [20.0, 20.0, 20.0])
         one.machine, one.observed = machine, observed[:3]
         if not name:
-            one.added, one.unseen = (), np.array([50.0, 50.0, 50.0])
+            one.added, one.loro_cost = (), np.array([50.0, 50.0, 50.0])
         return one
 
     now = scored("", jig_borer)
     wrong = scored("windage", with_effect(jig_borer, "windage", {"power": 200.0}))
-    judged = judge(now, [wrong], 0.1, channels=14)
-    found = Found(now, wrong, (judged,))
+    selection = select_effect(now, [wrong], 0.1, channels=14)
+    found = GapResult(now, wrong, (selection,))
     assert found.verdict == "effect"
     kept, comparison = confirmed(found, observed[3:])
     assert [one.key for one in kept.withdrawn] == ["windage"]
@@ -109,12 +109,12 @@ def test_an_answer_that_makes_the_unseen_run_worse_is_taken_back(
     assert kept.verdict == "unknown"
     assert comparison.gap()["after"] == comparison.gap()["before"]
     # So is a change of the description, and what was tried stays what it was: effects.
-    unnamed = judge(now, [wrong], 0.9, channels=14)
-    path = Described(HeatPath(("rotor", "pedestal"), boundary=False), judged, wrong)
-    kept, _ = confirmed(Found(now, wrong, (unnamed,), described=(path,)), observed[3:])
+    unnamed = select_effect(now, [wrong], 0.9, channels=14)
+    path = NamedChange(HeatPath(("rotor", "pedestal"), boundary=False), selection, wrong)
+    kept, _ = confirmed(GapResult(now, wrong, (unnamed,), changes=(path,)), observed[3:])
     assert [one.key for one in kept.withdrawn] == ["heat_path:rotor+pedestal"]
-    assert (kept.after, kept.described, kept.verdict) == (now, (), "unknown")
-    assert kept.rounds[0].tried == unnamed.tried
+    assert (kept.after, kept.changes, kept.verdict) == (now, (), "unknown")
+    assert kept.rounds[0].fits == unnamed.fits
     # The other way round it makes the run better, and stays.
     wrong.machine, now.machine = now.machine, wrong.machine
     assert confirmed(found, observed[3:])[0] is found

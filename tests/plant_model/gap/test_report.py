@@ -8,7 +8,7 @@ import pytest
 from measurement.runs import Run
 from plant_model.gap.five_lines import _left_out
 from plant_model.gap.observations import observe
-from plant_model.gap.report import Comparison
+from plant_model.gap.report import GapComparison
 from plant_model.machine import Machine
 from tests.plant_model.gap.conftest import runs_of
 
@@ -17,7 +17,7 @@ def test_channels_are_judged_beside_no_model(jig_borer: Machine) -> None:
     *runs, last = runs_of(jig_borer)
     frame = last.frame.drop(columns="T7_degC")
     observed = observe(jig_borer, [Run(last.name, frame)])
-    table = Comparison(jig_borer, jig_borer, observed).channels()
+    table = GapComparison(jig_borer, jig_borer, observed).channels()
     assert runs
     assert "T7" not in table
     values = frame["T1_degC"].to_numpy()

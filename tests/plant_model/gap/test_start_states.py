@@ -87,6 +87,6 @@ def test_parts_that_no_sensor_starts_are_named_with_their_place(
     assert moved == effect["place"]
     # Told rightly, nothing of the kind is said.
     sound, _, _ = answer(jig_borer, runs[:3], runs[3:], without=without, workers=1)
-    assert sound.described == ()
+    assert sound.changes == ()
     assert sound.verdict == "none_missing"
     assert np.isfinite(gap["reference"])

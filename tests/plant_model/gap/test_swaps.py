@@ -10,10 +10,10 @@ import pytest
 from plant_model.effects import catalogue
 from plant_model.gap.calibrate import calibrate
 from plant_model.gap.candidates import candidates, with_effect
-from plant_model.gap.design import all_surroundings
-from plant_model.gap.judge import Judged
+from plant_model.gap.design import all_sensitivities
 from plant_model.gap.observations import observe
-from plant_model.gap.refit import explain_with, refined, scored
+from plant_model.gap.refit import fit_candidate, refit_in_full, score_fit
+from plant_model.gap.selection import SelectionRound
 from plant_model.gap.swaps import swapped
 from plant_model.machine import Machine
 from tests.plant_model.gap.conftest import runs_of
@@ -28,24 +28,25 @@ def test_a_neighbour_named_first_gives_way_beside_the_second(jig_borer: Machine)
         truth = with_effect(truth, key, values)
     observed = observe(jig_borer, runs_of(truth))
     calibration = calibrate(jig_borer, observed, starts=1)
-    around = all_surroundings(jig_borer, calibration.machine, observed)
-    before = scored(jig_borer, (), observed, calibration, around)
+    sensitivities = all_sensitivities(jig_borer, calibration.machine, observed)
+    before = score_fit(jig_borer, (), observed, calibration, sensitivities)
 
     def tried(now, key):  # type: ignore[no-untyped-def]
         found = list(candidates(now.machine, now.observed, catalogue()[key]))
         one = found[len(found) // 2]
-        return explain_with(now, one, 1.0, np.full(len(observed), np.inf), around)
+        return fit_candidate(now, one, 1.0, np.full(len(observed), np.inf), sensitivities)
 
     neighbour, right = (tried(before, key) for key in ("friction_speed_exponent", "windage"))
     # As if the first round had preferred the neighbour.
-    first = Judged(
+    first = SelectionRound(
         before, (neighbour, right), (0.6, 0.4), 0.5, 0.1, (*neighbour.added, *right.added), True
     )
-    both, around_both = refined(tried(neighbour, "centrifugal_shift"))
+    both, around_both = refit_in_full(tried(neighbour, "centrifugal_shift"))
     again, after = swapped(first, both, around_both)
     assert again.one_of == ("windage",)
     assert again.best is right
-    assert again.share == pytest.approx(1.0 - right.unseen.sum() / before.unseen.sum())
+    share = 1.0 - right.loro_cost.sum() / before.loro_cost.sum()
+    assert again.explained_share == pytest.approx(share)
     assert after.added == ("windage", "centrifugal_shift")
     assert after.cost < both.cost
     power = after.machine.parameters["effects.windage.power"].value

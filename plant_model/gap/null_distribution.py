@@ -1,4 +1,4 @@
-"""Residuals as they would be if nothing were missing: the standard that naming is held to.
+"""The null distribution: residuals as they would be if nothing were missing.
 
 Drawn from what may be wrong anyway: every parameter within its range, thermometers' places and
 errors, the parts' levers, starting temperatures, and a slow misfit of the size of the tolerance
@@ -15,14 +15,14 @@ from scipy.ndimage import gaussian_filter1d
 from plant_model.gap.candidates import Candidate
 from plant_model.gap.design import RunDesign
 from plant_model.gap.observations import BIN_S, INDEPENDENT_S, Observations
-from plant_model.gap.screen import Data, Screen
+from plant_model.gap.screen import ResidualSets, Screen
 from plant_model.parameters import FloatArray
 
 DRAWS = 200
 """Data sets drawn to see what chance does."""
 
 
-def draw(
+def draw_null(
     designs: Sequence[RunDesign],
     observed: Sequence[Observations],
     count: int,
@@ -43,23 +43,23 @@ def draw(
     shared = generator.standard_normal((count, designs[0].shared.shape[1]))
     found = []
     for design, one in zip(designs, observed, strict=True):
-        own = generator.standard_normal((count, design.own.shape[1]))
+        own = generator.standard_normal((count, design.nuisance.shape[1]))
         slow = generator.standard_normal((count, len(one.time_s), len(one.channels)))
         slow = gaussian_filter1d(slow, INDEPENDENT_S / BIN_S / 2.0, axis=1)
         slow /= np.std(slow, axis=1, keepdims=True)
         rough = (
             misfit * slow * one.tolerance * one.weights * design.weight.reshape(one.weights.shape)
         )
-        found.append(shared @ design.shared.T + own @ design.own.T + rough.reshape(count, -1))
+        found.append(shared @ design.shared.T + own @ design.nuisance.T + rough.reshape(count, -1))
     return found
 
 
-def drawn_like(
+def null_residuals(
     screen: Screen,
     designs: Sequence[RunDesign],
     observed: Sequence[Observations],
     tried: Sequence[Candidate],
-    unseen_cost: float,
+    loro_cost: float,
     seed: int,
 ) -> list[FloatArray]:
     """Return residuals of data sets with nothing missing that cost as much as the data does.
@@ -69,28 +69,28 @@ def drawn_like(
     sizes = (0.05, 1.0)
     costs = []
     for size in sizes:
-        drawn = Data.of(designs, tried, draw(designs, observed, 8, seed, size))
-        costs.append(float(np.median(screen.scores(drawn).unseen_cost.sum(axis=1))))
+        drawn = ResidualSets.of(designs, tried, draw_null(designs, observed, 8, seed, size))
+        costs.append(float(np.median(screen.scores(drawn).loro_cost.sum(axis=1))))
     slope = (costs[1] - costs[0]) / (sizes[1] ** 2 - sizes[0] ** 2)
-    misfit = float(np.sqrt(np.clip((unseen_cost - costs[0]) / max(slope, 1e-9), 0.05**2, 9.0)))
-    return draw(designs, observed, DRAWS, seed + 1, misfit)
+    misfit = float(np.sqrt(np.clip((loro_cost - costs[0]) / max(slope, 1e-9), 0.05**2, 9.0)))
+    return draw_null(designs, observed, DRAWS, seed + 1, misfit)
 
 
-def best_share(screen: Screen, drawn: Data) -> float:
-    """Return what the best candidate explains of the unseen cost in 99 of 100 data sets."""
+def best_share_q99(screen: Screen, drawn: ResidualSets) -> float:
+    """Return the 99 % quantile of the share that the best candidate explains in data sets."""
     scores = screen.scores(drawn)
-    best = scores.unseen.sum(axis=1).max(axis=1) / scores.unseen_cost.sum(axis=1)
+    best = scores.loro_gain.sum(axis=1).max(axis=1) / scores.loro_cost.sum(axis=1)
     return float(np.quantile(best, 0.99))
 
 
-def chance_share(
+def null_quantile(
     screen: Screen,
     designs: Sequence[RunDesign],
     observed: Sequence[Observations],
     tried: Sequence[Candidate],
-    unseen_cost: float,
+    loro_cost: float,
     seed: int,
 ) -> float:
-    """Return what the best candidate explains of the unseen cost by chance, in 99 of 100 cases."""
-    drawn = drawn_like(screen, designs, observed, tried, unseen_cost, seed)
-    return best_share(screen, Data.of(designs, tried, drawn))
+    """Return the null 99 % quantile of the share of cost that the best candidate explains."""
+    drawn = null_residuals(screen, designs, observed, tried, loro_cost, seed)
+    return best_share_q99(screen, ResidualSets.of(designs, tried, drawn))
