@@ -24,6 +24,7 @@ from plant_model.machine_writer import write_machine
 from plant_model.sensors import column_of, displacement_names
 from scenarios.fmu_files import build_plant
 from scenarios.gap_cosimulation import compare_fmus
+from scenarios.gap_next_run import NEXT_RUN, next_run_scenario
 from scenarios.gap_page import PAGE, write_gap_page
 from scenarios.results import check_folder, results_folder, write_table
 
@@ -127,6 +128,8 @@ def run_find_gap(asked: GapTask, say: Callable[[str], None]) -> tuple[dict[str, 
             ("Sensors not compared", "; ".join(lacking) or "-"),
             ("Seed", str(asked.seed)),
         ]
+        if table["next_run"]:
+            (folder / NEXT_RUN).write_text(next_run_scenario(table), encoding="utf-8")
         write_gap_page(found, comparison, table, facts, folder)
         text = json.dumps(table, indent=1, allow_nan=False) + "\n"
         (folder / GAP).write_text(text, encoding="utf-8")

@@ -119,24 +119,30 @@ def design_of(
     sensitivities: Sequence[RunSensitivities],
 ) -> list[RunDesign]:
     """Gather the design of all runs about a calibrated machine."""
-    found = []
-    for one, known in zip(observed, sensitivities, strict=True):
-        linear = linear_about(machine, one, moved, moved.position(machine), known.moved)
-        weight = known.weight
-        shared = np.hstack([linear.by_parameter, known.other])
-        # What only this run has is an unknown of its own, like a zero: no other run tells it.
-        alone = _only_here(moved, observed, one)
-        own = np.hstack([known.nuisance, shared[:, alone]])
-        shared[:, alone] = 0.0
-        found.append(
-            RunDesign(
-                linear.residual * weight,
-                shared * weight[:, None],
-                own * weight[:, None],
-                weight,
-            )
-        )
-    return found
+    pairs = zip(observed, sensitivities, strict=True)
+    return [
+        run_design(machine, one, moved, known, _only_here(moved, observed, one))
+        for one, known in pairs
+    ]
+
+
+def run_design(
+    machine: Machine,
+    one: Observations,
+    moved: Priors,
+    known: RunSensitivities,
+    alone: Sequence[int] = (),
+) -> RunDesign:
+    """Gather the design of one run; *alone* are parameters that no other run tells anything of."""
+    linear = linear_about(machine, one, moved, moved.position(machine), known.moved)
+    weight = known.weight
+    shared = np.hstack([linear.by_parameter, known.other])
+    # What only this run has is an unknown of its own, like a zero.
+    own = np.hstack([known.nuisance, shared[:, alone]])
+    shared[:, alone] = 0.0
+    return RunDesign(
+        linear.residual * weight, shared * weight[:, None], own * weight[:, None], weight
+    )
 
 
 def _only_here(moved: Priors, observed: Sequence[Observations], one: Observations) -> list[int]:

@@ -58,7 +58,8 @@ def five_lines(table: dict[str, Any]) -> list[str]:
         lines.append("What is missing: nothing; what is left is within the tolerance.")
     if len(table["one_of_keys"]) > 1:
         others = ", ".join(table["one_of_keys"][1:])
-        lines.append(f"Rivals: {others}. To tell: {table['separate_by']}.")
+        run = " (next_run.toml)" if table["next_run"] else ""
+        lines.append(f"Rivals: {others}. To tell: {table['separate_by']}{run}.")
     else:
         rivals = ", ".join(
             f"{one['name']}{' on ' + one['channel'] if 'channel' in one else ''}"

@@ -13,7 +13,7 @@ from plant_model.gap.candidates import beyond_usual_range
 from plant_model.gap.data_faults import DataFault
 from plant_model.gap.description import place_of
 from plant_model.gap.find import GapResult
-from plant_model.gap.further_run import further_run
+from plant_model.gap.further_run import FurtherRun, further_run
 from plant_model.gap.observations import Observations
 from plant_model.gap.periods import in_step
 from plant_model.gap.reference import LEFT, ReferenceModel
@@ -130,6 +130,7 @@ def report_of(
     reference = ReferenceModel(after, calibration.after, unseen.after)
     at_first = ReferenceModel(before, calibration.before)
     first, keys = found.rounds[0], _one_of(found)
+    proposed = proposed_run(found)
     table = {
         "verdict": found.verdict,
         "effects": [
@@ -141,7 +142,8 @@ def report_of(
         ],
         "one_of": list(dict.fromkeys(_name(key) for key in keys)),
         "one_of_keys": list(keys),
-        "separate_by": _separate(keys, found),
+        "separate_by": _said(keys, proposed),
+        "next_run": asdict(proposed) if proposed else None,
         "runners_up": [
             {**_named(one.added[-1]), "probability": p, "beyond_its_range": list(one.at_bounds)}
             for one, p in zip(first.fits, first.probability, strict=True)
@@ -192,6 +194,13 @@ def _remaining(
         "where": [asdict(place) for place in reference.places()],
         "predicted_by": [asdict(one) for one in reference.sources()],
     }
+
+
+def _said(keys: Sequence[str], proposed: FurtherRun | None) -> str:
+    if len(keys) < 2:
+        return ""
+    none = "no run of those tried: the two differ by less than twice the sensors' noise in all"
+    return proposed.said() if proposed else none
 
 
 def _name(key: str) -> str:
@@ -250,16 +259,18 @@ def _one_of(found: GapResult) -> tuple[str, ...]:
     return next((keys for keys in told if keys), ())
 
 
-def _separate(keys: Sequence[str], found: GapResult) -> str:
-    """Return the further run that would tell the two best explanations apart."""
+def proposed_run(found: GapResult) -> FurtherRun | None:
+    """Return the further run that would tell apart what the data cannot; None if there is none.
+
+    None also where one explanation stands alone.
+    """
+    keys = _one_of(found)
     if len(keys) < 2:
-        return ""
+        return None
     selection = next(
         one
         for one in (*found.rounds, *(change.selection for change in found.changes))
-        if one.one_of == tuple(keys)
+        if one.one_of == keys
     )
-    best, rival = (
-        next(one for one in selection.fits if one.added[-1] == key).machine for key in keys[:2]
-    )
-    return further_run(best, rival, list(found.observed))
+    fits = [next(one for one in selection.fits if one.added[-1] == key) for key in keys]
+    return further_run(fits, found.observed)

@@ -1,0 +1,128 @@
+"""The run that would tell explanations apart, and what it is expected to tell."""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from measurement.runs import Run
+from plant_model.gap import further_run as module
+from plant_model.gap.calibrate import calibrate
+from plant_model.gap.candidates import with_effect
+from plant_model.gap.design import all_sensitivities, run_design, sensitivities_of
+from plant_model.gap.further_run import FurtherRun, further_run
+from plant_model.gap.observations import Observations, observe
+from plant_model.gap.priors import Priors
+from plant_model.gap.refit import CandidateFit, score_fit
+from plant_model.machine import Machine
+from plant_model.simulate import simulate
+from scenarios.gap_next_run import next_run_scenario
+from scenarios.scenario import read_scenario
+from tests.plant_model.gap.conftest import runs_of
+
+
+@pytest.fixture(scope="module")
+def fits(jig_borer: Machine) -> tuple[list[CandidateFit], list[Observations]]:
+    """Return fits with windage, iron loss and a whiff of windage more, on runs of the first."""
+    true = with_effect(jig_borer, "windage", {"power": 400.0})
+    observed = observe(jig_borer, runs_of(true, every_s=120.0)[:3])
+    found = []
+    for key, values in (
+        ("windage", {"power": 400.0}),
+        ("tool_heating", {}),
+        ("windage", {"power": 400.5}),
+    ):
+        base = with_effect(jig_borer, key, values)
+        known = all_sensitivities(base, base, observed)
+        calibration = calibrate(base, observed, starts=1, iterations=1, sensitivities=known)
+        found.append(score_fit(base, (key,), observed, calibration, known))
+    return found, observed
+
+
+def test_proposes_a_run_in_which_the_readings_differ(
+    fits: tuple[list[CandidateFit], list[Observations]],
+) -> None:
+    (first, second, _), observed = fits
+    found = further_run([first, second], observed)
+    assert found is not None
+    inputs = module._inputs(first.machine, found.stretches, observed)
+    shown = [
+        simulate(one.machine, inputs, step_s=60.0, tolerance=1e-2).readings[found.channel][0]
+        for one in (first, second)
+    ]
+    assert np.abs(shown[0] - shown[1]).max() == pytest.approx(found.difference, rel=1e-6)
+    assert found.evidence > 0.0
+    assert found.said().startswith(f"{found.profile}: {found.channel} would differ by up to")
+
+
+def test_proposes_nothing_where_no_run_differs(
+    fits: tuple[list[CandidateFit], list[Observations]],
+) -> None:
+    (first, _, twin), observed = fits
+    assert further_run([first, twin], observed) is None
+
+
+def test_evidence_is_what_least_squares_cannot_explain(
+    fits: tuple[list[CandidateFit], list[Observations]],
+) -> None:
+    (best, rival, _), observed = fits
+    stretches = {"speed": ((0.0, 9000.0), (3 * 3600.0, 0.0))}
+    inputs = module._inputs(best.machine, stretches, observed)
+    names = observed[0].channels
+    told = module._evidence(best, rival.machine, inputs, names)
+    # The same by one large least-squares problem: old runs, priors and the new run, row by row.
+    frame = simulate(rival.machine, inputs, step_s=60.0, tolerance=1e-2).run_frame()
+    (one,) = observe(best.machine, [Run("new", frame)], channels=names)
+    moved = Priors.of(best.base, calibrated=True)
+    fixed = Priors.of(best.machine, calibrated=False)
+    new = run_design(best.machine, one, moved, sensitivities_of(best.machine, one, moved, fixed))
+    shared = new.shared.shape[1]
+    own = [design.nuisance.shape[1] for design in (*best.designs, new)]
+    rows, right = [], []
+    for i, design in enumerate((*best.designs, new)):
+        parts = [design.shared, *(np.zeros((len(design.residual), n)) for n in own)]
+        parts[1 + i] = design.nuisance
+        rows.append(np.hstack(parts))
+        # The old runs are explained as well as they can be: they only hold the parameters.
+        right.append(design.residual if design is new else np.zeros(len(design.residual)))
+    size = shared + sum(own)
+    matrix, wanted = np.vstack([*rows, np.eye(size)]), np.concatenate([*right, np.zeros(size)])
+    moved_by = np.linalg.lstsq(matrix, -wanted, rcond=None)[0]
+    assert told == pytest.approx(float(np.sum((wanted + matrix @ moved_by) ** 2)), rel=1e-6)
+
+
+def test_every_driving_input_is_tried_alone_and_with_the_others(jig_borer: Machine) -> None:
+    observed = observe(jig_borer, runs_of(jig_borer))
+    profiles = dict(module._profiles(jig_borer, observed))
+    assert len(profiles) == len(module.PROFILES)
+    top = max(float(one.run.frame["speed_rpm"].max()) for one in observed)
+    assert profiles["6 h at the highest speed"]["speed"] == ((0.0, top),)
+
+
+def test_the_scenario_file_is_the_run(tmp_path: Path) -> None:
+    run = FurtherRun(
+        "3 h at the highest speed, then 3 h without",
+        {"speed": ((0.0, 9000.0), (10800.0, 0.0))},
+        {"ambient": 21.5, "coolant_inlet": 22.0},
+        "T8",
+        1.25,
+        "K",
+        9.0,
+    )
+    table = {
+        "next_run": asdict(run),
+        "one_of_keys": ["windage", "motor_loss"],
+        "separate_by": run.said(),
+    }
+    path = tmp_path / "next_run.toml"
+    path.write_text(next_run_scenario(table))
+    (case,) = read_scenario(path).cases
+    assert case.settings.duration_s == 6 * 3600.0
+    signals = tomllib.loads(path.read_text())["signals"]
+    assert signals["speed"]["values"] == [9000.0, 0.0]
+    assert signals["coolant_inlet"] == 22.0
+    assert "odds of 90 to 1" in run.said()
