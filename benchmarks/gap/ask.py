@@ -37,8 +37,8 @@ BULKY = (Machine, Observations, RunDesign)
 
 def runs_of(folder: Path) -> tuple[list[Run], list[Run]]:
     """Return a case's runs: those to calibrate on, and the one to judge by."""
-    runs = [read_run(folder / f"{name}.csv") for name in RUNS]
-    return runs[:-1], runs[-1:]
+    runs = [read_run(path) for path in sorted(folder.glob("run_*.csv"))]
+    return runs, [read_run(folder / f"{RUNS[-1]}.csv")]
 
 
 def ask(folder: Path, without: Sequence[str] = (), seed: int = 0) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -71,32 +72,65 @@ class CaseRun:
 
 def simulate_case(case: Case) -> tuple[list[CaseRun], list[Hidden]]:
     """Return the runs of a case and the effects hidden in them."""
-    # One stream for each matter, so that hiding an effect changes nothing else.
-    machine, hall_rng, noise_rng = (np.random.default_rng([case.seed, k]) for k in range(3))
-    spindle = Spindle(draw(machine), case.resolution)
-    effects = [
-        make_effect(name, size, np.random.default_rng([case.seed, 10 + k]), channel or None)
-        for k, (name, size, channel) in enumerate(case.hidden)
-    ]
-    hall = {
-        "mean": float(hall_rng.uniform(20.0, 24.0)),
-        "swing": float(hall_rng.uniform(0.6, 2.0)),
-        "coolant": float(hall_rng.uniform(20.5, 23.0)),
-    }
-    period = float(hall_rng.choice(PERIODS))
-    meter = _Meter(noise_rng, case.noise)
-    march = March(spindle, effects)
-    families = _families(hall_rng)
-    found = []
-    for number, name in enumerate(RUNS):
-        run_rng = np.random.default_rng([case.seed, 100 + number])
-        drive = make_drive(families[number], run_rng, period, hall, before=PAST_HOURS)
-        if name not in case.runs:
-            continue
-        exact = _record(march, drive, number)
-        frame = meter.shown(exact, np.random.default_rng([case.seed, 200 + number]))
-        found.append(CaseRun(name, frame, exact, drive))
-    return found, effects
+    bench = _Bench(case)
+    numbers = [number for number, name in enumerate(RUNS) if name in case.runs]
+    return [bench.run(RUNS[k], k, bench.families[k]) for k in numbers], bench.effects
+
+
+def simulate_further(
+    case: Case, stretches: Sequence[tuple[float, float]] = (), seed: int = 0
+) -> CaseRun:
+    """Return one more run of a case's machine, in its own hall.
+
+    Parameters
+    ----------
+    case : Case
+    stretches : sequence of (float, float)
+        From when on [s] the spindle turns how fast [r/min], for six hours; if empty, a family of
+        speeds is drawn.
+    seed : int
+        Of surroundings, disturbances and noise.
+    """
+    bench = _Bench(case)
+    number = len(RUNS) + seed
+    rng = np.random.default_rng([case.seed, 300 + seed])
+    family = str(rng.choice(FAMILIES))
+    return bench.run("further_run", number, family, stretches)
+
+
+class _Bench:
+    """One machine with its hall, its instruments and what is hidden in it."""
+
+    def __init__(self, case: Case) -> None:
+        self.case = case
+        # One stream for each matter, so that hiding an effect changes nothing else.
+        machine, hall_rng, noise_rng = (np.random.default_rng([case.seed, k]) for k in range(3))
+        spindle = Spindle(draw(machine), case.resolution)
+        self.effects = [
+            make_effect(name, size, np.random.default_rng([case.seed, 10 + k]), channel or None)
+            for k, (name, size, channel) in enumerate(case.hidden)
+        ]
+        self._hall = {
+            "mean": float(hall_rng.uniform(20.0, 24.0)),
+            "swing": float(hall_rng.uniform(0.6, 2.0)),
+            "coolant": float(hall_rng.uniform(20.5, 23.0)),
+        }
+        self._period = float(hall_rng.choice(PERIODS))
+        self._meter = _Meter(noise_rng, case.noise)
+        self._march = March(spindle, self.effects)
+        self.families = _families(hall_rng)
+
+    def run(
+        self, name: str, number: int, family: str, stretches: Sequence[tuple[float, float]] = ()
+    ) -> CaseRun:
+        """Return a run of a family of speeds, or at given ones."""
+        rng = np.random.default_rng([self.case.seed, 100 + number])
+        drive = make_drive(family, rng, self._period, self._hall, before=PAST_HOURS)
+        if stretches:
+            drive = drive.at_speeds(stretches)
+        exact = _record(self._march, drive, number)
+        frame = self._meter.shown(exact, np.random.default_rng([self.case.seed, 200 + number]))
+        return CaseRun(name, frame, exact, drive)
 
 
 def _families(rng: np.random.Generator) -> list[str]:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -48,6 +49,12 @@ class Drive:
         change = np.flatnonzero((np.diff(self.speed) != 0.0) | (np.diff(self.torque) != 0.0)) + 1
         edges = [0, *change.tolist(), len(self.time_s) - 1]
         return [(a, b) for a, b in pairwise(edges) if b > a]
+
+    def at_speeds(self, stretches: Sequence[tuple[float, float]]) -> Drive:
+        """Return the same day at other speeds [r/min], each from an instant [s] on, unloaded."""
+        starts, speeds = (np.array(part) for part in zip(*stretches, strict=True))
+        speed = speeds[np.searchsorted(starts, self.time_s, side="right") - 1]
+        return replace(self, family="asked for", speed=speed, torque=np.zeros(len(speed)))
 
     def at(self, which: int) -> Array:
         """Return a column of `outside` at the rows."""

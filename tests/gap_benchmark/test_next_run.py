@@ -1,0 +1,82 @@
+"""One more run of a case's machine, and asking again with it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from benchmarks.gap import next_run
+from benchmarks.gap.ask import runs_of
+from benchmarks.gap.make import write_case
+from benchmarks.gap.plan import plan
+from benchmarks.gap.truth.case import simulate_case, simulate_further
+
+STRETCHES = [[0.0, 9000.0], [10800.0, 0.0]]
+
+
+def test_one_more_run_is_of_the_same_machine_at_the_speeds_asked_for() -> None:
+    case = plan("development", 1, kind="effect")[0].case
+    further = simulate_further(case, [(t, n) for t, n in STRETCHES])
+    frame = further.frame
+    late = frame["time_s"] > 10800.0
+    assert set(frame.loc[late, "speed_rpm"]) == {0.0}
+    assert set(frame.loc[~late & (frame["time_s"] < 10700.0), "speed_rpm"]) == {9000.0}
+    known = [run for run in simulate_case(case)[0] if run.name != "holdout"]
+    # Another day, the same instruments: noise of the same size, other values.
+    first = known[0].frame["T1_degC"] - known[0].exact["T1_degC"]
+    other = frame["T1_degC"] - further.exact["T1_degC"]
+    assert np.std(other) == pytest.approx(np.std(first), rel=0.2)
+    again = simulate_further(case, [(t, n) for t, n in STRETCHES])
+    pd.testing.assert_frame_equal(frame, again.frame)
+    assert simulate_further(case).drive.family != "asked for"
+
+
+def test_asks_again_with_both_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (planned,) = plan("development", 1, kind="effect")
+    write_case(planned, tmp_path)
+    truth = json.loads((tmp_path / "answers" / f"{planned.files}.json").read_text())["effects"]
+    record = {
+        "name": planned.name,
+        "number": planned.number,
+        "split": "development",
+        "kind": "effect",
+        "noise": 1.0,
+        "without": [],
+        "truth": truth,
+        "answer": {
+            "verdict": "one_of",
+            "effects": [{"name": truth[0]["name"], "channel": truth[0]["channel"]}],
+            "one_of": [truth[0]["name"], "radiation"],
+            "one_of_keys": [truth[0]["name"], "radiation"],
+            "next_run": {"stretches": {"speed": STRETCHES}},
+        },
+    }
+    records = tmp_path / "records"
+    records.mkdir()
+    (records / f"{planned.name}.json").write_text(json.dumps(record))
+    asked: list[list[str]] = []
+
+    def ask(folder: Path, without: list[str]) -> dict[str, Any]:
+        runs, unseen = runs_of(folder)
+        asked.append([run.name for run in (*runs, *unseen)])
+        effect = {"name": truth[0]["name"], "channel": truth[0]["channel"]}
+        return {"answer": {"verdict": "effect", "effects": [effect], "one_of": []}}
+
+    monkeypatch.setattr(next_run, "ask", ask)
+    assert next_run.main([str(tmp_path)]) == 0
+    assert asked == [[*(f"run_{i}" for i in range(1, 6)), "holdout"]] * 2
+    found = json.loads((tmp_path / "next_run" / f"{planned.name}.json").read_text())
+    assert found["asked for"]["outcome"] == found["at random"]["outcome"] == "right"
+    assert next_run.main([str(tmp_path)]) == 0
+    assert len(asked) == 2
+    assert "| asked for | 1 |" in next_run.table([found])
+
+
+def test_without_a_question_that_asks_for_a_run_nothing_is_done(tmp_path: Path) -> None:
+    with pytest.raises(SystemExit):
+        next_run.main([str(tmp_path)])
