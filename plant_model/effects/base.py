@@ -127,6 +127,8 @@ class Effect:
         an end of its range says that another law is at work.
     proportional : str
         Parameter that its answer grows in proportion to, if that is not its amplitude.
+    least : float
+        Amplitude, counted from ``off``, below which it is there on any machine and is not named.
     physical : tuple of float
         What bounds the amplitude where more than its sign does; empty if nothing else.
     tried : dict of str to tuple of float
@@ -154,6 +156,7 @@ class Effect:
     swings: ClassVar[tuple[str, ...]] = ()
     law: ClassVar[tuple[str, ...]] = ()
     proportional: ClassVar[str] = ""
+    least: ClassVar[float] = 0.0
     physical: ClassVar[tuple[float, ...]] = ()
     tried: ClassVar[dict[str, tuple[float, ...]]] = {}
     constant_exchanges: Sequence[Exchange] = ()

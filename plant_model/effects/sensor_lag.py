@@ -16,7 +16,8 @@ class SensorLag(Effect):
     A loose sensor in a thick pocket needs minutes, a clamped one seconds, by engineering judgement;
     ASTM E644 and VDI/VDE 3522 say how to measure it. Below 30 s the state lags by 30 s and the
     reading takes tau / 30 s of its distance, the same for anything slow, so that the reading
-    returns to T as tau goes to zero. It does nothing for a displacement sensor.
+    returns to T as tau goes to zero. It does nothing for a displacement sensor. A lag of less than
+    a minute is no fault: any thermometer has that.
     """
 
     name: ClassVar[str] = "sensor_lag"
@@ -26,6 +27,7 @@ class SensorLag(Effect):
         "minutes": Parameter(5.0, "min", 0.0, 20.0, "judgement: sensors loose in their pockets")
     }
     amplitude: ClassVar[str] = "minutes"
+    least: ClassVar[float] = 1.0
     on_channel: ClassVar[bool] = True
     states: ClassVar[tuple[str, ...]] = ("reading",)
     lags: ClassVar[bool] = True

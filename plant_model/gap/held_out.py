@@ -114,7 +114,8 @@ def confirmed(found: GapResult, unseen: Sequence[Observations]) -> tuple[GapResu
     for count in range(len(found.after.added), 0, -1):
         fewer = found.with_only(count)
         comparison = GapComparison(before, fewer.after.machine, unseen)
-        if comparison.gap()["after"] <= comparison.gap()["before"]:
+        better = comparison.gap()["after"] <= comparison.gap()["before"]
+        if better and not comparison.made_worse():
             return fewer, comparison
     found = found.with_only(0).only_described()
     while found.changes:
@@ -134,4 +135,5 @@ def _made_worse(found: GapResult, comparison: GapComparison) -> NamedChange | No
         if told is not None and told["after"] > told["before"]:
             return one
     gap = comparison.gap()
-    return found.changes[-1] if gap["after"] > gap["before"] else None
+    worse = gap["after"] > gap["before"] or comparison.made_worse()
+    return found.changes[-1] if worse else None

@@ -85,6 +85,15 @@ class CandidateFit:
         return beyond_usual_range(self.machine, self.added[-1]) if self._of_catalogue else ()
 
     @property
+    def is_ordinary(self) -> bool:
+        """Whether the effect added last is so small that any machine has as much."""
+        if not self._of_catalogue:
+            return False
+        effect = catalogue()[self.added[-1].partition(":")[0]]
+        value = self.machine.effects[self.added[-1]][effect.amplitude].value
+        return abs(value - effect.off) < effect.least
+
+    @property
     def _of_catalogue(self) -> bool:
         """Whether what was added last is an effect, and not another start of a part."""
         return bool(self.added) and self.added[-1].partition(":")[0] in catalogue()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -138,3 +139,15 @@ def by_channel(machine: Machine, found: list[RunResiduals]) -> dict[str, float]:
     rms = np.sqrt(np.nanmean(stacked[:, measured] ** 2, axis=0))
     names = np.array(found[0].observed.channels)[measured].tolist()
     return dict(zip(names, rms.tolist(), strict=True))
+
+
+def mean_squares(found: Sequence[RunResiduals]) -> FloatArray:
+    """Return each channel's mean square over all runs [tolerances squared], shape (C,).
+
+    It is NaN where nothing was measured.
+    """
+    squares = np.concatenate([(one.values / one.observed.tolerance) ** 2 for one in found])
+    count = np.isfinite(squares).sum(axis=0)
+    return np.asarray(
+        np.where(count > 0, np.nansum(squares, axis=0) / np.maximum(count, 1), np.nan)
+    )

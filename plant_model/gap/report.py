@@ -22,6 +22,7 @@ from plant_model.gap.regimes import (
     by_channel,
     floor_of,
     gap_of,
+    mean_squares,
     noise_of,
     places,
     residuals,
@@ -32,6 +33,12 @@ from plant_model.parameters import FloatArray
 from plant_model.sensors import displacement_names
 
 MACHINE_AFTER = "machine_after.toml"
+
+WORSE = 1.0
+"""Rise of a channel's mean square from which it counts as worse [tolerances squared]."""
+
+HARM = 0.1
+"""Share of what other channels gain that an addition may cost channels that get worse [1]."""
 
 
 class GapComparison:
@@ -57,6 +64,17 @@ class GapComparison:
             "after": gap_of(self.machine, self.after),
             "floor": floor_of(self.before),
         }
+
+    def made_worse(self) -> bool:
+        """Tell whether what was added puts right some channels at the cost of another.
+
+        An effect that was really missing makes no channel worse by more than the tolerance, and all
+        of them together by next to nothing of what it makes better.
+        """
+        before, after = (mean_squares(part) for part in (self.before, self.after))
+        change = np.nan_to_num(after - before)
+        harm, gain = change[change > 0.0].sum(), -change[change < 0.0].sum()
+        return bool(change.max(initial=0.0) > WORSE and harm > HARM * gain)
 
     def gap_beside(self, reference: Sequence[FloatArray]) -> dict[str, float]:
         """Return the gap with what the reference leaves, (K, C) of each run, and the rest of it."""

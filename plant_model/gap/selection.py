@@ -174,6 +174,7 @@ def select_effect(
         for i, one in enumerate(ranked)
         if odds[i] >= RIVAL_ODDS
         and 1.0 - costs[i] / before >= (LARGER_SHARE if one.beyond_usual else null_q99)
+        and not one.is_ordinary
         and not out_of_range(one, 1.0 - costs[i] / before)
     ]
     first = rivals[0] if rivals else 0

@@ -12,8 +12,12 @@ import pytest
 from measurement.errors import BadInput
 from measurement.runs import write_run
 from plant_model.effects import catalogue
+from plant_model.gap.calibrate import calibrate
 from plant_model.gap.candidates import Candidate, as_tried, grid, missing_effects, with_effect
+from plant_model.gap.design import all_sensitivities
 from plant_model.gap.find import _need_excitation, find_gap
+from plant_model.gap.observations import observe
+from plant_model.gap.refit import score_fit
 from plant_model.gap.selection import select_effect
 from plant_model.machine import Machine
 from plant_model.machine_file import read_machine
@@ -108,9 +112,11 @@ class _Scored:
         acts: tuple[bool, ...] = (),
         at_bounds: tuple[str, ...] = (),
         beyond_usual: tuple[str, ...] = (),
+        *,
+        is_ordinary: bool = False,
     ) -> None:
         self.added, self.loro_cost, self.acts = (name,), np.array(unseen), acts
-        self.at_bounds, self.beyond_usual = at_bounds, beyond_usual
+        self.at_bounds, self.beyond_usual, self.is_ordinary = at_bounds, beyond_usual, is_ordinary
 
 
 @pytest.mark.parametrize(
@@ -202,6 +208,25 @@ def test_an_effect_larger_than_usual_must_explain_most() -> None:
         assert select_effect(now, [found], 0.1, channels=14).one_of == named  # type: ignore[list-item, arg-type]
     # Half of it is enough for one that stays within what is usual.
     assert select_effect(now, [_Scored("a", [25.0] * 3)], 0.1, channels=14).named  # type: ignore[list-item, arg-type]
+
+
+def test_what_any_machine_has_is_not_named() -> None:
+    now = _Scored("", [50.0, 50.0, 50.0])
+    found = _Scored("a", [15.0] * 3, is_ordinary=True)
+    assert select_effect(now, [found], 0.1, channels=14).one_of == ()  # type: ignore[list-item, arg-type]
+
+
+def test_a_lag_of_less_than_a_minute_is_ordinary(jig_borer: Machine) -> None:
+    observed = observe(jig_borer, runs_of(jig_borer, every_s=300.0)[:2])
+    for minutes, ordinary in ((0.8, True), (2.0, False)):
+        machine = with_effect(jig_borer, "sensor_lag:T1", {"minutes": minutes})
+        known = all_sensitivities(machine, machine, observed)
+        calibration = calibrate(
+            machine, observed, starts=1, iterations=0, start_from=[machine], sensitivities=known
+        )
+        kept = replace(calibration, machine=machine)
+        fit = score_fit(machine, ("sensor_lag:T1",), observed, kept, known)
+        assert fit.is_ordinary is ordinary
 
 
 @pytest.mark.slow

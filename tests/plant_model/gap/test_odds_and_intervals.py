@@ -30,7 +30,7 @@ class _Scored:
 
     def __init__(self, name: str, unseen: np.ndarray) -> None:
         self.added, self.loro_cost, self.acts, self.at_bounds = (name,), unseen, (), ()
-        self.beyond_usual = ()
+        self.beyond_usual, self.is_ordinary = (), False
 
 
 @pytest.mark.parametrize("unit", [1.0, 4.0])

@@ -8,6 +8,7 @@ import pytest
 from measurement.runs import Run
 from plant_model.gap.five_lines import _left_out
 from plant_model.gap.observations import observe
+from plant_model.gap.regimes import RunResiduals
 from plant_model.gap.report import GapComparison
 from plant_model.machine import Machine
 from tests.plant_model.gap.conftest import runs_of
@@ -32,3 +33,27 @@ def test_each_broken_channel_is_told_once() -> None:
     told = " Left out as broken: T1 (wrong level in r0 and 4 more); x (frozen in r1)."
     assert _left_out(faults) == told
     assert _left_out([]) == ""
+
+
+@pytest.mark.parametrize(
+    ("changes", "worse"),
+    [
+        ({"T8": -5.0}, False),
+        ({"T8": -5.0, "S1": 0.9}, False),
+        ({"T8": -50.0, "S1": 2.0}, False),
+        ({"T8": -5.0, "S1": 2.0}, True),
+    ],
+)
+def test_what_costs_another_channel_more_than_its_tolerance_makes_it_worse(
+    changes: dict[str, float], worse: bool, jig_borer: Machine
+) -> None:
+    run = runs_of(jig_borer)[0]
+    (one,) = observe(jig_borer, [run])
+    comparison = GapComparison(jig_borer, jig_borer, [one])
+    size = np.full_like(one.values, 8.0)
+    after = size**2
+    for name, change in changes.items():
+        after[:, one.channels.index(name)] += change
+    comparison.before = [RunResiduals(one, size * one.tolerance)]
+    comparison.after = [RunResiduals(one, np.sqrt(after) * one.tolerance)]
+    assert comparison.made_worse() is worse
