@@ -10,21 +10,24 @@ from plant_model.effects.base import Effect, Inputs
 from plant_model.parameters import FloatArray, Parameter
 
 
-class CoolantDegradation(Effect):
-    """Wall conductance UA (1 - d min(t / t_end, 1)), t the time since the run began.
+FILM_EXPONENT = 0.8
+"""Power of the flow with which a turbulent film goes [1]."""
 
-    A clogging filter, air in the circuit or a worn pump lowers flow, and film coefficients of
+
+class CoolantDegradation(Effect):
+    """Flow V (1 - f) and wall conductance UA (1 - f)^0.8, f = d min(t / t_end, 1) since the start.
+
+    A clogging filter, air in the circuit or a worn pump lowers the flow, and film coefficients of
     turbulent pipe flow go with about flow^0.8 (Dittus and Boelter's correlation; Gnielinski's in
-    VDI Heat Atlas, 2nd ed., part G1): a loss of UA of 5 to 70 % for a loss of flow of 6 to 78 %.
-    How much is lost, and how fast, is engineering judgement. The walls' differences around the
-    circumference fall with them. Where a machine file has no jacket walls, the flows fall instead.
+    VDI Heat Atlas, 2nd ed., part G1). How much is lost, and how fast, is engineering judgement. The
+    walls' differences around the circumference fall with them.
     """
 
     name: ClassVar[str] = "coolant_degradation"
     title: ClassVar[str] = "Cooling that gets worse over the run"
     explanation: ClassVar[str] = "The jackets take away less heat from hour to hour."
     parameters: ClassVar[dict[str, Parameter]] = {
-        "loss": Parameter(0.3, "1", 0.0, 0.7, "judgement; UA goes with flow^0.8"),
+        "loss": Parameter(0.3, "1", 0.0, 0.7, "judgement; of the flow"),
         "hours": Parameter(8.0, "h", 2.0, 24.0, "judgement: a shift to a day"),
     }
     amplitude: ClassVar[str] = "loss"
@@ -37,8 +40,7 @@ class CoolantDegradation(Effect):
         machine, size = self.machine, len(self.machine.nodes)
         self._matrix = np.zeros((self.values.sets, size, size))
         self._flows: list[tuple[int, str, FloatArray]] = []
-        walls = machine.of_kind("links", "coolant_wall", "coolant_unevenness")
-        for item in walls:
+        for item in machine.of_kind("links", "coolant_wall", "coolant_unevenness"):
             effect, number = (
                 ("coolant_jacket", "conductance")
                 if item.kind == "coolant_wall"
@@ -49,7 +51,7 @@ class CoolantDegradation(Effect):
             for node, other in ((a, b), (b, a)):
                 self._matrix[:, node, node] += g
                 self._matrix[:, other, node] -= g
-        for item in [] if walls else machine.of_kind("links", "coolant_flow"):
+        for item in machine.of_kind("links", "coolant_flow"):
             node, feed = machine.node_index[item.refs["between"][0]], item.refs["between"][1]
             g = self.of(item, "flow") / 60.0 * self.of(item, "heat_capacity")
             self._flows.append((node, feed, self.scale_of("coolant_jacket") * g))
@@ -69,11 +71,12 @@ class CoolantDegradation(Effect):
         states: FloatArray | None,
         out: FloatArray,
     ) -> None:
-        """Take back the part of the exchange that is lost."""
+        """Take back the parts of what flows and walls carry that are lost."""
         assert temperatures is not None
         assert states is not None
         lost = self.own("loss") * np.minimum(states[..., 0] / self.own("hours"), 1.0)
-        out += lost[..., None] * (temperatures @ self._matrix)
+        of_walls = 1.0 - (1.0 - lost) ** FILM_EXPONENT
+        out += of_walls[..., None] * (temperatures @ self._matrix)
         index = self.machine.node_index
         for node, feed, g in self._flows:
             source = temperatures[..., index[feed]] if feed in index else inputs[feed]

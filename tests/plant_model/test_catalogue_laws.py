@@ -169,15 +169,20 @@ def test_coolant_thermostat_begins_where_its_phase_says(jig_borer: Machine) -> N
     assert first[2] < -0.1, "phase 0 is the coldest instant"
 
 
-def test_coolant_degradation_ends_as_a_machine_of_weaker_walls(jig_borer: Machine) -> None:
+def test_coolant_degradation_ends_as_a_machine_of_less_flow_and_weaker_walls(
+    jig_borer: Machine,
+) -> None:
     inputs = steady(9000.0, 20.0)
-    halves = {
-        item.parameter_name(key): 0.5 * parameter.value
+    less = {
+        item.parameter_name("flow"): 0.75 * item.parameters["flow"].value
+        for item in jig_borer.of_kind("links", "coolant_flow")
+    } | {
+        item.parameter_name(key): 0.75**0.8 * parameter.value
         for item in jig_borer.of_kind("links", "coolant_wall", "coolant_unevenness")
         for key, parameter in item.parameters.items()
     }
-    weaker = simulate(jig_borer.with_values(halves), inputs)
-    moved, with_it, _ = change(jig_borer, "coolant_degradation", inputs, loss=0.5, hours=2.0)
+    weaker = simulate(jig_borer.with_values(less), inputs)
+    moved, with_it, _ = change(jig_borer, "coolant_degradation", inputs, loss=0.25, hours=2.0)
     np.testing.assert_allclose(with_it.temperatures[0, -1], weaker.temperatures[0, -1], atol=0.05)
     assert moved["T1"][-1] > 0.3
     assert abs(moved["T1"][5]) < 0.1 * moved["T1"][-1], "at first the jackets are sound"
