@@ -13,7 +13,7 @@ import hashlib
 import importlib.util
 import re
 import sys
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -76,6 +76,9 @@ def collect(
     roots: Iterable[str],
     whole: Iterable[str] = (),
     allowed: Iterable[str] = (),
+    *,
+    added: Mapping[str, Path] | None = None,
+    left_out: Collection[str] = (),
 ) -> Bundle:
     """Return the modules that *entry* needs, found by following its imports.
 
@@ -90,23 +93,28 @@ def collect(
         Packages of which every module is needed, because they are found by walking a folder.
     allowed : iterable of str
         Top-level packages that the host's Python must have.
+    added : dict of str to Path, optional
+        Files from elsewhere, by the dotted name that each has in the bundle.
+    left_out : collection of str
+        Modules that are not bundled, though they are imported: the importer goes on without.
 
     Raises
     ------
     BundleError
         For an import that the bundle could not satisfy.
     """
+    more = added or {}
     ours = frozenset(roots) | {VENDORED}
     sources: dict[str, str] = {}
     packages: set[str] = set()
     outside: set[str] = set()
-    waiting = [entry, *whole, *(name for package in whole for name in _modules_in(package))]
+    waiting = [entry, *whole, *(name for package in whole for name in _modules_in(package)), *more]
     while waiting:
         name = waiting.pop()
         if name in sources:
             continue
-        path = _path_of(name)
-        if path.name == "__init__.py":
+        path = more[name] if name in more else _path_of(name)
+        if path.name == "__init__.py" and name not in more:
             packages.add(name)
         empty = name == VENDORED
         sources[name] = "" if empty else path.read_text(encoding="utf-8")
@@ -115,7 +123,8 @@ def collect(
         for found in _imports(sources[name], name, name in packages):
             top = found.module.partition(".")[0]
             if top in ours:
-                waiting += [module for module in found.candidates if _exists(module)]
+                wanted = [module for module in found.candidates if module not in left_out]
+                waiting += [module for module in wanted if _exists(module)]
             elif top in set(allowed):
                 outside.add(top)
             elif top not in sys.stdlib_module_names:
@@ -123,6 +132,26 @@ def collect(
                     f"{path}:{found.line}: imports {found.module}, which an FMU does not carry"
                 )
     return Bundle(sources, frozenset(packages), frozenset(outside), ours)
+
+
+def problem_alone(path: Path, roots: Iterable[str], allowed: Iterable[str]) -> str:
+    """Return why a file from elsewhere cannot be bundled alone, or nothing.
+
+    Parameters
+    ----------
+    path : Path
+    roots, allowed : iterable of str
+        As `collect` takes them.
+    """
+    known = {*roots, *allowed, *sys.stdlib_module_names}
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom) and node.level:
+            return f"{path.name} line {node.lineno} imports from its own package"
+    for found in _imports(path.read_text(encoding="utf-8"), "<alone>", is_package=False):
+        if found.module.partition(".")[0] not in known:
+            return f"{path.name} line {found.line} imports {found.module}"
+    return ""
 
 
 def rewritten(source: str, root: str, ours: Iterable[str], name: str = "<module>") -> str:

@@ -67,6 +67,10 @@ class Recipe:
         What the documentation says.
     icon : bytes
         The picture of the FMU, PNG.
+    added : dict of str to Path
+        Files of plug-ins, by the dotted name that each has in the FMU.
+    left_out : tuple of str
+        Modules that look for plug-ins: an FMU carries its own.
     """
 
     identity: Identity
@@ -78,6 +82,8 @@ class Recipe:
     whole: tuple[str, ...] = ()
     third_party: Mapping[str, str] = field(default_factory=dict)
     data: Mapping[str, bytes] = field(default_factory=dict)
+    added: Mapping[str, Path] = field(default_factory=dict)
+    left_out: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -113,7 +119,14 @@ def build(recipe: Recipe) -> Package:
         For a variable with a unit that is not understood.
     """
     name = recipe.identity.name
-    bundle = collect(recipe.module, recipe.roots, recipe.whole, recipe.third_party)
+    bundle = collect(
+        recipe.module,
+        recipe.roots,
+        recipe.whole,
+        recipe.third_party,
+        added=recipe.added,
+        left_out=recipe.left_out,
+    )
     content = hashlib.sha256(f"{bundle.digest()}\0{recipe.slave}\0{name}".encode())
     for path in sorted(recipe.data):
         content.update(path.encode() + b"\0" + hashlib.sha256(recipe.data[path]).digest())

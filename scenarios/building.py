@@ -34,6 +34,7 @@ from plant_model.machine import Machine
 from plant_model.machine_file import read_machine
 from plant_model.native.build import native_plant
 from scenarios.outputs import FMU, OTHERWISE, check_output, guarding, is_forced
+from scenarios.plugged import effect_files, error_model_files
 from scenarios.version import version as installed_version
 
 HERE = Path(__file__).resolve().parent.parent
@@ -89,15 +90,18 @@ def compensator_recipe(path: Path, name: str, native: bool = False) -> tuple[Rec
         WORKING_DAY_S,
         STEP_S,
     )
+    roots = ("fmu_compensator", "fmu_packaging")
     recipe = Recipe(
         identity,
         "fmu_compensator.runtime.fmi_slave",
         "CompensatorSlave",
-        roots=("fmu_compensator", "fmu_packaging"),
+        roots=roots,
         whole=("fmu_compensator.runtime.error_models",),
         data={MODEL_FILE: without_training(data.decode()).encode()},
         page=_compensator_page(model, hashlib.sha256(data).hexdigest(), native),
         icon=(ASSETS / "compensator.png").read_bytes(),
+        added=error_model_files(model, roots),
+        left_out=("fmu_compensator.plugins",),
     )
     return recipe, _compensator_reference(model)
 
@@ -114,16 +118,19 @@ def plant_recipe(machine: Machine, name: str) -> tuple[Recipe, Reference]:
         STEP_S,
     )
     data = (json.dumps(machine.to_dict(), indent=1) + "\n").encode()
+    roots, third_party = ("plant_model", "fmu_packaging"), {"numpy": ">=2.0"}
     recipe = Recipe(
         identity,
         "plant_model.fmi_slave",
         "PlantSlave",
-        roots=("plant_model", "fmu_packaging"),
+        roots=roots,
         whole=("plant_model.effects",),
-        third_party={"numpy": ">=2.0"},
+        third_party=third_party,
         data={MACHINE_FILE: data},
         page=_plant_page(machine),
         icon=(ASSETS / "plant.png").read_bytes(),
+        added=effect_files(machine, roots, third_party),
+        left_out=("plant_model.plugins",),
     )
     return recipe, _plant_reference(machine)
 

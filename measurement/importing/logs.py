@@ -52,12 +52,12 @@ def _tdms(path: Path) -> Iterable[Sheet]:
             columns[CLOCK] = _waveform(with_clock[0]).tolist()
         for channel in channels:
             unit = str(channel.properties.get("unit_string", ""))
-            columns[heading(channel.name, unit)] = _cells(channel[:])
+            columns[heading(channel.name, unit)] = cells_of_values(channel[:])
         lengths = {len(cells) for cells in columns.values()}
         if len(lengths) > 1:
             problem = f"has channels of {min(lengths)} and of {max(lengths)} values"
             raise BadInput(path, group.name, problem)
-        yield _sheet(path, group.name, columns)
+        yield sheet_of(path, group.name, columns)
 
 
 def _waveform(channel: Any) -> FloatArray:
@@ -83,9 +83,9 @@ def _mdf(path: Path) -> Iterable[Sheet]:
                     continue
                 times = np.asarray(signal.timestamps, dtype=np.float64)
                 columns = by_clock.setdefault(times.tobytes(), {CLOCK: (zero + times).tolist()})
-                columns[heading(signal.name, signal.unit or "")] = _cells(signal.samples)
+                columns[heading(signal.name, signal.unit or "")] = cells_of_values(signal.samples)
     for number, columns in enumerate(by_clock.values(), 1):
-        yield _sheet(path, f"group {number}", columns)
+        yield sheet_of(path, f"group {number}", columns)
 
 
 def _places(log: Any, group: int) -> list[tuple[None, int, int]]:
@@ -94,13 +94,15 @@ def _places(log: Any, group: int) -> list[tuple[None, int, int]]:
     return [(None, part, channel) for part, channels in found.items() for channel in channels]
 
 
-def _cells(values: Any) -> list[Any]:
+def cells_of_values(values: Any) -> list[Any]:
+    """Return the values of a channel as cells: times, numbers or texts."""
     cells = np.asarray(values)
     if cells.dtype.kind == "M":
         return [pd.Timestamp(stamp).to_pydatetime() for stamp in cells]
     return cells.tolist() if cells.dtype.kind in "biuf" else [str(cell) for cell in cells]
 
 
-def _sheet(path: Path, title: str, columns: dict[Heading, list[Any]]) -> Sheet:
+def sheet_of(path: Path, title: str, columns: dict[Heading, list[Any]]) -> Sheet:
+    """Return columns of cells as a sheet."""
     rows = list(range(1, len(next(iter(columns.values()))) + 1))
     return Sheet(path, title, tuple(columns), list(columns.values()), rows)

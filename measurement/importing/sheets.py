@@ -30,6 +30,8 @@ MISSING = frozenset(
 )
 """What recorders write where there is no value, in small letters."""
 EXCEL = (".xlsx", ".xlsm", ".xlsb", ".xls", ".ods")
+LOGS = (".tdms", ".mf4", ".mdf")
+TEXTS = (".csv", ".txt", ".tsv", ".dat")
 HEADER_WITHIN = 100
 """Lines among which the header is looked for."""
 
@@ -76,7 +78,7 @@ def read_sheets(path: Path) -> list[Sheet]:
     ----------
     path : Path
         A text table, or by its ending a workbook (``.xlsx``, ``.xls``, ...) or a log (``.tdms``,
-        ``.mf4``, ``.mdf``, ``.dat`` where it is one).
+        ``.mf4``, ``.mdf``, ``.dat`` where it is one), or what a plug-in reads.
 
     Raises
     ------
@@ -85,9 +87,13 @@ def read_sheets(path: Path) -> list[Sheet]:
     """
     ending = path.suffix.lower()
     data = read_bytes(path)
-    if ending in EXCEL:
+    from measurement.importing.plugged import read_plugged
+
+    if (plugged := read_plugged(path)) is not None:
+        found = plugged
+    elif ending in EXCEL:
         found = _workbook(path)
-    elif ending in (".tdms", ".mf4", ".mdf") or data[:8].startswith(b"MDF     "):
+    elif ending in LOGS or data[:8].startswith(b"MDF     "):
         from measurement.importing.logs import read_log
 
         found = read_log(path)

@@ -1,7 +1,8 @@
 """Physical effects, one file each; a new file in this folder is a new effect.
 
 The folder is walked at import, relative to wherever the package lives, so that it also works when
-the plant FMU carries the package under another name.
+the plant FMU carries the package under another name. Plug-ins add effects of their own; an FMU
+carries those of them that its machine has as files in this folder.
 """
 
 from __future__ import annotations
@@ -13,9 +14,27 @@ from plant_model.walk import classes_found
 
 
 @cache
-def catalogue() -> dict[str, type[Effect]]:
-    """Return every effect by its name, in alphabetical order."""
+def shipped_effects() -> dict[str, type[Effect]]:
+    """Return the effects of this folder by their names, in alphabetical order."""
     return classes_found(__name__, __path__, Effect, "effects effect")
+
+
+@cache
+def catalogue() -> dict[str, type[Effect]]:
+    """Return every effect by its name, those of plug-ins included, in alphabetical order.
+
+    Raises
+    ------
+    BadInput
+        For a plug-in that cannot be used.
+    """
+    shipped = shipped_effects()
+    try:
+        from plant_model.plugins import plugged_effects
+    except ImportError:  # in an FMU
+        return shipped
+    more = {name: one.thing for name, one in plugged_effects(frozenset(shipped)).items()}
+    return dict(sorted({**shipped, **more}.items()))
 
 
 @cache
@@ -28,4 +47,4 @@ def item_kinds() -> dict[tuple[str, str], tuple[str, ItemSpec]]:
     }
 
 
-__all__ = ["Effect", "ItemSpec", "catalogue", "item_kinds"]
+__all__ = ["Effect", "ItemSpec", "catalogue", "item_kinds", "shipped_effects"]

@@ -19,6 +19,7 @@ from plant_model.machine import Machine
 from plant_model.native.trace import Expr, Graph, Traced, UntraceableError, tracing
 from plant_model.network import Network, effects_in_force
 from plant_model.parameters import Values
+from plant_model.plugins import plugged_modules
 from plant_model.sensors import readings
 from plant_model.structure import drift_at, pose
 
@@ -134,7 +135,8 @@ def equations_of(machine: Machine, tunable: Sequence[str]) -> Equations:
     """
     graph = Graph()
     catalogue()  # What is imported later would be numpy's code as it is.
-    with tracing(graph, "plant_model", lambda name: name.startswith("plant_model.native")):
+    plugins = plugged_modules()
+    with tracing(graph, "plant_model", lambda name: name.startswith("plant_model.native"), plugins):
         values = SymbolicValues(machine, tunable, graph)
         try:
             effects = effects_in_force(machine, values)

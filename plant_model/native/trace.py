@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -332,7 +332,9 @@ class _Numpy:
 
 
 @contextmanager
-def tracing(graph: Graph, package: str, keep: Callable[[str], bool]) -> Iterator[None]:
+def tracing(
+    graph: Graph, package: str, keep: Callable[[str], bool], more: Collection[str] = ()
+) -> Iterator[None]:
     """Let the modules of a package make arrays that can take expressions in, for a while.
 
     Parameters
@@ -342,12 +344,15 @@ def tracing(graph: Graph, package: str, keep: Callable[[str], bool]) -> Iterator
         Whose modules, as far as they are imported and call numpy ``np``.
     keep : callable
         Says of a module's name whether it is to stay as it is.
+    more : collection of str
+        Further modules: those of plug-ins.
     """
     stand_in = _Numpy(graph)
     modules = [
         module
         for name, module in list(sys.modules.items())
-        if name.startswith(f"{package}.") and getattr(module, "np", None) is np and not keep(name)
+        if (name in more or (name.startswith(f"{package}.") and not keep(name)))
+        and getattr(module, "np", None) is np
     ]
     for module in modules:
         module.np = stand_in  # type: ignore[attr-defined]

@@ -1,0 +1,70 @@
+"""Logs that plug-ins read: an entry point for each ending of a file's name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from measurement.errors import BadInput
+from measurement.importing.headers import heading
+from measurement.importing.logs import cells_of_values, sheet_of
+from measurement.importing.sheets import EXCEL, LOGS, TEXTS, Sheet
+from measurement.plugins import IMPORTERS, PlugIn, plugged_in
+
+Reader = Callable[[Path], Mapping[str, pd.DataFrame]]
+"""From a file to its tables by title; columns are named as in a text table, ``Speed [rpm]``."""
+
+
+@cache
+def importers() -> dict[str, PlugIn[Reader]]:
+    """Return the readers of plug-ins, by the ending that each reads, without its dot.
+
+    Raises
+    ------
+    BadInput
+        For a plug-in that is no function, or whose ending the project reads itself.
+    """
+    shipped = [ending.removeprefix(".") for ending in (*EXCEL, *LOGS, *TEXTS)]
+    return plugged_in(
+        IMPORTERS, shipped, lambda plugin: "" if callable(plugin.thing) else "is no function"
+    )
+
+
+def read_plugged(path: Path) -> list[Sheet] | None:
+    """Return the tables of a file that a plug-in reads; None where none does.
+
+    Raises
+    ------
+    BadInput
+        If the plug-in fails, or gives anything but frames by title.
+    """
+    plugin = importers().get(path.suffix.lower().removeprefix("."))
+    if plugin is None:
+        return None
+    try:
+        tables = plugin.thing(path)
+    except BadInput:
+        raise
+    except Exception as error:  # a stranger's reader may raise anything
+        problem = f"cannot be read by {plugin.source}: {type(error).__name__}: {error}"
+        raise BadInput(path, "", problem) from None
+    if not isinstance(tables, Mapping) or not all(
+        isinstance(frame, pd.DataFrame) for frame in tables.values()
+    ):
+        raise plugin.refuse("must return a mapping of title to pandas frame")
+    return [_sheet(path, str(title), frame) for title, frame in tables.items() if len(frame)]
+
+
+def _sheet(path: Path, title: str, frame: pd.DataFrame) -> Sheet:
+    names = [str(name) for name in frame.columns]
+    if len(set(names)) < len(names):
+        raise BadInput(path, title, "has two columns of one name")
+    columns: dict[Any, list[Any]] = {
+        heading(name, ""): cells_of_values(frame[key])
+        for name, key in zip(names, frame.columns, strict=True)
+    }
+    return sheet_of(path, title, columns)

@@ -1,0 +1,83 @@
+"""What FMUs carry of plug-ins: each one's file, if it can stand alone there."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from fmu_compensator.plugins import plugged_error_models
+from fmu_compensator.runtime.error_models import shipped_error_models
+from fmu_compensator.runtime.error_models.base import ErrorModel
+from fmu_compensator.runtime.modelfile import Model
+from fmu_packaging.bundle import problem_alone
+from measurement.plugins import PlugIn
+from plant_model.effects import Effect, shipped_effects
+from plant_model.machine import Machine
+from plant_model.plugins import plugged_effects
+
+
+def effect_files(
+    machine: Machine, roots: tuple[str, ...], third_party: Mapping[str, str]
+) -> dict[str, Path]:
+    """Return the files of plug-ins' effects in force, by dotted name in the plant FMU.
+
+    Raises
+    ------
+    BadInput
+        For one that cannot go into an FMU.
+    """
+    plugins = plugged_effects(frozenset(shipped_effects()))
+    names = {key.partition(":")[0] for key in machine.effects}
+    return {
+        f"plant_model.effects.{name}": _file(plugins[name], Effect, roots, third_party)
+        for name in sorted(names & plugins.keys())
+    }
+
+
+def error_model_files(model: Model, roots: tuple[str, ...]) -> dict[str, Path]:
+    """Return the files of plug-ins' error models in use, by dotted name in the compensator FMU.
+
+    Raises
+    ------
+    BadInput
+        For one that cannot go into an FMU.
+    """
+    plugins = plugged_error_models(frozenset(shipped_error_models()))
+    return {
+        f"fmu_compensator.runtime.error_models.{kind}": _file(plugins[kind], ErrorModel, roots, {})
+        for kind in sorted(set(_kinds(model.table["error_model"])) & plugins.keys())
+    }
+
+
+def _kinds(table: Mapping[str, Any]) -> Iterator[str]:
+    """Return the kind of an error model and those of its constituents."""
+    yield str(table["kind"])
+    for inner in table.get("models", []):
+        yield from _kinds(inner)
+
+
+def _file(
+    plugin: PlugIn[type[Any]],
+    base: type[Any],
+    roots: tuple[str, ...],
+    third_party: Mapping[str, str],
+) -> Path:
+    kind = plugin.thing
+    path = Path(inspect.getfile(kind))
+    # As the walk in the FMU will see the file.
+    alike = [
+        thing
+        for thing in vars(inspect.getmodule(kind)).values()
+        if isinstance(thing, type) and issubclass(thing, base) and thing is not base
+    ]
+    carried = ", ".join(("the standard library", *third_party, *roots))
+    if len(alike) != 1:
+        names = ", ".join(thing.__name__ for thing in alike)
+        problem = f"{path.name} holds {names}, an FMU carries files with one class of the kind"
+        raise plugin.refuse(f"cannot go into an FMU: {problem}")
+    problem = problem_alone(path, roots, third_party)
+    if problem:
+        raise plugin.refuse(f"cannot go into an FMU: {problem}; it carries {carried} only")
+    return path

@@ -1,0 +1,300 @@
+"""Plug-ins: an example distribution, installed apart with its entry points, and broken ones."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tomllib
+import zipfile
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+import scenarios.plugged
+from fmu_compensator.fit.error_models import fitted_models
+from fmu_compensator.runtime.modelfile import ModelFileError, load_model
+from measurement import plugins
+from measurement.errors import BadInput
+from measurement.importing import plugged
+from measurement.importing.plugged import importers
+from measurement.importing.sheets import read_sheets
+from plant_model.effects import catalogue, shipped_effects
+from plant_model.machine_file import read_machine
+from plant_model.plugins import plugged_effects
+from scenarios.plugged import effect_files
+from tests.conftest import ROOT
+
+EXAMPLE = Path(__file__).parent / "example"
+
+
+def lay_down(folder: Path, name: str, version: str, groups: dict[str, dict[str, str]]) -> None:
+    """Write a distribution's metadata as an installer does."""
+    info = folder / f"{name.replace('-', '_')}-{version}.dist-info"
+    info.mkdir(parents=True)
+    (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: {version}\n")
+    lines = [
+        line
+        for group, points in groups.items()
+        for line in (f"[{group}]", *(f"{key} = {value}" for key, value in points.items()))
+    ]
+    (info / "entry_points.txt").write_text("\n".join(lines) + "\n")
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the example as it is when installed."""
+    folder = tmp_path_factory.mktemp("plugins")
+    project = tomllib.loads((EXAMPLE / "pyproject.toml").read_text())["project"]
+    lay_down(folder, project["name"], project["version"], project["entry-points"])
+    shutil.copytree(EXAMPLE / "drag_kit", folder / "drag_kit")
+    return folder
+
+
+def broken(folder: Path, group: str, entry: str, code: str = "") -> Path:
+    """Lay down a distribution with one entry point; return the folder that holds it."""
+    name, _, value = entry.partition(" = ")
+    lay_down(folder, "odd-kit", "0.3", {f"spindle_drift.{group}": {name: value}})
+    (folder / "odd_kit.py").write_text(code)
+    return folder
+
+
+def run(site: Path, folder: Path, *argv: str) -> subprocess.CompletedProcess[str]:
+    path = os.pathsep.join([str(site), str(ROOT)])
+    return subprocess.run(
+        [sys.executable, "-W", "error", *argv],
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": path},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+def good(site: Path, folder: Path, *argv: str) -> str:
+    done = run(site, folder, *argv)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def machine(site: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The jig borer with the plug-in's effect in force."""
+    path = tmp_path_factory.mktemp("machine") / "dragging.toml"
+    text = (ROOT / "plant_model" / "machines" / "jig_borer.toml").read_text()
+    power = '{ value = 200.0, unit = "W", low = 0.0, high = 300.0, source = "made up" }'
+    path.write_text(f"{text}\n[effects.brake_drag]\npower = {power}\n")
+    return path
+
+
+PLANT = """
+import sys
+import pandas as pd
+import spindle_drift as sd
+from measurement.importing.sheets import read_sheets
+from plant_model.gap.candidates import missing_effects
+assert "brake_drag" in {effect.name for effect in missing_effects(sd.Machine("jig_borer").model)}
+inputs = pd.DataFrame({"time_s": [0.0, 1800.0, 3600.0], "speed_rpm": 6000.0,
+                       "T9_degC": 21.0, "T5_degC": 21.0})
+with_it, without = (sd.simulate(m, inputs).frame for m in (sys.argv[1], "jig_borer"))
+print(float((with_it - without).filter(like="_degC").to_numpy().max()))
+log = sd.import_log("log.jlog")
+print(list(log.runs[0].frame), log.runs[0].frame.iloc[0].tolist())
+"""
+
+
+def test_an_effect_is_simulated_and_offered_to_the_gap_finder_and_a_log_is_read(
+    site: Path, machine: Path, tmp_path: Path
+) -> None:
+    rows = [{"t [s]": k, "Spindle [K]": 293.15 + 0.1 * k} for k in range(4)]
+    (tmp_path / "log.jlog").write_text("\n".join(json.dumps(row) for row in rows))
+    warmer, run = good(site, tmp_path, "-c", PLANT, str(machine)).splitlines()
+    assert 0.2 < float(warmer) < 20.0
+    assert run == "['time_s', 'Spindle_degC'] [0.0, 20.0]"
+
+
+SHOWN = """
+import fmpy
+found = fmpy.simulate_fmu("fmus/dragging.fmu", stop_time=1800.0, output_interval=60.0,
+                          output=["T2"], start_values={"speed": 6000.0})
+print(repr(float(found["T2"][-1])))
+"""
+FMU = f"""
+import sys
+import spindle_drift as sd
+sd.build_fmu(sys.argv[1], "fmus", name="dragging")
+{SHOWN}
+"""
+
+
+@pytest.mark.slow
+def test_a_plant_fmu_carries_the_effect_to_where_the_plug_in_is_not(
+    site: Path, machine: Path, tmp_path: Path
+) -> None:
+    here = good(site, tmp_path, "-c", FMU, str(machine))
+    with zipfile.ZipFile(tmp_path / "fmus" / "dragging.fmu") as archive:
+        names = archive.namelist()
+    assert any(name.endswith("/plant_model/effects/brake_drag.py") for name in names)
+    assert not any(name.endswith("/plugins.py") for name in names)
+    (apart := tmp_path / "apart").mkdir()
+    assert good(apart, tmp_path, "-c", SHOWN) == here
+    assert float(here) > 20.1
+
+
+COMPENSATOR = """
+import spindle_drift as sd
+names = ["training_down", "training_random"]
+runs = [sd.simulate("jig_borer", name, every_s=120.0, noise_seed=n)
+        for n, name in enumerate(names)]
+found = sd.fit(runs, model="mean_rise", machine="jig_borer")
+print(found.save("mean.json"))
+print(sd.build_fmu("mean.json", "fmus", name="mean"))
+try:
+    sd.build_fmu("mean.json", "native", name="native", native=True)
+except ValueError as error:
+    print(error)
+"""
+
+
+@pytest.mark.slow
+def test_an_error_model_is_fitted_and_goes_into_an_fmu(site: Path, tmp_path: Path) -> None:
+    *_, refused = good(site, tmp_path, "-c", COMPENSATOR).splitlines()
+    table = json.loads((tmp_path / "mean.json").read_text())
+    assert table["error_model"]["kind"] == "mean_rise"
+    assert "'mean_rise' has no C twin" in refused
+    with pytest.raises(ModelFileError, match="mean_rise"):
+        load_model(tmp_path / "mean.json")
+    (apart := tmp_path / "apart").mkdir()
+    shown = good(
+        apart, tmp_path, "-c", "import fmpy; print(len(fmpy.simulate_fmu('fmus/mean.fmu')))"
+    )
+    assert int(shown) > 10
+
+
+EFFECT = """
+from typing import ClassVar
+import {also}
+from plant_model.effects.base import Effect
+from plant_model.parameters import Parameter
+class Odd(Effect):
+    name: ClassVar[str] = "{name}"
+    title: ClassVar[str] = "Odd"
+    explanation: ClassVar[str] = "Odd."
+    parameters: ClassVar[dict] = {{"power": Parameter(1.0, "W", 0.0, 2.0, "made up")}}
+    amplitude: ClassVar[str] = "{amplitude}"
+"""
+
+
+@pytest.fixture
+def seen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """A folder whose distributions this process sees."""
+    # Asked now, so that nothing of the folder is remembered by what other tests use.
+    catalogue(), fitted_models(), importers()
+    folder = tmp_path / "site"
+    monkeypatch.syspath_prepend(str(folder))
+    plugins._points.cache_clear()
+    yield folder
+    plugins._points.cache_clear()
+    sys.modules.pop("odd_kit", None)
+
+
+@pytest.mark.parametrize(
+    ("entry", "code", "said"),
+    [
+        ("odd = odd_kit:Odd", "raise RuntimeError('no licence')", "RuntimeError: no licence"),
+        ("odd = odd_kit:Odd", "def (", "SyntaxError"),
+        ("odd = odd_kit:Odd", "raise SystemExit(3)", "SystemExit"),
+        ("odd = not_there:Odd", "", "No module named 'not_there'"),
+        ("odd = odd_kit:Odd", "", "has no attribute 'Odd'"),
+        ("odd = odd_kit:Odd", "Odd = 3", "is no subclass of plant_model.effects.base.Effect"),
+        (
+            "odd = odd_kit:Odd",
+            EFFECT.format(also="math", name="even", amplitude="power"),
+            "is called even",
+        ),
+        (
+            "odd = odd_kit:Odd",
+            EFFECT.format(also="math", name="odd", amplitude="size"),
+            "the amplitude size is none of its parameters",
+        ),
+        (
+            "windage = odd_kit:Odd",
+            EFFECT.format(also="math", name="windage", amplitude="power"),
+            "windage is a name that the project itself has",
+        ),
+    ],
+)
+def test_a_broken_plug_in_is_one_line_that_names_it(
+    entry: str, code: str, said: str, seen: Path
+) -> None:
+    broken(seen, "effects", entry, code)
+    with pytest.raises(BadInput) as refused:
+        plugged_effects.__wrapped__(frozenset(shipped_effects()))
+    text, name = str(refused.value), entry.split()[0]
+    assert text.startswith(f"plug-in {name} of odd-kit 0.3: spindle_drift.effects: ")
+    assert said in text
+    assert "\n" not in text
+
+
+def test_two_plug_ins_of_one_name_are_refused(seen: Path) -> None:
+    entry = "odd = odd_kit:Odd"
+    broken(seen, "effects", entry, EFFECT.format(also="math", name="odd", amplitude="power"))
+    lay_down(seen, "other-kit", "1.0", {"spindle_drift.effects": {"odd": "odd_kit:Odd"}})
+    with pytest.raises(BadInput, match=r"other-kit 1\.0.*has the name of plug-in odd of odd-kit"):
+        plugged_effects.__wrapped__(frozenset(shipped_effects()))
+
+
+def test_a_fitting_twin_without_a_predicting_one_is_refused(seen: Path) -> None:
+    code = "from fmu_compensator.fit.error_models.mlr import MultipleLinearRegression as Odd"
+    broken(seen, "fitted_error_models", "odd = odd_kit:Odd", code)
+    with pytest.raises(BadInput, match=r"plug-in odd of odd-kit 0\.3.*has no predicting twin"):
+        fitted_models.__wrapped__()
+
+
+def test_an_importer_of_an_ending_that_is_read_already_is_refused(seen: Path) -> None:
+    broken(seen, "importers", "csv = odd_kit:read", "read = print")
+    with pytest.raises(BadInput, match=r"plug-in csv of odd-kit 0\.3: .*csv is a name that"):
+        importers.__wrapped__()
+
+
+@pytest.mark.parametrize(
+    ("code", "said"),
+    [
+        ("def read(path): raise KeyError('no')", "cannot be read by plug-in jlog of odd-kit 0.3"),
+        ("def read(path): return [1]", "must return a mapping of title to pandas frame"),
+    ],
+)
+def test_a_reader_that_fails_is_one_line(
+    code: str, said: str, seen: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    broken(seen, "importers", "jlog = odd_kit:read", code)
+    monkeypatch.setattr(plugged, "importers", importers.__wrapped__)
+    (tmp_path / "log.jlog").write_text("x")
+    with pytest.raises(BadInput) as refused:
+        read_sheets(tmp_path / "log.jlog")
+    assert said in str(refused.value)
+
+
+def test_what_cannot_go_into_an_fmu_is_said_in_one_line(
+    seen: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    broken(
+        seen,
+        "effects",
+        "odd = odd_kit:Odd",
+        EFFECT.format(also="scipy", name="odd", amplitude="power"),
+    )
+    machine = read_machine("jig_borer")
+    grown = replace(machine, effects={**machine.effects, "odd": {}})
+    monkeypatch.setattr(scenarios.plugged, "plugged_effects", plugged_effects.__wrapped__)
+    with pytest.raises(BadInput) as refused:
+        effect_files(grown, ("plant_model", "fmu_packaging"), {"numpy": ">=2.0"})
+    assert str(refused.value) == (
+        "plug-in odd of odd-kit 0.3: spindle_drift.effects: cannot go into an FMU: odd_kit.py "
+        "line 3 imports scipy; it carries the standard library, numpy, plant_model, "
+        "fmu_packaging only"
+    )
