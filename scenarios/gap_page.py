@@ -6,8 +6,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from plant_model.effects import catalogue
 from plant_model.gap.description import NamedChange, place_of
 from plant_model.gap.find import GapResult
@@ -16,16 +14,16 @@ from plant_model.gap.kinds import kinds
 from plant_model.gap.regimes import RunResiduals
 from plant_model.gap.report import GapComparison
 from plant_model.gap.selection import SelectionRound
-from plant_model.sensors import displacement_names
-from scenarios.charts import BEFORE, LINES, Chart, Line, Panel
+from scenarios.channel_charts import channel_charts, measured_against_model
+from scenarios.charts import BEFORE, LINES, Chart, Line
 from scenarios.figures import draw
 from scenarios.gap_map import RegimeMap, regime_map
 from scenarios.gap_signature import signature_charts
+from scenarios.parameter_rows import parameter_rows
 from scenarios.report import chart_html, write_page
 
 PAGE = "report.html"
-MOST_PANELS = 10
-"""Panels of one chart; more of them are spread over several."""
+HELD_OUT = "The run that was never used."
 
 
 def write_gap_page(
@@ -57,6 +55,7 @@ def write_gap_page(
         remaining=table["remaining"],
         maps=_maps(found, unseen),
         faults=table["data_faults"],
+        parameters=parameter_rows(found.after.machine, found.after.calibration.parameters),
         cosimulation=table.get("cosimulation"),
         charts=[(chart, chart_html(chart)) for chart in charts],
         facts=facts,
@@ -105,33 +104,21 @@ def _title(key: str) -> str:
 
 
 def _charts(found: GapResult, before: RunResiduals, after: RunResiduals) -> list[Chart]:
-    """Return residuals before and after over one run: temperatures, then displacements."""
-    observed = before.observed
-    lengths = set(displacement_names(found.before.machine))
-    charts = []
-    for kind, unit, is_length in (("temperatures", "K", False), ("displacements", "um", True)):
-        panels = [
-            Panel(
-                f"{name} [{unit.replace('u', 'µ')}]",
-                _lines(observed.time_s, before.values[:, i], after.values[:, i], before is after),
-            )
-            for i, name in enumerate(observed.channels)
-            if (name in lengths) == is_length and np.isfinite(before.values[:, i]).any()
-        ]
-        count = -(-len(panels) // MOST_PANELS)
-        each = -(-len(panels) // count) if count else 0
-        for number in range(count):
-            end = f"_{number + 1}" if count > 1 else ""
-            charts.append(
-                Chart(
-                    f"residual_{kind}{end}_{observed.run.name}",
-                    f"Model minus measurement, {kind}: {observed.run.name}"
-                    + (f", {number + 1} of {count}" if count > 1 else ""),
-                    "The run that was never used.",
-                    tuple(panels[number * each : (number + 1) * each]),
-                )
-            )
-    return charts
+    """Return one run against the model and, on a scale of its own, what the model leaves of it."""
+    time, same = before.observed.time_s, before is after
+    models = [("calibrated as given", before), ("with what was added", after)]
+    machine = found.before.machine
+    return [
+        *measured_against_model(machine, models[:1] if same else models, HELD_OUT),
+        *channel_charts(
+            machine,
+            before,
+            lambda i: _lines(time, before.values[:, i], after.values[:, i], same),
+            name="residual",
+            title="Model minus measurement",
+            note=HELD_OUT,
+        ),
+    ]
 
 
 def _lines(time: Any, before: Any, after: Any, same: bool) -> tuple[Line, ...]:

@@ -10,6 +10,7 @@ from typing import Any
 
 from measurement.errors import BadInput
 from measurement.runs import Run, read_run
+from measurement.warm import named_warm
 from plant_model.drive import column_in
 from plant_model.gap.data_faults import DataFault, need_readings, without_faults
 from plant_model.gap.find import FEWEST_RUNS, MOST_CHANGES, GapResult
@@ -113,7 +114,7 @@ def run_find_gap(asked: GapTask, say: Callable[[str], None]) -> tuple[dict[str, 
     )
     observed = [one.observed for one in comparison.before]
     faults = sorted([*faults, *more], key=lambda fault: (fault.run, fault.channel, fault.start_s))
-    lacking = not_compared(machine, [*runs, *unseen])
+    lacking = [*not_compared(machine, [*runs, *unseen]), *begun_warm([*runs, *unseen])]
     with results_folder(asked.out) as folder:
         machines = (found.before.machine, found.after.machine)
         for which, name in zip(machines, (MACHINE_BEFORE, MACHINE_AFTER), strict=True):
@@ -212,6 +213,13 @@ def _need_inputs(machine: Machine, run: Run) -> None:
         if run.frame[column].isna().all():
             problem = "has no value in the whole run"
             raise BadInput(run.path or run.name, f"column {column}", problem)
+
+
+def begun_warm(runs: Sequence[Run]) -> list[str]:
+    """Return a line that says which runs began warm; none if no run says so."""
+    warm = named_warm(runs)
+    problem = "parts without a thermometer start at the hall's temperature in the model"
+    return [f"begun while the machine was warm: {warm}; {problem}"] if warm else []
 
 
 def not_compared(machine: Machine, runs: Sequence[Run]) -> list[str]:

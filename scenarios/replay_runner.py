@@ -18,6 +18,7 @@ from measurement.faults import LEVELS, by_column, group_line, looked_over
 from measurement.rig import FivePointRig, rig_from_table
 from measurement.runs import read_run, write_run
 from measurement.units import split_column
+from measurement.warm import named_warm
 from plant_model.machine_file import read_machine
 from scenarios.fmu_files import find_fmu
 from scenarios.probing import PAUSE_S, Probing
@@ -173,6 +174,11 @@ def _notes(replays: Sequence[Replay]) -> list[str]:
         rows = sum(len(entry.frame) for entry in replays)
         notes.append(
             f"{left_out} of {rows} rows do not count: a displacement sensor was broken in them."
+        )
+    if warm := named_warm([entry.run for entry in replays]):
+        notes.append(
+            f"Begun while the machine was warm: {warm}. The compensator takes it for a cold start: "
+            "the drift that was there already shows as its error."
         )
     notes += [note for entry in replays for note in _without_offsets(entry)]
     notes += [_probes(entry) for entry in replays if entry.probes is not None]

@@ -20,7 +20,7 @@ from plant_model.machine import Machine as Model
 from plant_model.machine_file import machine_path, read_machine
 from plant_model.machine_writer import write_machine
 from plant_model.parameters import ParameterError
-from scenarios.gap_runner import not_compared, usable_runs
+from scenarios.gap_runner import begun_warm, not_compared, usable_runs
 from scenarios.outputs import MACHINE_FILE, check_output, guarding, marked
 from scenarios.scenario import read_scenario
 from spindle_drift._inputs import MachineLike, RunLike, as_runs
@@ -187,7 +187,7 @@ class Calibration:
     residuals : DataFrame
         RMS of model minus measurement of each channel before and after [K, um].
     left_out : list of str
-        What in the runs was broken, and sensors that they lack.
+        What in the runs was broken, sensors that they lack, and runs that began warm.
     """
 
     machine: Machine
@@ -247,4 +247,5 @@ def calibrate(
         for moment, which in (("before", given.model), ("after", found.machine))
     }
     left_out = [fault.text for fault in faults] + not_compared(given.model, recorded)
+    left_out += begun_warm(recorded)
     return Calibration(after, table.set_index("name"), pd.DataFrame(channels), left_out)

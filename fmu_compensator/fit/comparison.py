@@ -7,7 +7,7 @@ has seen half of them at random knows the other half.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -24,6 +24,7 @@ from fmu_compensator.fit.unseen import predict_unseen, residuals_of
 from measurement.errors import BadInput
 from measurement.figures import figures_of_merit
 from measurement.rig import Rig
+from measurement.warm import cold_starts, named_warm
 
 
 @dataclass(frozen=True)
@@ -183,6 +184,8 @@ def compare(
     BadInput
         If no run can be used, or, when *strict*, whatever a model refuses.
     """
+    warm = [_warm_note(split) for split in splits]
+    splits = [replace(split, train=cold_starts(split.train)[0]) for split in splits]
     bench = [_Bench(split, rig) for split in splits]
     first = bench[0].of("rise")[0]
     places = shown_targets(rig, first.targets)
@@ -214,7 +217,18 @@ def compare(
     _measure_coverage(rows)
     rows.sort(key=lambda row: (row.uses_displacement, row.score()))
     notes = list(dict.fromkeys(note for one in bench for note in one.notes()))
+    notes += dict.fromkeys(note for note in warm if note)
     return Comparison(list(places), units, rows, left_out, notes)
+
+
+def _warm_note(split: Split) -> str:
+    """Return what must be known of runs in a split that began warm; empty if none did."""
+    _, learnt = cold_starts(split.train)
+    judged = named_warm(split.validate)
+    told = [f"{split.name}: {learnt}"] if learnt else []
+    if judged:
+        told.append(f"judged like cold starts, though the machine was warm: {judged}")
+    return "; ".join(told)
 
 
 class _Bench:

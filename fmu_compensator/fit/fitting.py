@@ -28,6 +28,7 @@ from measurement.errors import BadInput, shown
 from measurement.figures import figures_of_merit
 from measurement.rig import FivePointRig, Rig
 from measurement.runs import Run
+from measurement.warm import cold_starts
 from measurement.workers import workers
 
 FIGURES = ("max_abs", "mean_abs", "rmse", "r2", "eta")
@@ -112,7 +113,12 @@ def fit_compensator(
     ------
     BadInput
         One line that says what the data or the options lack.
+
+    Notes
+    -----
+    Runs that are marked as begun warm are left out, unless all are, and a note says so.
     """
+    runs, warm = cold_starts(runs)
     if points is not None and not len(points):
         raise BadInput(
             "fit", "points", "'' is not allowed: grey, hierarchical, fuzzy, all, or names"
@@ -187,7 +193,7 @@ def fit_compensator(
                 {"name": run.name, "sha256": run.sha256, "rows": len(kept.time_s)}
                 for run, kept in zip(runs, rows, strict=True)
             ],
-            "notes": [*prepared.notes, *_dropped(prepared, rows)],
+            "notes": [*prepared.notes, *_dropped(prepared, rows), *([warm] if warm else [])],
             "options": _plain(options),
             "figures": _plain(
                 {

@@ -26,6 +26,7 @@ from fmu_compensator.runtime.modelfile import Model
 from measurement.faults import GROSS, LEVELS, Fault, cleaned, find_faults
 from measurement.rig import Rig
 from measurement.runs import Run
+from measurement.warm import named_warm
 
 FITS, SENSOR, CHANGED = "fits", "sensor", "changed"
 OUTSIDE, UNUSUAL, NOT_MEASURED = "outside", "unusual_runs", "not_measured"
@@ -151,6 +152,11 @@ def monitor(
     """
     used = [model.sensors[index].name for index in model.chosen]
     notes = []
+    if warm := named_warm(runs):
+        notes.append(
+            f"the machine was warm when these began: {warm}; what is left of them is no sign that "
+            "the compensator fits no longer"
+        )
     old: list[Run] = []
     if "training" in model.table:
         old, kept_rig = remembered_runs(model.table, model.source)

@@ -17,9 +17,8 @@ from measurement.importing.mapping import Mapping
 from measurement.importing.stamps import DAY_S
 from measurement.resampling import FloatArray
 from measurement.runs import TIME, Run
+from measurement.warm import WARM_START
 
-WARM_START = "warm_start_1"
-"""The column of a run file that says how it began: 1 warm, 0 cold, absent if nobody knows."""
 FEWEST_ROWS = 3
 MOVES_K = 1.0
 """A run in which no thermometer rises by this much over the others has warmed nothing [K]."""

@@ -7,7 +7,7 @@ import json
 from dataclasses import asdict
 from pathlib import Path
 
-from scenarios.outputs import MACHINE_FILE, marked
+from scenarios.outputs import MACHINE_FILE, PAGE, check_output, marked
 
 NAME = "calibrate"
 HELP = "move a machine's free parameters so that it follows measured runs"
@@ -37,15 +37,19 @@ def run(args: argparse.Namespace) -> int:
     from plant_model.gap.standing import calibrated
     from plant_model.machine_file import read_machine
     from plant_model.machine_writer import write_machine
-    from scenarios.gap_runner import not_compared, usable_runs
+    from scenarios.calibration_page import DETERMINED, page_beside, write_calibration_page
+    from scenarios.gap_runner import begun_warm, not_compared, usable_runs
     from scenarios.progress import CALIBRATE, spoken
+    from scenarios.version import PROGRAM, version
 
     if not 1 <= args.starts <= 50:
         raise BadInput("--starts", "", f"{args.starts} is outside 1..50")
+    page = page_beside(args.output)
+    check_output(page, PAGE)
     machine = read_machine(args.machine)
     read = [read_run(path) for path in args.runs]
     runs, _, faults = usable_runs(machine, read)
-    lacking = not_compared(machine, read)
+    lacking = [*not_compared(machine, read), *begun_warm(read)]
     with spoken(args.quiet, CALIBRATE) as say:
         found, observed, more = calibrated(
             machine, runs, starts=args.starts, seed=args.seed, progress=say
@@ -57,9 +61,24 @@ def run(args: argparse.Namespace) -> int:
         for moment, which in (("before", machine), ("after", found.machine))
     }
     told_by_it = advice(found.machine, observed, found.parameters)
+    facts = [
+        ("machine", f"{args.machine} -> {path}"),
+        *((run.name, f"SHA-256 {run.sha256}") for run in read),
+        ("made by", f"{PROGRAM} {version()}"),
+    ]
+    write_calibration_page(
+        machine,
+        found,
+        observed,
+        told_by_it,
+        [*(fault.text for fault in faults), *lacking],
+        facts,
+        page,
+    )
     if args.json:
         table = {
             "machine": str(path),
+            "page": str(page),
             "channels": channels,
             "parameters": [asdict(entry) for entry in found.parameters],
             "data_faults": [asdict(fault) for fault in faults],
@@ -74,7 +93,7 @@ def run(args: argparse.Namespace) -> int:
     print(f"{'RMS [K, um]':<14}{'before':>10}{'after':>10}")
     for name, before in channels["before"].items():
         print(f"{name:<14}{before:>10.2f}{channels['after'][name]:>10.2f}")
-    told = [entry for entry in found.parameters if entry.prior_contraction >= 0.5]
+    told = [entry for entry in found.parameters if entry.prior_contraction >= DETERMINED]
     print(f"\nThe runs determine {len(told)} of {len(found.parameters)} free parameters:")
     for entry in sorted(told, key=lambda entry: -entry.prior_contraction):
         bound = "  at the end of its range" if entry.at_bound else ""
@@ -86,5 +105,5 @@ def run(args: argparse.Namespace) -> int:
     if told_by_it:
         print("\nWhat the machine file may lack ('spindle-drift find-gap' tries it):")
         print(*(f"  {one.text}" for one in told_by_it), sep="\n")
-    print(f"wrote {path}")
+    print(f"wrote {path}, and {page} with the figures")
     return 0

@@ -8,9 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from measurement.importing.splitting import WARM_START
-from measurement.runs import read_run
+from measurement.runs import read_run, write_run
+from measurement.warm import WARM_START
 from scenarios.cli import main
+from spindle_drift import simulate
 from tests.measurement.importing.made import HEADER, elapsed, signals, stamps, table
 
 LOCAL = table(
@@ -166,3 +167,28 @@ def test_commands_take_runs_with_the_mark_of_a_warm_start(
         fitted = json.loads(capsys.readouterr().out)
         shown.append((summary, fitted["figures"]))
     assert shown[0] == shown[1]
+
+
+def test_what_reads_warm_restarts_leaves_them_out_or_says_so(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    names = ("training_down", "training_random", "stop_and_go")
+    runs = [simulate("jig_borer", name, every_s=120.0, noise_seed=1) for name in names]
+    files = []
+    for one, mark in zip(runs, (0.0, 0.0, 1.0), strict=True):
+        frame = one.frame.iloc[:120].assign(**{WARM_START: mark})
+        files.append(str(write_run(frame, tmp_path / f"{one.name}{len(files)}.csv")))
+    warm = Path(files[2]).stem
+    fit = ["--model", "mlr", "--forget-runs", "--json"]
+    assert main(["fit", *files, "-o", str(tmp_path / "some.json"), *fit]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert f"left out, since the machine was warm when they began: {warm}" in told["notes"]
+    assert main(["fit", *files[:2], "-o", str(tmp_path / "cold.json"), *fit]) == 0
+    assert json.loads(capsys.readouterr().out)["figures"] == told["figures"]
+    argv = ["--train", *files[:2], "--validate", files[2], "--models", "mlr", "--no-intervals"]
+    assert main(["compare", *argv]) == 0
+    assert (
+        f"judged like cold starts, though the machine was warm: {warm}" in capsys.readouterr().out
+    )
+    assert main(["monitor", str(tmp_path / "cold.json"), files[2], "--machine", "jig_borer"]) == 0
+    assert f"the machine was warm when these began: {warm}" in capsys.readouterr().out

@@ -13,8 +13,9 @@ import pytest
 from measurement.errors import BadInput
 from measurement.importing.log import import_files
 from measurement.importing.mapping import Mapping, read_mapping
-from measurement.importing.splitting import WARM_START, warm_starts
+from measurement.importing.splitting import warm_starts
 from measurement.runs import read_run
+from measurement.warm import WARM_START
 from plant_model.machine import Machine
 from plant_model.machine_file import read_machine
 from plant_model.simulate import simulate

@@ -1,0 +1,101 @@
+"""The page that ``calibrate`` writes beside the machine file."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from plant_model.gap.advice import Advice
+from plant_model.gap.calibrate import Calibration
+from plant_model.gap.observations import Observations
+from plant_model.gap.regimes import gap_of
+from plant_model.gap.report import GapComparison
+from plant_model.machine import Machine
+from scenarios.channel_charts import measured_against_model
+from scenarios.parameter_rows import parameter_rows
+from scenarios.report import chart_html, write_page
+
+MOST_RUNS = 4
+"""Runs that are drawn; of more, those that the model leaves most of."""
+
+DETERMINED = 0.5
+"""Prior contraction from which the runs are said to determine a parameter [1]."""
+
+
+def page_beside(machine_file: Path) -> Path:
+    """Return where the page of a calibrated machine file goes."""
+    path = machine_file.with_suffix(".html")
+    return path if path != machine_file else machine_file.with_suffix(".report.html")
+
+
+def write_calibration_page(
+    given: Machine,
+    found: Calibration,
+    observed: Sequence[Observations],
+    advice: Sequence[Advice],
+    left_out: Sequence[str],
+    facts: Sequence[tuple[str, str]],
+    path: Path,
+) -> Path:
+    """Write the page.
+
+    Parameters
+    ----------
+    given : Machine
+        Before calibration.
+    found : Calibration
+    observed : sequence of Observations
+        Of the runs that it was calibrated on.
+    advice : sequence of Advice
+    left_out : sequence of str
+        What was not used of the runs.
+    facts : sequence of (str, str)
+        Where it comes from.
+    path : Path
+    """
+    compared = GapComparison(given, found.machine, observed)
+    gap = compared.gap()
+    left = [gap_of(found.machine, [one]) for one in compared.after]
+    drawn = sorted(np.argsort([-value for value in left], kind="stable")[:MOST_RUNS].tolist())
+    note = "A run that it was calibrated on."
+    if len(drawn) < len(observed):
+        note += f" Drawn are the {len(drawn)} of {len(observed)} that the model leaves most of."
+    charts = [
+        chart
+        for run in drawn
+        for chart in measured_against_model(
+            given, [("before", compared.before[run]), ("calibrated", compared.after[run])], note
+        )
+    ]
+    return write_page(
+        "calibration.html",
+        path,
+        title=given.title,
+        lines=summary_lines(found, gap, len(observed)),
+        gap=gap,
+        channels=list(compared.channels().items()),
+        advice=advice,
+        left_out=left_out,
+        parameters=parameter_rows(found.machine, found.parameters),
+        charts=[(chart, chart_html(chart)) for chart in charts],
+        facts=facts,
+    )
+
+
+def summary_lines(found: Calibration, gap: dict[str, float], runs: int) -> list[str]:
+    """Return what the page says first: how much is left, and how little that may mean."""
+    told = sum(one.prior_contraction >= DETERMINED for one in found.parameters)
+    ends = sum(one.at_bound for one in found.parameters)
+    several = f"{runs} runs" if runs > 1 else "one run"
+    lines = [
+        f"On the {several} of the calibration the model leaves {gap['after']:.2g} times the "
+        f"sensors' noise, {gap['before']:.2g} before; noise alone would leave {gap['floor']:.2g}. "
+        "How well it does on other runs is not known from this.",
+        f"The runs determine {told} of {len(found.parameters)} free parameters.",
+    ]
+    if ends:
+        verb = "ends" if ends == 1 else "end"
+        lines.append(f"{ends} {verb} at the bounds of the range: see below.")
+    return lines

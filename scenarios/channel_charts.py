@@ -1,0 +1,94 @@
+"""Charts of what a machine's model shows beside what was measured, channel by channel."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from plant_model.gap.regimes import RunResiduals
+from plant_model.machine import Machine
+from plant_model.sensors import displacement_names
+from scenarios.charts import BEFORE, LINES, MEASURED, Chart, Line, Panel
+
+MOST_PANELS = 10
+"""Panels of one chart; more of them are spread over several."""
+
+
+def channel_charts(
+    machine: Machine,
+    shown: RunResiduals,
+    lines_of: Callable[[int], tuple[Line, ...]],
+    *,
+    name: str,
+    title: str,
+    note: str,
+) -> list[Chart]:
+    """Return charts of one run with a panel for each channel: temperatures, then displacements.
+
+    Parameters
+    ----------
+    machine : Machine
+    shown : RunResiduals
+        Says which channels were measured.
+    lines_of : callable
+        From a channel's position to its curves.
+    name, title, note : str
+        Of the charts; what they hold and the run are added to name and title.
+    """
+    observed = shown.observed
+    lengths = set(displacement_names(machine))
+    charts = []
+    for kind, unit, is_length in (("temperatures", "K", False), ("displacements", "µm", True)):
+        panels = [
+            Panel(f"{channel} [{unit}]", lines_of(i))
+            for i, channel in enumerate(observed.channels)
+            if (channel in lengths) == is_length and np.isfinite(shown.values[:, i]).any()
+        ]
+        count = -(-len(panels) // MOST_PANELS)
+        each = -(-len(panels) // count) if count else 0
+        for number in range(count):
+            end = f"_{number + 1}" if count > 1 else ""
+            several = f", {number + 1} of {count}" if count > 1 else ""
+            charts.append(
+                Chart(
+                    f"{name}_{kind}{end}_{observed.run.name}",
+                    f"{title}, {kind}: {observed.run.name}{several}",
+                    note,
+                    tuple(panels[number * each : (number + 1) * each]),
+                )
+            )
+    return charts
+
+
+def measured_against_model(
+    machine: Machine, models: Sequence[tuple[str, RunResiduals]], note: str
+) -> list[Chart]:
+    """Return charts of one run: what was measured, and what models with these names show.
+
+    Parameters
+    ----------
+    machine : Machine
+    models : sequence of (str, RunResiduals)
+        The one that counts last.
+    note : str
+    """
+    shown = models[-1][1]
+    time, measured = shown.observed.time_s, shown.observed.values
+    colours = (BEFORE, LINES[0])[-len(models) :]
+
+    def lines_of(i: int) -> tuple[Line, ...]:
+        modelled = [
+            Line(name, time, measured[:, i] + one.values[:, i], colour, rank=rank)
+            for rank, ((name, one), colour) in enumerate(zip(models, colours, strict=True), 1)
+        ]
+        return (*modelled, Line("measured", time, measured[:, i], MEASURED, rank=0))
+
+    return channel_charts(
+        machine,
+        shown,
+        lines_of,
+        name="measured",
+        title="Measured against model",
+        note=note,
+    )

@@ -1,0 +1,38 @@
+"""The table of calibrated parameters that pages show."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from plant_model.gap.calibrate import ParameterEstimate
+from plant_model.machine import Machine
+
+
+def parameter_rows(
+    machine: Machine, parameters: Sequence[ParameterEstimate]
+) -> list[dict[str, Any]]:
+    """Return the rows of the template ``parameters.html``, best determined first.
+
+    Parameters
+    ----------
+    machine : Machine
+        Says the ranges.
+    parameters : sequence of ParameterEstimate
+        What calibration says of its free parameters.
+    """
+    ranges = machine.parameters
+    return [
+        {
+            "name": one.name,
+            "unit": "" if one.unit == "1" else one.unit,
+            "prior": one.prior,
+            "value": one.value,
+            "low": one.low,
+            "high": one.high,
+            "range": (ranges[one.name].low, ranges[one.name].high),
+            "contraction": one.prior_contraction,
+            "at_bound": one.at_bound,
+        }
+        for one in sorted(parameters, key=lambda one: -one.prior_contraction)
+    ]

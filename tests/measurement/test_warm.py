@@ -1,0 +1,30 @@
+"""Runs that say that they began warm."""
+
+from __future__ import annotations
+
+import pandas as pd
+import pytest
+
+from measurement.runs import Run
+from measurement.warm import began_warm, cold_starts
+
+
+def run(name: str, mark: float | None) -> Run:
+    frame = pd.DataFrame({"time_s": [0.0, 1.0], "T1_degC": [20.0, 21.0]})
+    return Run(name, frame if mark is None else frame.assign(warm_start_1=mark))
+
+
+@pytest.mark.parametrize(("mark", "warm"), [(1.0, True), (0.0, False), (None, False)])
+def test_only_the_mark_tells(mark: float | None, warm: bool) -> None:
+    assert began_warm(run("a", mark)) is warm
+
+
+def test_warm_restarts_are_left_out_where_others_are_there() -> None:
+    runs = [run("a", 1.0), run("b", None), run("c", 0.0), run("d", 1.0)]
+    kept, note = cold_starts(runs)
+    assert [one.name for one in kept] == ["b", "c"]
+    assert note == "left out, since the machine was warm when they began: a, d"
+    assert cold_starts(kept) == (kept, "")
+    kept, note = cold_starts([runs[0], runs[3]])
+    assert [one.name for one in kept] == ["a", "d"]
+    assert note == "all runs began warm: what is learnt holds for warm restarts only"

@@ -1,0 +1,61 @@
+"""``calibrate``: the machine file, and the page beside it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from measurement.runs import write_run
+from plant_model.machine_file import read_machine
+from scenarios.cli import main
+from scenarios.outputs import PAGE, check_output
+from spindle_drift import simulate
+
+RUNS = ("training_down", "stop_and_go")
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
+    folder = tmp_path_factory.mktemp("runs")
+    made = [simulate("jig_borer", name, every_s=120.0, noise_seed=1) for name in RUNS]
+    # The second has no reading of one thermometer.
+    frames = [made[0].frame[:90], made[1].frame[:90].drop(columns="T3_degC")]
+    return [
+        str(write_run(frame, folder / f"{name}.csv"))
+        for frame, name in zip(frames, RUNS, strict=True)
+    ]
+
+
+def test_a_page_is_written_beside_the_machine_file(
+    runs: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "mine.toml"
+    argv = ["calibrate", "jig_borer", *runs, "-o", str(out), "--starts", "1", "--json", "--quiet"]
+    assert main(argv) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["page"] == str(tmp_path / "mine.html")
+    assert {path.name for path in tmp_path.iterdir()} == {"mine.toml", "mine.html"}
+    text = (tmp_path / "mine.html").read_text(encoding="utf-8")
+    after = read_machine(out)
+    for name, parameter in after.parameters.items():
+        if parameter.calibrate:
+            assert f'<td class="text">{name}' in text
+    for channel in told["channels"]["before"]:
+        assert f"<tr><td>{channel}</td>" in text
+    assert "How well it does on other runs is not known from this." in text
+    assert "not compared: T3, its column T3_degC is not in stop_and_go" in text
+    for run in RUNS:
+        assert f"Measured against model, temperatures: {run}" in text
+        assert f"Measured against model, displacements: {run}" in text
+    # Its own page may be replaced, another one may not.
+    check_output(tmp_path / "mine.html", PAGE)
+    (tmp_path / "mine.html").write_text("<html>my notes</html>", encoding="utf-8")
+    before = out.read_bytes()
+    capsys.readouterr()
+    assert main(argv) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "mine.html: exists and is no page that this program made" in line
+    assert (tmp_path / "mine.html").read_text(encoding="utf-8") == "<html>my notes</html>"
+    assert out.read_bytes() == before
