@@ -33,7 +33,7 @@ FIND_GAP = (
     Stage("what starts", 2.0, 1),
     *_ROUND,
     *_ROUND,
-    Stage("looking for heat", 5.0, 1),
+    Stage("looking for what", 15.0, 3),
     Stage("judging", 2.0, 1),
     Stage("co-simulating", 8.0, 2),
 )
@@ -71,12 +71,13 @@ class Fraction:
 def spoken(quiet: bool = False, stages: Sequence[Stage] = ()) -> Iterator[Callable[[str], None]]:
     """Show what is being done on one line of the terminal, with the time that has passed.
 
-    With *stages* a bar shows how much of them is done.
+    With *stages* a bar shows how much of them is done, and the time left.
     """
     bar = "{percentage:3.0f} % |{bar}| " if stages else ""
+    left = "<{remaining}" if stages else ""
     with tqdm(
         total=1.0 if stages else None,
-        bar_format="{desc} " + bar + "[{elapsed}]",
+        bar_format="{desc} " + bar + "[{elapsed}" + left + "]",
         file=sys.stderr,
         disable=quiet or not sys.stderr.isatty(),
         leave=False,

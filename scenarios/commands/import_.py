@@ -83,6 +83,8 @@ def run(args: argparse.Namespace) -> int:
     BadInput
         For the first thing that cannot be used; nothing is written then.
     """
+    from tqdm import tqdm
+
     from measurement.importing.log import import_files
     from measurement.importing.mapping import Mapping, read_mapping
     from scenarios.imported import MAPPING, table_text, write_imported
@@ -90,7 +92,9 @@ def run(args: argparse.Namespace) -> int:
     beside = args.output / MAPPING
     source = args.mapping or (beside if beside.exists() else None)
     mapping = _adjusted(read_mapping(source) if source else Mapping(), args)
-    found = import_files(args.files, mapping, _units(args.unit))
+    hidden = len(args.files) < 2 or not sys.stderr.isatty()
+    files = tqdm(args.files, desc="import", unit="file", disable=hidden, leave=False)
+    found = import_files(files, mapping, _units(args.unit))
     fresh = args.mapping is None and (source is None or args.force)
     written = write_imported(found, args.files, args.output, with_mapping=fresh)
     if args.json:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -22,14 +21,9 @@ def one_line(text: str) -> str:
 
 
 def test_help_lists_every_command_and_is_quick() -> None:
-    begun = time.perf_counter()
-    done = subprocess.run(
-        [sys.executable, "-m", "scenarios.cli", "--help"],
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    assert time.perf_counter() - begun < 2.0  # 0.1 s on an idle machine
+    code = "import sys; from scenarios.cli import main; main(['--help']); print(len(sys.modules))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert int(done.stdout.splitlines()[-1]) < 300  # modules: 151 with Python 3.11, pandas has 900
     for command in ("run", "list", "replay", "fit", "summary"):
         assert f"\n    {command} " in done.stdout
 
