@@ -78,7 +78,7 @@ def contestants(
         if name in [other.name for other in found]:
             raise BadInput("compare", "models", f"{shown(name)} is given twice")
         kind, title, options = known[name]
-        if seed is not None and kind in ("bp", "ga_bp", "vac"):
+        if seed is not None and fitted_models()[kind].takes_seed():
             options = {**options, "seed": seed}
         found.append(Contestant(name, title, Recipe(kind, points=points, options=options)))
     return found

@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
+from inspect import signature
 from typing import Any, ClassVar
 
 from fmu_compensator.fit.training import Array, TrainingRun
@@ -51,6 +52,11 @@ class FittedModel(ABC):
     uses_measured: bool = False
     usual_form: ClassVar[str] = "rise"
     usual_points: ClassVar[str] = "grey"
+
+    @classmethod
+    def takes_seed(cls) -> bool:
+        """Return whether the fit starts at random: whether it has an option ``seed``."""
+        return "seed" in signature(cls.fit).parameters
 
     @classmethod
     @abstractmethod

@@ -266,8 +266,9 @@ def _part_options(parts: Any, kinds: Sequence[str], seed: int) -> dict[str, dict
     """
     if not isinstance(parts or {}, Mapping):
         raise BadInput("vac", "parts", f"{shown(parts)} is not allowed: options by model")
+    known = error_models.fitted_models()
     found: dict[str, dict[str, Any]] = {
-        kind: {"seed": seed} if kind in ("bp", "ga_bp") else {} for kind in kinds
+        kind: {"seed": seed} if known[kind].takes_seed() else {} for kind in kinds
     }
     for kind, options in (parts or {}).items():
         if kind not in found or not isinstance(options, Mapping):
