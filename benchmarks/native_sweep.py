@@ -1,9 +1,9 @@
 """A sweep of 200 machines in C beside the same sweep in Python, side by side.
 
-Both are the command of docs/sweeps.md, in fresh processes, with both FMUs in both forms in the same
-folder. ``CC=none`` leaves the second without a compiler, and so with plant, compensator and loop in
-Python. The ratio is that of the processor's time; on a computer that does other things, too, the
-time on the wall says less.
+Both are the command of docs/sweeps.md, in fresh processes. The first finds both FMUs in both forms;
+the second has those in Python alone and, by ``CC=none``, no compiler: plant, compensator and loop
+are in Python. The ratio is that of the processor's time; on a computer that does other things, too,
+the time on the wall says less.
 ``python -m benchmarks.native_sweep``
 """
 
@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -52,18 +53,18 @@ def cost_of(command: list[str], **environment: str) -> Cost:
     return Cost(spent, wall)
 
 
-def sweep(folder: Path, name: str, repeat: int, **environment: str) -> Cost:
-    """Run the sweep of docs/sweeps.md into a folder of its own."""
+def sweep(fmus: Path, out: Path, repeat: int, **environment: str) -> Cost:
+    """Run the sweep of docs/sweeps.md."""
     command = [sys.executable, "-m", "scenarios.cli", "sweep", "step_speed"]
     command += ["--variant", "short_tool", "--set", "step_s=10", "--repeat", str(repeat), "--quiet"]
     command += [word for entry in VARY for word in ("--vary", entry)]
-    command += ["--fmu-dir", str(folder), "--out", str(folder / name)]
+    command += ["--fmu-dir", str(fmus), "--out", str(out)]
     return cost_of(command, **environment)
 
 
-def difference(folder: Path, one: str, other: str) -> float:
+def difference(one: Path, other: Path) -> float:
     """Return the largest difference between two sweeps' tables [um]; they keep six decimals."""
-    tables = [pd.read_csv(folder / name / "sweep.csv") for name in (one, other)]
+    tables = [pd.read_csv(folder / "sweep.csv") for folder in (one, other)]
     assert list(tables[0]) == list(tables[1])
     first, second = (table[list(FIGURES)].to_numpy() for table in tables)
     return float(np.max(np.abs(first - second)))
@@ -75,20 +76,23 @@ def main() -> None:
     parser.add_argument("--repeat", type=int, default=50, help=f"machines, {POINTS} cases each")
     parser.add_argument("--turns", type=int, default=1)
     given = parser.parse_args()
-    print(f"{POINTS * given.repeat} cases    processor [s]      wall [s]")
-    print(f"{'':10}{'C':>8}{'Python':>9}{'C':>8}{'Python':>9}  ratio  wall  difference [um]")
     with tempfile.TemporaryDirectory(prefix="native_sweep_") as name:
-        folder = Path(name)
-        for kind in ([], ["--native"]):
+        python, both = Path(name) / "python", Path(name) / "both"
+        for kind, folder in (([], python), (["--native"], both)):
             if build_fmu.main([*kind, "--out", str(folder)]) != 0:
                 sys.exit("the FMUs cannot be built")
+        for path in python.glob("*.fmu"):
+            shutil.copy(path, both)
+        print(f"{POINTS * given.repeat} cases     processor [s]      wall [s]")
+        print(f"{'':10}{'C':>8}{'Python':>9}{'C':>8}{'Python':>9}  ratio  wall  difference [um]")
         for turn in range(given.turns):
-            fast = sweep(folder, f"c{turn}", given.repeat)
-            slow = sweep(folder, f"python{turn}", given.repeat, CC="none")
+            outs = [Path(name) / f"{kind}_{turn}" for kind in ("c", "python")]
+            fast = sweep(both, outs[0], given.repeat)
+            slow = sweep(python, outs[1], given.repeat, CC="none")
             print(
                 f"{'':10}{fast.processor:8.1f}{slow.processor:9.1f}{fast.wall:8.1f}{slow.wall:9.1f}"
                 f"{slow.processor / fast.processor:7.1f}{slow.wall / fast.wall:6.1f}"
-                f"  {difference(folder, f'c{turn}', f'python{turn}'):.1g}",
+                f"  {difference(*outs):.1g}",
                 flush=True,
             )
 

@@ -36,7 +36,8 @@ from tqdm import tqdm
 
 from measurement.errors import BadInput
 from scenarios.faults import Fault, FaultLine
-from scenarios.fmu import FmuFile, Port, Slave, interruptible
+from scenarios.fmu import Port, Slave, interruptible
+from scenarios.fmu_file import FmuFile
 from scenarios.loop_in_c import Compensated, LoopInC, library
 from scenarios.probe_cycle import HALF_WIDTHS, ProbeCycle
 from scenarios.recording import Event, Recording, facts_of

@@ -29,10 +29,8 @@ from fmpy.fmi2 import (
 from fmpy.logging import addLoggerProxy
 from numpy.typing import NDArray
 
-from measurement.errors import BadInput
-from measurement.files import sha256_of
 from measurement.units import UNITS
-from scenarios.unpacking import Unpacked
+from scenarios.fmu_file import FmuFile
 from scenarios.wiring import check_role, names_of, parameter_kind
 
 OK, WARNING, DISCARD = 0, 1, 2
@@ -110,39 +108,6 @@ class Port:
     def failure(self, word: str) -> FmuError:
         """Return the error of variables that could not be *read* or *set*."""
         return self._slave.failure(f"{', '.join(self.names[:3])} … could not be {word}")
-
-
-class FmuFile:
-    """An FMU's file, read and unpacked once, for any number of instances.
-
-    Parameters
-    ----------
-    path : Path
-
-    Attributes
-    ----------
-    description : object
-        The model description as fmpy reads it.
-    sha256 : str
-    folder : Path
-        Where it is unpacked.
-
-    Raises
-    ------
-    BadInput
-        If the file is no FMU for co-simulation by FMI 2.0.
-    """
-
-    def __init__(self, path: Path) -> None:
-        self.path = path
-        self.description = read_description(path)
-        self.sha256 = sha256_of(path)
-        self._unpacked = Unpacked(path)
-        self.folder = self._unpacked.folder
-
-    def remove(self) -> None:
-        """Remove what was unpacked."""
-        self._unpacked.remove()
 
 
 class Slave:
@@ -363,23 +328,3 @@ def interruptible() -> Iterator[Callable[[], None]]:
         for number, handler in usual.items():
             signal.signal(number, handler)
     check()
-
-
-def read_description(path: Path) -> Any:
-    """Return the model description of an FMU.
-
-    Raises
-    ------
-    BadInput
-        If the file is no FMU for co-simulation by FMI 2.0.
-    """
-    if not path.is_file():
-        raise BadInput(path, "", "there is no such file")
-    try:
-        description = fmpy.read_model_description(str(path), validate=False)
-    except Exception as error:  # fmpy raises whatever its zip and XML readers raise
-        problem = " ".join(str(error).split()) or type(error).__name__
-        raise BadInput(path, "", f"is not an FMU: {problem[:200]}") from None
-    if description.fmiVersion != "2.0" or description.coSimulation is None:
-        raise BadInput(path, "", "is not an FMU for co-simulation by FMI 2.0")
-    return description

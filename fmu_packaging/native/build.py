@@ -26,6 +26,8 @@ platform compile the folder <code>sources</code>: all files ending in <code>.c</
 shared library, with <code>-ffp-contract=off</code>; <code>fmpy compile</code> does it, too. No step
 takes memory, and no two instances share any. Errors go to the host's log.</p>
 """
+TWIN_OF = "twin_of.txt"
+"""In the documentation of an FMU in C: the GUID of the Python FMU of the same content."""
 LICENCE_OF_HEADERS = "The FMI headers in <code>sources</code> are under the 2-clause BSD licence."
 
 # fmpy's header of FMI 2.0 leaves the standard's prefix out; here it comes back.

@@ -56,6 +56,7 @@ const char *instance_experiment(struct instance *self, double start_s, bool has_
         return "the experiment must begin at a finite time and not stop before it begins";
     }
     self->memory->time_s = start_s;
+    self->memory->fresh = 0;
     self->memory->stop_s = has_stop ? stop_s : INFINITY;
     return NULL;
 }
@@ -74,7 +75,8 @@ static const char *refresh(struct instance *self)
 {
     const char *problem = NULL;
     if (!self->memory->fresh) {
-        problem = model_start(self->model, self->content, self->values, self->problem);
+        problem = model_start(
+            self->model, self->content, self->values, self->memory->time_s, self->problem);
         self->memory->fresh = problem == NULL;
     }
     return problem;
