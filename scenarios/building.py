@@ -307,8 +307,8 @@ def _recipes(arguments: argparse.Namespace) -> list[tuple[Recipe, Reference]]:
     return recipes
 
 
-def native_of(recipe: Recipe, model: Path) -> Native:
-    """Return what the C twin of an FMU is made of; a compensator's is of the file *model*."""
+def native_of(recipe: Recipe, model: Path = DEFAULT_MODEL) -> Native:
+    """Return what the C twin of an FMU is made of; a compensator's is made of the file *model*."""
     if MODEL_FILE in recipe.data:
         python = build(compensator_recipe(model, "compensator")[0])
         return native_compensator(recipe, twin_of=python.guid)
