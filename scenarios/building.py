@@ -379,7 +379,9 @@ def main(given: Sequence[str] | None = None) -> int:
     for place, (recipe, reference) in enumerate(recipes):
         try:
             if natives:
-                package = native_package(recipe, natives[place], found, arguments.fmi)
+                package = native_package(
+                    recipe, natives[place], found, arguments.fmi, measured=True
+                )
             else:
                 package = build(recipe)
             path, written = publish(package, arguments.out, reference)

@@ -96,7 +96,11 @@ def build_fmu(
             sources = partial(native_of, recipe)
         folder = Path(out)
         check_outputs(folder, recipe.identity.name)
-        package = native_package(recipe, sources(), compilers(), fmi) if native else build(recipe)
+        package = (
+            native_package(recipe, sources(), compilers(), fmi, measured=True)
+            if native
+            else build(recipe)
+        )
         folder.mkdir(parents=True, exist_ok=True)
         path, _ = publish(package, folder, reference)
     return path

@@ -75,6 +75,33 @@ class Compiler:
             )
             return (Path(folder) / target).read_bytes()
 
+    def printed(self, sources: Mapping[str, str], more: Sequence[str] = ()) -> str:
+        """Return what the program of C sources prints; only of a compiler for this machine.
+
+        Parameters
+        ----------
+        sources : dict of str to str
+            By path; one has a main.
+        more : sequence of str
+            Further flags.
+
+        Raises
+        ------
+        CompileError
+            For the first error or warning, or if the program fails.
+        """
+        with tempfile.TemporaryDirectory(prefix="native_") as name:
+            folder = Path(name)
+            write_sources(folder, sources)
+            strict = [*self.command, *STRICT, *more, "-I."]
+            run_compiler([*strict, "-o", "program", *c_files(sources), "-lm"], folder)
+            done = subprocess.run(
+                [str(folder / "program")], capture_output=True, text=True, check=False
+            )
+        if done.returncode:
+            raise CompileError(f"what it compiled failed: {done.stderr.strip()}")
+        return done.stdout
+
 
 def compilers() -> list[Compiler]:
     """Return a compiler for this machine first, then those for others that are there.

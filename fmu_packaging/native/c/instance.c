@@ -1,8 +1,9 @@
 #include "instance.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
+
+#include "memory.h"
 
 static const char *const NOT_OF_THIS_KIND = "there is no such variable of this type";
 
@@ -10,7 +11,7 @@ static const char *const NOT_OF_THIS_KIND = "there is no such variable of this t
 
 struct instance *instance_new(void)
 {
-    struct instance *self = calloc(1, sizeof *self);
+    struct instance *self = memory_take(1, sizeof *self);
     size_t content = 0;
     if (self == NULL) {
         return NULL;
@@ -33,7 +34,7 @@ void instance_free(struct instance *self)
 {
     if (self != NULL) {
         setup_free(&self->setup);
-        free(self);
+        memory_give(self);
     }
 }
 
