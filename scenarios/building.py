@@ -314,10 +314,11 @@ def _recipes(arguments: argparse.Namespace) -> list[tuple[Recipe, Reference]]:
     return recipes
 
 
-def native_of(recipe: Recipe) -> Native:
-    """Return what the C twin of an FMU is made of."""
+def native_of(recipe: Recipe, model: Path = DEFAULT_MODEL) -> Native:
+    """Return what the C twin of an FMU is made of; a compensator's is made of the file *model*."""
     if MODEL_FILE in recipe.data:
-        return native_compensator(recipe)
+        python = build(compensator_recipe(model, "compensator")[0])
+        return native_compensator(recipe, twin_of=python.guid)
     machine = Machine.from_dict(json.loads(recipe.data[MACHINE_FILE]))
     return native_plant(recipe, build(plant_recipe(machine, "plant")[0]).guid)
 
@@ -370,7 +371,9 @@ def main(given: Sequence[str] | None = None) -> int:
         with guarding("build_fmu", [arguments.model, arguments.machine], arguments.force):
             for recipe, _ in recipes:
                 check_outputs(arguments.out, recipe.identity.name)
-        natives = [native_of(recipe) for recipe, _ in recipes] if arguments.native else []
+        natives = []
+        if arguments.native:
+            natives = [native_of(recipe, arguments.model) for recipe, _ in recipes]
     except (BadInput, ModelFileError, NativeError) as error:
         print(error, file=sys.stderr)
         return 2
@@ -383,7 +386,9 @@ def main(given: Sequence[str] | None = None) -> int:
     for place, (recipe, reference) in enumerate(recipes):
         try:
             if natives:
-                package = native_package(recipe, natives[place], found, arguments.fmi)
+                package = native_package(
+                    recipe, natives[place], found, arguments.fmi, measured=True
+                )
             else:
                 package = build(recipe)
             path, written = publish(package, arguments.out, reference)

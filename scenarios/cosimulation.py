@@ -37,6 +37,8 @@ from tqdm import tqdm
 from measurement.errors import BadInput
 from scenarios.faults import Fault, FaultLine
 from scenarios.fmu import Port, Slave, interruptible
+from scenarios.fmu_file import FmuFile
+from scenarios.loop_in_c import Compensated, LoopInC, library
 from scenarios.probe_cycle import HALF_WIDTHS, ProbeCycle
 from scenarios.recording import Event, Recording, facts_of
 from scenarios.replay import model_of
@@ -51,7 +53,11 @@ LOOK_EVERY = 256  # steps between two looks at the progress bar and at Ctrl-C
 
 
 def simulate(
-    case: Case, plant_fmu: Path, compensator_fmu: Path | None, *, quiet: bool = False
+    case: Case,
+    plant_fmu: Path | FmuFile,
+    compensator_fmu: Path | FmuFile | None,
+    *,
+    quiet: bool = False,
 ) -> Recording:
     """Run one case from beginning to end.
 
@@ -59,9 +65,9 @@ def simulate(
     ----------
     case : Case
         A variant of a scenario.
-    plant_fmu : Path
+    plant_fmu : Path or FmuFile
         The plant.
-    compensator_fmu : Path or None
+    compensator_fmu : Path, FmuFile or None
         The compensator; None, or a case that does not enable it, leaves the offsets at zero.
     quiet : bool
         No progress bar and no messages.
@@ -87,8 +93,8 @@ def simulate(
         if compensator_fmu is not None and case.settings.compensator.enabled:
             compensator = stack.enter_context(Slave(compensator_fmu, "compensator", show, printed))
         loop = _Loop(case, plant, compensator)
-        if compensator is not None and compensator_fmu is not None:
-            loop.probe = _probe_cycle(case, loop, compensator, plant_fmu, compensator_fmu)
+        if compensator is not None:
+            loop.probe = _probe_cycle(case, loop, compensator)
         hidden = quiet or not stderr.isatty()
         bar: tqdm[Any] = tqdm(
             total=case.settings.steps, desc=case.name, file=stderr, disable=hidden, leave=False
@@ -133,15 +139,13 @@ def plant_parameters(case: Case, plant: Variables) -> dict[str, float]:
     return found
 
 
-def _probe_cycle(
-    case: Case, loop: _Loop, compensator: Slave, plant_fmu: Path, compensator_fmu: Path
-) -> ProbeCycle | None:
+def _probe_cycle(case: Case, loop: _Loop, compensator: Slave) -> ProbeCycle | None:
     """Return the probe cycle that a case asks for."""
     probe, source = case.settings.compensator.probe, str(case.setting.source)
     if probe is None:
         return None
-    form = model_of(compensator_fmu).input_form
-    return ProbeCycle(probe, compensator, loop.plant_out.names, rig_of(plant_fmu), form, source)
+    form, rig = model_of(compensator.path).input_form, rig_of(loop.plant.path)
+    return ProbeCycle(probe, compensator, loop.plant_out.names, rig, form, source)
 
 
 class _Loop:
@@ -217,20 +221,54 @@ class _Loop:
             self.seen_table = np.full((points, len(self.seen_in.names)), np.nan)
             self.sent_table = np.full((points, len(self.sent.names)), np.nan)
             self.code_table = np.zeros((points, len(self.codes.names) + len(self.flags.names)))
-        begun = time.perf_counter()
-        for k in range(steps):
-            self._gather(k)
+        begun, in_c = time.perf_counter(), self._in_c()
+        for first in range(0, points, LOOK_EVERY):
+            end = min(first + LOOK_EVERY, points)
+            if in_c is None:
+                self._go_on(first, end)
+            else:
+                while (changed := in_c.run(end)) is not None:
+                    self._notice(changed)
+            check()
+            bar.update(min(end, steps) - first)
+        return self._recording(time.perf_counter() - begun)
+
+    def _go_on(self, first: int, end: int) -> None:
+        """Record the points from *first* until before *end*, each with the step that follows."""
+        for k in range(first, end):
+            is_last = k == len(self.time_s) - 1
+            self._gather(k, last=is_last)
+            if is_last:
+                return
             now = float(self.time_s[k])
             if self.compensator:
                 self.compensator.step(now, self.step_s)
             self.plant.step(now, self.step_s)
             self._read()
-            if k % LOOK_EVERY == LOOK_EVERY - 1:
-                check()
-                bar.update(LOOK_EVERY)
-        self._gather(steps, last=True)
-        bar.update(steps - bar.n)
-        return self._recording(time.perf_counter() - begun)
+
+    def _in_c(self) -> LoopInC | None:
+        """Return the same loop in C; None without a compiler, and with a probe, which C lacks."""
+        found = None if self.probe is not None else library()
+        if found is None:
+            return None
+        compensated = None
+        if self.compensator:
+            places = [
+                self.codes.names.index(name) if name in self.codes.names else None
+                for name in (STATUS, STATUS_SENSOR)
+            ]
+            compensated = Compensated(
+                self.compensator,
+                (self.seen_in, self.sent, self.codes, self.flags),
+                (self.take, self.give),
+                self.seen_rows,
+                self.faults,
+                (self.seen_table, self.sent_table, self.code_table),
+                (places[0], places[1]),
+            )
+        ports = (self.plant_in, self.plant_out)
+        told = (self.time_s, self.step_s, self.plant_rows, self.plant_table)
+        return LoopInC(found, self.plant, ports, *told, compensated)
 
     def _start(self) -> None:
         for name, value in plant_parameters(self.case, self.plant.variables).items():

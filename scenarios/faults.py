@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import Annotated, Any, Literal
 
+import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
@@ -55,6 +56,32 @@ class Fault(BaseModel):
         return self
 
 
+NOTHING, ADD, REPLACE, HOLD = range(4)
+"""What a fault does to a reading at one time; HOLD keeps the first that it found."""
+
+
+def act(fault: Fault, time_s: float, step_s: float) -> tuple[int, float]:
+    """Return what a fault does at *time_s* with a step of *step_s* [s], and with which number."""
+    end_s = math.inf if fault.end_s is None else fault.end_s
+    if not fault.start_s <= time_s < end_s:
+        return NOTHING, 0.0
+    value, elapsed = fault.value or 0.0, time_s - fault.start_s
+    match fault.kind:
+        case "missing":
+            return REPLACE, math.nan
+        case "frozen":
+            return HOLD, 0.0
+        case "offset":
+            return ADD, value
+        case "drift":
+            return ADD, value * elapsed / 3600.0
+        case "stuck-at":
+            return REPLACE, value
+    # A spike: one step long, so its phase within the repetition is less than one step.
+    phase = elapsed if fault.every_s is None else math.fmod(elapsed, fault.every_s)
+    return (ADD, value) if phase < step_s * (1.0 - 1e-9) else (NOTHING, 0.0)
+
+
 class FaultLine:
     """Applies faults to the compensator's inputs at each communication point.
 
@@ -68,32 +95,26 @@ class FaultLine:
 
     def __init__(self, faults: Iterable[Fault], names: Sequence[str]) -> None:
         self._faults = [(names.index(fault.sensor), fault) for fault in faults]
-        self._frozen: dict[int, float] = {}
+        self._held: dict[int, float] = {}
 
     def apply(self, time_s: float, step_s: float, values: NDArray[Any]) -> None:
         """Disturb *values* in place, as seen at *time_s* with a step of *step_s* [s]."""
         for number, (place, fault) in enumerate(self._faults):
-            end_s = math.inf if fault.end_s is None else fault.end_s
-            if not fault.start_s <= time_s < end_s:
-                continue
-            values[place] = self._disturbed(number, fault, time_s, step_s, float(values[place]))
+            what, value = act(fault, time_s, step_s)
+            if what == ADD:
+                values[place] += value
+            elif what == REPLACE:
+                values[place] = value
+            elif what == HOLD:
+                values[place] = self._held.setdefault(number, float(values[place]))
 
-    def _disturbed(
-        self, number: int, fault: Fault, time_s: float, step_s: float, reading: float
-    ) -> float:
-        value = fault.value or 0.0
-        elapsed = time_s - fault.start_s
-        match fault.kind:
-            case "missing":
-                return math.nan
-            case "frozen":
-                return self._frozen.setdefault(number, reading)
-            case "offset":
-                return reading + value
-            case "drift":
-                return reading + value * elapsed / 3600.0
-            case "stuck-at":
-                return value
-        # A spike: one step long, so its phase within the repetition is less than one step.
-        phase = elapsed if fault.every_s is None else math.fmod(elapsed, fault.every_s)
-        return reading + value if phase < step_s * (1.0 - 1e-9) else reading
+    def over(
+        self, time_s: NDArray[Any], step_s: float
+    ) -> list[tuple[int, NDArray[np.int8], NDArray[np.float64]]]:
+        """Return for each fault its place among the values, and what it does at each time."""
+        found = []
+        for place, fault in self._faults:
+            acts = [act(fault, now, step_s) for now in time_s.tolist()]
+            what = np.array([entry[0] for entry in acts], dtype=np.int8)
+            found.append((place, what, np.array([entry[1] for entry in acts], dtype=np.float64)))
+        return found

@@ -29,10 +29,8 @@ from fmpy.fmi2 import (
 from fmpy.logging import addLoggerProxy
 from numpy.typing import NDArray
 
-from measurement.errors import BadInput
-from measurement.files import sha256_of
 from measurement.units import UNITS
-from scenarios.unpacking import Unpacked
+from scenarios.fmu_file import FmuFile
 from scenarios.wiring import check_role, names_of, parameter_kind
 
 OK, WARNING, DISCARD = 0, 1, 2
@@ -87,19 +85,29 @@ class Port:
         count = len(self.names)
         references = [int(slave.variables[name].valueReference) for name in self.names]
         memory = (element * count).from_buffer(self.values.data) if count else None
-        self._call = (slave.component, (ctypes.c_uint * count)(*references), count, memory)
+        self._references = (ctypes.c_uint * count)(*references)
+        self._call = (slave.component, self._references, count, memory)
         self._getter = getattr(slave.library, f"fmi2Get{kind}")
         self._setter = getattr(slave.library, f"fmi2Set{kind}")
+
+    @property
+    def references(self) -> int:
+        """The address of the value references, which lives as long as the port."""
+        return ctypes.addressof(self._references)
 
     def get(self) -> None:
         """Read the FMU's values into *values*."""
         if self.names and self._getter(*self._call) > WARNING:
-            raise self._slave.failure(f"{', '.join(self.names[:3])} … could not be read")
+            raise self.failure("read")
 
     def set(self) -> None:
         """Give *values* to the FMU."""
         if self.names and self._setter(*self._call) > WARNING:
-            raise self._slave.failure(f"{', '.join(self.names[:3])} … could not be set")
+            raise self.failure("set")
+
+    def failure(self, word: str) -> FmuError:
+        """Return the error of variables that could not be *read* or *set*."""
+        return self._slave.failure(f"{', '.join(self.names[:3])} … could not be {word}")
 
 
 class Slave:
@@ -107,8 +115,8 @@ class Slave:
 
     Parameters
     ----------
-    path : Path
-        The ``.fmu`` file.
+    file : Path or FmuFile
+        The ``.fmu`` file; one that is unpacked already stays so.
     label : str
         What messages call it: ``plant`` or ``compensator``.
     show : callable
@@ -126,16 +134,22 @@ class Slave:
     """
 
     def __init__(
-        self, path: Path, label: str, show: Callable[[str], None], printed: io.StringIO
+        self, file: Path | FmuFile, label: str, show: Callable[[str], None], printed: io.StringIO
     ) -> None:
-        self.path, self.label, self._show = path, label, show
-        self.description = read_description(path)
+        own = FmuFile(file) if isinstance(file, Path) else None
+        self._own, opened = own, own or file
+        assert isinstance(opened, FmuFile)
+        self.path, self.label, self._show = opened.path, label, show
+        self.description, self.sha256 = opened.description, opened.sha256
         self.variables = {variable.name: variable for variable in self.description.modelVariables}
-        check_role(label, self.variables, path)
         self.time_s = 0.0
-        self.sha256 = sha256_of(path)
+        self.moment: Callable[[], float] | None = None  # of a loop that steps by itself
         self._messages: list[str] = []
-        self._unpacked = Unpacked(path)
+        try:
+            check_role(label, self.variables, self.path)
+        except BaseException:
+            self._remove()
+            raise
         self._instance = f"{label}-{id(self)}"
         _logs[self._instance] = self._log
         self._printed = printed
@@ -143,7 +157,7 @@ class Slave:
             self._fmu = FMU2Slave(
                 guid=self.description.guid,
                 modelIdentifier=self.description.coSimulation.modelIdentifier,
-                unzipDirectory=str(self._unpacked.folder),
+                unzipDirectory=str(opened.folder),
                 instanceName=self._instance,
             )
             self._fmu.instantiate(callbacks=_callbacks, loggingOn=True)
@@ -152,7 +166,7 @@ class Slave:
             self._forget()
             if not isinstance(error, Exception):
                 raise
-            raise FmuError(f"{label} ({path}) cannot be started: {cause}") from None
+            raise FmuError(f"{label} ({self.path}) cannot be started: {cause}") from None
         self.component, self.library = self._fmu.component, self._fmu.dll
         self._do_step = self.library.fmi2DoStep
 
@@ -177,7 +191,11 @@ class Slave:
 
     def _forget(self) -> None:
         _logs.pop(self._instance, None)
-        self._unpacked.remove()
+        self._remove()
+
+    def _remove(self) -> None:
+        if self._own is not None:
+            self._own.remove()
 
     # What it offers
 
@@ -233,8 +251,12 @@ class Slave:
         self.time_s = time_s
         status = self._do_step(self.component, time_s, step_s, 1)
         if status > WARNING:
-            word = STATUS[status] if status < len(STATUS) else str(status)
-            raise self.failure(f"the step failed ({word})")
+            raise self.step_failure(status)
+
+    def step_failure(self, status: int) -> FmuError:
+        """Return the error of a step that ended with an FMI status."""
+        word = STATUS[status] if status < len(STATUS) else str(status)
+        return self.failure(f"the step failed ({word})")
 
     def text(self, name: str) -> str:
         """Return the value of a string variable."""
@@ -247,14 +269,17 @@ class Slave:
     def failure(self, what: str) -> FmuError:
         """Return the error that tells what failed, when, and why."""
         cause = self._cause() or "it gave no reason"
-        return FmuError(f"{self.label} FMU at {self.time_s:g} s: {what}: {cause}")
+        return FmuError(f"{self.label} FMU at {self._now():g} s: {what}: {cause}")
+
+    def _now(self) -> float:
+        return self.time_s if self.moment is None else self.moment()
 
     def _log(self, status: int, text: str) -> None:
         if status >= WARNING and text.strip():
             self._messages.append(text.strip())
             word = STATUS[status] if status < len(STATUS) else str(status)
             if status == WARNING:
-                self._show(f"{self.label} FMU at {self.time_s:g} s, {word}: {text.strip()}")
+                self._show(f"{self.label} FMU at {self._now():g} s, {word}: {text.strip()}")
 
     def _cause(self) -> str:
         # Of a traceback the last line says what it was; all of it is for whoever mends it.
@@ -303,23 +328,3 @@ def interruptible() -> Iterator[Callable[[], None]]:
         for number, handler in usual.items():
             signal.signal(number, handler)
     check()
-
-
-def read_description(path: Path) -> Any:
-    """Return the model description of an FMU.
-
-    Raises
-    ------
-    BadInput
-        If the file is no FMU for co-simulation by FMI 2.0.
-    """
-    if not path.is_file():
-        raise BadInput(path, "", "there is no such file")
-    try:
-        description = fmpy.read_model_description(str(path), validate=False)
-    except Exception as error:  # fmpy raises whatever its zip and XML readers raise
-        problem = " ".join(str(error).split()) or type(error).__name__
-        raise BadInput(path, "", f"is not an FMU: {problem[:200]}") from None
-    if description.fmiVersion != "2.0" or description.coSimulation is None:
-        raise BadInput(path, "", "is not an FMU for co-simulation by FMI 2.0")
-    return description

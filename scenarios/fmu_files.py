@@ -15,11 +15,17 @@ from typing import Any
 from measurement.errors import BadInput
 
 SHIPPED = ("plant", "compensator")
-PLANT = "plant.fmu"
 
 
 def find_fmu(
-    name: str, fmu_dir: Path, near: Path, work: Path, *, quiet: bool = False, native: bool = False
+    name: str,
+    fmu_dir: Path,
+    near: Path,
+    work: Path,
+    *,
+    quiet: bool = False,
+    native: bool = False,
+    everywhere: bool = False,
 ) -> Path:
     """Return the FMU that a scenario or a command line names.
 
@@ -37,8 +43,11 @@ def find_fmu(
     quiet : bool
         Say nothing about building.
     native : bool
-        Of a machine file, and of ``plant.fmu`` in *fmu_dir*, return the twin in C where it can be
-        had: it gives the same results, faster. A path always means that very FMU.
+        Of a machine file, a compensator file, and of ``plant.fmu`` and ``compensator.fmu`` in
+        *fmu_dir*, return the twin in C where it can be had: it gives the same results, faster. A
+        path always means that very FMU.
+    everywhere : bool
+        If the twin has to be built, build it for all platforms that there is a compiler for.
 
     Raises
     ------
@@ -50,18 +59,18 @@ def find_fmu(
         found = next((path for path in candidates if path.is_file()), None)
     except (OSError, ValueError) as error:
         raise BadInput(name, "", f"is not a path: {error}") from None
+    is_shipped = Path(name).name == name and Path(name).stem in SHIPPED and name.endswith(".fmu")
+    if found is None and is_shipped:
+        found = build_shipped(Path(name).stem, fmu_dir, quiet=quiet)
     if found is not None:
+        means_itself = found in candidates[:2] or not is_shipped
         if found.suffix == ".json":
-            return build_compensator(found, work)
-        if found.suffix == ".toml":
-            python = build_plant(str(found), work)
-            return native_twin(python, work, quiet=quiet) if native else python
-        if native and found == fmu_dir / PLANT and found not in candidates[:2]:
-            return native_twin(found, work, quiet=quiet)
-        return found
-    if Path(name).name == name and Path(name).stem in SHIPPED and name.endswith(".fmu"):
-        built = build_shipped(Path(name).stem, fmu_dir, quiet=quiet)
-        return native_twin(built, work, quiet=quiet) if native and name == PLANT else built
+            found, means_itself = build_compensator(found, work), False
+        elif found.suffix == ".toml":
+            found, means_itself = build_plant(str(found), work), False
+        if not native or means_itself:
+            return found
+        return native_twin(found, work, quiet=quiet, everywhere=everywhere)
     known = [path.name for path in fmu_dir.glob("*.fmu")] if fmu_dir.is_dir() else []
     close = difflib.get_close_matches(name, known, 1)
     hint = f"; did you mean {close[0]}?" if close else ""
@@ -111,44 +120,66 @@ def build_plant(machine: str, work: Path, name: str = "plant") -> Path:
     return _written(recipe, work)
 
 
-def native_twin(plant: Path, work: Path, *, quiet: bool = False) -> Path:
-    """Return the twin in C of a plant FMU, or the FMU itself where there is none.
+def native_twin(fmu: Path, work: Path, *, quiet: bool = False, everywhere: bool = False) -> Path:
+    """Return the twin in C of a plant or a compensator FMU, or the FMU itself where there is none.
 
     Parameters
     ----------
-    plant : Path
-        Any FMU; the twin is that beside it, ``plant_native.fmu``, if it is one, else it is built.
+    fmu : Path
+        Any FMU; the twin is that beside it, ``plant_native.fmu`` for example, if it is one, else it
+        is built.
     work : Path
         Where it may be built.
     quiet : bool
         Do not say why there is none.
+    everywhere : bool
+        Build it for all platforms that there is a compiler for.
     """
-    from fmu_packaging.native.build import native_package
+    from fmu_packaging.native.build import TWIN_OF, native_package
     from fmu_packaging.native.compilers import CompileError, NativeError, compilers
-    from plant_model.fmi_slave import MACHINE_FILE
-    from plant_model.machine import Machine
-    from plant_model.native.build import TWIN_OF, native_plant
-    from scenarios.building import plant_recipe
 
-    machine, guid = _read(plant, f"resources/{MACHINE_FILE}"), _guid(plant)
-    if machine is None or guid is None:
-        return plant
-    name = f"{plant.stem}_native"
-    for known in (plant.with_name(f"{name}.fmu"), work / f"{name}.fmu"):
-        if _read(known, f"documentation/{TWIN_OF}") == guid:
+    guid, name = _guid(fmu), f"{fmu.stem}_native"
+    for known in (fmu.with_name(f"{name}.fmu"), work / f"{name}.fmu"):
+        if guid is not None and _read(known, f"documentation/{TWIN_OF}") == guid:
             return known
     try:
-        recipe, _ = plant_recipe(Machine.from_dict(json.loads(machine)), name)
-        native = native_plant(recipe, guid.decode())
-        package = native_package(recipe, native, compilers()[:1])
+        made = _native_parts(fmu, name, (guid or b"").decode(), work)
+        if made is None:
+            return fmu
+        package = native_package(*made, compilers()[: None if everywhere else 1])
     except (CompileError, NativeError) as error:
         if not quiet:
             why = str(error).splitlines()[0].removeprefix("--native: ")
-            _say_once(f"{plant}: simulated in Python: {why}")
-        return plant
+            _say_once(f"{fmu}: taken in Python: {why}")
+        return fmu
     path = work / f"{package.name}.fmu"
     path.write_bytes(package.zipped())
     return path
+
+
+def _native_parts(fmu: Path, name: str, guid: str, work: Path) -> tuple[Any, Any] | None:
+    """Return what the twin of an FMU of this project is made of; None for any other FMU."""
+    from fmu_compensator.native.build import native_compensator
+    from fmu_compensator.runtime.fmi_slave import MODEL_FILE
+    from plant_model.fmi_slave import MACHINE_FILE
+    from plant_model.machine import Machine
+    from plant_model.native.build import native_plant
+    from scenarios.building import compensator_recipe, plant_recipe
+
+    if (machine := _read(fmu, f"resources/{MACHINE_FILE}")) is not None:
+        recipe, _ = plant_recipe(Machine.from_dict(json.loads(machine)), name)
+        return recipe, native_plant(recipe, guid)
+    if (model := _read(fmu, f"resources/{MODEL_FILE}")) is not None:
+        path = work / MODEL_FILE
+        path.write_bytes(model)
+        recipe, _ = compensator_recipe(path, name, native=True)
+        return recipe, native_compensator(recipe, twin_of=guid)
+    return None
+
+
+def needs_no_host(fmu: Path) -> bool:
+    """Return whether an FMU is one of this project in C."""
+    return _read(fmu, "sources/instance.c") is not None
 
 
 @cache

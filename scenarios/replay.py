@@ -29,13 +29,15 @@ from measurement.resampling import GAP_INTERVALS
 from measurement.rig import FivePointRig, Rig, rig_from_table
 from measurement.runs import Run
 from scenarios.charts import BEFORE, LINES, Chart, Line, Panel
-from scenarios.fmu import Port, Slave, interruptible, read_description
+from scenarios.fmu import Port, Slave, interruptible
+from scenarios.fmu_file import read_description
 from scenarios.probing import ProbedRun, Probing
 from scenarios.recording import Event, FmuFacts, facts_of
 from scenarios.table import NO_COMPENSATION
 from scenarios.wiring import PROBED, TOOL_LENGTH
 
 AXES = ("X", "Y", "Z")
+MODELS = (f"resources/{MODEL_FILE}", f"documentation/{MODEL_FILE}")  # in Python, in C
 LABEL = "Compensated"
 LABEL_PROBED = "Compensated, with probes"
 LABEL_HELD = "Last probe held"
@@ -88,8 +90,9 @@ def model_of(fmu: Path) -> Model:
     """
     try:
         with zipfile.ZipFile(fmu) as archive:
-            text = archive.read(f"resources/{MODEL_FILE}").decode("utf-8")
-    except (OSError, KeyError, UnicodeDecodeError, zipfile.BadZipFile):
+            place = next(name for name in MODELS if name in archive.namelist())
+            text = archive.read(place).decode("utf-8")
+    except (OSError, StopIteration, UnicodeDecodeError, zipfile.BadZipFile):
         problem = "holds no compensator file, so nothing says what its offsets stand for"
         raise BadInput(fmu, "", problem) from None
     return parse_model(text, f"{fmu}: {MODEL_FILE}")

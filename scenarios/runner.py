@@ -81,12 +81,12 @@ def run_scenario(
         for case in scenario.cases:
             settings = case.settings
             fmus = [
-                find_fmu(given or usual, fmu_dir, near, Path(work), quiet=quiet, native=True)
-                for given, usual, needed in (
+                find_fmu(given or usual, fmu_dir, near, Path(work), quiet=quiet, native=is_plant)
+                for given, usual, is_plant in (
                     (plant, settings.plant.fmu, True),
-                    (compensator, settings.compensator.fmu, settings.compensator.enabled),
+                    (compensator, settings.compensator.fmu, False),
                 )
-                if needed
+                if is_plant or settings.compensator.enabled
             ]
             plant_fmu, compensator_fmu = fmus[0], fmus[1] if len(fmus) > 1 else None
             recordings.append(simulate(case, plant_fmu, compensator_fmu, quiet=quiet))

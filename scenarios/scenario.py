@@ -255,26 +255,32 @@ def changed(
 ) -> dict[str, Any]:
     """Return a copy of *table* in which the dotted *key* has another value.
 
-    What follows ``plant.parameters.`` is one name, since a parameter's name may hold dots.
+    The copy shares with *table* what does not change. What follows ``plant.parameters.`` is one
+    name, since a parameter's name may hold dots.
 
     Raises
     ------
     BadInput
         If the key leads into something that is not a table.
     """
-    table = copy.deepcopy(table)
+    found = dict(table)
     *parents, last = key.split(".", 2 if key.startswith("plant.parameters.") else -1)
-    inner: Any = table
+    inner: Any = found
     for step in parents:
-        if isinstance(inner, list) and step.isdigit() and int(step) < len(inner):
-            inner = inner[int(step)]
-            continue
         # A number may stand for a constant signal, so there is nothing to enter.
-        inner = inner.setdefault(step, {}) if isinstance(inner, dict) else None
+        place_in: Any = step if isinstance(inner, dict) else None
+        if isinstance(inner, list) and step.isdigit() and int(step) < len(inner):
+            place_in = int(step)
+        if place_in is None:
+            inner = None
+            break
+        known = inner.get(step, {}) if isinstance(inner, dict) else inner[place_in]
+        inner[place_in] = copy.copy(known)
+        inner = inner[place_in]
     if not isinstance(inner, dict) or not key.strip():
         raise BadInput(source, place, f"{shown(key)} does not name a key of the scenario")
     inner[last] = value
-    return table
+    return found
 
 
 def _check_replay(table: dict[str, Any], settings: Settings, path: Path) -> None:

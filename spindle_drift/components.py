@@ -8,6 +8,7 @@ import json
 import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -88,13 +89,17 @@ def build_fmu(
         if is_compensator:
             file = _file_of(source, Path(work))
             recipe, reference = compensator_recipe(file, name or "compensator", native)
+            sources = partial(native_of, recipe, file)
         else:
             machine = source if isinstance(source, Machine) else Machine(str(source))
             recipe, reference = plant_recipe(machine.model, name or "plant")
+            sources = partial(native_of, recipe)
         folder = Path(out)
         check_outputs(folder, recipe.identity.name)
         package = (
-            native_package(recipe, native_of(recipe), compilers(), fmi) if native else build(recipe)
+            native_package(recipe, sources(), compilers(), fmi, measured=True)
+            if native
+            else build(recipe)
         )
         folder.mkdir(parents=True, exist_ok=True)
         path, _ = publish(package, folder, reference)

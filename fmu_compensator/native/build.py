@@ -8,7 +8,7 @@ from dataclasses import replace
 from fmu_compensator.native.generate import constants, data_sources, program
 from fmu_compensator.runtime.fmi_slave import MODEL_FILE
 from fmu_compensator.runtime.modelfile import parse_model
-from fmu_packaging.native.build import Native
+from fmu_packaging.native.build import TWIN_OF, Native
 from fmu_packaging.package import Recipe, slave_of
 from fmu_packaging.variables import Variable
 
@@ -18,7 +18,9 @@ NO_OTHER_FILE = (
 )
 
 
-def native_compensator(recipe: Recipe, exchanged: Mapping[str, str] | None = None) -> Native:
+def native_compensator(
+    recipe: Recipe, exchanged: Mapping[str, str] | None = None, *, twin_of: str = ""
+) -> Native:
     """Return what the C twin of a compensator FMU is made of.
 
     Parameters
@@ -27,6 +29,8 @@ def native_compensator(recipe: Recipe, exchanged: Mapping[str, str] | None = Non
         Of the Python FMU.
     exchanged : dict of str to str, optional
         Sources that take the place of the program's, by path.
+    twin_of : str
+        GUID of the Python FMU that it gives the results of.
 
     Raises
     ------
@@ -44,4 +48,5 @@ def native_compensator(recipe: Recipe, exchanged: Mapping[str, str] | None = Non
         data,
         MODEL_FILE,
         {other.name: replace(other, description=NO_OTHER_FILE)},
+        {TWIN_OF: twin_of.encode()},
     )

@@ -26,6 +26,19 @@ platform compile the folder <code>sources</code>: all files ending in <code>.c</
 shared library, with <code>-ffp-contract=off</code>; <code>fmpy compile</code> does it, too. No step
 takes memory, and no two instances share any. Errors go to the host's log.</p>
 """
+TWIN_OF = "twin_of.txt"
+"""In the documentation of an FMU in C: the GUID of the Python FMU of the same content."""
+SIZES = """\
+/* What an instance and a state of it take with NO_HEAP [bytes], as measured where pointers have
+   eight bytes; with shorter ones it is less. */
+#ifndef MEMORY_SIZE_H
+#define MEMORY_SIZE_H
+
+#define MEMORY_OF_INSTANCE {instance}
+#define MEMORY_OF_STATE {state}
+
+#endif
+"""
 LICENCE_OF_HEADERS = "The FMI headers in <code>sources</code> are under the 2-clause BSD licence."
 
 # fmpy's header of FMI 2.0 leaves the standard's prefix out; here it comes back.
@@ -45,6 +58,12 @@ As in the standard, FMI2_FUNCTION_PREFIX stands before it where it is defined.
   #define fmi2FullName(name) name
 #endif
 """
+
+
+MEASURED = "memory_size.h"
+MEASURE = Path(__file__).resolve().parent / "measure.c"
+ENOUGH = 1 << 26
+"""Bytes that no instance needs."""
 
 
 @dataclass(frozen=True)
@@ -84,8 +103,37 @@ def front(fmi: Fmi) -> dict[str, str]:
     }
 
 
+def memory_size(sources: Mapping[str, str], compiler: Compiler, fmi: Fmi) -> str:
+    """Return the header that says what an instance takes where there is no heap.
+
+    Parameters
+    ----------
+    sources : dict of str to str
+        Of the FMU, by path.
+    compiler : Compiler
+        For this machine, whose pointers are as long as any controller's.
+    fmi : {2, 3}
+
+    Raises
+    ------
+    CompileError
+        If it refuses the sources, or what it makes does not run.
+    """
+    flags = ["NO_HEAP", f"MEMORY_OF_INSTANCE={ENOUGH}", f"MEMORY_OF_STATE={ENOUGH}"]
+    flags += ["NO_HEAP_STATES=1", f"MEASURE_FMI{fmi}"]
+    texts = {**sources, MEASURE.name: MEASURE.read_text("utf-8")}
+    printed = compiler.printed(texts, [f"-D{flag}" for flag in flags])
+    instance, state = map(int, printed.split())
+    return SIZES.format(instance=instance, state=state)
+
+
 def native_package(
-    recipe: Recipe, native: Native, compilers: Sequence[Compiler], fmi: Fmi = 2
+    recipe: Recipe,
+    native: Native,
+    compilers: Sequence[Compiler],
+    fmi: Fmi = 2,
+    *,
+    measured: bool = False,
 ) -> Package:
     """Return the C twin of an FMU.
 
@@ -98,6 +146,9 @@ def native_package(
         One binary is made with each.
     fmi : {2, 3}
         Version of FMI.
+    measured : bool
+        Whether the sources say how much memory they take where there is no heap; the first compiler
+        must be for this machine.
 
     Raises
     ------
@@ -110,6 +161,8 @@ def native_package(
     variables = described(slave, twin)
     sources = with_prefix({**fixed, **native.data(variables, "")}, fmi)
     twin = Program("C99", False, tuple(c_files(sources)), dict(native.variables))
+    if measured:
+        fixed[MEASURED] = memory_size(sources, compilers[0], fmi)
     page = index_page(recipe.page, identity, variables, _running(compilers, fmi))
     files = {
         "model.png" if fmi == 2 else "terminalsAndIcons/icon.png": recipe.icon,

@@ -17,6 +17,7 @@ import fmpy
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-ffp-contract=off")
 OWN = ("gcc", "clang", "cc")
 FOR_WINDOWS = "x86_64-w64-mingw32-gcc"
+FOR_AARCH64 = "aarch64-linux-gnu-gcc"
 LIBRARY = ("-O2", "-fPIC", "-fvisibility=hidden", "-shared", "-s")
 # Nothing of the day and the folder of a build goes in: the same sources give the same bytes.
 LIBRARY_HERE = (*LIBRARY, "-Wl,--build-id=none", "-Wl,--no-undefined")
@@ -75,6 +76,33 @@ class Compiler:
             )
             return (Path(folder) / target).read_bytes()
 
+    def printed(self, sources: Mapping[str, str], more: Sequence[str] = ()) -> str:
+        """Return what the program of C sources prints; only of a compiler for this machine.
+
+        Parameters
+        ----------
+        sources : dict of str to str
+            By path; one has a main.
+        more : sequence of str
+            Further flags.
+
+        Raises
+        ------
+        CompileError
+            For the first error or warning, or if the program fails.
+        """
+        with tempfile.TemporaryDirectory(prefix="native_") as name:
+            folder = Path(name)
+            write_sources(folder, sources)
+            strict = [*self.command, *STRICT, *more, "-I."]
+            run_compiler([*strict, "-o", "program", *c_files(sources), "-lm"], folder)
+            done = subprocess.run(
+                [str(folder / "program")], capture_output=True, text=True, check=False
+            )
+        if done.returncode:
+            raise CompileError(f"what it compiled failed: {done.stderr.strip()}")
+        return done.stdout
+
 
 def compilers() -> list[Compiler]:
     """Return a compiler for this machine first, then those for others that are there.
@@ -95,6 +123,9 @@ def compilers() -> list[Compiler]:
     if fmpy.system == "linux" and shutil.which(FOR_WINDOWS):
         names = "win64", "x86_64-windows"
         found.append(Compiler((FOR_WINDOWS,), *names, ".dll", LIBRARY_FOR_WINDOWS))
+    aarch64 = "aarch64-linux"  # FMI 2.0 has no name of its own for it and takes FMI 3.0's
+    if fmpy.system == "linux" and fmpy.platform_tuple != aarch64 and shutil.which(FOR_AARCH64):
+        found.append(Compiler((FOR_AARCH64,), aarch64, aarch64, ".so", LIBRARY_HERE))
     return found
 
 

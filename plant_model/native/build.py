@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 
-from fmu_packaging.native.build import Native
+from fmu_packaging.native.build import TWIN_OF, Native
 from fmu_packaging.native.compilers import NativeError
 from fmu_packaging.package import Recipe
 from fmu_packaging.variables import Variable
@@ -13,9 +13,6 @@ from plant_model.fmi_slave import MACHINE_FILE
 from plant_model.machine import Machine
 from plant_model.native.equations import NoFormulaError
 from plant_model.native.generate import machine_sources, program, variable_sources
-
-TWIN_OF = "twin_of.txt"
-"""In the documentation of the FMU: the GUID of the Python FMU of the same machine and program."""
 
 
 def native_plant(recipe: Recipe, twin_of: str = "") -> Native:

@@ -1,7 +1,8 @@
 """Write a scenario with its FMUs as one .ssp file, which other co-simulation tools run.
 
 The file holds both FMUs, one more that plays the scenario's signals, and SystemStructure.ssd with
-the connections by equal names, the plant's parameters and the step.
+the connections by equal names, the plant's parameters and the step. Where a C compiler is, all of
+them are in C.
 """
 
 from __future__ import annotations
@@ -49,7 +50,7 @@ def run(args: argparse.Namespace) -> int:
     """Build what is missing, write the file, say what is in it."""
     from measurement.files import write_atomically
     from scenarios.assignments import assignment
-    from scenarios.fmu_files import find_fmu
+    from scenarios.fmu_files import find_fmu, needs_no_host
     from scenarios.scenario import read_scenario
     from scenarios.ssp.package import case_of, ssp_bytes
 
@@ -63,12 +64,16 @@ def run(args: argparse.Namespace) -> int:
         out = args.fmu_dir / f"{settings.name}.ssp"
         check_output(out, SSP)
     with tempfile.TemporaryDirectory(prefix="spindle-drift-built-") as work:
-        plant = find_fmu(args.plant or settings.plant.fmu, args.fmu_dir, near, Path(work))
-        compensator = None
-        if settings.compensator.enabled:
-            name = args.compensator or settings.compensator.fmu
-            compensator = find_fmu(name, args.fmu_dir, near, Path(work))
-        data = ssp_bytes(case, plant, compensator)
+        found = [
+            find_fmu(name, args.fmu_dir, near, Path(work), native=True, everywhere=True)
+            for name in (
+                args.plant or settings.plant.fmu,
+                *([args.compensator or settings.compensator.fmu] * settings.compensator.enabled),
+            )
+        ]
+        # What plays the signals needs no Python if the others do not.
+        made = _compilers() if all(map(needs_no_host, found)) else []
+        data = ssp_bytes(case, found[0], found[1] if len(found) > 1 else None, made)
     write_atomically(out, data)
     if args.json:
         print(json.dumps(_facts(out, case.name, settings, data)))
@@ -78,6 +83,15 @@ def run(args: argparse.Namespace) -> int:
             f"{settings.step_s:g} s, {len(data) / 1024:.0f} KiB"
         )
     return 0
+
+
+def _compilers() -> list[Any]:
+    from fmu_packaging.native.compilers import NativeError, compilers
+
+    try:
+        return compilers()
+    except NativeError:  # the FMUs were there already
+        return []
 
 
 def _facts(out: Path, variant: str, settings: Any, data: bytes) -> dict[str, Any]:

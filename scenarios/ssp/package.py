@@ -11,10 +11,11 @@ from pathlib import Path
 import numpy as np
 from fmpy import read_model_description
 
+from fmu_packaging.native.compilers import Compiler
 from measurement.errors import BadInput
 from measurement.files import read_bytes
 from scenarios.cosimulation import plant_parameters, signals_over
-from scenarios.fmu import read_description
+from scenarios.fmu_file import read_description
 from scenarios.scenario import Case, Scenario
 from scenarios.signals.base import FloatArray
 from scenarios.ssp.signals import signals_fmu
@@ -43,7 +44,12 @@ def case_of(scenario: Scenario, variant: str | None) -> Case:
     return scenario.cases[names.index(variant)]
 
 
-def ssp_bytes(case: Case, plant_fmu: Path, compensator_fmu: Path | None) -> bytes:
+def ssp_bytes(
+    case: Case,
+    plant_fmu: Path,
+    compensator_fmu: Path | None,
+    compilers: Sequence[Compiler] = (),
+) -> bytes:
     """Return the ``.ssp`` of a case: its FMUs, one more that plays its signals, the connections.
 
     Parameters
@@ -53,6 +59,8 @@ def ssp_bytes(case: Case, plant_fmu: Path, compensator_fmu: Path | None) -> byte
     plant_fmu : Path
     compensator_fmu : Path or None
         None leaves the offsets at zero.
+    compilers : sequence of Compiler
+        What plays the signals is made in C with each; without one it is in Python.
 
     Raises
     ------
@@ -86,7 +94,7 @@ def ssp_bytes(case: Case, plant_fmu: Path, compensator_fmu: Path | None) -> byte
         parts["compensator"] = replace(parts["compensator"], starts={TOOL_LENGTH: blind})
     if signals:
         columns = {_column(name, plant, others): values for name, values in signals.items()}
-        files["signals"] = signals_fmu(case, time_s, columns).zipped()
+        files["signals"] = signals_fmu(case, time_s, columns, compilers).zipped()
         description = read_model_description(io.BytesIO(files["signals"]))
         parts["signals"] = Component("signals", description)
     connections = [

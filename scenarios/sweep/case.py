@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Mapping
 from pathlib import Path
@@ -13,6 +14,7 @@ import pandas as pd
 from measurement.rig import AXES
 from scenarios.cosimulation import simulate
 from scenarios.fmu import FmuError
+from scenarios.fmu_file import Shelf
 from scenarios.sweep.plan import Job
 from scenarios.table import group_of
 
@@ -23,7 +25,7 @@ DIGITS = 4
 """Decimals of the curves [um]."""
 
 
-def outcome_of(job: Job, places: Mapping[str, Path]) -> dict[str, Any]:
+def outcome_of(job: Job, places: Mapping[str, Path], shelf: Shelf | None = None) -> dict[str, Any]:
     """Simulate a job and return its outcome, ready for JSON.
 
     Parameters
@@ -31,6 +33,8 @@ def outcome_of(job: Job, places: Mapping[str, Path]) -> dict[str, Any]:
     job : Job
     places : mapping of str to Path
         The FMUs by SHA-256.
+    shelf : Shelf, optional
+        Keeps the FMUs open from one job to the next.
 
     Returns
     -------
@@ -44,11 +48,16 @@ def outcome_of(job: Job, places: Mapping[str, Path]) -> dict[str, Any]:
     BadInput
         If the case does not fit the FMUs.
     """
-    compensator = places[job.compensator] if job.compensator else None
-    try:
-        frame = simulate(job.case, places[job.plant], compensator, quiet=True).frame
-    except FmuError as error:
-        return failed(job, str(error))
+    with contextlib.ExitStack() as stack:
+        opened = shelf or stack.enter_context(Shelf())
+        plant, compensator = (
+            opened.file(places[key]) if key else None for key in (job.plant, job.compensator)
+        )
+        assert plant is not None
+        try:
+            frame = simulate(job.case, plant, compensator, quiet=True).frame
+        except FmuError as error:
+            return failed(job, str(error))
     axes = group_of("", [("case", "", frame)]).rows[-1].axes
     chosen = np.unique(np.linspace(0, len(frame) - 1, POINTS + 1).round().astype(int))
     names = [f"{what}_{axis}_um" for what in ("drift", "error") for axis in AXES]

@@ -15,7 +15,7 @@ import numpy as np
 
 from measurement.errors import BadInput, shown
 from measurement.files import sha256_of
-from scenarios.fmu import read_description
+from scenarios.fmu_file import read_description
 from scenarios.fmu_files import find_fmu
 from scenarios.scenario import Case, Scenario, Variant, changed, read_scenario, scenario_from_text
 from scenarios.sweep.names import Names, Target, check_range
@@ -268,6 +268,7 @@ class _Builder:
     ) -> None:
         self._scenario, self._variations, self._targets = scenario, variations, targets
         self._seed, self._fmus = seed, fmus
+        self._table = tomllib.loads(scenario.text)
 
     def job(self, number: int, variant: Variant, point: Sequence[Any], repeat: int) -> Job:
         """Return one job: a point of the grid in one of its repeats.
@@ -284,10 +285,14 @@ class _Builder:
             ("seed", _repeated(self._seed, repeat)),
         ]
         values: dict[str, Any] = {}
-        left = iter(point)
+        left, table, known = iter(point), self._table, 0
         for entry in self._variations:
-            target = self._targets[entry.label]
-            usual = self._usual(entry, target, settled) if entry.relative else 1.0
+            target, usual = self._targets[entry.label], 1.0
+            if entry.relative:
+                for key, value in settled[known:]:
+                    table = changed(table, key, value, self._scenario.path, OPTION)
+                known = len(settled)
+                usual = self._usual(entry, target, table)
             if entry.is_drawn:
                 low, high = _factors(target, usual) if entry.relative else (target.low, target.high)
                 values[entry.label] = entry.drawn(self._seed, repeat, low, high)
@@ -302,11 +307,8 @@ class _Builder:
             number, variant.name, repeat, values, case, self._fmus.sha256(settings.plant.fmu), other
         )
 
-    def _usual(self, entry: Variation, target: Target, settled: Sequence[tuple[str, Any]]) -> Any:
+    def _usual(self, entry: Variation, target: Target, table: Mapping[str, Any]) -> Any:
         """Return what the scenario has, or else the plant: a number, or a signal as a table."""
-        table = tomllib.loads(self._scenario.text)
-        for key, value in settled:
-            table = changed(table, key, value, self._scenario.path, OPTION)
         usual = _found(table, target.key)
         if usual is None:
             usual = target.usual

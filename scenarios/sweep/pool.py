@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import contextlib
 import multiprocessing
 import os
@@ -13,11 +14,15 @@ from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from typing import Any
 
+from scenarios.fmu_file import Shelf
 from scenarios.sweep.case import failed, outcome_of
 from scenarios.sweep.plan import Job
 
 TRIES = 3
 """How often a case may take its process down before it counts as failed."""
+
+_shelf = Shelf()
+"""Of a worker process."""
 
 LOST = f"its process ended {TRIES} times without a result"
 
@@ -48,8 +53,9 @@ def on_cores(
         If a case does not fit the FMUs.
     """
     if workers == 1:
-        for job in jobs:
-            yield outcome_of(job, places)
+        with Shelf() as shelf:
+            for job in jobs:
+                yield outcome_of(job, places, shelf)
         return
     left = {job.number: job for job in jobs}
 
@@ -88,11 +94,15 @@ def _one_pool(
     futures: list[Future[dict[str, Any]]] = []
     try:
         with _interrupts_wait():
-            futures += [pool.submit(outcome_of, job, places) for job in jobs]
+            futures += [pool.submit(_outcome, job, places) for job in jobs]
         for future in as_completed(futures):
             yield future.result()
     finally:
         pool.shutdown(cancel_futures=True)
+
+
+def _outcome(job: Job, places: Mapping[str, Path]) -> dict[str, Any]:
+    return outcome_of(job, places, _shelf)
 
 
 @contextlib.contextmanager
@@ -111,6 +121,7 @@ def _interrupts_wait() -> Iterator[None]:
 def _prepare() -> None:
     """Leave Ctrl-C to the parent, and end when the parent has gone, however it went."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    atexit.register(_shelf.__exit__)
     parent = multiprocessing.parent_process()
     if parent is not None:
         threading.Thread(target=_follow, args=(parent,), daemon=True).start()

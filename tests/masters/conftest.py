@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import io
 import os
 import subprocess
 import sys
+import zipfile
 from importlib import metadata
 from pathlib import Path
 
@@ -132,6 +134,14 @@ def ssp(fmus: Path, compensator: Path, tmp_path_factory: pytest.TempPathFactory)
     path = tmp_path_factory.mktemp("ssp") / f"{SCENARIO}.ssp"
     settings = [f"--set={key}={value}" for key, value in SETTINGS.items()]
     arguments = ["ssp", SCENARIO, "--variant", VARIANT, "--fmu-dir", str(fmus)]
-    arguments += ["--compensator", str(compensator), "-o", str(path)]
-    assert main([*arguments, *settings]) == 0
+    if "native" in compensator.name:
+        native_fmu(fmus, "plant")  # as it is by default: everything in C
+    else:
+        arguments += ["--plant", str(fmus / "plant.fmu"), "--compensator", str(compensator)]
+    assert main([*arguments, *settings, "-o", str(path)]) == 0
+    with zipfile.ZipFile(path) as archive:
+        for name in ("plant", "compensator", "signals"):
+            fmu = zipfile.ZipFile(io.BytesIO(archive.read(f"resources/{name}.fmu")))
+            in_c = "sources/instance.c" in fmu.namelist()
+            assert in_c == ("native" in compensator.name), name
     return path

@@ -44,6 +44,22 @@ def test_the_ssp(ssp: Path, reference: pd.DataFrame, tmp_path: Path) -> None:
     agree(table(tmp_path / f"{ssp.stem}.csv"), reference, SIX_DIGITS)
 
 
+def test_the_ssp_in_c_without_python(
+    ssp: Path,
+    reference: pd.DataFrame,
+    compensator: Path,
+    program: tuple[Path, dict[str, str]],
+    tmp_path: Path,
+) -> None:
+    if "native" not in compensator.name:
+        pytest.skip("its FMUs are in Python")
+    path, environment = program
+    command = [path, "simulate", "--path", ssp, "--stepSize", STEP_S, "--stopTime", STOP_S]
+    done = run(*command, "--parameterSet", "scenario", folder=tmp_path, **environment)
+    assert done.returncode == 0, done.stdout + done.stderr
+    agree(table(tmp_path / f"{ssp.stem}.csv"), reference, SIX_DIGITS)
+
+
 def before_texts(path: Path) -> pd.DataFrame:
     """Return the columns before the first text: the program does not quote a comma inside one."""
     head, *rows = (line.split(",") for line in path.read_text().splitlines())

@@ -63,7 +63,11 @@ def driver_of(
     compiler: tuple[str, ...], tmp_path_factory: pytest.TempPathFactory
 ) -> Callable[[Model], Driver]:
     """Makes the program that runs a model."""
-    folder = tmp_path_factory.mktemp("driver")
+    return drivers(compiler, tmp_path_factory.mktemp("driver"))
+
+
+def drivers(compiler: Sequence[str], folder: Path) -> Callable[[Model], Driver]:
+    """Return what makes the program that runs a model, in a folder."""
     sources = {**front(2), **program(), "constants.h": constants()}
     sources |= {"driver.c": (HERE / "driver.c").read_text()}
     write_sources(folder, sources)

@@ -18,7 +18,7 @@ from plant_model.machine_file import read_machine
 from plant_model.native.build import native_plant
 from plant_model.parameters import FloatArray
 from scenarios.cosimulation import simulate
-from scenarios.fmu import read_description
+from scenarios.fmu_file import read_description
 from scenarios.scenario import read_scenario
 
 HOST = Path(__file__).resolve().parent / "loop_host.c"

@@ -6,6 +6,7 @@ import os
 import shutil
 import subprocess
 import zipfile
+from collections.abc import Sequence
 from pathlib import Path
 
 import fmpy
@@ -34,12 +35,18 @@ def wine() -> str:
     return str(found)
 
 
+def model_of_the_host(folder: Path) -> Path:
+    """Write the compensator file whose variables the host knows, and return its path."""
+    path = folder / "by_hand.json"
+    # Without the correction, whose measured inputs the host does not know.
+    path.write_text(model_text(guarded(five_point_table()) | {"correction": None}))
+    return path
+
+
 def test_windows_gives_the_numbers_and_words_of_linux(
     wine: str, compiler: tuple[str, ...], tmp_path: Path
 ) -> None:
-    model = tmp_path / "by_hand.json"
-    # Without the correction, whose measured inputs the host does not know.
-    model.write_text(model_text(guarded(five_point_table()) | {"correction": None}))
+    model = model_of_the_host(tmp_path)
     assert (
         build_fmu.main(
             ["--native", "--only", "compensator", "--model", str(model), "--out", str(tmp_path)]
@@ -70,10 +77,15 @@ def test_windows_gives_the_numbers_and_words_of_linux(
             [wine, "host.exe", "binaries/win64/compensator_native.dll"],
         )
     )
-    assert len(linux) == 300
-    assert any("T4 is missing" in line for line in linux)
-    assert any("temperatures together are outside training" in line for line in linux)
-    for one, other in zip(linux, windows, strict=True):
+    same_lines(linux, windows)
+
+
+def same_lines(here: Sequence[str], there: Sequence[str]) -> None:
+    """Check what the host prints on two platforms: the same words, and nearly the same numbers."""
+    assert len(here) == 300
+    assert any("T4 is missing" in line for line in here)
+    assert any("temperatures together are outside training" in line for line in here)
+    for one, other in zip(here, there, strict=True):
         assert one.split(" ", 10)[10] == other.split(" ", 10)[10]
         numbers = [[float(word) for word in line.split(" ", 10)[:10]] for line in (one, other)]
         assert numbers[1] == pytest.approx(numbers[0], rel=1e-12, abs=1e-12)

@@ -12,7 +12,8 @@ import pytest
 
 from measurement.errors import BadInput
 from scenarios.cosimulation import simulate
-from scenarios.fmu import FmuError, read_description
+from scenarios.fmu import FmuError
+from scenarios.fmu_file import read_description
 from scenarios.recording import Recording
 from scenarios.scenario import read_scenario
 

@@ -61,7 +61,7 @@ def test_without_a_compiler_python_does_it_with_a_word(
     found = find_fmu("plant.fmu", tmp_path, tmp_path / "near", tmp_path, native=True)
     assert found == tmp_path / "plant.fmu"
     why = "no C compiler: CC names 'no-such-compiler', which cannot be found"
-    assert capsys.readouterr().err == f"{found}: simulated in Python: {why}\n"
+    assert capsys.readouterr().err == f"{found}: taken in Python: {why}\n"
 
 
 def test_both_give_the_same_recording(dist: Path) -> None:

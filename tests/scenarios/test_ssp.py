@@ -15,6 +15,7 @@ from fmpy import simulate_fmu
 from fmpy.ssp.ssd import Component, SystemStructureDescription, read_ssd
 from fmpy.validation import validate_fmu
 
+from fmu_packaging.native.compilers import NativeError, compilers
 from measurement.errors import BadInput
 from measurement.files import sha256_of
 from scenarios.cli import main
@@ -86,7 +87,32 @@ def test_the_signals_fmu_validates_and_plays_the_scenario(
     packed(tiny_scenario, tiny_folder, tmp_path / "a.ssp")
     with zipfile.ZipFile(tmp_path / "a.ssp") as archive:
         archive.extract("resources/signals.fmu", tmp_path)
-    fmu = str(tmp_path / "resources" / "signals.fmu")
+    plays_the_scenario(tmp_path / "resources" / "signals.fmu")
+
+
+def test_the_signals_fmu_in_c_does_the_same(
+    tiny_scenario: Path, tiny_plant: Path, tmp_path: Path
+) -> None:
+    try:
+        made = compilers()[:1]
+    except NativeError as error:
+        pytest.skip(str(error))
+    (case,) = read_scenario(tiny_scenario, [("compensator.enabled", False)]).cases
+    data = ssp_bytes(case, tiny_plant, None, made)
+    assert data == ssp_bytes(case, tiny_plant, None, made)
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        fmu = Path(archive.extract("resources/signals.fmu", tmp_path))
+    with zipfile.ZipFile(fmu) as archive:
+        names = archive.namelist()
+    assert not [name for name in names if name.endswith(".py")]
+    plays_the_scenario(fmu)
+    late = simulate_fmu(str(fmu), start_time=10.0, stop_time=11.0, output_interval=1.0)
+    assert set(late["speed"]) == {2000.0}
+
+
+def plays_the_scenario(path: Path) -> None:
+    """Check what plays the tiny scenario's signals."""
+    fmu = str(path)
     assert validate_fmu(fmu) == []
     units = {
         variable.name: variable.unit for variable in fmpy.read_model_description(fmu).modelVariables

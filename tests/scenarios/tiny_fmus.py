@@ -6,6 +6,11 @@ import warnings
 from pathlib import Path
 
 COMMON = """
+import ctypes
+
+# As in fmu_packaging.package: without it, the globals are freed while they are in use.
+ctypes.pythonapi.Py_IncRef(ctypes.py_object(globals()))
+
 from pythonfmu import Boolean, Fmi2Causality, Fmi2Slave, Fmi2Variability, Integer, String
 from pythonfmu import Real as PlainReal
 

@@ -28,10 +28,11 @@ void model_reset(struct model *self, void *content)
 }
 
 const char *model_start(
-    struct model *self, void *content, const double *values, char problem[PROBLEM_LENGTH])
+    struct model *self, void *content, const double *values, double time_s,
+    char problem[PROBLEM_LENGTH])
 {
     struct content *all = content;
-    (void)self, (void)values, (void)problem;
+    (void)self, (void)values, (void)time_s, (void)problem;
     if (all->model_file[0] != '\0') {
         return "model_file: this FMU has its compensator file compiled in and reads no other; "
                "build another FMU from that file";

@@ -2,11 +2,13 @@
 #include "fmi2Functions.h"
 
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "instance.h"
+#include "memory.h"
 #include "model.h"
+
+#define NAME_ROOM 72 /* names up to it take the same: see memory.c */
 
 struct component {
     struct instance *instance;
@@ -100,7 +102,7 @@ fmi2Component fmi2Instantiate(
     fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
     const fmi2CallbackFunctions *host, fmi2Boolean visible, fmi2Boolean logging)
 {
-    struct component *self = calloc(1, sizeof *self);
+    struct component *self = memory_take(1, sizeof *self);
     const char *given = name == NULL ? "" : name;
     (void)resources, (void)visible;
     if (self == NULL) {
@@ -109,7 +111,8 @@ fmi2Component fmi2Instantiate(
     self->host = host;
     self->logging = logging;
     self->instance = instance_new();
-    self->name = malloc(strlen(given) + 1);
+    size_t length = strlen(given) + 1;
+    self->name = memory_take(1, length < NAME_ROOM ? NAME_ROOM : length);
     if (self->name != NULL) {
         strcpy(self->name, given);
     }
@@ -127,8 +130,8 @@ void fmi2FreeInstance(fmi2Component c)
     struct component *self = c;
     if (self != NULL) {
         instance_free(self->instance);
-        free(self->name);
-        free(self);
+        memory_give(self->name);
+        memory_give(self);
     }
 }
 
@@ -345,7 +348,7 @@ fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state)
 {
     (void)c;
     if (state != NULL) {
-        free(*state);
+        memory_give(*state);
         *state = NULL;
     }
     return fmi2OK;

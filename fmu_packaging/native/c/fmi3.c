@@ -2,10 +2,10 @@
 #include "fmi3Functions.h"
 
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "instance.h"
+#include "memory.h"
 #include "model.h"
 
 struct component {
@@ -83,7 +83,7 @@ fmi3Instance fmi3InstantiateCoSimulation(
     fmi3InstanceEnvironment environment, fmi3LogMessageCallback log,
     fmi3IntermediateUpdateCallback update)
 {
-    struct component *self = calloc(1, sizeof *self);
+    struct component *self = memory_take(1, sizeof *self);
     const char *problem = NULL;
     (void)name, (void)resources, (void)visible;
     (void)early_return, (void)intermediate, (void)intermediates, (void)update;
@@ -116,7 +116,7 @@ void fmi3FreeInstance(fmi3Instance c)
     struct component *self = c;
     if (self != NULL) {
         instance_free(self->instance);
-        free(self);
+        memory_give(self);
     }
 }
 
@@ -359,7 +359,7 @@ fmi3Status fmi3FreeFMUState(fmi3Instance c, fmi3FMUState *state)
 {
     (void)c;
     if (state != NULL) {
-        free(*state);
+        memory_give(*state);
         *state = NULL;
     }
     return fmi3OK;

@@ -1,8 +1,9 @@
 #include "instance.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
+
+#include "memory.h"
 
 static const char *const NOT_OF_THIS_KIND = "there is no such variable of this type";
 
@@ -10,7 +11,7 @@ static const char *const NOT_OF_THIS_KIND = "there is no such variable of this t
 
 struct instance *instance_new(void)
 {
-    struct instance *self = calloc(1, sizeof *self);
+    struct instance *self = memory_take(1, sizeof *self);
     size_t content = 0;
     if (self == NULL) {
         return NULL;
@@ -33,7 +34,7 @@ void instance_free(struct instance *self)
 {
     if (self != NULL) {
         setup_free(&self->setup);
-        free(self);
+        memory_give(self);
     }
 }
 
@@ -56,6 +57,7 @@ const char *instance_experiment(struct instance *self, double start_s, bool has_
         return "the experiment must begin at a finite time and not stop before it begins";
     }
     self->memory->time_s = start_s;
+    self->memory->fresh = 0;
     self->memory->stop_s = has_stop ? stop_s : INFINITY;
     return NULL;
 }
@@ -74,7 +76,8 @@ static const char *refresh(struct instance *self)
 {
     const char *problem = NULL;
     if (!self->memory->fresh) {
-        problem = model_start(self->model, self->content, self->values, self->problem);
+        problem = model_start(
+            self->model, self->content, self->values, self->memory->time_s, self->problem);
         self->memory->fresh = problem == NULL;
     }
     return problem;

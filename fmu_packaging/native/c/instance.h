@@ -55,7 +55,7 @@ const char *instance_get_string(struct instance *self, size_t ref, const char **
 const char *instance_set_number(struct instance *self, enum kind kind, size_t ref, double value);
 const char *instance_set_string(struct instance *self, size_t ref, const char *value);
 
-/* A state is a copy of the memory; NULL without memory. free() ends it. */
+/* A state is a copy of the memory; NULL without memory. memory_give() ends it. */
 struct memory *instance_state(const struct instance *self);
 void instance_restore(struct instance *self, const struct memory *state);
 

@@ -38,10 +38,11 @@ struct model *model_make(struct setup *setup, size_t *content_size);
 /* Brings the content back to what it is before the start. */
 void model_reset(struct model *self, void *content);
 
-/* Starts with the values of all variables, by value reference; what is wrong, NULL for nothing.
-   It may be called more than once. problem has room for a sentence. */
+/* Starts at a time with the values of all variables, by value reference; what is wrong, NULL for
+   nothing. It may be called more than once. problem has room for a sentence. */
 const char *model_start(
-    struct model *self, void *content, const double *values, char problem[PROBLEM_LENGTH]);
+    struct model *self, void *content, const double *values, double time_s,
+    char problem[PROBLEM_LENGTH]);
 
 /* Advances by a step that is above 0 and finite; what is wrong, NULL for nothing, and then the
    content is as before. */

@@ -1,7 +1,8 @@
 #include "setup.h"
 
 #include <stdint.h>
-#include <stdlib.h>
+
+#include "memory.h"
 
 struct block {
     struct block *next;
@@ -12,7 +13,7 @@ void *setup_take(struct setup *setup, size_t count, size_t size)
 {
     struct block *block = NULL;
     if (size == 0 || count <= (SIZE_MAX - sizeof *block) / size) {
-        block = calloc(1, sizeof *block + count * size);
+        block = memory_take(1, sizeof *block + count * size);
     }
     if (block == NULL) {
         setup_fail(setup, "there is not enough memory", "the model");
@@ -35,7 +36,7 @@ void setup_free(struct setup *setup)
 {
     while (setup->blocks != NULL) {
         struct block *next = setup->blocks->next;
-        free(setup->blocks);
+        memory_give(setup->blocks);
         setup->blocks = next;
     }
 }

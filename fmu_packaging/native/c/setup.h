@@ -1,4 +1,4 @@
-/* What an instance is made with: memory that is taken once and given back at once. */
+/* What an instance is made with: memory that is taken at the start and given back at the end. */
 #ifndef SETUP_H
 #define SETUP_H
 

@@ -1,8 +1,8 @@
 /* The FMU state: a copy of an instance's memory, and that copy as bytes. */
-#include <stdlib.h>
 #include <string.h>
 
 #include "instance.h"
+#include "memory.h"
 
 /* What stands before the copy. The model and the size say whose state it is. */
 struct head {
@@ -13,7 +13,7 @@ struct head {
 
 struct memory *instance_state(const struct instance *self)
 {
-    struct memory *state = malloc(self->memory_size);
+    struct memory *state = memory_take(1, self->memory_size);
     if (state != NULL) {
         memcpy(state, self->memory, self->memory_size);
     }
@@ -76,7 +76,7 @@ struct memory *state_from_bytes(
     } else if (found.size != expected.size || found.sum != expected.sum) {
         *problem = "the bytes of the state are damaged";
     } else {
-        state = malloc(self->memory_size);
+        state = memory_take(1, self->memory_size);
         if (state == NULL) {
             *problem = "there is not enough memory for the state";
         } else {

@@ -70,8 +70,10 @@ static void make(struct model *self, const double *values)
 }
 
 const char *model_start(
-    struct model *self, void *content, const double *values, char problem[PROBLEM_LENGTH])
+    struct model *self, void *content, const double *values, double time_s,
+    char problem[PROBLEM_LENGTH])
 {
+    (void)time_s;
     const char *wrong = look(values, FIRST_PARAMETER, PARAMETERS, problem);
     if (wrong == NULL) {
         wrong = look(values, 0, INPUTS + 1 + AXES, problem);

@@ -97,31 +97,35 @@ def library_of(
     """Compiles the core of a machine."""
 
     def library(machine: Machine) -> ctypes.CDLL:
-        folder = tmp_path_factory.mktemp("core")
-        sources = {**program(), **machine_sources(machine)}
-        del sources["model.c"]
-        sources["model_data.c"] = variable_sources(variables(machine), "core", "{0}")
-        sources["core.c"] = (HERE / "core.c").read_text()
-        for name in ("model.h", "setup.h"):
-            sources[name] = (C_FOLDER / name).read_text()
-        write_sources(folder, sources)
-        flags = ("-O1", "-fPIC", "-fvisibility=hidden", "-shared", "-o", "core.so")
-        run_compiler([*compiler, *STRICT, *flags, *c_files(sources), "-lm"], folder)
-        found = ctypes.CDLL(str(folder / "core.so"))
-        found.core_new.restype = ctypes.c_void_p
-        found.core_new.argtypes = [NUMBERS, ctypes.c_uint]
-        found.core_free.argtypes = [ctypes.c_void_p]
-        found.core_start.argtypes = [ctypes.c_void_p, NUMBERS, NUMBERS, ctypes.c_double]
-        found.core_step.restype = ctypes.c_char_p
-        found.core_step.argtypes = [
-            ctypes.c_void_p,
-            ctypes.c_double,
-            NUMBERS,
-            ctypes.c_double,
-            NUMBERS,
-        ]
-        found.core_is_linear.argtypes = [ctypes.c_void_p]
-        found.core_outputs.argtypes = [ctypes.c_void_p, NUMBERS]
-        return found
+        return core_of(machine, compiler, tmp_path_factory.mktemp("core"))
 
     return library
+
+
+def core_of(machine: Machine, compiler: Sequence[str], folder: Path) -> ctypes.CDLL:
+    """Compile the core of a machine in a folder, and load it."""
+    sources = {**program(), **machine_sources(machine)}
+    del sources["model.c"]
+    sources["model_data.c"] = variable_sources(variables(machine), "core", "{0}")
+    sources["core.c"] = (HERE / "core.c").read_text()
+    for name in ("model.h", "setup.h"):
+        sources[name] = (C_FOLDER / name).read_text()
+    write_sources(folder, sources)
+    flags = ("-O1", "-fPIC", "-fvisibility=hidden", "-shared", "-o", "core.so")
+    run_compiler([*compiler, *STRICT, *flags, *c_files(sources), "-lm"], folder)
+    found = ctypes.CDLL(str(folder / "core.so"))
+    found.core_new.restype = ctypes.c_void_p
+    found.core_new.argtypes = [NUMBERS, ctypes.c_uint]
+    found.core_free.argtypes = [ctypes.c_void_p]
+    found.core_start.argtypes = [ctypes.c_void_p, NUMBERS, NUMBERS, ctypes.c_double]
+    found.core_step.restype = ctypes.c_char_p
+    found.core_step.argtypes = [
+        ctypes.c_void_p,
+        ctypes.c_double,
+        NUMBERS,
+        ctypes.c_double,
+        NUMBERS,
+    ]
+    found.core_is_linear.argtypes = [ctypes.c_void_p]
+    found.core_outputs.argtypes = [ctypes.c_void_p, NUMBERS]
+    return found

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -78,6 +78,20 @@ def compared(
     seed: int = 0,
 ) -> tuple[float, PlantStepper]:
     """Return the largest difference of any output over a run, and the plant in Python."""
+    python, core, inputs = started(machine, library, values, rng, seed)
+    worst = difference(python, core)
+    worst = max(worst, *differences(machine, python, core, rng, inputs, steps))
+    return worst, python
+
+
+def started(
+    machine: Machine,
+    library: ctypes.CDLL,
+    values: dict[str, float],
+    rng: np.random.Generator,
+    seed: int = 0,
+) -> tuple[PlantStepper, Core, dict[str, float]]:
+    """Return the plant in Python and in C at their start, and the inputs that they have there."""
     python = PlantStepper(machine, values, noise_seed=seed or None)
     core = Core(library, machine, values, seed)
     assert core.linear == python.network.linear
@@ -87,7 +101,18 @@ def compared(
     readings = {name: first + rise for name, rise in zip(sensors, rises, strict=True)}
     python.reset(inputs | {"tool_length": 150.0}, readings)
     core.start(list(inputs.values()), rises, 150.0)
-    worst = difference(python, core)
+    return python, core, inputs
+
+
+def differences(
+    machine: Machine,
+    python: PlantStepper,
+    core: Core,
+    rng: np.random.Generator,
+    inputs: dict[str, float],
+    steps: int,
+) -> Iterator[float]:
+    """Step both with random inputs and yield the largest difference of any output each time."""
     for k in range(steps):
         # Speeds that stay, and speeds that are another in every step.
         if k % 15 == 0 or 40 < k % 100 < 50:
@@ -98,8 +123,7 @@ def compared(
             step_s, inputs | {"tool_length": tool} | dict(zip(OFFSETS, offsets, strict=True))
         )
         assert core.step(step_s, list(inputs.values()), tool, offsets) == ""
-        worst = max(worst, difference(python, core))
-    return worst, python
+        yield difference(python, core)
 
 
 def difference(python: PlantStepper, core: Core) -> float:

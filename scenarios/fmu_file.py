@@ -1,0 +1,87 @@
+"""An FMU as a file: its description, and the folder that it is unpacked into."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import fmpy
+
+from measurement.errors import BadInput
+from measurement.files import sha256_of
+from scenarios.unpacking import Unpacked
+
+
+class FmuFile:
+    """An FMU's file, read and unpacked once, for any number of instances.
+
+    Parameters
+    ----------
+    path : Path
+
+    Attributes
+    ----------
+    description : object
+        The model description as fmpy reads it.
+    sha256 : str
+    folder : Path
+        Where it is unpacked.
+
+    Raises
+    ------
+    BadInput
+        If the file is no FMU for co-simulation by FMI 2.0.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.description = read_description(path)
+        self.sha256 = sha256_of(path)
+        self._unpacked = Unpacked(path)
+        self.folder = self._unpacked.folder
+
+    def remove(self) -> None:
+        """Remove what was unpacked."""
+        self._unpacked.remove()
+
+
+class Shelf:
+    """FMU files opened once, for runs one after the other; use it in a ``with``."""
+
+    def __init__(self) -> None:
+        self._files: dict[Path, FmuFile] = {}
+
+    def __enter__(self) -> Shelf:
+        """Return the shelf."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Remove what was unpacked."""
+        while self._files:
+            self._files.popitem()[1].remove()
+
+    def file(self, path: Path) -> FmuFile:
+        """Return the file of a path, as it was when first asked for."""
+        if path not in self._files:
+            self._files[path] = FmuFile(path)
+        return self._files[path]
+
+
+def read_description(path: Path) -> Any:
+    """Return the model description of an FMU.
+
+    Raises
+    ------
+    BadInput
+        If the file is no FMU for co-simulation by FMI 2.0.
+    """
+    if not path.is_file():
+        raise BadInput(path, "", "there is no such file")
+    try:
+        description = fmpy.read_model_description(str(path), validate=False)
+    except Exception as error:  # fmpy raises whatever its zip and XML readers raise
+        problem = " ".join(str(error).split()) or type(error).__name__
+        raise BadInput(path, "", f"is not an FMU: {problem[:200]}") from None
+    if description.fmiVersion != "2.0" or description.coSimulation is None:
+        raise BadInput(path, "", "is not an FMU for co-simulation by FMI 2.0")
+    return description

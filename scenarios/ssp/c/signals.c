@@ -1,0 +1,75 @@
+/* The signals of a scenario as the model of an FMU; see the Python twin, scenarios/ssp/slave.py. */
+#include "signals.h"
+
+#include <string.h>
+
+#define EARLY 1e-6 /* part of a step by which a host's time may fall short of a point */
+
+const bool model_clock_may_jump = false;
+
+struct model {
+    char nothing;
+};
+
+struct model *model_make(struct setup *setup, size_t *content_size)
+{
+    *content_size = sizeof(struct outputs);
+    return setup_take(setup, 1, sizeof(struct model));
+}
+
+void model_reset(struct model *self, void *content)
+{
+    (void)self;
+    memset(content, 0, sizeof(struct outputs));
+}
+
+/* Shows the last row whose time has come; before the first one, the first. */
+static void show(struct outputs *outputs, double time_s)
+{
+    size_t low = 0, high = ROWS;
+    while (high - low > 1) {
+        size_t middle = low + (high - low) / 2;
+        if (signals_times[middle] <= time_s) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    memcpy(outputs->shown, signals_values[low], sizeof outputs->shown);
+}
+
+const char *model_start(
+    struct model *self, void *content, const double *values, double time_s,
+    char problem[PROBLEM_LENGTH])
+{
+    (void)self, (void)values, (void)problem;
+    show(content, time_s);
+    return NULL;
+}
+
+const char *model_step(
+    struct model *self, void *content, const double *values, double time_s, double step_s,
+    char problem[PROBLEM_LENGTH])
+{
+    (void)self, (void)values, (void)problem;
+    show(content, time_s + step_s * (1.0 + EARLY));
+    return NULL;
+}
+
+void model_restored(struct model *self, const void *content, const double *values)
+{
+    (void)self, (void)content, (void)values;
+}
+
+void model_text(const void *content, char text[PROBLEM_LENGTH])
+{
+    (void)content;
+    text[0] = '\0';
+}
+
+char *model_text_parameter(void *content, size_t *size)
+{
+    (void)content;
+    *size = 0;
+    return NULL;
+}

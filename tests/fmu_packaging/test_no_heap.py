@@ -1,0 +1,128 @@
+"""The sources with NO_HEAP: nothing of the heap is in them, and they give the same numbers."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Literal
+
+import pytest
+
+import build_fmu
+from fmu_packaging.native.build import MEASURE, front, memory_size, native_package
+from fmu_packaging.native.compilers import (
+    STRICT,
+    Compiler,
+    NativeError,
+    c_files,
+    compilers,
+    run_compiler,
+    write_sources,
+)
+from plant_model.machine_file import read_machine
+from scenarios.building import native_of
+
+HOST = Path(__file__).resolve().with_name("no_heap_host.c")
+HEAP = {"malloc", "calloc", "realloc", "free", "strdup", "aligned_alloc", "posix_memalign"}
+Kind = Literal["plant", "compensator"]
+
+
+@pytest.fixture(scope="module")
+def compiler() -> Compiler:
+    """This machine's C compiler."""
+    try:
+        return compilers()[0]
+    except NativeError as error:
+        if os.environ.get("CI"):
+            pytest.fail(str(error))
+        pytest.skip(str(error))
+
+
+def sources(kind: Kind, fmi: Literal[2, 3]) -> dict[str, str]:
+    """Return the sources of one of the shipped FMUs."""
+    if kind == "plant":
+        recipe, _ = build_fmu.plant_recipe(read_machine("jig_borer"), "plant_native")
+    else:
+        recipe, _ = build_fmu.compensator_recipe(build_fmu.DEFAULT_MODEL, "compensator_native")
+    return {
+        path.removeprefix("sources/"): data.decode()
+        for path, data in native_package(recipe, native_of(recipe), [], fmi).files.items()
+        if path.startswith("sources/")
+    }
+
+
+def asked_of_the_heap(
+    folder: Path, files: Sequence[str], compiler: Compiler, *more: str
+) -> set[str]:
+    """Compile files and return which functions of the heap they need."""
+    run_compiler([*compiler.command, *STRICT, "-O0", "-I.", "-c", *more, *files], folder)
+    objects = [f"{Path(file).stem}.o" for file in files]
+    listed = subprocess.run(
+        ["nm", "-u", *objects], cwd=folder, capture_output=True, text=True, check=True
+    )
+    words = set(listed.stdout.split())
+    assert "memcpy" in words or len(files) == 1
+    return HEAP & words
+
+
+@pytest.mark.parametrize("kind", ["plant", "compensator", "front of FMI 3.0"])
+def test_nothing_of_the_heap_is_in_the_objects(
+    kind: str, compiler: Compiler, tmp_path: Path
+) -> None:
+    if kind.startswith("front"):
+        texts = front(3)
+        files = [name for name in c_files(texts) if name.startswith("fmi")]
+    else:
+        texts = sources("plant" if kind == "plant" else "compensator", 2)
+        files = c_files(texts)
+    write_sources(tmp_path, texts)
+    defines = ["-DNO_HEAP", "-DMEMORY_OF_INSTANCE=100000", "-DMEMORY_OF_STATE=10000"]
+    assert not asked_of_the_heap(tmp_path, files, compiler, *defines)
+    # The same look finds it where it is.
+    assert asked_of_the_heap(tmp_path, ["memory.c"], compiler) == {"calloc", "free"}
+
+
+@pytest.mark.parametrize("kind", ["plant", "compensator"])
+def test_the_same_numbers_without_a_heap(kind: Kind, compiler: Compiler, tmp_path: Path) -> None:
+    texts = {**sources(kind, 2), HOST.name: HOST.read_text(), MEASURE.name: MEASURE.read_text()}
+    write_sources(tmp_path, texts)
+    command = [*compiler.command, *STRICT, "-O0", "-I."]
+    run_compiler([*command, "-c", *c_files(texts)], tmp_path)
+    mains = {f"{Path(name).stem}.o" for name in (HOST.name, MEASURE.name)}
+    objects = [path.name for path in tmp_path.glob("*.o")]
+    objects = sorted({*objects} - mains - {"memory.o"})
+
+    def run(main: str, *defines: str) -> list[str]:
+        """Only memory.c depends on what is defined."""
+        flags = [f"-D{define}" for define in defines]
+        files = ["memory.c", f"{Path(main).stem}.o", *objects]
+        run_compiler([*command, *flags, "-o", "program", *files, "-lm"], tmp_path)
+        done = subprocess.run(
+            [str(tmp_path / "program")], capture_output=True, text=True, check=True
+        )
+        return done.stdout.splitlines()
+
+    enough = (f"MEMORY_OF_INSTANCE={1 << 24}", f"MEMORY_OF_STATE={1 << 16}", "NO_HEAP_STATES=1")
+    instance, state = map(int, run(MEASURE.name, "NO_HEAP", *enough)[0].split())
+    sizes = ("NO_HEAP", f"MEMORY_OF_INSTANCE={instance}", f"MEMORY_OF_STATE={state}")
+    *expected, last = run(HOST.name)
+    assert len(expected) == 200
+    assert len(set(expected)) > 100
+    assert {row.split()[0] for row in expected} == {"0"}
+    assert last == "1 1 1"
+    # One instance fits, exactly, and a state only where room for one is asked for.
+    assert run(HOST.name, *sizes) == [*expected, "0 0 1"]
+    more = ("NO_HEAP_INSTANCES=2", "NO_HEAP_STATES=1")
+    assert run(HOST.name, *sizes, *more) == [*expected, "1 1 1"]
+    less = ("NO_HEAP", f"MEMORY_OF_INSTANCE={instance - 8}", f"MEMORY_OF_STATE={state}")
+    assert run(HOST.name, *less) == ["0 0 0"]
+
+
+def test_the_build_says_how_much_is_taken(compiler: Compiler) -> None:
+    found = sources("plant", 3)
+    words = memory_size(found, compiler, 3).split()
+    instance = int(words[words.index("MEMORY_OF_INSTANCE") + 1])
+    # The plant's own: modes at eight speeds.
+    assert 10_000 < instance < 1_000_000
