@@ -29,6 +29,7 @@ TABLES: dict[str, Callable[[Sequence[Record]], str]] = {
     "One effect missing": sections.single_effects,
     "Nothing of the catalogue missing": sections.open_set,
     "Two effects missing": sections.pairs,
+    "A mistake in the machine's file": sections.mistakes,
     "The gap on the held-out run": sections.gaps,
     "Amplitudes of effects named right": sections.amplitudes,
     "Every wrong name": sections.false_names,

@@ -200,7 +200,7 @@ class Machine:
             "film_turning": turning_share(speed / TOP_SPEED),
         }
         inner, outer = self._fixed
-        for group in {*BY_SPEED, *scales}:
+        for group in dict.fromkeys((*BY_SPEED, *scales)):
             scale = scales.get(group, 1.0)
             extra = factors[group] * scale if group in factors else scale - 1.0
             inner = inner + extra * self.matrices[group]
