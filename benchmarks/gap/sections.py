@@ -73,6 +73,22 @@ def named_right(records: Sequence[Record]) -> list[Record]:
 
 def targets(records: Sequence[Record]) -> str:
     """Return the figures that the gap finder is judged by, beside what is asked of it."""
+    return markdown(["", "Asked for", "Found; 95 % interval"], _target_rows(records))
+
+
+def by_simulator(folders: Sequence[Sequence[Record]]) -> str:
+    """Return the same with a column for each simulator; *folders* holds the records of each."""
+    rows = [_target_rows(some) for some in folders]
+    names = [some[0].simulator for some in folders]
+    counts = [str(len(some)) for some in folders]
+    fingers = [", ".join(sorted({one.table["finder"] for one in some})) for some in folders]
+    body = [[*one[:2], *(other[i][2] for other in rows)] for i, one in enumerate(rows[0])]
+    body += [["Questions", "", *counts], ["Fingerprint of the gap finder", "", *fingers]]
+    return markdown(["", "Asked for", *names], body)
+
+
+def _target_rows(records: Sequence[Record]) -> list[list[str]]:
+    """Return what is asked for, how much of it, and what was found."""
     single, beyond = of_kind(records, "effect"), of_kind(records, "beyond")
     mistakes = of_kind(records, "mistake")
     strong = [one for one in single if one.strength == "strong"]
@@ -87,7 +103,7 @@ def targets(records: Sequence[Record]) -> str:
         asked = of_kind(records, kind)
         return bounded(len(with_outcome(asked, NAMED)), len(asked))
 
-    rows = [
+    return [
         ["Falsely named, nothing missing", "at most 2 %", false_in("none")],
         ["Falsely named, effect deleted from the catalogue", "at most 10 %", false_in("deleted")],
         ["Falsely named, effect that no catalogue holds", "at most 10 %", false_in("outside")],
@@ -129,7 +145,6 @@ def targets(records: Sequence[Record]) -> str:
             median([one.table["seconds"]["cpu"] for one in records], "{:.0f}"),
         ],
     ]
-    return markdown(["", "Asked for", "Found; 95 % interval"], rows)
 
 
 def _counts(
