@@ -10,6 +10,9 @@ from benchmarks.gap import truth
 from benchmarks.gap.belt import case as belt_case
 from benchmarks.gap.belt import effects as belt_effects
 from benchmarks.gap.belt.owner import MISTAKES
+from benchmarks.gap.lathe import case as lathe_case
+from benchmarks.gap.lathe import effects as lathe_effects
+from benchmarks.gap.lathe import owner as lathe_owner
 from benchmarks.gap.truth import effects as jig_borer_effects
 from benchmarks.gap.truth.case import Case, CaseRun, simulate_case
 
@@ -67,6 +70,16 @@ TRUTHS = {
         belt_effects.BEYOND,
         {name: (one.kind, one.place) for name, one in MISTAKES.items()},
         belt_case.owners_page,
+    ),
+    "lathe": Truth(
+        "Whole lathe in fine stretches, with its owner's file in lumps",
+        20_000_000,
+        lathe_case.simulate_case,
+        lathe_effects.catalogue(),
+        lathe_effects.OUTSIDE,
+        lathe_effects.BEYOND,
+        {name: (one.kind, one.place) for name, one in lathe_owner.MISTAKES.items()},
+        lathe_case.owners_file,
     ),
 }
 """By name."""

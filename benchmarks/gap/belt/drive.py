@@ -68,7 +68,13 @@ def rest(drive: Drive, hours: float) -> Drive:
 
 
 def make_drive(
-    family: str, rng: np.random.Generator, period: float, hall: dict[str, float], *, before: float
+    family: str,
+    rng: np.random.Generator,
+    period: float,
+    hall: dict[str, float],
+    *,
+    before: float,
+    slower: float = 1.0,
 ) -> Drive:
     """Return a run of a family.
 
@@ -82,6 +88,8 @@ def make_drive(
         Of this machine's hall: mean [degC], daily swing [K].
     before : float
         Hours of past that the outside must cover.
+    slower : float
+        Speeds are this share of those of the belt-driven spindle.
     """
     duration = float(rng.uniform(5.0, 8.0)) * 3600.0
     rows = int(duration // period) + 1
@@ -90,7 +98,7 @@ def make_drive(
     begin = float(rng.uniform(300.0, 900.0)) if rng.random() < 0.6 else 0.0
     for length, n, moved, load in FAMILIES[family](rng, duration):
         later = time_s >= begin - 1e-9
-        speed[later], feed[later] = round(n, -2), round(moved, -2)
+        speed[later], feed[later] = round(slower * n, -2), round(moved, -2)
         torque[later] = round(load, 1) if n > 0.0 else 0.0
         begin += length
     grid = np.arange(-before * 3600.0, time_s[-1] + 2.0 * GRID, GRID)

@@ -238,6 +238,18 @@ class Machine:
             entry[self.parts[f"{name}_outer"], i] = 1.0 - self.p["inner_share"]
         return entry
 
+    still = STILL
+    """Groups of films that drafts act on."""
+
+    def add_driven(self, speed: float, feed: float, out: Array) -> None:
+        """Add what the belt and the feed axis lose [W] at a speed and a feed [r/min, mm/min]."""
+        out += (self.p["belt"] * speed * 1e-3) * self._belt
+        out[self.parts["z_nut"]] += self.p["feed"] * feed * 1e-3
+
+    @cached_property
+    def _belt(self) -> Array:
+        return self.drive_entry(self.p["pulley_share"])
+
     def drive_entry(self, pulley_share: float) -> Array:
         """Return where the drive's heat enters, shape (unknowns,): pulley and headstock."""
         entry = np.zeros(len(self.capacity))

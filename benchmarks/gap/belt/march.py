@@ -18,7 +18,7 @@ from scipy.sparse import csc_matrix, csr_matrix, diags
 from scipy.sparse.linalg import SuperLU, splu
 
 from benchmarks.gap.belt.drive import Drive
-from benchmarks.gap.belt.machine import STILL, Machine
+from benchmarks.gap.belt.machine import Machine
 
 if TYPE_CHECKING:
     from benchmarks.gap.belt.effects.base import Hidden
@@ -81,9 +81,7 @@ class March:
         self.machine, self.effects, self._refine = machine, list(effects), refine
         self._regimes: OrderedDict[tuple[object, ...], Regime] = OrderedDict()
         self._capacity = machine.capacity
-        self._belt = machine.drive_entry(machine.p["pulley_share"]) * machine.p["belt"] * 1e-3
-        self._nut = machine.parts["z_nut"]
-        films = [(machine.matrices[name], machine.to_hall[name]) for name in STILL]
+        films = [(machine.matrices[name], machine.to_hall[name]) for name in machine.still]
         self._films = sum(one for one, _ in films), np.sum([one for _, one in films], axis=0)
 
     def run(self, drive: Drive, start: Array) -> Array:
@@ -157,8 +155,7 @@ class March:
                 viscous, load = effect.friction(now, viscous, load)
             wobble = drive.friction_factor * (1.0 + now.wobble)
             heat += self.machine.bearing_entry @ (wobble * (viscous + load))
-            heat += (drive.belt_factor * now.speed) * self._belt
-        heat[self._nut] += self.machine.p["feed"] * abs(now.feed) * 1e-3
+        self.machine.add_driven(drive.belt_factor * now.speed, abs(now.feed), heat)
         for effect in self.effects:
             effect.heat(now, heat)
         return heat

@@ -6,6 +6,7 @@ friction) is drawn anew for every machine, about the values that handbooks give 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -146,24 +147,27 @@ YAW = 0.25
 """How far the headstock bends sideways, of how far it bends upwards [1]."""
 
 
-def _about(rng: np.random.Generator, value: float, kind: str) -> float:
+def about(rng: np.random.Generator, value: float, kind: str) -> float:
+    """Return a number of a kind, drawn about its class value."""
     deviation, most = SPREAD[kind]
     return value * float(np.exp(np.clip(deviation * rng.standard_normal(), -most, most)))
 
 
-def draw_hidden(rng: np.random.Generator) -> Numbers:
+def draw_hidden(
+    rng: np.random.Generator, table: Mapping[str, tuple[float, str]] = HIDDEN
+) -> Numbers:
     """Return what no drawing tells, for one machine of the class."""
-    return {name: _about(rng, value, kind) for name, (value, kind) in HIDDEN.items()}
+    return {name: about(rng, value, kind) for name, (value, kind) in table.items()}
 
 
 def draw_drawing(rng: np.random.Generator) -> Drawing:
     """Return the drawing of one machine of the class: a milling spindle of 8,000 r/min."""
 
     def size(value: float) -> float:
-        return float(round(_about(rng, value, "size")))
+        return float(round(about(rng, value, "size")))
 
     def body(mass: float, surface: float) -> Body:
-        return Body(round(_about(rng, mass, "mass"), 1), round(_about(rng, surface, "mass"), 2))
+        return Body(round(about(rng, mass, "mass"), 1), round(about(rng, surface, "mass"), 2))
 
     barrel, flange, nose, end = size(135.0), size(178.0), size(88.0), size(85.0)
     return Drawing(
@@ -192,7 +196,7 @@ def draw_drawing(rng: np.random.Generator) -> Drawing:
         tool_length=size(110.0),
         tool_diameter=32.0,
         volume=2.0,
-        walls=round(_about(rng, 9.0, "mass"), 2),
+        walls=round(about(rng, 9.0, "mass"), 2),
         grows_y=size(260.0),
         grows_z=size(55.0),
         bend_width=size(360.0),

@@ -45,6 +45,7 @@ class BoltedMass(Hidden):
     name: ClassVar[str] = "bolted_mass"
     unit: ClassVar[str] = "J/K"
     sizes: ClassVar[tuple[float, float, float]] = (2e4, 6e4, 1.5e5)
+    part: ClassVar[str] = "headstock"
     conductance: ClassVar[float] = 25.0
 
     def begin(self, machine: Machine, drive: Drive) -> None:
@@ -52,11 +53,11 @@ class BoltedMass(Hidden):
         self._state = float(drive.outside[0, 0]) if drive.time_s[0] < 0.0 else self._state
 
     def _lost(self, now: Now) -> float:
-        return self.conductance * (now.mean("headstock") - self._state)
+        return self.conductance * (now.mean(self.part) - self._state)
 
     def heat(self, now: Now, out: Array) -> None:
         """Take the headstock's heat."""
-        cells = now.machine.parts["headstock"]
+        cells = now.machine.parts[self.part]
         out[cells] -= self._lost(now) / len(cells)
 
     def advance(self, now: Now, step: float) -> None:
