@@ -13,6 +13,7 @@ import numpy as np
 
 import plant_model
 from benchmarks.gap.clock import clocked
+from benchmarks.gap.make import OWNERS_FILE
 from benchmarks.gap.truth.case import RUNS
 from measurement.runs import Run, read_run
 from plant_model.gap.calibrate import ParameterEstimate, calibrate
@@ -41,13 +42,20 @@ def runs_of(folder: Path) -> tuple[list[Run], list[Run]]:
     return runs, [read_run(folder / f"{RUNS[-1]}.csv")]
 
 
+def machine_of(folder: Path) -> Machine:
+    """Return the machine of a case: its owner's file, or else the shipped one."""
+    own = folder / OWNERS_FILE
+    return read_machine(str(own) if own.exists() else MACHINE)
+
+
 def ask(folder: Path, without: Sequence[str] = (), seed: int = 0) -> dict[str, Any]:
     """Return what the gap finder says of a case.
 
     Parameters
     ----------
     folder : Path
-        Of the case's runs. That is all that the gap finder is given.
+        Of the case's runs, and of its owner's file where it has one. That is all that the gap
+        finder is given.
     without : sequence of str
         Effects that it is not to know.
     seed : int
@@ -58,7 +66,7 @@ def ask(folder: Path, without: Sequence[str] = (), seed: int = 0) -> dict[str, A
     dict
         ``answer`` is the content of ``gap.json``, ``details`` what led to it, ``seconds`` the time.
     """
-    machine = read_machine(MACHINE)
+    machine = machine_of(folder)
     with clocked() as spent:
         runs, unseen, faults = usable_runs(machine, *runs_of(folder))
         # One process: the cases themselves run side by side.
@@ -71,7 +79,7 @@ def ask(folder: Path, without: Sequence[str] = (), seed: int = 0) -> dict[str, A
 
 def ask_empty(folder: Path, seed: int = 0) -> dict[str, Any]:
     """Return the gap that calibration leaves where nothing is hidden, as ``answer`` has it."""
-    machine = read_machine(MACHINE)
+    machine = machine_of(folder)
     with clocked() as spent:
         runs, unseen, _ = usable_runs(machine, *runs_of(folder))
         observed = observe(machine, runs)

@@ -1,6 +1,7 @@
 """Write the cases: ``python -m benchmarks.gap.make --split development --cases 50 --out DIR``.
 
-``DIR/cases/NNNN/`` holds run_1.csv to run_4.csv and holdout.csv, and nothing about what is hidden;
+``DIR/cases/NNNN/`` holds run_1.csv to run_4.csv and holdout.csv, the machine's file as its owner
+writes it where the truth (``--truth``) has an owner, and nothing about what is hidden;
 ``DIR/answers/NNNN.json`` holds that. A case whose answer is there is not made again.
 """
 
@@ -17,10 +18,12 @@ from typing import Any
 from tqdm import tqdm
 
 from benchmarks.gap.plan import KINDS, SPLITS, Planned, plan
-from benchmarks.gap.truth.case import simulate_case
 from benchmarks.gap.truth.effects.base import SIZES
+from benchmarks.gap.truths import TRUTHS, USUAL
 from measurement.files import write_atomically
 from measurement.runs import write_run
+
+OWNERS_FILE = "machine.toml"
 
 
 def case_folder(planned: Planned, out: Path) -> Path:
@@ -36,9 +39,13 @@ def write_case(planned: Planned, out: Path) -> Path:
     folder = case_folder(planned, out)
     folder.mkdir(parents=True, exist_ok=True)
     answer.parent.mkdir(parents=True, exist_ok=True)
-    runs, effects = simulate_case(planned.case)
+    truth = TRUTHS[planned.truth]
+    runs, effects = truth.simulate(planned.case)
     for run in runs:
         write_run(run.frame, folder / f"{run.name}.csv")
+    if truth.page is not None:
+        write_atomically(folder / OWNERS_FILE, truth.page(planned.case))
+    mistake = truth.mistakes.get(planned.case.mistake)
     table: dict[str, Any] = {
         "number": planned.number,
         "kind": planned.kind,
@@ -55,6 +62,7 @@ def write_case(planned: Planned, out: Path) -> Path:
             }
             for effect, (_, size, _) in zip(effects, planned.case.hidden, strict=True)
         ],
+        "mistakes": [] if mistake is None else [{"kind": mistake[0], "place": list(mistake[1])}],
         "families": [run.drive.family for run in runs],
     }
     # The answer comes last: where it stands, the case is whole.
@@ -65,6 +73,7 @@ def main(arguments: list[str] | None = None) -> int:
     """Write the cases asked for, on all cores, with a progress bar."""
     parser = argparse.ArgumentParser(prog="benchmarks.gap.make", description=__doc__)
     parser.add_argument("--split", choices=SPLITS, required=True)
+    parser.add_argument("--truth", choices=TRUTHS, default=USUAL, help=f"simulator ({USUAL})")
     parser.add_argument("--cases", type=int, required=True, help="how many")
     parser.add_argument("--out", type=Path, required=True, help="folder to write into")
     parser.add_argument("--kind", choices=KINDS, help="only cases of this kind")
@@ -73,7 +82,14 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--workers", type=int, default=os.cpu_count(), help="processes")
     args = parser.parse_args(arguments)
     try:
-        cases = plan(args.split, args.cases, kind=args.kind, effect=args.effect, size=args.size)
+        cases = plan(
+            args.split,
+            args.cases,
+            kind=args.kind,
+            effect=args.effect,
+            size=args.size,
+            truth=args.truth,
+        )
     except ValueError as error:
         parser.error(str(error))
     if args.workers <= 1:

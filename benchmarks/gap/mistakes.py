@@ -27,6 +27,7 @@ import pandas as pd  # noqa: E402
 from tqdm import tqdm  # noqa: E402
 
 from benchmarks.gap.clock import clocked  # noqa: E402
+from benchmarks.gap.descriptions import named_in, outcome_of  # noqa: E402
 from measurement.files import write_atomically  # noqa: E402
 from measurement.runs import Run  # noqa: E402
 from plant_model.gap.held_out import answer  # noqa: E402
@@ -147,17 +148,7 @@ def asked(
     with clocked() as spent:
         found, comparison, faults = ask(told, runs[:-1], runs[-1:], seed=seed)
     table = report_of(found, comparison, faults)
-    named = [[one["name"], one.get("place", one.get("channel"))] for one in table["effects"]]
-    rivals = [
-        [one["name"], one["place"]]
-        for entry in table["effects"]
-        for one in entry.get("or_else", [])
-    ]
-    rivals += [
-        [entry["name"], place]
-        for entry in table["effects"]
-        for place in entry.get("other_places", [])
-    ]
+    named, rivals = named_in(table)
     return {
         "kind": mistake.kind,
         "place": list(mistake.place),
@@ -172,24 +163,8 @@ def asked(
 
 
 def outcome(mistake: Mistake, named: list[Any], rivals: list[Any], verdict: str) -> str:
-    """Return ``right``, ``one of``, ``right place``, ``silent`` or ``wrong``.
-
-    ``right place`` is another kind at one of the same parts.
-    """
-    if not named:
-        return "right" if mistake.kind == "nothing" and verdict == "none_missing" else "silent"
-    # A path has no direction.
-    true = (mistake.kind, frozenset(mistake.place))
-    named, rivals = ([_unordered(*one) for one in part] for part in (named, rivals))
-    if named == [true]:
-        return "one of" if rivals else "right"
-    if true in named or true in rivals:
-        return "one of"
-    return "right place" if any(true[1] & place for _, place in named) else "wrong"
-
-
-def _unordered(name: str, place: list[str] | str | None) -> tuple[str, frozenset[str]]:
-    return name, frozenset(place if isinstance(place, list) else [])
+    """Return what an answer is; see `benchmarks.gap.descriptions.outcome_of`."""
+    return outcome_of((mistake.kind, mistake.place), named, rivals, verdict)
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -6,6 +6,8 @@ from collections import Counter
 from collections.abc import Collection, Sequence
 from typing import Any
 
+from benchmarks.gap.descriptions import PLACE, SILENT, named_in, outcome_of, says
+
 RIGHT, ONE_OF, MORE, WRONG = "right", "one of", "right and another", "wrong"
 BROKEN, UNKNOWN, NONE = "left out as broken", "unknown", "none"
 OUTCOMES = (RIGHT, ONE_OF, MORE, BROKEN, UNKNOWN, NONE, WRONG)
@@ -19,17 +21,30 @@ BOTH, FIRST = "both", "one of the two"
 PAIR_OUTCOMES = (BOTH, FIRST, MORE, UNKNOWN, NONE, WRONG)
 """What can be said of a pair; the third is one or both of them and a wrong name."""
 
-SILENT = {"none_missing": NONE, "unknown": UNKNOWN}
+MISTAKE_OUTCOMES = (RIGHT, ONE_OF, PLACE, UNKNOWN, NONE, WRONG)
+"""What can be said where the machine's file has a mistake."""
+
+SAYING_NOTHING = {"none_missing": NONE, "unknown": UNKNOWN}
+
+ONE_EFFECT = ("effect", "beyond")
+"""Kinds of questions in which one effect of the catalogue is missing."""
 
 Group = tuple[str, ...]
-"""One named effect as ``name`` or ``name:channel``, or several that cannot be told apart."""
+"""One named effect as ``name``, ``name:channel`` or ``name:place``, or several, any of them."""
 
 
-def groups_of(answer: dict[str, Any]) -> list[Group]:
-    """Return what the content of ``gap.json`` names: a group for each effect that was added."""
+def groups_of(answer: dict[str, Any], mistakes: Sequence[dict[str, Any]] = ()) -> list[Group]:
+    """Return what the content of ``gap.json`` names: a group for each effect that was added.
+
+    Mistakes that the machine's file has are no part of it: naming them besides is neither asked
+    for nor wrong.
+    """
     groups = []
     for number, effect in enumerate(answer["effects"]):
-        key = ":".join(filter(None, (effect["name"], effect.get("channel", ""))))
+        if any(says(effect, mistake) for mistake in mistakes):
+            continue
+        where = effect.get("channel") or "+".join(effect.get("place", ()))
+        key = ":".join(filter(None, (effect["name"], where)))
         rivals = (
             answer.get("one_of_keys", answer["one_of"]) if number == 0 else effect.get("one_of", [])
         )
@@ -68,11 +83,14 @@ def outcome(
         Channels that were reported as broken and left out before anything was compared.
     """
     if not groups:
-        told = kind == "effect" and truth[0]["channel"] in broken
-        return BROKEN if told else SILENT[verdict]
+        told = kind in ONE_EFFECT and truth[0]["channel"] in broken
+        if told:
+            return BROKEN
+        # With a mistake of the file named and nothing else, nothing is said of what is hidden.
+        return SAYING_NOTHING.get(verdict, NONE)
     if kind == "pair":
         return _of_pair(truth, groups)
-    if kind != "effect":
+    if kind not in ONE_EFFECT:
         return NAMED
     (effect,) = truth
     hits = [holds(group, effect) for group in groups]
@@ -81,6 +99,14 @@ def outcome(
     if not all(hits):
         return MORE
     return RIGHT if all(len(group) == 1 for group in groups) else ONE_OF
+
+
+def outcome_of_mistake(mistake: dict[str, Any], answer: dict[str, Any]) -> str:
+    """Return one of `MISTAKE_OUTCOMES`."""
+    told = outcome_of(
+        (mistake["kind"], mistake["place"]), *named_in(answer), verdict=answer["verdict"]
+    )
+    return SAYING_NOTHING[answer["verdict"]] if told == SILENT else told
 
 
 def _of_pair(truth: Sequence[dict[str, Any]], groups: list[Group]) -> str:

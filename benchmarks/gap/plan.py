@@ -1,4 +1,7 @@
-"""Which effects are hidden in which case: a fixed order that mixes all kinds at any length."""
+"""Which effects are hidden in which case: a fixed order that mixes all kinds at any length.
+
+Every truth (`benchmarks.gap.truths`) has a plan of its own.
+"""
 
 from __future__ import annotations
 
@@ -10,12 +13,12 @@ from itertools import islice
 import numpy as np
 
 from benchmarks.gap.truth.case import Case
-from benchmarks.gap.truth.effects import OUTSIDE, catalogue
 from benchmarks.gap.truth.effects.base import SIZES
+from benchmarks.gap.truths import TRUTHS, USUAL
 
 SPLITS = {"development": 1_000_000, "reported": 2_000_000}
 """First seed of each split; no machine, run or disturbance is in both."""
-KINDS = ("none", "effect", "outside", "pair")
+KINDS = ("none", "effect", "outside", "pair", "beyond", "mistake")
 NONE_SHARE, PAIRS = 25, 25
 
 DELETED, EMPTY = "deleted", "empty"
@@ -24,6 +27,9 @@ TRIALS = (*KINDS, DELETED)
 
 DELETED_SIZES = ("medium", "strong")
 """Sizes of the single effects that are asked for again with the effect deleted."""
+
+FLAWED = 0.25
+"""Share of the cases with an owner's file that has a mistake besides what is hidden [1]."""
 
 BLOCKS = 20
 """Blocks looked through before a wish is taken to be one that no case meets."""
@@ -41,12 +47,15 @@ class Planned:
     case : Case
     without : tuple of str
         Effects of the catalogue that the gap finder is not to know.
+    truth : str
+        Which simulator makes its runs.
     """
 
     number: int
     kind: str
     case: Case
     without: tuple[str, ...] = ()
+    truth: str = USUAL
 
     @property
     def name(self) -> str:
@@ -61,10 +70,16 @@ class Planned:
         return "_".join(filter(None, (f"{self.number:04d}", noise, empty)))
 
     def emptied(self) -> Planned:
-        """Return the same machine and runs with nothing hidden."""
+        """Return the same machine and runs with nothing hidden.
+
+        A mistake of the owner's file stays, but where it is what is asked for.
+        """
         if self.kind == "none":
             return self
-        return Planned(self.number, EMPTY, replace(self.case, hidden=()))
+        case = replace(self.case, hidden=())
+        if self.kind == "mistake":
+            case = replace(case, mistake="")
+        return replace(self, kind=EMPTY, case=case, without=())
 
 
 def plan(
@@ -74,13 +89,15 @@ def plan(
     kind: str | None = None,
     effect: str | None = None,
     size: str | None = None,
+    truth: str = USUAL,
 ) -> list[Planned]:
     """Return the first *count* cases of a split, of all kinds or only those asked for.
 
     A case keeps its number and its content whatever is asked for.
     """
     kinds = KINDS if kind is None else (kind,)
-    return [one for (one,) in trials(split, count, kinds=kinds, effect=effect, size=size)]
+    found = trials(split, count, kinds=kinds, effect=effect, size=size, truth=truth)
+    return [one for (one,) in found]
 
 
 def trials(
@@ -91,6 +108,7 @@ def trials(
     effect: str | None = None,
     size: str | None = None,
     noise: float = 1.0,
+    truth: str = USUAL,
 ) -> list[list[Planned]]:
     """Return what is asked of the gap finder in *count* cases of a split, gathered by case.
 
@@ -102,7 +120,7 @@ def trials(
     ValueError
         If there are no such cases.
     """
-    wanted = (one for one in _cases(split) if _holds(one, effect, size))
+    wanted = (one for one in _cases(split, truth) if _holds(one, effect, size))
     noisy = (replace(one, case=replace(one.case, noise=noise)) for one in wanted)
     asked = (_asked(one, kinds) for one in noisy)
     found = list(islice(filter(None, asked), count))
@@ -127,31 +145,43 @@ def _holds(planned: Planned, effect: str | None, size: str | None) -> bool:
     )
 
 
-def _cases(split: str) -> Iterator[Planned]:
+def _cases(split: str, truth: str) -> Iterator[Planned]:
     """Return the cases of a split in order."""
     number = count_up()
+    first = SPLITS[split] + TRUTHS[truth].first
     for block in range(BLOCKS):
-        for kind, hidden in _block(split, block):
+        for kind, hidden, mistake in _block(truth, first, block):
             at = next(number)
-            yield Planned(at, kind, Case(SPLITS[split] + at, hidden))
+            yield Planned(at, kind, Case(first + at, hidden, mistake=mistake), truth=truth)
 
 
-Entry = tuple[str, tuple[tuple[str, str, str], ...]]
+Entry = tuple[str, tuple[tuple[str, str | float, str], ...], str]
 
 
-def _block(split: str, block: int) -> list[Entry]:
+def _block(truth: str, first: int, block: int) -> list[Entry]:
     """Return one block of the plan: every effect in every size, and the rest, shuffled."""
-    rng = np.random.default_rng([SPLITS[split], 7, block])
+    rng = np.random.default_rng([first, 7, block])
+    hides = TRUTHS[truth]
     entries: list[Entry] = [
-        ("effect", ((name, size, ""),)) for name in catalogue() for size in SIZES
+        ("effect", ((name, size, ""),), "") for name in hides.catalogue for size in SIZES
     ]
-    entries += [("none", ())] * NONE_SHARE
-    entries += [("outside", ((name, size, ""),)) for name in OUTSIDE for size in SIZES]
-    names = sorted(catalogue())
+    entries += [("none", (), "")] * NONE_SHARE
+    entries += [("outside", ((name, size, ""),), "") for name in hides.outside for size in SIZES]
+    names = sorted(hides.catalogue)
     for _ in range(PAIRS):
-        first, second = rng.choice(len(names), 2, replace=False)
+        one, other = rng.choice(len(names), 2, replace=False)
         sizes = rng.choice(SIZES[1:], 2)
-        pair = ((names[first], str(sizes[0]), ""), (names[second], str(sizes[1]), ""))
-        entries.append(("pair", pair))
+        pair = ((names[one], str(sizes[0]), ""), (names[other], str(sizes[1]), ""))
+        entries.append(("pair", pair, ""))
+    entries += [("beyond", ((name, size, ""),), "") for name, size in hides.beyond.items()]
+    if hides.mistakes:
+        mistakes = sorted(hides.mistakes)
+        entries = [
+            (kind, hidden, str(rng.choice(mistakes)))
+            if hidden and rng.random() < FLAWED
+            else (kind, hidden, "")
+            for kind, hidden, _ in entries
+        ]
+        entries += [("mistake", (), name) for name in mistakes]
     rng.shuffle(entries)  # type: ignore[arg-type]
     return entries

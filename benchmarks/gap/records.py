@@ -10,8 +10,9 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from benchmarks.gap.outcome import Group, groups_of, outcome
+from benchmarks.gap.outcome import Group, groups_of, outcome, outcome_of_mistake
 from benchmarks.gap.plan import EMPTY
+from benchmarks.gap.truths import USUAL
 from measurement.errors import BadInput
 
 STRONG, VISIBLE = 2.0, 1.25
@@ -55,6 +56,16 @@ class Record:
         return _place(self.table)[1]
 
     @property
+    def simulator(self) -> str:
+        """Name of the truth that made its runs."""
+        return str(self.table.get("simulator", USUAL))
+
+    @property
+    def mistakes(self) -> list[dict[str, Any]]:
+        """Mistakes that the machine's file has on purpose: kind and place."""
+        return list(self.table.get("mistakes", ()))
+
+    @property
     def truth(self) -> list[dict[str, Any]]:
         """The hidden effects."""
         return list(self.table["truth"])
@@ -67,11 +78,13 @@ class Record:
     @cached_property
     def groups(self) -> list[Group]:
         """What is named."""
-        return groups_of(self.answer)
+        return groups_of(self.answer, self.mistakes)
 
     @cached_property
     def outcome(self) -> str:
         """Right or wrong."""
+        if self.kind == "mistake":
+            return outcome_of_mistake(self.mistakes[0], self.answer)
         broken = {fault["channel"] for fault in self.answer.get("data_faults", ())}
         return outcome(self.kind, self.truth, self.groups, self.answer["verdict"], broken)
 

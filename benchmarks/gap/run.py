@@ -25,6 +25,7 @@ from benchmarks.gap.ask import ask, ask_empty, finder_version
 from benchmarks.gap.make import case_folder, write_case
 from benchmarks.gap.plan import EMPTY, SPLITS, TRIALS, Planned, trials
 from benchmarks.gap.truth.effects.base import SIZES
+from benchmarks.gap.truths import TRUTHS, USUAL
 from measurement.files import write_atomically
 
 RECORDS, RIVALS = "records", "rivals"
@@ -76,12 +77,14 @@ def _write(planned: Planned, out: Path, split: str, told: dict[str, Any], rival:
     answer = json.loads(write_case(planned, out).read_text())
     record = {
         "name": planned.name,
+        "simulator": planned.truth,
         "number": planned.number,
         "split": split,
         "kind": planned.kind,
         "noise": planned.case.noise,
         "without": list(planned.without),
         "truth": answer["effects"],
+        "mistakes": answer["mistakes"],
         "finder": finder_version(),
         **told,
     }
@@ -103,6 +106,7 @@ def main(arguments: list[str] | None = None) -> int:
             effect=args.effect,
             size=args.size,
             noise=args.noise,
+            truth=args.truth,
         )
     except ValueError as error:
         _parser().error(str(error))
@@ -148,6 +152,7 @@ def _tried(work: Work, asked: list[Planned]) -> tuple[int, str]:
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="benchmarks.gap.run", description=__doc__)
     parser.add_argument("--split", choices=SPLITS, required=True)
+    parser.add_argument("--truth", choices=TRUTHS, default=USUAL, help=f"simulator ({USUAL})")
     parser.add_argument("--cases", type=int, default=143, help="how many (143, one of everything)")
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="made or gone on in")
     parser.add_argument("--kind", nargs="+", choices=TRIALS, help="only questions of these kinds")

@@ -8,9 +8,11 @@ from collections.abc import Callable, Iterable, Sequence
 from statsmodels.stats.proportion import proportion_confint
 
 from benchmarks.gap.amplitudes import amplitude_found
+from benchmarks.gap.descriptions import PLACE
 from benchmarks.gap.outcome import (
     BOTH,
     FIRST,
+    MISTAKE_OUTCOMES,
     MORE,
     NAMED,
     ONE_OF,
@@ -71,17 +73,37 @@ def named_right(records: Sequence[Record]) -> list[Record]:
 
 def targets(records: Sequence[Record]) -> str:
     """Return the figures that the gap finder is judged by, beside what is asked of it."""
-    single = of_kind(records, "effect")
+    return markdown(["", "Asked for", "Found; 95 % interval"], _target_rows(records))
+
+
+def by_simulator(folders: Sequence[Sequence[Record]]) -> str:
+    """Return the same with a column for each simulator; *folders* holds the records of each."""
+    rows = [_target_rows(some) for some in folders]
+    names = [some[0].simulator for some in folders]
+    counts = [str(len(some)) for some in folders]
+    fingers = [", ".join(sorted({one.table["finder"] for one in some})) for some in folders]
+    body = [[*one[:2], *(other[i][2] for other in rows)] for i, one in enumerate(rows[0])]
+    body += [["Questions", "", *counts], ["Fingerprint of the gap finder", "", *fingers]]
+    return markdown(["", "Asked for", *names], body)
+
+
+def _target_rows(records: Sequence[Record]) -> list[list[str]]:
+    """Return what is asked for, how much of it, and what was found."""
+    single, beyond = of_kind(records, "effect"), of_kind(records, "beyond")
+    mistakes = of_kind(records, "mistake")
     strong = [one for one in single if one.strength == "strong"]
     others = [one for one in single if one.strength != "strong"]
     told = with_outcome(single, RIGHT, ONE_OF, WRONG, MORE)
     kept = [one for one in named_right(records) if one.closed >= CLOSED]
 
+    def wrong_of(some: list[Record]) -> str:
+        return bounded(len(with_outcome(some, WRONG, MORE)), len(some))
+
     def false_in(kind: str) -> str:
         asked = of_kind(records, kind)
         return bounded(len(with_outcome(asked, NAMED)), len(asked))
 
-    rows = [
+    return [
         ["Falsely named, nothing missing", "at most 2 %", false_in("none")],
         ["Falsely named, effect deleted from the catalogue", "at most 10 %", false_in("deleted")],
         ["Falsely named, effect that no catalogue holds", "at most 10 %", false_in("outside")],
@@ -90,10 +112,21 @@ def targets(records: Sequence[Record]) -> str:
             "at least 90 %",
             bounded(len(with_outcome(strong, RIGHT)), len(strong)),
         ],
+        ["Named wrong, strong effect", "at most 3 %", wrong_of(strong)],
+        [
+            "Named right, effect larger than usual",
+            "at least 80 %",
+            bounded(len(with_outcome(beyond, RIGHT)), len(beyond)),
+        ],
+        [
+            "Mistake of the machine's file: kind and place right",
+            "at least 75 %",
+            bounded(len(with_outcome(mistakes, RIGHT)), len(mistakes)),
+        ],
         [
             "Named wrong, weaker effect",
             "at most 10 %",
-            bounded(len(with_outcome(others, WRONG, MORE)), len(others)),
+            wrong_of(others),
         ],
         [
             "The answer, where one is given, or its set holds the truth",
@@ -112,7 +145,6 @@ def targets(records: Sequence[Record]) -> str:
             median([one.table["seconds"]["cpu"] for one in records], "{:.0f}"),
         ],
     ]
-    return markdown(["", "Asked for", "Found; 95 % interval"], rows)
 
 
 def _counts(
@@ -149,6 +181,7 @@ def single_effects(records: Sequence[Record]) -> str:
         f"Hidden as {size}": [r for r in single if r.truth[0]["size"] == size] for size in SIZES
     }
     rows["All"] = single
+    rows["Larger than usual"] = of_kind(records, "beyond")
 
     def right(some: list[Record]) -> str:
         return share(len(with_outcome(some, RIGHT)), len(some))
@@ -172,6 +205,16 @@ def open_set(records: Sequence[Record]) -> str:
         return share(len(with_outcome(some, NAMED)), len(some))
 
     return _counts(rows, OPEN_OUTCOMES, {"falsely named": false})
+
+
+def mistakes(records: Sequence[Record]) -> str:
+    """Return what is said where the machine's file has a mistake and nothing else is missing."""
+    some = of_kind(records, "mistake")
+    if not some:
+        return "Here the machine's file has no mistake on purpose."
+    kinds = sorted({one.mistakes[0]["kind"] for one in some})
+    rows = {f"`{k}`": [r for r in some if r.mistakes[0]["kind"] == k] for k in kinds}
+    return _counts(rows | {"All": some}, MISTAKE_OUTCOMES, {})
 
 
 def pairs(records: Sequence[Record]) -> str:
@@ -252,12 +295,12 @@ def amplitudes(records: Sequence[Record]) -> str:
 
 def false_names(records: Sequence[Record]) -> str:
     """Return every case with a wrong name, one a row."""
-    wrong = [one for one in records if one.outcome in (WRONG, MORE, NAMED)]
+    wrong = [one for one in records if one.outcome in (WRONG, MORE, NAMED, PLACE)]
     rows = [
         [
             one.name,
             one.kind,
-            " + ".join(_hidden(effect) for effect in one.truth) or "nothing",
+            " + ".join(_missing(one)) or "nothing",
             f"{one.ratio:.2f}",
             " + ".join(" or ".join(group) for group in one.groups),
         ]
@@ -266,6 +309,11 @@ def false_names(records: Sequence[Record]) -> str:
     if not rows:
         return "None."
     return markdown(["Case", "Kind", "Hidden", "Times the gap of nothing", "Named"], rows)
+
+
+def _missing(record: Record) -> list[str]:
+    found = [_hidden(effect) for effect in record.truth]
+    return found + [f"in the file: {m['kind']}:{'+'.join(m['place'])}" for m in record.mistakes]
 
 
 def _hidden(effect: dict[str, str]) -> str:

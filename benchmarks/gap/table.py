@@ -1,7 +1,9 @@
 """Tables and figures of a folder of records: ``python -m benchmarks.gap.table DIR [--docs]``.
 
 Prints the tables and writes them to ``DIR/tables.md``, the figures beside it. With ``--docs`` they
-go into ``docs/gap_benchmark.md`` and ``docs/figures``, too.
+go into ``docs/gap_benchmark.md`` and ``docs/figures``, too. ``--beside DIR`` adds folders of other
+simulators: of these, one table with a column for each is made, and with ``--docs`` it comes first
+on that page, and nothing else of it is changed.
 """
 
 from __future__ import annotations
@@ -22,13 +24,17 @@ from measurement.files import write_atomically
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 PAGE = "gap_benchmark.md"
-MARKS = re.compile(r"(<!-- begin results[^\n]*-->\n).*?(<!-- end results -->)", re.DOTALL)
+MARKS = {
+    name: re.compile(rf"(<!-- begin {name}[^\n]*-->\n).*?(<!-- end {name} -->)", re.DOTALL)
+    for name in ("results", "simulators")
+}
 
 TABLES: dict[str, Callable[[Sequence[Record]], str]] = {
     "What is asked of the gap finder": sections.targets,
     "One effect missing": sections.single_effects,
     "Nothing of the catalogue missing": sections.open_set,
     "Two effects missing": sections.pairs,
+    "A mistake in the machine's file": sections.mistakes,
     "The gap on the held-out run": sections.gaps,
     "Amplitudes of effects named right": sections.amplitudes,
     "Every wrong name": sections.false_names,
@@ -82,13 +88,28 @@ def write_figures(records: Sequence[Record], folder: Path) -> None:
         write_atomically(folder / f"{name}.png", draw(at_usual_noise(records)))
 
 
+def _of_all(folders: Sequence[Path], *, docs: bool) -> int:
+    """Print the table of several simulators, one folder each."""
+    some = [at_usual_noise(read_records(folder / RECORDS)) for folder in folders]
+    text = sections.by_simulator(some)
+    print(text)
+    if docs:
+        into_page("simulators", text)
+    return 0
+
+
 def main(arguments: list[str] | None = None) -> int:
     """Print the tables and write them."""
     parser = argparse.ArgumentParser(prog="benchmarks.gap.table", description=__doc__)
     parser.add_argument("folder", type=Path, metavar="DIR", help="that benchmarks.gap.run wrote")
     parser.add_argument("--docs", action="store_true", help="write the documentation, too")
+    parser.add_argument(
+        "--beside", nargs="+", type=Path, metavar="DIR", help="folders of other simulators"
+    )
     args = parser.parse_args(arguments)
     try:
+        if args.beside:
+            return _of_all([args.folder, *args.beside], docs=args.docs)
         records, rivals = read_records(args.folder / RECORDS), read_rivals(args.folder)
     except BadInput as error:
         parser.error(str(error))
@@ -98,10 +119,14 @@ def main(arguments: list[str] | None = None) -> int:
     write_figures(records, args.folder)
     if args.docs:
         write_figures(records, DOCS / "figures")
-        text = text_of(records, rivals, "figures/")
-        page = (DOCS / PAGE).read_text(encoding="utf-8")
-        write_atomically(DOCS / PAGE, MARKS.sub(lambda f: f"{f[1]}\n{text}\n{f[2]}", page))
+        into_page("results", text_of(records, rivals, "figures/"))
     return 0
+
+
+def into_page(name: str, text: str) -> None:
+    """Put a text between the marks of a name on the page."""
+    page = (DOCS / PAGE).read_text(encoding="utf-8")
+    write_atomically(DOCS / PAGE, MARKS[name].sub(lambda f: f"{f[1]}\n{text}\n{f[2]}", page))
 
 
 if __name__ == "__main__":

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -41,6 +42,10 @@ class Case:
         Of the machine's cells.
     noise : float
         Times the usual noise of all sensors.
+    mistake : str
+        In the file of the machine's owner, where a truth has one; "" for none.
+    careless : bool
+        Whether what that owner guesses is off.
     """
 
     seed: int
@@ -48,6 +53,8 @@ class Case:
     resolution: float = 1.0
     runs: tuple[str, ...] = RUNS
     noise: float = 1.0
+    mistake: str = ""
+    careless: bool = True
 
 
 @dataclass(frozen=True)
@@ -62,12 +69,13 @@ class CaseRun:
     exact : DataFrame
         The same without them, measuring effects included.
     drive : Drive
+        Of the truth that simulated it.
     """
 
     name: str
     frame: pd.DataFrame
     exact: pd.DataFrame
-    drive: Drive = field(repr=False)
+    drive: Any = field(repr=False)
 
 
 def simulate_case(case: Case) -> tuple[list[CaseRun], list[Hidden]]:

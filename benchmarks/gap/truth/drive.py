@@ -110,21 +110,21 @@ def _outside(rng: np.random.Generator, grid: Array, hall: dict[str, float]) -> A
     swing = hall["swing"] * float(rng.uniform(0.6, 1.3))
     air = hall["mean"] + float(rng.uniform(-1.5, 1.5))
     air = air - swing * np.cos(2.0 * np.pi * (hour + phase) / 24.0)
-    air = air + _wander(rng, grid, 0.15, 5400.0) + _wander(rng, grid, 0.05, 600.0)
-    above = 0.3 + _wander(rng, grid, 0.1, 7200.0)
-    inlet = hall["coolant"] + 0.35 * (air - hall["mean"]) + _wander(rng, grid, 0.08, 2400.0)
+    air = air + wander(rng, grid, 0.15, 5400.0) + wander(rng, grid, 0.05, 600.0)
+    above = 0.3 + wander(rng, grid, 0.1, 7200.0)
+    inlet = hall["coolant"] + 0.35 * (air - hall["mean"]) + wander(rng, grid, 0.08, 2400.0)
     inlet = (
         inlet
         + float(rng.uniform(-0.3, 0.3))
         + float(rng.uniform(0.0, 0.8))
         * np.clip(1.0 - np.exp(-np.maximum(grid, 0.0) / 5000.0), 0.0, 1.0)
     )
-    draft = np.clip(_wander(rng, grid, 0.06, 1500.0), -0.2, 0.2)
-    wobble = _wander(rng, grid, 0.006, 2700.0)
+    draft = np.clip(wander(rng, grid, 0.06, 1500.0), -0.2, 0.2)
+    wobble = wander(rng, grid, 0.006, 2700.0)
     return np.column_stack([air, air + above, inlet, draft, wobble])
 
 
-def _wander(rng: np.random.Generator, grid: Array, size: float, tau: float) -> Array:
+def wander(rng: np.random.Generator, grid: Array, size: float, tau: float) -> Array:
     """Return an Ornstein-Uhlenbeck path of standard deviation *size*, smoothed over a tenth."""
     decay = np.exp(-GRID / tau)
     kick = size * np.sqrt(1.0 - decay**2) * rng.standard_normal(len(grid))

@@ -1,0 +1,85 @@
+"""Whether a truth and its owner's file are of the same machine.
+
+``python -m benchmarks.gap.agree --truth belt --cases 3`` hides nothing, gives the owner exact
+masses and surfaces, calibrates that file on four runs, and prints what it leaves on the fifth, in
+units of sensor noise and by channel. If that is far above noise, truth and file disagree about
+what both know, and every answer of the gap finder about other cases says so. ``--careless`` does
+the same with the guesses that the owner makes in the benchmark.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.gap.make import OWNERS_FILE
+from benchmarks.gap.truth.case import Case
+from benchmarks.gap.truths import TRUTHS
+from measurement.files import write_atomically
+from measurement.runs import Run
+from plant_model.gap.calibrate import calibrate
+from plant_model.gap.observations import observe
+from plant_model.gap.regimes import by_channel, floor_of, gap_of, noise_of, residuals
+from plant_model.machine_file import read_machine
+
+FIRST = 500_000
+"""Seeds that neither split has."""
+
+
+def agreement(name: str, seed: int, *, careless: bool, mistake: str = "") -> None:
+    """Print what calibration leaves of one case with nothing hidden."""
+    truth = TRUTHS[name]
+    assert truth.page is not None
+    case = Case(truth.first + seed, careless=careless, mistake=mistake)
+    begun = time.perf_counter()
+    runs = [Run(run.name, run.frame) for run in truth.simulate(case)[0]]
+    simulated = time.perf_counter() - begun
+    with tempfile.TemporaryDirectory() as folder:
+        path = write_atomically(Path(folder) / OWNERS_FILE, truth.page(case))
+        machine = read_machine(str(path))
+    observed = observe(machine, runs)
+    begun = time.process_time()
+    found = calibrate(machine, observed[:4])
+    took = time.process_time() - begun
+    unseen = observed[4:]
+    noise = noise_of(machine, unseen[0].channels)
+    still = np.concatenate([one.values - one.values[:1] for one in unseen])
+    left = [residuals(found.machine, one) for one in unseen]
+    gaps = [
+        gap_of(machine, [residuals(machine, one) for one in unseen]),
+        gap_of(found.machine, [residuals(found.machine, one) for one in observed[:4]]),
+        gap_of(found.machine, left),
+    ]
+    print(
+        f"machine {seed}, {len(machine.nodes)} lumps: never moves"
+        f" {np.sqrt(np.nanmean((still / noise) ** 2)):.1f}, page as it stands {gaps[0]:.1f},"
+        f" calibrated {gaps[1]:.2f}, on the unseen run {gaps[2]:.2f}, noise"
+        f" {floor_of(left):.2f}; simulated in {simulated:.0f} s, calibrated in {took:.0f} s"
+    )
+    channels = by_channel(found.machine, left).items()
+    print("   " + ", ".join(f"{channel} {value:.2f}" for channel, value in channels))
+    bound = [one.name for one in found.parameters if one.at_bound]
+    print(f"   of {len(found.parameters)} free numbers at an end: {', '.join(bound) or 'none'}")
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Print the agreement of a few machines."""
+    parser = argparse.ArgumentParser(prog="benchmarks.gap.agree", description=__doc__)
+    owned = [name for name, truth in TRUTHS.items() if truth.page is not None]
+    parser.add_argument("--truth", choices=owned, required=True)
+    parser.add_argument("--cases", type=int, default=3, help="how many (3)")
+    parser.add_argument("--careless", action="store_true", help="with the owner's guesses")
+    parser.add_argument("--mistake", default="", help="with a mistake of this name")
+    args = parser.parse_args(arguments)
+    for seed in range(FIRST, FIRST + args.cases):
+        agreement(args.truth, seed, careless=args.careless, mistake=args.mistake)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

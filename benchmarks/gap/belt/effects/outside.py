@@ -1,0 +1,123 @@
+"""What happens to such machines and what no catalogue holds."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+
+from benchmarks.gap.belt.drive import Drive
+from benchmarks.gap.belt.effects.base import Array, Hidden
+from benchmarks.gap.belt.machine import POSE, Machine
+from benchmarks.gap.belt.march import Now
+
+
+class DoorOpen(Hidden):
+    """The door stands open for a while in every cycle of its own, and the air inside goes out.
+
+    The size is the exchange with the hall while it does [W/K].
+    """
+
+    name: ClassVar[str] = "door_open"
+    unit: ClassVar[str] = "W/K"
+    sizes: ClassVar[tuple[float, float, float]] = (40.0, 120.0, 400.0)
+    catalogued: ClassVar[bool] = False
+
+    def draw(self, rng: np.random.Generator) -> None:
+        """Choose when."""
+        self.more["every_h"] = float(rng.uniform(1.3, 2.6))
+        self.more["open_h"] = float(rng.uniform(0.3, 0.7))
+
+    def heat(self, now: Now, out: Array) -> None:
+        """Let hall air in."""
+        open_now = (now.time / 3600.0 + 0.5) % self.more["every_h"] < self.more["open_h"]
+        if now.time > 0.0 and open_now:
+            air = int(now.machine.parts["air"][0])
+            out[air] += self.size * (now.hall - float(now.temperature[air]))
+
+
+class HydraulicPulses(Hidden):
+    """A hydraulic unit behind the column runs in pulses of its own; the size is its watts."""
+
+    name: ClassVar[str] = "hydraulic_pulses"
+    unit: ClassVar[str] = "W"
+    sizes: ClassVar[tuple[float, float, float]] = (100.0, 300.0, 900.0)
+    catalogued: ClassVar[bool] = False
+
+    def draw(self, rng: np.random.Generator) -> None:
+        """Choose the pulses."""
+        self.more["period_h"] = float(rng.uniform(1.0, 2.0))
+        self.more["on"] = float(rng.uniform(0.3, 0.5))
+
+    def heat(self, now: Now, out: Array) -> None:
+        """Warm the column."""
+        if now.time > 0.0 and (now.time / 3600.0 / self.more["period_h"]) % 1.0 < self.more["on"]:
+            cells = now.machine.parts["column"]
+            out[cells] += self.size / len(cells)
+
+
+class FloodCoolant(Hidden):
+    """Cutting coolant runs over flange and nose by a program of its own; the size is W/K."""
+
+    name: ClassVar[str] = "flood_coolant"
+    unit: ClassVar[str] = "W/K"
+    sizes: ClassVar[tuple[float, float, float]] = (4.0, 12.0, 40.0)
+    catalogued: ClassVar[bool] = False
+
+    def draw(self, rng: np.random.Generator) -> None:
+        """Choose when it runs and how cold it is."""
+        self.more["period_h"] = float(rng.uniform(1.1, 2.3))
+        self.more["colder_K"] = float(rng.uniform(1.0, 4.0))
+
+    def begin(self, machine: Machine, drive: Drive) -> None:
+        """Find what gets wet."""
+        nodes, area = machine.housing.surface("outer", 0.0, machine.drawing.housing[-1].end)
+        self._wet, self._share = machine.parts["housing"][nodes], area / area.sum()
+
+    def heat(self, now: Now, out: Array) -> None:
+        """Cool the flange."""
+        if now.time > 0.0 and (now.time / 3600.0 / self.more["period_h"]) % 1.0 > 0.6:
+            cold = now.hall - self.more["colder_K"]
+            out[self._wet] += self.size * self._share * (cold - now.temperature[self._wet])
+
+
+class LooseClamp(Hidden):
+    """The headstock's clamp loosens in every run at some hour; the size is the share lost."""
+
+    name: ClassVar[str] = "loose_clamp"
+    unit: ClassVar[str] = "1"
+    sizes: ClassVar[tuple[float, float, float]] = (0.3, 0.6, 0.9)
+    catalogued: ClassVar[bool] = False
+
+    def draw(self, rng: np.random.Generator) -> None:
+        """Choose when."""
+        self.more["at_h"] = float(rng.uniform(1.5, 3.5))
+
+    def scales(self, now: Now) -> dict[str, float]:
+        """Return the joint's factor."""
+        loose = now.time > 3600.0 * self.more["at_h"]
+        return {"clamp": 1.0 - self.size} if loose else {}
+
+
+class SettlingFoundation(Hidden):
+    """The machine tilts on its feet by an amount of its own in every run; um after eight hours."""
+
+    name: ClassVar[str] = "settling_foundation"
+    unit: ClassVar[str] = "um"
+    sizes: ClassVar[tuple[float, float, float]] = (3.0, 9.0, 25.0)
+    catalogued: ClassVar[bool] = False
+
+    def draw(self, rng: np.random.Generator) -> None:
+        """Keep chance for the runs."""
+        self._chance = rng
+
+    def begin(self, machine: Machine, drive: Drive) -> None:
+        """Choose this run's direction and pace."""
+        self._way = float(self._chance.uniform(-np.pi, np.pi))
+        self._pace = float(self._chance.uniform(0.4, 1.6))
+
+    def move(self, machine: Machine, drive: Drive, temperatures: Array, pose: Array) -> None:
+        """Move the nose sideways."""
+        gone = self.size * self._pace * np.sqrt(drive.time_s / 28800.0)
+        pose[:, POSE.index("x")] += np.cos(self._way) * gone
+        pose[:, POSE.index("y")] += np.sin(self._way) * gone

@@ -1,0 +1,33 @@
+"""What can be hidden in the lathe: what the catalogue names, and things that it does not."""
+
+from __future__ import annotations
+
+from functools import cache
+
+from benchmarks.gap.belt.effects.base import Hidden
+from benchmarks.gap.truth.effects import found_in
+
+
+@cache
+def everything() -> dict[str, type[Hidden]]:
+    """Return all effects by name, found by walking this folder."""
+    return found_in(__path__, __name__, Hidden)
+
+
+def catalogue() -> dict[str, type[Hidden]]:
+    """Return the effects that the product's catalogue names, by name."""
+    return {name: one for name, one in everything().items() if one.catalogued}
+
+
+OUTSIDE = tuple(name for name, one in everything().items() if not one.catalogued)
+"""Names of the effects that no catalogue holds."""
+
+BEYOND = {
+    "motor_iron_loss": 2500.0,
+    "forced_convection": 10.0,
+    "slow_structure": 70.0,
+    "fixture_warming": 15.0,
+    "sensor_lag": 45.0,
+    "sensor_drift": 9.0,
+}
+"""Amplitudes beyond what is usual, where the truth means by them what the catalogue does."""

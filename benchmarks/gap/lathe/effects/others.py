@@ -1,0 +1,199 @@
+"""Effects of motor, air, structure and thermometers."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+
+from benchmarks.gap.belt.drive import Drive
+from benchmarks.gap.belt.effects import measuring
+from benchmarks.gap.belt.effects.base import Array, Hidden
+from benchmarks.gap.belt.effects.structure import FixtureWarming, SlowStructure
+from benchmarks.gap.belt.machine import POSE
+from benchmarks.gap.belt.march import Now
+from benchmarks.gap.lathe.machine import TOP_SPEED, Lathe
+from benchmarks.gap.truth.effects.base import lagged
+
+__all__ = ["FixtureWarming", "SlowStructure"]
+
+X, Y, E = range(len(POSE))
+
+
+class MotorIronLoss(Hidden):
+    """The spindle motor loses more with speed and its square; watts at 4,000 r/min."""
+
+    name: ClassVar[str] = "motor_iron_loss"
+    unit: ClassVar[str] = "W"
+    sizes: ClassVar[tuple[float, float, float]] = (60.0, 200.0, 600.0)
+
+    def heat(self, now: Now, out: Array) -> None:
+        """Add a fifth in proportion to speed, the rest to its square."""
+        n = now.speed / TOP_SPEED
+        out[now.machine.parts["spindle_motor"]] += self.size * (0.2 * n + 0.8 * n**2)
+
+
+class ForcedConvection(Hidden):
+    """The turning chuck stirs the air inside, where all films grow: h0 (1 + c (n/4,000)^0.7)."""
+
+    name: ClassVar[str] = "forced_convection"
+    unit: ClassVar[str] = "1"
+    sizes: ClassVar[tuple[float, float, float]] = (0.5, 1.5, 4.0)
+
+    def scales(self, now: Now) -> dict[str, float]:
+        """Return the factor at this speed."""
+        return {"film_inside": 1.0 + self.size * (now.speed / TOP_SPEED) ** 0.7}
+
+
+class _Surface(Hidden):
+    """Exchange of surfaces in the hall beyond the constant film."""
+
+    def begin(self, machine: Lathe, drive: Drive) -> None:  # type: ignore[override]
+        """Collect the areas."""
+        parts = {n: one for n, one in machine.drawing.parts.items() if one.air == "hall"}
+        self._cells = np.concatenate([machine.parts[name] for name in parts])
+        self._areas = np.concatenate(
+            [
+                np.full(len(machine.parts[n]), one.surface / len(machine.parts[n]))
+                for n, one in parts.items()
+            ]
+        )
+
+    def heat(self, now: Now, out: Array) -> None:
+        """Add what the surfaces gain."""
+        out[self._cells] += self._areas * self.flux(now.temperature[self._cells], now.hall)
+
+    def flux(self, own: Array, hall: float) -> Array:
+        """Return what a surface gains [W/m2]."""
+        raise NotImplementedError
+
+
+class NaturalConvection(_Surface):
+    """Buoyancy: h = c |dT|^(1/3), as on large surfaces."""
+
+    name: ClassVar[str] = "natural_convection"
+    unit: ClassVar[str] = "W/(m2 K^1.33)"
+    sizes: ClassVar[tuple[float, float, float]] = (0.8, 2.0, 4.0)
+
+    def flux(self, own: Array, hall: float) -> Array:
+        """Return what a surface gains [W/m2]."""
+        return np.asarray(self.size * np.cbrt(np.abs(hall - own)) * (hall - own))
+
+
+class Radiation(_Surface):
+    """Grey surfaces in a hall whose walls are as warm as its air."""
+
+    name: ClassVar[str] = "radiation"
+    unit: ClassVar[str] = "1"
+    sizes: ClassVar[tuple[float, float, float]] = (0.25, 0.5, 0.85)
+
+    def flux(self, own: Array, hall: float) -> Array:
+        """Return what a surface gains [W/m2]."""
+        beyond = (hall + 273.15) ** 4 - (own + 273.15) ** 4
+        return np.asarray(self.size * 5.670374e-8 * beyond)
+
+
+class ColumnBending(Hidden):
+    """The bed warps late with its warmth above the hall, which tilts the headstock; urad per K."""
+
+    name: ClassVar[str] = "column_bending"
+    unit: ClassVar[str] = "urad/K"
+    sizes: ClassVar[tuple[float, float, float]] = (5.0, 15.0, 35.0)
+
+    def draw(self, rng: np.random.Generator) -> None:
+        """Choose time constant and lever; the bed warps one way or the other."""
+        self.more["tau_h"] = float(rng.uniform(0.6, 3.0))
+        self.more["lever_mm"] = float(rng.uniform(300.0, 700.0))
+        self.more["sign"] = 1.0 if rng.random() < 0.5 else -1.0
+
+    def move(  # type: ignore[override]
+        self, machine: Lathe, drive: Drive, temperatures: Array, pose: Array
+    ) -> None:
+        """Carry the spindle along."""
+        bed = temperatures[:, machine.parts["bed"]].mean(axis=1)
+        late = lagged(drive.time_s, bed - drive.at(), 3600.0 * self.more["tau_h"])
+        tilt = self.more["sign"] * self.size * (late - late[0])
+        pose[:, X] += tilt * self.more["lever_mm"] * 1e-3
+
+
+THERMOMETERS = (
+    *("front", "rear", "bed_left", "bed_right", "slide", "z_nut", "z_motor", "x_nut", "x_motor"),
+    *("motor", "inside"),
+)
+
+
+class SensorLag(measuring.SensorLag):
+    """One thermometer answers late."""
+
+    channels: ClassVar[tuple[str, ...]] = ("front", "rear", "z_nut", "x_nut", "z_motor", "inside")
+
+
+class SensorOffset(measuring.SensorOffset):
+    """One thermometer reads wrong by a constant."""
+
+    channels: ClassVar[tuple[str, ...]] = THERMOMETERS
+
+
+class SensorDrift(measuring.SensorDrift):
+    """One thermometer wanders away."""
+
+    channels: ClassVar[tuple[str, ...]] = THERMOMETERS
+
+
+class DoorOpen(Hidden):
+    """The door stands open in a cycle of its own; the size is the exchange with the hall [W/K]."""
+
+    name: ClassVar[str] = "door_open"
+    unit: ClassVar[str] = "W/K"
+    sizes: ClassVar[tuple[float, float, float]] = (40.0, 120.0, 400.0)
+    catalogued: ClassVar[bool] = False
+
+    def draw(self, rng: np.random.Generator) -> None:
+        """Choose when."""
+        self.more["every_h"] = float(rng.uniform(1.2, 2.4))
+        self.more["open_h"] = float(rng.uniform(0.3, 0.7))
+
+    def heat(self, now: Now, out: Array) -> None:
+        """Let hall air in."""
+        open_now = (now.time / 3600.0 + 0.5) % self.more["every_h"] < self.more["open_h"]
+        if now.time > 0.0 and open_now:
+            air = int(now.machine.parts["air"][0])
+            out[air] += self.size * (now.hall - float(now.temperature[air]))
+
+
+class ChipHeap(Hidden):
+    """Hot chips pile up on the bed and are carried off, by a program of its own; watts."""
+
+    name: ClassVar[str] = "chip_heap"
+    unit: ClassVar[str] = "W"
+    sizes: ClassVar[tuple[float, float, float]] = (100.0, 300.0, 900.0)
+    catalogued: ClassVar[bool] = False
+
+    def draw(self, rng: np.random.Generator) -> None:
+        """Choose the program."""
+        self.more["period_h"] = float(rng.uniform(0.8, 1.8))
+
+    def heat(self, now: Now, out: Array) -> None:
+        """Warm the bed under the chuck, more and more until they are carried off."""
+        if now.time > 0.0:
+            cells = now.machine.parts["bed"][6:12]
+            heap = (now.time / 3600.0 / self.more["period_h"]) % 1.0
+            out[cells] += 2.0 * self.size * heap / len(cells)
+
+
+class LooseGib(Hidden):
+    """The carriage's gib loosens at some hour of every run; the size is the share lost."""
+
+    name: ClassVar[str] = "loose_gib"
+    unit: ClassVar[str] = "1"
+    sizes: ClassVar[tuple[float, float, float]] = (0.4, 0.7, 0.95)
+    catalogued: ClassVar[bool] = False
+
+    def draw(self, rng: np.random.Generator) -> None:
+        """Choose when."""
+        self.more["at_h"] = float(rng.uniform(1.5, 3.5))
+
+    def scales(self, now: Now) -> dict[str, float]:
+        """Return the joint's factor."""
+        loose = now.time > 3600.0 * self.more["at_h"]
+        return {"z_guide": 1.0 - self.size} if loose else {}

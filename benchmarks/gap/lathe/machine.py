@@ -1,0 +1,233 @@
+"""One lathe: bars in fine stretches, where heat enters, where the tool is, what sensors see."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_matrix
+
+from benchmarks.gap.belt.groups import Groups
+from benchmarks.gap.belt.laws import viscous_torque, watts
+from benchmarks.gap.belt.machine import BALLS_J_PER_K, BEARINGS, POSE
+from benchmarks.gap.belt.numbers import Numbers
+from benchmarks.gap.lathe.numbers import COUNTS, DIAMETERS, Drawing
+
+Array = NDArray[np.float64]
+
+TOP_SPEED = 4000.0
+RING_J_PER_K = (520.0, 260.0)
+"""Heat capacity of the rings of each set, inner and outer together [J/K]."""
+
+TRAVEL = (0.35, 0.8)
+"""Where along the bed the carriage goes, and along the screw its nut [1]."""
+
+FILMS = ("film_hall", "film_inside", "film_walls")
+AXES = ("z", "x")
+
+
+class Lathe:
+    """A lathe of the class; its parts and groups have the names of `belt.machine` where alike.
+
+    Parameters
+    ----------
+    drawing : Drawing
+    numbers : dict of str to float
+    finer : float
+        Stretches are so many times shorter.
+    """
+
+    still = FILMS[:2]
+
+    def __init__(self, drawing: Drawing, numbers: Numbers, finer: float = 1.0) -> None:
+        self.drawing, self.p, self.net = drawing, numbers, Groups()
+        self._bars(finer)
+        self._bearings()
+        self._joints()
+        self._axes()
+        self._air()
+        self.parts = self.net.parts
+        self.capacity = self.net.capacity
+        self.matrices = {name: self.net.matrix(name) for name in self.net.names}
+        self.to_hall = {name: self.net.hall(name) for name in self.net.names}
+
+    def _bars(self, finer: float) -> None:
+        for name, part in self.drawing.parts.items():
+            cells = part.cells if part.cells == 1 else max(2, round(part.cells * finer))
+            heat = self.p[f"heat_{part.metal}"] * part.mass / cells
+            numbers = self.net.add(name, np.full(cells, heat))
+            if cells > 1:
+                along = self.p[f"along_{name}"] * cells
+                self.net.join(name, numbers[1:], numbers[:-1], along)
+
+    def between(self, name: str, low: float, high: float) -> tuple[NDArray[np.intp], Array]:
+        """Return the cells of a bar in a span of it (0 to 1), and the share of each, sum 1."""
+        numbers = self.net.parts[name]
+        edges = np.linspace(0.0, 1.0, len(numbers) + 1)
+        share = np.minimum(edges[1:], high) - np.maximum(edges[:-1], low)
+        inside = np.flatnonzero(share > 1e-12)
+        return numbers[inside], share[inside] / share[inside].sum()
+
+    def _spread(self, group: str, one: str, span: tuple[float, float], other: object) -> None:
+        """Join a span of a bar to unknowns, by the group's number."""
+        cells, share = self.between(one, *span)
+        self.net.join(group, cells, other, self.p[group] * share)
+
+    def _bearings(self) -> None:
+        """The front set is near the nose, where spindle and headstock begin."""
+        net, p = self.net, self.p
+        for i, (name, seat) in enumerate(zip(BEARINGS, ((0.12, 0.32), (0.75, 0.9)), strict=True)):
+            inner = net.add(f"{name}_inner", 0.5 * RING_J_PER_K[i])
+            balls = net.add(f"{name}_balls", BALLS_J_PER_K)
+            outer = net.add(f"{name}_outer", 0.5 * RING_J_PER_K[i])
+            net.join(f"race_{name}", inner, balls, 2.0 * COUNTS[i] * p["balls"])
+            net.join(f"race_{name}", balls, outer, 2.0 * COUNTS[i] * p["balls"])
+            cells, share = self.between("spindle", *seat)
+            net.join("seat_shaft", inner, cells, COUNTS[i] * p["seat_shaft"] * share)
+            sleeve = (0.0, 0.5) if name == "front" else (0.5, 1.0)
+            cells, share = self.between("headstock", *sleeve)
+            net.join(f"seat_{name}", outer, cells, COUNTS[i] * p["seat"] * share)
+
+    def _joints(self) -> None:
+        net, p = self.net, self.p
+        head, share = self.between("headstock", 0.0, 1.0)
+        bed, part = self.between("bed", 0.0, TRAVEL[0])
+        net.join("foot", head[:, None], bed, p["foot"] * share[:, None] * part)
+        bed, part = self.between("bed", *TRAVEL)
+        carriage, share = self.between("carriage", 0.0, 1.0)
+        net.join("z_guide", carriage[:, None], bed, p["z_guide"] * share[:, None] * part)
+        slide, part = self.between("slide", 0.0, 1.0)
+        net.join("x_guide", carriage[:, None], slide, p["x_guide"] * share[:, None] * part)
+        self._spread("motor_foot", "bed", (0.0, TRAVEL[0]), net.parts["spindle_motor"])
+
+    def _axes(self) -> None:
+        """Nut on what it moves, screw through it, motor and bearings of the screw on the rest."""
+        net, p = self.net, self.p
+        for axis, moved, rest in (("z", "carriage", "bed"), ("x", "slide", "carriage")):
+            nut, motor = net.parts[f"{axis}_nut"], net.parts[f"{axis}_motor"]
+            self._spread(f"{axis}_nut_joint", moved, (0.0, 1.0), nut)
+            cells, share = self.between(f"{axis}_screw", *TRAVEL)
+            net.join(f"{axis}_ball", nut, cells, p[f"{axis}_ball"] * share)
+            far = (TRAVEL[1], 1.0) if axis == "z" else (0.0, 1.0)
+            self._spread(f"{axis}_motor_joint", rest, far, motor)
+            ends, share = self.between(f"{axis}_screw", 0.0, 1.0)
+            held, part = self.between(rest, *far)
+            through = p[f"{axis}_screw_ends"] * share[:, None] * part
+            net.join(f"{axis}_screw_ends", ends[:, None], held, through)
+
+    def _air(self) -> None:
+        net, p = self.net, self.p
+        air = net.add("air", p["air_heat"])
+        net.to_hall("film_walls", air, p["walls"])
+        for name, part in self.drawing.parts.items():
+            cells = net.parts[name]
+            film = p[part.air] * part.surface / len(cells)
+            if part.surface and part.air == "hall":
+                net.to_hall("film_hall", cells, film)
+            elif part.surface:
+                net.join("film_inside", air, cells, film)
+        cells, share = self.between("spindle", 0.0, 0.12)
+        net.join("film_inside", air, cells, p["chuck"] * 0.09 * share)
+
+    # Heat.
+
+    def conductance(self, speed: float, scales: dict[str, float]) -> tuple[csr_matrix, Array]:
+        """Return heat per kelvin of unknowns and of the hall [W/K], groups scaled."""
+        inner, outer = self._fixed
+        for group, scale in scales.items():
+            inner = inner + (scale - 1.0) * self.matrices[group]
+            outer = outer + (scale - 1.0) * self.to_hall[group]
+        return inner, outer
+
+    @cached_property
+    def _fixed(self) -> tuple[csr_matrix, Array]:
+        inner = csr_matrix((len(self.capacity), len(self.capacity)))
+        for matrix in self.matrices.values():
+            inner = inner + matrix
+        return inner, np.sum(list(self.to_hall.values()), axis=0)
+
+    def friction(self, speed: float, viscosity: Array | None = None) -> tuple[Array, Array]:
+        """Return viscous and load-dependent heat of the front and the rear set [W]."""
+        p = self.p
+        viscous, load = np.zeros(2), np.zeros(2)
+        for i, name in enumerate(BEARINGS):
+            nu = p["viscosity"] if viscosity is None else float(viscosity[i])
+            torque = viscous_torque(p[f"f0_{name}"], nu, speed, DIAMETERS[i])
+            viscous[i] = COUNTS[i] * watts(speed, torque)
+            pressed = p[f"f1_{name}"] * p[f"preload_{name}"] * DIAMETERS[i]
+            load[i] = COUNTS[i] * watts(speed, pressed)
+        return viscous, load
+
+    @cached_property
+    def bearing_entry(self) -> Array:
+        """Where each set's heat enters, shape (unknowns, 2)."""
+        entry = np.zeros((len(self.capacity), 2))
+        for i, name in enumerate(BEARINGS):
+            entry[self.parts[f"{name}_inner"], i] = self.p["inner_share"]
+            entry[self.parts[f"{name}_outer"], i] = 1.0 - self.p["inner_share"]
+        return entry
+
+    def drive_entry(self, share: float) -> Array:
+        """Return where the spindle motor's heat enters; it has no pulley that *share* is for."""
+        entry = np.zeros(len(self.capacity))
+        entry[self.parts["spindle_motor"]] = 1.0
+        return entry
+
+    def add_driven(self, speed: float, feed: float, out: Array) -> None:
+        """Add what motors, nuts and screws lose [W] at a speed and a feed [r/min, mm/min]."""
+        p, parts = self.p, self.parts
+        out[parts["spindle_motor"]] += p["motor"] * speed * 1e-3
+        for axis in AXES:
+            out[parts[f"{axis}_nut"]] += p[f"{axis}_nut_loss"] * feed * 1e-3
+            out[parts[f"{axis}_motor"]] += p[f"{axis}_motor_loss"] * feed * 1e-3
+            cells = parts[f"{axis}_screw"]
+            out[cells] += p[f"{axis}_screw_loss"] * feed * 1e-3 / len(cells)
+
+    # Growth and sensors.
+
+    @cached_property
+    def pose_weights(self) -> Array:
+        """Pose per kelvin of every unknown, shape (unknowns, 3) [um/K], order of `POSE`."""
+        lengths, weights = self.drawing.lengths, np.zeros((len(self.capacity), len(POSE)))
+        x, _, e = range(3)
+        for part, span, axis, length in (
+            ("spindle", (0.0, 1.0 / 3.0), e, lengths["spindle"]),
+            ("headstock", (0.0, 0.5), e, lengths["headstock_z"]),
+            ("bed", TRAVEL, e, -lengths["bed"]),
+            ("z_screw", (0.0, 1.0), e, -lengths["z_screw"]),
+            ("headstock", (0.0, 1.0), x, lengths["headstock_x"]),
+            ("slide", (0.0, 1.0), x, -lengths["slide"]),
+            ("x_screw", (0.0, 1.0), x, -lengths["x_screw"]),
+        ):
+            cells, share = self.between(part, *span)
+            grows = self.p[f"alpha_{self.drawing.parts[part].metal}"] * 1e-3 * length
+            weights[cells, axis] += grows * share
+        return weights
+
+    @cached_property
+    def thermometers(self) -> dict[str, Array]:
+        """Weight of every unknown in the reading of each thermometer but the hall's."""
+        found = {}
+        for name, part, span in (
+            ("front", "headstock", (0.0, 0.5)),
+            ("rear", "headstock", (0.5, 1.0)),
+            ("bed_left", "bed", (0.1, 0.25)),
+            ("bed_right", "bed", (0.85, 0.95)),
+            ("slide", "slide", (0.25, 0.75)),
+            ("z_nut", "z_nut", (0.0, 1.0)),
+            ("z_motor", "z_motor", (0.0, 1.0)),
+            ("x_nut", "x_nut", (0.0, 1.0)),
+            ("x_motor", "x_motor", (0.0, 1.0)),
+            ("motor", "spindle_motor", (0.0, 1.0)),
+            ("inside", "air", (0.0, 1.0)),
+        ):
+            cells, share = self.between(part, *span)
+            found[name] = np.zeros(len(self.capacity))
+            found[name][cells] = share
+        return found
+
+    def readings(self, temperatures: Array, pose: Array) -> dict[str, Array]:
+        """Return what sensors would show without noise, by run-file column."""
+        shown = {f"{n}_degC": temperatures @ w for n, w in self.thermometers.items()}
+        return shown | {"disp_x_um": pose[:, 0], "disp_z_um": -pose[:, 2]}

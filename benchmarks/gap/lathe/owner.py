@@ -1,0 +1,344 @@
+"""The file in lumps that the lathe's owner writes, and the mistakes that are in it on purpose.
+
+The owner weighs parts on the drawing, guesses surfaces, takes joints, films and losses from
+handbooks with their ranges, and knows nothing of what is hidden.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from benchmarks.gap.belt.drive import TOP_FEED
+from benchmarks.gap.belt.effects.base import Hidden
+from benchmarks.gap.belt.owner import GUESSED
+from benchmarks.gap.lathe.machine import RING_J_PER_K, TOP_SPEED, TRAVEL
+from benchmarks.gap.lathe.numbers import COUNTS, DIAMETERS, HIDDEN, Drawing
+from benchmarks.gap.lathe.unsaid import FannedNut, HydraulicTank, ToolDisk
+
+Table = dict[str, Any]
+
+JOINT, FILM, LOSS = 2.5, 2.0, 2.5
+"""Handbook values are good to these factors [1]."""
+
+LUMPS: dict[str, tuple[str, float, float, str]] = {
+    "spindle_front": ("spindle", 0.0, 1.0 / 3.0, "front"),
+    "spindle_middle": ("spindle", 1.0 / 3.0, 0.7, "front"),
+    "spindle_rear": ("spindle", 0.7, 1.0, "rear"),
+    "headstock_front": ("headstock", 0.0, 0.5, "front"),
+    "headstock_rear": ("headstock", 0.5, 1.0, "rear"),
+    "bed_left": ("bed", 0.0, TRAVEL[0], "bed_left"),
+    "bed_middle": ("bed", *TRAVEL, "bed_left"),
+    "bed_right": ("bed", TRAVEL[1], 1.0, "bed_right"),
+    "carriage": ("carriage", 0.0, 1.0, "slide"),
+    "slide": ("slide", 0.0, 1.0, "slide"),
+    "z_nut": ("z_nut", 0.0, 1.0, "z_nut"),
+    "z_screw": ("z_screw", 0.0, 1.0, "z_nut"),
+    "z_motor": ("z_motor", 0.0, 1.0, "z_motor"),
+    "x_nut": ("x_nut", 0.0, 1.0, "x_nut"),
+    "x_screw": ("x_screw", 0.0, 1.0, "x_nut"),
+    "x_motor": ("x_motor", 0.0, 1.0, "x_motor"),
+    "spindle_motor": ("spindle_motor", 0.0, 1.0, "motor"),
+}
+"""Lump: its bar, from where to where of it (0 to 1), and the thermometer at which it starts."""
+
+SENSORS = {
+    "front": "headstock_front",
+    "rear": "headstock_rear",
+    "bed_left": "bed_left",
+    "bed_right": "bed_right",
+    "slide": "slide",
+    "z_nut": "z_nut",
+    "z_motor": "z_motor",
+    "x_nut": "x_nut",
+    "x_motor": "x_motor",
+    "motor": "spindle_motor",
+    "inside": "inside",
+}
+
+
+def _number(value: float, unit: str, factor: float, source: str, *, free: bool = False) -> Table:
+    ends = {"low": value / factor, "high": value * factor}
+    table: Table = {"value": value, "unit": unit, **ends, "source": source}
+    return table | ({"calibrate": True} if free else {})
+
+
+def _exact(value: float, unit: str) -> Table:
+    return {"value": value, "unit": unit, "low": value, "high": value, "source": "drawing"}
+
+
+def file_of(drawing: Drawing, careless: np.random.Generator | None = None) -> Table:
+    """Return the file of a lathe, its guesses exact or drawn by *careless*."""
+    writer = _Writer(drawing, careless)
+    inputs = {
+        "speed": ("rpm", "speed_rpm", 0.0, TOP_SPEED, None),
+        "feed": ("mm_min", "feed_mm_min", 0.0, TOP_FEED, 0.0),
+        "ambient": ("degC", "hall_degC", -20.0, 60.0, None),
+    }
+    return {
+        "format": 1,
+        "name": "owners_lathe",
+        "title": "Lathe with two feed axes, as its owner writes it down",
+        "inputs": {
+            name: {"unit": unit, "column": column, "low": low, "high": high}
+            | ({} if default is None else {"default": default})
+            for name, (unit, column, low, high, default) in inputs.items()
+        },
+        "numbers": {
+            name: _number(HIDDEN[name][0], "W/(m2 K)", FILM, "air and radiation", free=True)
+            for name in ("hall", "inside")
+        },
+        "nodes": writer.nodes(),
+        "links": writer.links(),
+        "sources": writer.sources(),
+        "structure": writer.structure(),
+        "sensors": [
+            {"name": name, "of": node, "noise": 0.05, "resolution": 0.01}
+            for name, node in SENSORS.items()
+        ],
+        "rig": {
+            "kind": "direct",
+            "axes": {f"disp_{a}": {"axis": a.upper(), "sign": 1} for a in "xz"},
+            "noise_um": 0.3,
+            "resolution_um": 0.1,
+        },
+        "axis": {"slew_um_per_s": 1.0, "limit_um": 300.0, "resolution_um": 0.1},
+        "effects": {
+            name: {}
+            for name in (
+                *("conduction", "surface_convection", "bearing_friction", "motor_loss"),
+                *("feed_friction", "thermal_expansion"),
+            )
+        },
+    }
+
+
+class _Writer:
+    """Writes the tables of one lathe."""
+
+    def __init__(self, drawing: Drawing, careless: np.random.Generator | None) -> None:
+        self.drawing, self._careless = drawing, careless
+        self._guessed: dict[tuple[str, str], float] = {}
+
+    def _guess(self, part: str, what: str) -> float:
+        """Return a part's mass or surface as the owner takes it; asked twice, the same."""
+        value = float(getattr(self.drawing.parts[part], what))
+        if self._careless is None:
+            return value
+        if (part, what) not in self._guessed:
+            deviation, most = GUESSED
+            off = np.clip(deviation * self._careless.standard_normal(), -most, most)
+            self._guessed[part, what] = float(f"{value * np.exp(off):.3g}")
+        return self._guessed[part, what]
+
+    def nodes(self) -> list[Table]:
+        """Return the lumps, the rings and the air."""
+        found = []
+        for name, (part, low, high, start) in LUMPS.items():
+            heat = HIDDEN[f"heat_{self.drawing.parts[part].metal}"][0]
+            capacity = (high - low) * self._guess(part, "mass") * heat
+            table = _number(capacity, "J/K", 1.15, "weight on the drawing")
+            found.append({"name": name, "capacity": table, "start": start})
+        for which, heat in zip(("front", "rear"), RING_J_PER_K, strict=True):
+            for ring in ("inner", "outer"):
+                capacity = _number(0.5 * heat + 45.0, "J/K", 1.2, "catalogue of bearings")
+                found.append({"name": f"{which}_{ring}", "capacity": capacity, "start": which})
+        air = _number(HIDDEN["air_heat"][0], "J/K", 1.6, "air and sheet metal")
+        return [*found, {"name": "inside", "capacity": air, "start": "inside"}]
+
+    def links(self) -> list[Table]:
+        """Return joints, paths along bars, and films."""
+        hidden = {name: value for name, (value, _) in HIDDEN.items()}
+        found: list[Table] = []
+
+        def join(one: str, other: str, value: float, source: str = "joint") -> None:
+            factor, free = (1.25, False) if source == "section" else (JOINT, True)
+            table = _number(value, "W/K", factor, source, free=free)
+            found.append({"kind": "contact", "between": [one, other], "conductance": table})
+
+        for bar, lumps in (
+            ("spindle", ("spindle_front", "spindle_middle", "spindle_rear")),
+            ("headstock", ("headstock_front", "headstock_rear")),
+            ("bed", ("bed_left", "bed_middle", "bed_right")),
+        ):
+            for one, other in pairwise(lumps):
+                middles = [sum(LUMPS[name][1:3]) / 2.0 for name in (one, other)]
+                along = hidden[f"along_{bar}"] / (middles[1] - middles[0])
+                join(one, other, along, "section")
+        for i, which in enumerate(("front", "rear")):
+            join(f"{which}_inner", f"{which}_outer", COUNTS[i] * hidden["balls"])
+            join(f"{which}_inner", f"spindle_{which}", COUNTS[i] * hidden["seat_shaft"])
+            join(f"{which}_outer", f"headstock_{which}", COUNTS[i] * hidden["seat"])
+            join(f"headstock_{which}", "bed_left", 0.5 * hidden["foot"])
+        for one, other, name in (
+            ("carriage", "bed_middle", "z_guide"),
+            ("carriage", "slide", "x_guide"),
+            ("z_nut", "carriage", "z_nut_joint"),
+            ("z_nut", "z_screw", "z_ball"),
+            ("z_motor", "bed_right", "z_motor_joint"),
+            ("z_screw", "bed_right", "z_screw_ends"),
+            ("x_nut", "slide", "x_nut_joint"),
+            ("x_nut", "x_screw", "x_ball"),
+            ("x_motor", "carriage", "x_motor_joint"),
+            ("x_screw", "carriage", "x_screw_ends"),
+            ("spindle_motor", "bed_left", "motor_foot"),
+            ("spindle_front", "inside", "chuck"),
+        ):
+            join(one, other, hidden[name] * (0.09 if name == "chuck" else 1.0))
+        return found + self._films()
+
+    def _films(self) -> list[Table]:
+        found: list[Table] = []
+        for name, (part, low, high, _) in LUMPS.items():
+            area = (high - low) * self._guess(part, "surface")
+            if not area:
+                continue
+            if self.drawing.parts[part].air == "hall":
+                film = {"number": "hall", "factor": 1.0, "unit": "W/(m2 K)"}
+                found.append(_to_hall(name, _number(area, "m2", 1.15, "drawing"), film))
+            else:
+                film = {"number": "inside", "factor": area, "unit": "W/K"}
+                found.append({"kind": "contact", "between": [name, "inside"], "conductance": film})
+        walls = _number(HIDDEN["walls"][0], "W/(m2 K)", JOINT, "openings and walls", free=True)
+        return [*found, _to_hall("inside", _exact(1.0, "m2"), walls)]
+
+    def sources(self) -> list[Table]:
+        """Return bearings, motor and feed axes."""
+        found: list[Table] = []
+        for i, which in enumerate(("front", "rear")):
+            found.append(
+                {
+                    "kind": "bearing",
+                    "name": which,
+                    "inner": f"{which}_inner",
+                    "outer": f"{which}_outer",
+                    "driven_by": "speed",
+                    "count": _exact(COUNTS[i], "1"),
+                    "mean_diameter": _number(DIAMETERS[i], "mm", 1.01, "catalogue"),
+                    "f0": _number(1.0, "1", LOSS, "handbook, grease", free=True),
+                    "f1": _number(0.001, "1", 1.5, "handbook"),
+                    "preload": _number(950.0, "N", LOSS, "class", free=True),
+                    "viscosity": _number(28.0, "mm2/s", 1.3, "grease, base oil"),
+                }
+            )
+        found.append(
+            {
+                "kind": "motor",
+                "name": "motor",
+                "rotor": "spindle_motor",
+                "stator": "spindle_motor",
+                "driven_by": "speed",
+                "loss": _number(40.0, "W/(1000 r/min)", LOSS, "plate", free=True),
+            }
+        )
+        for name in ("z_nut", "z_screw", "z_motor", "x_nut", "x_screw", "x_motor"):
+            loss = _number(HIDDEN[f"{name}_loss"][0], "W/(m/min)", LOSS, "class", free=True)
+            feed = {"kind": "feed_axis", "name": name, "node": name, "driven_by": "feed"}
+            found.append(feed | {"loss": loss})
+        return found
+
+    def structure(self) -> list[Table]:
+        """Return what moves tool against work."""
+        lengths = self.drawing.lengths
+        found = []
+        for name, lumps, axis, key, sign in (
+            ("spindle", ["spindle_front"], "elongation", "spindle", 1.0),
+            ("headstock_z", ["headstock_front"], "elongation", "headstock_z", 1.0),
+            ("bed", ["bed_middle"], "elongation", "bed", -1.0),
+            ("z_screw", ["z_screw"], "elongation", "z_screw", -1.0),
+            ("headstock_x", ["headstock_front", "headstock_rear"], "x", "headstock_x", 1.0),
+            ("slide", ["slide"], "x", "slide", -1.0),
+            ("x_screw", ["x_screw"], "x", "x_screw", -1.0),
+        ):
+            metal = self.drawing.parts[LUMPS[lumps[0]][0]].metal
+            alpha = HIDDEN[f"alpha_{metal}"][0]
+            found.append(
+                {
+                    "kind": "member",
+                    "name": name,
+                    "nodes": lumps,
+                    "length": _number(lengths[key], "mm", 1.1, "drawing"),
+                    "expansion": _number(alpha, "1e-6/K", 1.2, metal, free=True),
+                    axis: _exact(sign, "1"),
+                }
+            )
+        return found
+
+
+def _to_hall(name: str, area: Table, film: Table) -> Table:
+    return {"kind": "convection", "between": [name, "ambient"], "area": area, "coefficient": film}
+
+
+def _no_link(one: str, other: str) -> Callable[[Table], None]:
+    def edit(table: Table) -> None:
+        table["links"] = [link for link in table["links"] if link["between"] != [one, other]]
+
+    return edit
+
+
+def _no_entry(family: str, name: str) -> Callable[[Table], None]:
+    def edit(table: Table) -> None:
+        table[family] = [entry for entry in table[family] if entry["name"] != name]
+
+    return edit
+
+
+def _one_headstock(table: Table) -> None:
+    """Write the headstock as one lump, with both of its thermometers on it."""
+    halves = ("headstock_front", "headstock_rear")
+    first, second = (next(n for n in table["nodes"] if n["name"] == half) for half in halves)
+    for key in ("value", "low", "high"):
+        first["capacity"][key] += second["capacity"][key]
+    table["nodes"].remove(second)
+    first["name"] = "headstock"
+    _no_link(*halves)(table)
+    for entry in table["links"]:
+        entry["between"] = ["headstock" if n in halves else n for n in entry["between"]]
+    joined: dict[tuple[str, ...], Table] = {}
+    for entry in table["links"]:
+        same = joined.setdefault((entry["kind"], *entry["between"]), entry)
+        for number in ("conductance", "area"):
+            if same is not entry and number in entry:
+                for key in ("value", "low", "high"):
+                    same[number][key] += entry[number][key]
+    table["links"] = list(joined.values())
+    for entry in table["structure"]:
+        entry["nodes"] = list(
+            dict.fromkeys("headstock" if n in halves else n for n in entry["nodes"])
+        )
+    for entry in table["sensors"]:
+        entry["of"] = "headstock" if entry["of"] in halves else entry["of"]
+
+
+@dataclass(frozen=True)
+class Mistake:
+    """What a file lacks or has wrong; as in `benchmarks.gap.belt.owner`."""
+
+    kind: str
+    place: tuple[str, ...]
+    edit: Callable[[Table], None] | None = None
+    unsaid: type[Hidden] | None = None
+    reads: tuple[str, str, float] | None = None
+
+
+MISTAKES = {
+    "no_foot": Mistake("heat_path", ("z_motor", "bed_right"), _no_link("z_motor", "bed_right")),
+    "no_guide": Mistake(
+        "heat_path", ("carriage", "bed_middle"), _no_link("carriage", "bed_middle")
+    ),
+    "no_air": Mistake("heat_path", ("z_motor", "ambient"), _no_link("z_motor", "ambient")),
+    "no_feed": Mistake("heat_source", ("x_motor", "feed"), _no_entry("sources", "x_motor")),
+    "no_screw_heat": Mistake("heat_source", ("z_nut", "feed"), _no_entry("sources", "z_nut")),
+    "tank": Mistake("heat_source", ("bed_left",), unsaid=HydraulicTank),
+    "one_headstock": Mistake("coarse_part", ("headstock",), _one_headstock),
+    "tool_disk": Mistake("hidden_mass", ("slide",), unsaid=ToolDisk),
+    "fanned_nut": Mistake("conductance_with_motion", ("z_nut", "inside", "feed"), unsaid=FannedNut),
+    "bad_contact": Mistake("sensor_place", ("slide", "inside"), reads=("slide", "air", 0.4)),
+    "no_growth_z": Mistake("moves_axis", ("z_screw", "Z"), _no_entry("structure", "z_screw")),
+    "no_growth_x": Mistake("moves_axis", ("slide", "X"), _no_entry("structure", "slide")),
+}
+"""By name."""

@@ -1,0 +1,47 @@
+"""What the lathe has and its owner's file may not say: a tank, a fan, a disk of tools."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from benchmarks.gap.belt.drive import TOP_FEED
+from benchmarks.gap.belt.effects.base import Array, Hidden
+from benchmarks.gap.belt.march import Now
+from benchmarks.gap.belt.unsaid import BoltedMass
+
+
+class HydraulicTank(Hidden):
+    """The tank of the chuck's hydraulics stands in the bed and warms it from the start on."""
+
+    name: ClassVar[str] = "hydraulic_tank"
+    unit: ClassVar[str] = "W"
+    sizes: ClassVar[tuple[float, float, float]] = (80.0, 200.0, 400.0)
+
+    def heat(self, now: Now, out: Array) -> None:
+        """Warm the left of the bed."""
+        cells = now.machine.parts["bed"][:8]
+        out[cells] += (self.size if now.time > 0.0 else 0.0) / len(cells)
+
+
+class FannedNut(Hidden):
+    """The moving carriage fans the nut; W/K at the highest feed."""
+
+    name: ClassVar[str] = "fanned_nut"
+    unit: ClassVar[str] = "W/K"
+    sizes: ClassVar[tuple[float, float, float]] = (4.0, 12.0, 30.0)
+
+    def heat(self, now: Now, out: Array) -> None:
+        """Let the nut lose more to the air inside."""
+        nut, air = (int(now.machine.parts[name][0]) for name in ("z_nut", "air"))
+        conductance = self.size * (abs(now.feed) / TOP_FEED) ** 0.7
+        lost = conductance * float(now.temperature[nut] - now.temperature[air])
+        out[nut] -= lost
+        out[air] += lost
+
+
+class ToolDisk(BoltedMass):
+    """The disk of the turret hangs on the slide and follows it; its heat capacity [J/K]."""
+
+    name: ClassVar[str] = "tool_disk"
+    part: ClassVar[str] = "slide"
+    conductance: ClassVar[float] = 15.0

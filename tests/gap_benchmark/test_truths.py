@@ -1,0 +1,92 @@
+"""More than one truth: plans of their own, owner's files, and what their mistakes count for."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from benchmarks.gap.ask import machine_of
+from benchmarks.gap.make import OWNERS_FILE
+from benchmarks.gap.outcome import groups_of, outcome, outcome_of_mistake
+from benchmarks.gap.plan import plan, trials
+from benchmarks.gap.truths import TRUTHS
+from tests.gap_benchmark.made_up import answer, hidden
+
+NUT = {"kind": "heat_source", "place": ["z_nut", "feed_z"]}
+
+
+def change(name: str, *place: str, or_else: list[Any] | None = None) -> dict[str, Any]:
+    entry = {"name": name, "place": list(place), "parameters": {}}
+    return entry | {"or_else": or_else or [], "other_places": []}
+
+
+def test_every_truth_has_seeds_of_its_own() -> None:
+    seeds = [{one.case.seed for one in plan("reported", 300, truth=name)} for name in TRUTHS]
+    assert all(len(some) == 300 for some in seeds)
+    assert not set.intersection(*seeds)
+
+
+def test_a_plan_holds_mistakes_and_what_is_larger_than_usual() -> None:
+    truth = TRUTHS["belt"]
+    asked = [case[0] for case in trials("development", 200, truth="belt")]
+    made = {one.case.mistake for one in asked if one.kind == "mistake"}
+    assert made == set(truth.mistakes)
+    larger = {one.case.hidden[0][:2] for one in asked if one.kind == "beyond"}
+    assert larger == set(truth.beyond.items())
+    assert not any(one.case.mistake for one in asked if one.kind == "none")
+    flawed = [bool(one.case.mistake) for one in asked if one.case.hidden]
+    assert 0.15 < sum(flawed) / len(flawed) < 0.35
+
+
+def test_without_what_is_hidden_a_mistake_stays_unless_it_is_what_is_asked_for() -> None:
+    asked = [case[0] for case in trials("development", 200, truth="belt")]
+    mistaken = next(one for one in asked if one.kind == "mistake")
+    flawed = next(one for one in asked if one.kind == "effect" and one.case.mistake)
+    assert mistaken.emptied().case.mistake == ""
+    assert flawed.emptied().case.mistake == flawed.case.mistake
+    assert flawed.emptied().case.hidden == ()
+    assert flawed.emptied().truth == "belt"
+
+
+def test_the_owners_file_is_asked_about_where_there_is_one(tmp_path: Path) -> None:
+    assert machine_of(tmp_path).name == "jig_borer"
+    case = plan("development", 1, kind="none", truth="belt")[0].case
+    page = TRUTHS["belt"].page
+    assert page is not None
+    (tmp_path / OWNERS_FILE).write_text(page(case), encoding="utf-8")
+    assert machine_of(tmp_path).name == "owners_machine"
+
+
+@pytest.mark.parametrize(
+    ("effects", "verdict", "told"),
+    [
+        ([change("heat_source", "z_nut", "feed_z")], "effect", "right"),
+        ([change("heat_source", "z_nut")], "effect", "right place"),
+        (
+            [
+                change(
+                    "hidden_mass", "z_nut", or_else=[{"name": NUT["kind"], "place": NUT["place"]}]
+                )
+            ],
+            "one_of",
+            "one of",
+        ),
+        ([change("heat_source", "column")], "effect", "wrong"),
+        ([], "unknown", "unknown"),
+        ([], "none_missing", "none"),
+    ],
+)
+def test_a_mistake_is_right_by_kind_and_place(effects: list[Any], verdict: str, told: str) -> None:
+    assert outcome_of_mistake(NUT, answer(*effects) | {"verdict": verdict}) == told
+
+
+def test_naming_a_mistake_that_is_there_is_not_wrong() -> None:
+    said = answer(change("heat_source", "z_nut", "feed_z"), one_of=())
+    assert groups_of(said) == [("heat_source:z_nut+feed_z",)]
+    left = groups_of(said, [NUT])
+    assert left == []
+    assert outcome("none", [], left, "effect") == "none"
+    assert outcome("effect", [hidden("windage")], left, "effect") == "none"
+    assert outcome("none", [], groups_of(said), "effect") == "named"
