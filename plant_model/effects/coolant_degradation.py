@@ -9,7 +9,6 @@ import numpy as np
 from plant_model.effects.base import Effect, Inputs
 from plant_model.parameters import FloatArray, Parameter
 
-
 FILM_EXPONENT = 0.8
 """Power of the flow with which a turbulent film goes [1]."""
 
