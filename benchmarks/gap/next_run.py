@@ -3,7 +3,7 @@
 DIR is that of ``benchmarks.gap.run``. Every question there whose answer left several names and
 asked for a run is asked again twice: with the run asked for, made on the machine of the case, and
 with a run of speeds drawn at random. ``DIR/next_run/NNNN.json`` holds what was said; a question
-whose file is there is not asked again.
+whose file is there is not asked again. Only the first simulator makes further runs.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from benchmarks.gap.ask import ask
 from benchmarks.gap.outcome import OUTCOMES, groups_of, outcome
 from benchmarks.gap.plan import SPLITS
 from benchmarks.gap.truth.case import Case, simulate_further
+from benchmarks.gap.truths import USUAL
 from measurement.files import write_atomically
 from measurement.runs import write_run
 
@@ -65,7 +66,11 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("out", type=Path, metavar="DIR", help="that of benchmarks.gap.run")
     args = parser.parse_args(arguments)
     records = [json.loads(path.read_text()) for path in sorted(args.out.glob("records/*.json"))]
-    asking = [one for one in records if one["answer"].get("next_run")]
+    asking = [
+        one
+        for one in records
+        if one["answer"].get("next_run") and one.get("simulator", USUAL) == USUAL
+    ]
     if not asking:
         parser.error(f"{args.out}: no question there has asked for a run")
     found = []
