@@ -151,13 +151,14 @@ def _profiles(
     groups = [driving, *([one] for one in driving if len(driving) > 1)]
     for group in groups:
         what = " and ".join(WORDS[entry.unit] for entry, _ in group)
+        rest = "".join(f", no {WORDS[one[0].unit]}" for one in driving if one not in group)
         for profile, changes in PROFILES.items():
             stretches: dict[str, Stretches] = {entry.name: ((0.0, 0.0),) for entry, _ in driving}
             for entry, most in group:
                 stretches[entry.name] = tuple(
                     (3600.0 * hour, round(share * most, 1)) for hour, share in changes
                 )
-            yield profile.format(what=what), stretches
+            yield profile.format(what=what) + rest, stretches
 
 
 def _most(entry: Input, observed: Sequence[Observations]) -> float:

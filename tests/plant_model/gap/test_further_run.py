@@ -7,6 +7,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from measurement.runs import Run
@@ -19,6 +20,7 @@ from plant_model.gap.observations import Observations, observe
 from plant_model.gap.priors import Priors
 from plant_model.gap.refit import CandidateFit, score_fit
 from plant_model.machine import Machine
+from plant_model.machine_file import read_machine
 from plant_model.simulate import simulate
 from scenarios.gap_next_run import next_run_scenario
 from scenarios.scenario import read_scenario
@@ -126,3 +128,15 @@ def test_the_scenario_file_is_the_run(tmp_path: Path) -> None:
     assert signals["speed"]["values"] == [9000.0, 0.0]
     assert signals["coolant_inlet"] == 22.0
     assert "odds of 90 to 1" in run.said()
+
+
+def test_a_run_says_which_input_rests() -> None:
+    lathe = read_machine("lathe")
+    time = np.arange(0.0, 7200.0, 60.0)
+    frame = pd.DataFrame({"time_s": time, "speed_rpm": 1000.0, "feed_mm_min": 4000.0})
+    for sensor in lathe.sensors:
+        frame[sensor.column] = 20.0 + 1e-4 * time
+    profiles = dict(module._profiles(lathe, observe(lathe, [Run("a", frame)])))
+    assert len(profiles) == 3 * len(module.PROFILES)
+    assert profiles["6 h at the highest speed, no feed"]["feed"] == ((0.0, 0.0),)
+    assert profiles["6 h at the highest speed and feed"]["feed"] == ((0.0, 4000.0),)
