@@ -37,8 +37,9 @@ def run(args: argparse.Namespace) -> int:
     from plant_model.gap.standing import calibrated
     from plant_model.machine_file import read_machine
     from plant_model.machine_writer import write_machine
-    from scenarios.calibration_page import DETERMINED, page_beside, write_calibration_page
+    from scenarios.calibration_page import page_beside, write_calibration_page
     from scenarios.gap_runner import begun_warm, not_compared, usable_runs
+    from scenarios.parameter_rows import DETERMINED
     from scenarios.progress import CALIBRATE, spoken
     from scenarios.version import PROGRAM, version
 
