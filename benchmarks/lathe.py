@@ -25,7 +25,7 @@ from typing import Any
 import numpy as np
 from tqdm import tqdm
 
-from fmu_compensator.fit.by_run import Block, Problem
+from fmu_compensator.fit.by_run import Block, NormalEquations
 from fmu_compensator.fit.columns import MeasuredColumns, targets_of
 from fmu_compensator.fit.contestants import contestants, held
 from fmu_compensator.fit.data import prepare
@@ -118,7 +118,7 @@ class PlainRidge:
             Block(run.time_s[rows] / 3600.0, run.inputs[rows], run.targets[rows])
             for run, rows in zip(runs, kept, strict=True)
         ]
-        problem = Problem(blocks, 0.0)
+        problem = NormalEquations(blocks, 0.0)
         columns = []
         for target in range(runs[0].targets.shape[1]):
             tried = [problem.solve(target, penalty, robust=False) for penalty in PENALTIES]

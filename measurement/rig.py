@@ -15,7 +15,7 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 import pandas as pd
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
 from measurement.errors import BadInput, checked, shown
 from measurement.runs import FloatArray, Run
@@ -43,12 +43,14 @@ class _Rig(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
 
-class _SimulatedRig(_Rig):
+class SimulatedRig(_Rig):
+    """Noise and resolution of the sensors of any rig, for runs that are simulated."""
+
     noise_um: Fineness = 0.0
     resolution_um: Fineness = 0.0
 
 
-class FivePointRig(_SimulatedRig):
+class FivePointRig(SimulatedRig):
     """Five displacement sensors at a test bar: two across near, two across distal, one axial.
 
     Attributes
@@ -86,10 +88,15 @@ class FivePointRig(_SimulatedRig):
     distal_y_sign: Sign = 1
     test_bar_mm: Distance = 0.0
 
+    @field_validator("spacing_mm")
+    @classmethod
+    def _apart(cls, spacing_mm: float) -> float:
+        if abs(spacing_mm) < 1.0:
+            raise ValueError("must be at least 1 mm either way, or no tilt can be seen")
+        return spacing_mm
+
     @model_validator(mode="after")
     def _consistent(self) -> FivePointRig:
-        if abs(self.spacing_mm) < 1.0:
-            raise ValueError("spacing_mm must be at least 1 mm either way, or no tilt can be seen")
         names = list(self.sensors)
         twice = next((name for name in names if names.count(name) > 1), None)
         if twice is not None:
@@ -215,7 +222,7 @@ class AxisOfColumn(_Rig):
     sign: Sign = 1
 
 
-class DirectRig(_SimulatedRig):
+class DirectRig(SimulatedRig):
     """Displacement columns that each stand for the drift along one axis, without a tilt.
 
     Attributes

@@ -86,7 +86,7 @@ class Part:
 
 
 @dataclass(frozen=True)
-class Sheet:
+class MachineFacts:
     """What there is to look at.
 
     Attributes
@@ -164,7 +164,7 @@ class _Look:
         return np.asarray(self.network.capacity[0])
 
 
-def check_sheet(machine: Machine) -> Sheet:
+def check_sheet(machine: Machine) -> MachineFacts:
     """Return what a machine does at full speed and what looks wrong in it.
 
     Parameters
@@ -187,7 +187,7 @@ def check_sheet(machine: Machine) -> Sheet:
         name: (float(values[0, look.at]), "degC" if name in thermometers else "um")
         for name, values in look.shown.readings.items()
     }
-    return Sheet(
+    return MachineFacts(
         parts,
         _paths(look),
         _modes(look),

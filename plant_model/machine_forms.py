@@ -6,6 +6,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints
 
+from measurement.rig import AxisOfColumn, FivePointRig, Sign, SimulatedRig
+
 Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z][A-Za-z0-9_]*$", max_length=60)]
 SignalUnit = Literal["degC", "rpm", "mm_min", "Nm", "W", "lpm"]
 Number = Annotated[float, Field(allow_inf_nan=False)]
@@ -75,15 +77,8 @@ class AxisForm(Form):
     resolution_um: Number = Field(default=0.1, ge=0.0, le=100.0)
 
 
-class DisplacementNoise(Form):
-    """Noise of displacement sensors."""
-
-    noise_um: Number = Field(default=0.0, ge=0.0, le=100.0)
-    resolution_um: Number = Field(default=0.0, ge=0.0, le=100.0)
-
-
-class FiveForm(DisplacementNoise):
-    """A five-point rig."""
+class FiveForm(FivePointRig):
+    """A five-point rig; its sensors are variables of the plant FMU, and its signs must be said."""
 
     kind: Literal["five_point"]
     near_x: Name
@@ -91,24 +86,14 @@ class FiveForm(DisplacementNoise):
     distal_x: Name
     distal_y: Name
     axial: Name
-    spacing_mm: Number = Field(gt=0.0, le=1e4)
-    near_to_gauge_mm: Number = Field(ge=-1e4, le=1e4)
-    axial_sign: Literal[-1, 1]
-    test_bar_mm: Number = Field(default=0.0, ge=0.0, le=1e4)
+    axial_sign: Sign
 
 
-class DirectAxis(Form):
-    """A displacement along one axis."""
-
-    axis: Literal["X", "Y", "Z"]
-    sign: Literal[-1, 1] = 1
-
-
-class DirectForm(DisplacementNoise):
-    """A rig of direct displacements."""
+class DirectForm(SimulatedRig):
+    """A rig of direct displacements; unlike where a compensator is fitted, axes may come twice."""
 
     kind: Literal["direct"]
-    axes: dict[Name, DirectAxis] = Field(min_length=1)
+    axes: dict[Name, AxisOfColumn] = Field(min_length=1)
 
 
 class FileForm(Form):

@@ -33,8 +33,9 @@ def displacements(machine: Machine, pose_now: FloatArray) -> dict[str, FloatArra
     near = rig["near_to_gauge_mm"]
     lengths = np.array([near, near + rig["spacing_mm"], rig["test_bar_mm"]])
     at = drift_at(pose_now[..., None, :], lengths)
+    across = (("near_x", (0, 0)), ("near_y", (0, 1)), ("distal_x", (1, 0)), ("distal_y", (1, 1)))
+    seen = [rig.get(f"{role}_sign", 1) * at[..., i, j] for role, (i, j) in across]
     # The axial sensor's sign says how its reading gives the elongation, which is growth towards -Z.
-    seen = (at[..., 0, 0], at[..., 0, 1], at[..., 1, 0], at[..., 1, 1])
     axial = -rig["axial_sign"] * at[..., 2, 2]
     return dict(zip(displacement_names(machine), (*seen, axial), strict=True))
 

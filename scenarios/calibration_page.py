@@ -14,14 +14,11 @@ from plant_model.gap.regimes import gap_of
 from plant_model.gap.report import GapComparison
 from plant_model.machine import Machine
 from scenarios.channel_charts import measured_against_model
-from scenarios.parameter_rows import parameter_rows
+from scenarios.parameter_rows import DETERMINED, parameter_rows
 from scenarios.report import chart_html, write_page
 
 MOST_RUNS = 4
 """Runs that are drawn; of more, those that the model leaves most of."""
-
-DETERMINED = 0.5
-"""Prior contraction from which the runs are said to determine a parameter [1]."""
 
 
 def page_beside(machine_file: Path) -> Path:

@@ -35,7 +35,7 @@ import pandas as pd
 from tqdm import tqdm
 
 from measurement.errors import BadInput
-from scenarios.faults import Fault, FaultLine
+from scenarios.faults import FaultLine, SensorFault
 from scenarios.fmu import Port, Slave, interruptible
 from scenarios.fmu_file import FmuFile
 from scenarios.loop_in_c import Compensated, LoopInC, library
@@ -199,7 +199,7 @@ class _Loop:
         self.flags = Port(compensator, compensator.names("output", "Boolean"), "Boolean")
         self.has_text = STATUS_TEXT in compensator.names("output", "String")
 
-    def _known_faults(self) -> Iterable[Fault]:
+    def _known_faults(self) -> Iterable[SensorFault]:
         for i, fault in enumerate(self.case.settings.faults):
             if fault.sensor not in self.seen_in.names:
                 known = ", ".join(self.seen_in.names)

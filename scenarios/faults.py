@@ -16,7 +16,7 @@ Kind = Literal["missing", "frozen", "offset", "spike", "drift", "stuck-at"]
 NEEDS_VALUE = ("offset", "spike", "drift", "stuck-at")
 
 
-class Fault(BaseModel):
+class SensorFault(BaseModel):
     """One fault of one sensor, in force from *start_s* until just before *end_s*.
 
     Attributes
@@ -45,7 +45,7 @@ class Fault(BaseModel):
     every_s: Duration | None = None
 
     @model_validator(mode="after")
-    def _fits(self) -> Fault:
+    def _fits(self) -> SensorFault:
         if self.end_s is not None and self.end_s <= self.start_s:
             raise ValueError(f"end_s, {self.end_s:g}, must be after start_s, {self.start_s:g}")
         if (self.value is None) == (self.kind in NEEDS_VALUE):
@@ -60,7 +60,7 @@ NOTHING, ADD, REPLACE, HOLD = range(4)
 """What a fault does to a reading at one time; HOLD keeps the first that it found."""
 
 
-def act(fault: Fault, time_s: float, step_s: float) -> tuple[int, float]:
+def act(fault: SensorFault, time_s: float, step_s: float) -> tuple[int, float]:
     """Return what a fault does at *time_s* with a step of *step_s* [s], and with which number."""
     end_s = math.inf if fault.end_s is None else fault.end_s
     if not fault.start_s <= time_s < end_s:
@@ -87,13 +87,13 @@ class FaultLine:
 
     Parameters
     ----------
-    faults : iterable of Fault
+    faults : iterable of SensorFault
         In the order in which they act on a sensor that several of them name.
     names : sequence of str
         The compensator's inputs, in the order of the values.
     """
 
-    def __init__(self, faults: Iterable[Fault], names: Sequence[str]) -> None:
+    def __init__(self, faults: Iterable[SensorFault], names: Sequence[str]) -> None:
         self._faults = [(names.index(fault.sensor), fault) for fault in faults]
         self._held: dict[int, float] = {}
 

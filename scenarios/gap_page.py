@@ -23,7 +23,7 @@ from scenarios.parameter_rows import parameter_rows
 from scenarios.report import chart_html, write_page
 
 PAGE = "report.html"
-HELD_OUT = "The run that was never used."
+HELD_OUT = "The held-out run."
 
 
 def write_gap_page(
@@ -39,7 +39,7 @@ def write_gap_page(
         for before, after in zip(unseen.before, unseen.after, strict=True)
         for chart in _charts(found, before, after)
     ]
-    names = {"calibration": "runs used", "holdout": "run never used"}
+    names = {"calibration": "runs used", "holdout": "held-out run"}
     page = write_page(
         "gap.html",
         folder / PAGE,

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from plant_model.checks import Sheet, check_sheet
+from plant_model.checks import MachineFacts, check_sheet
 from plant_model.convergence import Fineness, convergence
 from plant_model.drawing.expand import is_page
 from plant_model.drawing.fits import odd_fits
@@ -29,7 +29,7 @@ class Shown:
     Attributes
     ----------
     machine : Machine
-    sheet : Sheet
+    sheet : MachineFacts
     wrong : tuple of str
         A sentence for each thing that looks wrong.
     cells : tuple of Fineness
@@ -37,7 +37,7 @@ class Shown:
     """
 
     machine: Machine
-    sheet: Sheet
+    sheet: MachineFacts
     wrong: tuple[str, ...]
     cells: tuple[Fineness, ...]
 

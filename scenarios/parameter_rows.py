@@ -8,6 +8,9 @@ from typing import Any
 from plant_model.gap.calibrate import ParameterEstimate
 from plant_model.machine import Machine
 
+DETERMINED = 0.5
+"""Prior contraction from which the runs are said to determine a parameter [1]."""
+
 
 def parameter_rows(
     machine: Machine, parameters: Sequence[ParameterEstimate]
@@ -33,6 +36,7 @@ def parameter_rows(
             "range": (ranges[one.name].low, ranges[one.name].high),
             "contraction": one.prior_contraction,
             "at_bound": one.at_bound,
+            "is_told": one.prior_contraction >= DETERMINED or one.at_bound,
         }
         for one in sorted(parameters, key=lambda one: -one.prior_contraction)
     ]

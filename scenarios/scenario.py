@@ -17,7 +17,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from measurement.errors import BadInput, checked, shown
-from scenarios.faults import Fault
+from scenarios.faults import SensorFault
 from scenarios.signals import build
 from scenarios.signals.base import Duration, Setting, Signal, Value
 
@@ -57,7 +57,7 @@ class Probe(_Form):
     when_um: Annotated[float, Field(ge=0.01, le=1e5)] | None = None
 
 
-class Compensator(_Form):
+class CompensatorSection(_Form):
     """The compensator: an FMU or a compensator file (``.json``), and what it is told.
 
     *tool_length_mm* is a length that the compensator is told in place of the real one: so a control
@@ -97,9 +97,9 @@ class Settings(_Form):
     record_s: Annotated[float, Field(ge=1e-3, le=1e6)] = 10.0
     seed: Annotated[int, Field(ge=0, le=2**31 - 1)] = 1
     plant: Plant = Plant()
-    compensator: Compensator = Compensator()
+    compensator: CompensatorSection = CompensatorSection()
     signals: dict[SignalName, Any] = Field(default_factory=dict, max_length=200)
-    faults: list[Fault] = Field(default_factory=list, max_length=100)
+    faults: list[SensorFault] = Field(default_factory=list, max_length=100)
     variants: list[Variant] = Field(default_factory=list, max_length=50)
     replay: Replay | None = None
 

@@ -31,7 +31,7 @@ TOLERANCE = {"degC": 0.1, "um": 1.0}
 DRIVEN = {"T5_degC", "T9_degC"}
 
 
-class Calibration:
+class GaussNewton:
     """Gauss-Newton in the logarithms of the parameters, which stay within their ranges."""
 
     def __init__(self, machine: Machine, frames: list[pd.DataFrame]) -> None:
@@ -90,7 +90,7 @@ def gap(case: Case) -> tuple[float, float, dict[str, float]]:
     """Return the residual's RMS over tolerance: calibration, held-out, and by channel."""
     runs, _ = simulate_case(case)
     frames = [run.frame for run in runs]
-    calibration = Calibration(read_machine("jig_borer"), frames[:4])
+    calibration = GaussNewton(read_machine("jig_borer"), frames[:4])
     logs = calibration.fit()[None, :]
     both = [
         float(np.sqrt(np.mean(calibration.residual(logs, some) ** 2)))

@@ -14,7 +14,7 @@ from benchmarks.gateway_faults.classes import FAULTS, MASQUERADE
 from benchmarks.gateway_faults.harness import Episode, Outcome, Wire
 from benchmarks.gateway_faults.states import RESTARTS
 from scenarios.gateway.database import read_database
-from scenarios.gateway.node import Settings
+from scenarios.gateway.node import GatewaySettings
 
 ON_THE_MACHINES_CLOCK = ("gateway stopped, then goes on", "machine's clock stands, step 0")
 HEAD = f"{'':52}{'episodes':>9}{'noticed':>9}{'answers':>9}{'unsafe':>8}{'valid again':>13}"
@@ -24,9 +24,9 @@ Play = Callable[[Wire, np.random.Generator], Outcome]
 def plays() -> Iterator[tuple[str, Play]]:
     """Yield every class of faults: its name, and what plays an episode of it."""
     for name, fault in FAULTS.items():
-        yield name, lambda wire, rng, fault=fault: _play(wire, rng, fault, Settings())
+        yield name, lambda wire, rng, fault=fault: _play(wire, rng, fault, GatewaySettings())
     for name in ON_THE_MACHINES_CLOCK:
-        settings, fault = Settings(machine_clock=True), FAULTS[name]
+        settings, fault = GatewaySettings(machine_clock=True), FAULTS[name]
         yield (
             f"{name} (--clock machine)",
             lambda wire, rng, fault=fault, settings=settings: _play(wire, rng, fault, settings),
@@ -39,7 +39,10 @@ def plays() -> Iterator[tuple[str, Play]]:
 
 
 def _play(
-    wire: Wire, rng: np.random.Generator, fault: Callable[[Episode], None], settings: Settings
+    wire: Wire,
+    rng: np.random.Generator,
+    fault: Callable[[Episode], None],
+    settings: GatewaySettings,
 ) -> Outcome:
     episode = Episode(wire, rng, settings)
     episode.settle()
@@ -78,7 +81,7 @@ def main() -> int:
         print("\nNot among them: what only authentication could tell from the truth")
         for number, (name, fault) in enumerate(MASQUERADE.items()):
             rng = np.random.default_rng([args.seed, 1000 + number])
-            outcomes = [_play(wire, rng, fault, Settings()) for _ in range(args.episodes)]
+            outcomes = [_play(wire, rng, fault, GatewaySettings()) for _ in range(args.episodes)]
             print(row(name, outcomes), flush=True)
     where = f"{args.interface} {args.channel}" if args.interface else "no bus"
     print(f"\nseed {args.seed}, {where}, {time.monotonic() - begun:.0f} s")

@@ -14,7 +14,7 @@ import numpy as np
 from scenarios.gateway.codec import Sender, Value, decode
 from scenarios.gateway.database import COMPENSATOR, MACHINE, Database
 from scenarios.gateway.link import Link
-from scenarios.gateway.node import GatewayNode, Settings
+from scenarios.gateway.node import GatewayNode, GatewaySettings
 from scenarios.gateway.unit import Saved
 
 CYCLE_S = 0.1
@@ -137,7 +137,7 @@ class Episode:
         Between them.
     rng : Generator
         Makes readings and faults.
-    settings : Settings, optional
+    settings : GatewaySettings, optional
         How the gateway runs.
     warm : Saved, optional
         The state that the gateway takes up.
@@ -149,13 +149,13 @@ class Episode:
         self,
         wire: Wire,
         rng: np.random.Generator,
-        settings: Settings | None = None,
+        settings: GatewaySettings | None = None,
         warm: Saved | None = None,
         *,
         cold: bool = True,
     ) -> None:
         self.wire, self.rng, self.database = wire, rng, wire.database
-        self.settings, self.cold = settings or Settings(), cold
+        self.settings, self.cold = settings or GatewaySettings(), cold
         self.reference_known = cold or warm is not None
         self.now = 1000.0
         self.glass = Glass(self.database)

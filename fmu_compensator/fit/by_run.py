@@ -68,7 +68,7 @@ class Solution:
         return float(np.mean(np.log(np.maximum(self.left_out_rms, 1e-12))))
 
 
-class Problem:
+class NormalEquations:
     """The normal equations of every run, for one set of features and one noise model.
 
     Parameters

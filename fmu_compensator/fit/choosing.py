@@ -25,7 +25,7 @@ MOSTLY_HARD = 0.5
 
 
 @dataclass(frozen=True)
-class Candidate:
+class JudgedModel:
     """One error model as it was judged.
 
     Attributes
@@ -56,14 +56,14 @@ class Decision:
 
     Attributes
     ----------
-    chosen : Candidate
+    chosen : JudgedModel
         The simplest within one standard error of the best.
-    candidates : list of Candidate
+    candidates : list of JudgedModel
         All of them.
     """
 
-    chosen: Candidate
-    candidates: list[Candidate]
+    chosen: JudgedModel
+    candidates: list[JudgedModel]
 
     def table(self) -> list[dict[str, Any]]:
         """Return the judgement for the provenance: one row per candidate."""
@@ -130,10 +130,10 @@ def choose_model(
     kinds = list(candidates or CANDIDATES)
     first = prepare_form(recipe_of(FALLBACK).input_form)
     if len(first.runs) < FEWEST_RUNS:
-        only = Candidate(recipe_of(FALLBACK), [], {})
+        only = JudgedModel(recipe_of(FALLBACK), [], {})
         return Decision(only, [only])
     folds = folds_of(first.runs)
-    found: list[Candidate] = []
+    found: list[JudgedModel] = []
     for place, kind in enumerate(kinds):
         recipe = recipe_of(kind)
 
@@ -144,9 +144,9 @@ def choose_model(
             prepared = prepare_form(recipe.input_form)
             records = predict_unseen(recipe, prepared, tell, folds, pool)
         except BadInput as refusal:
-            found.append(Candidate(recipe, [], {}, str(refusal)))
+            found.append(JudgedModel(recipe, [], {}, str(refusal)))
             continue
-        found.append(Candidate(recipe, records, fold_ratios(records, leash_of(records))))
+        found.append(JudgedModel(recipe, records, fold_ratios(records, leash_of(records))))
     judged = [one for one in found if one.ratios]
     if not judged:
         raise BadInput("fit", "model", f"no error model can be fitted: {found[0].refusal}")
@@ -163,7 +163,7 @@ def choose_model(
     return Decision(chosen, found)
 
 
-def simplest_of_the_best(judged: Sequence[Candidate]) -> Candidate:
+def simplest_of_the_best(judged: Sequence[JudgedModel]) -> JudgedModel:
     """Return the first candidate that is within one standard error of the best.
 
     The standard error is that of the mean difference by fold: folds are hard or easy for all.

@@ -11,7 +11,7 @@ from fmu_compensator.fit.training import Array
 
 
 @dataclass(frozen=True)
-class Settings:
+class GeneticSettings:
     """How a population evolves.
 
     Attributes
@@ -33,7 +33,7 @@ def evolve(
     fitness: Callable[[Array], Array],
     low: float,
     high: float,
-    settings: Settings,
+    settings: GeneticSettings,
     random: np.random.Generator,
 ) -> tuple[Array, list[float]]:
     """Return the best individual and the best fitness of every generation.
@@ -46,7 +46,7 @@ def evolve(
         From a generation (population, genes) to the fitness of each, above 0.
     low, high : float
         Genes stay within.
-    settings : Settings
+    settings : GeneticSettings
         How a population evolves.
     random : Generator
         The source of chance.

@@ -12,7 +12,7 @@ MOST_LAYERS, MOST_NODES = 6, 500
 Layer = tuple[list[list[float]], list[float]]
 
 
-class Network:
+class NeuralNetwork:
     """From inputs to outputs, through a scaling at either end.
 
     Parameters
@@ -38,7 +38,7 @@ class Network:
         self._output = list(zip(output_middle, output_half, strict=True))
 
     @classmethod
-    def from_fields(cls, fields: Fields, inputs: int, outputs: int) -> Network:
+    def from_fields(cls, fields: Fields, inputs: int, outputs: int) -> NeuralNetwork:
         """Return the network that the file's numbers describe."""
         layers: list[Layer] = []
         width = inputs

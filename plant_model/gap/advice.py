@@ -95,8 +95,8 @@ def worse_than_none(machine: Machine, left: Sequence[RunResiduals]) -> list[Advi
         if model > none:
             unit = "um" if name in lengths else "K"
             text = (
-                f"{name}: the model leaves {model:.2g} {unit}, and {none:.2g} {unit} would be left "
-                "if it stayed at its first reading: worse than no model"
+                f"{name}: the model leaves {model:.2g} {unit}, holding the first reading leaves "
+                f"{none:.2g} {unit}: worse than no model"
             )
             found.append((model / max(none, 1e-12), Advice("worse_than_no_model", (name,), text)))
     return [one for _, one in sorted(found, key=lambda pair: -pair[0])][:MOST]
@@ -123,8 +123,8 @@ def disagreeing(machine: Machine, observed: Sequence[Observations]) -> list[Advi
             spread = float(np.std(known))
             if spread > max(APART * float(np.hypot(noise[i], noise[j])), LEAST_APART_K):
                 text = (
-                    f"{node.name}: {pair[0]} and {pair[1]} sit on this one lump and differ by "
-                    f"{spread:.2g} K beside a constant: it has two temperatures"
+                    f"{node.name}: {pair[0]} and {pair[1]} sit on this one lump but differ by "
+                    f"{spread:.2g} K beyond a constant: it has two temperatures"
                 )
                 found.append((spread, Advice("sensors_disagree", pair, text)))
     return [one for _, one in sorted(found, key=lambda entry: -entry[0])][:MOST]
@@ -136,11 +136,11 @@ def _tight(parameters: Sequence[ParameterEstimate]) -> list[Advice]:
     for one in parameters:
         if not one.at_bound:
             continue
-        end = "low" if one.value < one.prior else "high"
+        end = "lower" if one.value < one.prior else "upper"
         unit = "" if one.unit == "1" else f" {one.unit}"
         text = (
-            f"{one.name}: ends at the {end} end of its range, {one.value:.3g}{unit}: the "
-            "range is too tight, or something that acts like it is missing"
+            f"{one.name}: ends at its {end} bound, {one.value:.3g}{unit}: the range is too tight, "
+            "or something with a similar effect is missing"
         )
         found.append(Advice("range_too_tight", (one.name,), text))
     return found
@@ -170,8 +170,8 @@ def _balances(machine: Machine, observed: Sequence[Observations]) -> list[Advice
                 worst = max(worst, off)
         if words:
             text = (
-                f"{entry.name}: by its thermometer it gets other heat than the model gives it: "
-                f"{' and '.join(words)} ({worst:.1f} K in the end)"
+                f"{entry.name}: its thermometer shows heat that the model lacks: "
+                f"{' and '.join(words)} ({worst:.1f} K at steady state)"
             )
             found.append((worst, Advice("heat_balance", (entry.name,), text)))
     return [one for _, one in sorted(found, key=lambda pair: -pair[0])][:MOST]

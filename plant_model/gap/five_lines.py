@@ -26,7 +26,7 @@ KINDS = {
 def five_lines(table: dict[str, Any]) -> list[str]:
     """Return what a machine engineer wants to know, in five lines."""
     where = table["where"]
-    worst = "nowhere by more than the tolerance"
+    worst = "residuals are within tolerance"
     if where:
         worst = "; ".join(
             f"{p['channel']} {p['regime']} ({p['run']}, {p['rms']:.2g} {p['unit']})"
@@ -55,7 +55,7 @@ def five_lines(table: dict[str, Any]) -> list[str]:
             + f" {_left(table).capitalize()}."
         )
     else:
-        lines.append("What is missing: nothing; what is left is within the tolerance.")
+        lines.append("What is missing: nothing; residuals are within tolerance.")
     if len(table["one_of_keys"]) > 1:
         others = ", ".join(table["one_of_keys"][1:])
         run = " (next_run.toml)" if table["next_run"] else ""
@@ -66,7 +66,7 @@ def five_lines(table: dict[str, Any]) -> list[str]:
             f" ({one['probability']:.0%})"
             for one in table["runners_up"][:2]
         )
-        lines.append(f"Rivals: none that the data leaves open; next were {rivals or 'none'}.")
+        lines.append(f"Rivals: none; next best: {rivals or 'none'}.")
     added = "; ".join(
         f"{entry['name']}: "
         + ", ".join(
@@ -80,9 +80,9 @@ def five_lines(table: dict[str, Any]) -> list[str]:
     both = table.get("cosimulation")
     fmu = f" The plant FMU: {both['before']:.2f}, then {both['after']:.2f}." if both else ""
     if both and not both["agrees"]:
-        fmu += " It is further from the simulation in one process than it may be: see the report."
+        fmu += " It differs from the simulation by more than allowed: see the report."
     lines.append(
-        f"Gap on the run never used: {gap['before']:.2f} before, {gap['after']:.2f} after, in "
+        f"Gap on the held-out run: {gap['before']:.2f} before, {gap['after']:.2f} after, in "
         f"units of sensor noise; a regression on the inputs leaves {gap['reference']:.2f}, noise "
         f"alone {gap['floor']:.2f}.{_taken_back(table)}{fmu}"
     )

@@ -37,8 +37,9 @@ def run(args: argparse.Namespace) -> int:
     from plant_model.gap.standing import calibrated
     from plant_model.machine_file import read_machine
     from plant_model.machine_writer import write_machine
-    from scenarios.calibration_page import DETERMINED, page_beside, write_calibration_page
+    from scenarios.calibration_page import page_beside, write_calibration_page
     from scenarios.gap_runner import begun_warm, not_compared, usable_runs
+    from scenarios.parameter_rows import DETERMINED
     from scenarios.progress import CALIBRATE, spoken
     from scenarios.version import PROGRAM, version
 
@@ -96,12 +97,12 @@ def run(args: argparse.Namespace) -> int:
     told = [entry for entry in found.parameters if entry.prior_contraction >= DETERMINED]
     print(f"\nThe runs determine {len(told)} of {len(found.parameters)} free parameters:")
     for entry in sorted(told, key=lambda entry: -entry.prior_contraction):
-        bound = "  at the end of its range" if entry.at_bound else ""
+        bound = "  at bounds" if entry.at_bound else ""
         print(
             f"  {entry.name:<52}{entry.prior:>10.4g} -> {entry.value:.4g} "
             f"({entry.low:.4g} to {entry.high:.4g}) {entry.unit}{bound}"
         )
-    print("the others stay near what the machine file says")
+    print("the others stay near the machine file's values")
     if told_by_it:
         print("\nWhat the machine file may lack ('spindle-drift find-gap' tries it):")
         print(*(f"  {one.text}" for one in told_by_it), sep="\n")

@@ -172,7 +172,7 @@ def _serve(
 ) -> dict[str, Any]:
     from scenarios.gateway.database import MACHINE
     from scenarios.gateway.mapcheck import node_dictionary
-    from scenarios.gateway.node import Settings
+    from scenarios.gateway.node import GatewaySettings
     from scenarios.gateway.opcua import hall_status
     from scenarios.gateway.options import new_link, stop_flag, teller
     from scenarios.gateway.reference import Proof
@@ -208,7 +208,7 @@ def _serve(
                 say,
             )
             stack.callback(node.close)
-        settings = Settings(
+        settings = GatewaySettings(
             args.clock == "machine",
             args.speed_up,
             args.startup_timeout,

@@ -40,7 +40,7 @@ STARTING, READY, RUNNING, FAULT = "starting", "ready", "running", "fault"
 
 
 @dataclass(frozen=True)
-class Settings:
+class GatewaySettings:
     """How the gateway runs.
 
     Attributes
@@ -77,7 +77,7 @@ class GatewayNode:
         The compensator, started.
     send : callable
         Takes the messages of an answer.
-    settings : Settings
+    settings : GatewaySettings
         How it runs.
     now : float
         The time of this computer's monotonic clock [s]; every later time is of the same clock.
@@ -107,7 +107,7 @@ class GatewayNode:
         database: Database,
         unit: Unit,
         send: Callable[[Iterable[can.Message]], object],
-        settings: Settings,
+        settings: GatewaySettings,
         now: float,
         warm: Saved | None = None,
         say: Callable[[str], None] = lambda line: None,

@@ -15,7 +15,7 @@ from scenarios.gateway.background import Background
 from scenarios.gateway.codec import Value
 from scenarios.gateway.database import COMPENSATOR, MACHINE, Database
 from scenarios.gateway.link import Link
-from scenarios.gateway.node import GatewayNode, Settings
+from scenarios.gateway.node import GatewayNode, GatewaySettings
 from scenarios.gateway.opcua import HallStatus
 from scenarios.gateway.unit import CompensatorUnit, StateFile, check_units
 
@@ -44,7 +44,7 @@ class Service:
         The same, loaded.
     link : Link
         The bus, open.
-    settings : Settings
+    settings : GatewaySettings
         How the gateway runs.
     state_file : Path or None
         Where the compensator's state is kept.
@@ -68,7 +68,7 @@ class Service:
     fmu: Path
     unit: CompensatorUnit
     link: Link
-    settings: Settings
+    settings: GatewaySettings
     state_file: Path | None = None
     save_every_s: float = 10.0
     until_off: bool = False

@@ -9,7 +9,7 @@ import can
 from scenarios.gateway.codec import Sender, Value, name_of
 from scenarios.gateway.database import COMPENSATOR, MACHINE, Database
 from scenarios.gateway.e2e import protected
-from scenarios.gateway.node import GatewayNode, Settings
+from scenarios.gateway.node import GatewayNode, GatewaySettings
 from scenarios.gateway.unit import CompensatorUnit, Saved
 
 WARM = {"T1": 24.0, "T4": 26.0}
@@ -29,7 +29,7 @@ class Bench:
         self,
         database: Database,
         unit: CompensatorUnit,
-        settings: Settings | None = None,
+        settings: GatewaySettings | None = None,
         warm: Saved | None = None,
     ) -> None:
         self.database, self.unit, self.now = database, unit, 1000.0
@@ -39,7 +39,7 @@ class Bench:
         self.time_s = 0.0
         self.step_s = 0.1
         unit.start(warm)
-        self.settings = settings or Settings()
+        self.settings = settings or GatewaySettings()
         self.node = GatewayNode(
             *(database, unit, self._take, self.settings, self.now, warm, self.said.append),
             lambda: self.now,

@@ -18,7 +18,7 @@ from scenarios.gateway.codec import Sender, Value
 from scenarios.gateway.database import COMPENSATOR, DBC, MACHINE, Database
 from scenarios.gateway.framelog import FrameLog
 from scenarios.gateway.link import Link
-from scenarios.gateway.node import Settings
+from scenarios.gateway.node import GatewaySettings
 from scenarios.gateway.serving import Service
 from scenarios.gateway.unit import CompensatorUnit
 from tests.gateway.conftest import Wire
@@ -141,7 +141,7 @@ def gateway_thread(
     wire: Wire,
     database: Database,
     fmu: Path,
-    settings: Settings,
+    settings: GatewaySettings,
     *,
     log: Path | None = None,
     said: list[str] | None = None,

@@ -15,7 +15,7 @@ import pytest
 
 from measurement.errors import BadInput
 from scenarios.gateway.mapcheck import node_dictionary, node_eds, node_mapping, problems_of
-from scenarios.gateway.node import Settings
+from scenarios.gateway.node import GatewaySettings
 from scenarios.gateway.serving import Service
 from tests.gateway.bus import gateway_thread
 from tests.gateway.conftest import Wire
@@ -94,7 +94,9 @@ def pair(wire: Wire, fmu: Path) -> Iterator[tuple[Master, Service]]:
         bus = {"interface": wire.interface, "channel": wire.channel, **wire.options}
         node = CanOpenNode(NODE, node_dictionary(NODE, fmu), mapping.database, bus)
         stack.callback(node.close)
-        service = stack.enter_context(gateway_thread(wire, mapping.database, fmu, Settings()))
+        service = stack.enter_context(
+            gateway_thread(wire, mapping.database, fmu, GatewaySettings())
+        )
         service.canopen = node
         assert service.node is not None or _comes(lambda: service.node is not None)
         assert service.node is not None

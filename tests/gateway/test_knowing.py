@@ -10,7 +10,7 @@ import pytest
 
 from scenarios.gateway.codec import Sender, high_raw
 from scenarios.gateway.database import COMPENSATOR, MACHINE, Database
-from scenarios.gateway.node import Settings
+from scenarios.gateway.node import GatewaySettings
 from scenarios.gateway.reference import Proof, Reference
 from scenarios.gateway.supervision import Reception
 from scenarios.gateway.timebase import DRIFT, QUARANTINE_S, Timebase
@@ -18,7 +18,7 @@ from scenarios.gateway.unit import CompensatorUnit, Saved
 from tests.gateway.bench import WARM, Bench
 
 NOT_COLD = {"thermal_state": "warm"}
-TOGETHER = Settings(proof=Proof(ambient="T5", band_k=1.0, time_s=60.0))
+TOGETHER = GatewaySettings(proof=Proof(ambient="T5", band_k=1.0, time_s=60.0))
 
 # The reference
 
@@ -119,7 +119,7 @@ def test_a_state_that_is_old_in_the_machines_time_is_no_proof(
     """A simulation at many times real time is hours ahead after a short while."""
     bench.settle(WARM)
     saved = Saved(bench.unit.time_s, bench.time_s, 1.5, bench.unit.slave.saved())
-    again = Bench(database, new_unit(), Settings(machine_clock=True), warm=saved)
+    again = Bench(database, new_unit(), GatewaySettings(machine_clock=True), warm=saved)
     again.time_s = round(bench.time_s + gap_s, 1)
     for _ in range(200):
         again.cycle(WARM | NOT_COLD)
@@ -255,7 +255,7 @@ def test_a_gateway_without_the_machines_speed_up_is_not_valid(bench: Bench) -> N
 def test_a_time_that_stands_is_a_fault(
     database: Database, unit: CompensatorUnit, machine_clock: bool
 ) -> None:
-    bench = Bench(database, unit, Settings(machine_clock=machine_clock))
+    bench = Bench(database, unit, GatewaySettings(machine_clock=machine_clock))
     bench.settle(WARM)
     stands = {**WARM, "machine_time": bench.time_s, "machine_step": 0.0}
     bench.cycle(stands)
@@ -268,7 +268,7 @@ def test_a_time_that_stands_is_a_fault(
 def test_the_wrap_of_the_machines_time_is_no_fault(
     database: Database, unit: CompensatorUnit, machine_clock: bool
 ) -> None:
-    bench = Bench(database, unit, Settings(machine_clock=machine_clock))
+    bench = Bench(database, unit, GatewaySettings(machine_clock=machine_clock))
     signal = database.signal("machine_time")
     wrap_s = (high_raw(signal) + 1) * signal.scale
     bench.time_s = wrap_s - 7.0
@@ -292,7 +292,7 @@ def test_a_cycle_that_waited_to_be_read_is_not_valid(
     database: Database, unit: CompensatorUnit, machine_clock: bool
 ) -> None:
     """As after a SIGSTOP: frames in the kernel's queue are intact, in sequence, and old."""
-    bench = Bench(database, unit, Settings(machine_clock=machine_clock))
+    bench = Bench(database, unit, GatewaySettings(machine_clock=machine_clock))
     bench.settle(WARM)
     queue = [(bench.now + 0.1 * k, bench.frames(WARM)) for k in range(1, 51)]
     bench.now += 5.1

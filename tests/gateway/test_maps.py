@@ -23,7 +23,7 @@ from scenarios.gateway.database import COMPENSATOR, MACHINE, Database, key_of
 from scenarios.gateway.mapcheck import problems_of
 from scenarios.gateway.mapfile import MAPS, map_path
 from scenarios.gateway.mapping import read_mapping
-from scenarios.gateway.node import Settings
+from scenarios.gateway.node import GatewaySettings
 from scenarios.gateway.reference import Proof
 from scenarios.gateway.sampling import Sampling
 from scenarios.gateway.unit import CompensatorUnit
@@ -31,7 +31,7 @@ from tests.gateway.bench import WARM, Bench
 from tests.gateway.bus import Program, gateway_thread, programs
 from tests.gateway.conftest import Wire
 
-COLD = Settings(proof=Proof(said=True))
+COLD = GatewaySettings(proof=Proof(said=True))
 BUILDER = MAPS / "machine_builder.toml"
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from scenarios.gateway.codec import raw_of
 from scenarios.gateway.database import MACHINE, Database
-from scenarios.gateway.node import Settings
+from scenarios.gateway.node import GatewaySettings
 from scenarios.gateway.unit import CompensatorUnit, Saved
 from tests.gateway.bench import WARM, Bench, with_bytes
 from tests.gateway.conftest import HOLD_S, RECOVER_S, SLEW_UM_PER_S
@@ -154,7 +154,7 @@ def test_a_late_cycle_holds(bench: Bench) -> None:
 
 
 def test_the_timeout_can_be_set(database: Database, unit: CompensatorUnit) -> None:
-    bench = Bench(database, unit, Settings(timeout_s=2.0))
+    bench = Bench(database, unit, GatewaySettings(timeout_s=2.0))
     bench.settle(WARM)
     bench.give(bench.frames(WARM), after_s=1.9)
     assert bench.last["valid"] == "valid"
@@ -262,7 +262,7 @@ def test_the_tool_frames_give_the_offset_at_other_tool_lengths(
 def test_the_machine_clock_steps_by_the_machines_time(
     database: Database, unit: CompensatorUnit
 ) -> None:
-    bench = Bench(database, unit, Settings(machine_clock=True))
+    bench = Bench(database, unit, GatewaySettings(machine_clock=True))
     bench.step_s = 2.5
     for _ in range(3):
         bench.give(bench.frames(state="starting"))
@@ -278,7 +278,7 @@ def test_the_machine_clock_steps_by_the_machines_time(
 def test_the_own_clock_steps_by_the_time_gone_by(
     database: Database, unit: CompensatorUnit, speed_up: float
 ) -> None:
-    bench = Bench(database, unit, Settings(speed_up=speed_up))
+    bench = Bench(database, unit, GatewaySettings(speed_up=speed_up))
     bench.give(bench.frames(state="starting"))
     bench.give(bench.frames(state="starting"))
     bench.cycle()

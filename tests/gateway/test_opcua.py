@@ -17,7 +17,7 @@ import pytest
 
 from measurement.errors import BadInput
 from scenarios.gateway.database import Database
-from scenarios.gateway.node import Settings
+from scenarios.gateway.node import GatewaySettings
 from scenarios.gateway.opcua import (
     Security,
     checked_url,
@@ -36,7 +36,7 @@ from asyncua.crypto.security_policies import SecurityPolicyBasic256Sha256  # noq
 from asyncua.ua.uaerrors import UaError  # noqa: E402
 from cryptography.x509.oid import ExtendedKeyUsageOID  # noqa: E402
 
-CLOCK = Settings(machine_clock=True, timeout_s=2.0)
+CLOCK = GatewaySettings(machine_clock=True, timeout_s=2.0)
 MILD = {"T1": 20.4, "T4": 20.4}
 NAMESPACE = "https://spindle-drift.invalid/gateway"
 T = TypeVar("T")

@@ -17,7 +17,7 @@ from scenarios.gateway.answering import half_widths
 from scenarios.gateway.database import COMPENSATOR, MACHINE, Database
 from scenarios.gateway.mapfile import map_path
 from scenarios.gateway.mapping import read_mapping
-from scenarios.gateway.node import Settings
+from scenarios.gateway.node import GatewaySettings
 from scenarios.gateway.probes import COUNTED, MOST_TRIES, ProbeSender
 from scenarios.gateway.unit import CompensatorUnit
 from scenarios.scenario import read_scenario
@@ -97,7 +97,7 @@ def test_a_probe_reaches_the_compensator(probed: Bench, fmu_folder: Path) -> Non
 def test_the_uncertainty_grows_back_on_the_wire(database: Database, fmu_folder: Path) -> None:
     """Four hours after a probe nearly all of it is there again."""
     with contextlib.closing(CompensatorUnit(fmu_folder / "compensator.fmu")) as unit:
-        bench = Bench(database, unit, Settings(speed_up=60.0))
+        bench = Bench(database, unit, GatewaySettings(speed_up=60.0))
         for _ in range(3):
             bench.give(bench.frames(state="starting"))
         for _ in range(20):

@@ -16,7 +16,7 @@ from scenarios.gateway.codec import Sender, Value
 from scenarios.gateway.database import COMPENSATOR, MACHINE, Database
 from scenarios.gateway.link import Link
 from scenarios.gateway.machine import Ear
-from scenarios.gateway.node import Settings
+from scenarios.gateway.node import GatewaySettings
 from scenarios.gateway.page import session_lines, session_messages
 from scenarios.gateway.supervision import Cycle
 from tests.gateway.bench import WARM
@@ -24,7 +24,7 @@ from tests.gateway.bus import Control, gateway_thread
 from tests.gateway.conftest import SLEW_UM_PER_S, Wire
 
 pytestmark = pytest.mark.vcan
-CLOCK = Settings(machine_clock=True)
+CLOCK = GatewaySettings(machine_clock=True)
 FLOOD_S = 30.0
 
 
@@ -86,7 +86,7 @@ def test_a_flood_at_full_speed(vcan: Wire, database: Database, quick_fmu: Path) 
     packets = Path("/sys/class/net/vcan0/statistics/rx_packets")
     before = int(packets.read_text())
     link = Link(vcan.interface, vcan.channel, [f.frame_id for f in database.of(COMPENSATOR)])
-    patient = Settings(machine_clock=True, timeout_s=2.0)  # a busy computer is no fault
+    patient = GatewaySettings(machine_clock=True, timeout_s=2.0)  # a busy computer is no fault
     with gateway_thread(vcan, database, quick_fmu, patient), contextlib.closing(link):
         link.open()
         control = Guarded(database, link)

@@ -18,7 +18,7 @@ from scenarios.gateway.codec import Sender, Value
 from scenarios.gateway.database import COMPENSATOR, DBC, MACHINE, PROTECTION, Database
 from scenarios.gateway.link import Link
 from scenarios.gateway.machine import Pace
-from scenarios.gateway.node import Settings
+from scenarios.gateway.node import GatewaySettings
 from scenarios.gateway.plant import MachinePlant
 from scenarios.gateway.simulating import Simulation
 from scenarios.scenario import read_scenario
@@ -38,7 +38,7 @@ from tests.gateway.faults import (
 STEP_S = 1.0
 MILD = {"T1": 20.4, "T4": 20.4}
 """A change that no sensor check takes for a jump."""
-CLOCK = Settings(machine_clock=True, timeout_s=2.0)  # a busy computer is no fault
+CLOCK = GatewaySettings(machine_clock=True, timeout_s=2.0)  # a busy computer is no fault
 FAULTS = {
     "bad_crc": corrupted(1),
     "missing": dropped(0),
@@ -95,7 +95,7 @@ def test_a_late_machine_is_noticed_while_it_is_late(
     wire: Wire, database: Database, quick_fmu: Path
 ) -> None:
     with (
-        gateway_thread(wire, database, quick_fmu, Settings()),
+        gateway_thread(wire, database, quick_fmu, GatewaySettings()),
         contextlib.closing(Control(wire, database, 0.1)) as control,
     ):
         begun = time.monotonic()
@@ -199,7 +199,7 @@ def test_the_loop_over_can_is_the_co_simulation(
     plant_fmu, compensator_fmu = fmu_folder / "plant.fmu", fmu_folder / "compensator.fmu"
     direct = simulate(case, plant_fmu, compensator_fmu, quiet=True).frame
     ids = [frame.frame_id for frame in database.of(COMPENSATOR)]
-    settings = Settings(machine_clock=True, timeout_s=10.0)
+    settings = GatewaySettings(machine_clock=True, timeout_s=10.0)
     with gateway_thread(wire, database, compensator_fmu, settings):
         link = Link(wire.interface, wire.channel, ids, options=dict(wire.options))
         link.open()
@@ -225,7 +225,7 @@ def test_the_gateway_is_asleep_while_nothing_comes(
     wire: Wire, database: Database, quick_fmu: Path
 ) -> None:
     """No busy loop: waiting costs next to no processor time."""
-    with gateway_thread(wire, database, quick_fmu, Settings()):
+    with gateway_thread(wire, database, quick_fmu, GatewaySettings()):
         time.sleep(0.3)
         before, begun = time.process_time(), time.monotonic()
         time.sleep(1.5)

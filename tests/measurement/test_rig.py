@@ -134,7 +134,7 @@ def test_a_missing_reading_costs_only_what_needs_it() -> None:
 @pytest.mark.parametrize(
     ("change", "expected"),
     [
-        ({"spacing_mm": 0.0}, "spacing_mm must be at least 1 mm"),
+        ({"spacing_mm": 0.0}, "must be at least 1 mm either way"),
         ({"spacing_mm": math.inf}, "spacing_mm: "),
         ({"spacing_mm": "wide"}, "spacing_mm: 'wide' is not allowed"),
         ({"axial_sign": 2}, "axial_sign: 2 is not allowed"),

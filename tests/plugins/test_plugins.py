@@ -97,6 +97,8 @@ import pandas as pd
 import spindle_drift as sd
 from measurement.importing.sheets import read_sheets
 from plant_model.gap.candidates import missing_effects
+from plant_model.native.generate import machine_sources
+assert "200.0 * " in machine_sources(sd.Machine(sys.argv[1]).model)["equations.c"]
 assert "brake_drag" in {effect.name for effect in missing_effects(sd.Machine("jig_borer").model)}
 inputs = pd.DataFrame({"time_s": [0.0, 1800.0, 3600.0], "speed_rpm": 6000.0,
                        "T9_degC": 21.0, "T5_degC": 21.0})

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from scenarios.faults import Fault, FaultLine
+from scenarios.faults import FaultLine, SensorFault
 
 
 def seen(fault: dict[str, Any], readings: list[float], step_s: float = 1.0) -> list[float]:
-    line = FaultLine([Fault(sensor="T2", **fault)], ["T1", "T2"])
+    line = FaultLine([SensorFault(sensor="T2", **fault)], ["T1", "T2"])
     found = []
     for k, reading in enumerate(readings):
         values = np.array([7.0, reading])
@@ -47,8 +47,8 @@ def test_a_spike_lasts_one_step_whatever_its_length() -> None:
 
 def test_faults_act_one_after_the_other() -> None:
     faults = [
-        Fault(sensor="T1", kind="offset", value=1.0, start_s=0),
-        Fault(sensor="T1", kind="frozen", start_s=1),
+        SensorFault(sensor="T1", kind="offset", value=1.0, start_s=0),
+        SensorFault(sensor="T1", kind="frozen", start_s=1),
     ]
     line = FaultLine(faults, ["T1"])
     found = []
@@ -71,4 +71,4 @@ def test_faults_act_one_after_the_other() -> None:
 )
 def test_faults_that_make_no_sense_are_refused(fault: dict[str, Any], message: str) -> None:
     with pytest.raises(ValidationError, match=message):
-        Fault(sensor="T1", **fault)
+        SensorFault(sensor="T1", **fault)

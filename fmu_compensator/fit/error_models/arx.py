@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fmu_compensator.fit.by_run import Block, Problem, Solution
+from fmu_compensator.fit.by_run import Block, NormalEquations, Solution
 from fmu_compensator.fit.error_models.base import FittedModel, Task
 from fmu_compensator.fit.error_models.options import refuse_poor, refuse_unknown, within
 from fmu_compensator.fit.training import Array, TrainingRun
@@ -210,7 +210,7 @@ def _by_simulation(
             if len(rows):
                 hours = (run.time_s[rows] - run.time_s[0]) / 3600.0
                 blocks.append(Block(hours, x[rows], run.targets[rows][:, [target]]))
-        solution = Problem(blocks, 0.0).solve(0, PENALTY, robust=False)
+        solution = NormalEquations(blocks, 0.0).solve(0, PENALTY, robust=False)
         score = solution.score if len(blocks) > 2 else _aic(blocks, solution, numbers)
         if best is None or score < best[0]:
             best = score, pole, solution.coefficients

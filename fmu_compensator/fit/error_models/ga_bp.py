@@ -20,7 +20,7 @@ from fmu_compensator.fit.error_models.bp import (
     rows_wanted,
 )
 from fmu_compensator.fit.error_models.options import refuse_unknown, within
-from fmu_compensator.fit.genetic import Settings, evolve
+from fmu_compensator.fit.genetic import GeneticSettings, evolve
 from fmu_compensator.fit.network_training import Shape, levenberg_marquardt, nguyen_widrow
 from fmu_compensator.fit.training import Array
 from measurement.errors import BadInput, shown
@@ -30,7 +30,7 @@ Rows = NDArray[np.bool_]
 FEWEST_NODES, MOST_NODES = 3, 15
 TRIAL_ITERATIONS = 15
 """What a number of hidden nodes is worth shows after so many iterations of training."""
-SIZE_SETTINGS = Settings(population=8, generations=4)
+SIZE_SETTINGS = GeneticSettings(population=8, generations=4)
 WIDEST = 3.0  # weights and thresholds of the first generation stay within plus and minus this
 ROWS_FOR_FITNESS = 250
 JUDGES = ("left_out", "training")
@@ -89,7 +89,7 @@ class GeneticBackPropagation(BackPropagation):
         if nodes_by not in JUDGES:
             problem = f"{shown(nodes_by)} is not allowed: {', '.join(JUDGES)}"
             raise BadInput("ga_bp", "nodes_by", problem)
-        settings = Settings(
+        settings = GeneticSettings(
             int(within("ga_bp", "population", population, 4, 1000)),
             int(within("ga_bp", "generations", generations, 1, 10_000)),
         )
@@ -180,7 +180,7 @@ def _folds(counts: Sequence[int]) -> NDArray[np.intp]:
 
 
 def _start(
-    samples: Samples, shape: Shape, settings: Settings, random: np.random.Generator
+    samples: Samples, shape: Shape, settings: GeneticSettings, random: np.random.Generator
 ) -> tuple[Array, list[float]]:
     """Return the initial weights and thresholds that the search ends with."""
     thin = max(1, len(samples.x) // ROWS_FOR_FITNESS)

@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 from sklearn.linear_model import lars_path_gram
 
-from fmu_compensator.fit.by_run import Block, Problem, Solution
+from fmu_compensator.fit.by_run import Block, NormalEquations, Solution
 from fmu_compensator.fit.error_models.base import Task
 from fmu_compensator.fit.error_models.options import refuse_poor, refuse_unknown
 from fmu_compensator.fit.error_models.thermal_states import (
     FEWEST_ROWS,
     LAGS_S,
-    Candidate,
+    LagChoice,
     ThermalStates,
     best,
     checked_lags,
@@ -74,13 +74,13 @@ class Lasso(ThermalStates):
         if len(task.runs) < FEWEST_TO_CHOOSE:
             lag_sets = lag_sets[-2:][:1]
             shares = shares if penalty is not None else (WITHOUT_CHOICE,)
-        found: list[list[Candidate]] = [[] for _ in task.target_names]
+        found: list[list[LagChoice]] = [[] for _ in task.target_names]
         for lags in lag_sets:
             blocks = blocks_of(task, lags, uses_speed=False, uses_levels=False)
             for target, candidates in enumerate(found):
                 solutions = _path(blocks, target, shares)
                 candidates += [
-                    Candidate(lags, False, 0.0, False, share, solution)
+                    LagChoice(lags, False, 0.0, False, share, solution)
                     for share, solution in zip(shares, solutions, strict=True)
                 ]
         fitted = cls._assembled(task, [best(one) for one in found], False)
@@ -90,7 +90,7 @@ class Lasso(ThermalStates):
 
 def _path(blocks: Sequence[Block], target: int, shares: Sequence[float]) -> list[Solution]:
     """Return the regression at each penalty, with its errors on runs left out."""
-    gram, moment, scale = Problem(blocks, 0.0).normal_equations(target)
+    gram, moment, scale = NormalEquations(blocks, 0.0).normal_equations(target)
     count = len(blocks)
     missed = np.full((len(shares), count), np.nan)
     for out in range(count) if count > 1 else ():

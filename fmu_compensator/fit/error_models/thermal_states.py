@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from fmu_compensator.fit.by_run import Problem, Solution
+from fmu_compensator.fit.by_run import NormalEquations, Solution
 from fmu_compensator.fit.error_models.base import FittedModel, Task
 from fmu_compensator.fit.error_models.options import refuse_poor, refuse_unknown, within
 from fmu_compensator.fit.lagged import blocks_of, features, start_range
@@ -38,7 +38,7 @@ FEWEST_ROWS = 30
 
 
 @dataclass(frozen=True)
-class Candidate:
+class LagChoice:
     """One choice for one target, and its solution."""
 
     lags_s: tuple[float, ...]
@@ -49,7 +49,7 @@ class Candidate:
     solution: Solution
 
 
-Mix = list[tuple[float, Candidate]]
+Mix = list[tuple[float, LagChoice]]
 """Candidates, and how much each counts; their average is again a model of the same form."""
 
 
@@ -264,28 +264,28 @@ def checked_penalty(kind: str, penalty: float, highest: float) -> float:
     return float(within(kind, "penalty", penalty, 1e-12, highest))
 
 
-def _solved(task: Task, choices: _Choices, uses_speed: bool, robust: bool) -> list[list[Candidate]]:
+def _solved(task: Task, choices: _Choices, uses_speed: bool, robust: bool) -> list[list[LagChoice]]:
     """Return every candidate of each target, judged on training runs left out."""
     lag_sets, with_levels, walks, noises, penalties = choices
-    found: list[list[Candidate]] = [[] for _ in task.target_names]
+    found: list[list[LagChoice]] = [[] for _ in task.target_names]
     for lags, levels in product(lag_sets, with_levels):
         blocks = blocks_of(task, lags, uses_speed=uses_speed, uses_levels=levels)
         for walk, noise in product(walks, noises):
-            problem = Problem(blocks, walk, referenced=noise)
+            problem = NormalEquations(blocks, walk, referenced=noise)
             for penalty, target in product(penalties, range(len(found))):
                 solution = problem.solve(target, penalty, robust=robust)
-                found[target].append(Candidate(lags, levels, walk, noise, penalty, solution))
+                found[target].append(LagChoice(lags, levels, walk, noise, penalty, solution))
     return found
 
 
-def best(candidates: list[Candidate]) -> Mix:
+def best(candidates: list[LagChoice]) -> Mix:
     """Return the candidate with the smallest error on runs left out, alone."""
     if len(candidates) == 1:
         return [(1.0, candidates[0])]
     return [(1.0, min(candidates, key=lambda one: one.solution.score))]
 
 
-def averaged(candidates: list[Candidate]) -> Mix:
+def averaged(candidates: list[LagChoice]) -> Mix:
     """Return all candidates that do nearly as well as the best on runs left out.
 
     The best of many is partly the luckiest; their average errs less on further runs.

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from fmu_compensator.runtime.error_models.base import ErrorModel
 from fmu_compensator.runtime.fields import Fields
-from fmu_compensator.runtime.neural import Network
+from fmu_compensator.runtime.neural import NeuralNetwork
 
 
 class BackPropagation(ErrorModel):
@@ -14,17 +14,17 @@ class BackPropagation(ErrorModel):
 
     Parameters
     ----------
-    network : Network
+    network : NeuralNetwork
         See there for the numbers in the file.
     """
 
-    def __init__(self, network: Network) -> None:
+    def __init__(self, network: NeuralNetwork) -> None:
         self._network = network
 
     @classmethod
     def from_fields(cls, fields: Fields, inputs: int, targets: int) -> BackPropagation:
         """Return the model that the file's numbers describe."""
-        return cls(Network.from_fields(fields, inputs, targets))
+        return cls(NeuralNetwork.from_fields(fields, inputs, targets))
 
     def predict(
         self,

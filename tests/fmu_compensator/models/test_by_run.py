@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fmu_compensator.fit.by_run import Block, Problem
+from fmu_compensator.fit.by_run import Block, NormalEquations
 from fmu_compensator.fit.intervals import Residuals, conformal
 
 
@@ -22,7 +22,7 @@ def blocks_of(count: int, seed: int = 0, wander: float = 0.0, rows: int = 60) ->
 
 def test_without_walk_and_trust_it_is_plain_ridge() -> None:
     blocks = blocks_of(3)
-    found = Problem(blocks, 0.0).solve(0, 1e-3, robust=False)
+    found = NormalEquations(blocks, 0.0).solve(0, 1e-3, robust=False)
     x = np.concatenate([block.features for block in blocks])
     y = np.concatenate([block.targets[:, 0] for block in blocks])
     size = np.sqrt(np.mean(x**2, axis=0))
@@ -33,10 +33,10 @@ def test_without_walk_and_trust_it_is_plain_ridge() -> None:
 
 def test_left_out_errors_are_those_of_fits_without_the_run() -> None:
     blocks = blocks_of(4)
-    found = Problem(blocks, 0.5).solve(0, 1e-6, robust=False)
+    found = NormalEquations(blocks, 0.5).solve(0, 1e-6, robust=False)
     for out in range(4):
         rest = [block for number, block in enumerate(blocks) if number != out]
-        b = Problem(rest, 0.5).solve(0, 1e-6, robust=False).coefficients
+        b = NormalEquations(rest, 0.5).solve(0, 1e-6, robust=False).coefficients
         missed = blocks[out].targets[:, 0] - blocks[out].features @ b
         assert found.left_out_rms[out] == pytest.approx(np.sqrt(np.mean(missed**2)), rel=1e-3)
 
@@ -46,7 +46,7 @@ def test_a_walk_in_the_noise_is_whitened() -> None:
     for seed in range(20):
         blocks = blocks_of(3, seed, wander=1.5)
         for walk, found in errors.items():
-            b = Problem(blocks, walk).solve(0, 1e-9, robust=False).coefficients
+            b = NormalEquations(blocks, walk).solve(0, 1e-9, robust=False).coefficients
             found.append(float(np.linalg.norm(b - [2.0, -1.0])))
     assert np.mean(errors[5.0]) < 0.7 * np.mean(errors[0.0])
 
@@ -59,7 +59,7 @@ def test_a_noisy_first_sample_is_whitened() -> None:
             y = block.targets + 3.0 * np.random.default_rng(seed).standard_normal()
             blocks.append(Block(block.hours, block.features, y))
         for referenced, found in errors.items():
-            b = Problem(blocks, 0.0, referenced=referenced).solve(0, 1e-9, robust=False)
+            b = NormalEquations(blocks, 0.0, referenced=referenced).solve(0, 1e-9, robust=False)
             found.append(float(np.linalg.norm(b.coefficients - [2.0, -1.0])))
     assert np.mean(errors[True]) < 0.7 * np.mean(errors[False])
 
@@ -67,13 +67,13 @@ def test_a_noisy_first_sample_is_whitened() -> None:
 def test_an_odd_run_loses_trust() -> None:
     blocks = blocks_of(6)
     odd = Block(blocks[5].hours, blocks[5].features, -blocks[5].targets)
-    found = Problem([*blocks[:5], odd], 0.0).solve(0, 1e-6)
+    found = NormalEquations([*blocks[:5], odd], 0.0).solve(0, 1e-6)
     assert found.trust[5] < 0.05 * np.median(found.trust)
     assert found.coefficients == pytest.approx([2.0, -1.0], abs=0.1)
 
 
 def test_one_run_has_nothing_left_out() -> None:
-    found = Problem(blocks_of(1), 0.0).solve(0, 1e-6)
+    found = NormalEquations(blocks_of(1), 0.0).solve(0, 1e-6)
     assert np.isnan(found.left_out_rms).all()
     assert found.coefficients == pytest.approx([2.0, -1.0], abs=0.2)
 

@@ -17,7 +17,7 @@ from fmu_compensator.fit.error_models.ne import NaturalExponential
 from fmu_compensator.fit.error_models.ridge import Ridge
 from fmu_compensator.fit.error_models.thermal_states import (
     WORTH,
-    Candidate,
+    LagChoice,
     ThermalStates,
     averaged,
 )
@@ -425,7 +425,7 @@ def test_lasso_solves_its_own_problem() -> None:
 
 def test_the_shares_of_the_average_fall_with_the_error() -> None:
     found = [
-        Candidate((1.0,), False, 0.0, False, 1.0, Solution(np.zeros(1), np.ones(2), rms))
+        LagChoice((1.0,), False, 0.0, False, 1.0, Solution(np.zeros(1), np.ones(2), rms))
         for rms in (np.full(2, 1.0), np.full(2, 1.1), np.full(2, 3.0))
     ]
     mix = averaged(found)

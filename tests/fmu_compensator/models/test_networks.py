@@ -9,7 +9,7 @@ import pytest
 
 from fmu_compensator.fit.error_models.bp import BackPropagation, Samples
 from fmu_compensator.fit.error_models.ga_bp import GeneticBackPropagation
-from fmu_compensator.fit.genetic import Settings, evolve
+from fmu_compensator.fit.genetic import GeneticSettings, evolve
 from fmu_compensator.fit.network_training import Shape, levenberg_marquardt, nguyen_widrow
 from measurement.errors import BadInput
 from tests.fmu_compensator.models.made import run_of, task_of
@@ -176,7 +176,7 @@ def test_evolution_finds_a_peak_and_keeps_the_best() -> None:
         return 1.0 / (1e-6 + np.sum((people - target) ** 2, axis=1))
 
     first = random.uniform(-1, 1, (40, 3))
-    best, history = evolve(first, fitness, -1.0, 1.0, Settings(40, 150), random)
+    best, history = evolve(first, fitness, -1.0, 1.0, GeneticSettings(40, 150), random)
     assert best == pytest.approx(target, abs=0.1)
     assert all(b >= a for a, b in pairwise(history))
     assert history[-1] > 5 * history[0]

@@ -68,4 +68,4 @@ def test_a_number_at_the_end_of_its_range_is_told(lathe: Machine) -> None:
     observed = observe(lathe, runs_of(lathe)[:1])
     (told,) = [one for one in advice(lathe, observed, numbers) if one.kind == "range_too_tight"]
     assert told.place == ("links.a-b.conductance",)
-    assert "low end" in told.text
+    assert "ends at its lower bound" in told.text
