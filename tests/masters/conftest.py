@@ -109,6 +109,14 @@ def native_fmu(folder: Path, kind: str = "compensator") -> Path:
 
 
 @pytest.fixture(scope="session")
+def in_fmi3(fmus: Path) -> tuple[Path, Path]:
+    """Plant and compensator in C as FMI 3.0."""
+    native_fmu(fmus)  # says what is missing where there is no compiler
+    assert build_fmu.main(["--native", "--fmi", "3", "--out", str(fmus)]) == 0
+    return fmus / "plant_native_fmi3.fmu", fmus / "compensator_native_fmi3.fmu"
+
+
+@pytest.fixture(scope="session")
 def reference(plant: Path, compensator: Path) -> pd.DataFrame:
     """What `spindle-drift run` computes; columns are variables, by their names in the FMUs."""
     cases = read_scenario(SCENARIO, list(SETTINGS.items())).cases
