@@ -50,12 +50,13 @@ SEED = 2026
 
 @dataclass
 class Tally:
-    """What a kind of plant or compensator came to."""
+    """What a kind of plant or compensator came to; a case *ended* where both refused a step."""
 
     steps: int = 0
     cases: int = 0
     worst: float = 0.0
     beyond: list[str] = field(default_factory=list)
+    ended: int = 0
 
     def add(self, steps: int, worst: float, name: str) -> None:
         self.steps, self.cases = self.steps + steps, self.cases + 1
@@ -90,8 +91,10 @@ def plants(steps: int, folder: Path, effects: Counter[str]) -> Iterator[tuple[st
             rng = np.random.default_rng([SEED, case])
             values = numbers_of(machine, rng, share)
             python, core, inputs = started(machine, libraries[place], values, rng)
-            found = max(differences(machine, python, core, rng, inputs, count))
-            tallies[place].add(count, found, f"case {case}, {share:g} of the effects on")
+            found = list(differences(machine, python, core, rng, inputs, count))
+            name = f"case {case}, {share:g} of the effects on"
+            tallies[place].add(len(found), max(found, default=0.0), name)
+            tallies[place].ended += len(found) < count
             effects.update({key.partition(":")[0] for key in machine.effects if is_on(key, values)})
             case += 1
     yield from zip((machine.name for machine in machines), tallies, strict=True)
@@ -149,7 +152,8 @@ def show(title: str, unit: str, rows: Iterator[tuple[str, Tally]]) -> bool:
     print(f"{title:16}{'cases':>7}{'steps':>10}  largest difference [{unit}]", flush=True)
     found = dict(rows)
     for name, tally in found.items():
-        print(f"{name:16}{tally.cases:7}{tally.steps:10}  {tally.worst:.1e}")
+        ended = f", both refused a step in {tally.ended} cases" if tally.ended else ""
+        print(f"{name:16}{tally.cases:7}{tally.steps:10}  {tally.worst:.1e}{ended}")
     beyond = [line for tally in found.values() for line in tally.beyond]
     steps = sum(tally.steps for tally in found.values())
     print(f"{'all':16}{'':7}{steps:10}  {len(beyond)} cases beyond {CLOSE:g}\n")
