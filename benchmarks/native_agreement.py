@@ -6,7 +6,7 @@ steps as it can afford: with all effects a step of the plant in Python takes up 
 compensator: random files of every error model, readings that are missing, infinite, absurd, jumped
 and stale, a clock that jumps, tools and speeds that cannot be; under the address and
 undefined-behaviour sanitizers. The machines, files and faults are those of the tests, with other
-random numbers.
+random numbers. Ctrl-C ends a comparison early; what was compared until then is told.
 ``python -m benchmarks.native_agreement``
 """
 
@@ -16,7 +16,8 @@ import argparse
 import sys
 import tempfile
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field
 from math import isfinite, isnan, nan
 from pathlib import Path
@@ -24,10 +25,11 @@ from pathlib import Path
 import numpy as np
 
 from fmu_compensator.runtime.compensator import Compensator
+from fmu_compensator.runtime.modelfile import Model
 from fmu_packaging.native.compilers import compilers
 from plant_model.effects import catalogue
 from plant_model.machine import Machine
-from tests.native.conftest import drivers
+from tests.native.conftest import Driver, drivers
 from tests.native.made import MADE, Samples, made_model
 from tests.native.test_twin import STEPS as SAMPLES
 from tests.native.test_twin import line_of
@@ -48,12 +50,13 @@ SEED = 2026
 
 @dataclass
 class Tally:
-    """What a kind of plant or compensator came to."""
+    """What a kind of plant or compensator came to; a case *ended* where both refused a step."""
 
     steps: int = 0
     cases: int = 0
     worst: float = 0.0
     beyond: list[str] = field(default_factory=list)
+    ended: int = 0
 
     def add(self, steps: int, worst: float, name: str) -> None:
         self.steps, self.cases = self.steps + steps, self.cases + 1
@@ -80,17 +83,20 @@ def plants(steps: int, folder: Path, effects: Counter[str]) -> Iterator[tuple[st
     command = compilers()[0].command
     libraries = [core_of(machine, command, folder / machine.name) for machine in machines]
     tallies, case = [Tally() for _ in machines], 0
-    while sum(tally.steps for tally in tallies) < steps:
-        place = case % len(machines)
-        share = list(SHARES)[case // len(machines) % len(SHARES)]
-        machine, count = machines[place], SHARES[share]
-        rng = np.random.default_rng([SEED, case])
-        values = numbers_of(machine, rng, share)
-        python, core, inputs = started(machine, libraries[place], values, rng)
-        found = max(differences(machine, python, core, rng, inputs, count))
-        tallies[place].add(count, found, f"case {case}, {share:g} of the effects on")
-        effects.update(key.partition(":")[0] for key in machine.effects if is_on(key, values))
-        case += 1
+    with suppress(KeyboardInterrupt):
+        while sum(tally.steps for tally in tallies) < steps:
+            place = case % len(machines)
+            share = list(SHARES)[case // len(machines) % len(SHARES)]
+            machine, count = machines[place], SHARES[share]
+            rng = np.random.default_rng([SEED, case])
+            values = numbers_of(machine, rng, share)
+            python, core, inputs = started(machine, libraries[place], values, rng)
+            found = list(differences(machine, python, core, rng, inputs, count))
+            name = f"case {case}, {share:g} of the effects on"
+            tallies[place].add(len(found), max(found, default=0.0), name)
+            tallies[place].ended += len(found) < count
+            effects.update({key.partition(":")[0] for key in machine.effects if is_on(key, values)})
+            case += 1
     yield from zip((machine.name for machine in machines), tallies, strict=True)
 
 
@@ -105,24 +111,28 @@ def compensators(steps: int, folder: Path) -> Iterator[tuple[str, Tally]]:
     driver_of = drivers(compilers()[0].command, folder)
     tallies = {kind: Tally() for kind in sorted(MADE)}
     seed = 1000  # beyond those of the tests
-    while sum(tally.steps for tally in tallies.values()) < steps:
-        for kind, tally in tallies.items():
-            model = made_model(kind, seed)
-            compensator, samples = Compensator(model), Samples(model, seed)
-            lines: list[str] = []
-            expected = []
-            for _ in range(SAMPLES):
-                sample = samples.next()
-                lines += line_of(model, sample)
-                expected.append(compensator.step(*sample))
-            driver = driver_of(model)
-            found = driver.run(lines)
-            driver.path.unlink()
-            pairs = zip(found, expected, strict=True)
-            worst = max(apart(parts, output) for parts, output in pairs)
-            tally.add(SAMPLES, worst, f"{kind} {seed}")
-        seed += 1
+    with suppress(KeyboardInterrupt):
+        while sum(tally.steps for tally in tallies.values()) < steps:
+            for kind, tally in tallies.items():
+                tally.add(SAMPLES, compared(kind, seed, driver_of), f"{kind} {seed}")
+            seed += 1
     yield from tallies.items()
+
+
+def compared(kind: str, seed: int, driver_of: Callable[[Model], Driver]) -> float:
+    """Return the largest difference of any output of a random compensator."""
+    model = made_model(kind, seed)
+    compensator, samples = Compensator(model), Samples(model, seed)
+    lines: list[str] = []
+    expected = []
+    for _ in range(SAMPLES):
+        sample = samples.next()
+        lines += line_of(model, sample)
+        expected.append(compensator.step(*sample))
+    driver = driver_of(model)
+    found = driver.run(lines)
+    driver.path.unlink()
+    return max(apart(*pair) for pair in zip(found, expected, strict=True))
 
 
 def apart(parts: list[str], output: tuple[object, ...]) -> float:
@@ -142,7 +152,8 @@ def show(title: str, unit: str, rows: Iterator[tuple[str, Tally]]) -> bool:
     print(f"{title:16}{'cases':>7}{'steps':>10}  largest difference [{unit}]", flush=True)
     found = dict(rows)
     for name, tally in found.items():
-        print(f"{name:16}{tally.cases:7}{tally.steps:10}  {tally.worst:.1e}")
+        ended = f", both refused a step in {tally.ended} cases" if tally.ended else ""
+        print(f"{name:16}{tally.cases:7}{tally.steps:10}  {tally.worst:.1e}{ended}")
     beyond = [line for tally in found.values() for line in tally.beyond]
     steps = sum(tally.steps for tally in found.values())
     print(f"{'all':16}{'':7}{steps:10}  {len(beyond)} cases beyond {CLOSE:g}\n")

@@ -9,12 +9,10 @@ from __future__ import annotations
 import argparse
 import hashlib
 import json
-import math
 import re
 import sys
 import tomllib
 from collections.abc import Sequence
-from functools import partial
 from html import escape
 from pathlib import Path
 from typing import Any, NoReturn
@@ -35,6 +33,7 @@ from plant_model.machine_file import read_machine
 from plant_model.native.build import native_plant
 from scenarios.outputs import FMU, OTHERWISE, check_output, guarding, is_forced
 from scenarios.plugged import effect_files, error_model_files
+from scenarios.reference_runs import compensator_reference, plant_reference
 from scenarios.version import version as installed_version
 
 HERE = Path(__file__).resolve().parent.parent
@@ -42,7 +41,6 @@ ASSETS = HERE / "fmu_packaging" / "assets"
 DEFAULT_MODEL = HERE / "fmu_compensator" / "library" / "jig_borer.json"
 DEFAULT_MACHINE = "jig_borer"
 WORKING_DAY_S, STEP_S = 28800.0, 1.0
-REFERENCE_S, REFERENCE_STEP_S = 3600.0, 10.0
 
 
 def version() -> str:
@@ -103,7 +101,7 @@ def compensator_recipe(path: Path, name: str, native: bool = False) -> tuple[Rec
         added=error_model_files(model, roots),
         left_out=("fmu_compensator.plugins",),
     )
-    return recipe, _compensator_reference(model)
+    return recipe, compensator_reference(model)
 
 
 def plant_recipe(machine: Machine, name: str) -> tuple[Recipe, Reference]:
@@ -132,54 +130,7 @@ def plant_recipe(machine: Machine, name: str) -> tuple[Recipe, Reference]:
         added=effect_files(machine, roots, third_party),
         left_out=("plant_model.plugins",),
     )
-    return recipe, _plant_reference(machine)
-
-
-def _warming(time_s: float, start: float, rise: float) -> float:
-    return start + rise * (1.0 - math.exp(-time_s / 1200.0))
-
-
-def _steady(time_s: float, value: float) -> float:
-    return value
-
-
-def _swing(time_s: float, middle: float, swing: float) -> float:
-    return middle + swing * math.sin(2.0 * math.pi * time_s / 3600.0)
-
-
-def _switched(time_s: float, start: float, then: float) -> float:
-    return start if time_s < 60.0 else then
-
-
-def _compensator_reference(model: Model) -> Reference:
-    profiles: dict[str, Any] = {}
-    for sensor in model.sensors:
-        if model.input_form == "rise":
-            start, rise = 20.0, 0.6 * max(sensor.trained_high, 0.0)
-        else:
-            start = sensor.trained_low
-            rise = 0.6 * (sensor.trained_high - sensor.trained_low)
-        profiles[sensor.name] = partial(_warming, start=start, rise=rise)
-    low, high = model.limits.tool_length_mm
-    profiles["speed"] = partial(_switched, start=0.0, then=6000.0)
-    profiles["tool_length"] = partial(_steady, value=min(max(150.0, low), high))
-    return Reference(profiles, REFERENCE_S, REFERENCE_STEP_S)
-
-
-def _plant_reference(machine: Machine) -> Reference:
-    profiles: dict[str, Any] = {}
-    for entry in machine.inputs:
-        start = entry.default or 0.0
-        if entry.is_boundary:
-            middle = min(max(20.0, entry.low + 1.0), entry.high - 1.0)
-            profiles[entry.name] = partial(_swing, middle=middle, swing=1.0)
-        else:
-            then = start + 0.3 * (entry.high - start)
-            profiles[entry.name] = partial(_switched, start=start, then=then)
-    profiles["tool_length"] = partial(_steady, value=150.0)
-    for axis in "XYZ":
-        profiles[f"d{axis}"] = partial(_swing, middle=0.0, swing=5.0)
-    return Reference(profiles, REFERENCE_S, REFERENCE_STEP_S)
+    return recipe, plant_reference(machine)
 
 
 def _compensator_page(model: Model, digest: str, native: bool) -> Page:

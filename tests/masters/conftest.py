@@ -83,16 +83,16 @@ def fmus(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@pytest.fixture(scope="session")
-def plant(fmus: Path) -> Path:
-    """The plant FMU."""
-    return fmus / "plant.fmu"
-
-
 @pytest.fixture(scope="session", params=["python", "native"])
 def compensator(request: pytest.FixtureRequest, fmus: Path) -> Path:
     """The compensator FMU, of either kind."""
     return fmus / "compensator.fmu" if request.param == "python" else native_fmu(fmus)
+
+
+@pytest.fixture(scope="session")
+def plant(fmus: Path, compensator: Path) -> Path:
+    """The plant FMU, of the kind of the compensator."""
+    return native_fmu(fmus, "plant") if "native" in compensator.name else fmus / "plant.fmu"
 
 
 def native_fmu(folder: Path, kind: str = "compensator") -> Path:
@@ -106,6 +106,14 @@ def native_fmu(folder: Path, kind: str = "compensator") -> Path:
         arguments = ["--only", kind, "--native", "--out", str(folder)]
         assert build_fmu.main(arguments) == 0
     return path
+
+
+@pytest.fixture(scope="session")
+def in_fmi3(fmus: Path) -> tuple[Path, Path]:
+    """Plant and compensator in C as FMI 3.0."""
+    native_fmu(fmus)  # says what is missing where there is no compiler
+    assert build_fmu.main(["--native", "--fmi", "3", "--out", str(fmus)]) == 0
+    return fmus / "plant_native_fmi3.fmu", fmus / "compensator_native_fmi3.fmu"
 
 
 @pytest.fixture(scope="session")
@@ -129,15 +137,15 @@ def signals(reference: pd.DataFrame, tmp_path_factory: pytest.TempPathFactory) -
 
 
 @pytest.fixture(scope="session")
-def ssp(fmus: Path, compensator: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def ssp(
+    fmus: Path, plant: Path, compensator: Path, tmp_path_factory: pytest.TempPathFactory
+) -> Path:
     """The scenario as an .ssp file."""
     path = tmp_path_factory.mktemp("ssp") / f"{SCENARIO}.ssp"
     settings = [f"--set={key}={value}" for key, value in SETTINGS.items()]
     arguments = ["ssp", SCENARIO, "--variant", VARIANT, "--fmu-dir", str(fmus)]
-    if "native" in compensator.name:
-        native_fmu(fmus, "plant")  # as it is by default: everything in C
-    else:
-        arguments += ["--plant", str(fmus / "plant.fmu"), "--compensator", str(compensator)]
+    if "native" not in compensator.name:  # else it is what is taken by itself
+        arguments += ["--plant", str(plant), "--compensator", str(compensator)]
     assert main([*arguments, *settings, "-o", str(path)]) == 0
     with zipfile.ZipFile(path) as archive:
         for name in ("plant", "compensator", "signals"):

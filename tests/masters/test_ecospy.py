@@ -22,5 +22,17 @@ def test_the_coupled_fmus(
     agree(example("in_ecospy.py", plant, compensator, signals, folder=tmp_path), reference)
 
 
+def test_the_same_in_fmi_3(
+    in_fmi3: tuple[Path, Path],
+    compensator: Path,
+    signals: Path,
+    reference: pd.DataFrame,
+    tmp_path: Path,
+) -> None:
+    if "native" not in compensator.name:
+        pytest.skip("only FMUs in C have FMI 3.0")
+    agree(example("in_ecospy.py", *in_fmi3, signals, folder=tmp_path), reference)
+
+
 def test_the_ssp(ssp: Path, reference: pd.DataFrame, tmp_path: Path) -> None:
     agree(example("ssp_in_ecospy.py", ssp, STEP_S, STOP_S, folder=tmp_path), reference)

@@ -13,6 +13,7 @@ from fmu_packaging.native.compilers import NativeError, compilers
 from scenarios import fmu_files
 from scenarios.cosimulation import simulate
 from scenarios.fmu_files import find_fmu
+from scenarios.replay import model_of
 from scenarios.scenario import read_scenario
 from scenarios.views import rig_of
 
@@ -40,6 +41,30 @@ def test_the_twin_beside_the_plant_is_taken_and_a_path_means_that_file(
     assert found("plant.fmu", native=False) == dist / "plant.fmu"
     assert found(str(dist / "plant.fmu")) == dist / "plant.fmu"
     assert rig_of(dist / "plant_native.fmu") == rig_of(dist / "plant.fmu")
+
+
+def test_a_compensator_has_a_twin_too(dist: Path, tmp_path: Path) -> None:
+    for arguments in ([], ["--native"]):
+        assert build_fmu.main([*arguments, "--only", "compensator", "--out", str(tmp_path)]) == 0
+    work = tmp_path / "work"
+    work.mkdir()
+    python, native = (
+        find_fmu("compensator.fmu", tmp_path, work, work, native=asked) for asked in (False, True)
+    )
+    assert (python.name, native.name) == ("compensator.fmu", "compensator_native.fmu")
+    assert native.parent == tmp_path
+    assert model_of(native).table == model_of(python).table
+    native.unlink()
+    built = find_fmu("compensator.fmu", tmp_path, work, work, native=True)
+    assert built == work / "compensator_native.fmu"
+    settings = [("duration_s", 3600), ("step_s", 5)]
+    case = read_scenario("step_speed", settings).cases[0]
+    one, other = (
+        simulate(case, dist / "plant_native.fmu", path, quiet=True).frame
+        for path in (python, built)
+    )
+    assert one["dZ_um"].abs().max() > 1.0
+    assert np.max(np.abs(one.to_numpy() - other.to_numpy())) < 1e-8
 
 
 def test_what_is_no_twin_is_not_taken(dist: Path, tmp_path: Path) -> None:

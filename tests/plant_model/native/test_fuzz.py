@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import subprocess
+from collections.abc import Sequence
 from pathlib import Path
 
 from fmu_packaging.native.build import front
@@ -21,13 +22,18 @@ def test_fuzzed_calls_are_clean(compiler: tuple[str, ...], tmp_path: Path) -> No
     machine = with_all_effects(read_machine("jig_borer"))
     sources = {**front(2), **program(), **machine_sources(machine)}
     sources["model_data.c"] = variable_sources(variables(machine), "fuzz", "{0}")
-    sources["fuzz.c"] = (HERE / "fuzz.c").read_text()
-    write_sources(tmp_path, sources)
+    fuzz(sources, compiler, tmp_path)
+
+
+def fuzz(sources: dict[str, str], compiler: Sequence[str], folder: Path) -> None:
+    """Call an FMU's functions in random order under the sanitizers."""
+    sources = {**sources, "fuzz.c": (HERE / "fuzz.c").read_text()}
+    write_sources(folder, sources)
     command = [*compiler, *STRICT, *SANITIZED, "-I.", "-o", "fuzz", *c_files(sources), "-lm"]
-    run_compiler(command, tmp_path)
+    run_compiler(command, folder)
     for seed in (1, 2):
         done = subprocess.run(
-            [str(tmp_path / "fuzz"), str(seed), str(CALLS)],
+            [str(folder / "fuzz"), str(seed), str(CALLS)],
             capture_output=True,
             text=True,
             check=False,

@@ -11,6 +11,7 @@ import pytest
 
 from plant_model.effects import catalogue
 from plant_model.fmi_slave import start_sensors
+from plant_model.integrate import IntegrationError
 from plant_model.machine import Machine
 from plant_model.machine_file import read_machine
 from plant_model.noise import NormalSequence
@@ -112,16 +113,22 @@ def differences(
     inputs: dict[str, float],
     steps: int,
 ) -> Iterator[float]:
-    """Step both with random inputs and yield the largest difference of any output each time."""
+    """Step both with random inputs and yield the largest difference of any output each time.
+
+    Where a bearing runs away Python gives up; C must then, too, and that is the end.
+    """
     for k in range(steps):
         # Speeds that stay, and speeds that are another in every step.
         if k % 15 == 0 or 40 < k % 100 < 50:
             inputs = inputs_of(machine, rng)
         step_s = STEPS_S[(k // 7) % len(STEPS_S)]
         tool, offsets = rng.uniform(0.0, 300.0), rng.uniform(-400.0, 400.0, 3).tolist()
-        python.step(
-            step_s, inputs | {"tool_length": tool} | dict(zip(OFFSETS, offsets, strict=True))
-        )
+        told = inputs | {"tool_length": tool} | dict(zip(OFFSETS, offsets, strict=True))
+        try:
+            python.step(step_s, told)
+        except IntegrationError:
+            assert core.step(step_s, list(inputs.values()), tool, offsets) != ""
+            return
         assert core.step(step_s, list(inputs.values()), tool, offsets) == ""
         yield difference(python, core)
 

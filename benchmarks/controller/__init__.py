@@ -1,0 +1,1 @@
+"""What the FMUs in C ask of a controller: `python -m benchmarks.controller`."""

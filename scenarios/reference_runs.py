@@ -1,0 +1,62 @@
+"""The runs that an FMU is tried out with when it is built."""
+
+from __future__ import annotations
+
+import math
+from functools import partial
+from typing import Any
+
+from fmu_compensator.runtime.modelfile import Model
+from fmu_packaging.publish import Reference
+from plant_model.machine import Machine
+
+REFERENCE_S, REFERENCE_STEP_S = 3600.0, 10.0
+
+
+def _warming(time_s: float, start: float, rise: float) -> float:
+    return start + rise * (1.0 - math.exp(-time_s / 1200.0))
+
+
+def _steady(time_s: float, value: float) -> float:
+    return value
+
+
+def _swing(time_s: float, middle: float, swing: float) -> float:
+    return middle + swing * math.sin(2.0 * math.pi * time_s / 3600.0)
+
+
+def _switched(time_s: float, start: float, then: float) -> float:
+    return start if time_s < 60.0 else then
+
+
+def compensator_reference(model: Model) -> Reference:
+    """Return a run in which what a compensator was trained on warms up."""
+    profiles: dict[str, Any] = {}
+    for sensor in model.sensors:
+        if model.input_form == "rise":
+            start, rise = 20.0, 0.6 * max(sensor.trained_high, 0.0)
+        else:
+            start = sensor.trained_low
+            rise = 0.6 * (sensor.trained_high - sensor.trained_low)
+        profiles[sensor.name] = partial(_warming, start=start, rise=rise)
+    low, high = model.limits.tool_length_mm
+    profiles["speed"] = partial(_switched, start=0.0, then=6000.0)
+    profiles["tool_length"] = partial(_steady, value=min(max(150.0, low), high))
+    return Reference(profiles, REFERENCE_S, REFERENCE_STEP_S)
+
+
+def plant_reference(machine: Machine) -> Reference:
+    """Return a run in which a machine starts to turn and its hall swings."""
+    profiles: dict[str, Any] = {}
+    for entry in machine.inputs:
+        start = entry.default or 0.0
+        if entry.is_boundary:
+            middle = min(max(20.0, entry.low + 1.0), entry.high - 1.0)
+            profiles[entry.name] = partial(_swing, middle=middle, swing=1.0)
+        else:
+            then = start + 0.3 * (entry.high - start)
+            profiles[entry.name] = partial(_switched, start=start, then=then)
+    profiles["tool_length"] = partial(_steady, value=150.0)
+    for axis in "XYZ":
+        profiles[f"d{axis}"] = partial(_swing, middle=0.0, swing=5.0)
+    return Reference(profiles, REFERENCE_S, REFERENCE_STEP_S)

@@ -1,0 +1,23 @@
+"""The compensator's FMU under the sanitizers, called in random order with random arguments."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from fmu_compensator.native.generate import constants, data_sources, program
+from fmu_compensator.runtime.fmi_slave import variables
+from fmu_packaging.native.build import front
+from tests.native.made import made_model
+from tests.plant_model.native.test_fuzz import fuzz
+
+
+@pytest.mark.parametrize(("kind", "seed"), [("vac", 0), ("thermal_states", 6)])
+def test_fuzzed_calls_are_clean(
+    kind: str, seed: int, compiler: tuple[str, ...], tmp_path: Path
+) -> None:
+    model = made_model(kind, seed)
+    sources = {**front(2), **program(), "constants.h": constants()}
+    sources["model_data.c"] = data_sources(model, variables(model), "fuzz", "{0}")
+    fuzz(sources, compiler, tmp_path)
