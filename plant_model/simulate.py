@@ -249,21 +249,28 @@ def trajectory(
     own = network.start_states(start, {name: values[:1] for name, values in at_start.items()})
     out = np.empty((len(start), len(drive.grid), nodes + network.state_count))
     out[:, 0] = np.concatenate([start, own], axis=1)
-    known: dict[tuple[float, ...], tuple[Modes, FloatArray, DependentStepper]] = {}
     steps = np.diff(drive.grid)
     changes = np.flatnonzero(np.any(np.diff(levels, axis=0) != 0.0, axis=1)) + 1
     bounds = [0, *changes.tolist(), len(steps)]
+    # Sets that differ in sensors or structure alone have the same temperatures.
+    same = (
+        network.linear
+        and len(start) > 1
+        and _alike(start, heat, network.capacity)
+        and all(
+            _alike(*_paths(machine, network, key))
+            for key in {tuple(levels[a]) for a in bounds[:-1]}
+        )
+    )
+    some = slice(1) if same else slice(None)
+    capacity, heat = network.capacity[some], heat[some]
+    known: dict[tuple[float, ...], tuple[Modes, FloatArray, DependentStepper]] = {}
     for a, b in pairwise(bounds):
         key = tuple(levels[a])
         if key not in known:
-            level = {entry.name: np.zeros(1) for entry in machine.inputs}
-            level |= {
-                name: np.array([value])
-                for name, value in zip(network.conductance_inputs, key, strict=True)
-            }
-            matrix, boundary = network.conductances(level)
+            matrix, boundary = (part[some] for part in _paths(machine, network, key))
             with_states = 0 if network.linear else network.state_count
-            modes = Modes.of(matrix, network.capacity, with_states)
+            modes = Modes.of(matrix, capacity, with_states)
             known[key] = modes, boundary, DependentStepper(network, modes, tolerance)
         modes, boundary, stepper = known[key]
         piece = slice(a, b)
@@ -271,8 +278,8 @@ def trajectory(
             heat[:, piece] + np.einsum("snb,kb->skn", boundary, u[piece]) for u in (first, last)
         ]
         if network.linear:
-            divided = [_to_modes(modes, f / network.capacity[:, None, :]) for f in force]
-            before = apply(modes.to_modes, out[:, a, :nodes])
+            divided = [_to_modes(modes, f / capacity[:, None, :]) for f in force]
+            before = apply(modes.to_modes, out[some, a, :nodes])
             ends = linear_steps(modes, before, steps[piece], *divided)
             out[:, a + 1 : b + 1, :nodes] = np.matmul(ends, np.swapaxes(modes.to_state, 1, 2))
         else:
@@ -281,6 +288,22 @@ def trajectory(
         ends_of_steps = ((at_start, out[:, :-1, :nodes]), (at_end, out[:, 1:, :nodes]))
         out[:, 1:, nodes:] = network.followed(own, steps, *ends_of_steps)
     return out
+
+
+def _paths(
+    machine: Machine, network: Network, key: tuple[float, ...]
+) -> tuple[FloatArray, FloatArray]:
+    """Return the network's matrices where the inputs that conductances use are *key*."""
+    level = {entry.name: np.zeros(1) for entry in machine.inputs}
+    level |= {
+        name: np.array([value]) for name, value in zip(network.conductance_inputs, key, strict=True)
+    }
+    return network.conductances(level)
+
+
+def _alike(*arrays: FloatArray) -> bool:
+    """Return whether all parameter sets, along the first axis, have the same numbers."""
+    return all(bool(np.all(array == array[:1])) for array in arrays)
 
 
 def _to_modes(modes: Modes, rate: FloatArray) -> FloatArray:
