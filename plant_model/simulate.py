@@ -210,9 +210,9 @@ def _simulate_some(
                 start = start.copy()
                 start[:, node] -= machine.nodes[node].start_share * effect.error_at_start()[:, 0]
     on_grid = trajectory(machine, network, drive, start, tolerance)
-    at_rows = _at_rows(drive.grid, on_grid, time)
-    temperatures = at_rows[..., : network.node_count]
-    states = at_rows[..., network.node_count :]
+    wanted = at_rows(drive.grid, on_grid, time)
+    temperatures = wanted[..., : network.node_count]
+    states = wanted[..., network.node_count :]
     slices = network.state_slices()
     pose_now = pose(effects, slices, row_inputs, temperatures - start[:, None, :], states)
     shown = readings(
@@ -221,7 +221,7 @@ def _simulate_some(
     return Simulation(machine, time, row_inputs, shown, temperatures, pose_now)
 
 
-def _at_rows(grid: FloatArray, values: FloatArray, time: FloatArray) -> FloatArray:
+def at_rows(grid: FloatArray, values: FloatArray, time: FloatArray) -> FloatArray:
     """Return (sets, grid, size) at the rows' instants, by lines between the grid's instants."""
     step = np.clip(np.searchsorted(grid, time, side="right") - 1, 0, len(grid) - 2)
     share = (time - grid[step]) / (grid[step + 1] - grid[step])
@@ -239,7 +239,7 @@ def trajectory(
     tolerance: float = TOLERANCE,
 ) -> FloatArray:
     """Return temperatures and own states on the grid, shape (sets, K + 1, nodes + states)."""
-    levels = _levels(machine, network, drive)
+    levels = levels_on(machine, network, drive)
     heat = network.heat(drive.held)
     names = list(machine.boundary_index)
     first = np.stack([drive.first[name] for name in names], axis=-1)
@@ -258,7 +258,7 @@ def trajectory(
         and len(start) > 1
         and _alike(start, heat, network.capacity)
         and all(
-            _alike(*_paths(machine, network, key))
+            _alike(*conductances_at(machine, network, key))
             for key in {tuple(levels[a]) for a in bounds[:-1]}
         )
     )
@@ -268,7 +268,7 @@ def trajectory(
     for a, b in pairwise(bounds):
         key = tuple(levels[a])
         if key not in known:
-            matrix, boundary = (part[some] for part in _paths(machine, network, key))
+            matrix, boundary = (part[some] for part in conductances_at(machine, network, key))
             with_states = 0 if network.linear else network.state_count
             modes = Modes.of(matrix, capacity, with_states)
             known[key] = modes, boundary, DependentStepper(network, modes, tolerance)
@@ -290,7 +290,7 @@ def trajectory(
     return out
 
 
-def _paths(
+def conductances_at(
     machine: Machine, network: Network, key: tuple[float, ...]
 ) -> tuple[FloatArray, FloatArray]:
     """Return the network's matrices where the inputs that conductances use are *key*."""
@@ -312,7 +312,8 @@ def _to_modes(modes: Modes, rate: FloatArray) -> FloatArray:
     return np.asarray(np.matmul(rate, np.swapaxes(modes.to_modes[:, :, :nodes], 1, 2)))
 
 
-def _levels(machine: Machine, network: Network, drive: Drive) -> FloatArray:
+def levels_on(machine: Machine, network: Network, drive: Drive) -> FloatArray:
+    """Return the inputs that conductances use over each step of the grid, shape (K, inputs)."""
     spans = {entry.name: entry.high - entry.low for entry in machine.inputs}
     columns = [
         levels_of(drive.held[name], spans[name]) if name in drive.held else drive.first[name]
