@@ -70,7 +70,12 @@ class Modes:
         """Find the modes of L, shape (sets, nodes, nodes), with capacities (sets, nodes)."""
         root = np.sqrt(capacity)
         scaled = matrix / (root[:, :, None] * root[:, None, :])
-        decay, vectors = np.linalg.eigh(scaled)
+        # Sets often differ in what is no part of the network; the modes cost more than all else.
+        unlike = np.any(scaled != scaled[:1], axis=(1, 2))
+        which = np.where(unlike, np.cumsum(unlike), 0)
+        decay, vectors = (
+            part[which] for part in np.linalg.eigh(scaled[np.append(0, np.flatnonzero(unlike))])
+        )
         # Heat cannot run up a difference: a negative rate is rounding of an isolated network.
         decay = np.maximum(decay, 0.0)
         to_state = vectors / root[:, :, None]

@@ -210,9 +210,9 @@ def _simulate_some(
                 start = start.copy()
                 start[:, node] -= machine.nodes[node].start_share * effect.error_at_start()[:, 0]
     on_grid = trajectory(machine, network, drive, start, tolerance)
-    at_rows = _at_rows(drive.grid, on_grid, time)
-    temperatures = at_rows[..., : network.node_count]
-    states = at_rows[..., network.node_count :]
+    wanted = at_rows(drive.grid, on_grid, time)
+    temperatures = wanted[..., : network.node_count]
+    states = wanted[..., network.node_count :]
     slices = network.state_slices()
     pose_now = pose(effects, slices, row_inputs, temperatures - start[:, None, :], states)
     shown = readings(
@@ -221,7 +221,7 @@ def _simulate_some(
     return Simulation(machine, time, row_inputs, shown, temperatures, pose_now)
 
 
-def _at_rows(grid: FloatArray, values: FloatArray, time: FloatArray) -> FloatArray:
+def at_rows(grid: FloatArray, values: FloatArray, time: FloatArray) -> FloatArray:
     """Return (sets, grid, size) at the rows' instants, by lines between the grid's instants."""
     step = np.clip(np.searchsorted(grid, time, side="right") - 1, 0, len(grid) - 2)
     share = (time - grid[step]) / (grid[step + 1] - grid[step])
@@ -239,7 +239,7 @@ def trajectory(
     tolerance: float = TOLERANCE,
 ) -> FloatArray:
     """Return temperatures and own states on the grid, shape (sets, K + 1, nodes + states)."""
-    levels = _levels(machine, network, drive)
+    levels = levels_on(machine, network, drive)
     heat = network.heat(drive.held)
     names = list(machine.boundary_index)
     first = np.stack([drive.first[name] for name in names], axis=-1)
@@ -249,21 +249,28 @@ def trajectory(
     own = network.start_states(start, {name: values[:1] for name, values in at_start.items()})
     out = np.empty((len(start), len(drive.grid), nodes + network.state_count))
     out[:, 0] = np.concatenate([start, own], axis=1)
-    known: dict[tuple[float, ...], tuple[Modes, FloatArray, DependentStepper]] = {}
     steps = np.diff(drive.grid)
     changes = np.flatnonzero(np.any(np.diff(levels, axis=0) != 0.0, axis=1)) + 1
     bounds = [0, *changes.tolist(), len(steps)]
+    # Sets that differ in sensors or structure alone have the same temperatures.
+    same = (
+        network.linear
+        and len(start) > 1
+        and _alike(start, heat, network.capacity)
+        and all(
+            _alike(*conductances_at(machine, network, key))
+            for key in {tuple(levels[a]) for a in bounds[:-1]}
+        )
+    )
+    some = slice(1) if same else slice(None)
+    capacity, heat = network.capacity[some], heat[some]
+    known: dict[tuple[float, ...], tuple[Modes, FloatArray, DependentStepper]] = {}
     for a, b in pairwise(bounds):
         key = tuple(levels[a])
         if key not in known:
-            level = {entry.name: np.zeros(1) for entry in machine.inputs}
-            level |= {
-                name: np.array([value])
-                for name, value in zip(network.conductance_inputs, key, strict=True)
-            }
-            matrix, boundary = network.conductances(level)
+            matrix, boundary = (part[some] for part in conductances_at(machine, network, key))
             with_states = 0 if network.linear else network.state_count
-            modes = Modes.of(matrix, network.capacity, with_states)
+            modes = Modes.of(matrix, capacity, with_states)
             known[key] = modes, boundary, DependentStepper(network, modes, tolerance)
         modes, boundary, stepper = known[key]
         piece = slice(a, b)
@@ -271,8 +278,8 @@ def trajectory(
             heat[:, piece] + np.einsum("snb,kb->skn", boundary, u[piece]) for u in (first, last)
         ]
         if network.linear:
-            divided = [_to_modes(modes, f / network.capacity[:, None, :]) for f in force]
-            before = apply(modes.to_modes, out[:, a, :nodes])
+            divided = [_to_modes(modes, f / capacity[:, None, :]) for f in force]
+            before = apply(modes.to_modes, out[some, a, :nodes])
             ends = linear_steps(modes, before, steps[piece], *divided)
             out[:, a + 1 : b + 1, :nodes] = np.matmul(ends, np.swapaxes(modes.to_state, 1, 2))
         else:
@@ -283,13 +290,30 @@ def trajectory(
     return out
 
 
+def conductances_at(
+    machine: Machine, network: Network, key: tuple[float, ...]
+) -> tuple[FloatArray, FloatArray]:
+    """Return the network's matrices where the inputs that conductances use are *key*."""
+    level = {entry.name: np.zeros(1) for entry in machine.inputs}
+    level |= {
+        name: np.array([value]) for name, value in zip(network.conductance_inputs, key, strict=True)
+    }
+    return network.conductances(level)
+
+
+def _alike(*arrays: FloatArray) -> bool:
+    """Return whether all parameter sets, along the first axis, have the same numbers."""
+    return all(bool(np.all(array == array[:1])) for array in arrays)
+
+
 def _to_modes(modes: Modes, rate: FloatArray) -> FloatArray:
     """Return rates of temperature, shape (sets, K, nodes), as forcing of the modes."""
     nodes = rate.shape[2]
     return np.asarray(np.matmul(rate, np.swapaxes(modes.to_modes[:, :, :nodes], 1, 2)))
 
 
-def _levels(machine: Machine, network: Network, drive: Drive) -> FloatArray:
+def levels_on(machine: Machine, network: Network, drive: Drive) -> FloatArray:
+    """Return the inputs that conductances use over each step of the grid, shape (K, inputs)."""
     spans = {entry.name: entry.high - entry.low for entry in machine.inputs}
     columns = [
         levels_of(drive.held[name], spans[name]) if name in drive.held else drive.first[name]

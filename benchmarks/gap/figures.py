@@ -15,6 +15,7 @@ from benchmarks.gap.outcome import (
     MORE,
     NAMED,
     NONE,
+    ONE_EFFECT,
     ONE_OF,
     OPEN_OUTCOMES,
     OUTCOMES,
@@ -59,6 +60,10 @@ ORDER = (
 
 SET_WITH, SET_WITHOUT = "a set with it", "a set without it"
 WRONG_CHANNEL = "it on another sensor"
+DESCRIPTION = "a change of the file"
+NOT_DRAWN = ("pair", "mistake")
+"""Kinds of questions that have no single effect for an answer."""
+
 COLOURS = {
     RIGHT: "#1a7f4b",
     ONE_OF: "#86c89b",
@@ -82,13 +87,13 @@ def answer_of(record: Record) -> str:
     if not record.groups:
         return record.outcome
     first = record.groups[0]
-    truth = record.truth[0] if record.kind == "effect" else None
+    truth = record.truth[0] if record.kind in ONE_EFFECT else None
     if len(first) > 1:
         return SET_WITH if truth is not None and holds(first, truth) else SET_WITHOUT
     name = first[0].partition(":")[0]
     if truth is not None and name == truth["name"] and not holds(first, truth):
         return WRONG_CHANNEL
-    return name
+    return name if name in _effects() else DESCRIPTION
 
 
 def row_of(record: Record) -> str:
@@ -101,13 +106,15 @@ def row_of(record: Record) -> str:
 
 
 def confusion(records: Sequence[Record]) -> tuple[list[str], list[str], np.ndarray]:
-    """Return rows, columns and counts, shape (rows, columns); pairs are left out."""
-    columns = [*_effects(), SET_WITH, SET_WITHOUT, WRONG_CHANNEL, BROKEN, UNKNOWN, NONE]
-    rows = [*_effects(), "deleted from the catalogue", *OUTSIDE, "nothing"]
+    """Return rows, columns and counts, shape (rows, columns); `NOT_DRAWN` kinds are left out."""
+    asked = [one for one in records if one.kind not in NOT_DRAWN]
+    wrong = (SET_WITH, SET_WITHOUT, WRONG_CHANNEL, DESCRIPTION)
+    columns = [*_effects(), *wrong, BROKEN, UNKNOWN, NONE]
+    more = (row_of(one) for one in asked if one.kind == "outside")
+    rows = [*_effects(), "deleted from the catalogue", *dict.fromkeys((*OUTSIDE, *more)), "nothing"]
     counts = np.zeros((len(rows), len(columns)), dtype=int)
-    for one in records:
-        if one.kind != "pair":
-            counts[rows.index(row_of(one)), columns.index(answer_of(one))] += 1
+    for one in asked:
+        counts[rows.index(row_of(one)), columns.index(answer_of(one))] += 1
     return rows, columns, counts
 
 
@@ -160,7 +167,7 @@ def _label(axes: Axes, rows: list[str], columns: list[str], totals: np.ndarray) 
     axes.set_xlabel("answer (a first name, or none)", fontsize=12)
     axes.set_ylabel("hidden (cases)", fontsize=12)
     effects = len(_effects())
-    for place in (effects, effects + 3, effects + 4):
+    for place in (effects, effects + 4, effects + 5):
         axes.axvline(place - 0.5, color="#333", linewidth=1.0)
     for place in (effects, effects + 1, len(rows) - 1):
         axes.axhline(place - 0.5, color="#333", linewidth=1.0)

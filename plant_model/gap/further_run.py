@@ -123,8 +123,9 @@ def further_run(
     plans.sort(key=lambda plan: -plan[0])
     lengths = displacement_names(best.machine)
     found = None
+    known = _told_so_far(best) if plans else np.zeros((0, 0))
     for _, profile, stretches, inputs, difference in plans[:WEIGHED]:
-        evidence = min(_evidence(best, one.machine, inputs, names) for one in rivals)
+        evidence = min(_evidence(best, one.machine, inputs, names, known) for one in rivals)
         if found is None or evidence > found.evidence:
             i = int(np.argmax(difference / noise))
             unit = "um" if names[i] in lengths else "K"
@@ -194,16 +195,43 @@ def _channels(machine: Machine, inputs: pd.DataFrame, names: tuple[str, ...]) ->
     return np.stack([shown[name][0] for name in names], axis=-1)
 
 
+def _told_so_far(best: CandidateFit) -> FloatArray:
+    """Return the normal matrix of the runs that there are, shape (Q, Q).
+
+    A fit's designs are made of derivatives about the machine before its last change. One of the
+    description may have brought columns of its own: a new path is one more place from which a
+    thermometer may read.
+    """
+    moved, fixed = _priors(best)
+    designs = list(best.designs)
+    first = best.observed[0]
+    about = sensitivities_of(best.machine, first, moved, fixed)
+    if len(moved.names) + about.other.shape[1] != designs[0].shared.shape[1]:
+        rest = (sensitivities_of(best.machine, one, moved, fixed) for one in best.observed[1:])
+        designs = [
+            run_design(best.machine, one, moved, known)
+            for one, known in zip(best.observed, (about, *rest), strict=True)
+        ]
+    return np.asarray(NormalMatrices.of(designs, ()).shared.sum(axis=0))
+
+
+def _priors(best: CandidateFit) -> tuple[Priors, Priors]:
+    """Return what calibration moves, and what it does not."""
+    return Priors.of(best.base, calibrated=True), Priors.of(best.machine, calibrated=False)
+
+
 def _evidence(
-    best: CandidateFit, rival: Machine, inputs: pd.DataFrame, names: tuple[str, ...]
+    best: CandidateFit,
+    rival: Machine,
+    inputs: pd.DataFrame,
+    names: tuple[str, ...],
+    known: FloatArray,
 ) -> float:
     """Return the cost that the rival's run leaves to the best fit, calibrated on all runs."""
     frame = simulate(rival, inputs, step_s=EVERY_S, tolerance=1e-2).run_frame()
     (one,) = observe(best.machine, [Run("further_run", frame)], channels=names)
-    moved = Priors.of(best.base, calibrated=True)
-    fixed = Priors.of(best.machine, calibrated=False)
+    moved, fixed = _priors(best)
     design = run_design(best.machine, one, moved, sensitivities_of(best.machine, one, moved, fixed))
-    known = NormalMatrices.of(best.designs, ()).shared.sum(axis=0)
     clean = design.cleaned(design.residual)
     against = design.shared.T @ clean
     matrix = known + design.shared.T @ design.cleaned(design.shared) + np.eye(len(known))

@@ -12,7 +12,14 @@ from matplotlib.image import imread
 
 from benchmarks.gap import sections, table
 from benchmarks.gap.amplitudes import COMPARABLE, amplitude_found
-from benchmarks.gap.figures import ORDER, SET_WITH, WRONG_CHANNEL, confusion, naming_by_size
+from benchmarks.gap.figures import (
+    DESCRIPTION,
+    ORDER,
+    SET_WITH,
+    WRONG_CHANNEL,
+    confusion,
+    naming_by_size,
+)
 from benchmarks.gap.outcome import groups_of, outcome
 from benchmarks.gap.records import read_records
 from benchmarks.gap.truth.effects import catalogue as hidden_ones
@@ -188,14 +195,17 @@ def test_the_confusion_matrix_counts_first_names(records: Folder) -> None:
     )
     sets = answer(RADIATION, one_of=("radiation", "windage"))
     records.put("effect", [hidden("windage")], sets, empty=1.0)
+    path = {"name": "heat_path", "place": ["bed", "column"], "parameters": {}}
+    records.put("none", [], answer(path, one_of=()))
+    records.put("mistake", [], answer(path, one_of=()))
     rows, columns, counts = confusion(read_records(records.folder))
-    assert counts.sum() == 9  # all but the pair
+    assert counts.sum() == 10  # all but the pair and the mistake
     at = {(rows[i], columns[j]): int(counts[i, j]) for i, j in np.argwhere(counts > 0)}
     assert at["windage", "windage"] == 1
     assert at["windage", "radiation"] == 1
     assert at["windage", SET_WITH] == 1
     assert at["sensor_offset", WRONG_CHANNEL] == 1
-    assert at["nothing", "windage"] == at["nothing", "none"] == 1
+    assert at["nothing", "windage"] == at["nothing", "none"] == at["nothing", DESCRIPTION] == 1
     assert at["deleted from the catalogue", "unknown"] == 1
     assert set(ORDER) == set(hidden_ones())
 

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from benchmarks.gap import sections, table
 from benchmarks.gap.ask import machine_of
 from benchmarks.gap.make import OWNERS_FILE
 from benchmarks.gap.outcome import groups_of, outcome, outcome_of_mistake
 from benchmarks.gap.plan import plan, trials
+from benchmarks.gap.records import read_records
 from benchmarks.gap.truths import TRUTHS
-from tests.gap_benchmark.made_up import answer, hidden
+from tests.gap_benchmark.made_up import Folder, added, answer, hidden
 
 NUT = {"kind": "heat_source", "place": ["z_nut", "feed_z"]}
 
@@ -90,3 +93,25 @@ def test_naming_a_mistake_that_is_there_is_not_wrong() -> None:
     assert outcome("none", [], left, "effect") == "none"
     assert outcome("effect", [hidden("windage")], left, "effect") == "none"
     assert outcome("none", [], groups_of(said), "effect") == "named"
+
+
+def test_the_figures_of_several_simulators_stand_side_by_side(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for name, effects in (("jig_borer", ("windage",)), ("belt", ("windage", "radiation"))):
+        folder = Folder(tmp_path / name / "records")
+        for number, effect in enumerate(effects):
+            told = answer(added("windage"), one_of=("windage",), gap=(9.0, 4.0))
+            folder.put("effect", [hidden(effect)], told, empty=3.0)
+            path = folder.folder / f"{number + 1:04d}.json"
+            record = json.loads(path.read_text()) | {"simulator": name}
+            path.write_text(json.dumps(record))
+    assert table.main([str(tmp_path / "jig_borer"), "--beside", str(tmp_path / "belt")]) == 0
+    rows = capsys.readouterr().out.splitlines()
+    assert rows[0] == "|  | Asked for | jig_borer | belt |"
+    (strong,) = (row for row in rows if row.startswith("| Named right, strong effect"))
+    assert "1 of 1 (100 %)" in strong.split("|")[3]
+    assert "1 of 2 (50 %)" in strong.split("|")[4]
+    assert "| Questions |  | 1 | 2 |" in rows
+    records = read_records(tmp_path / "belt" / "records")
+    assert "windage" not in sections.amplitudes(records)

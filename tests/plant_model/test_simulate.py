@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 import plant_model.simulate as simulate_module
 from plant_model.drive import DriveError, drive_from
 from plant_model.machine import Machine
-from plant_model.parameters import ParameterError
+from plant_model.parameters import FloatArray, ParameterError
 from plant_model.simulate import simulate
 from tests.plant_model.conftest import inputs_over, with_effects
 
@@ -63,6 +63,33 @@ def test_many_sets_equal_one_by_one_where_temperature_matters(jig_borer: Machine
     for i, slope in enumerate(slopes):
         alone = simulate(machine, inputs, {"effects.viscosity_temperature.slope": slope})
         np.testing.assert_allclose(together.temperatures[i], alone.temperatures[0], atol=1e-3)
+
+
+def test_sets_with_the_same_network_are_solved_once(
+    jig_borer: Machine, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    machine = with_effects(jig_borer, "column_bending")
+    inputs = inputs_over(0.5)
+    solved: set[int] = set()
+    eigh = np.linalg.eigh
+
+    def counted(matrix: FloatArray) -> tuple[FloatArray, FloatArray]:
+        solved.add(len(matrix))
+        return eigh(matrix)
+
+    monkeypatch.setattr(np.linalg, "eigh", counted)
+    bar = machine.parameters["nodes.test_bar.capacity"]
+    for name, values, matrices in (
+        ("effects.column_bending.tilt", (4.0, 5.0, 9.0), 1),
+        ("nodes.test_bar.capacity", (bar.value, bar.value, bar.high), 2),
+    ):
+        solved.clear()
+        together = simulate(machine, inputs, {name: np.array(values)})
+        assert solved == {matrices}
+        for i, value in enumerate(values):
+            alone = simulate(machine, inputs, {name: value})
+            np.testing.assert_array_equal(together.temperatures[i], alone.temperatures[0])
+            np.testing.assert_array_equal(together.pose[i], alone.pose[0])
 
 
 def test_sets_in_turns_equal_all_at_once(

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from itertools import combinations, product
 from typing import ClassVar, Self
 
+from plant_model.gap.added_paths import path_answers
 from plant_model.gap.kinds.base import (
     CalibratedRun,
     Change,
@@ -16,6 +17,7 @@ from plant_model.gap.kinds.base import (
     parts_joined,
 )
 from plant_model.machine import Machine
+from plant_model.parameters import FloatArray
 
 SIZES_W_PER_K = (3.0, 30.0)
 """Conductances tried: one through a thin section or a still surface, one through a joint [W/K]."""
@@ -48,6 +50,13 @@ class HeatPath(Change):
             new = frozenset(pair) not in there and "-".join(pair) not in names
             if new and pair[1] in others:
                 yield cls(pair, pair[1] in machine.boundary_index)
+
+    @classmethod
+    def answers(cls, changes: Sequence[Self], known: CalibratedRun) -> list[FloatArray]:
+        """Return the answers of all paths in one go, where the machine allows that."""
+        pairs = [one.place for one in changes]
+        found = path_answers(known.machine, known.observed, pairs, SIZES_W_PER_K)
+        return super().answers(changes, known) if found is None else found
 
     def points(self) -> list[dict[str, float]]:
         """Return a small and a large conductance."""

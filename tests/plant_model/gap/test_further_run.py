@@ -16,6 +16,7 @@ from plant_model.gap.calibrate import calibrate
 from plant_model.gap.candidates import with_effect
 from plant_model.gap.design import all_sensitivities, run_design, sensitivities_of
 from plant_model.gap.further_run import FurtherRun, further_run
+from plant_model.gap.kinds.heat_path import HeatPath
 from plant_model.gap.observations import Observations, observe
 from plant_model.gap.priors import Priors
 from plant_model.gap.refit import CandidateFit, score_fit
@@ -75,7 +76,8 @@ def test_evidence_is_what_least_squares_cannot_explain(
     stretches = {"speed": ((0.0, 9000.0), (3 * 3600.0, 0.0))}
     inputs = module._inputs(best.machine, stretches, observed)
     names = observed[0].channels
-    told = module._evidence(best, rival.machine, inputs, names)
+    known = module._told_so_far(best)
+    told = module._evidence(best, rival.machine, inputs, names, known)
     # The same by one large least-squares problem: old runs, priors and the new run, row by row.
     frame = simulate(rival.machine, inputs, step_s=60.0, tolerance=1e-2).run_frame()
     (one,) = observe(best.machine, [Run("new", frame)], channels=names)
@@ -95,6 +97,31 @@ def test_evidence_is_what_least_squares_cannot_explain(
     matrix, wanted = np.vstack([*rows, np.eye(size)]), np.concatenate([*right, np.zeros(size)])
     moved_by = np.linalg.lstsq(matrix, -wanted, rcond=None)[0]
     assert told == pytest.approx(float(np.sum((wanted + matrix @ moved_by) ** 2)), rel=1e-6)
+
+
+def test_a_path_that_a_thermometer_may_read_is_weighed_too(
+    jig_borer: Machine, fits: tuple[list[CandidateFit], list[Observations]]
+) -> None:
+    (rival, _, _), observed = fits
+    sensor = next(one for one in jig_borer.sensors if one.of in jig_borer.node_index)
+    joined = {name for item in jig_borer.items for name in item.refs.get("between", ())}
+    beside = {
+        name
+        for item in jig_borer.items
+        if sensor.of in item.refs.get("between", ())
+        for name in item.refs["between"]
+    }
+    other = sorted((joined & jig_borer.node_index.keys()) - beside)[0]
+    change = HeatPath((sensor.of, other), False)
+    base = change.put_into(jig_borer, {"conductance": 20.0})
+    known = all_sensitivities(jig_borer, jig_borer, observed)
+    calibration = calibrate(base, observed, starts=1, iterations=1, sensitivities=known)
+    fit = score_fit(base, (change.key,), observed, calibration, known)
+    told = module._told_so_far(fit)
+    assert len(told) == fit.designs[0].shared.shape[1] + 1
+    found = further_run([fit, rival], observed)
+    assert found is not None
+    assert found.evidence > 0.0
 
 
 def test_every_driving_input_is_tried_alone_and_with_the_others(jig_borer: Machine) -> None:
