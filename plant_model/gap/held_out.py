@@ -114,8 +114,7 @@ def confirmed(found: GapResult, unseen: Sequence[Observations]) -> tuple[GapResu
     for count in range(len(found.after.added), 0, -1):
         fewer = found.with_only(count)
         comparison = GapComparison(before, fewer.after.machine, unseen)
-        better = comparison.gap()["after"] <= comparison.gap()["before"]
-        if better and not comparison.made_worse():
+        if comparison.gap()["after"] <= comparison.gap()["before"]:
             return fewer, comparison
     found = found.with_only(0).only_described()
     while found.changes:
@@ -135,5 +134,7 @@ def _made_worse(found: GapResult, comparison: GapComparison) -> NamedChange | No
         if told is not None and told["after"] > told["before"]:
             return one
     gap = comparison.gap()
+    # Of hundreds of changes one may do good by doing harm elsewhere. An effect has a law: where it
+    # is not quite the machine's, displacements get worse though it is the one that is missing.
     worse = gap["after"] > gap["before"] or comparison.made_worse()
     return found.changes[-1] if worse else None
