@@ -232,7 +232,8 @@ static const char *linear_advance(
     const double *force, double *temperatures, double *states)
 {
     double before[NODES];
-    double parts = ceil(self->conductances.fastest * step_s / LARGEST_PART);
+    /* Without any exchange of heat nothing is fast, and the step is still one part. */
+    double parts = larger(1.0, ceil(self->conductances.fastest * step_s / LARGEST_PART));
     memcpy(before, temperatures, sizeof before);
     if (repeated < REPEATED_ENOUGH && parts <= MOST_PARTS) {
         taylor(self, step_s, parts, force, temperatures);
