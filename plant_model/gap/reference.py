@@ -16,7 +16,7 @@ from itertools import pairwise
 import numpy as np
 
 from plant_model.gap.observations import Observations
-from plant_model.gap.regimes import RunResiduals, regimes
+from plant_model.gap.regimes import RunResiduals, mean_squares, regimes
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
 from plant_model.sensors import displacement_names
@@ -125,7 +125,7 @@ class ReferenceModel:
                 for own, there, part in zip(left, moved, of_moved.predicted, strict=True)
             ],
         ]
-        costs = np.array([_mean_squares(_less(left, part)) for part in tried])
+        costs = np.array([mean_squares(_less(left, part)) for part in tried])
         choice = np.argmin(np.nan_to_num(costs, nan=np.inf), axis=0)
         self.known = _less(left, [_chosen(choice, parts) for parts in zip(*tried, strict=True)])
         self.unseen = []
@@ -133,7 +133,7 @@ class ReferenceModel:
             readings = one.values - (_moved(one) - of_moved.of(x) * self._tolerance)
             options = (np.zeros_like(one.values), of_left.of(x) * self._tolerance, readings)
             self.unseen.append(one.values - _chosen(choice, options))
-        before, after = (_mean_squares(part) / self._tolerance**2 for part in (left, self.known))
+        before, after = (mean_squares(part) / self._tolerance**2 for part in (left, self.known))
         self.reducible = float(np.nanmean(before - after)) if np.isfinite(before).any() else 0.0
         self.share = self.reducible / max(float(np.nanmean(before)), 1e-12)
 
@@ -198,8 +198,8 @@ class ReferenceModel:
     def _share(self, left: Sequence[FloatArray], columns: Sequence[int]) -> float:
         """Return the share of *left* that some predictors alone predict."""
         ridge = _Ridge([x[:, columns] for x in self._predictors.known], left)
-        before = np.nansum(_mean_squares(left))
-        return float(1.0 - np.nansum(_mean_squares(_less(left, ridge.predicted))) / before)
+        before = np.nansum(mean_squares(left))
+        return float(1.0 - np.nansum(mean_squares(_less(left, ridge.predicted))) / before)
 
 
 def _less(left: Sequence[FloatArray], predicted: Sequence[FloatArray]) -> list[FloatArray]:
@@ -209,15 +209,6 @@ def _less(left: Sequence[FloatArray], predicted: Sequence[FloatArray]) -> list[F
 def _chosen(choice: FloatArray, options: Sequence[FloatArray]) -> FloatArray:
     """Return each channel of the option chosen for it, (K, C) from several (K, C)."""
     return np.stack(options)[choice, :, np.arange(len(choice))].T
-
-
-def _mean_squares(parts: Sequence[FloatArray]) -> FloatArray:
-    """Return the mean square of each channel over all runs, shape (C,); NaN without a value."""
-    values = np.concatenate(list(parts))
-    count = np.isfinite(values).sum(axis=0)
-    return np.asarray(
-        np.where(count > 0, np.nansum(values**2, axis=0) / np.maximum(count, 1), np.nan)
-    )
 
 
 def _moved(one: RunResiduals) -> FloatArray:
@@ -320,7 +311,7 @@ class _Ridge:
         for penalty in PENALTIES:
             weights = [self._fit([j for j in everything if j != k], penalty) for k in everything]
             made.append([x @ weight for x, weight in zip(predictors, weights, strict=True)])
-            costs.append(_mean_squares(_less(left, made[-1])))
+            costs.append(mean_squares(_less(left, made[-1])))
         best = np.argmin(np.nan_to_num(np.array(costs), nan=np.inf), axis=0)
         self.predicted = [_chosen(best, parts) for parts in zip(*made, strict=True)]
         weights = [self._fit(everything, penalty) for penalty in PENALTIES]

@@ -141,13 +141,10 @@ def by_channel(machine: Machine, found: list[RunResiduals]) -> dict[str, float]:
     return dict(zip(names, rms.tolist(), strict=True))
 
 
-def mean_squares(found: Sequence[RunResiduals]) -> FloatArray:
-    """Return each channel's mean square over all runs [tolerances squared], shape (C,).
-
-    It is NaN where nothing was measured.
-    """
-    squares = np.concatenate([(one.values / one.observed.tolerance) ** 2 for one in found])
-    count = np.isfinite(squares).sum(axis=0)
+def mean_squares(parts: Sequence[FloatArray]) -> FloatArray:
+    """Return the mean square of each channel over all runs, shape (C,); NaN without a value."""
+    values = np.concatenate(list(parts))
+    count = np.isfinite(values).sum(axis=0)
     return np.asarray(
-        np.where(count > 0, np.nansum(squares, axis=0) / np.maximum(count, 1), np.nan)
+        np.where(count > 0, np.nansum(values**2, axis=0) / np.maximum(count, 1), np.nan)
     )

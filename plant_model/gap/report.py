@@ -71,7 +71,10 @@ class GapComparison:
         An effect that was really missing makes no channel worse by much, and all of them together
         by next to nothing of what it makes better.
         """
-        before, after = (mean_squares(part) for part in (self.before, self.after))
+        before, after = (
+            mean_squares([one.values / one.observed.tolerance for one in part])
+            for part in (self.before, self.after)
+        )
         change = np.nan_to_num(after - before)
         harm, gain = change[change > 0.0].sum(), -change[change < 0.0].sum()
         return bool(change.max(initial=0.0) > WORSE and harm > HARM * gain)
