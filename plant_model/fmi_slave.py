@@ -111,7 +111,7 @@ def variable_name(parameter: str) -> str:
 
 def start_sensors(machine: Machine) -> list[str]:
     """Return the sensors at whose first reading a node starts, in the nodes' order."""
-    starts = dict.fromkeys(node.start for node in machine.nodes)
+    starts = dict.fromkeys(node.start for node in machine.nodes if not node.rests)
     return [name for name in starts if name not in machine.boundary_index]
 
 

@@ -44,18 +44,28 @@ class Input:
         return self.unit == "degC"
 
 
+REST = "rest"
+"""What ``start`` of a node says for: where it stands when the machine has rested."""
+
+
 @dataclass(frozen=True)
 class Node:
     """A lump of one temperature, and where it starts.
 
     It starts at the first value of the signal *start*, or so large a share of the way there from
-    the first boundary temperature.
+    the first boundary temperature; with :data:`REST` where a machine that has stood for long has
+    it (:mod:`plant_model.rest`).
     """
 
     name: str
     capacity: Parameter
     start: str
     start_share: float = 1.0
+
+    @property
+    def rests(self) -> bool:
+        """Whether it starts where it stands when the machine has been at rest for long."""
+        return self.start == REST
 
     def starts_at(self, first: Mapping[str, float], usual: float) -> float:
         """Return where it starts [degC].

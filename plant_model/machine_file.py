@@ -17,15 +17,15 @@ from measurement.errors import BadInput, M, checked, shown
 from plant_model.drawing.expand import expanded, is_page
 from plant_model.effects import ItemSpec, catalogue, item_kinds
 from plant_model.effects.base import NumberSpec, possible
-from plant_model.machine import FAMILIES, Axis, Input, Item, Machine, Node, Sensor
+from plant_model.machine import FAMILIES, REST, Axis, Input, Item, Machine, Node, Sensor
 from plant_model.machine_forms import DirectForm, FileForm, InputForm, ParameterForm, TiedForm
 from plant_model.parameters import NUMBERS, Parameter
 
 KINDS_OF_AXES = ("d", "drift_", "offset_", "error_")
-RESERVED = {"time", "tool_length", "noise_seed"}.union(
+RESERVED = {"time", "tool_length", "noise_seed", REST}.union(
     f"{kind}{axis}" for kind in KINDS_OF_AXES for axis in "XYZ"
 )
-"""Names that the plant's other signals have."""
+"""Names that the plant's other signals have, and the word that ``start`` knows."""
 
 SHIPPED = Path(__file__).parent / "machines"
 
@@ -136,7 +136,7 @@ class _Reader:
             Node(
                 node.name,
                 self._parameter(f"nodes.{i}.capacity", node.capacity, Capacity),
-                self._one_of(f"nodes.{i}.start", node.start, signals),
+                self._one_of(f"nodes.{i}.start", node.start, [*signals, REST]),
                 node.start_share,
             )
             for i, node in enumerate(form.nodes)

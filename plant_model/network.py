@@ -44,6 +44,8 @@ class Network:
         Whether own states jump at the end of a step (:meth:`settled`).
     state_count : int
         Number of the effects' own states.
+    one_way : list of Exchange
+        Heat that a flow carries from one node to another.
     """
 
     def __init__(self, machine: Machine, values: Values, effects: Sequence[Effect]) -> None:
@@ -68,12 +70,12 @@ class Network:
         )
         probe = {entry.name: np.array([0.0]) for entry in machine.inputs}
         # Heat that a flow brings from another node has no symmetric counterpart.
-        self._one_way = [
+        self.one_way = [
             entry for entry in self._exchanges(probe) if entry.one_way and not entry.boundary
         ]
         follow_only = all(effect.lags or effect.settles for effect in self._with_states)
         self.settles = any(effect.settles for effect in self._with_states)
-        self.linear = follow_only and not (self._dependent or self._one_way)
+        self.linear = follow_only and not (self._dependent or self.one_way)
         scales = [effect.state_scales or (1.0,) * len(effect.states) for effect in effects]
         self.error_scale = np.concatenate([np.ones(self.node_count), *scales])
         self._slices = self._state_slices()
@@ -132,7 +134,7 @@ class Network:
         """
         out = np.zeros_like(temperatures)
         rates = np.zeros_like(states)
-        for entry in self._one_way:
+        for entry in self.one_way:
             out[..., entry.node] += entry.conductance * temperatures[..., entry.other]
         for effect in self._dependent:
             own = states[..., self._slices[effect.key]] if effect.states else None
@@ -157,7 +159,7 @@ class Network:
     def one_way_outflow(self, temperatures: FloatArray) -> FloatArray:
         """Return the heat that series flows take out of their nodes [W], from (times, nodes)."""
         out = np.zeros(temperatures.shape[0])
-        for entry in self._one_way:
+        for entry in self.one_way:
             out += entry.conductance[0] * temperatures[:, entry.node]
         return out
 

@@ -16,6 +16,7 @@ from plant_model.integrate import TOLERANCE, Modes, apply, linear_steps
 from plant_model.machine import Machine
 from plant_model.network import Network, effects_in_force
 from plant_model.parameters import FloatArray, Values
+from plant_model.rest import RestingParts
 from plant_model.sensors import SensorNoise, column_of, readings
 from plant_model.structure import drift_at, pose
 
@@ -158,16 +159,43 @@ def start_temperatures(machine: Machine, inputs: pd.DataFrame, drive: Drive) -> 
 
     A node starts at an input's first value, or at the first reading of the sensor that the machine
     file names, or a share of the way there from the machine's first boundary temperature; where
-    the run has no such column, at that.
+    the run has no such column, at that. Nodes at rest start where those leave them.
     """
-    return _starts(machine, drive, _first_readings(machine, inputs))
+    starts = _starts(machine, drive, _first_readings(machine, inputs))
+    if np.isnan(starts).any():
+        boundary = _first_boundaries(machine, drive)
+        return np.asarray(RestingParts.of(machine).filled(starts[None], boundary)[0])
+    return starts
+
+
+def start_readings(machine: Machine, inputs: pd.DataFrame) -> dict[str, float]:
+    """Return the temperature at each thermometer that nodes start at [degC], by its name.
+
+    Its first reading, less the error that the machine's effects give it there; those that the frame
+    has no reading of are left out.
+    """
+    effects = effects_in_force(machine, Values(machine.parameters, None))
+    found = _first_readings(machine, inputs)
+    for effect in effects:
+        if effect.channel in found:
+            found[effect.channel] -= float(effect.error_at_start()[0, 0])
+    return found
 
 
 def _starts(machine: Machine, drive: Drive, first: dict[str, float]) -> FloatArray:
-    """Return where each node starts; *first* is what the sensors read first, by name."""
+    """Return where each node starts; *first* is what the sensors read first, by name.
+
+    NaN where it starts at rest: that is found from the others.
+    """
     usual = next(iter(drive.first.values()))[0]
     known = first | {name: values[0] for name, values in drive.first.items()}
-    return np.array([node.starts_at(known, usual) for node in machine.nodes])
+    return np.array(
+        [np.nan if node.rests else node.starts_at(known, usual) for node in machine.nodes]
+    )
+
+
+def _first_boundaries(machine: Machine, drive: Drive) -> FloatArray:
+    return np.array([drive.first[name][0] for name in machine.boundary_index])
 
 
 def _first_readings(machine: Machine, inputs: pd.DataFrame) -> dict[str, float]:
@@ -209,6 +237,8 @@ def _simulate_some(
             if effect.channel == sensor:
                 start = start.copy()
                 start[:, node] -= machine.nodes[node].start_share * effect.error_at_start()[:, 0]
+    if np.isnan(start).any():
+        start = RestingParts(machine, network).filled(start, _first_boundaries(machine, drive))
     on_grid = trajectory(machine, network, drive, start, tolerance)
     wanted = at_rows(drive.grid, on_grid, time)
     temperatures = wanted[..., : network.node_count]

@@ -16,6 +16,7 @@ from plant_model.machine import Machine
 from plant_model.network import Network, effects_in_force
 from plant_model.noise import NormalSequence
 from plant_model.parameters import FloatArray, Values
+from plant_model.rest import RestingParts
 from plant_model.sensors import SensorNoise
 
 AXES = ("X", "Y", "Z")
@@ -69,6 +70,9 @@ class PlantStepper:
         self._modes: dict[tuple[float, ...], tuple[Modes, FloatArray, DependentStepper]] = {}
         self._linear: dict[tuple[float, ...], tuple[FloatArray, FloatArray]] = {}
         self._heat: dict[tuple[float, ...], FloatArray] = {}
+        # By the file's numbers, as the C form has it: a solved network is no formula.
+        rests = any(node.rests for node in machine.nodes)
+        self._resting = RestingParts.of(machine) if rests else None
         self._outputs: dict[str, float] = {}
         self.reset({entry.name: entry.default or 0.0 for entry in machine.inputs})
 
@@ -89,6 +93,9 @@ class PlantStepper:
         first = inputs[next(iter(names))]
         known = dict(readings or {}) | {name: inputs[name] for name in names}
         self._start = np.array([node.starts_at(known, first) for node in self.machine.nodes])
+        if self._resting:
+            boundary = np.array([inputs[name] for name in names])
+            self._start = self._resting.filled(self._start[None], boundary)[0]
         own = self.network.start_states(self._start[None], _arrays(inputs, self._names))
         self._state = np.concatenate([self._start, own[0]])
         self._time = 0.0

@@ -24,7 +24,7 @@ from plant_model.gap.regimes import RunResiduals, by_channel, gap_of
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
 from plant_model.sensors import displacement_names
-from plant_model.simulate import simulate, start_temperatures
+from plant_model.simulate import simulate, start_readings
 from scenarios.fmu import Port, Slave, interruptible
 
 LONGEST_STEP_S = 30.0
@@ -77,20 +77,15 @@ def cosimulate(fmu: Path, machine: Machine, run: Run) -> Cosimulated:
         [at_middle[name] if name in boundary else at_start[name][:-1] for name in names]
     )
     first = np.array([at_start[name][0] for name in names])
-    starts = dict(
-        zip(
-            [node.start for node in machine.nodes],
-            start_temperatures(machine, run.frame, drive).tolist(),
-            strict=True,
-        )
-    )
+    starts = start_readings(machine, run.frame)
     zero = float(at_start[next(iter(machine.boundary_index))][0])
     printed, stderr = io.StringIO(), sys.stderr
     with contextlib.redirect_stderr(printed):
         slave = Slave(fmu, "plant", lambda line: print(line, file=stderr), printed)
         with slave, interruptible() as check:
             for sensor in start_sensors(machine):
-                slave.set_parameter(rise_name(sensor), starts[sensor] - zero, run.name, sensor)
+                rise = starts.get(sensor, zero) - zero
+                slave.set_parameter(rise_name(sensor), rise, run.name, sensor)
             shown = [sensor.name for sensor in machine.sensors] + displacement_names(machine)
             inputs, outputs = Port(slave, names), Port(slave, shown)
             table = np.empty((len(time), len(shown)))

@@ -200,7 +200,7 @@ class _Tracer:
             first=_flat(network.start_states(at_end, self.inputs)),
             outputs=self._outputs(slices),
             levels=[self.names.index(name) for name in network.conductance_inputs],
-            one_way=bool(network._one_way),
+            one_way=bool(network.one_way),
             lagging=self._of_kind(slices, "lags"),
             settling=self._of_kind(slices, "settles"),
             acting=[self._acting(effect, slices) for effect in self.effects],

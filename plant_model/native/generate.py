@@ -6,12 +6,15 @@ import sys
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
+import numpy as np
+
 from fmu_packaging.variables import Variable
 from plant_model.fmi_slave import start_sensors
 from plant_model.machine import Machine
 from plant_model.native.emit import Stage, function, stage_function
 from plant_model.native.equations import Equations, equations_of
 from plant_model.native.trace import literal
+from plant_model.rest import RestingParts
 from plant_model.sensors import noise_and_resolution
 from plant_model.stepper import OFFSETS
 
@@ -54,6 +57,7 @@ def machine_sources(machine: Machine) -> dict[str, str]:
         "ACTING": len(equations.acting),
         "TUNABLE": len(tunable),
         "RISES": len(start_sensors(machine)),
+        "RESTING": sum(node.rests for node in machine.nodes),
         "SENSORS": len(noise_and_resolution(machine)),
         "KEPT_OF_PARAMETERS": of_parameters,
         "KEPT_OF_INPUTS": of_inputs,
@@ -177,6 +181,7 @@ def _tables(machine: Machine, equations: Equations) -> Iterator[str]:
         ),
     )
     yield from _array("struct start", "machine_starts", "NODES", _starts(machine))
+    yield from _array("struct resting", "machine_resting", "RESTING", _resting(machine))
     noise = (_braced(map(literal, pair)) for pair in noise_and_resolution(machine).values())
     yield from _array("struct sensor_noise", "machine_sensors", "SENSORS", noise)
     limits = (axis.slew_um_per_s, axis.limit_um, axis.resolution_um or 1e-9)
@@ -205,10 +210,38 @@ def _starts(machine: Machine) -> Iterator[str]:
     first = names.index(next(iter(machine.boundary_index)))
     sensors = start_sensors(machine)
     for node in machine.nodes:
+        share = literal(node.start_share)
         if node.start in machine.boundary_index:
-            yield _braced((names.index(node.start), "NONE"))
+            yield _braced((names.index(node.start), "NONE", share))
         else:
-            yield _braced((first, sensors.index(node.start)))
+            rise = "NONE" if node.rests else sensors.index(node.start)
+            yield _braced((first, rise, share))
+
+
+def _resting(machine: Machine) -> Iterator[str]:
+    """Yield every node at rest: its place, and its shares of boundaries, start rises and 1 degC.
+
+    The other nodes' starts are such sums themselves, so no network is to be solved in C.
+    """
+    if not any(node.rests for node in machine.nodes):
+        return
+    resting = RestingParts.of(machine)
+    boundaries, sensors = list(machine.boundary_index), start_sensors(machine)
+    starts = np.zeros((len(resting.others), len(boundaries) + len(sensors) + 1))
+    for row, place in zip(starts, resting.others, strict=True):
+        node = machine.nodes[place]
+        if node.start in boundaries:
+            row[0] += 1.0 - node.start_share
+            row[boundaries.index(node.start)] += node.start_share
+        else:
+            row[0] = 1.0
+            row[len(boundaries) + sensors.index(node.start)] = node.start_share
+    of_others, of_ends = np.split(resting.weights[0], [len(resting.others)], axis=1)
+    shares = of_others @ starts
+    shares[:, : len(boundaries)] += of_ends[:, :-1]
+    shares[:, -1] += of_ends[:, -1]
+    for place, row in zip(resting.at, shares, strict=True):
+        yield _braced((place, _braced(literal(float(share)) for share in row)))
 
 
 def variable_sources(variables: Sequence[Variable], name: str, guid: str) -> str:

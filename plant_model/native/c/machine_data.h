@@ -24,10 +24,18 @@ struct acting {
     size_t first_state, state_count;
 };
 
-/* Where a node starts: at an input, or above the first boundary temperature by a start_rise. */
+/* Where a node starts: at an input, or above the first boundary temperature by a start_rise; or a
+   share of the way there from that boundary. */
 struct start {
     size_t input;
     size_t rise; /* among the start_rise parameters; NONE: none */
+    double share;
+};
+
+/* Where a node stands when the machine has been at rest for long: see the Python twin, rest.py. */
+struct resting {
+    size_t node;
+    double shares[BOUNDARIES + RISES + 1]; /* of boundaries, of start rises, and a constant [degC] */
 };
 
 /* What a variable of the FMU must lie in. */
@@ -56,6 +64,7 @@ extern const size_t machine_boundaries[AT_LEAST_ONE(BOUNDARIES)]; /* their place
 extern const size_t machine_levels[AT_LEAST_ONE(LEVELS)]; /* inputs that conductances depend on */
 extern const struct acting machine_acting[AT_LEAST_ONE(ACTING)];
 extern const struct start machine_starts[NODES];
+extern const struct resting machine_resting[AT_LEAST_ONE(RESTING)];
 extern const struct range machine_ranges[]; /* by value reference; of an output empty */
 extern const struct ports model_ports;
 extern const struct sensor_noise machine_sensors[AT_LEAST_ONE(SENSORS)];

@@ -67,6 +67,21 @@ static void refresh(
     }
 }
 
+static void rest(struct plant_memory *memory, const double *inputs, const double *rises)
+{
+    for (int i = 0; i < RESTING; i++) {
+        const double *share = machine_resting[i].shares;
+        double sum = share[BOUNDARIES + RISES];
+        for (int j = 0; j < BOUNDARIES; j++) {
+            sum += share[j] * inputs[machine_boundaries[j]];
+        }
+        for (int j = 0; j < RISES; j++) {
+            sum += share[BOUNDARIES + j] * rises[j];
+        }
+        memory->start[machine_resting[i].node] = sum;
+    }
+}
+
 void plant_start(
     struct plant *self, struct plant_memory *memory, const double *inputs, const double *rises,
     double tool_length)
@@ -76,8 +91,11 @@ void plant_start(
     for (size_t i = 0; i < NODES; i++) {
         struct start start = machine_starts[i];
         double rise = start.rise == NONE ? 0.0 : rises[start.rise];
-        memory->start[i] = memory->temperatures[i] = inputs[start.input] + rise;
+        double value = inputs[start.input] + rise, usual = inputs[machine_boundaries[0]];
+        memory->start[i] = start.share == 1.0 ? value : usual + start.share * (value - usual);
     }
+    rest(memory, inputs, rises);
+    memcpy(memory->temperatures, memory->start, sizeof memory->start);
     equations_first(self->k, inputs, memory->start, memory->states);
     refresh(self, memory, inputs, tool_length);
 }

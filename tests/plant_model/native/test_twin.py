@@ -19,6 +19,7 @@ from plant_model.parameters import Parameter
 from plant_model.stepper import OFFSETS, PlantStepper
 from tests.plant_model.catalogue_machines import lathe
 from tests.plant_model.conftest import with_effects
+from tests.plant_model.drawing.pages import machine_of, small_page
 from tests.plant_model.native.conftest import Core
 
 LibraryOf = Callable[[Machine], ctypes.CDLL]
@@ -165,6 +166,21 @@ def test_every_effect_gives_the_numbers_of_python(machine: Machine, library_of: 
     worst, python = compared(everything, library, plain, rng, 300)
     assert worst < CLOSE
     assert python.network.linear
+
+
+def test_parts_start_as_in_python(library_of: LibraryOf) -> None:
+    machine = machine_of(small_page())
+    shares = {"head": ("T2", 0.4), "column": ("T1", 1.3), "tool": ("coolant_inlet", 0.5)}
+    nodes = [
+        replace(node, start=shares[node.name][0], start_share=shares[node.name][1])
+        if node.name in shares
+        else node
+        for node in machine.nodes
+    ]
+    machine = replace(machine, nodes=tuple(nodes))
+    assert sum(node.rests for node in machine.nodes) > 10
+    worst, _ = compared(machine, library_of(machine), {}, np.random.default_rng(10), 60)
+    assert worst < CLOSE
 
 
 def test_heat_stays_where_it_is_if_nothing_exchanges_it(library_of: LibraryOf) -> None:

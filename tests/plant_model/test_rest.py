@@ -1,0 +1,139 @@
+"""Parts that start at rest: where thermometers and boundaries leave them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+import tomlkit
+
+from measurement.errors import BadInput
+from plant_model.effects import catalogue
+from plant_model.machine import REST, Machine
+from plant_model.machine_file import machine_from_table, read_machine
+from plant_model.machine_writer import write_machine
+from plant_model.simulate import simulate, start_readings
+from plant_model.stepper import PlantStepper
+from tests.plant_model.drawing.by_hand import lumps
+from tests.plant_model.drawing.pages import machine_of, small_page
+
+
+def still(machine: Machine, hours: float = 2.0, **readings: float) -> pd.DataFrame:
+    """Return a machine that stands: hall 24, coolant 21 degC, thermometers' readings."""
+    time = np.arange(0.0, hours * 3600.0 + 30.0, 60.0)
+    given = {"ambient": 24.0, "coolant_inlet": 21.0}
+    columns = {entry.column: given.get(entry.name, 0.0) for entry in machine.inputs}
+    read = {f"{name}_degC": value for name, value in readings.items()}
+    return pd.DataFrame({"time_s": time} | columns | read)
+
+
+def all_at_rest(machine: Machine) -> Machine:
+    return replace(
+        machine,
+        nodes=tuple(replace(node, start=REST) for node in machine.nodes),
+        effects=machine.effects,
+    )
+
+
+def number(value: float, unit: str) -> dict[str, object]:
+    return {"value": value, "unit": unit, "low": value, "high": value, "source": "test"}
+
+
+def chain() -> Machine:
+    """Return the small machine with a chain beside it: T1 - 3 W/K - middle - 1 W/K - hall."""
+    table = lumps()
+    for name, start in (("warm", "T1"), ("middle", REST), ("alone", REST)):
+        table["nodes"].append({"name": name, "capacity": number(100.0, "J/K"), "start": start})
+    between = {"kind": "contact", "between": ["warm", "middle"], "conductance": number(3.0, "W/K")}
+    film = {"area": number(0.1, "m2"), "coefficient": number(10.0, "W/(m2 K)")}
+    to_hall = {"kind": "convection", "between": ["middle", "ambient"], **film}
+    table["links"] += [between, to_hall]
+    return machine_from_table(table, "chain.toml")
+
+
+def test_a_part_between_two_starts_at_their_weighted_mean() -> None:
+    machine = chain()
+    start = simulate(machine, still(machine, T1=32.0, T2=24.0)).temperatures[0, 0]
+    assert start[machine.node_index["middle"]] == pytest.approx((3 * 32.0 + 1 * 24.0) / 4, abs=1e-6)
+    # What exchanges nothing stands at the hall's temperature.
+    assert start[machine.node_index["alone"]] == pytest.approx(24.0, abs=1e-6)
+
+
+def test_only_what_no_thermometer_reads_starts_at_rest() -> None:
+    machine = machine_of(small_page())
+    read = {sensor.of: sensor.name for sensor in machine.sensors}
+    assert {node.name: node.start for node in machine.nodes if not node.rests} == read
+    start = simulate(machine, still(machine, T1=22.0, T2=23.5)).temperatures[0, 0]
+    for node, value in (("housing_4_xp", 22.0), ("head", 23.5)):
+        assert start[machine.node_index[node]] == value
+    assert 21.0 < start[machine.node_index["jacket_one"]] < 22.0
+    assert 23.5 < start[machine.node_index["column"]] < 24.0
+
+
+@pytest.mark.parametrize("in_series", [False, True])
+def test_a_whole_machine_at_rest_does_not_move(in_series: bool) -> None:
+    page = small_page()
+    if in_series:
+        (first,) = page["jackets"]
+        page["jackets"] = [
+            first | {"to": 120},
+            first | {"name": "two", "from": 121, "after": "one"},
+        ]
+    machine = all_at_rest(machine_of(page))
+    found = simulate(machine, still(machine)).temperatures[0]
+    np.testing.assert_allclose(found[-1], found[0], rtol=0.0, atol=1e-6)
+    assert np.ptp(found[0]) > 2.0
+    begun = replace(machine, nodes=tuple(replace(n, start="ambient") for n in machine.nodes))
+    assert np.ptp(simulate(begun, still(machine)).temperatures[0], axis=0).max() > 2.0
+
+
+def test_other_numbers_start_it_elsewhere() -> None:
+    machine = machine_of(small_page())
+    frame = still(machine, T1=22.0, T2=23.0)
+    name = "numbers.bearing_seats"
+    entry = machine.parameters[name]
+    given = simulate(machine, frame, {name: [entry.low, entry.high]}).temperatures[:, 0]
+    assert np.abs(given[0] - given[1]).max() > 1e-3
+    for value, row in zip((entry.low, entry.high), given, strict=True):
+        alone = simulate(machine.with_values({name: value}), frame).temperatures[0, 0]
+        np.testing.assert_allclose(row, alone, rtol=0.0, atol=1e-9)
+
+
+def test_a_stepper_starts_as_a_simulation_does() -> None:
+    machine = machine_of(small_page())
+    frame = still(machine, T1=22.0, T2=23.0)
+    stepper = PlantStepper(machine)
+    first = {entry.name: float(frame[entry.column].iloc[0]) for entry in machine.inputs}
+    stepper.reset(first, start_readings(machine, frame))
+    for _ in range(10):
+        stepper.step(60.0, first)
+    read = simulate(machine, frame).readings
+    for name in ("T1", "T2"):
+        assert stepper.outputs()[name] == pytest.approx(read[name][0, 10], abs=1e-6)
+
+
+def test_what_a_thermometer_shows_wrongly_is_not_where_a_part_starts() -> None:
+    machine = read_machine("jig_borer")
+    wrong = dict(catalogue()["sensor_offset"].parameters)
+    wrong["error"] = replace(wrong["error"], value=3.0)
+    machine = replace(machine, effects=machine.effects | {"sensor_offset:T2": wrong})
+    frame = pd.DataFrame({"T2_degC": [25.0], "T3_degC": [21.0]})
+    assert start_readings(machine, frame) == {"T2": 22.0, "T3": 21.0}
+
+
+def test_the_word_goes_through_a_file(tmp_path: Path) -> None:
+    source, copy = tmp_path / "page.toml", tmp_path / "copy.toml"
+    source.write_text(tomlkit.dumps(small_page()), encoding="utf-8")
+    machine = read_machine(source)
+    write_machine(machine, source, copy)
+    assert [node.start for node in read_machine(copy).nodes] == [n.start for n in machine.nodes]
+
+
+def test_no_thermometer_may_have_its_name() -> None:
+    table = lumps()
+    table["sensors"][0]["name"] = REST
+    with pytest.raises(BadInput, match="'rest' is not allowed"):
+        machine_from_table(table, "signals.toml")
