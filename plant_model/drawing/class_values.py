@@ -40,7 +40,7 @@ CLASS_VALUES = {
     ),
     "belt_loss": _usual(12.0, 4.0, 30.0, "W/(1000 r/min)", "belt and pulley of a 5 to 20 kW drive"),
     "unevenness": _usual(
-        0.3, 0.05, 0.7, "1", "how much better the inlet side of a jacket cools than its mean"
+        0.3, 0.02, 0.95, "1", "how much better the inlet side of a jacket cools than its mean"
     ),
     "headstock_joint": _usual(
         40.0, 15.0, 100.0, "W/K", "a clamped or flanged spindle housing in its headstock"

@@ -10,7 +10,7 @@ from plant_model.drawing.heat import add_heat
 from plant_model.drawing.known import CLASS, Known
 from plant_model.drawing.layout import Drawing
 from plant_model.drawing.mesh import Mesh
-from plant_model.drawing.readings import Starts, add_thermometers
+from plant_model.drawing.readings import add_thermometers
 from plant_model.drawing.sheet import Sheet
 from plant_model.drawing.spindle import add_spindle
 from plant_model.drawing.surroundings import add_surroundings
@@ -50,10 +50,10 @@ def expanded(
     """
     drawing = Drawing(table, source)
     form = drawing.form
-    sheet, mesh, starts = Sheet(), Mesh(drawing, finer, sectors), Starts(drawing)
-    add_spindle(sheet, drawing, mesh, starts)
-    add_heat(sheet, drawing, mesh, starts)
-    add_surroundings(sheet, drawing, mesh, starts)
+    sheet, mesh = Sheet(), Mesh(drawing, finer, sectors)
+    add_spindle(sheet, drawing, mesh)
+    add_heat(sheet, drawing, mesh)
+    add_surroundings(sheet, drawing, mesh)
     add_growth(sheet, drawing, mesh)
     add_thermometers(sheet, drawing, mesh)
     return {

@@ -43,6 +43,18 @@ def still_air(diameter_mm: float, emissivity: float) -> float:
     return float(free) + 4.0 * emissivity * STEFAN_BOLTZMANN * 295.15**3
 
 
+def blown(diameter_mm: float, speed_m_per_s: float) -> float:
+    """Return the film of air that blows across a cylinder [W/(m2 K)].
+
+    ``ht.Nu_external_cylinder`` (Sanitjai and Goldstein).
+    """
+    import ht
+
+    diameter = diameter_mm * 1e-3
+    reynolds = speed_m_per_s * diameter / AIR["viscosity"]
+    return float(ht.Nu_external_cylinder(reynolds, AIR["prandtl"])) * AIR["conductivity"] / diameter
+
+
 def turning(diameter_mm: float, speed_rpm: float) -> float:
     """Return what turning adds to the film on a cylinder [W/(m2 K)].
 

@@ -119,6 +119,10 @@ class HousingForm(Form):
     stretches: list[StretchForm] = Field(min_length=1, max_length=100)
 
 
+class SleeveForm(_Span):
+    """The sleeve in which a bearing set sits, and through which its heat reaches the housing."""
+
+
 class BearingForm(Form):
     """A set of equal bearings around one place."""
 
@@ -127,6 +131,7 @@ class BearingForm(Form):
     designation: str | None = None
     count: int = Field(default=1, ge=1, le=8)
     spacing: Length | None = None
+    sleeve: SleeveForm | None = None
     locates: bool = False
     lubrication: Literal["oil-air", "grease", "oil"] = "grease"
     grade: Annotated[Number, _between(10.0, 320.0, "mm2/s at 40 degC")] = 32.0

@@ -12,7 +12,6 @@ from plant_model.drawing.layout import Drawing, Seat
 from plant_model.drawing.lubricant import viscosity
 from plant_model.drawing.materials import MATERIALS
 from plant_model.drawing.mesh import Mesh
-from plant_model.drawing.readings import Starts
 from plant_model.drawing.sheet import Sheet
 from plant_model.drawing.spindle import add_gap
 
@@ -28,13 +27,13 @@ def free(given: Quantity | None, usual: bool = True) -> bool:
     return usual if given is None or given.calibrate is None else given.calibrate
 
 
-def add_heat(sheet: Sheet, drawing: Drawing, mesh: Mesh, starts: Starts) -> None:
+def add_heat(sheet: Sheet, drawing: Drawing, mesh: Mesh) -> None:
     """Add bearings and motor."""
     for seat in drawing.seats:
-        _bearing(sheet, drawing, mesh, starts, seat)
+        _bearing(sheet, drawing, mesh, seat)
     motor = drawing.form.motor
     if motor is not None:
-        (_built_in if motor.drive == "built-in" else _belt)(sheet, drawing, mesh, starts, motor)
+        (_built_in if motor.drive == "built-in" else _belt)(sheet, drawing, mesh, motor)
 
 
 class _Joint:
@@ -66,7 +65,7 @@ def _seat_joint(sheet: Sheet, form: BearingForm) -> _Joint:
     return _Joint(sheet, f"{form.name}_seats", form.seat.known("W/(m2 K)", 0.6))
 
 
-def _bearing(sheet: Sheet, drawing: Drawing, mesh: Mesh, starts: Starts, seat: Seat) -> None:
+def _bearing(sheet: Sheet, drawing: Drawing, mesh: Mesh, seat: Seat) -> None:
     form, bearing = seat.form, seat.bearing
     inner, outer = f"{form.name}_inner", f"{form.name}_outer"
     steel = MATERIALS["steel"]
@@ -74,11 +73,17 @@ def _bearing(sheet: Sheet, drawing: Drawing, mesh: Mesh, starts: Starts, seat: S
     said = f"mass of {form.count} x {bearing.designation}"
     for node, share in ((inner, INNER_MASS), (outer, 1.0 - INNER_MASS)):
         capacity = within(0.15, heat * share, "J/K", said).parameter()
-        sheet.node(node, capacity, starts.nearest(form.at))
+        sheet.node(node, capacity)
     joint = _seat_joint(sheet, form)
     for start, end in seat.spans:
         _onto_shaft(sheet, drawing, mesh, inner, (start, end), bearing.bore, joint)
-        _into_housing(sheet, drawing, mesh, outer, (start, end), bearing.outside, joint)
+        if form.sleeve is None:
+            _into_housing(sheet, drawing, mesh, outer, (start, end), bearing.outside, joint)
+    if form.sleeve is not None:
+        # The rings' seats, spread along the sleeve.
+        span = (form.sleeve.start, form.sleeve.end)
+        seated = sum(end - start for start, end in seat.spans) / (span[1] - span[0])
+        _into_housing(sheet, drawing, mesh, outer, span, bearing.outside, joint, seated)
     relative = form.count * bearing.mean_diameter / USUAL_DIAMETER
     if form.conductance is None:
         balls = sheet.number("balls", CLASS_VALUES["balls"], free=True)
@@ -117,14 +122,15 @@ def _into_housing(
     span: tuple[float, float],
     diameter: float,
     joint: _Joint,
+    seated: float = 1.0,
 ) -> None:
-    """Join a ring to the housing's cells around it, sector by sector."""
+    """Join a ring to the housing's cells around it, sector by sector; a share of the span seats."""
     for cell, length in mesh.covered("housing", *span):
         stretch = drawing.form.housing.stretches[cell.stretch]
         conductivity = drawing.material(stretch, "housing").conductivity.value
         metres = length * 1e-3
         wall = mesh.into_wall("housing", cell, diameter) / (2.0 * pi * conductivity * metres)
-        value = joint.conductance(pi * diameter * 1e-3 * metres, wall)
+        value = joint.conductance(pi * diameter * 1e-3 * metres * seated, wall)
         for sector in mesh.sectors_of(cell):
             _add_up(sheet, node, sector.node, joint.name, value * sector.share)
 
@@ -214,7 +220,7 @@ def _source(motor: MotorForm, rotor: str, stator: str, usual: Known) -> dict[str
     }
 
 
-def _built_in(sheet: Sheet, drawing: Drawing, mesh: Mesh, starts: Starts, motor: MotorForm) -> None:
+def _built_in(sheet: Sheet, drawing: Drawing, mesh: Mesh, motor: MotorForm) -> None:
     assert motor.rotor_outer is not None
     middle = (motor.start + motor.end) / 2.0
     shaft = drawing.stretch_at("shaft", middle).outer
@@ -224,7 +230,7 @@ def _built_in(sheet: Sheet, drawing: Drawing, mesh: Mesh, starts: Starts, motor:
     metres = (motor.end - motor.start) * 1e-3
     for node, small, large in (("rotor", shaft, motor.rotor_outer), ("stator", bore, outside)):
         volume = pi / 4.0 * (large**2 - small**2) * 1e-6 * metres
-        sheet.node(node, sheet.heat_of(iron, volume), starts.nearest(middle))
+        sheet.node(node, sheet.heat_of(iron, volume))
     usual = CLASS_VALUES["motor_joint"]
     if motor.joint is not None:
         usual = motor.joint.known("W/(m2 K)", 0.5)
@@ -237,14 +243,14 @@ def _built_in(sheet: Sheet, drawing: Drawing, mesh: Mesh, starts: Starts, motor:
     sheet.sources.append(_source(motor, "rotor", "stator", CLASS_VALUES["rotor_share"]))
 
 
-def _belt(sheet: Sheet, drawing: Drawing, mesh: Mesh, starts: Starts, motor: MotorForm) -> None:
+def _belt(sheet: Sheet, drawing: Drawing, mesh: Mesh, motor: MotorForm) -> None:
     middle = (motor.start + motor.end) / 2.0
     shaft = drawing.stretch_at("shaft", middle).outer
     outside = motor.pulley_outer or 2.0 * shaft
     metres = (motor.end - motor.start) * 1e-3
     volume = pi / 4.0 * (outside**2 - shaft**2) * 1e-6 * metres
     heat = within(0.3, volume * MATERIALS["steel"].heat.value, "J/K", "page, a solid pulley")
-    sheet.node("pulley", heat.parameter(), starts.nearest(middle))
+    sheet.node("pulley", heat.parameter())
     joint = _Joint(sheet, "pulley_seat", CLASS_VALUES["motor_joint"])
     _onto_shaft(sheet, drawing, mesh, "pulley", (motor.start, motor.end), shaft, joint)
     half = Known(0.5, 0.3, 0.7, "1", CLASS + "half of the belt's loss in its small pulley")

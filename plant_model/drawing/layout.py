@@ -216,7 +216,21 @@ class Drawing:
         for part in ("shaft", "housing"):
             for end in (spans[0][0], spans[-1][1]):
                 self._inside(f"{place}.at", end, part)
+        self._sleeve(f"{place}.sleeve", form, (spans[0][0], spans[-1][1]))
         return Seat(form, bearing, spans)
+
+    def _sleeve(self, place: str, form: BearingForm, seats: tuple[float, float]) -> None:
+        sleeve = form.sleeve
+        if sleeve is None:
+            return
+        for end in (sleeve.start, sleeve.end):
+            self._inside(place, end, "housing")
+        if sleeve.start > seats[0] + TOUCH or sleeve.end < seats[1] - TOUCH:
+            raise self.refuse(
+                place,
+                f"{sleeve.start:g} to {sleeve.end:g} mm does not hold the bearings, which sit at"
+                f" {seats[0]:g} to {seats[1]:g} mm",
+            )
 
     def _bearing(self, place: str, form: BearingForm) -> Bearing:
         found: Bearing | None = None

@@ -6,6 +6,7 @@ from typing import Any
 
 from plant_model.drawing.known import Known
 from plant_model.drawing.materials import Material
+from plant_model.machine import REST
 
 
 class Sheet:
@@ -51,9 +52,16 @@ class Sheet:
         name = self.number(f"{material.name}_expansion", material.expansion, free=True)
         return self.tied(name, 1.0, "1e-6/K")
 
-    def node(self, name: str, capacity: dict[str, Any], start: str) -> None:
-        """Add a node."""
-        self.nodes.append({"name": name, "capacity": capacity, "start": start})
+    def node(self, name: str, capacity: dict[str, Any]) -> None:
+        """Add a node; it starts at rest unless :meth:`sensor` reads it."""
+        self.nodes.append({"name": name, "capacity": capacity, "start": REST})
+
+    def sensor(self, entry: dict[str, Any]) -> None:
+        """Add a thermometer; the node that it reads starts there, by the first that reads it."""
+        self.sensors.append(entry)
+        for node in self.nodes:
+            if node["name"] == entry["of"] and node["start"] == REST:
+                node["start"] = entry["name"]
 
     def link(self, kind: str, first: str, second: str, **numbers: Any) -> None:
         """Add a link; ``name`` may be among *numbers*."""

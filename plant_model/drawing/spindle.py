@@ -7,22 +7,24 @@ from math import cos, pi
 
 from plant_model.drawing.cells import Cell
 from plant_model.drawing.class_values import CLASS_VALUES
-from plant_model.drawing.films import still_air, turning
+from plant_model.drawing.films import blown, still_air, turning
 from plant_model.drawing.known import BY_DATA_SHEET, CLASS, Known, within
 from plant_model.drawing.layout import ENCLOSURE, Drawing
 from plant_model.drawing.materials import Material
 from plant_model.drawing.mesh import Mesh, Sector
-from plant_model.drawing.readings import Starts
 from plant_model.drawing.sheet import Sheet
+
+BLOWN = 5.0
+"""Sealing air and draughts move air past the nose at rest no faster than this [m/s]."""
 
 LARGEST_GAP = 15.0
 """The gap law is for narrow gaps; a wider one counts as this [mm]."""
 
 
-def add_spindle(sheet: Sheet, drawing: Drawing, mesh: Mesh, starts: Starts) -> None:
+def add_spindle(sheet: Sheet, drawing: Drawing, mesh: Mesh) -> None:
     """Add shaft and housing with everything that joins their cells to each other and to the air."""
-    _shaft(sheet, drawing, mesh, starts)
-    _housing(sheet, drawing, mesh, starts)
+    _shaft(sheet, drawing, mesh)
+    _housing(sheet, drawing, mesh)
     _gaps(sheet, drawing, mesh)
     _outside(sheet, drawing, mesh)
 
@@ -31,16 +33,16 @@ def _material(drawing: Drawing, part: str, cell: Cell) -> Material:
     return drawing.material(getattr(drawing.form, part).stretches[cell.stretch], part)
 
 
-def _shaft(sheet: Sheet, drawing: Drawing, mesh: Mesh, starts: Starts) -> None:
+def _shaft(sheet: Sheet, drawing: Drawing, mesh: Mesh) -> None:
     for cell in mesh.shaft:
         volume = mesh.section("shaft", cell) * cell.length * 1e-3
         heat = sheet.heat_of(_material(drawing, "shaft", cell), volume)
-        sheet.node(cell.name, heat, starts.nearest(cell.middle))
+        sheet.node(cell.name, heat)
     for first, second in pairwise(mesh.shaft):
         _along(sheet, drawing, mesh, "shaft", (first, second), (first.name, second.name), 1.0)
 
 
-def _housing(sheet: Sheet, drawing: Drawing, mesh: Mesh, starts: Starts) -> None:
+def _housing(sheet: Sheet, drawing: Drawing, mesh: Mesh) -> None:
     for cell in mesh.housing:
         sectors = mesh.sectors_of(cell)
         material = _material(drawing, "housing", cell)
@@ -49,7 +51,6 @@ def _housing(sheet: Sheet, drawing: Drawing, mesh: Mesh, starts: Starts) -> None
             sheet.node(
                 sector.node,
                 sheet.heat_of(material, volume * sector.share),
-                starts.nearest(cell.middle, sector.angle),
             )
         _around(sheet, mesh, cell, sectors, material)
     for first, second in pairwise(mesh.housing):
@@ -158,7 +159,9 @@ def still_film(sheet: Sheet, drawing: Drawing) -> str:
 
 
 def turning_in_air(sheet: Sheet, drawing: Drawing, node: str, surface: tuple[float, float]) -> None:
-    """Add the film of what turns: still air's at rest, and what the speed adds to it.
+    """Add the film of what turns: that at rest, and what the speed adds to it.
+
+    At rest it is still air's, or more where sealing air or a draught blows on the nose.
 
     Parameters
     ----------
@@ -170,8 +173,12 @@ def turning_in_air(sheet: Sheet, drawing: Drawing, node: str, surface: tuple[flo
     """
     area, diameter = surface
     air = drawing.form.housing.air or "ambient"
-    to_air(sheet, node, air, area, (still_film(sheet, drawing), 1.0))
     nose = drawing.form.shaft.stretches[-1].outer
+    still = sheet.numbers[still_film(sheet, drawing)]
+    said = f"still air; up to what air of {BLOWN:g} m/s adds to it on {nose:g} mm (ht)"
+    most = still["high"] + blown(nose, BLOWN)
+    at_rest = Known(still["value"], still["low"], most, "W/(m2 K)", CLASS + said)
+    to_air(sheet, node, air, area, (sheet.number("nose_film_at_rest", at_rest, free=True), 1.0))
     film = turning(nose, drawing.highest_speed)
     said = f"Becker's law for a turning cylinder of {nose:g} mm at full speed"
     known = Known(film, 0.25 * film, 2.0 * film, "W/(m2 K)", CLASS + said)

@@ -12,7 +12,6 @@ from plant_model.drawing.heat import free
 from plant_model.drawing.known import CLASS, Known, within
 from plant_model.drawing.layout import Drawing
 from plant_model.drawing.mesh import Mesh
-from plant_model.drawing.readings import Starts
 from plant_model.drawing.sheet import Sheet
 from plant_model.drawing.spindle import still_film, to_air, turning_in_air
 
@@ -26,14 +25,14 @@ RIB = 5.0
 """Wall between two turns of a jacket's channel [mm]."""
 
 
-def add_surroundings(sheet: Sheet, drawing: Drawing, mesh: Mesh, starts: Starts) -> None:
+def add_surroundings(sheet: Sheet, drawing: Drawing, mesh: Mesh) -> None:
     """Add jackets, carriers, enclosure and tool."""
     for jacket in drawing.form.jackets:
-        _jacket(sheet, drawing, mesh, starts, jacket)
+        _jacket(sheet, drawing, mesh, jacket)
     for carrier in drawing.form.carriers:
-        _carrier(sheet, drawing, mesh, starts, carrier)
-    _enclosure(sheet, drawing, starts)
-    _tool(sheet, drawing, mesh, starts)
+        _carrier(sheet, drawing, mesh, carrier)
+    _enclosure(sheet, drawing)
+    _tool(sheet, drawing, mesh)
 
 
 def _channel_area(drawing: Drawing, jacket: JacketForm) -> tuple[float, float]:
@@ -59,14 +58,14 @@ def _wall(fluid: Coolant, wetted: float, jacket: JacketForm) -> Known:
     return Known(value, 0.5 * value, 1.6 * value, "W/K", said)
 
 
-def _jacket(sheet: Sheet, drawing: Drawing, mesh: Mesh, starts: Starts, jacket: JacketForm) -> None:
+def _jacket(sheet: Sheet, drawing: Drawing, mesh: Mesh, jacket: JacketForm) -> None:
     fluid = coolant(jacket.fluid)
     assert fluid is not None
     node = f"jacket_{jacket.name}"
     wetted, volume = _channel_area(drawing, jacket)
     fed_by = f"jacket_{jacket.after}" if jacket.after else jacket.inlet
     heat = within(0.15, 1e3 * volume * fluid.heat_per_litre, "J/K", "coolant in the channel")
-    sheet.node(node, heat.parameter(), starts.of_part(f"jacket.{jacket.name}", jacket.inlet))
+    sheet.node(node, heat.parameter())
     low, high = (
         (jacket.flow.low or 0.85 * jacket.flow.value) / jacket.flow.value,
         (jacket.flow.high or 1.15 * jacket.flow.value) / jacket.flow.value,
@@ -112,15 +111,12 @@ def _jacket(sheet: Sheet, drawing: Drawing, mesh: Mesh, starts: Starts, jacket: 
             )
 
 
-def _carrier(
-    sheet: Sheet, drawing: Drawing, mesh: Mesh, starts: Starts, carrier: CarrierForm
-) -> None:
+def _carrier(sheet: Sheet, drawing: Drawing, mesh: Mesh, carrier: CarrierForm) -> None:
     made_of = drawing.materials[carrier.material]
     heat = carrier.mass.known("kg").scaled(made_of.heat.value / made_of.density)
     capacity = Known(heat.value, heat.low, heat.high, "J/K", f"mass; {made_of.heat.source}")
     air = carrier.air or "ambient"
-    start = air if air in drawing.form.inputs else "ambient"
-    sheet.node(carrier.name, capacity.parameter(), starts.of_part(carrier.name, start))
+    sheet.node(carrier.name, capacity.parameter())
     if carrier.surface > 0.0:
         to_air(sheet, carrier.name, air, carrier.surface, (still_film(sheet, drawing), 1.0))
     if carrier.holds is not None:
@@ -151,28 +147,27 @@ def _carrier(
         )
 
 
-def _enclosure(sheet: Sheet, drawing: Drawing, starts: Starts) -> None:
+def _enclosure(sheet: Sheet, drawing: Drawing) -> None:
     enclosure = drawing.form.enclosure
     if enclosure is None:
         return
     heat = enclosure.volume * AIR_HEAT + 0.5 * enclosure.wall * SHEET_HEAT
     capacity = within(0.4, heat, "J/K", CLASS + "air and half of 2 mm of sheet steel")
-    sheet.node("enclosure_air", capacity.parameter(), starts.of_part("enclosure", "ambient"))
+    sheet.node("enclosure_air", capacity.parameter())
     given = enclosure.film
     film = given.known("W/(m2 K)", 0.4) if given else CLASS_VALUES["enclosure_film"]
     name = sheet.number("enclosure_film", film, free=free(given))
     to_air(sheet, "enclosure_air", "ambient", enclosure.wall, (name, 1.0))
 
 
-def _tool(sheet: Sheet, drawing: Drawing, mesh: Mesh, starts: Starts) -> None:
+def _tool(sheet: Sheet, drawing: Drawing, mesh: Mesh) -> None:
     tool = drawing.form.tool
     if tool is None:
         return
     made_of = drawing.materials[tool.material]
     volume = pi / 4.0 * tool.diameter**2 * tool.length * 1e-9
     gauge = drawing.form.shaft.gauge_line
-    start = starts.of_part("tool", starts.nearest(gauge))
-    sheet.node("tool", sheet.heat_of(made_of, volume), start)
+    sheet.node("tool", sheet.heat_of(made_of, volume))
     joint = tool.joint.known("W/K", 0.5) if tool.joint else CLASS_VALUES["tool_joint"]
     last = mesh.cell_of("shaft", gauge).name
     sheet.link("contact", last, "tool", conductance=joint.parameter(free=free(tool.joint)))

@@ -170,6 +170,7 @@ def at_full_speed(machine: Machine) -> tuple[Simulation, dict[str, float]]:
         ("bearings.0.lubrication", "oil", "front_inner", 1),
         ("bearings.0.seat", 1000, "front_inner", 1),
         ("bearings.1.seat", 50000, "rear_outer", -1),
+        ("bearings.0.sleeve", {"from": 90, "to": 200}, "front_outer", -1),
         ("bearings.0.count", 1, "front_outer", -1),
         ("motor.loss", 40, "rotor", 1),
         ("motor.rotor_share", 0.6, "rotor", 1),

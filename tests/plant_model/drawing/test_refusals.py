@@ -58,6 +58,12 @@ def test_the_page_that_is_changed_is_sound() -> None:
         ("bearings.0.designation", "7099", "bearings.0.designation: '7099' is not known; known"),
         ("bearings.0.designation", None, "bearings.0.designation: is missing: or bore, outside"),
         ("bearings.1.at", 140, "bearings: rear and front overlap: one ends at 149 mm, the next"),
+        (
+            "bearings.0.sleeve",
+            {"from": 140, "to": 190},
+            "bearings.0.sleeve: 140 to 190 mm does not hold the bearings, which sit at 132 to 168",
+        ),
+        ("bearings.0.sleeve", {"from": 120, "to": 230}, "bearings.0.sleeve: 230 mm is outside the"),
         ("bearings.0.locates", False, "bearings: 0 of them locate the shaft: exactly one"),
         ("bearings.0.lubrication", "honey", "bearings.0.lubrication: 'honey' is not allowed"),
         ("bearings.0.grade", 1000, "bearings.0.grade: 1000 is not allowed: 10 to 320 mm2/s at 40"),
