@@ -106,6 +106,8 @@ class Effect:
     on_channel : bool
         Whether it acts on one sensor, which the machine file names behind a colon:
         ``[effects."sensor_offset:T1"]``. It may then be in force for several sensors.
+    unused : dict of str to tuple of str
+        For a driver, the parameters that say nothing with it: they are neither tried nor moved.
     states : tuple of str
         Names of its own states.
     state_scales : tuple of float
@@ -147,6 +149,7 @@ class Effect:
     conductance_inputs: ClassVar[tuple[str, ...]] = ()
     needs: ClassVar[tuple[str, ...]] = ()
     on_channel: ClassVar[bool] = False
+    unused: ClassVar[dict[str, tuple[str, ...]]] = {}
     states: ClassVar[tuple[str, ...]] = ()
     state_scales: ClassVar[tuple[float, ...]] = ()
     lags: ClassVar[bool] = False
@@ -171,6 +174,21 @@ class Effect:
             item for item in machine.items if (item.family, item.kind) in self.handles
         ]
         self.prepare()
+
+    @classmethod
+    def drivers(cls, machine: Machine) -> dict[str, str]:
+        """Return what may drive the effect on a machine, with the words for it, the usual first.
+
+        A part, an input, or a difference of parts: one law, whose driver a machine file names
+        behind a colon, ``[effects."slow_structure:column"]``; without one it is the usual. Empty
+        where there is but one.
+        """
+        return {}
+
+    @property
+    def driver(self) -> str:
+        """What drives it, of several; empty where there is but one."""
+        return self.channel or next(iter(self.drivers(self.machine)), "")
 
     def prepare(self) -> None:
         """Compute once what does not change while simulating."""
@@ -308,7 +326,7 @@ def possible(effect: type[Effect], parameter: str) -> tuple[float, float]:
 
 
 def effect_key(name: str, channel: str = "") -> str:
-    """Return how a machine file names an effect: its name, and its channel if it has one."""
+    """Return how a machine file names an effect: its name, and its channel or driver, if any."""
     return f"{name}:{channel}" if channel else name
 
 

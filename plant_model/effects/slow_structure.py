@@ -6,13 +6,19 @@ from typing import ClassVar
 
 import numpy as np
 
-from plant_model.anatomy import outside
+from plant_model.anatomy import outside, structure_parts
 from plant_model.effects.base import POSE, ROUND, Effect, Inputs
+from plant_model.machine import Machine
 from plant_model.parameters import FloatArray, Parameter
+
+HALL = "hall"
 
 
 class SlowStructure(Effect):
-    """Growth k y with tau dy/dt = (T_hall - T_hall at the start) - y.
+    """Growth k y with tau dy/dt = (T - T at the start) - y, T the hall's temperature.
+
+    Driven by a part, T is that part's: a bed follows the column that stands on it, or what the
+    column carries, as well as the hall.
 
     Bed and column between tool and work are metres of iron (11 um/(m K)) with hours of lag: 3 h
     for a column in moving air to 20 h for a bed on its foundation, by engineering judgement (what
@@ -25,7 +31,8 @@ class SlowStructure(Effect):
     name: ClassVar[str] = "slow_structure"
     title: ClassVar[str] = "Bed following the hall slowly"
     explanation: ClassVar[str] = (
-        "Bed and column grow with the hall hours later, so drift never settles."
+        "Bed and column grow hours after the hall, or after a part of the machine, so drift never "
+        "settles."
     )
     parameters: ClassVar[dict[str, Parameter]] = {
         "growth": Parameter(8.0, "um/K", 0.0, 30.0, "judgement: 0.1 to 3 m of iron"),
@@ -44,9 +51,16 @@ class SlowStructure(Effect):
     states: ClassVar[tuple[str, ...]] = ("hall", "at_start")
     lags: ClassVar[bool] = True
 
+    @classmethod
+    def drivers(cls, machine: Machine) -> dict[str, str]:
+        """Return the hall and the parts that the work may stand on."""
+        return {HALL: "the hall"} | {name: f"the {name}" for name in structure_parts(machine)}
+
     def prepare(self) -> None:
-        """Find the hall, and where the growth goes."""
+        """Find what it follows, and where the growth goes."""
         self._hall = outside(self.machine)
+        parts = {} if self.driver == HALL else structure_parts(self.machine)
+        self._part = parts.get(self.driver)
         direction, azimuth = (np.radians(self.own(name)) for name in ("direction", "azimuth"))
         self._shares = {
             "elongation": np.cos(direction),
@@ -55,9 +69,11 @@ class SlowStructure(Effect):
         }
 
     def target(self, inputs: Inputs, temperatures: FloatArray) -> FloatArray:
-        """Return the hall's temperature, twice."""
-        hall = np.asarray(inputs[self._hall])[None, :]
-        return np.stack([hall, hall], axis=-1)
+        """Return the temperature that the bed follows, twice."""
+        followed = np.asarray(inputs[self._hall])[None, :]
+        if self._part is not None:
+            followed = temperatures[..., self._part]
+        return np.stack([followed, followed], axis=-1)
 
     def time_constants(self) -> FloatArray:
         """Return the lag of the bed; the value at the start stays."""

@@ -10,6 +10,7 @@ import numpy as np
 
 from plant_model.effects import Effect, catalogue
 from plant_model.effects.base import effect_key, possible
+from plant_model.gap.keys import driver_keys, laws_of, unused_with
 from plant_model.gap.leaps import Leaps, leaps_in
 from plant_model.gap.linearise import modelled, simulate_at
 from plant_model.gap.observations import Observations
@@ -109,10 +110,11 @@ def as_tried(tried: Sequence[Candidate], one: Candidate) -> list[Candidate]:
 
 def missing_effects(machine: Machine, without: Sequence[str] = ()) -> list[type[Effect]]:
     """Return the effects of the catalogue that are not in force, other than *without*."""
+    in_force = set(laws_of(machine.effects))
     return [
         effect
         for name, effect in catalogue().items()
-        if name not in machine.effects
+        if (effect.on_channel or name not in in_force)
         and name not in without
         and not effect.handles
         and all(needed in machine.effects for needed in effect.needs)
@@ -126,7 +128,10 @@ def with_effect(machine: Machine, key: str, values: dict[str, float] | None = No
     physics lets it be.
     """
     effect = catalogue()[key.partition(":")[0]]
-    parameters = {name: replace(p, calibrate=True) for name, p in effect.parameters.items()}
+    idle = unused_with(machine, key)
+    parameters = {
+        name: replace(p, calibrate=name not in idle) for name, p in effect.parameters.items()
+    }
     grown = replace(machine, effects=machine.effects | {key: parameters})
     usual = effect.parameters[effect.amplitude]
     if not usual.low <= (values or {}).get(effect.amplitude, usual.value) <= usual.high:
@@ -153,18 +158,19 @@ def beyond_usual_range(machine: Machine, key: str) -> tuple[str, ...]:
     )
 
 
-def grid(effect: type[Effect]) -> list[dict[str, float]]:
-    """Return the sizes and shapes at which an effect is tried."""
+def grid(effect: type[Effect], idle: Sequence[str] = ()) -> list[dict[str, float]]:
+    """Return the sizes and shapes at which an effect is tried; *idle* parameters stay nominal."""
     size = effect.parameters[effect.amplitude]
     nominal = {name: p.value for name, p in effect.parameters.items()}
     if effect.tried:
-        points = product(*(effect.tried.get(name, (value,)) for name, value in nominal.items()))
+        tried = {name: (value,) for name, value in nominal.items()} | effect.tried
+        points = product(*((nominal[n],) if n in idle else tried[n] for n in nominal))
         return [dict(zip(nominal, point, strict=True)) for point in points]
     ends = [end for end in (size.low, size.high) if end != effect.off]
     sizes = [effect.off + share * (end - effect.off) for end in ends for share in SIZES]
     shapes = [nominal]
     for name, parameter in effect.parameters.items():
-        if name != effect.amplitude and parameter.high > parameter.low:
+        if name not in (effect.amplitude, *idle) and parameter.high > parameter.low:
             shapes += [nominal | {name: _between(parameter, share)} for share in SHAPES]
     return [shape | {effect.amplitude: value} for shape, value in product(shapes, sizes)]
 
@@ -177,9 +183,9 @@ def _between(parameter: Parameter, share: float) -> float:
 
 
 def keys_of(machine: Machine, effect: type[Effect], observed: Sequence[Observations]) -> list[str]:
-    """Return the effect's keys: one, or one for every thermometer that it is not in force for."""
+    """Return the effect's keys: for every driver, or every thermometer without it; else one."""
     if not effect.on_channel:
-        return [effect.name]
+        return driver_keys(machine, effect)
     lengths = displacement_names(machine)
     channels = [name for name in observed[0].channels if name not in lengths]
     keys = [effect_key(effect.name, channel) for channel in channels]
@@ -193,7 +199,6 @@ def candidates(
     if effect.swings:
         yield from swinging(machine, observed, effect)
         return
-    tried = grid(effect)
     bases = [modelled(simulate_at(machine, one), one) for one in observed]
     leaps: tuple[Leaps, ...] = ()
     if effect.settles:
@@ -203,7 +208,7 @@ def candidates(
             seen.marked(one, effect.name) for one, seen in zip(observed, leaps, strict=True)
         ]
     for key in keys_of(machine, effect, observed):
-        grown = with_effect(machine, key)
+        grown, tried = with_effect(machine, key), grid(effect, unused_with(machine, key))
         sets = {
             f"effects.{key}.{name}": np.array([entry[name] for entry in tried])
             for name in effect.parameters
