@@ -108,6 +108,8 @@ class Effect:
         ``[effects."sensor_offset:T1"]``. It may then be in force for several sensors.
     unused : dict of str to tuple of str
         For a driver, the parameters that say nothing with it: they are neither tried nor moved.
+    given : tuple of str
+        Parameters that nobody fits, because runs say them (:meth:`carried`).
     states : tuple of str
         Names of its own states.
     state_scales : tuple of float
@@ -150,6 +152,7 @@ class Effect:
     needs: ClassVar[tuple[str, ...]] = ()
     on_channel: ClassVar[bool] = False
     unused: ClassVar[dict[str, tuple[str, ...]]] = {}
+    given: ClassVar[tuple[str, ...]] = ()
     states: ClassVar[tuple[str, ...]] = ()
     state_scales: ClassVar[tuple[float, ...]] = ()
     lags: ClassVar[bool] = False
@@ -184,6 +187,27 @@ class Effect:
         where there is but one.
         """
         return {}
+
+    @classmethod
+    def carried(
+        cls, machine: Machine, driver: str, runs: Sequence[tuple[FloatArray, Inputs]]
+    ) -> list[dict[str, float]]:
+        """Return what runs in their order leave to those after them.
+
+        Parameters
+        ----------
+        machine : Machine
+        driver : str
+        runs : sequence of (array, mapping of str to array)
+            Lengths of the steps [s] and held inputs in them, shape (K,) each.
+
+        Returns
+        -------
+        list of dict of str to float
+            ``given`` parameters of every run and, last, of a run after all of them; empty if
+            nothing is carried from run to run.
+        """
+        return []
 
     @property
     def driver(self) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 
@@ -10,9 +10,10 @@ import numpy as np
 
 from plant_model.effects import Effect, catalogue
 from plant_model.effects.base import effect_key, possible
-from plant_model.gap.keys import driver_keys, laws_of, unused_with
+from plant_model.gap.keys import driver_keys, driver_of, laws_of, unused_with
 from plant_model.gap.leaps import Leaps, leaps_in
 from plant_model.gap.linearise import modelled, simulate_at
+from plant_model.gap.long_log import is_piece
 from plant_model.gap.observations import Observations
 from plant_model.gap.periods import PHASES, likely_periods, quick
 from plant_model.integrate import IntegrationError
@@ -209,23 +210,52 @@ def candidates(
         ]
     for key in keys_of(machine, effect, observed):
         grown, tried = with_effect(machine, key), grid(effect, unused_with(machine, key))
+        own, observed_so = _carried(machine, observed, key)
+        if own:
+            tried = [entry | own[-1] for entry in tried]
         sets = {
             f"effects.{key}.{name}": np.array([entry[name] for entry in tried])
             for name in effect.parameters
         }
         try:
             answers = [
-                _answer(grown, one, sets, base) for one, base in zip(observed, bases, strict=True)
+                _answer(grown, one, sets, base)
+                for one, base in zip(observed_so, bases, strict=True)
             ]
         except IntegrationError:
             continue
         for i, values in enumerate(tried):
             of_runs = tuple(answer[i] for answer in answers)
             if max(float(np.max(np.abs(answer))) for answer in of_runs) > 1e-6:
-                yield Candidate(key, values, of_runs, leaps=leaps)
+                yield Candidate(key, values, of_runs, own=own[:-1], leaps=leaps)
             for begins in range(1, len(observed) if effect.from_one_run_on else 0):
                 since = [a * (j >= begins) for j, a in enumerate(of_runs)]
                 yield Candidate(key, values, tuple(since), begins)
+
+
+def _carried(
+    machine: Machine, observed: Sequence[Observations], key: str
+) -> tuple[tuple[dict[str, float], ...], list[Observations]]:
+    """Return what runs carry to those after them, and the observations with it; empty if nothing.
+
+    Pieces of a log carry it by themselves: each is driven from the log's beginning.
+    """
+    effect, driver = catalogue()[key.partition(":")[0]], driver_of(machine, key)[0]
+    if any(is_piece(one.run) for one in observed):
+        return (), list(observed)
+    runs = [(np.diff(one.drive.grid), one.drive.held) for one in observed]
+    own = effect.carried(machine, driver, runs)
+    marked = [
+        replace(one, own=one.own | {f"effects.{key}.{n}": v for n, v in given.items()})
+        for one, given in zip(observed, own, strict=False)
+    ]
+    return tuple(own), marked if own else list(observed)
+
+
+def given_values(key: str, values: Mapping[str, float]) -> dict[str, float]:
+    """Return those of an effect's values that nobody fits, because runs say them."""
+    given = catalogue()[key.partition(":")[0]].given
+    return {name: value for name, value in values.items() if name in given}
 
 
 def _answer(

@@ -44,6 +44,8 @@ def driver_keys(machine: Machine, effect: type[Effect]) -> list[str]:
 
 
 def unused_with(machine: Machine, key: str) -> tuple[str, ...]:
-    """Return the parameters that say nothing with a key's driver."""
+    """Return the parameters that nobody fits with a key's driver: idle ones, and given ones."""
     effect = effect_of(key)
-    return effect.unused.get(driver_of(machine, key)[0], ()) if effect else ()
+    if effect is None:
+        return ()
+    return (*effect.unused.get(driver_of(machine, key)[0], ()), *effect.given)

@@ -9,7 +9,13 @@ import numpy as np
 
 from plant_model.effects import catalogue
 from plant_model.gap.calibrate import Calibration, calibrate, intervals
-from plant_model.gap.candidates import Candidate, beyond_usual_range, widened, with_effect
+from plant_model.gap.candidates import (
+    Candidate,
+    beyond_usual_range,
+    given_values,
+    widened,
+    with_effect,
+)
 from plant_model.gap.design import RunDesign, RunSensitivities, all_sensitivities, design_of
 from plant_model.gap.observations import Observations
 from plant_model.gap.priors import Priors
@@ -184,7 +190,8 @@ def fit_candidate(
         everything else must have moved before it does any good.
     """
     observed = [candidate.seen_by(i, one) for i, one in enumerate(before.observed)]
-    base = with_effect(before.base, candidate.key)
+    given = given_values(candidate.key, candidate.values)
+    base = with_effect(before.base, candidate.key, given)
     points = [[candidate.scaled(scale), candidate.values], *([one.values] for one in sizes)]
     found = min(
         (

@@ -182,6 +182,21 @@ def test_bearing_run_in_counts_turning_hours_only(jig_borer: Machine) -> None:
     assert with_it.temperatures.shape == without.temperatures.shape
 
 
+def test_bearings_that_turned_before_have_run_in_by_as_much(jig_borer: Machine) -> None:
+    whole = steady(9000.0, 4.0)
+    own = {"excess": 1.0, "hours": 2.0}
+    _, first, _ = change(jig_borer, "bearing_run_in", whole, **own)
+    machine, effect = made(jig_borer, "bearing_run_in", before=4.0, **own)
+    start = effect.start_states(np.zeros((1, len(machine.nodes))), {})
+    assert start.tolist() == [[4.0]]
+    later, fresh = (heat_of(effect, 9000.0, states=[at]) for at in (4.0, 0.0))
+    assert later["rear_outer"] / fresh["rear_outer"] == pytest.approx(np.exp(-2.0))
+    _, second, without = change(jig_borer, "bearing_run_in", whole, before=4.0, **own)
+    front = jig_borer.node_index["front_inner"]
+    excess = [(one.temperatures - without.temperatures)[0, 20, front] for one in (first, second)]
+    assert excess[1] == pytest.approx(excess[0] * np.exp(-2.0), rel=0.05)
+
+
 def test_coolant_thermostat_swings_with_its_band_and_period(jig_borer: Machine) -> None:
     inputs = steady(0.0, 3.0)
     moved, *_ = change(jig_borer, "coolant_thermostat", inputs, band=1.0, period=20.0)
