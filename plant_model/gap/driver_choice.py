@@ -13,6 +13,10 @@ from plant_model.gap.keys import law_of
 from plant_model.gap.refit import CandidateFit, refit_in_full
 from plant_model.gap.selection import RIVAL_ODDS, SelectionRound, cost_unit, odds_against_best
 
+WORSE = 0.5
+"""Share of what a law explains on its best driver that it must explain on another, so that the
+other is calibrated in full, too [1]: on borrowed derivatives either may be ahead."""
+
 
 def other_drivers(
     explained: Sequence[CandidateFit],
@@ -68,7 +72,10 @@ def on_its_driver(
         About it.
     """
     law = law_of(selection.best.added[-1])
-    same = [one for one in selection.fits if law_of(one.added[-1]) == law]
+    tried = [one for one in selection.fits if law_of(one.added[-1]) == law]
+    before = float(selection.baseline.loro_cost.sum())
+    gains = [before - float(one.loro_cost.sum()) for one in tried]
+    same = [one for one, gain in zip(tried, gains, strict=True) if gain >= WORSE * max(gains)]
     if len(same) < 2:
         return selection, *refit_in_full(selection.best)
     full = [job.result() for job in [pool.submit(refit_in_full, one) for one in same]]
