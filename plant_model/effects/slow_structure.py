@@ -17,8 +17,8 @@ HALL = "hall"
 class SlowStructure(Effect):
     """Growth k y with tau dy/dt = (T - T at the start) - y, T the hall's temperature.
 
-    Driven by a part, T is that part's: a bed follows the column that stands on it, or what the
-    column carries, as well as the hall.
+    Driven by a part, T = s T_part + (1 - s) T_hall: a bed follows what stands on it, the hall, or
+    both.
 
     Bed and column between tool and work are metres of iron (11 um/(m K)) with hours of lag: 3 h
     for a column in moving air to 20 h for a bed on its foundation, by engineering judgement (what
@@ -38,6 +38,7 @@ class SlowStructure(Effect):
         "growth": Parameter(8.0, "um/K", 0.0, 30.0, "judgement: 0.1 to 3 m of iron"),
         "hours": Parameter(8.0, "h", 3.0, 20.0, "judgement: column in air to bed on foundation"),
         "direction": Parameter(0.0, "deg", -180.0, 180.0, "0 is elongation, 90 radial"),
+        "part_share": Parameter(0.5, "1", 0.0, 1.0, "judgement: of the part, the rest of the hall"),
         "azimuth": Parameter(90.0, "deg", -90.0, 90.0, "0 is X, 90 is Y"),
     }
     amplitude: ClassVar[str] = "growth"
@@ -46,15 +47,19 @@ class SlowStructure(Effect):
         "growth": (8.0,),
         "hours": (3.5, 7.0, 14.0),
         "direction": ROUND,
+        "part_share": (0.5, 1.0),
         "azimuth": (-45.0, 0.0, 45.0, 90.0),
     }
+    unused: ClassVar[dict[str, tuple[str, ...]]] = {HALL: ("part_share",)}
     states: ClassVar[tuple[str, ...]] = ("hall", "at_start")
     lags: ClassVar[bool] = True
 
     @classmethod
     def drivers(cls, machine: Machine) -> dict[str, str]:
         """Return the hall and the parts that the work may stand on."""
-        return {HALL: "the hall"} | {name: f"the {name}" for name in structure_parts(machine)}
+        return {HALL: "the hall"} | {
+            name: f"the {name} and the hall" for name in structure_parts(machine)
+        }
 
     def prepare(self) -> None:
         """Find what it follows, and where the growth goes."""
@@ -72,7 +77,8 @@ class SlowStructure(Effect):
         """Return the temperature that the bed follows, twice."""
         followed = np.asarray(inputs[self._hall])[None, :]
         if self._part is not None:
-            followed = temperatures[..., self._part]
+            share = self.own("part_share")
+            followed = share * temperatures[..., self._part] + (1.0 - share) * followed
         return np.stack([followed, followed], axis=-1)
 
     def time_constants(self) -> FloatArray:

@@ -35,7 +35,7 @@ def test_a_law_is_the_same_whatever_drives_it(jig_borer: Machine) -> None:
     assert law_of("sensor_lag:T1") == "sensor_lag:T1"
     assert laws_of(keys) == ("slow_structure", "sensor_lag:T1", "heat_path:a+b")
     assert driver_of(jig_borer, "slow_structure") == ("hall", "the hall")
-    assert driver_of(jig_borer, "slow_structure:column") == ("column", "the column")
+    assert driver_of(jig_borer, "slow_structure:column") == ("column", "the column and the hall")
     assert driver_of(jig_borer, "slow_structure:gone") == ("gone", "the gone")
     assert driver_of(jig_borer, "sensor_lag:T1") == driver_of(jig_borer, "windage") == ("", "")
     assert driver_keys(jig_borer, catalogue()["windage"]) == ["windage"]
@@ -107,7 +107,7 @@ def test_a_bearing_between_no_other_parts_has_one_driver() -> None:
 def test_slow_structure_follows_the_part_that_drives_it(jig_borer: Machine) -> None:
     inputs = steady(12000.0, 6.0)
     own = {"growth": 5.0, "hours": 3.0}
-    by_part = change(jig_borer, "slow_structure:pedestal", inputs, **own)
+    by_part = change(jig_borer, "slow_structure:pedestal", inputs, **own, part_share=1.0)
     by_hall = change(jig_borer, "slow_structure", inputs, **own)
     with_it, without = by_part[1:]
     grown = (with_it.pose - without.pose)[0, :, 2]
@@ -115,6 +115,9 @@ def test_slow_structure_follows_the_part_that_drives_it(jig_borer: Machine) -> N
     # 3 h behind a part that warms: less than it would be at once, and still on its way.
     assert 0.3 < grown[-1] < 0.8 * 5.0 * (warmed[-1] - warmed[0])
     assert np.abs(by_hall[1].pose - by_hall[2].pose).max() < 1e-9, "the hall has not moved"
+    with_it, without = change(jig_borer, "slow_structure:pedestal", inputs, **own)[1:]
+    half = (with_it.pose - without.pose)[0, :, 2]
+    np.testing.assert_allclose(half, 0.5 * grown, atol=1e-9)
 
 
 def test_a_fixture_stands_on_what_drives_it(jig_borer: Machine) -> None:
