@@ -8,14 +8,18 @@ from dataclasses import replace
 
 import numpy as np
 
+from plant_model.effects import catalogue
+from plant_model.gap.candidates import with_effect
 from plant_model.gap.design import RunSensitivities
 from plant_model.gap.keys import law_of
 from plant_model.gap.refit import CandidateFit, refit_in_full
 from plant_model.gap.selection import RIVAL_ODDS, SelectionRound, cost_unit, odds_against_best
+from plant_model.machine import Machine
 
 WORSE = 0.5
 """Share of what a law explains on its best driver that it must explain on another, so that the
-other is calibrated in full, too [1]: on borrowed derivatives either may be ahead."""
+other is calibrated in full, too [1]. A law of temperatures is on each: on borrowed derivatives the
+right driver may not move at all."""
 
 
 def other_drivers(
@@ -72,13 +76,23 @@ def on_its_driver(
         About it.
     """
     law = law_of(selection.best.added[-1])
+    if law not in catalogue():  # an error of one sensor
+        return selection, *refit_in_full(selection.best)
     tried = [one for one in selection.fits if law_of(one.added[-1]) == law]
     before = float(selection.baseline.loro_cost.sum())
     gains = [before - float(one.loro_cost.sum()) for one in tried]
-    same = [one for one, gain in zip(tried, gains, strict=True) if gain >= WORSE * max(gains)]
+    needed = -np.inf if catalogue()[law].temperature_dependent else WORSE * max(gains)
+    same = [one for one, gain in zip(tried, gains, strict=True) if gain >= needed]
     if len(same) < 2:
         return selection, *refit_in_full(selection.best)
-    full = [job.result() for job in [pool.submit(refit_in_full, one) for one in same]]
+    first = min(same, key=lambda one: float(one.loro_cost.sum()))
+    leading = refit_in_full(first)
+    jobs = {
+        one.added[-1]: pool.submit(refit_in_full, one, [_driven_by(leading[0], one.added[-1])])
+        for one in same
+        if one is not first
+    }
+    full = [leading if one is first else jobs[one.added[-1]].result() for one in same]
     order = np.argsort([float(one.loro_cost.sum()) for one, _ in full])
     costs = np.array([float(full[i][0].loro_cost.sum()) for i in order])
     pieces = len(full[0][0].loro_cost) * len(full[0][0].observed[0].channels)
@@ -96,3 +110,14 @@ def on_its_driver(
     )
     after, sensitivities = full[int(order[0])]
     return chosen, after, sensitivities
+
+
+def _driven_by(leading: CandidateFit, key: str) -> Machine:
+    """Return the machine calibrated on one driver, with the same law on another instead.
+
+    Everything else has moved with the law there, which is where the other one may begin.
+    """
+    machine, known = leading.machine, leading.added[-1]
+    values = {name: parameter.value for name, parameter in machine.effects[known].items()}
+    rest = {other: table for other, table in machine.effects.items() if other != known}
+    return with_effect(replace(machine, effects=rest), key, values)

@@ -236,14 +236,16 @@ def refit_beyond_usual(
     return replace(wider, acts=found.acts) if better and wider.beyond_usual else found
 
 
-def refit_in_full(best: CandidateFit) -> tuple[CandidateFit, list[RunSensitivities]]:
+def refit_in_full(
+    best: CandidateFit, also: Sequence[Machine] = ()
+) -> tuple[CandidateFit, list[RunSensitivities]]:
     """Calibrate a candidate with derivatives of its own, and score it anew.
 
     Screening borrows the derivatives of the machine without the effect, which is enough to compare;
-    a strong effect changes them.
+    a strong effect changes them. *also* holds further machines to start from.
     """
     observed = best.observed
-    calibration = calibrate(best.base, observed, starts=1, start_from=[best.machine])
+    calibration = calibrate(best.base, observed, starts=1, start_from=[best.machine, *also])
     sensitivities = all_sensitivities(best.base, calibration.machine, observed)
     found = score_fit(best.base, best.added, observed, calibration, sensitivities)
     return replace(found, loro_cost=min(found.loro_cost, best.loro_cost, key=np.sum)), sensitivities
