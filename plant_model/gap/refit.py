@@ -245,7 +245,13 @@ def refit_in_full(
     a strong effect changes them. *also* holds further machines to start from.
     """
     observed = best.observed
-    calibration = calibrate(best.base, observed, starts=1, start_from=[best.machine, *also])
+    calibration = min(
+        (
+            calibrate(best.base, observed, starts=1, start_from=[one])
+            for one in (best.machine, *also)
+        ),
+        key=lambda one: one.cost,
+    )
     sensitivities = all_sensitivities(best.base, calibration.machine, observed)
     found = score_fit(best.base, best.added, observed, calibration, sensitivities)
     return replace(found, loro_cost=min(found.loro_cost, best.loro_cost, key=np.sum)), sensitivities
