@@ -19,7 +19,7 @@ from measurement.units import UNITS
 from plant_model import fmi_slave as plant_slave
 from plant_model.effects import Effect, catalogue, item_kinds
 from plant_model.effects.base import NumberSpec
-from plant_model.machine import FAMILIES
+from plant_model.machine import FAMILIES, Machine
 from plant_model.machine_file import read_machine
 from plant_model.parameters import Parameter
 
@@ -56,13 +56,14 @@ def described(parameter: Parameter) -> str:
 
 def effects() -> str:
     """Return the catalogue of effects."""
-    shipped = read_machine(DEFAULT_MACHINE).effects
-    rows = [_effect_row(name, effect, name in shipped) for name, effect in catalogue().items()]
+    shipped = read_machine(DEFAULT_MACHINE)
+    rows = [_effect_row(effect, shipped) for effect in catalogue().values()]
     head = ("Effect", "What it is", "Amplitude: nominal (range)", "Other parameters", "Remarks")
     return table(head, rows)
 
 
-def _effect_row(name: str, effect: type[Effect], shipped: bool) -> list[str]:
+def _effect_row(effect: type[Effect], shipped: Machine) -> list[str]:
+    name, drivers = effect.name, effect.drivers(shipped)
     others = [
         f"{code(key)} {described(value)}"
         for key, value in effect.parameters.items()
@@ -70,10 +71,12 @@ def _effect_row(name: str, effect: type[Effect], shipped: bool) -> list[str]:
     ]
     amplitude = f"{code(effect.amplitude)} {described(effect.parameters[effect.amplitude])}"
     remarks = []
-    if shipped:
+    if name in shipped.effects:
         remarks.append(f"in force in {code(DEFAULT_MACHINE)}")
     if effect.on_channel:
         remarks.append(f'on one thermometer: `[effects."{name}:T1"]`')
+    if drivers:
+        remarks.append(f"drivers in {code(DEFAULT_MACHINE)}: {', '.join(map(code, drivers))}")
     if effect.needs:
         remarks.append(f"needs {', '.join(map(code, effect.needs))}")
     if effect.conductance_inputs:

@@ -70,6 +70,28 @@ def carrier_node(machine: Machine) -> int:
     return index[max(chosen, key=lambda node: node.capacity.value).name if chosen else base]
 
 
+def around_bearing(machine: Machine, bearing: Item) -> tuple[tuple[int, ...], tuple[int, ...]]:
+    """Return the parts of the shaft and those of the housing that a bearing sits between.
+
+    They are what its inner and its outer side touch, other than each other; the side itself where
+    that touches nothing.
+    """
+    found = []
+    for side, other in (("inner", "outer"), ("outer", "inner")):
+        (own,), (opposite,) = bearing.refs[side], bearing.refs[other]
+        pairs = [item.refs["between"] for item in machine.of_kind("links", "conduction", "contact")]
+        beside = {name for pair in pairs if own in pair for name in pair} - {own, opposite}
+        names = [node.name for node in machine.nodes if node.name in beside] or [own]
+        found.append(tuple(machine.node_index[name] for name in names))
+    return found[0], found[1]
+
+
+def structure_parts(machine: Machine) -> dict[str, int]:
+    """Return the column and what it carries, by name: parts that the work or a probe stands on."""
+    found = (base_node(machine), carrier_node(machine))
+    return {machine.nodes[node].name: node for node in found}
+
+
 def incidence(nodes: Sequence[int], count: int) -> FloatArray:
     """Return the matrix, shape (len(nodes), count), that brings each row to its node."""
     matrix = np.zeros((len(nodes), count))

@@ -15,7 +15,7 @@ from typing import Any
 
 from measurement.errors import BadInput, M, checked, shown
 from plant_model.drawing.expand import expanded, is_page
-from plant_model.effects import ItemSpec, catalogue, item_kinds
+from plant_model.effects import Effect, ItemSpec, catalogue, item_kinds
 from plant_model.effects.base import NumberSpec, possible
 from plant_model.machine import FAMILIES, REST, Axis, Input, Item, Machine, Node, Sensor
 from plant_model.machine_forms import DirectForm, FileForm, InputForm, ParameterForm, TiedForm
@@ -341,8 +341,6 @@ class _Reader:
             effect = known[self._one_of(f"effects.{key}", name, known)]
             if effect.on_channel:
                 self._one_of(f"effects.{key}", channel, channels)
-            elif channel:
-                raise self.refuse(f"effects.{key}", f"{name} does not act on one sensor")
             given = {}
             for parameter, entry in table.items():
                 place = f"effects.{key}.{parameter}"
@@ -366,13 +364,25 @@ class _Reader:
             ):
                 raise self.refuse("structure", "a shaft or housing needs one item of kind located")
         for key in machine.effects:
-            effect = catalogue()[key.partition(":")[0]]
+            effect = self._of_key(machine, key)
             for needed in effect.conductance_inputs:
                 if needed not in self.inputs:
                     raise self.refuse(f"effects.{key}", f"needs an input called {needed}")
             for needed in effect.needs:
                 if needed not in machine.effects:
                     raise self.refuse(f"effects.{key}", f"needs the effect {needed} in force")
+
+    def _of_key(self, machine: Machine, key: str) -> type[Effect]:
+        """Return the effect that a key names, on a driver that it has on this machine."""
+        name, _, driver = key.partition(":")
+        effect = catalogue()[name]
+        if driver and not effect.on_channel:
+            drivers = effect.drivers(machine)
+            if not drivers:
+                problem = f"{name} does not act on one sensor, and nothing else can drive it here"
+                raise self.refuse(f"effects.{key}", problem)
+            self._one_of(f"effects.{key}", driver, drivers)
+        return effect
 
     def _only_one(self, machine: Machine) -> None:
         for (family, kind), (_, spec) in item_kinds().items():

@@ -10,10 +10,12 @@ from plant_model.effects import catalogue
 from plant_model.gap.description import NamedChange, place_of
 from plant_model.gap.find import GapResult
 from plant_model.gap.five_lines import five_lines
+from plant_model.gap.keys import driver_of
 from plant_model.gap.kinds import kinds
 from plant_model.gap.regimes import RunResiduals
 from plant_model.gap.report import GapComparison
 from plant_model.gap.selection import SelectionRound
+from plant_model.machine import Machine
 from scenarios.channel_charts import channel_charts, measured_against_model
 from scenarios.charts import BEFORE, LINES, Chart, Line
 from scenarios.figures import draw
@@ -85,7 +87,7 @@ def _round(selection: SelectionRound, what: str) -> dict[str, Any]:
         "null_q99": selection.null_q99,
         "rows": [
             {
-                "title": _title(one.added[-1]),
+                "title": _title(one.added[-1], one.machine),
                 "cost": float(one.loro_cost.sum()),
                 "share": 1.0 - float(one.loro_cost.sum()) / before,
                 "probability": p,
@@ -96,10 +98,13 @@ def _round(selection: SelectionRound, what: str) -> dict[str, Any]:
     }
 
 
-def _title(key: str) -> str:
+def _title(key: str, machine: Machine) -> str:
     name, _, channel = key.partition(":")
     if name in kinds():
         return f"{kinds()[name].title}: {' and '.join(place_of(key))}"
+    driver = driver_of(machine, key)[1]
+    if driver:
+        return f"{catalogue()[name].title}, driven by {driver}"
     return catalogue()[name].title + (f" on {channel}" if channel else "")
 
 

@@ -30,6 +30,7 @@ from plant_model.gap.calibrate import calibrate  # noqa: E402
 from plant_model.gap.candidates import with_effect  # noqa: E402
 from plant_model.gap.data_faults import without_faults  # noqa: E402
 from plant_model.gap.held_out import answer  # noqa: E402
+from plant_model.gap.keys import driver_of  # noqa: E402
 from plant_model.gap.observations import observe  # noqa: E402
 from plant_model.gap.report import report_of  # noqa: E402
 from plant_model.machine import Machine  # noqa: E402
@@ -52,19 +53,27 @@ def planted(machine: Machine, key: str, runs: list[Run], seed: int) -> list[Run]
     ]
 
 
+def _said(effect: dict[str, Any]) -> str:
+    """Return an effect's name, with what drives it if that is one of several."""
+    driver = effect.get("driver", "")
+    return f"{effect['name']} by {driver}" if driver else str(effect["name"])
+
+
 def asked(machine: Machine, key: str, runs: list[Run], held_out: int, seed: int) -> dict[str, Any]:
     """Plant an effect and ask; the last *held_out* runs are kept back."""
     shown = planted(machine, key, runs, seed)
     used, unseen = shown[:-held_out], shown[-held_out:]
     found, comparison, faults = answer(machine, used, unseen, seed=seed)
     table = report_of(found, comparison, faults)
-    effects = [one["name"] for one in table["effects"]]
+    effects = [_said(one) for one in table["effects"]]
     name = key.partition(":")[0]
-    right = effects == [name] if name else table["verdict"] == "none_missing"
+    planted_key = _said({"name": name, "driver": driver_of(machine, key)[0]})
+    right = effects == [planted_key] if key else table["verdict"] == "none_missing"
     return {
         "planted": key or "nothing",
         "verdict": table["verdict"],
         "named": effects,
+        "other_drivers": [one.get("other_drivers", []) for one in table["effects"]],
         "one_of": table["one_of"],
         "right": right,
         "share_explained": table["evidence"]["share_explained"],

@@ -106,6 +106,10 @@ class Effect:
     on_channel : bool
         Whether it acts on one sensor, which the machine file names behind a colon:
         ``[effects."sensor_offset:T1"]``. It may then be in force for several sensors.
+    unused : dict of str to tuple of str
+        For a driver, the parameters that say nothing with it: they are neither tried nor moved.
+    given : tuple of str
+        Parameters that nobody fits, because runs say them (:meth:`carried`).
     states : tuple of str
         Names of its own states.
     state_scales : tuple of float
@@ -147,6 +151,8 @@ class Effect:
     conductance_inputs: ClassVar[tuple[str, ...]] = ()
     needs: ClassVar[tuple[str, ...]] = ()
     on_channel: ClassVar[bool] = False
+    unused: ClassVar[dict[str, tuple[str, ...]]] = {}
+    given: ClassVar[tuple[str, ...]] = ()
     states: ClassVar[tuple[str, ...]] = ()
     state_scales: ClassVar[tuple[float, ...]] = ()
     lags: ClassVar[bool] = False
@@ -171,6 +177,42 @@ class Effect:
             item for item in machine.items if (item.family, item.kind) in self.handles
         ]
         self.prepare()
+
+    @classmethod
+    def drivers(cls, machine: Machine) -> dict[str, str]:
+        """Return what may drive the effect on a machine, with the words for it, the usual first.
+
+        A part, an input, or a difference of parts: one law, whose driver a machine file names
+        behind a colon, ``[effects."slow_structure:column"]``; without one it is the usual. Empty
+        where there is but one.
+        """
+        return {}
+
+    @classmethod
+    def carried(
+        cls, machine: Machine, driver: str, runs: Sequence[tuple[FloatArray, Inputs]]
+    ) -> list[dict[str, float]]:
+        """Return what runs in their order leave to those after them.
+
+        Parameters
+        ----------
+        machine : Machine
+        driver : str
+        runs : sequence of (array, mapping of str to array)
+            Lengths of the steps [s] and held inputs in them, shape (K,) each.
+
+        Returns
+        -------
+        list of dict of str to float
+            ``given`` parameters of every run and, last, of a run after all of them; empty if
+            nothing is carried from run to run.
+        """
+        return []
+
+    @property
+    def driver(self) -> str:
+        """What drives it, of several; empty where there is but one."""
+        return self.channel or next(iter(self.drivers(self.machine)), "")
 
     def prepare(self) -> None:
         """Compute once what does not change while simulating."""
@@ -308,7 +350,7 @@ def possible(effect: type[Effect], parameter: str) -> tuple[float, float]:
 
 
 def effect_key(name: str, channel: str = "") -> str:
-    """Return how a machine file names an effect: its name, and its channel if it has one."""
+    """Return how a machine file names an effect: its name, and its channel or driver, if any."""
     return f"{name}:{channel}" if channel else name
 
 

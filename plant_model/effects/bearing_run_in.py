@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import ClassVar
 
 import numpy as np
@@ -9,43 +10,72 @@ import numpy as np
 from plant_model.anatomy import bearings
 from plant_model.effects.base import Effect, Inputs
 from plant_model.effects.bearing_friction import add_to_sides, bearing_heat
+from plant_model.machine import Machine
 from plant_model.parameters import FloatArray, Parameter
+
+RUN, SERIES = "run", "series"
 
 
 class BearingRunIn(Effect):
-    """Friction times 1 + a exp(-t / tau), t the hours turned since the start of the run.
+    """Friction times 1 + a exp(-t / tau), t the hours turned: ``before`` and since the start.
 
     Grease churns until it is spread evenly, and torque and temperature are high meanwhile (Lugt,
     Grease Lubrication in Rolling Bearings, Wiley 2013, doi:10.1002/9781118483961; Chatra, Osara and
     Lugt, Tribol. Int. (2023) 108375). NSK's run-in of new preloaded bearings takes up to 10 h in
     all (Tech Talk 06, Protect your bearing investment), so tau is seldom above 3 h; the range
     reaches wider. The size of the excess is engineering judgement. Hours at standstill do not
-    count. The excess is the same share of Palmgren's heat at every speed, viscosity and preload as
-    given.
+    count. Grease that flows back while the machine stands churns anew in every run (driver
+    ``run``); new or regreased bearings run in once (driver ``series``): then a run begins with the
+    hours that the runs before it turned. The gap finder takes runs in the order of their names and
+    knows of no hours between them. The excess is the same share of Palmgren's heat at every speed,
+    viscosity and preload as given.
     """
 
     name: ClassVar[str] = "bearing_run_in"
     title: ClassVar[str] = "Bearings running in"
     explanation: ClassVar[str] = (
-        "Friction is higher in the first hours and falls with the hours that the bearings turned."
+        "Friction is higher in the first hours and falls with the hours that the bearings turned, "
+        "in each run or in all runs together."
     )
     parameters: ClassVar[dict[str, Parameter]] = {
         "excess": Parameter(0.6, "1", 0.0, 2.0, "judgement; that grease churns: Lugt 2013"),
+        "before": Parameter(0.0, "h", 0.0, 1e4, "hours turned before the first run"),
         "hours": Parameter(2.5, "h", 0.5, 10.0, "run-in of up to 10 h in all: NSK Tech Talk 06"),
     }
     amplitude: ClassVar[str] = "excess"
     law: ClassVar[tuple[str, ...]] = ("hours",)
     temperature_dependent: ClassVar[bool] = True
     needs: ClassVar[tuple[str, ...]] = ("bearing_friction",)
+    unused: ClassVar[dict[str, tuple[str, ...]]] = {RUN: ("before",)}
+    given: ClassVar[tuple[str, ...]] = ("before",)
     states: ClassVar[tuple[str, ...]] = ("hours_turned",)
+
+    @classmethod
+    def drivers(cls, machine: Machine) -> dict[str, str]:
+        """Return whose hours count: each run's own, or those of all runs so far."""
+        return {RUN: "the hours of each run", SERIES: "the hours of all runs so far"}
+
+    @classmethod
+    def carried(
+        cls, machine: Machine, driver: str, runs: Sequence[tuple[FloatArray, Inputs]]
+    ) -> list[dict[str, float]]:
+        """Return the hours turned before every run, and after the last."""
+        if driver != SERIES:
+            return []
+        drivers = {item.refs["driven_by"][0] for item in bearings(machine)}
+        turned = [
+            float(np.sum(steps * np.any([inputs[name] != 0.0 for name in drivers], axis=0)))
+            for steps, inputs in runs
+        ]
+        return [{"before": seconds / 3600.0} for seconds in np.cumsum([0.0, *turned]).tolist()]
 
     def prepare(self) -> None:
         """Find the bearings."""
         self._bearings = [(item, item.refs["driven_by"][0]) for item in bearings(self.machine)]
 
     def start_states(self, temperatures: FloatArray, inputs: Inputs) -> FloatArray:
-        """Start with no hour turned."""
-        return np.zeros((len(temperatures), 1))
+        """Start with the hours turned before."""
+        return np.broadcast_to(self.own("before"), (len(temperatures), 1))
 
     def rate(self, inputs: Inputs, temperatures: FloatArray, states: FloatArray) -> FloatArray:
         """Count the hours in which any bearing turns."""

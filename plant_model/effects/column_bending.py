@@ -8,6 +8,7 @@ import numpy as np
 
 from plant_model.anatomy import base_node, carrier_node, outside
 from plant_model.effects.base import POSE, ROUND, Effect, Inputs
+from plant_model.machine import Machine
 from plant_model.parameters import FloatArray, Parameter
 
 
@@ -33,10 +34,15 @@ def add_tilt(
         out[..., POSE.index(shift)] += angle * share * lever_mm * 1e-3
 
 
+DIFFERENCE, HALL, PARTS = "difference", "hall", "parts"
+
+
 class ColumnBending(Effect):
     """Tilt k y with tau dy/dt = (T - T_hall) - y, y counted from the start of the run.
 
     T = s T_carrier + (1 - s) T_column, for what carries the spindle bends the column's front.
+    Driven by ``hall`` it is T_hall alone that walls of different thickness follow, by ``parts`` T
+    alone: heat from the spindle that reaches one side of the column.
 
     One wall of a column follows the hall sooner than the other. A difference of half of
     T_column - T_hall across 0.4 m bends 1.5 m of iron by 20 urad a kelvin; walls of 20 to 60 mm
@@ -49,7 +55,7 @@ class ColumnBending(Effect):
     name: ClassVar[str] = "column_bending"
     title: ClassVar[str] = "Column bending with the hall"
     explanation: ClassVar[str] = (
-        "The column follows the hall unevenly and tilts the spindle, also at rest."
+        "The column follows the hall or its own parts unevenly and tilts the spindle, also at rest."
     )
     parameters: ClassVar[dict[str, Parameter]] = {
         "tilt": Parameter(8.0, "urad/K", 0.0, 40.0, "judgement: alpha L / w of columns"),
@@ -67,20 +73,38 @@ class ColumnBending(Effect):
         "direction": ROUND,
         "lever": (0.0, 500.0),
     }
+    unused: ClassVar[dict[str, tuple[str, ...]]] = {HALL: ("carrier_share",)}
     states: ClassVar[tuple[str, ...]] = ("difference", "at_start")
     lags: ClassVar[bool] = True
+
+    @classmethod
+    def drivers(cls, machine: Machine) -> dict[str, str]:
+        """Return the difference, and each side of it alone."""
+        column, carrier = base_node(machine), carrier_node(machine)
+        names = " and ".join(dict.fromkeys(machine.nodes[n].name for n in (carrier, column)))
+        return {
+            DIFFERENCE: f"{names} against the hall",
+            HALL: "the hall alone",
+            PARTS: f"{names} alone",
+        }
 
     def prepare(self) -> None:
         """Find the column, what it carries and the hall."""
         self._column, self._hall = base_node(self.machine), outside(self.machine)
         self._carrier = carrier_node(self.machine)
+        self._driver = self.driver
 
     def target(self, inputs: Inputs, temperatures: FloatArray) -> FloatArray:
-        """Return column and carrier minus hall [K], twice."""
+        """Return what bends the column [K], twice: column and carrier minus hall, or one side."""
+        hall = np.asarray(inputs[self._hall])[None, :]
+        if self._driver == HALL:
+            return np.stack([hall, hall], axis=-1)
         share = self.own("carrier_share")
         column, carrier = (temperatures[..., node] for node in (self._column, self._carrier))
-        difference = share * carrier + (1.0 - share) * column - inputs[self._hall]
-        return np.stack([difference, difference], axis=-1)
+        bends = share * carrier + (1.0 - share) * column
+        if self._driver == DIFFERENCE:
+            bends = bends - hall
+        return np.stack([bends, bends], axis=-1)
 
     def time_constants(self) -> FloatArray:
         """Return the lag of the walls; the value at the start stays."""

@@ -6,15 +6,24 @@ from typing import ClassVar
 
 import numpy as np
 
-from plant_model.anatomy import foremost, outside
+from plant_model.anatomy import foremost, outside, structure_parts
 from plant_model.effects.base import ROUND, Effect, Inputs
+from plant_model.machine import Machine
 from plant_model.parameters import FloatArray, Parameter
 
 
-class FixtureWarming(Effect):
-    """All radial readings move by k y together, tau dy/dt = (1 - s) dT_hall + s dT_nose - y.
+def _beside(machine: Machine) -> dict[str, int]:
+    """Return the parts that may warm a fixture, by name, the nose of the housing first."""
+    ends = (foremost(machine, "housing"), foremost(machine, "shaft"))
+    noses = [node for node in ends if node is not None][:1]
+    return {machine.nodes[node].name: node for node in noses} | structure_parts(machine)
 
-    dT counts from the start of the run; the nose is the front of the housing above the fixture. A
+
+class FixtureWarming(Effect):
+    """All radial readings move by k y together, tau dy/dt = (1 - s) dT_hall + s dT_part - y.
+
+    dT counts from the start of the run. The part is the front of the housing above the fixture,
+    or, as it is driven, what the fixture stands on: the column or what that carries. A
     bracket that holds probes 50 to 450 mm from where it is clamped moves them by 0.5 to 5 um/K
     (steel and aluminium, 11.5 to 23e-6/K); the lengths are engineering judgement. ISO 230-3
     measures the drift of spindles with probes in such a fixture. The spindle does not move: only
@@ -29,7 +38,7 @@ class FixtureWarming(Effect):
     parameters: ClassVar[dict[str, Parameter]] = {
         "growth": Parameter(2.0, "um/K", 0.0, 6.0, "50 to 450 mm of steel or aluminium"),
         "minutes": Parameter(30.0, "min", 5.0, 120.0, "5 to 30 mm of steel in still air"),
-        "nose_share": Parameter(0.3, "1", 0.0, 1.0, "judgement: how near the nose it stands"),
+        "nose_share": Parameter(0.3, "1", 0.0, 1.0, "judgement: how near the part it stands"),
         "direction": Parameter(45.0, "deg", -180.0, 180.0, "0 moves X readings, 90 Y readings"),
     }
     amplitude: ClassVar[str] = "growth"
@@ -43,12 +52,15 @@ class FixtureWarming(Effect):
     states: ClassVar[tuple[str, ...]] = ("fixture", "at_start")
     lags: ClassVar[bool] = True
 
+    @classmethod
+    def drivers(cls, machine: Machine) -> dict[str, str]:
+        """Return the parts that may warm the fixture beside the hall."""
+        return {name: f"the hall and the {name}" for name in _beside(machine)}
+
     def prepare(self) -> None:
-        """Find hall, nose and the radial sensors."""
+        """Find hall, part and the radial sensors."""
         self._hall = outside(self.machine)
-        self._nose = foremost(self.machine, "housing")
-        if self._nose is None:
-            self._nose = foremost(self.machine, "shaft")
+        self._part = _beside(self.machine)[self.driver]
         direction = np.radians(self.own("direction"))
         along = {"X": np.cos(direction), "Y": np.sin(direction)}
         rig = self.machine.rig
@@ -66,8 +78,7 @@ class FixtureWarming(Effect):
         """Return the temperature that the fixture follows, twice."""
         hall = inputs[self._hall] + 0.0 * temperatures[..., 0]
         share = self.own("nose_share")
-        near = hall if self._nose is None else temperatures[..., self._nose]
-        followed = (1.0 - share) * hall + share * near
+        followed = (1.0 - share) * hall + share * temperatures[..., self._part]
         return np.stack([followed, followed], axis=-1)
 
     def time_constants(self) -> FloatArray:

@@ -8,11 +8,16 @@ import numpy as np
 
 from plant_model.anatomy import incidence
 from plant_model.effects.base import Effect, Inputs
+from plant_model.effects.surface_convection import held_by_film
 from plant_model.parameters import FloatArray, Parameter
 
 
 class NaturalConvection(Effect):
-    """Film coefficient beyond the constant one, h = h1 (|T - T_air| / 10 K)^(1/4).
+    """Film coefficient h = h1 (|T - T_air| / 10 K)^(1/4) in place of h1 in the constant one.
+
+    A film coefficient of still air holds free convection already. What it holds is taken to be that
+    at 10 K, or the whole film where that is less, and is taken off: a surface 10 K warmer than the
+    air loses what it loses without this effect, a colder one less and a warmer one more.
 
     Laminar free convection along a plate of height L, 1.42 (dT / L)^(1/4) W/(m2 K) in air, gives
     2.5 to 6 W/(m2 K) at 10 K for 1 to 0.03 m (Holman, Heat Transfer, 10th ed., table 7-2; fuller
@@ -22,7 +27,8 @@ class NaturalConvection(Effect):
     name: ClassVar[str] = "natural_convection"
     title: ClassVar[str] = "Convection outside growing with temperature"
     explanation: ClassVar[str] = (
-        "Warm surfaces make the air rise and lose more heat the warmer they are."
+        "Warm surfaces make the air rise and lose more heat the warmer they are; what their film "
+        "coefficient holds of it at 10 K is not counted twice."
     )
     parameters: ClassVar[dict[str, Parameter]] = {
         "film_at_10_K": Parameter(4.0, "W/(m2 K)", 0.0, 8.0, "1.42 (dT/L)^(1/4): Holman, table 7-2")
@@ -36,6 +42,9 @@ class NaturalConvection(Effect):
         self._nodes = [self.machine.node_index[item.refs["between"][0]] for item in surfaces]
         self._outside = [item.refs["between"][1] for item in surfaces]
         self._areas = self.table([self.of(item, "area") for item in surfaces])
+        self._held = self.table(
+            [held_by_film(self, item, self.own("film_at_10_K")) for item in surfaces]
+        )
         self._to_nodes = incidence(self._nodes, len(self.machine.nodes))
 
     def heat(
@@ -45,11 +54,11 @@ class NaturalConvection(Effect):
         states: FloatArray | None,
         out: FloatArray,
     ) -> None:
-        """Add what every surface receives."""
+        """Add what every surface receives beyond what its film says."""
         assert temperatures is not None
         if not self._nodes:
             return
         air = np.stack([inputs[name] for name in self._outside], axis=-1)
         colder = air - temperatures[..., self._nodes]
         film = self.own("film_at_10_K")[..., None] * np.sqrt(np.sqrt(np.abs(colder) / 10.0))
-        out += (film * self._areas * colder) @ self._to_nodes
+        out += ((film - self._held) * self._areas * colder) @ self._to_nodes

@@ -5,23 +5,32 @@ from __future__ import annotations
 from typing import ClassVar
 
 from plant_model.effects.base import Effect, Inputs
+from plant_model.effects.surface_convection import held_by_film
 from plant_model.parameters import FloatArray, Parameter
 
 STEFAN_BOLTZMANN = 5.670374419e-8  # W/(m2 K4), CODATA 2018
 KELVIN = 273.15
+REFERENCE = 20.0
+"""Temperature of surface and hall at which a film coefficient is taken to be stated [degC]."""
 
 
 class Radiation(Effect):
-    """Grey surfaces facing the hall: Q = eps sigma A (T_ambient^4 - T^4), temperatures in kelvin.
+    """Grey surfaces facing the hall: Q = A (eps sigma (T_a^4 - T^4) - h_r (T_a - T)), in kelvin.
 
-    It acts on every surface that the machine file lists for convection, besides the film
-    coefficient given there. Emissivity: 0.2 bare machined steel to 0.9 paint (VDI Heat Atlas,
-    2nd ed., part K).
+    It acts on every surface that the machine file lists for convection. The film coefficient given
+    there is that of still air *and* radiation, so what it holds of radiation is taken off again:
+    h_r = 4 eps sigma T_0^3 at T_0 = 20 degC (3.4 W/(m2 K) at 0.6), or the whole film where that is
+    less. Surface and hall at 20 degC lose what they lose without this effect; warmer ones lose
+    more, by 1 % of h_r a kelvin that both are warmer, half of that if only one is. Emissivity: 0.2
+    bare machined steel to 0.9 paint (VDI Heat Atlas, 2nd ed., part K).
     """
 
     name: ClassVar[str] = "radiation"
     title: ClassVar[str] = "Radiation from hot surfaces"
-    explanation: ClassVar[str] = "Surfaces radiate with the fourth power of temperature."
+    explanation: ClassVar[str] = (
+        "Surfaces radiate with the fourth power of temperature; what their film coefficient holds "
+        "of it at 20 degC is not counted twice."
+    )
     parameters: ClassVar[dict[str, Parameter]] = {
         "emissivity": Parameter(0.6, "1", 0.0, 0.95, "VDI Heat Atlas, 2nd ed., part K")
     }
@@ -32,8 +41,14 @@ class Radiation(Effect):
     def prepare(self) -> None:
         """Collect the surfaces."""
         index = self.machine.node_index
+        at_reference = 4.0 * STEFAN_BOLTZMANN * (REFERENCE + KELVIN) ** 3 * self.own("emissivity")
         self._surfaces = [
-            (index[item.refs["between"][0]], item.refs["between"][1], self.of(item, "area"))
+            (
+                index[item.refs["between"][0]],
+                item.refs["between"][1],
+                self.of(item, "area"),
+                held_by_film(self, item, at_reference),
+            )
             for item in self.machine.of_kind("links", "convection")
         ]
 
@@ -44,11 +59,12 @@ class Radiation(Effect):
         states: FloatArray | None,
         out: FloatArray,
     ) -> None:
-        """Add what every surface receives."""
+        """Add what every surface receives beyond what its film says."""
         assert temperatures is not None
         factor = self.own("emissivity") * STEFAN_BOLTZMANN
-        for node, outside, area in self._surfaces:
+        for node, outside, area, held in self._surfaces:
             # Squares of squares: a power costs many times as much, and this is asked at every step.
             own = (temperatures[..., node] + KELVIN) * (temperatures[..., node] + KELVIN)
             around = (inputs[outside] + KELVIN) * (inputs[outside] + KELVIN)
-            out[..., node] += factor * area * (around * around - own * own)
+            known = held * (inputs[outside] - temperatures[..., node])
+            out[..., node] += area * (factor * (around * around - own * own) - known)

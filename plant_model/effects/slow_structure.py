@@ -6,13 +6,19 @@ from typing import ClassVar
 
 import numpy as np
 
-from plant_model.anatomy import outside
+from plant_model.anatomy import outside, structure_parts
 from plant_model.effects.base import POSE, ROUND, Effect, Inputs
+from plant_model.machine import Machine
 from plant_model.parameters import FloatArray, Parameter
+
+HALL = "hall"
 
 
 class SlowStructure(Effect):
-    """Growth k y with tau dy/dt = (T_hall - T_hall at the start) - y.
+    """Growth k y with tau dy/dt = (T - T at the start) - y, T the hall's temperature.
+
+    Driven by a part, T = s T_part + (1 - s) T_hall: a bed follows what stands on it, the hall, or
+    both.
 
     Bed and column between tool and work are metres of iron (11 um/(m K)) with hours of lag: 3 h
     for a column in moving air to 20 h for a bed on its foundation, by engineering judgement (what
@@ -25,12 +31,14 @@ class SlowStructure(Effect):
     name: ClassVar[str] = "slow_structure"
     title: ClassVar[str] = "Bed following the hall slowly"
     explanation: ClassVar[str] = (
-        "Bed and column grow with the hall hours later, so drift never settles."
+        "Bed and column grow hours after the hall, or after a part of the machine, so drift never "
+        "settles."
     )
     parameters: ClassVar[dict[str, Parameter]] = {
         "growth": Parameter(8.0, "um/K", 0.0, 30.0, "judgement: 0.1 to 3 m of iron"),
         "hours": Parameter(8.0, "h", 3.0, 20.0, "judgement: column in air to bed on foundation"),
         "direction": Parameter(0.0, "deg", -180.0, 180.0, "0 is elongation, 90 radial"),
+        "part_share": Parameter(0.5, "1", 0.0, 1.0, "judgement: of the part, the rest of the hall"),
         "azimuth": Parameter(90.0, "deg", -90.0, 90.0, "0 is X, 90 is Y"),
     }
     amplitude: ClassVar[str] = "growth"
@@ -39,14 +47,25 @@ class SlowStructure(Effect):
         "growth": (8.0,),
         "hours": (3.5, 7.0, 14.0),
         "direction": ROUND,
+        "part_share": (0.5, 1.0),
         "azimuth": (-45.0, 0.0, 45.0, 90.0),
     }
+    unused: ClassVar[dict[str, tuple[str, ...]]] = {HALL: ("part_share",)}
     states: ClassVar[tuple[str, ...]] = ("hall", "at_start")
     lags: ClassVar[bool] = True
 
+    @classmethod
+    def drivers(cls, machine: Machine) -> dict[str, str]:
+        """Return the hall and the parts that the work may stand on."""
+        return {HALL: "the hall"} | {
+            name: f"the {name} and the hall" for name in structure_parts(machine)
+        }
+
     def prepare(self) -> None:
-        """Find the hall, and where the growth goes."""
+        """Find what it follows, and where the growth goes."""
         self._hall = outside(self.machine)
+        parts = {} if self.driver == HALL else structure_parts(self.machine)
+        self._part = parts.get(self.driver)
         direction, azimuth = (np.radians(self.own(name)) for name in ("direction", "azimuth"))
         self._shares = {
             "elongation": np.cos(direction),
@@ -55,9 +74,12 @@ class SlowStructure(Effect):
         }
 
     def target(self, inputs: Inputs, temperatures: FloatArray) -> FloatArray:
-        """Return the hall's temperature, twice."""
-        hall = np.asarray(inputs[self._hall])[None, :]
-        return np.stack([hall, hall], axis=-1)
+        """Return the temperature that the bed follows, twice."""
+        followed = np.asarray(inputs[self._hall])[None, :]
+        if self._part is not None:
+            share = self.own("part_share")
+            followed = share * temperatures[..., self._part] + (1.0 - share) * followed
+        return np.stack([followed, followed], axis=-1)
 
     def time_constants(self) -> FloatArray:
         """Return the lag of the bed; the value at the start stays."""

@@ -4,8 +4,32 @@ from __future__ import annotations
 
 from typing import ClassVar
 
+import numpy as np
+
 from plant_model.effects.base import Effect, ItemSpec, NumberSpec, amplitude, exchange
-from plant_model.parameters import Parameter
+from plant_model.machine import Item
+from plant_model.parameters import FloatArray, Parameter
+
+
+def held_by_film(effect: Effect, item: Item, coefficient: FloatArray) -> FloatArray:
+    """Return what of a law of its own a surface's constant film already holds [W/(m2 K)].
+
+    Parameters
+    ----------
+    effect : Effect
+        The law's.
+    item : Item
+        The surface.
+    coefficient : array, shape (sets or 1, 1)
+        What the law gives at its reference [W/(m2 K)].
+
+    Returns
+    -------
+    array, shape (sets or 1, 1)
+        That coefficient, and never more than the film itself.
+    """
+    film = effect.scale_of("surface_convection") * effect.of(item, "coefficient")
+    return np.asarray(np.minimum(coefficient, film))
 
 
 class SurfaceConvection(Effect):
@@ -13,7 +37,8 @@ class SurfaceConvection(Effect):
 
     Still air at machine surfaces: h of 5 to 12 W/(m2 K), of which 2 to 6 are free convection (see
     ``natural_convection``) and 3 to 5 radiation, 4 eps sigma T^3 at room temperature and an
-    emissivity of 0.6 to 0.9 (VDI Heat Atlas, 2nd ed., parts F2 and K).
+    emissivity of 0.6 to 0.9 (VDI Heat Atlas, 2nd ed., parts F2 and K). Those two effects take off
+    what a film holds of them.
     """
 
     name: ClassVar[str] = "surface_convection"

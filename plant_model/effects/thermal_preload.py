@@ -6,14 +6,33 @@ from typing import ClassVar
 
 import numpy as np
 
-from plant_model.anatomy import bearings
+from plant_model.anatomy import around_bearing, bearings
 from plant_model.effects.base import Effect, Inputs
 from plant_model.effects.bearing_friction import add_to_sides, friction_heat
+from plant_model.machine import Item, Machine
 from plant_model.parameters import FloatArray, Parameter
+
+RINGS, SEAT = "inner_outer", "shaft_housing"
+Sides = tuple[tuple[int, ...], tuple[int, ...]]
+
+
+def _rings(machine: Machine, bearing: Item) -> Sides:
+    """Return the bearing's own inner and outer side."""
+    inner, outer = (machine.node_index[bearing.refs[side][0]] for side in ("inner", "outer"))
+    return (inner,), (outer,)
+
+
+def _mean(temperatures: FloatArray, nodes: tuple[int, ...]) -> FloatArray:
+    """Return the mean temperature of some nodes, shape (sets, times)."""
+    return np.asarray(sum(temperatures[..., node] for node in nodes) / len(nodes))
 
 
 class ThermalPreload(Effect):
-    """Palmgren's load torque times 1 + k max(T_inner - T_outer, 0).
+    """Palmgren's load torque times 1 + k max(D, 0), with D = T_inner - T_outer of the bearing.
+
+    Driven by ``shaft_housing`` D is the shaft's temperature less that of the housing, each the mean
+    of what the bearing touches there: rings that are clamped follow shaft and bore, and a cooled
+    housing around a warm shaft tightens them long after the rings themselves are even.
 
     A warm inner ring takes up clearance. A 70 mm ring grows by 0.4 um a kelvin in radius, against
     an elastic approach of 1 to 5 um under preload, and load rises with the power 3/2 of approach:
@@ -22,12 +41,16 @@ class ThermalPreload(Effect):
     thermally induced preload in spindles: Stein and Tu, J. Dyn. Syst. Meas. Control 116 (1994)
     372-386). The approach under preload is engineering judgement, and the range reaches wider. At
     ten times its load torque a bearing is taken to be about to seize: the factor goes no further.
+    The shift along the axis that goes with the clearance taken up, cot(contact angle) times it, is
+    left out: between the two bearings of a pair it cancels, and of one on springs no size is known
+    in general.
     """
 
     name: ClassVar[str] = "thermal_preload"
     title: ClassVar[str] = "Preload rising with the temperature difference in the bearing"
     explanation: ClassVar[str] = (
-        "After a speed-up the inner ring warms first, the bearing tightens and heats more."
+        "After a speed-up the inner ring, or the shaft, warms first; the bearing tightens and "
+        "heats more."
     )
     parameters: ClassVar[dict[str, Parameter]] = {
         "gain": Parameter(0.2, "1/K", 0.0, 2.0, "judgement: ring growth against approach")
@@ -37,13 +60,22 @@ class ThermalPreload(Effect):
     needs: ClassVar[tuple[str, ...]] = ("bearing_friction",)
     most: ClassVar[float] = 10.0
 
+    @classmethod
+    def drivers(cls, machine: Machine) -> dict[str, str]:
+        """Return the two differences, the second where it is another one."""
+        words = {RINGS: "inner ring against outer ring"}
+        others = any(
+            around_bearing(machine, item) != _rings(machine, item) for item in bearings(machine)
+        )
+        return words | ({SEAT: "shaft against housing"} if others else {})
+
     def prepare(self) -> None:
-        """Find the bearings and the load torque of each [N mm]."""
+        """Find the bearings, what tightens each, and its load torque [N mm]."""
+        between = around_bearing if self.driver == SEAT else _rings
         self._bearings = [
             (
                 item,
-                self.nodes(item, "inner")[0],
-                self.nodes(item, "outer")[0],
+                between(self.machine, item),
                 self.scale_of("bearing_friction")
                 * self.of(item, "count")
                 * self.of(item, "f1")
@@ -62,8 +94,9 @@ class ThermalPreload(Effect):
     ) -> None:
         """Add the heat of the torque beyond that at the preload given."""
         assert temperatures is not None
-        for item, inner, outer, torque in self._bearings:
-            warmer = np.maximum(temperatures[..., inner] - temperatures[..., outer], 0.0)
+        for item, sides, torque in self._bearings:
+            inside, outside = (_mean(temperatures, nodes) for nodes in sides)
+            warmer = np.maximum(inside - outside, 0.0)
             factor = np.minimum(self.own("gain") * warmer, self.most - 1.0)
             speed = inputs[item.refs["driven_by"][0]]
             add_to_sides(self, item, friction_heat(speed, torque * factor), out)

@@ -14,18 +14,21 @@ from plant_model.parameters import FloatArray, Parameter
 class ToolHeating(Effect):
     """Heat G (T_nose - T_holder) into the holder, on into the tool, and from both to the hall.
 
-    Own states are the excess of holder and tool over the hall. The holder's growth adds to the
-    elongation over its length, the tool's to its growth per length, beyond what the structure
-    already has. G: an HSK or SK taper has 2 to 20 W/K across its joint, and carries what it takes
+    Own states are the temperatures of holder and tool. Both come out of the magazine at the hall's
+    temperature and follow the hall from there, as the rest of the machine does: a holder of 80 mm
+    grows by 0.9 um for each kelvin that the hall rises. The holder's growth since the start adds to
+    the elongation over its length, the tool's to its growth per length. Where the structure has a
+    tool of its own, that one already follows the hall, and only the excess over the hall is added.
+    G: an HSK or SK taper has 2 to 20 W/K across its joint, and carries what it takes
     along some 50 mm of shank, 1 to 8 W/K in all (k A / L, steel 48 W/(m K)). Half of the capacity
-    is the holder's. Joint, masses, lengths and films are engineering judgement. The tool comes out
-    of the magazine at the hall's temperature.
+    is the holder's. Joint, masses, lengths and films are engineering judgement. No taper conducts
+    less than 0.5 W/K: below that the growth fades, so that without a holder nothing grows.
     """
 
     name: ClassVar[str] = "tool_heating"
     title: ClassVar[str] = "Holder and tool warming"
     explanation: ClassVar[str] = (
-        "The warm nose heats holder and tool, which go on growing after it."
+        "The warm nose heats holder and tool, which go on growing after it and with the hall."
     )
     parameters: ClassVar[dict[str, Parameter]] = {
         "conductance": Parameter(2.0, "W/K", 0.0, 8.0, "judgement: joint, and k A / L of shank"),
@@ -35,40 +38,44 @@ class ToolHeating(Effect):
     }
     amplitude: ClassVar[str] = "conductance"
     temperature_dependent: ClassVar[bool] = True
-    states: ClassVar[tuple[str, ...]] = ("holder", "tool")
+    states: ClassVar[tuple[str, ...]] = ("holder", "tool", "at_start")
     expansion: ClassVar[float] = 11.5  # 1e-6/K, steel
     shank: ClassVar[float] = 0.5  # W/K, from the holder into a tool of 20 to 30 mm
+    least_joint: ClassVar[float] = 0.5  # W/K
 
     def prepare(self) -> None:
         """Find the nose and the hall."""
         self._nose, self._hall = nose(self.machine), outside(self.machine)
+        self._in_structure = bool(self.machine.of_kind("structure", "tool"))
 
     def start_states(self, temperatures: FloatArray, inputs: Inputs) -> FloatArray:
         """Start at the hall's temperature."""
-        return np.zeros((len(temperatures), 2))
+        hall = np.broadcast_to(inputs[self._hall], (len(temperatures), 1))
+        return np.concatenate([hall] * len(self.states), axis=1)
 
     def state_decay(self) -> FloatArray:
         """Return what holder and tool lose for each kelvin of their own [1/s]."""
         lost = self.shank + 0.5 * self.own("loss")
         taken = self.own("conductance") if self._nose is not None else 0.0
-        both = np.concatenate(np.broadcast_arrays(lost + taken, lost), axis=-1)
-        return np.asarray(both / (0.5 * self.own("capacity")))
+        each = np.broadcast_arrays(lost + taken, lost, np.zeros((1, 1)))
+        return np.asarray(np.concatenate(each, axis=-1) / (0.5 * self.own("capacity")))
 
     def _taken(self, inputs: Inputs, temperatures: FloatArray, states: FloatArray) -> FloatArray:
         """Return what the holder takes from the nose [W]."""
         if self._nose is None:
             return np.zeros(states.shape[:-1])
-        excess = temperatures[..., self._nose] - inputs[self._hall]
-        return np.asarray(self.own("conductance") * (excess - states[..., 0]))
+        warmer = temperatures[..., self._nose] - states[..., 0]
+        return np.asarray(self.own("conductance") * warmer)
 
     def rate(self, inputs: Inputs, temperatures: FloatArray, states: FloatArray) -> FloatArray:
         """Return how fast holder and tool warm."""
         holder, tool = states[..., 0], states[..., 1]
         on = self.shank * (holder - tool)
-        lost = 0.5 * self.own("loss")
+        loss, hall = 0.5 * self.own("loss"), inputs[self._hall]
         half = 0.5 * self.own("capacity")
         taken = self._taken(inputs, temperatures, states)
-        return np.stack([(taken - on - lost * holder) / half, (on - lost * tool) / half], axis=-1)
+        warms = [taken - on - loss * (holder - hall), on - loss * (tool - hall), 0.0 * tool]
+        return np.stack([power / half for power in warms], axis=-1)
 
     def heat(
         self,
@@ -88,7 +95,13 @@ class ToolHeating(Effect):
     ) -> None:
         """Add the growth of holder and tool."""
         assert states is not None
-        per_mm = self.expansion * 1e-3
-        holder = per_mm * self.own("holder_length") * states[..., 0]
-        out[..., POSE.index("elongation")] += holder
-        out[..., POSE.index("tool_strain")] += per_mm * states[..., 1]
+        if self._nose is None:
+            return
+        joined = np.minimum(self.own("conductance") / self.least_joint, 1.0)
+        per_mm = joined * self.expansion * 1e-3
+        holder, tool, at_start = (states[..., i] for i in range(3))
+        already = inputs[self._hall] if self._in_structure else at_start
+        out[..., POSE.index("elongation")] += (
+            per_mm * self.own("holder_length") * (holder - at_start)
+        )
+        out[..., POSE.index("tool_strain")] += per_mm * (tool - already)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 
@@ -10,8 +10,10 @@ import numpy as np
 
 from plant_model.effects import Effect, catalogue
 from plant_model.effects.base import effect_key, possible
+from plant_model.gap.keys import driver_keys, driver_of, laws_of, unused_with
 from plant_model.gap.leaps import Leaps, leaps_in
 from plant_model.gap.linearise import modelled, simulate_at
+from plant_model.gap.long_log import is_piece
 from plant_model.gap.observations import Observations
 from plant_model.gap.periods import PHASES, likely_periods, quick
 from plant_model.integrate import IntegrationError
@@ -109,10 +111,11 @@ def as_tried(tried: Sequence[Candidate], one: Candidate) -> list[Candidate]:
 
 def missing_effects(machine: Machine, without: Sequence[str] = ()) -> list[type[Effect]]:
     """Return the effects of the catalogue that are not in force, other than *without*."""
+    in_force = set(laws_of(machine.effects))
     return [
         effect
         for name, effect in catalogue().items()
-        if name not in machine.effects
+        if (effect.on_channel or name not in in_force)
         and name not in without
         and not effect.handles
         and all(needed in machine.effects for needed in effect.needs)
@@ -126,7 +129,10 @@ def with_effect(machine: Machine, key: str, values: dict[str, float] | None = No
     physics lets it be.
     """
     effect = catalogue()[key.partition(":")[0]]
-    parameters = {name: replace(p, calibrate=True) for name, p in effect.parameters.items()}
+    idle = unused_with(machine, key)
+    parameters = {
+        name: replace(p, calibrate=name not in idle) for name, p in effect.parameters.items()
+    }
     grown = replace(machine, effects=machine.effects | {key: parameters})
     usual = effect.parameters[effect.amplitude]
     if not usual.low <= (values or {}).get(effect.amplitude, usual.value) <= usual.high:
@@ -153,18 +159,19 @@ def beyond_usual_range(machine: Machine, key: str) -> tuple[str, ...]:
     )
 
 
-def grid(effect: type[Effect]) -> list[dict[str, float]]:
-    """Return the sizes and shapes at which an effect is tried."""
+def grid(effect: type[Effect], idle: Sequence[str] = ()) -> list[dict[str, float]]:
+    """Return the sizes and shapes at which an effect is tried; *idle* parameters stay nominal."""
     size = effect.parameters[effect.amplitude]
     nominal = {name: p.value for name, p in effect.parameters.items()}
     if effect.tried:
-        points = product(*(effect.tried.get(name, (value,)) for name, value in nominal.items()))
+        tried = {name: (value,) for name, value in nominal.items()} | effect.tried
+        points = product(*((nominal[n],) if n in idle else tried[n] for n in nominal))
         return [dict(zip(nominal, point, strict=True)) for point in points]
     ends = [end for end in (size.low, size.high) if end != effect.off]
     sizes = [effect.off + share * (end - effect.off) for end in ends for share in SIZES]
     shapes = [nominal]
     for name, parameter in effect.parameters.items():
-        if name != effect.amplitude and parameter.high > parameter.low:
+        if name not in (effect.amplitude, *idle) and parameter.high > parameter.low:
             shapes += [nominal | {name: _between(parameter, share)} for share in SHAPES]
     return [shape | {effect.amplitude: value} for shape, value in product(shapes, sizes)]
 
@@ -177,9 +184,9 @@ def _between(parameter: Parameter, share: float) -> float:
 
 
 def keys_of(machine: Machine, effect: type[Effect], observed: Sequence[Observations]) -> list[str]:
-    """Return the effect's keys: one, or one for every thermometer that it is not in force for."""
+    """Return the effect's keys: for every driver, or every thermometer without it; else one."""
     if not effect.on_channel:
-        return [effect.name]
+        return driver_keys(machine, effect)
     lengths = displacement_names(machine)
     channels = [name for name in observed[0].channels if name not in lengths]
     keys = [effect_key(effect.name, channel) for channel in channels]
@@ -193,7 +200,6 @@ def candidates(
     if effect.swings:
         yield from swinging(machine, observed, effect)
         return
-    tried = grid(effect)
     bases = [modelled(simulate_at(machine, one), one) for one in observed]
     leaps: tuple[Leaps, ...] = ()
     if effect.settles:
@@ -203,24 +209,53 @@ def candidates(
             seen.marked(one, effect.name) for one, seen in zip(observed, leaps, strict=True)
         ]
     for key in keys_of(machine, effect, observed):
-        grown = with_effect(machine, key)
+        grown, tried = with_effect(machine, key), grid(effect, unused_with(machine, key))
+        own, observed_so = _carried(machine, observed, key)
+        if own:
+            tried = [entry | own[-1] for entry in tried]
         sets = {
             f"effects.{key}.{name}": np.array([entry[name] for entry in tried])
             for name in effect.parameters
         }
         try:
             answers = [
-                _answer(grown, one, sets, base) for one, base in zip(observed, bases, strict=True)
+                _answer(grown, one, sets, base)
+                for one, base in zip(observed_so, bases, strict=True)
             ]
         except IntegrationError:
             continue
         for i, values in enumerate(tried):
             of_runs = tuple(answer[i] for answer in answers)
             if max(float(np.max(np.abs(answer))) for answer in of_runs) > 1e-6:
-                yield Candidate(key, values, of_runs, leaps=leaps)
+                yield Candidate(key, values, of_runs, own=own[:-1], leaps=leaps)
             for begins in range(1, len(observed) if effect.from_one_run_on else 0):
                 since = [a * (j >= begins) for j, a in enumerate(of_runs)]
                 yield Candidate(key, values, tuple(since), begins)
+
+
+def _carried(
+    machine: Machine, observed: Sequence[Observations], key: str
+) -> tuple[tuple[dict[str, float], ...], list[Observations]]:
+    """Return what runs carry to those after them, and the observations with it; empty if nothing.
+
+    Pieces of a log carry it by themselves: each is driven from the log's beginning.
+    """
+    effect, driver = catalogue()[key.partition(":")[0]], driver_of(machine, key)[0]
+    if any(is_piece(one.run) for one in observed):
+        return (), list(observed)
+    runs = [(np.diff(one.drive.grid), one.drive.held) for one in observed]
+    own = effect.carried(machine, driver, runs)
+    marked = [
+        replace(one, own=one.own | {f"effects.{key}.{n}": v for n, v in given.items()})
+        for one, given in zip(observed, own, strict=False)
+    ]
+    return tuple(own), marked if own else list(observed)
+
+
+def given_values(key: str, values: Mapping[str, float]) -> dict[str, float]:
+    """Return those of an effect's values that nobody fits, because runs say them."""
+    given = catalogue()[key.partition(":")[0]].given
+    return {name: value for name, value in values.items() if name in given}
 
 
 def _answer(

@@ -21,11 +21,13 @@ from plant_model.gap.describe import far_off, select_change
 from plant_model.gap.description import NamedChange
 from plant_model.gap.description_rounds import SETTLED, left_out, select_changes
 from plant_model.gap.design import RunSensitivities, all_sensitivities
+from plant_model.gap.driver_choice import on_its_driver, other_drivers
+from plant_model.gap.keys import law_of, laws_of
 from plant_model.gap.null_distribution import null_quantile
 from plant_model.gap.observations import Observations
 from plant_model.gap.periods import in_step
 from plant_model.gap.reference import ReferenceModel
-from plant_model.gap.refit import CandidateFit, fit_candidate, refit_in_full, score_fit
+from plant_model.gap.refit import CandidateFit, fit_candidate, score_fit
 from plant_model.gap.regimes import residuals
 from plant_model.gap.screen import NormalMatrices, ResidualSets, Screen
 from plant_model.gap.selection import (
@@ -41,7 +43,7 @@ from plant_model.gap.swaps import swapped
 from plant_model.machine import Machine
 
 REFITTED = 4
-"""Candidates that are calibrated in full, best of the screening first."""
+"""Effects that are calibrated in full, best of the screening first."""
 
 MOST_ADDED = 2
 """Effects added at most, one after another."""
@@ -123,7 +125,7 @@ class GapResult:
         if not first.named and not self.changes:
             wrong = first.above_tolerance or self.reference.is_left
             return "unknown" if wrong else "none_missing"
-        several = any(len(entry.one_of) > 1 for entry in self.rounds) or any(
+        several = any(len(laws_of(entry.one_of)) > 1 for entry in self.rounds) or any(
             one.or_else for one in self.changes
         )
         return "one_of" if several else "effect"
@@ -268,10 +270,10 @@ def _effects(
         if not selection.named:
             break
         progress("calibrating the named effect in full")
-        grown, sensitivities = refit_in_full(selection.best)
+        rounds[-1], grown, sensitivities = on_its_driver(pool, selection)
         share = 1.0 - float(grown.loro_cost.sum()) / float(after.loro_cost.sum())
         if out_of_range(grown, share):
-            rounds[-1] = replace(selection, one_of=())
+            rounds[-1] = replace(rounds[-1], one_of=())
             break
         after = grown
         if count:
@@ -319,28 +321,48 @@ def _round(
     best: dict[str, int] = {}
     for i in np.argsort(-gain):
         best.setdefault(tried[i].key, int(i))
-    chosen = list(best.values())[:REFITTED]
+    chosen = _shortlist(best)
     null_q99 = null_quantile(
         screen, baseline.designs, observed, tried, float(baseline.loro_cost.sum()), seed
     )
     scale, screened = scores.scale[0].tolist(), scores.loro_cost[0][:, None] - scores.loro_gain[0]
-    refits = [
-        pool.submit(
-            fit_candidate,
-            baseline,
-            tried[i],
-            scale[i],
-            screened[:, i],
-            sensitivities,
-            as_tried(tried, tried[i]),
-        )
-        for i in chosen
-    ]
-    explained = []
-    for i, refit in zip(chosen, refits, strict=True):
-        progress(f"calibrating with {tried[i].key}")
-        explained.append(refit.result())
+
+    def calibrated_with(some: Sequence[int]) -> list[CandidateFit]:
+        jobs = [
+            pool.submit(
+                fit_candidate,
+                baseline,
+                tried[i],
+                scale[i],
+                screened[:, i],
+                sensitivities,
+                as_tried(tried, tried[i]),
+            )
+            for i in some
+        ]
+        explained = []
+        for i, job in zip(some, jobs, strict=True):
+            progress(f"calibrating with {tried[i].key}")
+            explained.append(job.result())
+        return explained
+
+    explained = calibrated_with(chosen)
+    explained += calibrated_with(other_drivers(explained, baseline, null_q99, best))
     return select_effect(baseline, explained, null_q99, len(observed[0].channels), at_first)
+
+
+def _shortlist(best: dict[str, int]) -> list[int]:
+    """Return the positions of the best effects, each on the driver that does most.
+
+    Parameters
+    ----------
+    best : dict of str to int
+        Keys and where each does most, the best first.
+    """
+    found: dict[str, int] = {}
+    for key, i in best.items():
+        found.setdefault(law_of(key), i)
+    return list(found.values())[:REFITTED]
 
 
 def _candidates(machine: Machine, observed: Sequence[Observations], name: str) -> list[Candidate]:

@@ -38,6 +38,7 @@ def five_lines(table: dict[str, Any]) -> list[str]:
         titles = " and ".join(
             entry["title"]
             + (f" on {entry['channel']}" if "channel" in entry else "")
+            + (f", driven by {entry['driver_in_words']}" if "driver" in entry else "")
             + _place_in_words(entry)
             + (f" from {entry['runs'][0]} on" if "runs" in entry else "")
             + (", larger than usual" if entry["larger_than_usual"] else "")
@@ -63,6 +64,7 @@ def five_lines(table: dict[str, Any]) -> list[str]:
     else:
         rivals = ", ".join(
             f"{one['name']}{' on ' + one['channel'] if 'channel' in one else ''}"
+            f"{' by ' + one['driver'] if 'driver' in one else ''}"
             f" ({one['probability']:.0%})"
             for one in table["runners_up"][:2]
         )
@@ -131,6 +133,7 @@ def _taken_back(table: Mapping[str, Any]) -> str:
     names = ", ".join(
         one["name"]
         + (f" on {one['channel']}" if "channel" in one else "")
+        + (f" by {one['driver']}" if "driver" in one else "")
         + (f" ({' and '.join(one['place'])})" if "place" in one else "")
         for one in table["withdrawn"]
     )

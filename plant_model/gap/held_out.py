@@ -9,6 +9,7 @@ from plant_model.gap.calibrate import Progress, quiet
 from plant_model.gap.data_faults import DataFault, taken_out
 from plant_model.gap.description import NamedChange
 from plant_model.gap.find import MOST_CHANGES, GapResult, find_gap
+from plant_model.gap.keys import law_of
 from plant_model.gap.observations import Observations, observe
 from plant_model.gap.report import GapComparison
 from plant_model.gap.standing import standing_still
@@ -85,7 +86,7 @@ def _lone(found: GapResult) -> list[DataFault]:
     faults = []
     for one in found.withdrawn:
         channel = one.key.partition(":")[2]
-        if not channel or len(one.runs) != 1:
+        if law_of(one.key) != one.key or not channel or len(one.runs) != 1:
             continue
         (run,) = (seen.run for seen in found.observed if seen.run.name == one.runs[0])
         start, end = float(run.time_s[0]), float(run.time_s[-1])

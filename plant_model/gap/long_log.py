@@ -7,12 +7,15 @@ compared only from its own beginning on: then hidden parts start where the piece
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
 
 from measurement.runs import TIME, Run
 from plant_model.machine import Machine
+
+_PIECE = "_{}of{}"
 
 FEWEST_ROWS = 30
 """A last piece with fewer rows of its own goes with the one before."""
@@ -50,9 +53,14 @@ def pieces_of(machine: Machine, run: Run, hours: float) -> list[Run]:
         frame.loc[: first - 1, compared] = np.nan
         if number:
             frame.loc[0, compared] = at_start
-        name = f"{run.name}_{number + 1}of{len(firsts)}"
+        name = f"{run.name}{_PIECE.format(number + 1, len(firsts))}"
         found.append(replace(run, name=name, frame=frame, faults=None))
     return found
+
+
+def is_piece(run: Run) -> bool:
+    """Tell whether a run is a piece of a log, and is driven from the log's beginning."""
+    return re.search(r"_\d+of\d+$", run.name) is not None
 
 
 def _first_readings(run: Run, columns: list[str]) -> list[float]:

@@ -9,7 +9,13 @@ import numpy as np
 
 from plant_model.effects import catalogue
 from plant_model.gap.calibrate import Calibration, calibrate, intervals
-from plant_model.gap.candidates import Candidate, beyond_usual_range, widened, with_effect
+from plant_model.gap.candidates import (
+    Candidate,
+    beyond_usual_range,
+    given_values,
+    widened,
+    with_effect,
+)
 from plant_model.gap.design import RunDesign, RunSensitivities, all_sensitivities, design_of
 from plant_model.gap.observations import Observations
 from plant_model.gap.priors import Priors
@@ -184,7 +190,8 @@ def fit_candidate(
         everything else must have moved before it does any good.
     """
     observed = [candidate.seen_by(i, one) for i, one in enumerate(before.observed)]
-    base = with_effect(before.base, candidate.key)
+    given = given_values(candidate.key, candidate.values)
+    base = with_effect(before.base, candidate.key, given)
     points = [[candidate.scaled(scale), candidate.values], *([one.values] for one in sizes)]
     found = min(
         (
@@ -229,14 +236,22 @@ def refit_beyond_usual(
     return replace(wider, acts=found.acts) if better and wider.beyond_usual else found
 
 
-def refit_in_full(best: CandidateFit) -> tuple[CandidateFit, list[RunSensitivities]]:
+def refit_in_full(
+    best: CandidateFit, also: Sequence[Machine] = ()
+) -> tuple[CandidateFit, list[RunSensitivities]]:
     """Calibrate a candidate with derivatives of its own, and score it anew.
 
     Screening borrows the derivatives of the machine without the effect, which is enough to compare;
-    a strong effect changes them.
+    a strong effect changes them. *also* holds further machines to start from.
     """
     observed = best.observed
-    calibration = calibrate(best.base, observed, starts=1, start_from=[best.machine])
+    calibration = min(
+        (
+            calibrate(best.base, observed, starts=1, start_from=[one])
+            for one in (best.machine, *also)
+        ),
+        key=lambda one: one.cost,
+    )
     sensitivities = all_sensitivities(best.base, calibration.machine, observed)
     found = score_fit(best.base, best.added, observed, calibration, sensitivities)
     return replace(found, loro_cost=min(found.loro_cost, best.loro_cost, key=np.sum)), sensitivities

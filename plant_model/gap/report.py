@@ -14,6 +14,7 @@ from plant_model.gap.data_faults import DataFault
 from plant_model.gap.description import place_of
 from plant_model.gap.find import GapResult
 from plant_model.gap.further_run import FurtherRun, further_run
+from plant_model.gap.keys import driver_of, law_of
 from plant_model.gap.observations import Observations
 from plant_model.gap.periods import in_step
 from plant_model.gap.reference import LEFT, ReferenceModel
@@ -166,7 +167,11 @@ def report_of(
         "separate_by": _said(keys, proposed),
         "next_run": asdict(proposed) if proposed else None,
         "runners_up": [
-            {**_named(one.added[-1]), "probability": p, "beyond_its_range": list(one.at_bounds)}
+            {
+                **_named(one.added[-1], one.machine),
+                "probability": p,
+                "beyond_its_range": list(one.at_bounds),
+            }
             for one, p in zip(first.fits, first.probability, strict=True)
             if not first.named or one is not first.best
         ],
@@ -177,7 +182,9 @@ def report_of(
         },
         "channels": _channels(unseen, reference),
         "remaining": _remaining(at_first, reference, found),
-        "withdrawn": [_named(one.key) | {"runs": list(one.runs)} for one in found.withdrawn],
+        "withdrawn": [
+            _named(one.key, before) | {"runs": list(one.runs)} for one in found.withdrawn
+        ],
         "machine": MACHINE_AFTER,
         "data_faults": [asdict(fault) for fault in faults],
         "evidence": {
@@ -228,11 +235,14 @@ def _name(key: str) -> str:
     return key.partition(":")[0]
 
 
-def _named(key: str) -> dict[str, Any]:
-    """Return an effect's name, and its channel or place if it has one."""
+def _named(key: str, machine: Machine) -> dict[str, Any]:
+    """Return an effect's name, and its channel, driver or place if it has one."""
     name, _, channel = key.partition(":")
     if name not in catalogue():
         return {"name": name, "place": place_of(key)}
+    driver = driver_of(machine, key)[0]
+    if driver:
+        return {"name": name, "driver": driver}
     return {"name": name, "channel": channel} if channel else {"name": name}
 
 
@@ -244,7 +254,13 @@ def _place(table: dict[str, Any]) -> dict[str, Any]:
 def _effect(selection: SelectionRound, found: GapResult) -> dict[str, Any]:
     key = selection.best.added[-1]
     prefix = f"effects.{key}."
-    entry: dict[str, Any] = {**_named(key), "title": catalogue()[_name(key)].title}
+    machine = found.after.machine
+    entry: dict[str, Any] = {**_named(key, machine), "title": catalogue()[_name(key)].title}
+    if "driver" in entry:
+        same = [one for one in selection.one_of if law_of(one) == law_of(key) and one != key]
+        words = [driver_of(machine, one) for one in (key, *same)]
+        entry["driver_in_words"] = " or ".join(said for _, said in words)
+        entry["other_drivers"] = [driver for driver, _ in words[1:]]
     since = [one.run.name for one in selection.best.observed if key not in one.absent]
     if len(since) < len(selection.best.observed):
         entry["runs"] = since
@@ -258,9 +274,13 @@ def _effect(selection: SelectionRound, found: GapResult) -> dict[str, Any]:
         for one in found.after.calibration.parameters
         if one.name.startswith(prefix)
     }
-    entry["larger_than_usual"] = list(beyond_usual_range(found.after.machine, key))
+    entry["larger_than_usual"] = list(beyond_usual_range(machine, key))
     place = next(i for i, one in enumerate(selection.fits) if one is selection.best)
-    entry["probability"] = selection.probability[place]
+    entry["probability"] = sum(
+        p
+        for i, (one, p) in enumerate(zip(selection.fits, selection.probability, strict=True))
+        if i == place or ("driver" in entry and law_of(one.added[-1]) == law_of(key))
+    )
     entry["evidence"] = _evidence(selection)
     return entry
 

@@ -131,7 +131,7 @@ def _of_any_sensor(keys: Sequence[str]) -> bool:
     """Tell whether an error of one sensor may as well be on any of several others."""
     names = (key.partition(":")[0] for key in keys if ":" in key)
     # A change of the description has its place behind the colon, and no sensor.
-    sensors = Counter(name for name in names if name in catalogue())
+    sensors = Counter(n for n in names if n in catalogue() and catalogue()[n].on_channel)
     return any(count > MOST_SENSORS for count in sensors.values())
 
 

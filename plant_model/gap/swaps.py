@@ -7,8 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from plant_model.gap.candidates import beyond_usual_range, widened, with_effect
+from plant_model.gap.candidates import beyond_usual_range, given_values, widened, with_effect
 from plant_model.gap.design import RunSensitivities
+from plant_model.gap.keys import law_of
 from plant_model.gap.observations import Observations
 from plant_model.gap.refit import CandidateFit, fit_effects, refit_in_full
 from plant_model.gap.selection import RIVAL_ODDS, SelectionRound, cost_unit, odds_against_best
@@ -37,7 +38,7 @@ def swapped(
         With the best of them and the second effect in force.
     """
     key = after.added[-1]
-    rivals = [name for name in first.one_of[1:] if name != key]
+    rivals = [name for name in first.one_of[1:] if law_of(name) != law_of(key)]
     if not rivals:
         return first, after
     options = {first.one_of[0]: after}
@@ -45,7 +46,7 @@ def swapped(
         alone = next(one for one in first.fits if one.added[-1] == name)
         observed = [_of_both(*pair) for pair in zip(alone.observed, after.observed, strict=True)]
         start = with_effect(alone.machine, key, _values(after.machine, key))
-        base = with_effect(alone.base, key)
+        base = with_effect(alone.base, key, given_values(key, _values(after.machine, key)))
         if beyond_usual_range(after.machine, key):
             base = widened(base, key)
         options[name] = fit_effects(base, (*alone.added, key), observed, [start], sensitivities)

@@ -145,11 +145,14 @@ def steady(speed: float, hours: float, hall: float = 21.0, coolant: float = 21.0
 
 
 def made(machine: Machine, name: str, **own: float) -> tuple[Machine, Effect]:
-    """Return the machine with the effect at some values, and the effect itself."""
+    """Return the machine with the effect at some values, and the effect itself.
+
+    *name* may hold a driver behind a colon.
+    """
     moved = {f"effects.{key_of(name)}.{key}": value for key, value in own.items()}
     with_it = with_effects(machine, name).with_values(moved)
-    channel = "T1" if catalogue()[name].on_channel else ""
-    return with_it, catalogue()[name](with_it, Values(with_it.parameters), channel)
+    only, _, channel = key_of(name).partition(":")
+    return with_it, catalogue()[only](with_it, Values(with_it.parameters), channel)
 
 
 def heat_of(

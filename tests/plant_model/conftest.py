@@ -37,11 +37,16 @@ def jig_borer() -> Machine:
 
 
 def key_of(name: str) -> str:
-    """Return how a machine file names the effect; one that needs a sensor is given T1."""
+    """Return how a machine file names the effect; one that needs a sensor is given T1.
+
+    A name with a driver behind a colon is a key already.
+    """
+    if ":" in name:
+        return name
     return effect_key(name, "T1" if catalogue()[name].on_channel else "")
 
 
 def with_effects(machine: Machine, *names: str) -> Machine:
     """Return the machine with further effects in force at their nominal values."""
-    added = {key_of(name): dict(catalogue()[name].parameters) for name in names}
+    added = {key_of(n): dict(catalogue()[n.partition(":")[0]].parameters) for n in names}
     return replace(machine, effects=machine.effects | added)

@@ -13,7 +13,9 @@ from plant_model.drive import drive_from
 from plant_model.effects import catalogue
 from plant_model.effects.base import possible
 from plant_model.gap.candidates import with_effect
+from plant_model.gap.keys import driver_keys
 from plant_model.machine import Machine
+from plant_model.machine_file import read_machine
 from plant_model.network import Network, effects_in_force
 from plant_model.parameters import Values
 from plant_model.simulate import simulate, trajectory
@@ -21,8 +23,12 @@ from plant_model.stepper import PlantStepper
 from tests.plant_model.catalogue_machines import bare, lathe
 from tests.plant_model.conftest import inputs_over, key_of, with_effects
 
+JIG_BORER = read_machine("jig_borer")
+
 NAMES = [name for name, effect in catalogue().items() if not effect.handles]
 """Every effect that a model may lack: those that are no law of a machine's own parts."""
+DRIVEN = [key for name in NAMES for key in driver_keys(JIG_BORER, catalogue()[name])[1:]]
+"""The same on the drivers that they have besides the usual one, on the jig borer."""
 NEEDS_TORQUE_OR_COOLANT = {
     "copper_loss",
     "cutting_heat",
@@ -77,9 +83,9 @@ def test_does_nothing_where_there_is_nothing_to_act_on(name: str) -> None:
     assert change > 1e-3 if name in NEEDS_NO_PART else change < 1e-9
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", [*NAMES, *DRIVEN])
 def test_sets_in_which_it_is_off_are_as_without_it(name: str, jig_borer: Machine) -> None:
-    effect = catalogue()[name]
+    effect = catalogue()[name.partition(":")[0]]
     inputs = inputs_over(1.0, every_s=60.0)
     parameter = f"effects.{key_of(name)}.{effect.amplitude}"
     nominal = effect.parameters[effect.amplitude].value
@@ -93,7 +99,7 @@ def test_sets_in_which_it_is_off_are_as_without_it(name: str, jig_borer: Machine
     np.testing.assert_allclose(both.pose[0], without.pose[0], atol=1e-8)
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", [*NAMES, *DRIVEN])
 def test_the_stepper_equals_the_simulation(name: str, jig_borer: Machine) -> None:
     machine = with_effects(jig_borer, name)
     time_s = np.arange(0.0, 1801.0, 10.0)

@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 
 from plant_model.effects.bearing_friction import viscous_torque
-from plant_model.machine import Machine
+from plant_model.machine import Item, Machine
 from plant_model.simulate import simulate
 from tests.plant_model.catalogue_machines import (
     TEMPERATURES,
@@ -87,10 +87,46 @@ def test_forced_convection_grows_with_speed_and_vanishes_at_stop(jig_borer: Mach
 
 def test_natural_convection_is_the_fourth_root_of_the_difference() -> None:
     _, effect = made(lathe(), "natural_convection", film_at_10_K=3.0)
-    # 3 W/(m2 K) * 0.8 m2 * 10 K; at 160 K twice the film.
-    assert heat_of(effect, 0.0, {"headstock": 30.0})["headstock"] == pytest.approx(-24.0)
-    assert heat_of(effect, 0.0, {"headstock": 180.0})["headstock"] == pytest.approx(-768.0)
-    assert heat_of(effect, 0.0, {"headstock": 10.0})["headstock"] == pytest.approx(24.0)
+    # At 160 K twice the 3 W/(m2 K) that the film holds: 3 * 0.8 m2 * 160 K more.
+    assert heat_of(effect, 0.0, {"headstock": 180.0})["headstock"] == pytest.approx(-384.0)
+    assert heat_of(effect, 0.0, {"headstock": -140.0})["headstock"] == pytest.approx(384.0)
+    # At 0.625 K half of it: 1.5 * 0.8 * 0.625 W stay in the part.
+    assert heat_of(effect, 0.0, {"headstock": 20.625})["headstock"] == pytest.approx(0.75)
+
+
+def test_radiation_is_the_fourth_power_beyond_its_tangent_at_20_degrees() -> None:
+    _, effect = made(lathe(), "radiation", emissivity=0.5)
+    # 5.670374419e-8 * 0.5 * 0.8 m2 * (353.15^4 - 293.15^4), less 4 * 293.15^3 * 60 K of it.
+    heat = heat_of(effect, 0.0, {"headstock": 80.0})["headstock"]
+    assert heat == pytest.approx(-2.26814977e-8 * (353.15**4 - 293.15**4 - 240.0 * 293.15**3))
+
+
+@pytest.mark.parametrize(
+    ("name", "own", "warmer"),
+    [("radiation", {"emissivity": 0.9}, 0.01), ("natural_convection", {"film_at_10_K": 6.0}, 10.0)],
+)
+def test_what_a_film_holds_is_not_counted_twice(
+    name: str, own: dict[str, float], warmer: float
+) -> None:
+    machine = lathe()
+    at_reference = {node.name: 20.0 + warmer for node in machine.nodes}
+    _, effect = made(machine, name, **own)
+    heat = heat_of(effect, 0.0, at_reference)
+    assert max(map(abs, heat.values())) < 1e-3 * 3.0 * 8.0 * warmer, "of what the film gives off"
+    # A film of 2 W/(m2 K) holds no more than that: the rest of the law is all there.
+    thin = replace(machine, items=tuple(with_film(item, 2.0) for item in machine.items))
+    _, effect = made(thin, name, **own)
+    law = {"radiation": 4.0 * 0.9 * 5.670374419e-8 * 293.15**3, "natural_convection": 6.0}[name]
+    heat = heat_of(effect, 0.0, at_reference)
+    assert heat["headstock"] == pytest.approx(-0.8 * warmer * (law - 2.0), rel=1e-3)
+
+
+def with_film(item: Item, film: float) -> Item:
+    """Return a surface with another film coefficient; anything else as it is."""
+    if item.kind != "convection":
+        return item
+    known = replace(item.parameters["coefficient"], value=film, low=0.0)
+    return replace(item, parameters=item.parameters | {"coefficient": known})
 
 
 def test_motor_iron_loss_has_a_linear_and_a_square_part() -> None:
@@ -144,6 +180,21 @@ def test_bearing_run_in_counts_turning_hours_only(jig_borer: Machine) -> None:
     fresh, later = heat_of(effect, 9000.0, states=[0.0]), heat_of(effect, 9000.0, states=[2.0])
     assert later["rear_outer"] / fresh["rear_outer"] == pytest.approx(np.exp(-1.0))
     assert with_it.temperatures.shape == without.temperatures.shape
+
+
+def test_bearings_that_turned_before_have_run_in_by_as_much(jig_borer: Machine) -> None:
+    whole = steady(9000.0, 4.0)
+    own = {"excess": 1.0, "hours": 2.0}
+    _, first, _ = change(jig_borer, "bearing_run_in", whole, **own)
+    machine, effect = made(jig_borer, "bearing_run_in", before=4.0, **own)
+    start = effect.start_states(np.zeros((1, len(machine.nodes))), {})
+    assert start.tolist() == [[4.0]]
+    later, fresh = (heat_of(effect, 9000.0, states=[at]) for at in (4.0, 0.0))
+    assert later["rear_outer"] / fresh["rear_outer"] == pytest.approx(np.exp(-2.0))
+    _, second, without = change(jig_borer, "bearing_run_in", whole, before=4.0, **own)
+    front = jig_borer.node_index["front_inner"]
+    excess = [(one.temperatures - without.temperatures)[0, 20, front] for one in (first, second)]
+    assert excess[1] == pytest.approx(excess[0] * np.exp(-2.0), rel=0.05)
 
 
 def test_coolant_thermostat_swings_with_its_band_and_period(jig_borer: Machine) -> None:

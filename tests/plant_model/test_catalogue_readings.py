@@ -105,9 +105,35 @@ def test_tool_heating_ends_in_the_balance_of_its_own_states() -> None:
     # 3 (11 - h) = 0.5 h + 0.5 (h - t) and 0.5 (h - t) = 0.5 t: t = h / 2, h = 33 / 3.75 = 8.8 K.
     now = np.array([[[quill if node.name == "quill" else 20.0 for node in machine.nodes]]])
     inputs: dict[str, Any] = {"hall": np.array([20.0])}
-    np.testing.assert_allclose(effect.rate(inputs, now, np.array([[[8.8, 4.4]]])), 0.0, atol=1e-12)
-    heat = heat_of(effect, 0.0, {"quill": quill}, [8.8, 4.4])
+    balance = [28.8, 24.4, 18.0]
+    np.testing.assert_allclose(effect.rate(inputs, now, np.array([[balance]])), 0.0, atol=1e-12)
+    heat = heat_of(effect, 0.0, {"quill": quill}, balance)
     assert heat["quill"] == pytest.approx(-3.0 * (11.0 - 8.8))
+
+
+def test_a_tool_at_rest_grows_with_the_hall() -> None:
+    machine = lathe()
+    assert not machine.of_kind("structure", "tool")
+    time = np.arange(0.0, 24 * 3600.0 + 1.0, 60.0)
+    hall = 20.0 + 4.0 * np.minimum(time / 7200.0, 1.0)
+    inputs = pd.DataFrame({"time_s": time, "speed_rpm": 0.0, "hall_degC": hall})
+    own = {"holder_length": 100.0, "capacity": 600.0, "loss": 3.0, "conductance": 1.0}
+    _, with_it, without = change(machine, "tool_heating", inputs, **own)
+    pose = (with_it.pose - without.pose)[0]
+    # Hall and quill are 4 K warmer in the end, and so is the holder: 11.5e-3 * 100 mm * 4 K.
+    assert pose[-1, 2] == pytest.approx(4.6, rel=0.05)
+    assert pose[-1, 5] == pytest.approx(0.046, rel=0.05)
+    assert 0.0 < pose[60, 2] < 0.5 * pose[-1, 2], "later than the hall"
+
+
+def test_a_tool_of_the_structure_follows_the_hall_by_itself(jig_borer: Machine) -> None:
+    inputs = steady(0.0, 12.0)
+    inputs["T5_degC"] = 21.0 + 3.0 * np.minimum(inputs["time_s"] / 7200.0, 1.0)
+    inputs["T9_degC"] = inputs["T5_degC"]
+    _, with_it, without = change(jig_borer, "tool_heating", inputs)
+    pose = (with_it.pose - without.pose)[0]
+    assert abs(pose[-1, 5]) < 0.1 * without.pose[0, -1, 5], "its growth is not counted twice"
+    assert pose[-1, 2] == pytest.approx(11.5e-3 * 80.0 * 3.0, rel=0.1)
 
 
 def test_tool_heating_is_a_slow_part_of_the_elongation(jig_borer: Machine) -> None:

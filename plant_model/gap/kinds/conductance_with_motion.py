@@ -1,6 +1,7 @@
 """A conductance that rises with speed or feed: a moving axis cools its nut.
 
-The path at rest stays as it is; what motion adds is a link of its own.
+The path at rest stays as it is; what motion adds is a link of its own. A flow or a flag that the
+runs hold counts as motion, too: flood coolant, or a door that lets in the hall's air.
 """
 
 from __future__ import annotations
@@ -18,6 +19,9 @@ SIZES_W_PER_K = (2.0, 20.0)
 LARGEST_W_PER_K = 1000.0
 """As for a heat path [W/K]."""
 
+MOTIONS = ("rpm", "mm_min", "lpm", "1")
+"""Units of inputs that may drive it: speed, feed, flow, and a flag such as an open door."""
+
 
 @dataclass(frozen=True)
 class ConductanceWithMotion(Change):
@@ -32,9 +36,7 @@ class ConductanceWithMotion(Change):
         """Return every path with every motion, and every part with the air around it."""
         machine = known[0].machine
         columns = set().union(*(one.observed.run.frame.columns for one in known))
-        moving = [
-            e.name for e in machine.inputs if e.unit in ("rpm", "mm_min") and e.column in columns
-        ]
+        moving = [e.name for e in machine.inputs if e.unit in MOTIONS and e.column in columns]
         kinds = ("conduction", "contact", "convection")
         pairs = [item.refs["between"] for item in machine.of_kind("links", *kinds)]
         pairs += [

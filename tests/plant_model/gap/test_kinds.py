@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,7 @@ from plant_model.gap.design import all_sensitivities
 from plant_model.gap.kinds import CalibratedRun, Change, kinds
 from plant_model.gap.linearise import modelled, simulate_at
 from plant_model.gap.observations import observe
-from plant_model.machine import Machine
+from plant_model.machine import Input, Machine
 from plant_model.machine_file import read_machine
 from plant_model.machine_writer import write_machine
 from plant_model.simulate import simulate
@@ -65,6 +66,37 @@ def test_every_place_is_tried_once_and_no_place_that_the_machine_has(
         assert change.name == name
         assert set(change.place) <= parts | signals
         assert change.points()
+
+
+def test_a_door_that_an_input_tells_of_lets_in_the_hall(
+    jig_borer: Machine, known: list[CalibratedRun]
+) -> None:
+    door = Input("door", "1", "door_1", 0.0, 1.0, 0.0)
+    machine = replace(jig_borer, inputs=(*jig_borer.inputs, door))
+    without = [replace(one, machine=machine) for one in known]
+    assert not any("door" in one.place for one in changes_of("conductance_with_motion", without))
+    frame = known[0].observed.run.frame.assign(door_1=0.0)
+    frame.loc[frame["time_s"] > 3600.0, "door_1"] = 1.0
+    run = replace(known[0].observed.run, frame=frame)
+    told = [replace(without[0], observed=replace(known[0].observed, run=run))]
+    places = [one.place for one in changes_of("conductance_with_motion", told)]
+    assert ("housing_rear", "ambient", "door") in places
+    change = next(
+        one
+        for one in changes_of("conductance_with_motion", told)
+        if one.place == ("housing_rear", "ambient", "door")
+    )
+    draughty = change.put_into(machine, {"conductance": 20.0})
+    hot = np.full((1, len(machine.nodes)), 40.0)
+    open_, shut = (
+        simulate(draughty, frame.assign(door_1=flag), start=hot).temperatures[0, -1]
+        for flag in (1.0, 0.0)
+    )
+    rear = machine.node_index["housing_rear"]
+    assert open_[rear] < shut[rear] - 1.0
+    np.testing.assert_array_equal(
+        shut, simulate(machine, frame.assign(door_1=0.0), start=hot).temperatures[0, -1]
+    )
 
 
 def test_no_second_source_is_tried_where_an_input_heats_a_part_already(

@@ -11,6 +11,7 @@ import pytest
 
 from plant_model.effects import catalogue
 from plant_model.fmi_slave import start_sensors
+from plant_model.gap.keys import driver_keys
 from plant_model.integrate import IntegrationError
 from plant_model.machine import Machine
 from plant_model.machine_file import read_machine
@@ -45,7 +46,9 @@ def tunable(machine: Machine) -> Machine:
 
 
 def with_all_effects(machine: Machine) -> Machine:
-    return tunable(with_effects(machine, *(n for n in catalogue() if n not in machine.effects)))
+    missing = {name: effect for name, effect in catalogue().items() if name not in machine.effects}
+    keys = [key for effect in missing.values() for key in driver_keys(machine, effect)]
+    return tunable(with_effects(machine, *keys))
 
 
 def inputs_of(machine: Machine, rng: np.random.Generator) -> dict[str, float]:

@@ -1,0 +1,51 @@
+"""What keys of effects stand for: a name, and a sensor or a driver behind a colon."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from plant_model.effects import Effect, catalogue
+from plant_model.effects.base import effect_key
+from plant_model.machine import Machine
+
+
+def effect_of(key: str) -> type[Effect] | None:
+    """Return the effect that a key names; None for a change of the description."""
+    return catalogue().get(key.partition(":")[0])
+
+
+def law_of(key: str) -> str:
+    """Return a key without its driver: what the same law is called, whatever drives it."""
+    name = key.partition(":")[0]
+    effect = catalogue().get(name)
+    return key if effect is None or effect.on_channel else name
+
+
+def laws_of(keys: Iterable[str]) -> tuple[str, ...]:
+    """Return the laws that keys stand for, each once, in their order."""
+    return tuple(dict.fromkeys(law_of(key) for key in keys))
+
+
+def driver_of(machine: Machine, key: str) -> tuple[str, str]:
+    """Return a key's driver and the words for it; both empty where the law has but one."""
+    name, _, driver = key.partition(":")
+    effect = catalogue().get(name)
+    drivers = {} if effect is None or effect.on_channel else effect.drivers(machine)
+    if not drivers:
+        return "", ""
+    driver = driver or next(iter(drivers))
+    return driver, drivers.get(driver, f"the {driver}")
+
+
+def driver_keys(machine: Machine, effect: type[Effect]) -> list[str]:
+    """Return an effect's keys, one for each driver that it has on a machine, the usual first."""
+    others = list(effect.drivers(machine))[1:]
+    return [effect.name, *(effect_key(effect.name, driver) for driver in others)]
+
+
+def unused_with(machine: Machine, key: str) -> tuple[str, ...]:
+    """Return the parameters that nobody fits with a key's driver: idle ones, and given ones."""
+    effect = effect_of(key)
+    if effect is None:
+        return ()
+    return (*effect.unused.get(driver_of(machine, key)[0], ()), *effect.given)
