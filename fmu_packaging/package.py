@@ -111,6 +111,11 @@ class Package:
 def build(recipe: Recipe) -> Package:
     """Return the FMU of a recipe.
 
+    Parameters
+    ----------
+    recipe : Recipe
+        The same recipe gives the same bytes, and so the same GUID.
+
     Raises
     ------
     BundleError
@@ -172,7 +177,12 @@ def write_bytes(path: Path, data: bytes) -> None:
 
 
 def slave_of(recipe: Recipe) -> DriftSlave:
-    """Return an instance of the slave as it stands in this project, with the recipe's data."""
+    """Return an instance of the slave as it stands in this project, with the recipe's data.
+
+    Parameters
+    ----------
+    recipe : Recipe
+    """
     kind: Any = getattr(importlib.import_module(recipe.module), recipe.slave)
     with tempfile.TemporaryDirectory(prefix="fmu_") as folder:
         for path, data in recipe.data.items():
@@ -199,7 +209,13 @@ def _pythonfmu_licence() -> bytes:
 
 
 def guid_of(files: Mapping[str, bytes]) -> str:
-    """Return a GUID that names this content."""
+    """Return a GUID that names this content.
+
+    Parameters
+    ----------
+    files : dict of str to bytes
+        Content by path; the order does not matter.
+    """
     state = hashlib.sha256()
     for path in sorted(files):
         state.update(path.encode() + b"\0" + hashlib.sha256(files[path]).digest())

@@ -61,6 +61,11 @@ def write_atomically(path: str | Path, data: str | bytes) -> Path:
 def read_bytes(path: str | Path) -> bytes:
     """Return the content of a file.
 
+    Parameters
+    ----------
+    path : str or path
+        An ordinary file, or a pipe that the shell made.
+
     Raises
     ------
     BadInput
@@ -83,6 +88,11 @@ def refuse_endless(path: Path) -> None:
 
     The shell's own pipes, such as ``<(zcat run.csv.gz)``, have an end and are read.
 
+    Parameters
+    ----------
+    path : Path
+        Need not exist.
+
     Raises
     ------
     BadInput
@@ -95,6 +105,10 @@ def refuse_endless(path: Path) -> None:
 
 def sha256_of(path: str | Path) -> str:
     """Return the SHA-256 of a file's bytes, in hexadecimal.
+
+    Parameters
+    ----------
+    path : str or path
 
     Raises
     ------

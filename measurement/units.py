@@ -118,6 +118,15 @@ def split_column(name: str) -> tuple[str, str]:
     >>> split_column("feed_mm_min")
     ('feed', 'mm_min')
 
+    Parameters
+    ----------
+    name : str
+        A column's name; the longest unit that fits counts.
+
+    Returns
+    -------
+    signal, unit : str
+
     Raises
     ------
     ValueError
@@ -141,6 +150,13 @@ def column(name: str, unit: str) -> str:
 
     >>> column("T1", "degC")
     'T1_degC'
+
+    Parameters
+    ----------
+    name : str
+        The signal.
+    unit : str
+        A suffix of `UNITS`.
 
     Raises
     ------

@@ -39,6 +39,11 @@ def write_machine(
     finish : callable, optional
         Last change of the text, such as a comment on top.
 
+    Returns
+    -------
+    Path
+        The path given.
+
     Raises
     ------
     BadInput

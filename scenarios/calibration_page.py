@@ -22,7 +22,13 @@ MOST_RUNS = 4
 
 
 def page_beside(machine_file: Path) -> Path:
-    """Return where the page of a calibrated machine file goes."""
+    """Return where the page of a calibrated machine file goes.
+
+    Parameters
+    ----------
+    machine_file : Path
+        The file that calibration writes.
+    """
     path = machine_file.with_suffix(".html")
     return path if path != machine_file else machine_file.with_suffix(".report.html")
 
@@ -51,6 +57,11 @@ def write_calibration_page(
     facts : sequence of (str, str)
         Where it comes from.
     path : Path
+
+    Returns
+    -------
+    Path
+        The path given.
     """
     compared = GapComparison(given, found.machine, observed)
     gap = compared.gap()

@@ -179,6 +179,19 @@ def usable_runs(
     All of them are looked at together, because a wrong level shows only against other runs; no
     model takes part in it.
 
+    Parameters
+    ----------
+    machine : Machine
+    runs, unseen : sequence of Run
+        To calibrate on, and to judge by; no run is in both.
+
+    Returns
+    -------
+    used, kept_back : list of Run
+        What is broken in them is NaN; runs of which too little is left are not among them.
+    faults : list of DataFault
+        What was taken out.
+
     Raises
     ------
     BadInput
@@ -216,14 +229,25 @@ def _need_inputs(machine: Machine, run: Run) -> None:
 
 
 def begun_warm(runs: Sequence[Run]) -> list[str]:
-    """Return a line that says which runs began warm; none if no run says so."""
+    """Return a line that says which runs began warm; none if no run says so.
+
+    Parameters
+    ----------
+    runs : sequence of Run
+    """
     warm = named_warm(runs)
     problem = "parts without a thermometer start at the hall's temperature in the model"
     return [f"begun while the machine was warm: {warm}; {problem}"] if warm else []
 
 
 def not_compared(machine: Machine, runs: Sequence[Run]) -> list[str]:
-    """Return a line for each sensor of a machine that some or all of the runs do not hold."""
+    """Return a line for each sensor of a machine that some or all of the runs do not hold.
+
+    Parameters
+    ----------
+    machine : Machine
+    runs : sequence of Run
+    """
     lines = []
     for name in [sensor.name for sensor in machine.sensors] + displacement_names(machine):
         column = column_of(machine, name)

@@ -40,6 +40,16 @@ def results_folder(folder: Path) -> Iterator[Path]:
 
     If the block fails, or is interrupted, nothing of it stays and what was there is untouched.
 
+    Parameters
+    ----------
+    folder : Path
+        Its parents are made if they are missing.
+
+    Yields
+    ------
+    Path
+        The temporary folder, beside *folder*.
+
     Raises
     ------
     BadInput
@@ -138,6 +148,20 @@ def write_table(
     """Write ``table.json`` beside what is in *folder* already, and return its content.
 
     The files *to_come* are written after it.
+
+    Parameters
+    ----------
+    groups : sequence of Group
+    facts : dict
+        What else the file says.
+    folder : Path
+    to_come : sequence of str
+        Names of files.
+
+    Returns
+    -------
+    dict
+        The content, as JSON has it.
     """
     files = sorted({*(path.name for path in folder.iterdir()), TABLE, *to_come})
     head = {"kind": RESULTS, "format": FORMAT, **made_by(), **facts}

@@ -67,6 +67,14 @@ class Compensator:
     def load(cls, path: str | Path) -> Compensator:
         """Read a compensator file.
 
+        Parameters
+        ----------
+        path : str or path
+
+        Returns
+        -------
+        Compensator
+
         Raises
         ------
         ModelFileError
@@ -113,6 +121,17 @@ class Compensator:
 
     def save(self, path: str | Path, *, force: bool = False) -> Path:
         """Write the compensator file.
+
+        Parameters
+        ----------
+        path : str or path
+        force : bool
+            Whether anything that is in the way may be replaced.
+
+        Returns
+        -------
+        Path
+            The path given.
 
         Raises
         ------
@@ -373,6 +392,11 @@ class Comparison:
         ----------
         target : str, optional
             Which target's RMSE; by default the first one's.
+
+        Raises
+        ------
+        BadInput
+            For a target that the comparison has no RMSE of.
         """
         ends = ("_training", "_unseen")
         names = [str(name) for name in self.table]

@@ -151,6 +151,11 @@ class Compensator:
             to the start unless the file's form is absolute [um, urad]. An error model that can use
             them does so from the next sample on. One that is not finite counts as none.
 
+        Returns
+        -------
+        Output
+            Offsets [um], states and the uncertainty, as they are ``step_s`` after the sample.
+
         Raises
         ------
         ValueError
@@ -383,6 +388,11 @@ class Compensator:
 
     def restore(self, state: Mapping[str, Any]) -> None:
         """Take up what `state` returned, from this compensator or another of the same file.
+
+        Parameters
+        ----------
+        state : mapping
+            Of plain numbers, texts and lists; not kept.
 
         Raises
         ------

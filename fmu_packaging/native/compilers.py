@@ -62,6 +62,11 @@ class Compiler:
     def library(self, sources: Mapping[str, str]) -> bytes:
         """Return the shared library of C sources, given by path.
 
+        Parameters
+        ----------
+        sources : dict of str to str
+            Text by path; those that end in ``.c`` are compiled.
+
         Raises
         ------
         CompileError

@@ -135,7 +135,13 @@ class GapResult:
         return replace(self, after=self.changes[-1].after)
 
     def without_change(self, gone: NamedChange) -> GapResult:
-        """Return what was found without one change of the description, and without effects."""
+        """Return what was found without one change of the description, and without effects.
+
+        Parameters
+        ----------
+        gone : NamedChange
+            One of ``changes``.
+        """
         kept = left_out(self.before, self.changes, gone)
         above = self.changes[0].selection.above_tolerance
         first = replace(self.rounds[0], baseline=self.before, one_of=(), above_tolerance=above)
@@ -144,7 +150,13 @@ class GapResult:
         return left.only_described()
 
     def with_only(self, count: int) -> GapResult:
-        """Return what was found with no more than the first *count* effects that were added."""
+        """Return what was found with no more than the first *count* effects that were added.
+
+        Parameters
+        ----------
+        count : int
+            With 0 nothing but the changes of the description is left.
+        """
         named = [selection for selection in self.rounds if selection.named]
         if count >= len(named):
             return self

@@ -67,6 +67,18 @@ class Security:
 def checked_url(url: str, security: Security | None) -> str:
     """Return a URL that the server may be bound to.
 
+    Parameters
+    ----------
+    url : str
+        ``opc.tcp://HOST:PORT``, with or without a path.
+    security : Security or None
+        Without it, only an address that nobody else on the network reaches is allowed.
+
+    Returns
+    -------
+    str
+        The URL as given.
+
     Raises
     ------
     BadInput
@@ -250,6 +262,11 @@ class HallStatus:
 def security_of(files: Sequence[Path | None]) -> Security | None:
     """Return the security that three arguments say: certificate, key, trust; all or none.
 
+    Parameters
+    ----------
+    files : sequence of three Path or None
+        Certificate, key and the folder of trusted certificates.
+
     Raises
     ------
     BadInput
@@ -269,7 +286,18 @@ def hall_status(
     unit: CompensatorUnit,
     say: Callable[[str], None] = lambda line: None,
 ) -> HallStatus:
-    """Return what tells the hall of a compensator."""
+    """Return what tells the hall of a compensator.
+
+    Parameters
+    ----------
+    url : str
+        From `checked_url`.
+    security : Security or None
+    unit : CompensatorUnit
+        Says which inputs and outputs there are, and their units.
+    say : callable
+        Takes a line for people.
+    """
     measures = {name: unit.unit_of(name) for name in unit.output_names if name not in STATES}
     return HallStatus(
         url, security, {name: unit.unit_of(name) for name in unit.inputs}, measures, say

@@ -89,6 +89,12 @@ def check_bus_arguments(args: argparse.Namespace) -> None:
 def read_frames(args: argparse.Namespace) -> tuple[Database, Mapping | None]:
     """Return the frames of a command line, and the map that they come from, if any.
 
+    Returns
+    -------
+    database : Database
+    mapping : Mapping or None
+        None unless ``--map`` was given.
+
     Raises
     ------
     BadInput
@@ -104,7 +110,17 @@ def read_frames(args: argparse.Namespace) -> tuple[Database, Mapping | None]:
 
 
 def told(problems: list[BadInput]) -> int:
-    """Print each problem of a map in a line, and return the exit code."""
+    """Print each problem of a map in a line, and return the exit code.
+
+    Parameters
+    ----------
+    problems : list of BadInput
+
+    Returns
+    -------
+    int
+        2 if there are any, else 0.
+    """
     for problem in problems:
         print(f"spindle-drift: error: {problem}", file=sys.stderr)
     return 2 if problems else 0
@@ -112,6 +128,15 @@ def told(problems: list[BadInput]) -> int:
 
 def check_positive(name: str, value: float | None, *, zero: bool = False) -> None:
     """Refuse a number that is not above zero.
+
+    Parameters
+    ----------
+    name : str
+        Of the option, for the refusal.
+    value : float or None
+        None, an option that was not given, is allowed.
+    zero : bool
+        Whether 0 is allowed, too.
 
     Raises
     ------
@@ -126,7 +151,19 @@ def check_positive(name: str, value: float | None, *, zero: bool = False) -> Non
 def new_link(
     args: argparse.Namespace, database: Database, other: str, say: Callable[[str], None]
 ) -> Link:
-    """Return the link of a command line, not open yet, that hears the *other* node."""
+    """Return the link of a command line, not open yet, that hears the *other* node.
+
+    Parameters
+    ----------
+    args : Namespace
+        With what `add_bus_arguments` declares.
+    database : Database
+        The frames.
+    other : {"machine", "compensator"}
+        The node at the other end.
+    say : callable
+        Takes a line for people.
+    """
     assert other in (MACHINE, COMPENSATOR)
     return Link(
         args.interface,
@@ -144,6 +181,18 @@ def teller(name: str, args: argparse.Namespace) -> Iterator[Callable[[str], None
     """Give what prints a line for people, with the time since now; silent when asked to be.
 
     A terminal that stands still or is gone keeps nobody waiting: a thread prints.
+
+    Parameters
+    ----------
+    name : str
+        Of the command; each line begins with it.
+    args : Namespace
+        Its ``quiet`` says whether anything is printed.
+
+    Yields
+    ------
+    callable
+        Takes a line; never waits and never fails.
     """
     begun, stream = time.monotonic(), sys.stderr
     printer = Background(ROOM)
@@ -174,6 +223,11 @@ def stop_flag(hung_up: Callable[[], bool] = lambda: False) -> Iterator[Callable[
     hung_up : callable
         Called at a hangup (SIGHUP); returns whether that was dealt with. Otherwise it is a
         termination like others.
+
+    Yields
+    ------
+    callable
+        Returns whether the program should end.
     """
     asked = False
 

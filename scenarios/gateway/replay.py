@@ -25,6 +25,13 @@ LONGEST_SLEEP_S = 0.1
 def recorded(path: Path, database: Database) -> list[can.Message]:
     """Return the machine's frames of a log, in their order.
 
+    Parameters
+    ----------
+    path : Path
+        A log of a kind that python-can reads.
+    database : Database
+        Says which frames the machine sends.
+
     Raises
     ------
     BadInput
@@ -81,6 +88,11 @@ def replay(
         Says when to end early.
     clock : callable
         Monotonic time [s].
+
+    Returns
+    -------
+    int
+        Frames that were sent.
     """
     closing = database.closing(MACHINE)
     until = clock() + wait_s

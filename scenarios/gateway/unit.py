@@ -223,6 +223,11 @@ class CompensatorUnit:
     def start(self, saved: Saved | None = None) -> None:
         """Initialise, and go on from a saved state if there is one.
 
+        Parameters
+        ----------
+        saved : Saved, optional
+            State and time of an earlier run of the same FMU.
+
         Raises
         ------
         FmuError
@@ -239,6 +244,18 @@ class CompensatorUnit:
         """Take in one sample, NaN for what is missing, and advance by *step_s* [s].
 
         A probe counts where *values* holds all of it.
+
+        Parameters
+        ----------
+        values : mapping of str to float
+            By input, each in its unit; an input that is not in it is missing.
+        step_s : float
+            Length of the step [s].
+
+        Returns
+        -------
+        dict of str to float
+            All outputs after the step, by name.
 
         Raises
         ------
@@ -269,11 +286,22 @@ class CompensatorUnit:
         return self.slave.text("status_text") if "status_text" in self._texts else ""
 
     def unit_of(self, name: str) -> str:
-        """Return the unit of a variable; empty if it has none."""
+        """Return the unit of a variable; empty if it has none.
+
+        Parameters
+        ----------
+        name : str
+        """
         return str(self.slave.variables[name].unit or "")
 
     def close(self, error: BaseException | None = None) -> None:
-        """Let the FMU go."""
+        """Let the FMU go.
+
+        Parameters
+        ----------
+        error : BaseException, optional
+            What ended the gateway.
+        """
         self.slave.__exit__(type(error) if error else None, error, None)
 
 
@@ -303,6 +331,11 @@ def units_that_differ(pairs: Sequence[tuple[str, str, str]]) -> list[tuple[str, 
 
 def options_of(texts: Sequence[str]) -> dict[str, Any]:
     """Return further settings of an interface from ``name=value`` texts; numbers become numbers.
+
+    Parameters
+    ----------
+    texts : sequence of str
+        As the command line has them.
 
     Raises
     ------

@@ -89,6 +89,12 @@ class ReducedSpindle:
         """Return the modes with films, jackets and heat capacities scaled [1].
 
         Forcing by sources must be divided by *capacity* too.
+
+        Parameters
+        ----------
+        air, coolant, capacity : float
+            Factors on the films to the air, on the jackets' films and on the heat capacities
+            [1].
         """
         found = []
         for speed, groups in zip(self.speeds, self._groups, strict=True):
