@@ -1,4 +1,4 @@
-"""A map held against the compensator that it is to serve, before anything is sent."""
+"""Checks a map against its compensator before the bus is opened."""
 
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ from scenarios.gateway.unit import options_of
 from scenarios.outputs import also_reads
 
 ROOM = 1000
-"""Lines for people that may wait to be printed."""
+"""Most lines for people that may wait to be printed."""
 
 
 def add_bus_arguments(parser: argparse.ArgumentParser) -> None:
@@ -39,7 +39,7 @@ def add_bus_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="NAME=VALUE",
         help="another setting of the interface, such as bitrate=500000",
     )
-    parser.add_argument("--dbc", type=Path, metavar="FILE", help="other frames of the same form")
+    parser.add_argument("--dbc", type=Path, metavar="FILE", help="a DBC file with other frames")
     parser.add_argument(
         "--map",
         metavar="FILE",
@@ -54,7 +54,7 @@ def add_bus_arguments(parser: argparse.ArgumentParser) -> None:
         type=float,
         default=LARGEST_MB,
         metavar="MB",
-        help=f"begin another log after so much; nine older ones are kept ({LARGEST_MB:g})",
+        help=f"size at which a new log begins; nine older ones are kept ({LARGEST_MB:g})",
     )
     parser.add_argument(
         "--state",
@@ -69,7 +69,7 @@ def add_bus_arguments(parser: argparse.ArgumentParser) -> None:
         "--timeout",
         type=float,
         metavar="MS",
-        help="silence after which the other end is missing, and how old what it sends may be "
+        help="silence after which the other end counts as missing, and oldest message that is used "
         "(what the DBC says)",
     )
     parser.add_argument(
@@ -80,7 +80,7 @@ def add_bus_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def check_bus_arguments(args: argparse.Namespace) -> None:
-    """Refuse numbers that make no sense."""
+    """Refuse settings that are not above zero."""
     check_positive("--timeout", args.timeout)
     check_positive("--state-every", args.state_every)
     check_positive("--log-size", args.log_size)
@@ -110,7 +110,7 @@ def read_frames(args: argparse.Namespace) -> tuple[Database, Mapping | None]:
 
 
 def told(problems: list[BadInput]) -> int:
-    """Print each problem of a map in a line, and return the exit code.
+    """Print a line for each problem of a map, and return the exit code.
 
     Parameters
     ----------
@@ -178,9 +178,9 @@ def new_link(
 
 @contextlib.contextmanager
 def teller(name: str, args: argparse.Namespace) -> Iterator[Callable[[str], None]]:
-    """Give what prints a line for people, with the time since now; silent when asked to be.
+    """Give a function that prints a line with the time since now; silent with ``--quiet``.
 
-    A terminal that stands still or is gone keeps nobody waiting: a thread prints.
+    A thread prints, so that a terminal that hangs or is gone delays nothing.
 
     Parameters
     ----------
@@ -214,7 +214,7 @@ def teller(name: str, args: argparse.Namespace) -> Iterator[Callable[[str], None
 
 @contextlib.contextmanager
 def stop_flag(hung_up: Callable[[], bool] = lambda: False) -> Iterator[Callable[[], bool]]:
-    """Turn the first interrupt or termination into a question that the loops ask.
+    """Turn the first interrupt or termination into a flag that the loops check.
 
     A second one ends the program at once.
 

@@ -24,7 +24,7 @@ from scenarios.wiring import PROBED
 
 FORMAT = 1
 OLDEST_S = 3600.0
-"""A state that was saved longer ago is not taken up [s]."""
+"""Oldest saved state that is restored [s]."""
 KIND = "spindle-drift FMU state"
 
 
@@ -45,7 +45,9 @@ class StatefulSlave(Slave):
             If it gives none.
         """
         library, state, size = self.library, c_void_p(), c_size_t()
-        self._ok(library.fmi2GetFMUstate(self.component, byref(state)), "its state cannot be had")
+        self._ok(
+            library.fmi2GetFMUstate(self.component, byref(state)), "it does not give its state"
+        )
         try:
             problem = "its state cannot be serialised"
             status = library.fmi2SerializedFMUstateSize(self.component, state, byref(size))
@@ -67,7 +69,7 @@ class StatefulSlave(Slave):
         """
         library, state = self.library, c_void_p()
         memory = (c_char * len(data)).from_buffer_copy(data)
-        problem = "a saved state cannot be taken up"
+        problem = "it does not accept a saved state"
         status = library.fmi2DeSerializeFMUstate(
             self.component, memory, c_size_t(len(data)), byref(state)
         )
@@ -145,7 +147,7 @@ class StateFile:
             If the file is not a state file.
         """
         if not self.path.exists():
-            return None, "there is none yet"
+            return None, "the file does not exist yet"
         if not self.path.is_file():
             raise BadInput(self.path, "", "is not an ordinary file")
         try:
@@ -313,7 +315,7 @@ def check_units(source: Path, pairs: Sequence[tuple[str, str, str]]) -> None:
     source : Path
         The FMU.
     pairs : sequence of (name, unit of the FMU, unit of the DBC)
-        An FMU that names no unit is believed.
+        An FMU that names no unit passes.
 
     Raises
     ------
