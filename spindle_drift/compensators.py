@@ -178,7 +178,7 @@ class Compensator:
         ]
         rows = np.column_stack(columns).tolist()
         speed = frame["speed_rpm"].tolist() if "speed_rpm" in frame else [math.nan] * len(time)
-        works = runtime.Compensator(self.model)
+        works = runtime.RunningCompensator(self.model)
         sent = [(0.0, 0.0, 0.0, 0.0, float(runtime.WAITING))]
         for at, step in enumerate(np.diff(time).tolist()):
             out = works.step(float(time[at]), step, rows[at], speed[at], tool_length_mm)

@@ -75,7 +75,7 @@ class Output(NamedTuple):
     status_text: str
 
 
-class Compensator:
+class RunningCompensator:
     """Inputs checked, error model on its leash, offset geometry, limits.
 
     Parameters

@@ -23,7 +23,7 @@ from benchmarks.gap.belt.march import March
 from benchmarks.gap.belt.mesh import revolve
 from benchmarks.gap.belt.numbers import HIDDEN, Stretch, draw_drawing
 from benchmarks.gap.belt.owner import MISTAKES, page_of
-from benchmarks.gap.truth.case import RUNS, Case
+from benchmarks.gap.truth.case import RUNS, TruthCase
 from benchmarks.gap.truth.effects import make_from
 from benchmarks.gap.truth.effects.base import SIZES
 from measurement.runs import read_run, write_run
@@ -208,9 +208,9 @@ def test_off_changes_nothing_and_more_changes_more(name: str) -> None:
 
 
 def test_the_same_seed_gives_the_same_case_as_run_files(tmp_path: Path) -> None:
-    case = Case(5, (("windage", "medium", ""),), resolution=0.4, runs=RUNS[:2])
+    case = TruthCase(5, (("windage", "medium", ""),), resolution=0.4, runs=RUNS[:2])
     first, again = (simulate_case(case)[0] for _ in range(2))
-    other = simulate_case(Case(6, case.hidden, resolution=0.4, runs=RUNS[:2]))[0]
+    other = simulate_case(TruthCase(6, case.hidden, resolution=0.4, runs=RUNS[:2]))[0]
     for one, same, different in zip(first, again, other, strict=True):
         pd.testing.assert_frame_equal(one.frame, same.frame, check_exact=True)
         assert not one.frame["front_degC"].head(50).equals(different.frame["front_degC"].head(50))
@@ -244,9 +244,9 @@ def test_a_careless_owner_knows_lengths_and_guesses_masses() -> None:
 @pytest.mark.parametrize("name", MISTAKES)
 def test_every_mistake_is_of_a_kind_and_at_a_place_that_the_machine_has(name: str) -> None:
     mistake = MISTAKES[name]
-    case = Case(4, mistake=name)
+    case = TruthCase(4, mistake=name)
     page = tomlkit.parse(owners_page(case)).unwrap()
-    whole = tomlkit.parse(owners_page(Case(4))).unwrap()
+    whole = tomlkit.parse(owners_page(TruthCase(4))).unwrap()
     assert (page == whole) == (mistake.edit is None)
     assert mistake.kind in kinds()
     for one in (page, whole):
