@@ -12,8 +12,8 @@ import pytest
 import tomlkit
 
 import benchmarks.gap.lathe
-from benchmarks.gap.belt.effects.base import Hidden
 from benchmarks.gap.belt.march import March
+from benchmarks.gap.enclosed import Hidden
 from benchmarks.gap.lathe.case import SHOP, owners_file, simulate_case
 from benchmarks.gap.lathe.effects import BEYOND, OUTSIDE, catalogue, everything
 from benchmarks.gap.lathe.machine import TOP_SPEED, Lathe

@@ -12,11 +12,11 @@ import tomlkit
 
 from benchmarks.gap.belt.drive import FAMILIES, MOVING, Drive, make_drive, rest
 from benchmarks.gap.belt.effects import everything
-from benchmarks.gap.belt.effects.base import Hidden
 from benchmarks.gap.belt.machine import Machine
 from benchmarks.gap.belt.march import March
 from benchmarks.gap.belt.numbers import draw_drawing, draw_hidden
 from benchmarks.gap.belt.owner import MISTAKES, Mistake, page_of
+from benchmarks.gap.enclosed import Hidden
 from benchmarks.gap.truth.case import RUNS, CaseRun, TruthCase
 from benchmarks.gap.truth.effects import make_from
 

@@ -21,7 +21,7 @@ from benchmarks.gap.belt.drive import Drive
 from benchmarks.gap.belt.machine import Machine
 
 if TYPE_CHECKING:
-    from benchmarks.gap.belt.effects.base import Hidden
+    from benchmarks.gap.enclosed import Hidden
 
 Array = NDArray[np.float64]
 

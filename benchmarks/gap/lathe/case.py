@@ -6,8 +6,8 @@ import numpy as np
 import tomlkit
 
 from benchmarks.gap.belt.case import Shop, simulated
-from benchmarks.gap.belt.effects.base import Hidden
 from benchmarks.gap.belt.numbers import draw_hidden
+from benchmarks.gap.enclosed import Hidden
 from benchmarks.gap.lathe.effects import everything
 from benchmarks.gap.lathe.machine import TOP_SPEED, Lathe
 from benchmarks.gap.lathe.numbers import HIDDEN, draw_drawing
