@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import importlib
 import io
-import os
 import tempfile
 import uuid
 import zipfile
@@ -160,20 +159,6 @@ def build(recipe: Recipe) -> Package:
     guid = guid_of(files)
     files["modelDescription.xml"] = model_description(slave, recipe.identity, guid)
     return Package(name, guid, files, slave)
-
-
-def write_bytes(path: Path, data: bytes) -> None:
-    """Write a file under a temporary name, then rename it: nobody sees it half-written."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-    try:
-        with os.fdopen(handle, "wb") as stream:
-            stream.write(data)
-        Path(temporary).chmod(0o644)
-        Path(temporary).replace(path)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
 
 
 def slave_of(recipe: Recipe) -> DriftSlave:

@@ -18,6 +18,7 @@ import numpy as np
 import pandas as pd
 
 from measurement.errors import BadInput
+from measurement.files import FULL
 from measurement.runs import write_run
 from scenarios.charts import Chart
 from scenarios.figures import draw
@@ -53,7 +54,7 @@ def results_folder(folder: Path) -> Iterator[Path]:
     Raises
     ------
     BadInput
-        See `check_folder`; or if the folder cannot be made.
+        See `check_folder`; or if the folder cannot be made, or the disk is full.
     """
     check_folder(folder)
     target = folder.resolve()
@@ -76,6 +77,10 @@ def results_folder(folder: Path) -> Iterator[Path]:
             if old.exists():
                 old.rename(target)
             raise BadInput(folder, "", f"cannot be replaced: {error.strerror}") from None
+    except OSError as error:
+        if error.errno in FULL:
+            raise BadInput(folder, "", f"cannot be written: {error.strerror}") from None
+        raise
     finally:
         shutil.rmtree(beside, ignore_errors=True)
         shutil.rmtree(old, ignore_errors=True)

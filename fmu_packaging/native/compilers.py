@@ -154,7 +154,8 @@ def run_compiler(command: Sequence[str], folder: Path) -> None:
     CompileError
         If it refuses them.
     """
-    environment = {**os.environ, "LC_ALL": "C"}
+    # Its temporary files go with the folder, also when it is ended on the spot.
+    environment = {**os.environ, "LC_ALL": "C", "TMPDIR": str(folder)}
     done = subprocess.run(
         command, cwd=folder, capture_output=True, text=True, check=False, env=environment
     )
