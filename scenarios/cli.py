@@ -144,14 +144,16 @@ def _run(argv: list[str]) -> int:
     for name, (_, text) in known.items():
         command = inner.add_parser(name, help=text)
         if argv and argv[0] == name:
-            module = import_module(known[name][0])
+            module, chosen = import_module(known[name][0]), command
             _declare(module, command)
     if not argv:
         parser.print_help()
         return 0
-    args = parser.parse_args(argv)
+    args, unknown = parser.parse_known_args(argv)
     if not args.command:
         raise UsageError(f"a command is needed: {', '.join(known)} (see '{PROGRAM} --help')")
+    if unknown:  # said by the command, whose help lists what it takes
+        chosen.error(f"unrecognized arguments: {' '.join(unknown)}")
     return _guarded(module, args)
 
 

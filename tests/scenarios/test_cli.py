@@ -58,7 +58,7 @@ def test_version(capsys: pytest.CaptureFixture[str]) -> None:
     [
         (["rum"], "invalid choice: 'rum'"),
         (["run"], "required: SCENARIO"),
-        (["list", "--jsno"], "unrecognized arguments"),
+        (["list", "--jsno"], "unrecognized arguments: --jsno (see 'spindle-drift list --help')"),
         (["run", "step_sped"], "did you mean step_speed?"),
         (["run", "step_speed", "--set", "duration_s"], "is not of the form KEY=VALUE"),
         (["run", "step_speed", "--set", "duration=5"], "duration: is not a known field"),
