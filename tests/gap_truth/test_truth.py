@@ -52,6 +52,8 @@ def test_it_shares_nothing_with_the_model_under_test() -> None:
                     *{"importlib", "itertools", "pkgutil", "numpy", "pandas", "scipy"},
                     "benchmarks",
                 }, f"{path.name} imports {name}"
+                if name.startswith("benchmarks"):
+                    assert name.startswith("benchmarks.gap.truth"), f"{path.name}: {name}"
 
 
 def test_all_effects_of_the_catalogue_and_several_more() -> None:
