@@ -21,7 +21,7 @@ import numpy as np
 from fmu_compensator.fit.data import prepare
 from fmu_compensator.fit.fitting import compensator_text, fit_compensator
 from fmu_compensator.fit.training import Array
-from fmu_compensator.runtime.compensator import SPARED, Compensator
+from fmu_compensator.runtime.compensator import SPARED, RunningCompensator
 from fmu_compensator.runtime.modelfile import Model, load_model, parse_model
 from measurement.drift import measured_drift
 from measurement.files import write_atomically
@@ -93,7 +93,7 @@ def drive(model: Model, run: Run, readings: Array, drift: Array, after_s: float)
     after_s : float
         Rows from then on count [s].
     """
-    compensator = Compensator(model)
+    compensator = RunningCompensator(model)
     known = "speed_rpm" in run.frame
     speed = run.frame["speed_rpm"].to_numpy(float) if known else np.full(len(drift), np.nan)
     rows, outputs = [], []

@@ -20,7 +20,7 @@ from math import log, pi
 import numpy as np
 
 from benchmarks.gap.truth import parameters
-from benchmarks.gap.truth.case import Case, CaseRun, simulate_case
+from benchmarks.gap.truth.case import CaseRun, TruthCase, simulate_case
 from measurement.runs import Run
 from plant_model.convergence import convergence
 from plant_model.drawing.expand import expanded
@@ -116,7 +116,7 @@ def case_runs(seed: int) -> list[CaseRun]:
     try:
         for name, value in drawn().items():
             parameters.TABLE[name] = (value, before[name][1])
-        return simulate_case(Case(seed))[0]
+        return simulate_case(TruthCase(seed))[0]
     finally:
         parameters.TABLE.update(before)
 

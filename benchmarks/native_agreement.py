@@ -24,7 +24,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fmu_compensator.runtime.compensator import Compensator
+from fmu_compensator.runtime.compensator import RunningCompensator
 from fmu_compensator.runtime.modelfile import Model
 from fmu_packaging.native.compilers import compilers
 from plant_model.effects import catalogue
@@ -122,7 +122,7 @@ def compensators(steps: int, folder: Path) -> Iterator[tuple[str, Tally]]:
 def compared(kind: str, seed: int, driver_of: Callable[[Model], Driver]) -> float:
     """Return the largest difference of any output of a random compensator."""
     model = made_model(kind, seed)
-    compensator, samples = Compensator(model), Samples(model, seed)
+    compensator, samples = RunningCompensator(model), Samples(model, seed)
     lines: list[str] = []
     expected = []
     for _ in range(SAMPLES):

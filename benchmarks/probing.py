@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from fmu_compensator.fit.fitting import compensator_text, fit_compensator
-from fmu_compensator.runtime.compensator import WAITING, Compensator
+from fmu_compensator.runtime.compensator import WAITING, RunningCompensator
 from fmu_compensator.runtime.modelfile import Model, parse_model
 from measurement.drift import measured_drift
 from measurement.faults import GROSS, cleaned, find_faults
@@ -137,7 +137,7 @@ def _drift(run: Run, rig: Rig, model: Model) -> dict[str, np.ndarray]:
 
 def driven(run: Run, rig: Rig, model: Model, probing: Probing) -> dict[str, Any]:
     """Drive a compensator through a run with probes; return errors by axis, and what was asked."""
-    compensator, probed = Compensator(model), ProbedRun(probing, model, run, rig, 0.0)
+    compensator, probed = RunningCompensator(model), ProbedRun(probing, model, run, rig, 0.0)
     readings = run.frame[[f"{sensor.name}_degC" for sensor in model.sensors]].to_numpy(float)
     speed = run.frame["speed_rpm"].to_numpy(float) if "speed_rpm" in run.frame else None
     offsets, widths = np.zeros((len(readings), 3)), np.full((len(readings), 3), -1.0)

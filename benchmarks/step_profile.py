@@ -14,7 +14,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import build_fmu
-from fmu_compensator.runtime.compensator import Compensator
+from fmu_compensator.runtime.compensator import RunningCompensator
 from fmu_compensator.runtime.modelfile import load_model
 from plant_model.machine_file import read_machine
 from plant_model.stepper import PlantStepper
@@ -23,7 +23,7 @@ MOST = 12
 
 
 def _compensator(model: Path) -> Callable[[int], None]:
-    compensator = Compensator(load_model(str(model)))
+    compensator = RunningCompensator(load_model(str(model)))
     temperatures = [21.0 + 0.1 * place for place in range(len(compensator.model.sensors))]
 
     def run(k: int) -> None:

@@ -131,7 +131,14 @@ def model_description(
 
 
 def described(slave: DriftSlave, program: Program) -> list[Variable]:
-    """Return the variables of an FMU in the order of their value references."""
+    """Return the variables of an FMU in the order of their value references.
+
+    Parameters
+    ----------
+    slave : DriftSlave
+    program : Program
+        Its own variables take the place of the slave's of the same name.
+    """
     return [program.variables.get(variable.name, variable) for variable in slave.variables]
 
 

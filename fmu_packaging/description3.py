@@ -94,7 +94,14 @@ def model_description3(
 
 
 def build_description(identity: Identity, program: Program) -> bytes:
-    """Return sources/buildDescription.xml: how the sources are compiled."""
+    """Return sources/buildDescription.xml: how the sources are compiled.
+
+    Parameters
+    ----------
+    identity : Identity
+    program : Program
+        Its sources are named by their paths.
+    """
     root = ET.Element("fmiBuildDescription", {"fmiVersion": "3.0"})
     configuration = ET.SubElement(root, "BuildConfiguration", {"modelIdentifier": identity.name})
     sources = ET.SubElement(configuration, "SourceFileSet", {"language": "C99"})
@@ -109,6 +116,10 @@ def terminals(slave: DriftSlave) -> bytes:
     """Return terminalsAndIcons.xml: what a tool can connect at once, by the names of its members.
 
     ``temperatures`` are those that one FMU reads and the other uses, ``offsets`` dX, dY and dZ.
+
+    Parameters
+    ----------
+    slave : DriftSlave
     """
     root = ET.Element("fmiTerminalsAndIcons", {"fmiVersion": "3.0"})
     listed = ET.SubElement(root, "Terminals")

@@ -102,7 +102,14 @@ def index_page(
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Return an HTML table of plain text."""
+    """Return an HTML table of plain text.
+
+    Parameters
+    ----------
+    head : sequence of str
+    rows : sequence of sequence of str
+        As many cells each as the head has; all text is escaped.
+    """
     first = "".join(f"<th>{escape(cell)}</th>" for cell in head)
     body = "".join(
         "<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>\n" for row in rows

@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import importlib
 import io
-import os
 import tempfile
 import uuid
 import zipfile
@@ -111,6 +110,11 @@ class Package:
 def build(recipe: Recipe) -> Package:
     """Return the FMU of a recipe.
 
+    Parameters
+    ----------
+    recipe : Recipe
+        The same recipe gives the same bytes, and so the same GUID.
+
     Raises
     ------
     BundleError
@@ -157,22 +161,13 @@ def build(recipe: Recipe) -> Package:
     return Package(name, guid, files, slave)
 
 
-def write_bytes(path: Path, data: bytes) -> None:
-    """Write a file under a temporary name, then rename it: nobody sees it half-written."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-    try:
-        with os.fdopen(handle, "wb") as stream:
-            stream.write(data)
-        Path(temporary).chmod(0o644)
-        Path(temporary).replace(path)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
-
-
 def slave_of(recipe: Recipe) -> DriftSlave:
-    """Return an instance of the slave as it stands in this project, with the recipe's data."""
+    """Return an instance of the slave as it stands in this project, with the recipe's data.
+
+    Parameters
+    ----------
+    recipe : Recipe
+    """
     kind: Any = getattr(importlib.import_module(recipe.module), recipe.slave)
     with tempfile.TemporaryDirectory(prefix="fmu_") as folder:
         for path, data in recipe.data.items():
@@ -199,7 +194,13 @@ def _pythonfmu_licence() -> bytes:
 
 
 def guid_of(files: Mapping[str, bytes]) -> str:
-    """Return a GUID that names this content."""
+    """Return a GUID that names this content.
+
+    Parameters
+    ----------
+    files : dict of str to bytes
+        Content by path; the order does not matter.
+    """
     state = hashlib.sha256()
     for path in sorted(files):
         state.update(path.encode() + b"\0" + hashlib.sha256(files[path]).digest())

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import contextlib
+import os
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from fmpy.validation import validate_fmu
 
-from fmu_packaging.package import Package, write_bytes
+from fmu_packaging.package import Package
 from fmu_packaging.reference import Profile, RunError, input_csv, options_text, run_apart
 
 
@@ -47,7 +49,7 @@ def publish(package: Package, folder: Path, reference: Reference) -> tuple[Path,
     Raises
     ------
     PublishError
-        If the validation finds a problem or the run fails.
+        If the validation finds a problem, the run fails, or the folder cannot be written to.
     """
     target = folder / f"{package.name}.fmu"
     data = package.zipped()
@@ -60,7 +62,7 @@ def publish(package: Package, folder: Path, reference: Reference) -> tuple[Path,
     same = target.is_file() and target.read_bytes() == data and result.is_file()
     if same and all(path.is_file() and path.read_text() == text for path, text in beside.items()):
         return target, False
-    with tempfile.TemporaryDirectory(prefix="fmu_check_") as apart:
+    with tempfile.TemporaryDirectory(prefix="fmu_check_") as apart, _writing(Path(apart)):
         candidate = Path(apart) / target.name
         candidate.write_bytes(data)
         problems = validate_fmu(str(candidate))
@@ -70,8 +72,29 @@ def publish(package: Package, folder: Path, reference: Reference) -> tuple[Path,
             found = run_apart(candidate, inputs, reference.stop_s, reference.step_s)
         except RunError as error:
             raise PublishError(f"the reference run failed:\n{error}") from None
-    for path, text in {**beside, result: found}.items():
-        write_bytes(path, text.encode())
+    texts = {path: text.encode() for path, text in {**beside, result: found}.items()}
     # Last, so that an FMU in the folder always has its own reference results beside it.
-    write_bytes(target, data)
+    _put({**texts, target: data}, folder)
     return target, True
+
+
+def _put(files: Mapping[Path, bytes], folder: Path) -> None:
+    """Write files beside their places, on the disk, before any of them takes its name."""
+    with _writing(folder):
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=folder, prefix=".fmu_") as apart:
+            for path, data in files.items():
+                with (Path(apart) / path.name).open("xb") as stream:
+                    stream.write(data)
+                    stream.flush()
+                    os.fsync(stream.fileno())
+            for path in files:
+                (Path(apart) / path.name).replace(path)
+
+
+@contextlib.contextmanager
+def _writing(folder: Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        raise PublishError(f"{folder}: cannot be written: {error.strerror or error}") from None

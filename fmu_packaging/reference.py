@@ -7,6 +7,7 @@ Run as a program of its own, so that the FMU meets a process that knows nothing 
 from __future__ import annotations
 
 import math
+import os
 import subprocess
 import sys
 import tempfile
@@ -62,12 +63,14 @@ def run_apart(fmu: Path, inputs: str, stop_s: float, step_s: float) -> str:
         given, result = Path(folder) / "in.csv", Path(folder) / "ref.csv"
         given.write_text(inputs, encoding="utf-8")
         arguments = [str(fmu.resolve()), str(given), str(result), repr(stop_s), repr(step_s)]
-        # -P keeps this folder off the path, -E the user's settings.
+        # -P keeps this folder off the path, -E the user's settings. What it unpacks goes with the
+        # folder, however it ends.
         done = subprocess.run(
             [sys.executable, "-P", "-E", __file__, *arguments],
             capture_output=True,
             text=True,
             cwd=folder,
+            env={**os.environ, "TMPDIR": folder},
             check=False,
         )
         if done.returncode or not result.is_file():

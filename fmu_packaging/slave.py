@@ -55,6 +55,12 @@ class DriftSlave(Fmi2Slave):
     (`advance`), and what else its state is (`hidden`, `restore`). In these hooks it reads inputs
     and parameters from `inputs`, `parameters` and sets outputs with `put`.
 
+    Parameters
+    ----------
+    **kwargs
+        What pythonfmu's binary gives each instance: ``instance_name``, ``resources`` (a folder)
+        and more.
+
     Attributes
     ----------
     variables : list of Variable
@@ -75,6 +81,11 @@ class DriftSlave(Fmi2Slave):
         Whether a step need not begin where the one before ended.
     enumerations : dict of str to dict of int to str
         What the codes of integer variables mean, by the name of the enumeration.
+
+    Notes
+    -----
+    The methods with names of FMI 2.0 (`setup_experiment`, `do_step`, `get_real` ...) are called by
+    the binary. A refusal there raises `FmuError`, which the host sees as a failure.
     """
 
     clock_may_jump: ClassVar[bool] = False
@@ -121,19 +132,38 @@ class DriftSlave(Fmi2Slave):
 
     @abstractmethod
     def advance(self, time_s: float, step_s: float) -> None:
-        """Advance from *time_s* by *step_s* [s] with inputs held and set all outputs."""
+        """Advance from *time_s* by *step_s* [s] with inputs held and set all outputs.
+
+        Parameters
+        ----------
+        time_s : float
+            Where the step begins [s].
+        step_s : float
+            Its length, above 0 [s].
+        """
 
     def hidden(self) -> dict[str, Any]:
         """Return the state that is in no variable, ready for JSON; not shared with later states."""
         return {}
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Continue from what `hidden` returned; `begin` has run with the same parameters."""
+        """Continue from what `hidden` returned; `begin` has run with the same parameters.
+
+        Parameters
+        ----------
+        state : dict
+            Plain values; as many as `hidden` gives.
+        """
 
     def resource(self, name: str) -> str:
         """Return the text of a file in the FMU's resources.
 
         Read once: a reset makes a new instance, and must not fail because a file has gone.
+
+        Parameters
+        ----------
+        name : str
+            The file's path in the folder of resources.
         """
         key = (str(self.folder), name)
         if key not in _resources:
@@ -141,7 +171,15 @@ class DriftSlave(Fmi2Slave):
         return _resources[key]
 
     def put(self, name: str, value: Value) -> None:
-        """Set one output."""
+        """Set one output.
+
+        Parameters
+        ----------
+        name : str
+            An output that was declared.
+        value : float, int, bool or str
+            Of the variable's kind, in its unit.
+        """
         ref = self.refs[name]
         self.results[self.variables[ref].kind][ref] = value
 
@@ -374,7 +412,15 @@ class DriftSlave(Fmi2Slave):
     # Messages
 
     def report(self, problem: str, status: Fmi2Status = Fmi2Status.error) -> None:
-        """Log a problem, and write it to standard error for hosts that have logging off."""
+        """Log a problem, and write it to standard error for hosts that have logging off.
+
+        Parameters
+        ----------
+        problem : str
+            What happened; may have several lines.
+        status : Fmi2Status
+            How grave it is to the host.
+        """
         self.log(problem.strip().replace("%", "%%"), status)
         if sys.stderr is not None:
             print(f"{self.instance_name}: {problem.strip()}", file=sys.stderr, flush=True)

@@ -79,6 +79,11 @@ class Variable:
         """Return why *value* is not allowed, in a line; empty if it is.
 
         NaN stands for a missing input, so only parameters must be finite.
+
+        Parameters
+        ----------
+        value : float, int, bool or str
+            In the variable's unit.
         """
         if self.kind not in {"real", "integer"} or isinstance(value, str):
             return ""

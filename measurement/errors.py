@@ -39,6 +39,14 @@ class BadInput(ValueError):  # noqa: N818 - what is bad is the input, not the pr
 def checked(kind: type[M], table: dict[str, Any], source: str | Path) -> M:
     """Return *table* as an instance of the pydantic model *kind*.
 
+    Parameters
+    ----------
+    kind : type of pydantic model
+    table : dict
+        The content as parsed, not changed.
+    source : str or path
+        The file, for the refusal.
+
     Raises
     ------
     BadInput
@@ -61,7 +69,14 @@ def checked(kind: type[M], table: dict[str, Any], source: str | Path) -> M:
 
 
 def shown(value: object) -> str:
-    """Return *value* as a refusal shows it, cut to a readable length."""
+    """Return *value* as a refusal shows it, cut to a readable length.
+
+    Parameters
+    ----------
+    value : object
+        Finite floats are shown to six digits, anything else by its ``repr``, cut at 60
+        characters.
+    """
     if isinstance(value, float) and math.isfinite(value):
         return f"{value:g}"
     text = repr(value)

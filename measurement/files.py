@@ -3,19 +3,29 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import hashlib
 import os
 import secrets
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from measurement.errors import BadInput
+
+FULL = frozenset(
+    number
+    for name in ("ENOSPC", "EDQUOT", "EFBIG", "EROFS")
+    if (number := getattr(errno, name, None)) is not None
+)
+"""Errors of the system that say that there is no room to write, or no leave."""
 
 
 def write_atomically(path: str | Path, data: str | bytes) -> Path:
     """Write *data* to *path* so that no reader ever sees half of it.
 
     The data goes to a temporary file in the same folder, which then takes the target's name in one
-    step. Folders that are missing are made. A link is followed, so that it stays a link.
+    step. Data and name are on the disk when this returns, so that a power cut does not bring back
+    the file of before. Folders that are missing are made. A link is followed, so that it stays one.
 
     Parameters
     ----------
@@ -35,31 +45,85 @@ def write_atomically(path: str | Path, data: str | bytes) -> Path:
         If the target cannot be written, or is a folder or a device.
     """
     path = Path(path)
-    target = path.resolve()
-    if target.exists() and not target.is_file():
-        # Replacing a device such as /dev/null by a file would be a disaster.
-        raise BadInput(path, "", "cannot be written: it exists and is not an ordinary file")
-    # A short name, since the target's own name may already be as long as the file system allows.
-    temporary = target.parent / f".{secrets.token_hex(8)}.tmp"
+    write_together({path: data})
+    return path
+
+
+def write_together(files: Mapping[Path, str | bytes]) -> None:
+    """Write files that belong together, each as `write_atomically` does.
+
+    None takes its name before the data of all are on the disk, so a full disk changes nothing.
+
+    Parameters
+    ----------
+    files : mapping of Path to str or bytes
+        What to write; the last one takes its name last.
+
+    Raises
+    ------
+    BadInput
+        For the first that cannot be written, or is a folder or a device.
+    """
+    written: list[tuple[Path, Path, Path]] = []
     try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        try:
-            with temporary.open("xb") as stream:
-                stream.write(data.encode("utf-8") if isinstance(data, str) else data)
-                stream.flush()
-                os.fsync(stream.fileno())
-            temporary.replace(target)
-        except BaseException:
+        for path, data in files.items():
+            target = path.resolve()
+            if target.exists() and not target.is_file():
+                # Replacing a device such as /dev/null by a file would be a disaster.
+                raise BadInput(path, "", "cannot be written: it exists and is not an ordinary file")
+            # A short name: the target's may already be as long as the file system allows.
+            temporary = target.parent / f".{secrets.token_hex(8)}.tmp"
+            written.append((path, temporary, target))
+            with _refusing(path):
+                _write(temporary, data)
+        for path, temporary, target in written:
+            with _refusing(path):
+                temporary.replace(target)
+    except BaseException:
+        for _, temporary, _ in written:
             with contextlib.suppress(OSError):
                 temporary.unlink()
-            raise
+        raise
+    for folder in {target.parent for _, _, target in written}:
+        _sync_names(folder)
+
+
+@contextlib.contextmanager
+def _refusing(path: Path) -> Iterator[None]:
+    try:
+        yield
     except OSError as error:
         raise BadInput(path, "", f"cannot be written: {error.strerror or error}") from None
-    return path
+
+
+def _write(path: Path, data: str | bytes) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with path.open("xb") as stream:
+        stream.write(data.encode("utf-8") if isinstance(data, str) else data)
+        stream.flush()
+        os.fsync(stream.fileno())
+
+
+def _sync_names(folder: Path) -> None:
+    """Bring the names in a folder to the disk, where the platform can."""
+    if not hasattr(os, "O_DIRECTORY"):  # Windows: a folder cannot be opened
+        return
+    # Some network file systems refuse; the file itself is written by then.
+    with contextlib.suppress(OSError):
+        handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+        try:
+            os.fsync(handle)
+        finally:
+            os.close(handle)
 
 
 def read_bytes(path: str | Path) -> bytes:
     """Return the content of a file.
+
+    Parameters
+    ----------
+    path : str or path
+        An ordinary file, or a pipe that the shell made.
 
     Raises
     ------
@@ -83,6 +147,11 @@ def refuse_endless(path: Path) -> None:
 
     The shell's own pipes, such as ``<(zcat run.csv.gz)``, have an end and are read.
 
+    Parameters
+    ----------
+    path : Path
+        Need not exist.
+
     Raises
     ------
     BadInput
@@ -95,6 +164,10 @@ def refuse_endless(path: Path) -> None:
 
 def sha256_of(path: str | Path) -> str:
     """Return the SHA-256 of a file's bytes, in hexadecimal.
+
+    Parameters
+    ----------
+    path : str or path
 
     Raises
     ------

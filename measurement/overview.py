@@ -79,6 +79,11 @@ def settle(figure: Figure) -> None:
     """Let the layout take place once and keep it to four digits.
 
     The layout's solver may end a last digit apart from one drawing to the next.
+
+    Parameters
+    ----------
+    figure : Figure
+        Changed in place.
     """
     figure.draw_without_rendering()
     places = [(axes, axes.get_position().bounds) for axes in figure.axes]
@@ -88,7 +93,15 @@ def settle(figure: Figure) -> None:
 
 
 def png_bytes(figure: Figure, dpi: int = 110) -> bytes:
-    """Return a figure as a PNG; the same figure gives the same bytes."""
+    """Return a figure as a PNG; the same figure gives the same bytes.
+
+    Parameters
+    ----------
+    figure : Figure
+        Its layout is settled, as `settle` does.
+    dpi : int
+        Pixels per inch.
+    """
     stream = io.BytesIO()
     settle(figure)
     # Without the library's version in it.

@@ -44,7 +44,13 @@ class PlugIn(Generic[T]):
     thing: T
 
     def refuse(self, problem: str) -> BadInput:
-        """Return a refusal that names it."""
+        """Return a refusal that names it.
+
+        Parameters
+        ----------
+        problem : str
+            What is wrong with it, and what to do.
+        """
         return BadInput(self.source, self.group, problem)
 
 
@@ -60,6 +66,11 @@ def plugged_in(
         Names that the project itself has.
     check : callable
         Returns what is wrong with a plug-in, or nothing.
+
+    Returns
+    -------
+    dict of str to PlugIn
+        By the entry points' names.
 
     Raises
     ------
@@ -89,6 +100,19 @@ def classes_plugged_in(
     group: str, base: type[T], shipped: Collection[str]
 ) -> dict[str, PlugIn[type[T]]]:
     """Load the entry points of a group that stand for subclasses of *base*.
+
+    Parameters
+    ----------
+    group : str
+    base : type
+        An abstract class; a subclass must have all its methods.
+    shipped : collection of str
+        Names that the project itself has.
+
+    Returns
+    -------
+    dict of str to PlugIn
+        By the entry points' names; the thing of each is the class.
 
     Raises
     ------

@@ -186,11 +186,32 @@ class FivePointRig(SimulatedRig):
         return pd.DataFrame(dict(zip(self.columns, values, strict=True)), index=pose.index)
 
     def targets(self, run: Run) -> pd.DataFrame:
-        """Return what an error model learns from a run: the pose, as measured."""
+        """Return what an error model learns from a run: the pose, as measured.
+
+        Parameters
+        ----------
+        run : Run
+            Has the five columns [um].
+
+        Returns
+        -------
+        DataFrame
+            Elongation, yaw, pitch and the radial drift, as `pose` gives them [um, urad].
+
+        Raises
+        ------
+        BadInput
+            If a column is not there.
+        """
         return self.pose(run.frame)
 
     def fits(self, run: Run) -> bool:
-        """Return whether the run has all five columns."""
+        """Return whether the run has all five columns.
+
+        Parameters
+        ----------
+        run : Run
+        """
         return all(name in run.frame.columns for name in self.columns)
 
     def _need(self, frame: pd.DataFrame) -> None:
@@ -252,6 +273,16 @@ class DirectRig(SimulatedRig):
     def targets(self, run: Run) -> pd.DataFrame:
         """Return what an error model learns from a run: the displacement columns, as measured.
 
+        Parameters
+        ----------
+        run : Run
+            Has the rig's columns.
+
+        Returns
+        -------
+        DataFrame
+            Displacements [um], a column for each axis under its own name, rows as in the run.
+
         Raises
         ------
         BadInput
@@ -262,6 +293,11 @@ class DirectRig(SimulatedRig):
 
     def drift(self, frame: pd.DataFrame) -> pd.DataFrame:
         """Return the drift ``drift_X_um`` ... in +axis direction, for the axes that the rig has.
+
+        Parameters
+        ----------
+        frame : DataFrame
+            Has the rig's columns [um].
 
         Raises
         ------
@@ -279,7 +315,12 @@ class DirectRig(SimulatedRig):
         )
 
     def fits(self, run: Run) -> bool:
-        """Return whether the run has all the columns."""
+        """Return whether the run has all the columns.
+
+        Parameters
+        ----------
+        run : Run
+        """
         return all(name in run.frame.columns for name in self.columns)
 
     def _need(self, frame: pd.DataFrame) -> None:
@@ -293,6 +334,13 @@ Rig = FivePointRig | DirectRig
 
 def rig_from_table(table: dict[str, Any], source: str | Path) -> Rig:
     """Return the rig that a table of a machine file or a compensator file describes.
+
+    Parameters
+    ----------
+    table : dict
+        ``kind`` is ``five_point``, also where it is missing, or ``direct``.
+    source : str or path
+        The file, for refusals.
 
     Raises
     ------
@@ -312,6 +360,12 @@ def default_rig(run: Run, machine_rig: dict[str, Any] | Rig | None = None) -> Ri
 
     A name with a part ``x``, ``y`` or ``z`` (``disp_x_um``) is drift in +axis direction; one with
     ``growth``, ``elongation`` or ``axial`` is growth of the nose, which is drift towards -Z.
+
+    Parameters
+    ----------
+    run : Run
+    machine_rig : dict or rig, optional
+        As a machine file has it; without it the columns' names decide.
 
     Raises
     ------

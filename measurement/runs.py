@@ -101,7 +101,13 @@ class Run:
         return self.of_unit("um")
 
     def of_unit(self, unit: str) -> list[str]:
-        """Return the columns of a unit, in the file's order, time left out."""
+        """Return the columns of a unit, in the file's order, time left out.
+
+        Parameters
+        ----------
+        unit : str
+            A suffix of `measurement.units.UNITS`, such as ``degC``.
+        """
         names = [str(name) for name in self.frame.columns]
         return [name for name in names[1:] if split_column(name)[1] == unit]
 
@@ -168,6 +174,15 @@ class Run:
 def read_run(path: str | Path) -> Run:
     """Read and check a run file.
 
+    Parameters
+    ----------
+    path : str or path
+
+    Returns
+    -------
+    Run
+        Named after the file, with its path and SHA-256.
+
     Raises
     ------
     BadInput
@@ -185,6 +200,18 @@ def read_run(path: str | Path) -> Run:
 
 def write_run(run: Run | pd.DataFrame, path: str | Path) -> Path:
     """Write a run file, whole or not at all; reading it back gives the same numbers.
+
+    Parameters
+    ----------
+    run : Run or DataFrame
+        A frame is checked as a run file would be.
+    path : str or path
+        Replaced if it is there; missing folders are made.
+
+    Returns
+    -------
+    Path
+        The path given.
 
     Raises
     ------

@@ -63,6 +63,10 @@ def speed_spectrum(run: Run) -> list[Segment]:
     """Return the steps of the spindle's speed in order; one unknown step if none was recorded.
 
     A sample's speed holds until the next sample, and over samples without a speed.
+
+    Parameters
+    ----------
+    run : Run
     """
     time = run.time_s
     name = speed_column(run)

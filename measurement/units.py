@@ -1,18 +1,18 @@
 """The units that signals may have, and the names of run-file columns.
 
-A column's name is the signal's name and its unit: ``T1_degC``, ``feed_mm_min``. Standard library
-only, so that any room can use it, inside an FMU too.
+A column's name is the signal's name and its unit: ``T1_degC``, ``feed_mm_min``.
+`fmu_packaging.units` says what a unit is in SI base units. Standard library only, so that any room
+can use it, inside an FMU too.
 """
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
 class Unit:
-    """A unit, what it measures, and how it relates to the SI base units.
+    """A unit of columns, what it measures, and what its numbers can be.
 
     Attributes
     ----------
@@ -23,10 +23,6 @@ class Unit:
     low, high : float
         A value outside is a mistake in a file, not a measurement [unit]; wide enough for any
         machine tool, narrow enough that no sum of squares overflows.
-    factor, offset : float
-        SI value = factor * value + offset.
-    exponents : dict of str to int
-        Powers of the SI base units and the radian, by the names that FMI 2.0 uses for them.
     label : str
         The unit as a plot or a table shows it.
     switches : bool
@@ -38,75 +34,25 @@ class Unit:
     quantity: str
     low: float
     high: float
-    factor: float = 1.0
-    offset: float = 0.0
-    exponents: dict[str, int] = field(default_factory=dict)
     label: str = ""
     switches: bool = False
-
-    def to_si(self, value: float) -> float:
-        """Return *value* in SI base units."""
-        return self.factor * value + self.offset
 
 
 UNITS: dict[str, Unit] = {
     unit.suffix: unit
     for unit in (
         # Seconds since 1970 are allowed (1.7e9); milliseconds since 1970 are a mistake.
-        Unit("s", "time", -1e10, 1e10, exponents={"s": 1}, label="s"),
-        Unit(
-            "rpm",
-            "rotational speed",
-            -1e6,
-            1e6,
-            factor=2.0 * math.pi / 60.0,
-            exponents={"rad": 1, "s": -1},
-            label="r/min",
-            switches=True,
-        ),
-        Unit(
-            "mm_min",
-            "feed speed",
-            -1e7,
-            1e7,
-            factor=1e-3 / 60.0,
-            exponents={"m": 1, "s": -1},
-            label="mm/min",
-            switches=True,
-        ),
-        Unit(
-            "Nm",
-            "torque",
-            -1e6,
-            1e6,
-            exponents={"kg": 1, "m": 2, "s": -2},
-            label="N m",
-            switches=True,
-        ),
-        Unit(
-            "W",
-            "power",
-            -1e8,
-            1e8,
-            exponents={"kg": 1, "m": 2, "s": -3},
-            label="W",
-            switches=True,
-        ),
-        Unit(
-            "lpm",
-            "volume flow",
-            -1e6,
-            1e6,
-            factor=1e-3 / 60.0,
-            exponents={"m": 3, "s": -1},
-            label="l/min",
-            switches=True,
-        ),
+        Unit("s", "time", -1e10, 1e10, label="s"),
+        Unit("rpm", "rotational speed", -1e6, 1e6, label="r/min", switches=True),
+        Unit("mm_min", "feed speed", -1e7, 1e7, label="mm/min", switches=True),
+        Unit("Nm", "torque", -1e6, 1e6, label="N m", switches=True),
+        Unit("W", "power", -1e8, 1e8, label="W", switches=True),
+        Unit("lpm", "volume flow", -1e6, 1e6, label="l/min", switches=True),
         # The range that any sensor on a machine tool can show; beyond it lies a broken wire.
-        Unit("degC", "temperature", -60.0, 400.0, offset=273.15, exponents={"K": 1}, label="°C"),
-        Unit("um", "displacement", -1e6, 1e6, factor=1e-6, exponents={"m": 1}, label="µm"),
-        Unit("mm", "length", -1e6, 1e6, factor=1e-3, exponents={"m": 1}, label="mm", switches=True),
-        Unit("urad", "tilt", -1e6, 1e6, factor=1e-6, exponents={"rad": 1}, label="µrad"),
+        Unit("degC", "temperature", -60.0, 400.0, label="°C"),
+        Unit("um", "displacement", -1e6, 1e6, label="µm"),
+        Unit("mm", "length", -1e6, 1e6, label="mm", switches=True),
+        Unit("urad", "tilt", -1e6, 1e6, label="µrad"),
         Unit("1", "flag or code", -1e9, 1e9, switches=True),
     )
 }
@@ -117,6 +63,15 @@ def split_column(name: str) -> tuple[str, str]:
 
     >>> split_column("feed_mm_min")
     ('feed', 'mm_min')
+
+    Parameters
+    ----------
+    name : str
+        A column's name; the longest unit that fits counts.
+
+    Returns
+    -------
+    signal, unit : str
 
     Raises
     ------
@@ -141,6 +96,13 @@ def column(name: str, unit: str) -> str:
 
     >>> column("T1", "degC")
     'T1_degC'
+
+    Parameters
+    ----------
+    name : str
+        The signal.
+    unit : str
+        A suffix of `UNITS`.
 
     Raises
     ------

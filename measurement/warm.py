@@ -25,6 +25,11 @@ def began_warm(run: Run) -> bool:
 def cold_starts(runs: Sequence[Run]) -> tuple[list[Run], str]:
     """Leave out runs that say that they began warm, unless all of them do.
 
+    Parameters
+    ----------
+    runs : sequence of Run
+        In any order; those that do not say how they began count as cold.
+
     Returns
     -------
     runs : list of Run
@@ -41,5 +46,10 @@ def cold_starts(runs: Sequence[Run]) -> tuple[list[Run], str]:
 
 
 def named_warm(runs: Sequence[Run]) -> str:
-    """Return the names of the runs that say that they began warm, with commas between."""
+    """Return the names of the runs that say that they began warm, with commas between.
+
+    Parameters
+    ----------
+    runs : sequence of Run
+    """
     return ", ".join(dict.fromkeys(run.name for run in runs if began_warm(run)))

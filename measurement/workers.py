@@ -31,6 +31,11 @@ def workers(count: int | None = None) -> Iterator[ProcessPoolExecutor]:
     count : int, optional
         Processes; by default one for each core.
 
+    Yields
+    ------
+    ProcessPoolExecutor
+        Its processes run one thread each.
+
     Notes
     -----
     The pool of the standard library waits on leaving for whatever its workers have begun, and they

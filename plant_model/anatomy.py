@@ -12,23 +12,52 @@ from plant_model.parameters import FloatArray
 
 
 def input_in(machine: Machine, unit: str) -> Input | None:
-    """Return the first input in a unit: ``rpm`` the spindle's speed, ``Nm`` its torque."""
+    """Return the first input in a unit: ``rpm`` the spindle's speed, ``Nm`` its torque.
+
+    Parameters
+    ----------
+    machine : Machine
+    unit : str
+        A suffix of `measurement.units.UNITS`.
+    """
     return next((entry for entry in machine.inputs if entry.unit == unit), None)
 
 
 def outside(machine: Machine) -> str:
-    """Return the boundary temperature that most surfaces face, or else the first there is."""
+    """Return the boundary temperature that most surfaces face, or else the first there is.
+
+    Parameters
+    ----------
+    machine : Machine
+        Has at least one boundary temperature.
+    """
     facing = Counter(item.refs["between"][1] for item in machine.of_kind("links", "convection"))
     return facing.most_common(1)[0][0] if facing else next(iter(machine.boundary_index))
 
 
 def bearings(machine: Machine) -> list[Item]:
-    """Return the bearings that friction heats."""
+    """Return the bearings that friction heats.
+
+    Parameters
+    ----------
+    machine : Machine
+    """
     return machine.of_kind("sources", "bearing")
 
 
 def foremost(machine: Machine, kind: str) -> int | None:
-    """Return the node at the nose end of the ``shaft`` or the ``housing``, if there is one."""
+    """Return the node at the nose end of the ``shaft`` or the ``housing``, if there is one.
+
+    Parameters
+    ----------
+    machine : Machine
+    kind : {"shaft", "housing"}
+
+    Returns
+    -------
+    int or None
+        Its position among the nodes; None if the machine's structure has no such part.
+    """
     parts = machine.of_kind("structure", kind)
     if not parts:
         return None
@@ -37,7 +66,17 @@ def foremost(machine: Machine, kind: str) -> int | None:
 
 
 def nose(machine: Machine) -> int | None:
-    """Return the node nearest to the tool: the shaft's end, or else a bearing's inner side."""
+    """Return the node nearest to the tool: the shaft's end, or else a bearing's inner side.
+
+    Parameters
+    ----------
+    machine : Machine
+
+    Returns
+    -------
+    int or None
+        Its position among the nodes; None if there is neither a shaft nor a bearing.
+    """
     end = foremost(machine, "shaft")
     if end is None and bearings(machine):
         end = machine.node_index[bearings(machine)[0].refs["inner"][0]]
@@ -45,7 +84,12 @@ def nose(machine: Machine) -> int | None:
 
 
 def spindle_nodes(machine: Machine) -> set[str]:
-    """Return the nodes of shaft, housing, tool, bearings and motors."""
+    """Return the nodes of shaft, housing, tool, bearings and motors.
+
+    Parameters
+    ----------
+    machine : Machine
+    """
     parts = machine.of_kind("structure", "shaft", "housing", "tool")
     parts = parts + machine.of_kind("sources", "bearing", "motor")
     roles = ("nodes", "inner", "outer", "rotor", "stator")
@@ -53,7 +97,17 @@ def spindle_nodes(machine: Machine) -> set[str]:
 
 
 def base_node(machine: Machine) -> int:
-    """Return the heaviest node that gives heat to the hall: the column, or else the heaviest."""
+    """Return the heaviest node that gives heat to the hall: the column, or else the heaviest.
+
+    Parameters
+    ----------
+    machine : Machine
+
+    Returns
+    -------
+    int
+        Its position among the nodes.
+    """
     index = machine.node_index
     open_to_air = {item.refs["between"][0] for item in machine.of_kind("links", "convection")}
     chosen = [node for node in machine.nodes if node.name in open_to_air] or machine.nodes
@@ -61,7 +115,18 @@ def base_node(machine: Machine) -> int:
 
 
 def carrier_node(machine: Machine) -> int:
-    """Return the heaviest node that passes heat to the column: what carries the spindle on it."""
+    """Return the heaviest node that passes heat to the column: what carries the spindle on it.
+
+    Parameters
+    ----------
+    machine : Machine
+
+    Returns
+    -------
+    int
+        Its position among the nodes; that of `base_node` where nothing passes heat to the
+        column.
+    """
     index = machine.node_index
     base = machine.nodes[base_node(machine)].name
     pairs = [item.refs["between"] for item in machine.of_kind("links", "conduction", "contact")]
@@ -75,6 +140,17 @@ def around_bearing(machine: Machine, bearing: Item) -> tuple[tuple[int, ...], tu
 
     They are what its inner and its outer side touch, other than each other; the side itself where
     that touches nothing.
+
+    Parameters
+    ----------
+    machine : Machine
+    bearing : Item
+        A source of kind ``bearing``.
+
+    Returns
+    -------
+    two tuples of int
+        Positions of nodes.
     """
     found = []
     for side, other in (("inner", "outer"), ("outer", "inner")):
@@ -87,13 +163,31 @@ def around_bearing(machine: Machine, bearing: Item) -> tuple[tuple[int, ...], tu
 
 
 def structure_parts(machine: Machine) -> dict[str, int]:
-    """Return the column and what it carries, by name: parts that the work or a probe stands on."""
+    """Return the column and what it carries, by name: parts that the work or a probe stands on.
+
+    Parameters
+    ----------
+    machine : Machine
+
+    Returns
+    -------
+    dict of str to int
+        Positions of nodes.
+    """
     found = (base_node(machine), carrier_node(machine))
     return {machine.nodes[node].name: node for node in found}
 
 
 def incidence(nodes: Sequence[int], count: int) -> FloatArray:
-    """Return the matrix, shape (len(nodes), count), that brings each row to its node."""
+    """Return the matrix, shape (len(nodes), count), that brings each row to its node.
+
+    Parameters
+    ----------
+    nodes : sequence of int
+        Position of each row's node.
+    count : int
+        Nodes of the machine.
+    """
     matrix = np.zeros((len(nodes), count))
     matrix[np.arange(len(nodes)), list(nodes)] = 1.0
     return matrix

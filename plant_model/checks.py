@@ -127,7 +127,13 @@ class MachineFacts:
 
 
 def part_of(node: str) -> str:
-    """Return the part that a node belongs to: cells of the shaft are the shaft."""
+    """Return the part that a node belongs to: cells of the shaft are the shaft.
+
+    Parameters
+    ----------
+    node : str
+        A node's name; a node that is no cell is its own part.
+    """
     found = CELL.match(node)
     return found[1] if found else node
 

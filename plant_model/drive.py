@@ -51,7 +51,18 @@ class Drive:
     row_times: FloatArray
 
     def inputs_at(self, time_s: FloatArray) -> dict[str, FloatArray]:
-        """Return all inputs at other instants: held ones as in force, boundaries by lines."""
+        """Return all inputs at other instants: held ones as in force, boundaries by lines.
+
+        Parameters
+        ----------
+        time_s : array, shape (n,)
+            Within the run [s].
+
+        Returns
+        -------
+        dict of str to array, shape (n,)
+            By input, each in its unit.
+        """
         row = np.clip(
             np.searchsorted(self.row_times, time_s, side="right") - 1, 0, len(self.row_times) - 1
         )
@@ -62,7 +73,15 @@ class Drive:
 
 
 def column_in(frame: pd.DataFrame, entry: Input) -> str | None:
-    """Return the column of a run that holds an input; None if there is none."""
+    """Return the column of a run that holds an input; None if there is none.
+
+    Parameters
+    ----------
+    frame : DataFrame
+    entry : Input
+        Its column's name counts first, then its own name with its unit, then its own name
+        alone.
+    """
     names = (entry.column, f"{entry.name}_{entry.unit}", entry.name)
     return next((name for name in names if name in frame.columns), None)
 
@@ -107,6 +126,11 @@ def drive_from(
         Whether boundary temperatures are joined by lines, or stay until the next row.
     at : array, optional
         Instants of the grid instead of the rows [s]; even ones step faster than uneven rows.
+
+    Returns
+    -------
+    Drive
+        Inputs at the rows and on the grid.
 
     Raises
     ------

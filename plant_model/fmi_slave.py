@@ -110,13 +110,23 @@ def variable_name(parameter: str) -> str:
 
 
 def start_sensors(machine: Machine) -> list[str]:
-    """Return the sensors at whose first reading a node starts, in the nodes' order."""
+    """Return the sensors at whose first reading a node starts, in the nodes' order.
+
+    Parameters
+    ----------
+    machine : Machine
+    """
     starts = dict.fromkeys(node.start for node in machine.nodes if not node.rests)
     return [name for name in starts if name not in machine.boundary_index]
 
 
 def rise_name(sensor: str) -> str:
-    """Return the parameter that says how far above the first boundary a sensor's nodes start."""
+    """Return the parameter that says how far above the first boundary a sensor's nodes start.
+
+    Parameters
+    ----------
+    sensor : str
+    """
     return f"start_rise.{sensor}"
 
 

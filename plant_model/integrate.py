@@ -36,6 +36,13 @@ def phi(order: int, x: FloatArray) -> FloatArray:
     """Return phi_k(x) = (phi_{k-1}(x) - 1/(k-1)!) / x with phi_0 = exp, for x <= 0.
 
     Near zero the quotient cancels, so a Taylor series stands in below 0.5 (error under 1e-16).
+
+    Parameters
+    ----------
+    order : int
+        k, 1 or more.
+    x : array
+        Any shape, none above 0.
     """
     small = np.abs(x) < 0.5
     safe = np.where(small, -1.0, x)
@@ -67,7 +74,22 @@ class Modes:
 
     @classmethod
     def of(cls, matrix: FloatArray, capacity: FloatArray, state_count: int = 0) -> Modes:
-        """Find the modes of L, shape (sets, nodes, nodes), with capacities (sets, nodes)."""
+        """Find the modes of L, shape (sets, nodes, nodes), with capacities (sets, nodes).
+
+        Parameters
+        ----------
+        matrix : array, shape (sets, nodes, nodes)
+            Conductances L: symmetric, heat out of a node on the diagonal [W/K].
+        capacity : array, shape (sets, nodes)
+            [J/K]
+        state_count : int
+            Own states of effects, which follow the nodes and do not decay.
+
+        Returns
+        -------
+        Modes
+            Their rates in 1/s.
+        """
         root = np.sqrt(capacity)
         scaled = matrix / (root[:, :, None] * root[:, None, :])
         # Sets often differ in what is no part of the network; the modes cost more than all else.
@@ -88,7 +110,13 @@ class Modes:
         return cls(decay, to_state, to_modes)
 
     def with_state_decay(self, state_decay: FloatArray) -> Modes:
-        """Return the same modes with own states that decay at known rates, (sets, states) [1/s]."""
+        """Return the same modes with own states that decay at known rates, (sets, states) [1/s].
+
+        Parameters
+        ----------
+        state_decay : array, shape (sets, states)
+            For as many states as the modes were made with [1/s].
+        """
         count = state_decay.shape[1]
         decay = np.concatenate([self.decay[:, : self.decay.shape[1] - count], state_decay], axis=1)
         return Modes(decay, self.to_state, self.to_modes)

@@ -105,7 +105,13 @@ class Item:
     parameters: dict[str, Parameter]
 
     def parameter_name(self, parameter: str) -> str:
-        """Return the full name of one of its parameters."""
+        """Return the full name of one of its parameters.
+
+        Parameters
+        ----------
+        parameter : str
+            Its name among the item's numbers.
+        """
         return f"{self.family}.{self.name}.{parameter}"
 
 
@@ -180,11 +186,24 @@ class Machine:
                 yield f"effects.{effect}.{name}", parameter
 
     def of_kind(self, family: str, *kinds: str) -> list[Item]:
-        """Return the items of a family that are of one of the kinds, in the file's order."""
+        """Return the items of a family that are of one of the kinds, in the file's order.
+
+        Parameters
+        ----------
+        family : str
+            One of `FAMILIES`.
+        *kinds : str
+            Any of them.
+        """
         return [item for item in self.items if item.family == family and item.kind in kinds]
 
     def with_values(self, values: dict[str, float]) -> Machine:
         """Return the machine with some parameters moved to other values.
+
+        Parameters
+        ----------
+        values : dict of str to float
+            By full name, in the parameters' units. What follows a named number moves with it.
 
         Raises
         ------
@@ -241,7 +260,17 @@ class Machine:
 
     @classmethod
     def from_dict(cls, table: dict[str, Any]) -> Machine:
-        """Rebuild a machine from :meth:`to_dict`."""
+        """Rebuild a machine from :meth:`to_dict`.
+
+        Parameters
+        ----------
+        table : dict
+            What `to_dict` gave, also after a way through JSON.
+
+        Returns
+        -------
+        Machine
+        """
 
         def numbers(group: dict[str, dict[str, Any]]) -> dict[str, Parameter]:
             return {name: Parameter(**entry) for name, entry in group.items()}

@@ -40,6 +40,11 @@ def shipped_machines() -> list[str]:
 def machine_path(name_or_path: str | Path) -> Path:
     """Return the file of a shipped machine's name, or the path as given.
 
+    Parameters
+    ----------
+    name_or_path : str or path
+        What ends in ``.toml`` is a file, or a shipped one if it names no folder.
+
     Raises
     ------
     BadInput
@@ -71,6 +76,10 @@ def read_machine(name_or_path: str | Path) -> Machine:
     name_or_path : str or path
         For example ``jig_borer`` or ``my_machine.toml``.
 
+    Returns
+    -------
+    Machine
+
     Raises
     ------
     BadInput
@@ -98,7 +107,24 @@ def machine_table(path: Path) -> dict[str, Any]:
 
 
 def machine_from_table(table: dict[str, Any], source: str | Path) -> Machine:
-    """Check a machine given as a parsed TOML table; see :func:`read_machine`."""
+    """Check a machine given as a parsed TOML table; see :func:`read_machine`.
+
+    Parameters
+    ----------
+    table : dict
+        In lumps; a page must be expanded first.
+    source : str or path
+        The file, for refusals.
+
+    Returns
+    -------
+    Machine
+
+    Raises
+    ------
+    BadInput
+        For the first thing wrong in it, in one line.
+    """
     return _Reader(checked(FileForm, table, source), source).machine()
 
 

@@ -39,10 +39,31 @@ def write_machine(
     finish : callable, optional
         Last change of the text, such as a comment on top.
 
+    Returns
+    -------
+    Path
+        The path given.
+
     Raises
     ------
     BadInput
         When *like* is not the file of this machine, or *path* cannot be written.
+    """
+    return write_atomically(path, finish(machine_text(machine, like)))
+
+
+def machine_text(machine: Machine, like: str | Path) -> str:
+    """Return what `write_machine` writes.
+
+    Parameters
+    ----------
+    machine, like
+        As `write_machine` takes them.
+
+    Raises
+    ------
+    BadInput
+        When *like* is not the file of this machine.
     """
     source = machine_path(like)
     document: Any = _document(source)
@@ -56,7 +77,7 @@ def write_machine(
     # What is written must read back as the same machine.
     if machine_from_table(tomlkit.parse(text).unwrap(), source) != machine:
         raise BadInput(source, "", "is not the file that this machine came from")
-    return write_atomically(path, finish(text))
+    return text
 
 
 def _document(source: Path) -> Any:

@@ -18,7 +18,14 @@ from plant_model.parameters import FloatArray, Values
 
 
 def effects_in_force(machine: Machine, values: Values) -> list[Effect]:
-    """Return the machine's effects, leaving out those that are off in every parameter set."""
+    """Return the machine's effects, leaving out those that are off in every parameter set.
+
+    Parameters
+    ----------
+    machine : Machine
+    values : Values
+        The parameter sets.
+    """
     found = []
     for key in machine.effects:
         name, _, channel = key.partition(":")
@@ -30,6 +37,14 @@ def effects_in_force(machine: Machine, values: Values) -> list[Effect]:
 
 class Network:
     """The heat side of a machine for one or many parameter sets.
+
+    Parameters
+    ----------
+    machine : Machine
+    values : Values
+        The parameter sets.
+    effects : sequence of Effect
+        In force, as `effects_in_force` gives them.
 
     Attributes
     ----------
@@ -113,7 +128,12 @@ class Network:
         return matrix, boundary
 
     def heat(self, inputs: Inputs) -> FloatArray:
-        """Return the heat that depends on inputs only [W], shape (sets, times, nodes)."""
+        """Return the heat that depends on inputs only [W], shape (sets, times, nodes).
+
+        Parameters
+        ----------
+        inputs : mapping of str to array, shape (times,)
+        """
         times = max(np.size(value) for value in inputs.values())
         out = np.zeros((self.sets, times, self.node_count))
         for effect in self._plain:
@@ -131,6 +151,13 @@ class Network:
         boundary : array, shape (times, boundaries)
         temperatures : array, shape (sets, times, nodes)
         states : array, shape (sets, times, own states)
+
+        Returns
+        -------
+        heat : array, shape (sets, times, nodes)
+            [W]
+        rates : array, shape (sets, times, own states)
+            Each in its state's unit per second.
         """
         out = np.zeros_like(temperatures)
         rates = np.zeros_like(states)
@@ -157,7 +184,18 @@ class Network:
         return out, rates
 
     def one_way_outflow(self, temperatures: FloatArray) -> FloatArray:
-        """Return the heat that series flows take out of their nodes [W], from (times, nodes)."""
+        """Return the heat that series flows take out of their nodes [W], from (times, nodes).
+
+        Parameters
+        ----------
+        temperatures : array, shape (times, nodes)
+            Of the first parameter set [degC].
+
+        Returns
+        -------
+        array, shape (times,)
+            [W]
+        """
         out = np.zeros(temperatures.shape[0])
         for entry in self.one_way:
             out += entry.conductance[0] * temperatures[:, entry.node]
@@ -175,7 +213,14 @@ class Network:
         return slices
 
     def start_states(self, temperatures: FloatArray, inputs: Inputs) -> FloatArray:
-        """Return the own states at the start, shape (sets, own states)."""
+        """Return the own states at the start, shape (sets, own states).
+
+        Parameters
+        ----------
+        temperatures : array, shape (sets, nodes)
+            [degC]
+        inputs : mapping of str to array, shape (1,)
+        """
         out = np.zeros((temperatures.shape[0], self.state_count))
         for effect in self._with_states:
             out[:, self._slices[effect.key]] = effect.start_states(temperatures, inputs)

@@ -46,7 +46,13 @@ class Parameter:
     factor: float = 1.0
 
     def following(self, number: float) -> Parameter:
-        """Return the tied parameter as it is where its named number has this value."""
+        """Return the tied parameter as it is where its named number has this value.
+
+        Parameters
+        ----------
+        number : float
+            The named number, in its own unit.
+        """
         value = number * self.factor
         return replace(self, value=value, low=value, high=value)
 
@@ -128,6 +134,11 @@ class Values:
     def widen(self, sets: int) -> None:
         """Stand for at least *sets* parameter sets, where something else differs between them.
 
+        Parameters
+        ----------
+        sets : int
+            With 1 nothing changes.
+
         Raises
         ------
         ParameterError
@@ -138,5 +149,13 @@ class Values:
         self.sets = max(self.sets, sets)
 
     def is_off(self, name: str, off: float) -> bool:
-        """Return whether the parameter is exactly *off* in every set."""
+        """Return whether the parameter is exactly *off* in every set.
+
+        Parameters
+        ----------
+        name : str
+            A parameter's full name.
+        off : float
+            The value at which its effect vanishes.
+        """
         return bool(np.all(self._columns[name] == off))

@@ -49,7 +49,12 @@ class RestingParts:
 
     @classmethod
     def of(cls, machine: Machine) -> RestingParts:
-        """Return it for the numbers that the machine file has."""
+        """Return it for the numbers that the machine file has.
+
+        Parameters
+        ----------
+        machine : Machine
+        """
         values = Values(machine.parameters, None)
         return cls(machine, Network(machine, values, effects_in_force(machine, values)))
 

@@ -14,7 +14,17 @@ from plant_model.structure import drift_at
 
 
 def displacement_names(machine: Machine) -> list[str]:
-    """Return the names of the displacement sensors, in the rig's order."""
+    """Return the names of the displacement sensors, in the rig's order.
+
+    Parameters
+    ----------
+    machine : Machine
+
+    Returns
+    -------
+    list of str
+        Of a five-point rig near x and y, distal x and y, axial.
+    """
     rig = machine.rig
     if rig["kind"] == "direct":
         return list(rig["axes"])
@@ -22,7 +32,19 @@ def displacement_names(machine: Machine) -> list[str]:
 
 
 def displacements(machine: Machine, pose_now: FloatArray) -> dict[str, FloatArray]:
-    """Return every displacement reading [um] for a pose, shape (..., 6)."""
+    """Return every displacement reading [um] for a pose, shape (..., 6).
+
+    Parameters
+    ----------
+    machine : Machine
+    pose_now : array, shape (..., 6)
+        In the order of ``effects.base.POSE``.
+
+    Returns
+    -------
+    dict of str to array, shape (...)
+        By sensor, with its sign [um].
+    """
     rig = machine.rig
     if rig["kind"] == "direct":
         drift = drift_at(pose_now, 0.0)
@@ -50,7 +72,29 @@ def readings(
     states: FloatArray,
     pose_now: FloatArray,
 ) -> dict[str, FloatArray]:
-    """Return what every sensor would show without noise, by name, each (sets, times)."""
+    """Return what every sensor would show without noise.
+
+    Parameters
+    ----------
+    machine : Machine
+    effects : sequence of Effect
+        In force; those that change readings do it here.
+    slices : dict of str to slice
+        Where the own states of each effect lie, by its key.
+    inputs : mapping of str to array, shape (times,)
+    time_s : array, shape (times,)
+        Since the run's start [s].
+    temperatures : array, shape (sets, times, nodes)
+        [degC]
+    states : array, shape (sets, times, own states)
+    pose_now : array, shape (sets, times, 6)
+        In the order of ``effects.base.POSE``.
+
+    Returns
+    -------
+    dict of str to array, shape (sets, times)
+        By sensor [degC, um].
+    """
     index = machine.node_index
     shape = temperatures.shape[:2]
     shown: dict[str, FloatArray] = {}
@@ -68,7 +112,17 @@ def readings(
 
 
 def noise_and_resolution(machine: Machine) -> dict[str, tuple[float, float]]:
-    """Return one standard deviation of noise and the resolution of every sensor, by name."""
+    """Return one standard deviation of noise and the resolution of every sensor, by name.
+
+    Parameters
+    ----------
+    machine : Machine
+
+    Returns
+    -------
+    dict of str to (noise, resolution)
+        [K, um]; 0 where there is none.
+    """
     table = {sensor.name: (sensor.noise, sensor.resolution) for sensor in machine.sensors}
     rig = machine.rig
     pair = (rig["noise_um"], rig["resolution_um"])
@@ -123,5 +177,12 @@ class SensorNoise:
 
 
 def column_of(machine: Machine, name: str) -> str:
-    """Return the run-file column of a sensor's readings."""
+    """Return the run-file column of a sensor's readings.
+
+    Parameters
+    ----------
+    machine : Machine
+    name : str
+        A thermometer or a displacement sensor of it.
+    """
     return f"{name}_um" if name in displacement_names(machine) else f"{name}_degC"

@@ -51,7 +51,18 @@ class Simulation:
     pose: FloatArray
 
     def run_frame(self, which: int = 0) -> pd.DataFrame:
-        """Return one parameter set's result as a run: inputs and readings by run column."""
+        """Return one parameter set's result as a run: inputs and readings by run column.
+
+        Parameters
+        ----------
+        which : int
+            Position of the parameter set.
+
+        Returns
+        -------
+        DataFrame, T rows
+            ``time_s``, then inputs and readings under their run columns.
+        """
         columns = {"time_s": self.time_s}
         shown = {column_of(self.machine, name): name for name in self.readings}
         for entry in self.machine.inputs:
@@ -62,7 +73,18 @@ class Simulation:
         return pd.DataFrame(columns)
 
     def drift(self, tool_length_mm: float) -> FloatArray:
-        """Return the drift of a tool tip [um], shape (sets, T, 3)."""
+        """Return the drift of a tool tip [um], shape (sets, T, 3).
+
+        Parameters
+        ----------
+        tool_length_mm : float
+            From the gauge line to the tool tip [mm].
+
+        Returns
+        -------
+        array, shape (sets, T, 3)
+            Along +X, +Y and +Z [um].
+        """
         return drift_at(self.pose, tool_length_mm)
 
 
@@ -104,6 +126,11 @@ def simulate(
         Temperatures to start from, instead of those that the inputs give [degC].
     drive : Drive, optional
         The inputs on their grid, if they are there already; *step_s* and *boundary* are then its.
+
+    Returns
+    -------
+    Simulation
+        At the rows, or at *at*.
 
     Raises
     ------
@@ -160,6 +187,14 @@ def start_temperatures(machine: Machine, inputs: pd.DataFrame, drive: Drive) -> 
     A node starts at an input's first value, or at the first reading of the sensor that the machine
     file names, or a share of the way there from the machine's first boundary temperature; where
     the run has no such column, at that. Nodes at rest start where those leave them.
+
+    Parameters
+    ----------
+    machine : Machine
+    inputs : DataFrame
+        The run's frame; its first readings count.
+    drive : Drive
+        The inputs at the run's start.
     """
     starts = _starts(machine, drive, _first_readings(machine, inputs))
     if np.isnan(starts).any():
@@ -173,6 +208,17 @@ def start_readings(machine: Machine, inputs: pd.DataFrame) -> dict[str, float]:
 
     Its first reading, less the error that the machine's effects give it there; those that the frame
     has no reading of are left out.
+
+    Parameters
+    ----------
+    machine : Machine
+    inputs : DataFrame
+        The run's frame.
+
+    Returns
+    -------
+    dict of str to float
+        [degC].
     """
     effects = effects_in_force(machine, Values(machine.parameters, None))
     found = _first_readings(machine, inputs)
@@ -252,7 +298,20 @@ def _simulate_some(
 
 
 def at_rows(grid: FloatArray, values: FloatArray, time: FloatArray) -> FloatArray:
-    """Return (sets, grid, size) at the rows' instants, by lines between the grid's instants."""
+    """Return (sets, grid, size) at the rows' instants, by lines between the grid's instants.
+
+    Parameters
+    ----------
+    grid : array, shape (grid,)
+        Increasing instants [s].
+    values : array, shape (sets, grid, size)
+    time : array, shape (T,)
+        The rows [s].
+
+    Returns
+    -------
+    array, shape (sets, T, size)
+    """
     step = np.clip(np.searchsorted(grid, time, side="right") - 1, 0, len(grid) - 2)
     share = (time - grid[step]) / (grid[step + 1] - grid[step])
     if np.all(share == 0.0):
@@ -323,7 +382,22 @@ def trajectory(
 def conductances_at(
     machine: Machine, network: Network, key: tuple[float, ...]
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the network's matrices where the inputs that conductances use are *key*."""
+    """Return the network's matrices where the inputs that conductances use are *key*.
+
+    Parameters
+    ----------
+    machine : Machine
+    network : Network
+    key : tuple of float
+        Values of the network's ``conductance_inputs``, in their order; all other inputs are 0.
+
+    Returns
+    -------
+    matrix : array, shape (sets, nodes, nodes)
+        [W/K]
+    boundary : array, shape (sets, nodes, boundaries)
+        From each boundary temperature [W/K].
+    """
     level = {entry.name: np.zeros(1) for entry in machine.inputs}
     level |= {
         name: np.array([value]) for name, value in zip(network.conductance_inputs, key, strict=True)
@@ -343,7 +417,16 @@ def _to_modes(modes: Modes, rate: FloatArray) -> FloatArray:
 
 
 def levels_on(machine: Machine, network: Network, drive: Drive) -> FloatArray:
-    """Return the inputs that conductances use over each step of the grid, shape (K, inputs)."""
+    """Return the inputs that conductances use over each step of the grid, shape (K, inputs).
+
+    Parameters
+    ----------
+    machine : Machine
+    network : Network
+        Says which inputs conductances use.
+    drive : Drive
+        With K + 1 instants.
+    """
     spans = {entry.name: entry.high - entry.low for entry in machine.inputs}
     columns = [
         levels_of(drive.held[name], spans[name]) if name in drive.held else drive.first[name]

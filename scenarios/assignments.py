@@ -11,6 +11,19 @@ from measurement.errors import BadInput
 def assignment(text: str, option: str = "--set") -> tuple[str, Any]:
     """Return key and value of ``key=value``; the value is TOML, or else a plain text.
 
+    Parameters
+    ----------
+    text : str
+        As it stands on the command line.
+    option : str
+        Which option it belongs to, for the refusal.
+
+    Returns
+    -------
+    key : str
+    value
+        A number, truth value, text, list or table.
+
     Raises
     ------
     BadInput

@@ -64,6 +64,12 @@ def compensator_recipe(path: Path, name: str, native: bool = False) -> tuple[Rec
     native : bool
         Whether it is for the C twin, which reads no other file.
 
+    Returns
+    -------
+    recipe : Recipe
+    reference : Reference
+        Inputs for a trial run.
+
     Raises
     ------
     BadInput, ModelFileError
@@ -105,7 +111,20 @@ def compensator_recipe(path: Path, name: str, native: bool = False) -> tuple[Rec
 
 
 def plant_recipe(machine: Machine, name: str) -> tuple[Recipe, Reference]:
-    """Return how to build and to try out the plant FMU of a machine."""
+    """Return how to build and to try out the plant FMU of a machine.
+
+    Parameters
+    ----------
+    machine : Machine
+    name : str
+        Of the FMU.
+
+    Returns
+    -------
+    recipe : Recipe
+    reference : Reference
+        Inputs for a trial run.
+    """
     identity = Identity(
         name,
         f"Spindle that warms up: {machine.title}",
@@ -266,7 +285,22 @@ def _recipes(arguments: argparse.Namespace) -> list[tuple[Recipe, Reference]]:
 
 
 def native_of(recipe: Recipe, model: Path = DEFAULT_MODEL) -> Native:
-    """Return what the C twin of an FMU is made of; a compensator's is made of the file *model*."""
+    """Return what the C twin of an FMU is made of; a compensator's is made of the file *model*.
+
+    Parameters
+    ----------
+    recipe : Recipe
+        Of a compensator's or a plant's FMU in Python.
+    model : Path
+        Compensator file that the C is made of; not used for a plant.
+
+    Raises
+    ------
+    NativeError
+        If something in it has no counterpart in C.
+    BadInput, ModelFileError
+        If the compensator file cannot be used.
+    """
     if MODEL_FILE in recipe.data:
         python = build(compensator_recipe(model, "compensator")[0])
         return native_compensator(recipe, twin_of=python.guid)
@@ -278,6 +312,13 @@ def check_outputs(folder: Path, name: str) -> None:
     """Check that an FMU and its reference results may be written.
 
     The reference results are ours if the FMU beside them is.
+
+    Parameters
+    ----------
+    folder : Path
+        Where they go; need not exist.
+    name : str
+        Of the FMU, without ``.fmu``.
 
     Raises
     ------

@@ -15,28 +15,33 @@ from plant_model.gap.report import GapComparison
 from plant_model.machine import Machine
 from scenarios.channel_charts import measured_against_model
 from scenarios.parameter_rows import DETERMINED, parameter_rows
-from scenarios.report import chart_html, write_page
+from scenarios.report import chart_html, page_text
 
 MOST_RUNS = 4
 """Runs that are drawn; of more, those that the model leaves most of."""
 
 
 def page_beside(machine_file: Path) -> Path:
-    """Return where the page of a calibrated machine file goes."""
+    """Return where the page of a calibrated machine file goes.
+
+    Parameters
+    ----------
+    machine_file : Path
+        The file that calibration writes.
+    """
     path = machine_file.with_suffix(".html")
     return path if path != machine_file else machine_file.with_suffix(".report.html")
 
 
-def write_calibration_page(
+def calibration_page(
     given: Machine,
     found: Calibration,
     observed: Sequence[Observations],
     advice: Sequence[Advice],
     left_out: Sequence[str],
     facts: Sequence[tuple[str, str]],
-    path: Path,
-) -> Path:
-    """Write the page.
+) -> str:
+    """Return the page of a calibration.
 
     Parameters
     ----------
@@ -50,7 +55,6 @@ def write_calibration_page(
         What was not used of the runs.
     facts : sequence of (str, str)
         Where it comes from.
-    path : Path
     """
     compared = GapComparison(given, found.machine, observed)
     gap = compared.gap()
@@ -66,9 +70,8 @@ def write_calibration_page(
             given, [("before", compared.before[run]), ("calibrated", compared.after[run])], note
         )
     ]
-    return write_page(
+    return page_text(
         "calibration.html",
-        path,
         title=given.title,
         lines=summary_lines(found, gap, len(observed)),
         gap=gap,

@@ -18,6 +18,7 @@ import contextlib
 import os
 import signal
 import sys
+import tempfile
 import threading
 import traceback
 from collections.abc import Iterator, Sequence
@@ -29,6 +30,10 @@ from typing import Any
 from scenarios.version import PROGRAM, version
 
 COMMANDS = Path(__file__).parent / "commands"
+TERMINATED = 128 + signal.SIGTERM
+"""Exit code after SIGTERM, as a shell gives it."""
+AGAIN_S = 0.05
+"""How soon a SIGTERM that got lost is sent again [s]."""
 DESCRIPTION = """\
 Measures, models and compensates the thermal drift of machine-tool spindles.
 
@@ -70,14 +75,19 @@ def main(argv: Sequence[str] | None = None) -> int:
         with _ending_in_order():
             return _run(list(sys.argv[1:] if argv is None else argv))
     except SystemExit as end:  # --help, --version, SIGTERM
+        if end.code == TERMINATED:
+            return _say("terminated: what was not finished is removed", TERMINATED)
         return int(end.code or 0)
     except KeyboardInterrupt:
-        return _say("interrupted; nothing was written", 130)
+        return _say("interrupted: what was not finished is removed", 130)
     except BrokenPipeError:
         # The reader of a pipe has gone; a second failure on closing must stay silent.
         sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
         return 0
     except Exception as error:
+        if isinstance(error, OSError) and _is_full(error):
+            where = error.filename or f"the results, or {tempfile.gettempdir()}"
+            return _say(f"{where}: cannot be written: {error.strerror}", 2)
         code = _code(error)
         if code is None:
             traceback.print_exc()
@@ -87,19 +97,38 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 @contextlib.contextmanager
 def _ending_in_order() -> Iterator[None]:
-    """Let SIGTERM end the program by an exception, so that temporary folders are removed."""
+    """Let SIGTERM end the program by an exception, so that temporary folders are removed.
+
+    An exception that comes while an object is deleted, or in a library's ``except:``, gets lost.
+    Python reports the first kind, and the signal is sent again; after the second kind the exit code
+    tells.
+    """
+    came: list[int] = []
 
     def end(number: int, frame: object) -> None:
-        raise SystemExit(128 + number)
+        came.append(number)
+        raise SystemExit(TERMINATED)
+
+    def lost(report: Any) -> None:
+        if getattr(report.exc_value, "code", None) != TERMINATED:
+            usual_report(report)
+            return
+        again = threading.Timer(AGAIN_S, os.kill, (os.getpid(), signal.SIGTERM))
+        again.daemon = True
+        again.start()
 
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    usual = signal.signal(signal.SIGTERM, end)
+    usual, usual_report = signal.signal(signal.SIGTERM, end), sys.unraisablehook
+    sys.unraisablehook = lost
     try:
         yield
     finally:
+        sys.unraisablehook = usual_report
         signal.signal(signal.SIGTERM, usual)
+    if came:
+        raise SystemExit(TERMINATED)
 
 
 def _run(argv: list[str]) -> int:
@@ -115,14 +144,16 @@ def _run(argv: list[str]) -> int:
     for name, (_, text) in known.items():
         command = inner.add_parser(name, help=text)
         if argv and argv[0] == name:
-            module = import_module(known[name][0])
+            module, chosen = import_module(known[name][0]), command
             _declare(module, command)
     if not argv:
         parser.print_help()
         return 0
-    args = parser.parse_args(argv)
+    args, unknown = parser.parse_known_args(argv)
     if not args.command:
         raise UsageError(f"a command is needed: {', '.join(known)} (see '{PROGRAM} --help')")
+    if unknown:  # said by the command, whose help lists what it takes
+        chosen.error(f"unrecognized arguments: {' '.join(unknown)}")
     return _guarded(module, args)
 
 
@@ -166,6 +197,12 @@ def commands() -> dict[str, tuple[str, str]]:
         }
         found[constants["NAME"]] = (f"scenarios.commands.{path.stem}", constants["HELP"])
     return found
+
+
+def _is_full(error: OSError) -> bool:
+    from measurement.files import FULL
+
+    return error.errno in FULL
 
 
 def _code(error: Exception) -> int | None:

@@ -93,7 +93,12 @@ def _coverage(row: Row) -> str:
 
 
 def ranking_text(comparison: Comparison) -> str:
-    """Return the ranking as lines of fixed-width text."""
+    """Return the ranking as lines of fixed-width text.
+
+    Parameters
+    ----------
+    comparison : Comparison
+    """
     head = f"{'':<44}" + "".join(
         f"{f'{name} [{unit}]':>30}"
         for name, unit in zip(comparison.targets, comparison.units, strict=True)
@@ -182,7 +187,18 @@ def curves_of(comparison: Comparison) -> dict[str, list[float]]:
 
 
 def write_figures(comparison: Comparison, folder: Path) -> list[Path]:
-    """Write the figures as PNG files and return them."""
+    """Write the figures as PNG files and return them.
+
+    Parameters
+    ----------
+    comparison : Comparison
+    folder : Path
+        Made if missing.
+
+    Returns
+    -------
+    list of Path
+    """
     folder.mkdir(parents=True, exist_ok=True)
     paths = [draw(chart, folder) for chart in charts_of(comparison)]
     paths.append(_draw_ranking(comparison, folder / "ranking.png"))
@@ -229,7 +245,21 @@ def _draw_curves(curves: dict[str, list[float]], path: Path) -> Path:
 
 
 def write_page(comparison: Comparison, faults: Sequence[Fault], path: Path) -> Path:
-    """Write the page: one HTML file that needs nothing else."""
+    """Write the page: one HTML file that needs nothing else.
+
+    Parameters
+    ----------
+    comparison : Comparison
+    faults : sequence of Fault
+        Of the runs that were compared on.
+    path : Path
+        Replaced if it is there.
+
+    Returns
+    -------
+    Path
+        The path given.
+    """
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(TEMPLATES),
         autoescape=True,

@@ -72,6 +72,11 @@ def simulate(
     quiet : bool
         No progress bar and no messages.
 
+    Returns
+    -------
+    Recording
+        Signals, readings, offsets and drift at every communication point.
+
     Raises
     ------
     BadInput
@@ -131,7 +136,14 @@ def signals_over(
 
 
 def plant_parameters(case: Case, plant: Variables) -> dict[str, float]:
-    """Return the plant's parameters in a case, the noise's seed included; 0 stands for no noise."""
+    """Return the plant's parameters in a case, the noise's seed included; 0 stands for no noise.
+
+    Parameters
+    ----------
+    case : Case
+    plant : dict of str to variable
+        Of the plant FMU.
+    """
     settings = case.settings
     found = dict(settings.plant.parameters)
     if NOISE_SEED in plant and NOISE_SEED not in found:

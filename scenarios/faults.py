@@ -98,7 +98,17 @@ class FaultLine:
         self._held: dict[int, float] = {}
 
     def apply(self, time_s: float, step_s: float, values: NDArray[Any]) -> None:
-        """Disturb *values* in place, as seen at *time_s* with a step of *step_s* [s]."""
+        """Disturb *values* in place, as seen at *time_s* with a step of *step_s* [s].
+
+        Parameters
+        ----------
+        time_s : float
+            The communication point [s].
+        step_s : float
+            From there to the next [s].
+        values : array, shape (names,)
+            Readings in the order of the names; changed in place.
+        """
         for number, (place, fault) in enumerate(self._faults):
             what, value = act(fault, time_s, step_s)
             if what == ADD:
@@ -111,7 +121,21 @@ class FaultLine:
     def over(
         self, time_s: NDArray[Any], step_s: float
     ) -> list[tuple[int, NDArray[np.int8], NDArray[np.float64]]]:
-        """Return for each fault its place among the values, and what it does at each time."""
+        """Return for each fault its place among the values, and what it does at each time.
+
+        Parameters
+        ----------
+        time_s : array, shape (n,)
+            Communication points [s].
+        step_s : float
+            From one to the next [s].
+
+        Returns
+        -------
+        list of (place, acts, numbers)
+            For each fault its position among the names, and two arrays of shape (n,): one of
+            `NOTHING`, `ADD`, `REPLACE` and `HOLD`, and the number that goes with it.
+        """
         found = []
         for place, fault in self._faults:
             acts = [act(fault, now, step_s) for now in time_s.tolist()]

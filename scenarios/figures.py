@@ -26,7 +26,19 @@ def draw(chart: Chart, folder: Path) -> Path:
 
 
 def draw_on(chart: Chart, figure: Figure) -> Figure:
-    """Draw a chart on an empty figure, and return it."""
+    """Draw a chart on an empty figure, and return it.
+
+    Parameters
+    ----------
+    chart : Chart
+    figure : Figure
+        Empty; its size changes with the chart's panels.
+
+    Returns
+    -------
+    Figure
+        The one given.
+    """
     count = len(chart.panels)
     figure.set_size_inches(WIDTH_IN, 1.3 + PANEL_IN * count + (0.9 if count == 1 else 0.0))
     figure.set_layout_engine("constrained")

@@ -28,6 +28,13 @@ def add_jobs(parser: argparse.ArgumentParser) -> None:
 def check_jobs(command: str, jobs: int) -> None:
     """Refuse no processes.
 
+    Parameters
+    ----------
+    command : str
+        Its name, for the refusal.
+    jobs : int
+        Processes.
+
     Raises
     ------
     BadInput
@@ -38,7 +45,13 @@ def check_jobs(command: str, jobs: int) -> None:
 
 
 def kinds_of(among: str | None) -> list[str] | None:
-    """Return the error models that ``--among`` names."""
+    """Return the error models that ``--among`` names.
+
+    Parameters
+    ----------
+    among : str or None
+        Names with commas between; None means all of them.
+    """
     return None if among is None else [name.strip() for name in among.split(",")]
 
 
@@ -56,7 +69,15 @@ def bar() -> Iterator[Callable[[str, float], None]]:
 
 
 def report(table: dict[str, Any], path: Path) -> list[str]:
-    """Return what a person wants to know of a fit, as lines."""
+    """Return what a person wants to know of a fit, as lines.
+
+    Parameters
+    ----------
+    table : dict
+        The compensator file's content.
+    path : Path
+        Where the file was written.
+    """
     provenance, figures = table["provenance"], table["provenance"]["figures"]
     lines = list(provenance["notes"])
     choice = figures["choice"]

@@ -67,6 +67,14 @@ _callbacks = _new_callbacks()
 class Port:
     """Some variables of one type, moved together.
 
+    Parameters
+    ----------
+    slave : Slave
+    names : sequence of str
+        Variables, all of one type; may be empty.
+    kind : {"Real", "Integer", "Boolean"}
+        Their type.
+
     Attributes
     ----------
     names : tuple of str
@@ -106,7 +114,13 @@ class Port:
             raise self.failure("set")
 
     def failure(self, word: str) -> FmuError:
-        """Return the error of variables that could not be *read* or *set*."""
+        """Return the error of variables that could not be *read* or *set*.
+
+        Parameters
+        ----------
+        word : {"read", "set"}
+            What could not be done.
+        """
         return self._slave.failure(f"{', '.join(self.names[:3])} … could not be {word}")
 
 
@@ -200,11 +214,25 @@ class Slave:
     # What it offers
 
     def names(self, causality: str, kind: str = "Real") -> list[str]:
-        """Return the variables of a causality and a type, in the FMU's order."""
+        """Return the variables of a causality and a type, in the FMU's order.
+
+        Parameters
+        ----------
+        causality : str
+            Such as ``input``, ``output`` or ``parameter``.
+        kind : str
+            Such as ``Real``.
+        """
         return names_of(self.variables, causality, kind)
 
     def column(self, name: str) -> str:
-        """Return the column that holds a variable in a table: its name and its unit."""
+        """Return the column that holds a variable in a table: its name and its unit.
+
+        Parameters
+        ----------
+        name : str
+            A variable; a unit that columns do not know counts as none.
+        """
         unit = self.variables[name].unit
         return f"{name}_{unit if unit in UNITS else '1'}"
 
@@ -212,6 +240,16 @@ class Slave:
 
     def set_parameter(self, name: str, value: float, source: str | Path, place: str) -> None:
         """Set a parameter before the start.
+
+        Parameters
+        ----------
+        name : str
+        value : float
+            In the parameter's unit; 0 or 1 for a Boolean.
+        source : str or path
+            Where it was asked for, for refusals.
+        place : str
+            Where in the source.
 
         Raises
         ------
@@ -226,6 +264,15 @@ class Slave:
     @contextlib.contextmanager
     def starting(self, stop_s: float) -> Iterator[None]:
         """Initialise: what is done inside happens in initialisation mode.
+
+        Parameters
+        ----------
+        stop_s : float
+            Stop time of the experiment [s].
+
+        Yields
+        ------
+        None
 
         Raises
         ------
@@ -243,6 +290,13 @@ class Slave:
     def step(self, time_s: float, step_s: float) -> None:
         """Advance from *time_s* by *step_s* [s].
 
+        Parameters
+        ----------
+        time_s : float
+            Where the step begins [s].
+        step_s : float
+            Its length [s].
+
         Raises
         ------
         FmuError
@@ -254,12 +308,24 @@ class Slave:
             raise self.step_failure(status)
 
     def step_failure(self, status: int) -> FmuError:
-        """Return the error of a step that ended with an FMI status."""
+        """Return the error of a step that ended with an FMI status.
+
+        Parameters
+        ----------
+        status : int
+            A value of fmi2Status above 1.
+        """
         word = STATUS[status] if status < len(STATUS) else str(status)
         return self.failure(f"the step failed ({word})")
 
     def text(self, name: str) -> str:
-        """Return the value of a string variable."""
+        """Return the value of a string variable.
+
+        Parameters
+        ----------
+        name : str
+            A string variable.
+        """
         reference = int(self.variables[name].valueReference)
         found: list[bytes | None] = self._fmu.getString([reference])
         return (found[0] or b"").decode("utf-8", "replace")
@@ -267,7 +333,13 @@ class Slave:
     # What it says
 
     def failure(self, what: str) -> FmuError:
-        """Return the error that tells what failed, when, and why."""
+        """Return the error that tells what failed, when, and why.
+
+        Parameters
+        ----------
+        what : str
+            What failed, in words; the FMU's own last message follows it.
+        """
         cause = self._cause() or "it gave no reason"
         return FmuError(f"{self.label} FMU at {self._now():g} s: {what}: {cause}")
 

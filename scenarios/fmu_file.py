@@ -61,7 +61,13 @@ class Shelf:
             self._files.popitem()[1].remove()
 
     def file(self, path: Path) -> FmuFile:
-        """Return the file of a path, as it was when first asked for."""
+        """Return the file of a path, as it was when first asked for.
+
+        Parameters
+        ----------
+        path : Path
+            Read at the first call only.
+        """
         if path not in self._files:
             self._files[path] = FmuFile(path)
         return self._files[path]
@@ -69,6 +75,15 @@ class Shelf:
 
 def read_description(path: Path) -> Any:
     """Return the model description of an FMU.
+
+    Parameters
+    ----------
+    path : Path
+
+    Returns
+    -------
+    ModelDescription
+        As fmpy reads it.
 
     Raises
     ------

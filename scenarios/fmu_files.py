@@ -178,7 +178,12 @@ def _native_parts(fmu: Path, name: str, guid: str, work: Path) -> tuple[Any, Any
 
 
 def needs_no_host(fmu: Path) -> bool:
-    """Return whether an FMU is one of this project in C."""
+    """Return whether an FMU is one of this project in C.
+
+    Parameters
+    ----------
+    fmu : Path
+    """
     return _read(fmu, "sources/instance.c") is not None
 
 

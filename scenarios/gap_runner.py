@@ -13,7 +13,7 @@ from measurement.runs import Run, read_run
 from measurement.warm import named_warm
 from plant_model.drive import column_in
 from plant_model.gap.data_faults import DataFault, need_readings, without_faults
-from plant_model.gap.find import FEWEST_RUNS, MOST_CHANGES, GapResult
+from plant_model.gap.find import FEWEST_RUNS, USUAL, GapResult, Search
 from plant_model.gap.five_lines import five_lines
 from plant_model.gap.held_out import answer
 from plant_model.gap.long_log import pieces_of
@@ -47,15 +47,10 @@ class GapTask:
         back.
     out : Path
         Results folder.
-    without : sequence of str
-        Effects not to consider.
-    seed : int
-    workers : int or None
-        Processes; one for each core if None.
+    search : Search
+        How to look for what is missing.
     fmu : bool
         Whether to build the plant FMUs and to co-simulate them.
-    most : int
-        Changes of the description to make at most.
     split_hours : float or None
         Longer runs are cut into pieces of this length [h].
     """
@@ -64,11 +59,8 @@ class GapTask:
     runs: Sequence[Path]
     holdout: Sequence[Path]
     out: Path
-    without: Sequence[str] = ()
-    seed: int = 0
-    workers: int | None = None
+    search: Search = USUAL
     fmu: bool = True
-    most: int = MOST_CHANGES
     split_hours: float | None = None
 
 
@@ -102,16 +94,7 @@ def run_find_gap(asked: GapTask, say: Callable[[str], None]) -> tuple[dict[str, 
     used, kept_back, faults = usable_runs(machine, runs, unseen)
     if asked.split_hours is not None:
         used, kept_back = _in_pieces(machine, used, kept_back, asked.split_hours)
-    found, comparison, more = answer(
-        machine,
-        used,
-        kept_back,
-        without=asked.without,
-        most=asked.most,
-        seed=asked.seed,
-        workers=asked.workers,
-        progress=say,
-    )
+    found, comparison, more = answer(machine, used, kept_back, asked.search, progress=say)
     observed = [one.observed for one in comparison.before]
     faults = sorted([*faults, *more], key=lambda fault: (fault.run, fault.channel, fault.start_s))
     lacking = [*not_compared(machine, [*runs, *unseen]), *begun_warm([*runs, *unseen])]
@@ -125,9 +108,9 @@ def run_find_gap(asked: GapTask, say: Callable[[str], None]) -> tuple[dict[str, 
             ("Machine", f"{machine.title} ({machine_path(asked.machine).name})"),
             ("Runs used", _named(used)),
             ("Never used", _named(kept_back)),
-            ("Not considered", ", ".join(asked.without) or "-"),
+            ("Not considered", ", ".join(asked.search.without) or "-"),
             ("Sensors not compared", "; ".join(lacking) or "-"),
-            ("Seed", str(asked.seed)),
+            ("Seed", str(asked.search.seed)),
         ]
         if table["next_run"]:
             (folder / NEXT_RUN).write_text(next_run_scenario(table), encoding="utf-8")
@@ -179,6 +162,19 @@ def usable_runs(
     All of them are looked at together, because a wrong level shows only against other runs; no
     model takes part in it.
 
+    Parameters
+    ----------
+    machine : Machine
+    runs, unseen : sequence of Run
+        To calibrate on, and to judge by; no run is in both.
+
+    Returns
+    -------
+    used, kept_back : list of Run
+        What is broken in them is NaN; runs of which too little is left are not among them.
+    faults : list of DataFault
+        What was taken out.
+
     Raises
     ------
     BadInput
@@ -216,14 +212,25 @@ def _need_inputs(machine: Machine, run: Run) -> None:
 
 
 def begun_warm(runs: Sequence[Run]) -> list[str]:
-    """Return a line that says which runs began warm; none if no run says so."""
+    """Return a line that says which runs began warm; none if no run says so.
+
+    Parameters
+    ----------
+    runs : sequence of Run
+    """
     warm = named_warm(runs)
     problem = "parts without a thermometer start at the hall's temperature in the model"
     return [f"begun while the machine was warm: {warm}; {problem}"] if warm else []
 
 
 def not_compared(machine: Machine, runs: Sequence[Run]) -> list[str]:
-    """Return a line for each sensor of a machine that some or all of the runs do not hold."""
+    """Return a line for each sensor of a machine that some or all of the runs do not hold.
+
+    Parameters
+    ----------
+    machine : Machine
+    runs : sequence of Run
+    """
     lines = []
     for name in [sensor.name for sensor in machine.sensors] + displacement_names(machine):
         column = column_of(machine, name)

@@ -92,7 +92,14 @@ def _manifest(folder: Path) -> dict[str, Any]:
 
 
 def table_text(found: Imported, files: Sequence[Path]) -> str:
-    """Return what was made as a table for a terminal."""
+    """Return what was made as a table for a terminal.
+
+    Parameters
+    ----------
+    found : Imported
+    files : sequence of Path
+        Where each of its runs was written, in their order.
+    """
     began = {True: "began warm", False: "began cold", None: ""}
     lines = []
     for piece, file in zip(found.pieces, files, strict=True):

@@ -54,6 +54,11 @@ def show_machine(name: str, path: Path, *, cells: bool = False) -> Shown:
     cells : bool
         Whether to compute the table of cells, too.
 
+    Returns
+    -------
+    Shown
+        The machine, what it does at full speed, and what looks wrong.
+
     Raises
     ------
     BadInput

@@ -32,7 +32,14 @@ MOST_NAMED = 40
 
 
 def draw_monitor(report: Report, path: Path) -> None:
-    """Draw each axis' error over the promised half width, run by run, coloured by verdict."""
+    """Draw each axis' error over the promised half width, run by run, coloured by verdict.
+
+    Parameters
+    ----------
+    report : Report
+    path : Path
+        PNG to write.
+    """
     axes = sorted({error.axis for one in report.runs for error in one.errors})
     figure = Figure(figsize=(WIDTH_IN, 1.8 + PANEL_IN * max(len(axes), 1)), layout="constrained")
     FigureCanvasAgg(figure)

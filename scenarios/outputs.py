@@ -61,6 +61,10 @@ def guarding(
         What it reads; names that are no files are ignored.
     force : bool
         Whether anything may be replaced.
+
+    Yields
+    ------
+    None
     """
     files = tuple(path for path in map(Path, inputs) if _is_there(path))
     for path in files:
@@ -100,7 +104,13 @@ def guarding_command(
 
 
 def also_reads(paths: Sequence[Path]) -> None:
-    """Protect further inputs of the running command, which a file of its names."""
+    """Protect further inputs of the running command, which a file of its names.
+
+    Parameters
+    ----------
+    paths : sequence of Path
+        Those that are no files are ignored.
+    """
     guard = _GUARD.get()
     more = tuple(path for path in paths if _is_there(path))
     _GUARD.set(replace(guard, inputs=guard.inputs + more))
@@ -117,6 +127,13 @@ def _texts(value: object) -> list[str]:
 
 def check_output(path: Path, kind: str) -> None:
     """Check that something of a *kind* may be written to *path*.
+
+    Parameters
+    ----------
+    path : Path
+        Need not exist.
+    kind : str
+        One of the kinds that this module names, such as `FOLDER`.
 
     Raises
     ------
@@ -245,6 +262,11 @@ def marked(text: str) -> str:
     """Return a file's text with a first line that tells it from one that a person wrote.
 
     The line holds the text's fingerprint, so that a file that was edited since is a person's.
+
+    Parameters
+    ----------
+    text : str
+        With or without such a line; one that is there is replaced.
     """
     first, _, rest = text.partition("\n")
     body = rest if first.startswith(MADE) else text

@@ -13,7 +13,18 @@ from scenarios.figures import DPI
 
 
 def draw_points(found: Survey, folder: Path) -> list[Path]:
-    """Write ``dendrogram.png`` and ``heat_map.png`` and return the files."""
+    """Write ``dendrogram.png`` and ``heat_map.png`` and return the files.
+
+    Parameters
+    ----------
+    found : Survey
+    folder : Path
+        Made if missing.
+
+    Returns
+    -------
+    list of Path
+    """
     folder.mkdir(parents=True, exist_ok=True)
     return [
         _dendrogram(found, folder / "dendrogram.png"),

@@ -34,10 +34,10 @@ class ProbeSource:
     rig : FivePointRig or None
         Turns the plant's displacement readings into a pose; without one, the targets must be
         outputs of the plant.
-    from_start : bool
-        Whether drift counts from the first reading.
     source : str
         The scenario, for refusals.
+    from_start : bool
+        Whether drift counts from the first reading.
 
     Raises
     ------
@@ -72,7 +72,17 @@ class ProbeSource:
     def measured(
         self, time_s: float, plant_values: FloatArray, half_widths: Sequence[float]
     ) -> FloatArray | None:
-        """Return what a probe at a point shows, by target [um, urad]; None if none is due."""
+        """Return what a probe at a point shows, by target [um, urad]; None if none is due.
+
+        Parameters
+        ----------
+        time_s : float
+            The point [s].
+        plant_values : array, shape (outputs,)
+            The plant's outputs, in the order given at the beginning.
+        half_widths : sequence of float
+            The compensator's own uncertainty along X, Y and Z [um]; NaN: not known.
+        """
         due = self._due(time_s, half_widths)
         if not due and self._first is not None:
             return None

@@ -48,6 +48,10 @@ class Probing:
     def check(self, model: Model) -> None:
         """Refuse a compensator that cannot be probed so.
 
+        Parameters
+        ----------
+        model : Model
+
         Raises
         ------
         BadInput

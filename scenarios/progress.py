@@ -72,6 +72,18 @@ def spoken(quiet: bool = False, stages: Sequence[Stage] = ()) -> Iterator[Callab
     """Show what is being done on one line of the terminal, with the time that has passed.
 
     With *stages* a bar shows how much of them is done, and the time left.
+
+    Parameters
+    ----------
+    quiet : bool
+        Whether to show nothing, as where standard error is no terminal.
+    stages : sequence of Stage
+        What is said in the course of the work, in order.
+
+    Yields
+    ------
+    callable
+        Takes the words that say what is being done.
     """
     bar = "{percentage:3.0f} % |{bar}| " if stages else ""
     left = "<{remaining}" if stages else ""

@@ -81,6 +81,11 @@ class Replay:
 def model_of(fmu: Path) -> Model:
     """Return the compensator file inside a compensator FMU.
 
+    Parameters
+    ----------
+    fmu : Path
+        In Python or in C.
+
     Raises
     ------
     BadInput
@@ -103,6 +108,12 @@ def rig_of_model(model: Model, machine_rig: FivePointRig | None = None) -> Rig:
 
     A direct geometry names its columns. A five-point geometry knows distances, not sensors: their
     names and signs come from *machine_rig*, by default S1 to S5 with S5 along +Z.
+
+    Parameters
+    ----------
+    model : Model
+    machine_rig : FivePointRig, optional
+        Not used by a direct geometry.
     """
     geometry = model.table["geometry"]
     if not isinstance(model.geometry, FivePoint):

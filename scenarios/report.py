@@ -94,7 +94,12 @@ def write_report(page: Page, path: Path) -> Path:
 
 
 def write_page(template: str, path: Path, **values: Any) -> Path:
-    """Write a page from a template of this room; plotly's script comes with it."""
+    """Write a page from a template of this room; see `page_text`."""
+    return write_atomically(path, page_text(template, **values))
+
+
+def page_text(template: str, **values: Any) -> str:
+    """Return a page from a template of this room; plotly's script comes with it."""
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(TEMPLATES),
         autoescape=True,
@@ -103,8 +108,7 @@ def write_page(template: str, path: Path, **values: Any) -> Path:
         undefined=jinja2.StrictUndefined,
     )
     environment.filters |= {"number": number, "percent": percent, "clock": clock}
-    text = environment.get_template(template).render(plotly=get_plotlyjs(), **values)
-    return write_atomically(path, text)
+    return environment.get_template(template).render(plotly=get_plotlyjs(), **values)
 
 
 def chart_html(chart: Chart) -> str:

@@ -18,6 +18,7 @@ import numpy as np
 import pandas as pd
 
 from measurement.errors import BadInput
+from measurement.files import FULL
 from measurement.runs import write_run
 from scenarios.charts import Chart
 from scenarios.figures import draw
@@ -40,10 +41,20 @@ def results_folder(folder: Path) -> Iterator[Path]:
 
     If the block fails, or is interrupted, nothing of it stays and what was there is untouched.
 
+    Parameters
+    ----------
+    folder : Path
+        Its parents are made if they are missing.
+
+    Yields
+    ------
+    Path
+        The temporary folder, beside *folder*.
+
     Raises
     ------
     BadInput
-        See `check_folder`; or if the folder cannot be made.
+        See `check_folder`; or if the folder cannot be made, or the disk is full.
     """
     check_folder(folder)
     target = folder.resolve()
@@ -66,6 +77,10 @@ def results_folder(folder: Path) -> Iterator[Path]:
             if old.exists():
                 old.rename(target)
             raise BadInput(folder, "", f"cannot be replaced: {error.strerror}") from None
+    except OSError as error:
+        if error.errno in FULL:
+            raise BadInput(folder, "", f"cannot be written: {error.strerror}") from None
+        raise
     finally:
         shutil.rmtree(beside, ignore_errors=True)
         shutil.rmtree(old, ignore_errors=True)
@@ -138,6 +153,20 @@ def write_table(
     """Write ``table.json`` beside what is in *folder* already, and return its content.
 
     The files *to_come* are written after it.
+
+    Parameters
+    ----------
+    groups : sequence of Group
+    facts : dict
+        What else the file says.
+    folder : Path
+    to_come : sequence of str
+        Names of files.
+
+    Returns
+    -------
+    dict
+        The content, as JSON has it.
     """
     files = sorted({*(path.name for path in folder.iterdir()), TABLE, *to_come})
     head = {"kind": RESULTS, "format": FORMAT, **made_by(), **facts}

@@ -213,6 +213,10 @@ def read_scenario(name_or_path: str | Path, overrides: Sequence[tuple[str, Any]]
     overrides : sequence of (key, value)
         Keys to set otherwise, dotted: ``("compensator.enabled", False)``.
 
+    Returns
+    -------
+    Scenario
+
     Raises
     ------
     BadInput
@@ -229,7 +233,26 @@ def read_scenario(name_or_path: str | Path, overrides: Sequence[tuple[str, Any]]
 def scenario_from_text(
     text: str, path: Path, overrides: Sequence[tuple[str, Any]] = ()
 ) -> Scenario:
-    """Check a scenario given as text; see :func:`read_scenario`."""
+    """Check a scenario given as text; see :func:`read_scenario`.
+
+    Parameters
+    ----------
+    text : str
+        TOML.
+    path : Path
+        The file that it came from; file names in it start from its folder.
+    overrides : sequence of (key, value)
+        As `read_scenario` takes them.
+
+    Returns
+    -------
+    Scenario
+
+    Raises
+    ------
+    BadInput
+        For the first thing wrong in it, in one line.
+    """
     try:
         table = tomllib.loads(text)
     except (tomllib.TOMLDecodeError, RecursionError, ValueError) as error:
@@ -257,6 +280,19 @@ def changed(
 
     The copy shares with *table* what does not change. What follows ``plant.parameters.`` is one
     name, since a parameter's name may hold dots.
+
+    Parameters
+    ----------
+    table : dict
+        A scenario as parsed; not changed.
+    key : str
+        Dotted, such as ``signals.speed.value``.
+    value
+        Anything that TOML can say.
+    source : str or path
+        The scenario, for refusals.
+    place : str
+        Where in it the key was given.
 
     Raises
     ------
@@ -315,5 +351,12 @@ def _case(table: dict[str, Any], name: str, title: str, path: Path) -> Case:
 
 
 def signal_setting(setting: Setting, name: str) -> Setting:
-    """Return where the signal *name* of a case stands."""
+    """Return where the signal *name* of a case stands.
+
+    Parameters
+    ----------
+    setting : Setting
+        Of the case.
+    name : str
+    """
     return Setting(setting.source, f"signals.{name}", setting.folder, setting.seed)

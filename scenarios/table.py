@@ -46,7 +46,13 @@ class Group:
     rows: tuple[Row, ...]
 
     def with_only(self, names: Iterable[str]) -> Group:
-        """Return the group with the reference line and the lines of these names alone."""
+        """Return the group with the reference line and the lines of these names alone.
+
+        Parameters
+        ----------
+        names : iterable of str
+            Names that no line has are ignored.
+        """
         wanted = set(names)
         rows = tuple(row for row in self.rows if row.is_reference or row.name in wanted)
         return Group(self.title, rows)
@@ -114,7 +120,12 @@ def _by_axis(before: pd.DataFrame, after: pd.DataFrame) -> dict[str, Compensatio
 
 
 def as_text(groups: Sequence[Group]) -> str:
-    """Return the table as fixed-width text: after-values per axis, the reference line on top."""
+    """Return the table as fixed-width text: after-values per axis, the reference line on top.
+
+    Parameters
+    ----------
+    groups : sequence of Group
+    """
     axes = sorted({axis for group in groups for row in group.rows for axis in row.axes})
     labels = [row.label for group in groups for row in group.rows] + [g.title for g in groups]
     width = max(len(label) for label in labels) + 3

@@ -84,7 +84,13 @@ def is_compensated(recording: Recording) -> bool:
 
 
 def rig_of(plant_fmu: Path) -> FivePointRig | None:
-    """Return the five-point rig of the machine in a plant FMU, or None if it says of none."""
+    """Return the five-point rig of the machine in a plant FMU, or None if it says of none.
+
+    Parameters
+    ----------
+    plant_fmu : Path
+        Of this project or not.
+    """
     try:
         with zipfile.ZipFile(plant_fmu) as archive:
             place = next(name for name in MACHINES if name in archive.namelist())

@@ -61,6 +61,14 @@ def names_of(variables: Variables, causality: str, kind: str = "Real") -> list[s
 def check_role(role: str, variables: Variables, path: Path) -> None:
     """Check that an FMU can play a role: ``plant`` or ``compensator``; others need nothing.
 
+    Parameters
+    ----------
+    role : str
+    variables : dict of str to variable
+        Of the FMU.
+    path : Path
+        The FMU, for refusals.
+
     Raises
     ------
     BadInput
@@ -99,6 +107,25 @@ def parameter_kind(
     place: str,
 ) -> str:
     """Check a value of a parameter and return the parameter's type: Real, Integer or Boolean.
+
+    Parameters
+    ----------
+    role : str
+        What the FMU is in the scenario, for refusals.
+    variables : dict of str to variable
+        Of the FMU.
+    name : str
+    value : float
+        In the parameter's unit; 0 or 1 for a Boolean.
+    source : str or path
+        Where it was asked for, for refusals.
+    place : str
+        Where in the source.
+
+    Returns
+    -------
+    str
+        ``Real``, ``Integer`` or ``Boolean``.
 
     Raises
     ------
@@ -167,6 +194,10 @@ def wire(
         What the scenario says over time, `shared_starts` included.
     source : str or path
         The scenario, for refusals.
+
+    Returns
+    -------
+    Wiring
 
     Raises
     ------

@@ -67,6 +67,14 @@ class Compensator:
     def load(cls, path: str | Path) -> Compensator:
         """Read a compensator file.
 
+        Parameters
+        ----------
+        path : str or path
+
+        Returns
+        -------
+        Compensator
+
         Raises
         ------
         ModelFileError
@@ -114,6 +122,17 @@ class Compensator:
     def save(self, path: str | Path, *, force: bool = False) -> Path:
         """Write the compensator file.
 
+        Parameters
+        ----------
+        path : str or path
+        force : bool
+            Whether anything that is in the way may be replaced.
+
+        Returns
+        -------
+        Path
+            The path given.
+
         Raises
         ------
         BadInput
@@ -159,7 +178,7 @@ class Compensator:
         ]
         rows = np.column_stack(columns).tolist()
         speed = frame["speed_rpm"].tolist() if "speed_rpm" in frame else [math.nan] * len(time)
-        works = runtime.Compensator(self.model)
+        works = runtime.RunningCompensator(self.model)
         sent = [(0.0, 0.0, 0.0, 0.0, float(runtime.WAITING))]
         for at, step in enumerate(np.diff(time).tolist()):
             out = works.step(float(time[at]), step, rows[at], speed[at], tool_length_mm)
@@ -373,6 +392,11 @@ class Comparison:
         ----------
         target : str, optional
             Which target's RMSE; by default the first one's.
+
+        Raises
+        ------
+        BadInput
+            For a target that the comparison has no RMSE of.
         """
         ends = ("_training", "_unseen")
         names = [str(name) for name in self.table]

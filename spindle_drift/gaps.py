@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 
 from measurement.runs import Run, write_run
-from plant_model.gap.find import MOST_CHANGES
+from plant_model.gap.find import MOST_CHANGES, Search
 from plant_model.machine_writer import write_machine
 from scenarios.gap_runner import GAP, GapTask, run_find_gap
 from scenarios.outputs import guarding
@@ -126,11 +126,8 @@ def find_gap(
             paths[: len(used)],
             paths[len(used) :],
             folder,
-            tuple(without),
-            seed,
-            workers,
+            Search(tuple(without), most, seed, workers),
             fmu,
-            most,
         )
         inputs = [run.path for run in (*used, *kept_back) if run.path is not None]
         with guarding("find-gap", inputs, force):

@@ -87,6 +87,11 @@ class Machine:
     def with_values(self, values: Mapping[str, float]) -> Machine:
         """Return the machine with other values of some parameters.
 
+        Parameters
+        ----------
+        values : mapping of str to float
+            By full name, as in the table `parameters`, in its units.
+
         Raises
         ------
         BadInput
@@ -99,6 +104,17 @@ class Machine:
 
     def save(self, path: str | Path, *, force: bool = False) -> Path:
         """Write the machine file; comments and order are those of the file it came from.
+
+        Parameters
+        ----------
+        path : str or path
+        force : bool
+            Whether anything that is in the way may be replaced.
+
+        Returns
+        -------
+        Path
+            The path given.
 
         Raises
         ------

@@ -84,7 +84,13 @@ class ImportedLog:
     _paths: tuple[Path, ...]
 
     def plot(self, which: int = 0) -> Figure:
-        """Return a figure of one of the runs: temperatures, displacements, speed."""
+        """Return a figure of one of the runs: temperatures, displacements, speed.
+
+        Parameters
+        ----------
+        which : int
+            Position of the run.
+        """
         return plot_run(self.runs[which].frame, self.runs[which].name)
 
     def save(self, folder: str | Path, *, force: bool = False) -> list[Path]:
@@ -96,6 +102,11 @@ class ImportedLog:
             Made if missing; other files in it stay, an existing mapping file, too.
         force : bool
             Whether files that are in the way may be replaced.
+
+        Returns
+        -------
+        list of Path
+            The files that were written.
 
         Raises
         ------

@@ -17,7 +17,7 @@ LONGEST_LINE = 1000
 
 
 @dataclass(frozen=True)
-class Case:
+class BadInputCase:
     """A bad input.
 
     Attributes
@@ -48,7 +48,7 @@ class Answer:
 
     Attributes
     ----------
-    case : Case
+    case : BadInputCase
     code : int
         Exit code.
     line : str
@@ -59,7 +59,7 @@ class Answer:
         Files and folders that are new.
     """
 
-    case: Case
+    case: BadInputCase
     code: int
     line: str
     lost: list[str]
@@ -79,12 +79,12 @@ class Answer:
         return ""
 
 
-def ask(case: Case, good: dict[str, bytes], folder: Path, dist: Path) -> Answer:
+def ask(case: BadInputCase, good: dict[str, bytes], folder: Path, dist: Path) -> Answer:
     """Run a case in an empty folder with the good files.
 
     Parameters
     ----------
-    case : Case
+    case : BadInputCase
     good : dict of str to bytes
         Files by name.
     folder : Path

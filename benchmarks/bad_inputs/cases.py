@@ -2,27 +2,27 @@
 
 from __future__ import annotations
 
-from benchmarks.bad_inputs.case import Case, Change, cell, replaced, without_column
+from benchmarks.bad_inputs.case import BadInputCase, Change, cell, replaced, without_column
 
 FIT = "fit a.csv b.csv c.csv --model mlr --machine jig_borer -o new.json"
 SUMMARY = "summary a.csv"
 
 
-def _run(title: str, wanted: str, change: Change, command: str = SUMMARY) -> Case:
-    return Case(title, command, wanted, changes={"a.csv": change})
+def _run(title: str, wanted: str, change: Change, command: str = SUMMARY) -> BadInputCase:
+    return BadInputCase(title, command, wanted, changes={"a.csv": change})
 
 
-def _option(title: str, command: str, wanted: str) -> Case:
-    return Case(title, command, wanted)
+def _option(title: str, command: str, wanted: str) -> BadInputCase:
+    return BadInputCase(title, command, wanted)
 
 
-def _machine(title: str, wanted: str, old: str, new: str) -> Case:
+def _machine(title: str, wanted: str, old: str, new: str) -> BadInputCase:
     command = "simulate stop_and_go --machine lumps.toml -o new.csv"
-    return Case(title, command, wanted, changes={"lumps.toml": replaced(old, new)})
+    return BadInputCase(title, command, wanted, changes={"lumps.toml": replaced(old, new)})
 
 
-def _page(title: str, wanted: str, old: str, new: str) -> Case:
-    return Case(
+def _page(title: str, wanted: str, old: str, new: str) -> BadInputCase:
+    return BadInputCase(
         title,
         "show-machine page.toml -o new.html",
         wanted,
@@ -30,33 +30,39 @@ def _page(title: str, wanted: str, old: str, new: str) -> Case:
     )
 
 
-def _compensator(title: str, wanted: str, old: str, new: str) -> Case:
+def _compensator(title: str, wanted: str, old: str, new: str) -> BadInputCase:
     command = "monitor c.json a.csv"
-    return Case(title, command, wanted, changes={"c.json": replaced(old, new)})
+    return BadInputCase(title, command, wanted, changes={"c.json": replaced(old, new)})
 
 
-def _scenario(title: str, wanted: str, old: str, new: str) -> Case:
+def _scenario(title: str, wanted: str, old: str, new: str) -> BadInputCase:
     command = "simulate s.toml -o new.csv"
-    return Case(title, command, wanted, changes={"s.toml": replaced(old, new)})
+    return BadInputCase(title, command, wanted, changes={"s.toml": replaced(old, new)})
 
 
 RUN_FILES = [
-    Case("no such run file", "summary nowhere.csv", "nowhere.csv: no such file"),
-    Case("a folder in place of a run", "summary .", "."),
-    Case("an empty run file", SUMMARY, "a.csv", {"a.csv": ""}),
-    Case("a header and no rows", SUMMARY, "a.csv", {"a.csv": "time_s,T1_degC\n"}),
-    Case("a workbook called csv", SUMMARY, "a.csv", {"a.csv": b"PK\x03\x04\x14\x00\x06\x00"}),
-    Case("not UTF-8", SUMMARY, "a.csv", {"a.csv": b"time_s,T\xfc_degC\n0,20\n"}),
-    Case(
+    BadInputCase("no such run file", "summary nowhere.csv", "nowhere.csv: no such file"),
+    BadInputCase("a folder in place of a run", "summary .", "."),
+    BadInputCase("an empty run file", SUMMARY, "a.csv", {"a.csv": ""}),
+    BadInputCase("a header and no rows", SUMMARY, "a.csv", {"a.csv": "time_s,T1_degC\n"}),
+    BadInputCase(
+        "a workbook called csv", SUMMARY, "a.csv", {"a.csv": b"PK\x03\x04\x14\x00\x06\x00"}
+    ),
+    BadInputCase("not UTF-8", SUMMARY, "a.csv", {"a.csv": b"time_s,T\xfc_degC\n0,20\n"}),
+    BadInputCase(
         "semicolons and decimal commas",
         SUMMARY,
         "a.csv",
         {"a.csv": "time_s;T1_degC\n0;20,5\n60;20,6\n"},
     ),
-    Case("time is not first", SUMMARY, "time_s", {"a.csv": "T1_degC,time_s\n20,0\n21,60\n"}),
-    Case("a column without a unit", SUMMARY, "T1", {"a.csv": "time_s,T1\n0,20\n60,21\n"}),
-    Case("an unknown unit", SUMMARY, "degF", {"a.csv": "time_s,T1_degF\n0,70\n60,71\n"}),
-    Case("a column twice", SUMMARY, "T1_degC", {"a.csv": "time_s,T1_degC,T1_degC\n0,1,2\n"}),
+    BadInputCase(
+        "time is not first", SUMMARY, "time_s", {"a.csv": "T1_degC,time_s\n20,0\n21,60\n"}
+    ),
+    BadInputCase("a column without a unit", SUMMARY, "T1", {"a.csv": "time_s,T1\n0,20\n60,21\n"}),
+    BadInputCase("an unknown unit", SUMMARY, "degF", {"a.csv": "time_s,T1_degF\n0,70\n60,71\n"}),
+    BadInputCase(
+        "a column twice", SUMMARY, "T1_degC", {"a.csv": "time_s,T1_degC,T1_degC\n0,1,2\n"}
+    ),
     _run("time runs backwards", "row 4", cell(4, "time_s", "5")),
     _run("time stands still", "row 4", cell(4, "time_s", "120")),
     _run("a word among numbers", "row 5", cell(5, "T1_degC", "warm")),
@@ -68,8 +74,8 @@ RUN_FILES = [
 ]
 
 FITTING = [
-    Case("a run given twice", FIT.replace("c.csv", "a.csv"), "same run"),
-    Case("no displacement", FIT, "S1_um", changes={"a.csv": without_column("S1_um")}),
+    BadInputCase("a run given twice", FIT.replace("c.csv", "a.csv"), "same run"),
+    BadInputCase("no displacement", FIT, "S1_um", changes={"a.csv": without_column("S1_um")}),
     _option("an unknown error model", FIT.replace("mlr", "magic"), "'magic' is not allowed"),
     _option("an unknown thermometer", f"{FIT} --points T1,T99", "'T99' is not allowed"),
     _option("an empty choice of points", f"{FIT} --points ,", "is not allowed"),
@@ -90,7 +96,7 @@ FITTING = [
     _option("the output is a measurement", FIT.replace("new.json", "d.csv"), "exists"),
     _option("the output's folder is missing", FIT.replace("new.json", "no/x.json"), "no"),
     _option("the output is a folder", FIT.replace("new.json", "."), "."),
-    Case(
+    BadInputCase(
         "no thermometer in common",
         FIT.replace(" --machine jig_borer", ""),
         "is in all runs",
@@ -113,9 +119,11 @@ COMPARING = [
 ]
 
 COMPENSATORS = [
-    Case("no such compensator", "monitor nowhere.json a.csv", "nowhere.json"),
-    Case("a run in place of a compensator", "monitor a.csv b.csv", "a.csv"),
-    Case("half a compensator file", "monitor c.json a.csv", "c.json", {"c.json": '{"format": 2,'}),
+    BadInputCase("no such compensator", "monitor nowhere.json a.csv", "nowhere.json"),
+    BadInputCase("a run in place of a compensator", "monitor a.csv b.csv", "a.csv"),
+    BadInputCase(
+        "half a compensator file", "monitor c.json a.csv", "c.json", {"c.json": '{"format": 2,'}
+    ),
     _compensator("a newer format", "newer version", '"format": 2', '"format": 99'),
     _compensator("another kind of file", "kind", "spindle-drift compensator", "recipe"),
     _compensator("a number that is a word", "", '"offset_um": ', '"offset_um": "much", "x": '),
@@ -124,14 +132,14 @@ COMPENSATORS = [
     _compensator("NaN in a field", "NaN", '"slew_um_per_s": 1.0', '"slew_um_per_s": NaN'),
     _compensator("a sensor twice", "another sensor", '"name": "T2"', '"name": "T1"'),
     _compensator("training runs damaged", "training", '"time_s": "0 ', '"time_s": "zero '),
-    Case(
+    BadInputCase(
         "a log without a thermometer",
         "monitor c.json a.csv",
         "T1_degC",
         changes={"a.csv": without_column("T1_degC")},
     ),
-    Case("an update with an old run", "update c.json b.csv -o new.json", "already"),
-    Case("an update over itself", "update c.json d.csv -o c.json", "is an input"),
+    BadInputCase("an update with an old run", "update c.json b.csv -o new.json", "already"),
+    BadInputCase("an update over itself", "update c.json d.csv -o c.json", "is an input"),
     _option("a probe limit without a unit", "replay c.json d.csv --probe-when 3", "'3'"),
     _option("a probe limit in inches", "replay c.json d.csv --probe-when 3in", "'3in'"),
     _option("a probe without noise", "replay c.json d.csv --probe-noise 1um", "--probe-when"),
@@ -142,7 +150,7 @@ COMPENSATORS = [
 
 MACHINES = [
     _option("an unknown shipped machine", "show-machine mill -o new.html", "mill"),
-    Case(
+    BadInputCase(
         "a machine file that is no TOML",
         "show-machine x.toml -o n.html",
         "x.toml",
@@ -208,7 +216,7 @@ BUS = [
     _option(
         "no such DBC file", "gateway --fmu-dir {dist} --frames --dbc nowhere.dbc", "nowhere.dbc"
     ),
-    Case(
+    BadInputCase(
         "a DBC file that is none",
         "gateway --fmu-dir {dist} --frames --dbc x.dbc",
         "x.dbc",
@@ -239,16 +247,16 @@ COMMAND_LINE = [
 ]
 
 IMPORTS = [
-    Case("nothing to import", "import nowhere.xlsx -o runs", "nowhere.xlsx"),
-    Case("a picture", "import x.png -o runs", "x.png", {"x.png": b"\x89PNG\r\n\x1a\n\x00"}),
-    Case("a log of words", "import x.csv -o runs", "x.csv", {"x.csv": "a,b\nc,d\ne,f\n"}),
-    Case(
+    BadInputCase("nothing to import", "import nowhere.xlsx -o runs", "nowhere.xlsx"),
+    BadInputCase("a picture", "import x.png -o runs", "x.png", {"x.png": b"\x89PNG\r\n\x1a\n\x00"}),
+    BadInputCase("a log of words", "import x.csv -o runs", "x.csv", {"x.csv": "a,b\nc,d\ne,f\n"}),
+    BadInputCase(
         "a date that two countries read apart",
         "import x.csv -o runs",
         "--day-first",
         {"x.csv": "Date,T [degC]\n03/04/2026 10:00,20\n03/04/2026 10:01,21\n"},
     ),
-    Case(
+    BadInputCase(
         "a unit for a column that is not there",
         "import x.csv -o runs --unit Q=degC",
         "Q",

@@ -16,7 +16,7 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from benchmarks.bad_inputs.case import Answer, Case, ask
+from benchmarks.bad_inputs.case import Answer, BadInputCase, ask
 from benchmarks.bad_inputs.cases import GROUPS
 from fmu_compensator.fit.fitting import compensator_text, fit_compensator
 from fmu_packaging.package import build
@@ -63,7 +63,7 @@ def build_into(folder: Path) -> None:
         publish(build(recipe), folder, reference)
 
 
-def answers(cases: Sequence[Case], good: dict[str, bytes], dist: Path) -> list[Answer]:
+def answers(cases: Sequence[BadInputCase], good: dict[str, bytes], dist: Path) -> list[Answer]:
     """Return what is said of each case; *dist* is where built FMUs are."""
     found = []
     for case in tqdm(cases, disable=None, leave=False):

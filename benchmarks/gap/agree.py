@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.gap.make import OWNERS_FILE
-from benchmarks.gap.truth.case import Case
+from benchmarks.gap.truth.case import TruthCase
 from benchmarks.gap.truths import TRUTHS
 from measurement.files import write_atomically
 from measurement.runs import Run
@@ -35,7 +35,7 @@ def agreement(name: str, seed: int, *, careless: bool, mistake: str = "") -> Non
     """Print what calibration leaves of one case with nothing hidden."""
     truth = TRUTHS[name]
     assert truth.page is not None
-    case = Case(truth.first + seed, careless=careless, mistake=mistake)
+    case = TruthCase(truth.first + seed, careless=careless, mistake=mistake)
     begun = time.perf_counter()
     runs = [Run(run.name, run.frame) for run in truth.simulate(case)[0]]
     simulated = time.perf_counter() - begun

@@ -18,7 +18,7 @@ from benchmarks.gap.truth.case import RUNS
 from measurement.runs import Run, read_run
 from plant_model.gap.calibrate import ParameterEstimate, calibrate
 from plant_model.gap.design import RunDesign
-from plant_model.gap.find import GapResult
+from plant_model.gap.find import GapResult, Search
 from plant_model.gap.held_out import answer
 from plant_model.gap.observations import Observations, observe
 from plant_model.gap.regimes import by_channel, gap_of, residuals
@@ -71,7 +71,7 @@ def ask(folder: Path, without: Sequence[str] = (), seed: int = 0) -> dict[str, A
         runs, unseen, faults = usable_runs(machine, *runs_of(folder))
         # One process: the cases themselves run side by side.
         found, comparison, more = answer(
-            machine, runs, unseen, without=without, seed=seed, workers=1
+            machine, runs, unseen, Search(without, seed=seed, workers=1)
         )
         table = report_of(found, comparison, [*faults, *more])
     return {"seconds": spent, "answer": table, "details": _details(found, comparison)}

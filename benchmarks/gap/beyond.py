@@ -17,7 +17,7 @@ from typing import Any
 
 from benchmarks.gap.ask import ask
 from benchmarks.gap.plan import SPLITS
-from benchmarks.gap.truth.case import Case, simulate_case
+from benchmarks.gap.truth.case import TruthCase, simulate_case
 from measurement.files import write_atomically
 from measurement.runs import write_run
 
@@ -41,7 +41,7 @@ HIDDEN: dict[str, float] = {
 
 def asked(name: str, seed: int, without: tuple[str, ...] = ()) -> dict[str, Any]:
     """Hide an effect, ask, and return the answer in short."""
-    runs, effects = simulate_case(Case(seed, ((name, HIDDEN[name], ""),)))
+    runs, effects = simulate_case(TruthCase(seed, ((name, HIDDEN[name], ""),)))
     with tempfile.TemporaryDirectory() as folder:
         for run in runs:
             write_run(run.frame, Path(folder) / f"{run.name}.csv")

@@ -21,7 +21,7 @@ from tqdm import tqdm
 from benchmarks.gap.ask import ask
 from benchmarks.gap.outcome import OUTCOMES, groups_of, outcome
 from benchmarks.gap.plan import SPLITS
-from benchmarks.gap.truth.case import Case, simulate_further
+from benchmarks.gap.truth.case import TruthCase, simulate_further
 from benchmarks.gap.truths import USUAL
 from measurement.files import write_atomically
 from measurement.runs import write_run
@@ -30,10 +30,10 @@ FOLDER = "next_run"
 ASKED, RANDOM = "asked for", "at random"
 
 
-def case_of(record: Mapping[str, Any]) -> Case:
+def case_of(record: Mapping[str, Any]) -> TruthCase:
     """Return the case that a record is about."""
     hidden = tuple((one["name"], one["size"], "") for one in record["truth"])
-    return Case(SPLITS[record["split"]] + record["number"], hidden, noise=record["noise"])
+    return TruthCase(SPLITS[record["split"]] + record["number"], hidden, noise=record["noise"])
 
 
 def ask_again(record: Mapping[str, Any], out: Path) -> dict[str, Any]:

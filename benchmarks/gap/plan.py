@@ -12,7 +12,7 @@ from itertools import islice
 
 import numpy as np
 
-from benchmarks.gap.truth.case import Case
+from benchmarks.gap.truth.case import TruthCase
 from benchmarks.gap.truth.effects.base import SIZES
 from benchmarks.gap.truths import TRUTHS, USUAL
 
@@ -44,7 +44,7 @@ class Planned:
     number : int
     kind : str
         One of `TRIALS`, or ``empty``: machine and runs of a case with nothing hidden.
-    case : Case
+    case : TruthCase
     without : tuple of str
         Effects of the catalogue that the gap finder is not to know.
     truth : str
@@ -53,7 +53,7 @@ class Planned:
 
     number: int
     kind: str
-    case: Case
+    case: TruthCase
     without: tuple[str, ...] = ()
     truth: str = USUAL
 
@@ -152,7 +152,7 @@ def _cases(split: str, truth: str) -> Iterator[Planned]:
     for block in range(BLOCKS):
         for kind, hidden, mistake in _block(truth, first, block):
             at = next(number)
-            yield Planned(at, kind, Case(first + at, hidden, mistake=mistake), truth=truth)
+            yield Planned(at, kind, TruthCase(first + at, hidden, mistake=mistake), truth=truth)
 
 
 Entry = tuple[str, tuple[tuple[str, str | float, str], ...], str]

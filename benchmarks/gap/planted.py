@@ -29,6 +29,7 @@ from plant_model.effects import catalogue  # noqa: E402
 from plant_model.gap.calibrate import calibrate  # noqa: E402
 from plant_model.gap.candidates import with_effect  # noqa: E402
 from plant_model.gap.data_faults import without_faults  # noqa: E402
+from plant_model.gap.find import Search  # noqa: E402
 from plant_model.gap.held_out import answer  # noqa: E402
 from plant_model.gap.keys import driver_of  # noqa: E402
 from plant_model.gap.observations import observe  # noqa: E402
@@ -63,7 +64,7 @@ def asked(machine: Machine, key: str, runs: list[Run], held_out: int, seed: int)
     """Plant an effect and ask; the last *held_out* runs are kept back."""
     shown = planted(machine, key, runs, seed)
     used, unseen = shown[:-held_out], shown[-held_out:]
-    found, comparison, faults = answer(machine, used, unseen, seed=seed)
+    found, comparison, faults = answer(machine, used, unseen, Search(seed=seed))
     table = report_of(found, comparison, faults)
     effects = [_said(one) for one in table["effects"]]
     name = key.partition(":")[0]

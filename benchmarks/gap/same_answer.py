@@ -25,7 +25,7 @@ from benchmarks.gap.truth.effects.base import SIZES
 from benchmarks.gap.variants import variants
 from measurement.files import write_atomically
 from measurement.runs import Run
-from plant_model.gap.find import find_gap
+from plant_model.gap.find import Search, find_gap
 from plant_model.machine_file import read_machine
 from scenarios.gap_runner import usable_runs
 
@@ -48,7 +48,7 @@ def answers(planned: Planned, out: Path) -> dict[str, Any]:
     said = {}
     for way, some in ways(runs, planned.number):
         used, _, _ = usable_runs(machine, some)
-        found = find_gap(machine, used, workers=1)
+        found = find_gap(machine, used, Search(workers=1))
         named = [sorted(selection.one_of) for selection in found.rounds if selection.named]
         said[way] = {"verdict": found.verdict, "named": named}
     return {"case": planned.name, "hidden": list(planned.case.hidden), "said": said}

@@ -18,7 +18,7 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 
-from benchmarks.gap.truth.case import Case, simulate_case
+from benchmarks.gap.truth.case import TruthCase, simulate_case
 from benchmarks.gap.truth.effects import everything
 from benchmarks.gap.truth.effects.base import SIZES
 from plant_model.machine import Machine
@@ -86,7 +86,7 @@ class GaussNewton:
         return logs
 
 
-def gap(case: Case) -> tuple[float, float, dict[str, float]]:
+def gap(case: TruthCase) -> tuple[float, float, dict[str, float]]:
     """Return the residual's RMS over tolerance: calibration, held-out, and by channel."""
     runs, _ = simulate_case(case)
     frames = [run.frame for run in runs]
@@ -110,12 +110,12 @@ def main(arguments: list[str] | None = None) -> int:
     args = parser.parse_args(arguments)
     seeds = [500_000 + k for k in range(args.cases)]
     with ProcessPoolExecutor(os.cpu_count()) as pool:
-        empty = list(pool.map(gap, [Case(seed) for seed in seeds]))
+        empty = list(pool.map(gap, [TruthCase(seed) for seed in seeds]))
         for (fitted, held, channels), seed in zip(empty, seeds, strict=True):
             shown = " ".join(f"{n.split('_')[0]} {v:.2f}" for n, v in channels.items())
             print(f"nothing hidden, {seed}: {fitted:.2f} held-out {held:.2f}  {shown}", flush=True)
         for name in args.effect:
-            jobs = [Case(seed, ((name, size, ""),)) for size in args.size for seed in seeds]
+            jobs = [TruthCase(seed, ((name, size, ""),)) for size in args.size for seed in seeds]
             found = np.array([one[:2] for one in pool.map(gap, jobs)])
             times = found.reshape(len(args.size), len(seeds), 2) / np.array(
                 [one[:2] for one in empty]

@@ -14,7 +14,7 @@ from benchmarks.gap.lathe import case as lathe_case
 from benchmarks.gap.lathe import effects as lathe_effects
 from benchmarks.gap.lathe import owner as lathe_owner
 from benchmarks.gap.truth import effects as jig_borer_effects
-from benchmarks.gap.truth.case import Case, CaseRun, simulate_case
+from benchmarks.gap.truth.case import CaseRun, TruthCase, simulate_case
 
 USUAL = "jig_borer"
 """The truth that is asked unless another is named."""
@@ -45,12 +45,12 @@ class Truth:
 
     title: str
     first: int
-    simulate: Callable[[Case], tuple[list[CaseRun], Sequence[Any]]]
+    simulate: Callable[[TruthCase], tuple[list[CaseRun], Sequence[Any]]]
     catalogue: Mapping[str, type[Any]]
     outside: Sequence[str]
     beyond: Mapping[str, float] = field(default_factory=dict)
     mistakes: Mapping[str, tuple[str, tuple[str, ...]]] = field(default_factory=dict)
-    page: Callable[[Case], str] | None = None
+    page: Callable[[TruthCase], str] | None = None
 
 
 TRUTHS = {

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from benchmarks.gap.truth import Case, simulate_case
+from benchmarks.gap.truth import TruthCase, simulate_case
 from measurement.faults import Fault
 from measurement.runs import Run, read_run
 from plant_model.machine_file import read_machine
@@ -38,7 +38,7 @@ def report(
         yield "electric spindle", _pieces(read_run(spindle))
     for number in range(cases):
         names = ("run_1", "run_2", "run_3", "run_4")
-        runs, _ = simulate_case(Case(seed + number, runs=names))
+        runs, _ = simulate_case(TruthCase(seed + number, runs=names))
         yield "independent simulator", [Run(run.name, run.frame) for run in runs]
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from benchmarks.studies.machines import shipped_runs, truth
 from benchmarks.studies.tables import as_table
 from fmu_compensator.fit.fitting import compensator_text, fit_compensator
-from fmu_compensator.runtime.compensator import Compensator
+from fmu_compensator.runtime.compensator import RunningCompensator
 from fmu_compensator.runtime.modelfile import parse_model
 from measurement.drift import measured_drift
 from measurement.rig import FivePointRig
@@ -51,7 +51,7 @@ def _run(
     """Return what the compensator leaves of the unseen runs' drift, and its half widths [um]."""
     left, widths = [], []
     for run in unseen:
-        compensator = Compensator(model)
+        compensator = RunningCompensator(model)
         columns = [f"{sensor.name}_degC" for sensor in model.sensors]
         readings, speed = run.frame[columns].to_numpy(), run.frame["speed_rpm"].to_numpy()
         drift = measured_drift(run, rig, tool, "rise").to_numpy()

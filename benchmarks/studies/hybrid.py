@@ -23,7 +23,7 @@ from fmu_compensator.fit.columns import MeasuredColumns
 from fmu_compensator.fit.data import prepare
 from fmu_compensator.fit.fitting import compensator_text, fit_compensator
 from fmu_compensator.fit.recipe import Recipe
-from fmu_compensator.runtime.compensator import Compensator
+from fmu_compensator.runtime.compensator import RunningCompensator
 from fmu_compensator.runtime.modelfile import parse_model
 from measurement.drift import measured_drift
 from measurement.figures import figures_of_merit
@@ -177,7 +177,7 @@ def _workpieces(machine: str, seed: int) -> tuple[Any, ...]:
         scenario = _scenario(((0.0, speed), STOP), hall)
         pair = truth(machine).record(scenario, False, 1000 * seed + 20 + number)
         drift = measured_drift(pair.exact, rig, TOOL_MM, "rise").to_numpy()
-        left = drift + _offsets(Compensator(model), pair.measured.frame)
+        left = drift + _offsets(RunningCompensator(model), pair.measured.frame)
         rows = np.searchsorted(pair.exact.time_s, 60.0 * np.array(CUT_MIN) - 1e-6)
         # The first workpiece of a group is the reference.
         sizes = [errors[rows][1:] - errors[rows][0] for errors in (drift, left)]
@@ -185,7 +185,7 @@ def _workpieces(machine: str, seed: int) -> tuple[Any, ...]:
     return tuple(found)
 
 
-def _offsets(compensator: Compensator, frame: pd.DataFrame) -> np.ndarray:
+def _offsets(compensator: RunningCompensator, frame: pd.DataFrame) -> np.ndarray:
     """Return the offsets that a compensator gives along a run, shape (n, 3) [um]."""
     names = [f"{sensor.name}_degC" for sensor in compensator.model.sensors]
     readings, speed = frame[names].to_numpy(), frame["speed_rpm"].to_numpy()

@@ -10,7 +10,7 @@ import numpy as np
 from benchmarks.trust.questions import Question
 from fmu_compensator.fit.data import prepare
 from fmu_compensator.fit.fitting import compensator_text, fit_compensator
-from fmu_compensator.runtime.compensator import OK, UNTRAINED, Compensator
+from fmu_compensator.runtime.compensator import OK, UNTRAINED, RunningCompensator
 from fmu_compensator.runtime.modelfile import Model, parse_model
 from measurement.drift import measured_drift
 from measurement.errors import BadInput
@@ -132,7 +132,7 @@ def _driven(model: Model, question: Question, place: int) -> dict[str, Any] | No
     readings = run.frame[columns].to_numpy(float)
     known = "speed_rpm" in run.frame
     speed = run.frame["speed_rpm"].to_numpy(float) if known else np.full(len(time_s), np.nan)
-    compensator = Compensator(model)
+    compensator = RunningCompensator(model)
     offsets, widths, statuses, kept = [], [], [], []
     last = -np.inf
     for row, time in enumerate(time_s):

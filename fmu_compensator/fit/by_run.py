@@ -103,7 +103,22 @@ class NormalEquations:
         self._rows = [block.features @ to_rows for block in blocks]
 
     def normal_equations(self, target: int) -> tuple[Array, Array, Array]:
-        """Return each run's X'X and X'y at unit size of the features, and that size."""
+        """Return each run's X'X and X'y at unit size of the features, and that size.
+
+        Parameters
+        ----------
+        target : int
+            Position of the target.
+
+        Returns
+        -------
+        gram : array, shape (runs, features, features)
+            X'X of each run.
+        moment : array, shape (runs, features)
+            X'y of each run [um or urad].
+        scale : array, shape (features,)
+            What the features were divided by.
+        """
         return np.array(self._gram), np.array(self._moment)[:, :, target], self._scale
 
     def solve(self, target: int, penalty: float, *, robust: bool = True) -> Solution:

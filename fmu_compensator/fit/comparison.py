@@ -144,7 +144,19 @@ class Comparison:
         return plain
 
     def figures(self, judged: Sequence[Judged]) -> dict[str, dict[str, float]]:
-        """Return the figures of merit of each target, over all rows of some runs."""
+        """Return the figures of merit of each target, over all rows of some runs.
+
+        Parameters
+        ----------
+        judged : sequence of Judged
+            Runs with the same targets as the comparison.
+
+        Returns
+        -------
+        dict of str to dict of str to float
+            By target; the inner names are those of `measurement.figures.figures_of_merit` [um,
+            urad].
+        """
         measured = np.concatenate([one.measured for one in judged])
         predicted = np.concatenate([one.predicted for one in judged])
         return {

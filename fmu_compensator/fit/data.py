@@ -253,6 +253,13 @@ def bridged(time_s: Array, values: Array) -> Array:
 
     At either end the nearest reading holds for one usual interval: a sensor that is sampled rarely
     need not be read in the first row.
+
+    Parameters
+    ----------
+    time_s : array, shape (n,)
+        Increasing [s].
+    values : array, shape (n,)
+        NaN is missing. With fewer than two readings it is returned as it is.
     """
     there = np.flatnonzero(np.isfinite(values))
     if len(there) < 2:

@@ -65,7 +65,13 @@ class Posterior:
         return np.asarray((vectors * signs * size).T)
 
     def leverage(self, features: Array) -> Array:
-        """Return the novelty of rows, shape (n,) [1]."""
+        """Return the novelty of rows, shape (n,) [1].
+
+        Parameters
+        ----------
+        features : array, shape (n, features)
+            Scaled as those that were fitted to.
+        """
         along = features @ self.seen.T
         novelty = (features**2).sum(axis=1) / self.ratio - (along**2).sum(axis=1)
         return np.asarray(np.maximum(novelty, 0.0))

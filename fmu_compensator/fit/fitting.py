@@ -222,6 +222,11 @@ def fit_compensator(
 def compensator_text(table: dict[str, Any]) -> str:
     """Return the compensator file's text, checked by the reader.
 
+    Parameters
+    ----------
+    table : dict
+        The file's content, of numbers, texts, lists and tables only.
+
     Raises
     ------
     BadInput

@@ -51,6 +51,12 @@ def evolve(
     random : Generator
         The source of chance.
 
+    Returns
+    -------
+    best : array, shape (genes,)
+    history : list of float
+        Best fitness, a number for each generation.
+
     Notes
     -----
     The best individual lives on unchanged (elitism), so the best fitness never falls.

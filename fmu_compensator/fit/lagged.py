@@ -26,9 +26,30 @@ def features(
     uses_levels: bool = True,
     start: tuple[Array, Array, Array] | None = None,
 ) -> Array:
-    """Return the regressors of every row, shape (n, k + lags * (2 k + 2)).
+    """Return the regressors of every row.
 
     *start* is the range of levels at the start, low, usual, high; None takes them as they are.
+
+    Parameters
+    ----------
+    run : TrainingRun
+        With k inputs [degC or K], in n rows.
+    lags_s : sequence of float
+        Time constants of the lags [s].
+    uses_speed : bool
+        If not, the columns of the speed and of its square hold zeros.
+    uses_levels : bool
+        If not, the columns of what each temperature is above their median hold zeros.
+    start : tuple of three arrays, each (k,), optional
+        Low, usual and high level at the start [K], from `start_range`. A sensor that begins
+        outside is taken to be off by what it differs from the usual. None takes the levels as
+        they are.
+
+    Returns
+    -------
+    array, shape (n, k + lags * (2 k + 2))
+        The rises [K]; then for each lag rises, levels, speed [1000 r/min] and its square,
+        lagged.
     """
     rises = run.inputs - run.inputs[0]
     mended = run.inputs
@@ -55,7 +76,18 @@ def _levels(inputs: Array) -> Array:
 
 
 def start_range(runs: Sequence[TrainingRun]) -> tuple[Array, Array, Array]:
-    """Return the range of levels at the start over all runs, widened, and their middle [K]."""
+    """Return the range of levels at the start over all runs, widened, and their middle [K].
+
+    Parameters
+    ----------
+    runs : sequence of TrainingRun
+        All with the same k inputs.
+
+    Returns
+    -------
+    low, middle, high : array, shape (k,)
+        Widened by half the range on either side, by 2 K at least [K].
+    """
     levels = np.concatenate([_levels(run.inputs[:1]) for run in runs])
     low, high = levels.min(axis=0), levels.max(axis=0)
     margin = np.maximum(START_MARGIN * (high - low), SMALLEST_START_MARGIN_K)
@@ -63,7 +95,17 @@ def start_range(runs: Sequence[TrainingRun]) -> tuple[Array, Array, Array]:
 
 
 def lagged(drives: Array, elapsed_s: Array, tau_s: float) -> Array:
-    """Return each column behind a first-order lag that starts at zero, shape of *drives*."""
+    """Return each column behind a first-order lag that starts at zero, shape of *drives*.
+
+    Parameters
+    ----------
+    drives : array, shape (n, columns)
+        What the lag follows, in any unit.
+    elapsed_s : array, shape (n,)
+        Time since the row before; 0 for the first [s].
+    tau_s : float
+        Time constant [s].
+    """
     shares = -np.expm1(-elapsed_s / tau_s)
     values = np.zeros_like(drives)
     value = np.zeros(drives.shape[1])
@@ -74,7 +116,19 @@ def lagged(drives: Array, elapsed_s: Array, tau_s: float) -> Array:
 
 
 def thinned(run: TrainingRun, step_s: float) -> np.ndarray[Any, np.dtype[np.intp]]:
-    """Return the rows with targets, no two closer than *step_s*."""
+    """Return the rows with targets, no two closer than *step_s*.
+
+    Parameters
+    ----------
+    run : TrainingRun
+    step_s : float
+        Least time between two rows that are kept [s].
+
+    Returns
+    -------
+    array of int, shape (rows kept,)
+        Their positions in the run.
+    """
     kept: list[int] = []
     for row in np.flatnonzero(run.known):
         if not kept or run.time_s[row] - run.time_s[kept[-1]] >= step_s:
@@ -85,7 +139,16 @@ def thinned(run: TrainingRun, step_s: float) -> np.ndarray[Any, np.dtype[np.intp
 def blocks_of(
     task: Task, lags_s: Sequence[float], *, uses_speed: bool, uses_levels: bool
 ) -> list[Block]:
-    """Return every run's thinned rows as regressors and targets."""
+    """Return every run's thinned rows as regressors and targets.
+
+    Parameters
+    ----------
+    task : Task
+    lags_s : sequence of float
+        Time constants [s].
+    uses_speed, uses_levels : bool
+        As `features` takes them.
+    """
     rows = [thinned(run, THIN_S) for run in task.runs]
     return [
         Block(

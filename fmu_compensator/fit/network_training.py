@@ -28,6 +28,17 @@ class Shape:
         """Return weights (nodes, nodes before) and thresholds of every layer.
 
         *theta* may have leading dimensions, such as a population.
+
+        Parameters
+        ----------
+        theta : array, shape (..., size)
+            All weights and thresholds.
+
+        Returns
+        -------
+        list of (array, array)
+            Of shape (..., nodes, nodes before) and (..., nodes), from the first hidden layer
+            on.
         """
         found, at = [], 0
         for before, here in zip(self.nodes, self.nodes[1:], strict=False):
@@ -39,7 +50,14 @@ class Shape:
         return found
 
     def outputs(self, theta: Array, x: Array) -> Array:
-        """Return the outputs for inputs x (n, inputs): (..., n, outputs)."""
+        """Return the outputs for inputs x (n, inputs): (..., n, outputs).
+
+        Parameters
+        ----------
+        theta : array, shape (..., size)
+        x : array, shape (n, inputs)
+            Scaled to -1 to 1.
+        """
         values = x
         layers = self.layers(theta)
         for number, (weights, thresholds) in enumerate(layers):
@@ -49,7 +67,20 @@ class Shape:
         return np.asarray(values)
 
     def jacobian(self, theta: Array, x: Array) -> tuple[Array, Array]:
-        """Return outputs (n, o) and their derivatives (n, o, size)."""
+        """Return outputs (n, o) and their derivatives (n, o, size).
+
+        Parameters
+        ----------
+        theta : array, shape (size,)
+        x : array, shape (n, inputs)
+            Scaled to -1 to 1.
+
+        Returns
+        -------
+        outputs : array, shape (n, outputs)
+        derivatives : array, shape (n, outputs, size)
+            By every weight and threshold, in the order of *theta*.
+        """
         layers = self.layers(theta)
         values = [x]
         for number, (weights, thresholds) in enumerate(layers):
@@ -91,6 +122,17 @@ def nguyen_widrow(shape: Shape, random: np.random.Generator) -> Array:
     """Return a start whose hidden nodes share the inputs' range among them (inputs in -1 to 1).
 
     After Nguyen and Widrow (1990), doi:10.1109/IJCNN.1990.137819.
+
+    Parameters
+    ----------
+    shape : Shape
+    random : Generator
+        The source of chance.
+
+    Returns
+    -------
+    array, shape (size,)
+        A start for `levenberg_marquardt`.
     """
     parts = []
     last = len(shape.nodes) - 2
@@ -136,6 +178,11 @@ def levenberg_marquardt(
         Note the iteration at which the mean squared error falls below; training goes on.
     decay : float
         Weight of the mean squared weight, which keeps the network smooth [1].
+
+    Returns
+    -------
+    Training
+        The weights that were found, and the error on the way.
     """
     # The cost is mean squared error plus decay times the sum of squared weights over their number.
     root = np.sqrt(weights / y.shape[1])
@@ -174,7 +221,18 @@ def levenberg_marquardt(
 
 
 def scaling(columns: Sequence[Array]) -> tuple[Array, Array]:
-    """Return middle and half range of every column over all runs."""
+    """Return middle and half range of every column over all runs.
+
+    Parameters
+    ----------
+    columns : sequence of array, each (rows, columns)
+        One for each run.
+
+    Returns
+    -------
+    middle, half : array, shape (columns,)
+        In the columns' own units; half is 0 for a column that never changes.
+    """
     values = np.concatenate(list(columns))
     low, high = values.min(axis=0), values.max(axis=0)
     return (low + high) / 2.0, (high - low) / 2.0

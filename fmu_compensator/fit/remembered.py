@@ -94,6 +94,12 @@ def remembered_runs(table: Mapping[str, Any], source: str) -> tuple[list[Run], R
     source : str
         Named in refusals.
 
+    Returns
+    -------
+    runs : list of Run
+    rig : rig
+        What their displacement columns mean.
+
     Raises
     ------
     BadInput

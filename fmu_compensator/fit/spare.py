@@ -89,6 +89,11 @@ def best_strength(runs: Sequence[Array]) -> float:
     """Return which of `STRENGTHS` says best what a sensor of a run left out reads.
 
     The mean of logarithms: one run with a broken sensor does not decide.
+
+    Parameters
+    ----------
+    runs : sequence of array, each (rows, sensors)
+        Temperatures [degC or K].
     """
 
     def missed(strength: float) -> float:

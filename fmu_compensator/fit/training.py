@@ -50,7 +50,13 @@ class TrainingRun:
         return np.asarray(np.isfinite(self.targets).all(axis=1))
 
     def at(self, rows: NDArray[np.bool_]) -> TrainingRun:
-        """Return the same run with some of its rows."""
+        """Return the same run with some of its rows.
+
+        Parameters
+        ----------
+        rows : array of bool, shape (n,)
+            Which to keep.
+        """
         return TrainingRun(
             self.name,
             self.time_s[rows],
@@ -61,7 +67,13 @@ class TrainingRun:
         )
 
     def of(self, columns: list[int]) -> TrainingRun:
-        """Return the same run with some of its inputs."""
+        """Return the same run with some of its inputs.
+
+        Parameters
+        ----------
+        columns : list of int
+            Positions of the inputs to keep, in the order wanted.
+        """
         return TrainingRun(
             self.name, self.time_s, self.inputs[:, columns], self.targets, self.speed, self.weights
         )
@@ -72,6 +84,16 @@ def row_weights(time_s: Array) -> Array:
 
     With these weights a run counts by its duration, not by how often it was sampled. A gap
     counts no more than five usual intervals, so that the rows beside it do not stand for it.
+
+    Parameters
+    ----------
+    time_s : array, shape (n,)
+        Increasing [s].
+
+    Returns
+    -------
+    array, shape (n,)
+        [s]; a single row weighs 1.
     """
     if len(time_s) < 2:
         return np.ones(len(time_s))
@@ -84,7 +106,20 @@ def row_weights(time_s: Array) -> Array:
 
 
 def sensor_noise(runs: Sequence[TrainingRun], targets: int) -> Array:
-    """Return the variance of a measured target: half of that from one sample to the next."""
+    """Return the variance of a measured target: half of that from one sample to the next.
+
+    Parameters
+    ----------
+    runs : sequence of TrainingRun
+        At least one with two known rows.
+    targets : int
+        How many there are.
+
+    Returns
+    -------
+    array, shape (targets,)
+        Variance [um2, urad2]; the median over the runs.
+    """
     steps = [np.diff(run.targets[run.known], axis=0) for run in runs if run.known.sum() > 1]
     variance = np.median([np.mean(step**2, axis=0) / 2.0 for step in steps], axis=0)
     return np.asarray(np.maximum(np.broadcast_to(variance, targets), SMALLEST_NOISE**2))

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from fmu_compensator.fit.data import bridged
 from fmu_compensator.fit.training import Array
-from fmu_compensator.runtime.compensator import WAITING, Compensator, Output
+from fmu_compensator.runtime.compensator import WAITING, Output, RunningCompensator
 from fmu_compensator.runtime.modelfile import Model
 from measurement.drift import measured_drift
 from measurement.errors import BadInput
@@ -104,7 +104,7 @@ def drive(model: Model, run: Run, left: Run, rig: Rig | None, tool_length_mm: fl
         ]
     )[rows].tolist()
     speed = run.frame["speed_rpm"].to_numpy(float) if "speed_rpm" in run.frame else nothing
-    compensator = Compensator(model)
+    compensator = RunningCompensator(model)
     steps = np.diff(time_s, prepend=time_s[0] - STEP_S)
     outputs = [
         compensator.step(float(time), float(step), reading, float(turning), tool_length_mm)

@@ -75,7 +75,7 @@ class Output(NamedTuple):
     status_text: str
 
 
-class Compensator:
+class RunningCompensator:
     """Inputs checked, error model on its leash, offset geometry, limits.
 
     Parameters
@@ -150,6 +150,11 @@ class Compensator:
             The targets as a displacement sensor or a probe shows them with this sample, relative
             to the start unless the file's form is absolute [um, urad]. An error model that can use
             them does so from the next sample on. One that is not finite counts as none.
+
+        Returns
+        -------
+        Output
+            Offsets [um], states and the uncertainty, as they are ``step_s`` after the sample.
 
         Raises
         ------
@@ -383,6 +388,11 @@ class Compensator:
 
     def restore(self, state: Mapping[str, Any]) -> None:
         """Take up what `state` returned, from this compensator or another of the same file.
+
+        Parameters
+        ----------
+        state : mapping
+            Of plain numbers, texts and lists; not kept.
 
         Raises
         ------

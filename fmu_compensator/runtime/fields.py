@@ -32,7 +32,7 @@ def shown(value: object) -> str:
 
 
 class Fields:
-    """The fields of one table; every field must be asked for, or `done` calls it unknown.
+    """The fields of one table: every field must be read, or `done` calls it unknown.
 
     Parameters
     ----------
@@ -40,6 +40,16 @@ class Fields:
         What stands in the file; refused when it is not a table.
     source, place : str
         The file, and where in it the table stands.
+
+    Raises
+    ------
+    ModelFileError
+        If *table* is not a table.
+
+    Notes
+    -----
+    Each method that reads a field takes its name, *key*, and raises `ModelFileError`, which names
+    file, place and value, when the field is missing or not what is allowed.
     """
 
     def __init__(self, table: object, source: str, place: str = "") -> None:
@@ -50,29 +60,67 @@ class Fields:
         self._asked: set[str] = set()
 
     def refusal(self, key: str, problem: str) -> ModelFileError:
-        """Return the error for field *key*."""
+        """Return the error for field *key*.
+
+        Parameters
+        ----------
+        key : str
+            The field, dotted where it lies deeper: ``layers.0``.
+        problem : str
+            The value and what is allowed.
+        """
         return ModelFileError(self.source, f"{self.place}.{key}" if self.place else key, problem)
 
     def _wrong(self, key: str, value: object, allowed: str) -> ModelFileError:
         return self.refusal(key, f"{shown(value)} is not allowed: must be {allowed}")
 
     def raw(self, key: str) -> Any:
-        """Return the field as it stands."""
+        """Return the field as it stands.
+
+        Parameters
+        ----------
+        key : str
+
+        Raises
+        ------
+        ModelFileError
+            If it is missing.
+        """
         self._asked.add(key)
         if key not in self._table:
             raise self.refusal(key, "is missing")
         return self._table[key]
 
     def has(self, key: str) -> bool:
-        """Return whether the table has the field."""
+        """Return whether the table has the field.
+
+        Parameters
+        ----------
+        key : str
+            To ask so does not count as reading it.
+        """
         return key in self._table
 
     def number(self, key: str, low: float, high: float) -> float:
-        """Return a finite number between *low* and *high*."""
+        """Return a finite number between *low* and *high*.
+
+        Parameters
+        ----------
+        key : str
+        low, high : float
+            Both allowed.
+        """
         return self._as_number(key, self.raw(key), low, high)
 
     def number_or_none(self, key: str, low: float, high: float) -> float | None:
-        """Return a number between *low* and *high*, or None for null."""
+        """Return a number between *low* and *high*, or None for null.
+
+        Parameters
+        ----------
+        key : str
+        low, high : float
+            Both allowed.
+        """
         value = self.raw(key)
         return None if value is None else self._as_number(key, value, low, high)
 
@@ -86,42 +134,118 @@ class Fields:
         return float(value)
 
     def integer(self, key: str, low: int, high: int) -> int:
-        """Return a whole number between *low* and *high*."""
+        """Return a whole number between *low* and *high*.
+
+        Parameters
+        ----------
+        key : str
+        low, high : int
+            Both allowed.
+
+        Raises
+        ------
+        ModelFileError
+            If it is missing, not whole, or outside; 2.0 and true are not whole numbers here.
+        """
         value = self.raw(key)
         if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
             raise self._wrong(key, value, f"a whole number from {low} to {high}")
         return value
 
     def range(self, low_key: str, high_key: str, low: float, high: float) -> tuple[float, float]:
-        """Return two numbers of which the second is larger."""
+        """Return two numbers of which the second is larger.
+
+        Parameters
+        ----------
+        low_key, high_key : str
+            The two fields.
+        low, high : float
+            What either must lie between.
+
+        Returns
+        -------
+        first, second : float
+
+        Raises
+        ------
+        ModelFileError
+            If one is missing or outside, or the second is not above the first.
+        """
         first, second = self.number(low_key, low, high), self.number(high_key, low, high)
         if not first < second:
             raise self._wrong(high_key, second, f"above {low_key} ({first:g})")
         return first, second
 
     def text(self, key: str, longest: int = 500) -> str:
-        """Return a text of one line."""
+        """Return a text of one line.
+
+        Parameters
+        ----------
+        key : str
+        longest : int
+            Characters.
+
+        Raises
+        ------
+        ModelFileError
+            If it is missing, no text, too long, or holds a character that cannot be printed.
+        """
         value = self.raw(key)
         if not isinstance(value, str) or len(value) > longest or not value.isprintable():
             raise self._wrong(key, value, f"a printable text of at most {longest} characters")
         return value
 
     def name(self, key: str) -> str:
-        """Return a signal name: a letter, then letters, digits and underscores."""
+        """Return a signal name: a letter, then letters, digits and underscores.
+
+        Parameters
+        ----------
+        key : str
+
+        Raises
+        ------
+        ModelFileError
+            If it is missing or no name; see `is_name`.
+        """
         value = self.raw(key)
         if not is_name(value):
             raise self._wrong(key, value, "a name: a letter, then letters, digits or _, at most 60")
         return str(value)
 
     def choice(self, key: str, allowed: tuple[str, ...]) -> str:
-        """Return one of the allowed texts."""
+        """Return one of the allowed texts.
+
+        Parameters
+        ----------
+        key : str
+        allowed : tuple of str
+
+        Raises
+        ------
+        ModelFileError
+            If it is missing or none of them.
+        """
         value = self.raw(key)
         if not isinstance(value, str) or value not in allowed:
             raise self._wrong(key, value, "one of " + ", ".join(allowed))
         return value
 
     def items(self, key: str, fewest: int, most: int, what: str) -> list[Any]:
-        """Return a list with a number of items between *fewest* and *most*."""
+        """Return a list with a number of items between *fewest* and *most*.
+
+        Parameters
+        ----------
+        key : str
+        fewest, most : int
+            Both allowed.
+        what : str
+            What the items are, in the plural, for the refusal.
+
+        Raises
+        ------
+        ModelFileError
+            If it is missing, no list, or of another length.
+        """
         value = self.raw(key)
         if not isinstance(value, list) or not fewest <= len(value) <= most:
             count = f"{fewest}" if fewest == most else f"{fewest} to {most}"
@@ -129,7 +253,19 @@ class Fields:
         return value
 
     def names(self, key: str, most: int) -> list[str]:
-        """Return a list of different names."""
+        """Return a list of different names.
+
+        Parameters
+        ----------
+        key : str
+        most : int
+            Names; one at least is needed.
+
+        Raises
+        ------
+        ModelFileError
+            If it is missing, no list of names, or one stands in it twice.
+        """
         values = self.items(key, 1, most, "names")
         for index, value in enumerate(values):
             if not is_name(value):
@@ -139,33 +275,70 @@ class Fields:
         return values
 
     def numbers(self, key: str, length: int, limit: float) -> list[float]:
-        """Return a list of *length* numbers within plus and minus *limit*."""
+        """Return a list of *length* numbers within plus and minus *limit*.
+
+        Parameters
+        ----------
+        key : str
+        length : int
+            How many there must be.
+        limit : float
+            Largest absolute value.
+        """
         values = self.items(key, length, length, "numbers")
         return [self._as_number(f"{key}.{i}", v, -limit, limit) for i, v in enumerate(values)]
 
     def matrix(self, key: str, rows: int, columns: int, limit: float) -> list[list[float]]:
-        """Return *rows* lists of *columns* numbers within plus and minus *limit*."""
+        """Return *rows* lists of *columns* numbers within plus and minus *limit*.
+
+        Parameters
+        ----------
+        key : str
+        rows, columns : int
+            How many there must be.
+        limit : float
+            Largest absolute value.
+        """
         values = self.items(key, rows, rows, "lists of numbers")
         by_row = {str(row): value for row, value in enumerate(values)}
         table = Fields(by_row, self.source, self._below(key))
         return [table.numbers(row, columns, limit) for row in by_row]
 
     def table(self, key: str) -> Fields:
-        """Return the fields of a table inside this one."""
+        """Return the fields of a table inside this one.
+
+        Parameters
+        ----------
+        key : str
+        """
         return Fields(self.raw(key), self.source, self._below(key))
 
     def table_or_none(self, key: str) -> Fields | None:
-        """Return the fields of a table inside this one, or None for null."""
+        """Return the fields of a table inside this one, or None for null.
+
+        Parameters
+        ----------
+        key : str
+        """
         return None if self.raw(key) is None else self.table(key)
 
     def tables(self, key: str, fewest: int, most: int, what: str) -> list[Fields]:
-        """Return the tables of a list."""
+        """Return the tables of a list.
+
+        Parameters
+        ----------
+        key : str
+        fewest, most : int
+            Both allowed.
+        what : str
+            What the tables are, in the plural, for the refusal.
+        """
         values = self.items(key, fewest, most, what)
         place = self._below(key)
         return [Fields(value, self.source, f"{place}.{i}") for i, value in enumerate(values)]
 
     def keys(self) -> list[str]:
-        """Return the names of all fields, each counted as asked for."""
+        """Return the names of all fields; each counts as read."""
         for key in self._table:
             if not is_name(key):
                 raise self.refusal(shown(key), "is not allowed: must be a name")
@@ -177,7 +350,7 @@ class Fields:
         return self._table
 
     def done(self) -> None:
-        """Refuse fields that nobody asked for."""
+        """Refuse fields that nobody read."""
         for key in self._table:
             if key not in self._asked:
                 raise self.refusal(shown(key), "is not a known field")
@@ -187,7 +360,13 @@ class Fields:
 
 
 def is_name(value: object) -> bool:
-    """Return whether *value* can name a signal (an FMI variable, a CSV column without its unit)."""
+    """Return whether *value* can name a signal (an FMI variable, a CSV column without its unit).
+
+    Parameters
+    ----------
+    value : object
+        Of any type; only a text of 1 to 60 ASCII characters can be a name.
+    """
     return (
         isinstance(value, str)
         and 1 <= len(value) <= 60

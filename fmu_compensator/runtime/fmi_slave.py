@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, ClassVar
 
-from fmu_compensator.runtime.compensator import HOLDING, STATUS_TEXTS, WAITING, Compensator
+from fmu_compensator.runtime.compensator import HOLDING, STATUS_TEXTS, WAITING, RunningCompensator
 from fmu_compensator.runtime.interval import NOT_KNOWN
 from fmu_compensator.runtime.modelfile import Model, ModelFileError, load_model, parse_model
 from fmu_packaging.slave import DriftSlave, FmuError
@@ -73,7 +73,7 @@ class CompensatorSlave(DriftSlave):
         self._places = None if places == list(range(len(known))) else places
         # A sensor is blamed by its number among this FMU's inputs, whichever file is in use.
         self._numbers = [0, *(place + 1 for place in places)]
-        self._compensator = Compensator(model)
+        self._compensator = RunningCompensator(model)
         # Another file may predict other targets than this FMU has inputs for.
         self._takes_measured = self._probed >= 0 and model.targets == self._bundled.targets
         self.outputs.update(dict.fromkeys(self._reals, 0.0))

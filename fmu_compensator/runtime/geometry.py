@@ -28,11 +28,36 @@ class Geometry(ABC):
 
     @abstractmethod
     def drift(self, targets: Sequence[float], tool_length_mm: float) -> tuple[float, float, float]:
-        """Return the tool tip's drift along +X, +Y and +Z [um]."""
+        """Return the tool tip's drift along +X, +Y and +Z [um].
+
+        Parameters
+        ----------
+        targets : sequence of float
+            In the order of the geometry's ``targets`` [um, urad].
+        tool_length_mm : float
+            From the gauge line to the tool tip [mm]; ignored where ``needs_tool_length`` is
+            false.
+
+        Returns
+        -------
+        x, y, z : float
+            [um]
+        """
 
     @abstractmethod
     def pose(self, targets: Sequence[float]) -> tuple[float, float, float]:
-        """Return elongation [um], yaw and pitch [urad]; 0 for what the rig does not measure."""
+        """Return elongation [um], yaw and pitch [urad]; 0 for what the rig does not measure.
+
+        Parameters
+        ----------
+        targets : sequence of float
+            In the order of the geometry's ``targets`` [um, urad].
+
+        Returns
+        -------
+        elongation, yaw, pitch : float
+            [um], [urad], [urad]
+        """
 
 
 class FivePoint(Geometry):
@@ -68,7 +93,18 @@ class FivePoint(Geometry):
 
     @classmethod
     def from_fields(cls, fields: Fields) -> FivePoint:
-        """Return the geometry of a file's table."""
+        """Return the geometry of a file's table.
+
+        Parameters
+        ----------
+        fields : Fields
+            The table ``geometry``; ``kind`` is read already.
+
+        Raises
+        ------
+        ModelFileError
+            For a number that is missing or outside its range, and for a spacing of 0.
+        """
         geometry = cls(
             fields.choice("form", FORMS),
             fields.number("near_to_gauge_mm", -10_000, 10_000),
@@ -119,7 +155,19 @@ class Direct(Geometry):
 
     @classmethod
     def from_fields(cls, fields: Fields) -> Direct:
-        """Return the geometry of a file's table."""
+        """Return the geometry of a file's table.
+
+        Parameters
+        ----------
+        fields : Fields
+            The table ``geometry``; ``kind`` is read already.
+
+        Raises
+        ------
+        ModelFileError
+            If no column is given, a sign is neither 1 nor -1, or two columns have the same
+            axis.
+        """
         table = fields.table("axes")
         axes: dict[str, tuple[str, int]] = {}
         for name in table.keys():  # noqa: SIM118 - a method that also marks the keys as known
@@ -148,7 +196,18 @@ class Direct(Geometry):
 
 
 def geometry_from_fields(fields: Fields) -> FivePoint | Direct:
-    """Return the geometry that a file's table describes."""
+    """Return the geometry that a file's table describes.
+
+    Parameters
+    ----------
+    fields : Fields
+        The table ``geometry``, with nothing read yet.
+
+    Raises
+    ------
+    ModelFileError
+        For the first field that is missing, unknown or not allowed.
+    """
     kind = fields.choice("kind", ("five_point", "direct"))
     geometry = FivePoint.from_fields(fields) if kind == "five_point" else Direct.from_fields(fields)
     fields.done()

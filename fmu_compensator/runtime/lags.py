@@ -14,17 +14,40 @@ FASTEST_RPM = 1e6  # no spindle turns faster, and powers of it stay finite
 
 
 def share(elapsed_s: float, tau_s: float) -> float:
-    r"""Return how much of the way to its input a lag goes: 1 - exp(-elapsed / tau) [1]."""
+    r"""Return how much of the way to its input a lag goes: 1 - exp(-elapsed / tau) [1].
+
+    Parameters
+    ----------
+    elapsed_s : float
+        Time since the last sample [s].
+    tau_s : float
+        Time constant of the lag, above 0 [s].
+    """
     return -expm1(-elapsed_s / tau_s)
 
 
 def known_speed(speed: float, last: float) -> float:
-    """Return the speed without its sign [rpm]; the last one while it is not known or absurd."""
+    """Return the speed without its sign [rpm]; the last one while it is not known or absurd.
+
+    Parameters
+    ----------
+    speed : float
+        Of either sign, as the host gives it [rpm]; NaN: not known.
+    last : float
+        The last speed that was known [rpm].
+    """
     return abs(speed) if abs(speed) <= FASTEST_RPM else last
 
 
 def taus(fields: Fields, key: str) -> list[float]:
     """Return a list of time constants [s].
+
+    Parameters
+    ----------
+    fields : Fields
+        The table that holds the list.
+    key : str
+        The list's name.
 
     Raises
     ------
@@ -42,6 +65,13 @@ def taus(fields: Fields, key: str) -> list[float]:
 
 def checked_state(state: Sequence[float], length: int) -> list[float]:
     """Return a state's numbers.
+
+    Parameters
+    ----------
+    state : sequence of float
+        As a host gave it back.
+    length : int
+        Of the model's own state.
 
     Raises
     ------
@@ -61,7 +91,17 @@ def checked_state(state: Sequence[float], length: int) -> list[float]:
 def matrices_by_lag(
     fields: Fields, key: str, lags: int, targets: int, columns: int
 ) -> list[list[list[float]]]:
-    """Return one matrix of weights per lag [um/K, urad/K]."""
+    """Return one matrix of weights per lag [um/K, urad/K].
+
+    Parameters
+    ----------
+    fields : Fields
+        The table that holds the list.
+    key : str
+        The list's name.
+    lags, targets, columns : int
+        Matrices there must be, and rows and columns of each.
+    """
     matrices = fields.items(key, lags, lags, "matrices")
     place = f"{fields.place}.{key}" if fields.place else key
     table = Fields({str(lag): one for lag, one in enumerate(matrices)}, fields.source, place)

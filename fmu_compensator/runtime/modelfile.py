@@ -115,6 +115,15 @@ class Model:
 def load_model(path: str | Path) -> Model:
     """Read a compensator file.
 
+    Parameters
+    ----------
+    path : str or path
+
+    Returns
+    -------
+    Model
+        Its ``source`` is the path.
+
     Raises
     ------
     ModelFileError
@@ -135,7 +144,14 @@ def load_model(path: str | Path) -> Model:
 
 
 def parse_model(text: str, source: str) -> Model:
-    """Return the model in *text*, a compensator file's content; *source* is named in refusals.
+    """Return the model in a compensator file's content.
+
+    Parameters
+    ----------
+    text : str
+        The content.
+    source : str
+        The file; named in refusals.
 
     Raises
     ------
@@ -159,6 +175,13 @@ def parse_model(text: str, source: str) -> Model:
 def model_text(table: dict[str, Any], source: str = "compensator file") -> str:
     """Return the file's text for *table*, which is checked first.
 
+    Parameters
+    ----------
+    table : dict
+        The content, of numbers, texts, lists and tables only; NaN is not allowed.
+    source : str
+        Named in refusals.
+
     Raises
     ------
     ModelFileError
@@ -176,6 +199,11 @@ def without_training(text: str) -> str:
     """Return a compensator file's text without the training runs that `update` needs.
 
     Who gets an FMU need not get the measurements.
+
+    Parameters
+    ----------
+    text : str
+        Of a file that can be read.
     """
     table = json.loads(text)
     if not isinstance(table, dict) or "training" not in table:

@@ -39,7 +39,20 @@ class NeuralNetwork:
 
     @classmethod
     def from_fields(cls, fields: Fields, inputs: int, outputs: int) -> NeuralNetwork:
-        """Return the network that the file's numbers describe."""
+        """Return the network that the file's numbers describe.
+
+        Parameters
+        ----------
+        fields : Fields
+            The table of the network.
+        inputs, outputs : int
+            How many the first layer must take, and the last must give.
+
+        Raises
+        ------
+        ModelFileError
+            For a number that is missing or out of range, and for a layer of another width.
+        """
         layers: list[Layer] = []
         width = inputs
         tables = fields.tables("layers", 1, MOST_LAYERS, "layers")
@@ -60,7 +73,13 @@ class NeuralNetwork:
         )
 
     def outputs(self, inputs: Sequence[float]) -> list[float]:
-        """Return what the network makes of the inputs."""
+        """Return what the network makes of the inputs.
+
+        Parameters
+        ----------
+        inputs : sequence of float
+            In the units that the network was trained in.
+        """
         values = [
             (x - middle) / half for x, (middle, half) in zip(inputs, self._input, strict=True)
         ]

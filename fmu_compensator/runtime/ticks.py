@@ -16,6 +16,12 @@ def ticks(age_s: float, step_s: float) -> tuple[int, float]:
     step_s : float
         Length of a step [s]. Half a step early counts as on time, so that a wavering sampling
         interval still gives one step a sample.
+
+    Returns
+    -------
+    count : int
+    left_over_s : float
+        [s]; negative where the last step came early.
     """
     count = int((age_s + 0.5 * step_s) // step_s)
     return min(count, MOST_TICKS), age_s - count * step_s

@@ -62,6 +62,11 @@ class Compiler:
     def library(self, sources: Mapping[str, str]) -> bytes:
         """Return the shared library of C sources, given by path.
 
+        Parameters
+        ----------
+        sources : dict of str to str
+            Text by path; those that end in ``.c`` are compiled.
+
         Raises
         ------
         CompileError
@@ -149,7 +154,8 @@ def run_compiler(command: Sequence[str], folder: Path) -> None:
     CompileError
         If it refuses them.
     """
-    environment = {**os.environ, "LC_ALL": "C"}
+    # Its temporary files go with the folder, also when it is ended on the spot.
+    environment = {**os.environ, "LC_ALL": "C", "TMPDIR": str(folder)}
     done = subprocess.run(
         command, cwd=folder, capture_output=True, text=True, check=False, env=environment
     )

@@ -88,7 +88,13 @@ class Fault:
 
 
 def by_column(faults: Sequence[Fault]) -> list[list[Fault]]:
-    """Return faults of one kind and column together, in the order in which they are told."""
+    """Return faults of one kind and column together, in the order in which they are told.
+
+    Parameters
+    ----------
+    faults : sequence of Fault
+        Of any runs, in any order.
+    """
     groups: dict[tuple[str, str], list[Fault]] = {}
     for fault in sorted(faults, key=lambda one: _ORDER.index(one.kind)):
         groups.setdefault((fault.kind, fault.column), []).append(fault)
@@ -96,14 +102,26 @@ def by_column(faults: Sequence[Fault]) -> list[list[Fault]]:
 
 
 def faults_text(faults: Sequence[Fault]) -> str:
-    """Return faults as lines: one alone in full, several of a kind and column by the longest."""
+    """Return faults as lines: one alone in full, several of a kind and column by the longest.
+
+    Parameters
+    ----------
+    faults : sequence of Fault
+        May be empty, which is said in words.
+    """
     if not faults:
         return "  nothing that these checks see"
     return "\n".join(f"  {group_line(group)}" for group in by_column(faults))
 
 
 def group_line(group: Sequence[Fault]) -> str:
-    """Return one line for faults of one kind and column."""
+    """Return one line for faults of one kind and column.
+
+    Parameters
+    ----------
+    group : sequence of Fault
+        One or more, all of one kind and column, as `by_column` groups them.
+    """
     if len(group) == 1:
         return group[0].line()
     longest = max(group, key=lambda one: one.end_s - one.start_s)

@@ -60,6 +60,11 @@ def looked_over(runs: Sequence[Run]) -> list[Run]:
     """Return the runs with what `find_faults` finds in all of them together.
 
     Whatever part of them is looked at later, for a fold or for a figure, the verdict is the same.
+
+    Parameters
+    ----------
+    runs : sequence of Run
+        All that belong together, as `find_faults` takes them.
     """
     faults = find_faults(runs)
     return [
@@ -69,7 +74,14 @@ def looked_over(runs: Sequence[Run]) -> list[Run]:
 
 
 def unusable(faults: Sequence[Fault], kinds: Collection[str] = GROSS) -> list[Fault]:
-    """Return the faults whose time is not to be used, those inside others left out."""
+    """Return the faults whose time is not to be used, those inside others left out.
+
+    Parameters
+    ----------
+    faults : sequence of Fault
+    kinds : collection of str
+        The kinds that count; by default those whose readings are not what the machine did.
+    """
     widest = sorted(
         (fault for fault in faults if fault.kind in kinds), key=lambda one: one.start_s - one.end_s
     )

@@ -64,7 +64,15 @@ def unchanged_for(time_s: FloatArray, values: FloatArray) -> FloatArray:
 
 
 def longest_unchanged(time_s: FloatArray, values: FloatArray) -> float:
-    """Return for how long a series stayed exactly the same at most [s]; missing values ignored."""
+    """Return for how long a series stayed exactly the same at most [s]; missing values ignored.
+
+    Parameters
+    ----------
+    time_s : array, shape (n,)
+        Increasing [s].
+    values : array, shape (n,)
+        In any unit; NaN is missing.
+    """
     return float(unchanged_for(time_s, values).max(initial=0.0))
 
 

@@ -16,7 +16,14 @@ _SWITCH_SHARE = 0.02
 
 
 def near_switch(run: Run, before_s: float = NEAR_S, after_s: float = NEAR_S) -> BoolArray:
-    """Return which rows are near a switch of speed, feed, torque, power or flow, shape (rows,)."""
+    """Return which rows are near a switch of speed, feed, torque, power or flow, shape (rows,).
+
+    Parameters
+    ----------
+    run : Run
+    before_s, after_s : float
+        How long before and after a switch a row still counts as near [s].
+    """
     time = run.time_s
     # What was switched before the first sample is not known.
     near: BoolArray = time <= time[0] + after_s

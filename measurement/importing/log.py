@@ -76,6 +76,11 @@ def import_files(
     units : mapping of str to str, optional
         Units by header (``*`` and ``?`` allowed), for columns whose header has none.
 
+    Returns
+    -------
+    Imported
+        The runs, what was decided on the way, and what is doubtful.
+
     Raises
     ------
     BadInput

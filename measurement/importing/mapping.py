@@ -100,6 +100,15 @@ class Mapping(_Strict):
 def read_mapping(path: Path) -> Mapping:
     """Read a mapping file.
 
+    Parameters
+    ----------
+    path : Path
+
+    Returns
+    -------
+    Mapping
+        What an earlier import decided.
+
     Raises
     ------
     BadInput

@@ -114,6 +114,15 @@ def conversion_of(unit: str, name: str = "") -> Conversion | None:
 def checked_conversion(unit: str, name: str, refuse: Callable[[str], Exception]) -> Conversion:
     """Return how a unit that somebody gave is converted.
 
+    Parameters
+    ----------
+    unit : str
+        As a person writes it, such as ``mm/min`` or ``°F``.
+    name : str
+        The header of the column, which decides where a unit has two meanings.
+    refuse : callable
+        Makes the error to be raised of a text.
+
     Raises
     ------
     Exception

@@ -149,7 +149,8 @@ def _sheet(path: Path, title: str, rows: list[list[Cell]]) -> Sheet:
         problem = f"no row of numbers in the first {HEADER_WITHIN} rows"
         raise BadInput(path, title, f"holds no table: {problem}")
     headings, width, skipped = _headings(path, rows, first, place)
-    notes = [f"{skipped} lines before the header are passed over"] if skipped else []
+    lines = "1 line" if skipped == 1 else f"{skipped} lines"
+    notes = [f"{lines} before the header: skipped"] if skipped else []
     kept = [(number, row) for number, row in enumerate(rows[first:], first + 1) if _filled(row)]
     _check_widths(path, place, kept, width, notes)
     numbers = [number for number, _ in kept]

@@ -89,6 +89,16 @@ def by_designation(designation: str) -> Bearing | None:
 
     Makers' letters before and after are left aside: ``7014``, ``B7014-C-T-P4S`` and ``7014 CD/P4A``
     are the same size.
+
+    Parameters
+    ----------
+    designation : str
+        As on the bearing or in a catalogue, in capitals or not.
+
+    Returns
+    -------
+    Bearing or None
+        With bore, outer diameter and width [mm].
     """
     found = _FORM.search(designation.upper().replace(" ", ""))
     if not found:

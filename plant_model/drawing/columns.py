@@ -12,8 +12,14 @@ from measurement.units import split_column
 
 FIVE = tuple(f"S{k}_um" for k in range(1, 6))
 
-AIR = ("ambient", "amb", "hall", "room", "air", "environment", "env")
-INLET = ("inlet", "supply", "coolant", "cooling", "water", "chiller")
+AIR = (
+    *("ambient", "amb", "hall", "room", "air", "environment", "env"),
+    *("umgebung", "halle", "hallenluft", "raum", "luft"),
+)
+INLET = (
+    *("inlet", "supply", "coolant", "cooling", "water", "chiller"),
+    *("vorlauf", "kuehlmittel", "kuehlwasser"),
+)
 
 PARTS = {
     "front": "front",
@@ -26,6 +32,12 @@ PARTS = {
     "head": "headstock",
     "column": "column",
     "stand": "column",
+    "vorn": "front",
+    "vorne": "front",
+    "hinten": "rear",
+    "spindelkasten": "headstock",
+    "spindelstock": "headstock",
+    "staender": "column",
 }
 """What a part of a column's name says of where its thermometer sits."""
 
@@ -78,7 +90,7 @@ def columns_of(run: Run, ambient: str | None = None, coolant: str | None = None)
     """
     source = run.path or run.name
     warm = run.temperatures
-    for option, given in (("--ambient", ambient), ("--coolant", coolant)):
+    for option, given in (("--ambient", ambient), ("--inlet", coolant)):
         if given is not None and given not in warm:
             raise BadInput(option, "", f"{given} is not one of {', '.join(warm)}")
     air = ambient or _named(warm, AIR)

@@ -57,6 +57,11 @@ def coolant(name: str) -> Coolant | None:
 
     ``water``, ``glycol 30 %`` (ethylene glycol in water, by mass, up to 60 %) and ``oil 10`` (a
     mineral oil of that ISO VG grade).
+
+    Parameters
+    ----------
+    name : str
+        Exactly of one of these forms.
     """
     glycol = re.fullmatch(r"glycol (\d{1,2}) ?%", name)
     oil = re.fullmatch(r"oil (\d{1,3})", name)

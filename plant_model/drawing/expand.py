@@ -23,7 +23,13 @@ GAPS = Known(1.0, 0.5, 2.0, "1", CLASS + "factor on the correlation of the air g
 
 
 def is_page(table: dict[str, Any]) -> bool:
-    """Return whether a parsed file is a page and not a machine file in lumps."""
+    """Return whether a parsed file is a page and not a machine file in lumps.
+
+    Parameters
+    ----------
+    table : dict
+        The file's content as parsed.
+    """
     return table.get("kind") == KIND
 
 

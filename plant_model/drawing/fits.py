@@ -19,7 +19,12 @@ FAST = 2.5e6
 
 
 def odd_fits(drawing: Drawing) -> list[str]:
-    """Return a sentence for each thing in a page that looks wrong."""
+    """Return a sentence for each thing in a page that looks wrong.
+
+    Parameters
+    ----------
+    drawing : Drawing
+    """
     found = [text for seat in drawing.seats for text in _seat(drawing, seat)]
     for carrier in drawing.form.carriers:
         usual = CLASS_VALUES["headstock_joint" if carrier.holds else "carrier_joint"]

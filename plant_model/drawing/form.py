@@ -28,7 +28,13 @@ ANGLES = {"X+": 0.0, "Y+": 90.0, "X-": 180.0, "Y-": 270.0}
 
 
 def degrees(side: str | float) -> float:
-    """Return a side as degrees from X+ towards Y+, 0 to 360."""
+    """Return a side as degrees from X+ towards Y+, 0 to 360.
+
+    Parameters
+    ----------
+    side : str or float
+        ``X+``, ``X-``, ``Y+``, ``Y-``, or an angle from X+ towards Y+ [deg].
+    """
     return (ANGLES[side] if isinstance(side, str) else float(side)) % 360.0
 
 

@@ -80,11 +80,39 @@ class Drawing:
         self._tool()
 
     def refuse(self, place: str, problem: str) -> BadInput:
-        """Return the refusal of a place."""
+        """Return the refusal of a place.
+
+        Parameters
+        ----------
+        place : str
+            In the page, dotted: ``bearings.0.at``.
+        problem : str
+            The value and what is allowed.
+
+        Returns
+        -------
+        BadInput
+            To be raised by who asks.
+        """
         return BadInput(self.source, place, problem)
 
     def one_of(self, place: str, name: object, known: Iterable[str]) -> str:
-        """Return the name if it is known, else refuse and list what is."""
+        """Return the name if it is known, else refuse and list what is.
+
+        Parameters
+        ----------
+        place : str
+            Where the name stands in the page, dotted.
+        name : object
+            What stands there.
+        known : iterable of str
+            What is allowed.
+
+        Raises
+        ------
+        BadInput
+            If it is no text or none of them; the closest is offered.
+        """
         known = list(known)
         if isinstance(name, str) and name in known:
             return name
@@ -94,17 +122,41 @@ class Drawing:
         raise self.refuse(place, f"{shown(name)} is not one of {listed}{hint}")
 
     def span_of(self, part: str) -> tuple[float, float]:
-        """Return from where to where the ``shaft`` or the ``housing`` goes [mm]."""
+        """Return from where to where the ``shaft`` or the ``housing`` goes [mm].
+
+        Parameters
+        ----------
+        part : {"shaft", "housing"}
+
+        Returns
+        -------
+        start, end : float
+            From the rear to the nose, along the axis [mm].
+        """
         stretches = getattr(self.form, part).stretches
         return stretches[0].start, stretches[-1].end
 
     def stretch_at(self, part: str, place: float) -> StretchForm:
-        """Return the stretch of shaft or housing at a place; at a step the one towards the nose."""
+        """Return the stretch of shaft or housing at a place; at a step the one towards the nose.
+
+        Parameters
+        ----------
+        part : {"shaft", "housing"}
+        place : float
+            Along the axis [mm].
+        """
         stretches: Sequence[StretchForm] = getattr(self.form, part).stretches
         return next((s for s in reversed(stretches) if s.start <= place), stretches[0])
 
     def material(self, stretch: StretchForm, part: str) -> Material:
-        """Return what a stretch is made of."""
+        """Return what a stretch is made of.
+
+        Parameters
+        ----------
+        stretch : StretchForm
+        part : {"shaft", "housing"}
+            Its material counts where the stretch names none.
+        """
         name: str = stretch.material or getattr(self.form, part).material
         return self.materials[name]
 

@@ -70,19 +70,56 @@ class Mesh:
     housing: list[Cell]
 
     def outer(self, part: str, cell: Cell) -> float:
-        """Return the outer diameter of a cell [mm]."""
+        """Return the outer diameter of a cell [mm].
+
+        Parameters
+        ----------
+        part : {"shaft", "housing"}
+        cell : Cell
+            Of that part.
+        """
         return float(getattr(self.drawing.form, part).stretches[cell.stretch].outer)
 
     def inner(self, part: str, cell: Cell) -> float:
-        """Return the inner diameter of a cell [mm]."""
+        """Return the inner diameter of a cell [mm].
+
+        Parameters
+        ----------
+        part : {"shaft", "housing"}
+        cell : Cell
+            Of that part.
+
+        Returns
+        -------
+        float
+            0 where the part is solid [mm].
+        """
         return float(getattr(self.drawing.form, part).stretches[cell.stretch].inner)
 
     def section(self, part: str, cell: Cell) -> float:
-        """Return the section of a cell [m2]."""
+        """Return the section of a cell [m2].
+
+        Parameters
+        ----------
+        part : {"shaft", "housing"}
+        cell : Cell
+            Of that part.
+        """
         return pi / 4.0 * (self.outer(part, cell) ** 2 - self.inner(part, cell) ** 2) * 1e-6
 
     def sectors_of(self, cell: Cell) -> list[Sector]:
-        """Return the sectors of a housing cell."""
+        """Return the sectors of a housing cell.
+
+        Parameters
+        ----------
+        cell : Cell
+            Of the housing.
+
+        Returns
+        -------
+        list of Sector
+            One for the whole ring where the page has one sector, or the stretch is even.
+        """
         count = self.sectors
         if count == 1 or self.drawing.form.housing.stretches[cell.stretch].even:
             return [Sector(cell.name, None, 1.0)]
@@ -98,24 +135,60 @@ class Mesh:
         With 2 pi k L below it this is the resistance from the seat to the cell. A wall that is
         heated on one face and passes the heat on along itself has its mean a third of its
         thickness away from that face.
+
+        Parameters
+        ----------
+        part : {"shaft", "housing"}
+            The seat is on the outside of the shaft, or on the inside of the housing.
+        cell : Cell
+            Of that part.
+        seat : float
+            Its diameter [mm].
         """
         outer, inner = self.outer(part, cell), self.inner(part, cell)
         face, other = (outer, inner) if part == "shaft" else (inner, outer)
         return abs(log((face + (other - face) / 3.0) / seat))
 
     def covered(self, part: str, start: float, end: float) -> list[tuple[Cell, float]]:
-        """Return the cells in a span with how much of each lies in it [mm]."""
+        """Return the cells in a span with how much of each lies in it [mm].
+
+        Parameters
+        ----------
+        part : {"shaft", "housing"}
+        start, end : float
+            Along the axis [mm].
+        """
         cells: list[Cell] = getattr(self, part)
         shares = [(cell, overlap(cell, start, end)) for cell in cells]
         return [(cell, length) for cell, length in shares if length > 1e-9]
 
     def cell_of(self, part: str, at: float) -> Cell:
-        """Return the cell of shaft or housing that holds a place."""
+        """Return the cell of shaft or housing that holds a place.
+
+        Parameters
+        ----------
+        part : {"shaft", "housing"}
+        at : float
+            Along the axis [mm]; beyond the nose, the last cell holds it.
+        """
         cells: list[Cell] = getattr(self, part)
         return next((cell for cell in cells if at <= cell.end), cells[-1])
 
     def read_by(self, place: str, thermometer: ThermometerForm) -> str:
-        """Return the node of the shaft or the housing that a thermometer reads."""
+        """Return the node of the shaft or the housing that a thermometer reads.
+
+        Parameters
+        ----------
+        place : str
+            Where the thermometer stands in the page, for refusals.
+        thermometer : ThermometerForm
+
+        Raises
+        ------
+        BadInput
+            If its place or side is missing, it lies in the air, or its side is the middle of no
+            sector.
+        """
         drawing, part = self.drawing, thermometer.part
         if thermometer.at is None:
             raise drawing.refuse(f"{place}.at", f"is missing: where on the {part} [mm]")

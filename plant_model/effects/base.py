@@ -82,6 +82,14 @@ class Exchange:
 class Effect:
     """Base of all effects; a subclass overrides the hooks that it needs and no others.
 
+    Parameters
+    ----------
+    machine : Machine
+    values : Values
+        The parameter sets.
+    channel : str
+        The sensor that it acts on; empty for an effect of the whole machine.
+
     Attributes
     ----------
     name : str
@@ -138,6 +146,12 @@ class Effect:
     tried : dict of str to tuple of float
         Values at which the gap finder tries a parameter, where its usual few would miss what
         jumps or swings.
+
+    Notes
+    -----
+    The docstrings here say what each hook takes and returns; those of subclasses say only what
+    their law is. Inputs are a mapping from the input's name to an array, shape (times,), in the
+    input's unit.
     """
 
     name: ClassVar[str]
@@ -185,6 +199,15 @@ class Effect:
         A part, an input, or a difference of parts: one law, whose driver a machine file names
         behind a colon, ``[effects."slow_structure:column"]``; without one it is the usual. Empty
         where there is but one.
+
+        Parameters
+        ----------
+        machine : Machine
+
+        Returns
+        -------
+        dict of str to str
+            Words for a report, by the name that stands behind the colon.
         """
         return {}
 
@@ -218,25 +241,67 @@ class Effect:
         """Compute once what does not change while simulating."""
 
     def own(self, parameter: str) -> FloatArray:
-        """Return one of the effect's own parameters, shape (sets or 1, 1)."""
+        """Return one of the effect's own parameters, shape (sets or 1, 1).
+
+        Parameters
+        ----------
+        parameter : str
+            Its name in ``parameters``.
+
+        Returns
+        -------
+        array, shape (sets or 1, 1)
+            In the parameter's unit.
+        """
         return self.values[f"effects.{self.key}.{parameter}"]
 
     def of(self, item: Item, parameter: str) -> FloatArray:
-        """Return a parameter of an item, shape (sets or 1, 1)."""
+        """Return a parameter of an item, shape (sets or 1, 1).
+
+        Parameters
+        ----------
+        item : Item
+        parameter : str
+            Its name among the item's numbers.
+
+        Returns
+        -------
+        array, shape (sets or 1, 1)
+            In the parameter's unit.
+        """
         return self.values[item.parameter_name(parameter)]
 
     def nodes(self, item: Item, role: str) -> list[int]:
-        """Return the positions of the nodes in a role of an item."""
+        """Return the positions of the nodes in a role of an item.
+
+        Parameters
+        ----------
+        item : Item
+        role : str
+            Such as ``between``; a role that the item leaves open has no nodes.
+        """
         return [self.machine.node_index[name] for name in item.refs.get(role, ())]
 
     def scale_of(self, other: str) -> FloatArray:
-        """Return the ``scale`` of another effect, (sets or 1, 1), zero if it is not in force."""
+        """Return the ``scale`` of another effect, (sets or 1, 1), zero if it is not in force.
+
+        Parameters
+        ----------
+        other : str
+            An effect's name that has a parameter ``scale``.
+        """
         if other not in self.machine.effects:
             return np.zeros((1, 1))
         return self.values[f"effects.{other}.scale"]
 
     def table(self, columns: Sequence[FloatArray]) -> FloatArray:
-        """Return numbers of several items, each (sets or 1, 1), as one array (sets, 1, items)."""
+        """Return numbers of several items, each (sets or 1, 1), as one array (sets, 1, items).
+
+        Parameters
+        ----------
+        columns : sequence of array, each (sets or 1, 1)
+            May be empty.
+        """
         if not columns:
             return np.zeros((1, 1, 0))
         return np.stack(np.broadcast_arrays(*columns), axis=-1)
@@ -247,6 +312,14 @@ class Effect:
         """Return heat exchanges; *temperatures* is None unless ``temperature_dependent``.
 
         Where nothing changes them, ``prepare`` puts them into ``constant_exchanges`` once.
+
+        Parameters
+        ----------
+        inputs : mapping of str to array, shape (times,)
+        temperatures : array, shape (sets, times, nodes), or None
+            [degC]
+        states : array, shape (sets, times, own states), or None
+            None for an effect without any.
         """
         return self.constant_exchanges
 
@@ -257,16 +330,52 @@ class Effect:
         states: FloatArray | None,
         out: FloatArray,
     ) -> None:
-        """Add heat [W] to *out*, shape (sets, times, nodes)."""
+        """Add heat [W] to *out*, shape (sets, times, nodes).
+
+        Parameters
+        ----------
+        inputs : mapping of str to array, shape (times,)
+        temperatures : array, shape (sets, times, nodes), or None
+            [degC]; None unless ``temperature_dependent``.
+        states : array, shape (sets, times, own states), or None
+            None for an effect without any.
+        out : array, shape (sets, times, nodes)
+            Changed in place [W].
+        """
 
     def rate(self, inputs: Inputs, temperatures: FloatArray, states: FloatArray) -> FloatArray:
-        """Return d(states)/dt, shape (sets, times, own states)."""
+        """Return d(states)/dt, shape (sets, times, own states).
+
+        Parameters
+        ----------
+        inputs : mapping of str to array, shape (times,)
+        temperatures : array, shape (sets, times, nodes)
+            [degC]
+        states : array, shape (sets, times, own states)
+
+        Raises
+        ------
+        TypeError
+            If the effect has states that do not lag and says no rate.
+        """
         if not self.lags:
             raise TypeError(f"{self.name} has states but no rate")
         return (self.target(inputs, temperatures) - states) / self.time_constants()[:, None, :]
 
     def target(self, inputs: Inputs, temperatures: FloatArray) -> FloatArray:
-        """Return what lagging own states follow, shape (sets or 1, times, own states)."""
+        """Return what lagging own states follow, shape (sets or 1, times, own states).
+
+        Parameters
+        ----------
+        inputs : mapping of str to array, shape (times,)
+        temperatures : array, shape (sets, times, nodes)
+            [degC]
+
+        Raises
+        ------
+        TypeError
+            If the effect does not lag.
+        """
         raise TypeError(f"{self.name} lags behind nothing")
 
     def time_constants(self) -> FloatArray:
@@ -291,6 +400,11 @@ class Effect:
             In force during the step; under `leaps_of` the effect's key what was seen at its end.
         temperatures : array, shape (sets, nodes)
         states : array, shape (sets, own states)
+
+        Raises
+        ------
+        TypeError
+            If the effect does not settle.
         """
         raise TypeError(f"{self.name} does not settle")
 
@@ -301,6 +415,11 @@ class Effect:
         ----------
         temperatures : array, shape (sets, nodes)
         inputs : mapping of str to array, shape (1,)
+
+        Raises
+        ------
+        TypeError
+            If the effect has states that do not lag and says no start.
 
         Notes
         -----
@@ -317,7 +436,18 @@ class Effect:
     def displacement(
         self, inputs: Inputs, rise: FloatArray, states: FloatArray | None, out: FloatArray
     ) -> None:
-        """Add to the pose *out*, shape (sets, times, 6); *rise* is temperature since start [K]."""
+        """Add to the pose.
+
+        Parameters
+        ----------
+        inputs : mapping of str to array, shape (times,)
+        rise : array, shape (sets, times, nodes)
+            Temperature since the start [K].
+        states : array, shape (sets, times, own states), or None
+            None for an effect without any.
+        out : array, shape (sets, times, 6)
+            The pose, in the order and the units of `POSE`; changed in place.
+        """
 
     def reading(
         self,
@@ -326,7 +456,18 @@ class Effect:
         time_s: FloatArray,
         readings: dict[str, FloatArray],
     ) -> None:
-        """Change what sensors show, in place; each reading is (sets, times)."""
+        """Change what sensors show.
+
+        Parameters
+        ----------
+        inputs : mapping of str to array, shape (times,)
+        states : array, shape (sets, times, own states), or None
+            None for an effect without any.
+        time_s : array, shape (times,)
+            Since the run's start [s].
+        readings : dict of str to array, shape (sets, times)
+            By sensor [degC, um]; changed in place.
+        """
 
 
 BEYOND = 10.0
@@ -339,6 +480,17 @@ def possible(effect: type[Effect], parameter: str) -> tuple[float, float]:
     A range of the catalogue says what is usual. An amplitude may be larger than that, as far as
     physics lets it; it never changes its sign where the usual range has but one. The numbers that
     make a law what it is stay in their ranges: beyond them it would be another law.
+
+    Parameters
+    ----------
+    effect : type of Effect
+    parameter : str
+        One of its own.
+
+    Returns
+    -------
+    low, high : float
+        In the parameter's unit.
     """
     usual = effect.parameters[parameter]
     if parameter != effect.amplitude:
@@ -350,7 +502,14 @@ def possible(effect: type[Effect], parameter: str) -> tuple[float, float]:
 
 
 def effect_key(name: str, channel: str = "") -> str:
-    """Return how a machine file names an effect: its name, and its channel or driver, if any."""
+    """Return how a machine file names an effect: its name, and its channel or driver, if any.
+
+    Parameters
+    ----------
+    name : str
+    channel : str
+        The sensor that it acts on, or its driver; empty for an effect that has neither.
+    """
     return f"{name}:{channel}" if channel else name
 
 
@@ -359,6 +518,11 @@ def leaps_of(key: str) -> str:
 
     An array, shape (K,): +1 or -1 where elongation was seen to leap up or down at the end of a
     step, else 0. Such an input is there only where measured runs are compared with.
+
+    Parameters
+    ----------
+    key : str
+        As `effect_key` gives it.
     """
     return f"{key} leaps"
 

@@ -182,6 +182,8 @@ def calibrate(
         Of the calibration runs.
     starts : int
         Number of starting points; the first is the machine as it stands.
+    seed : int
+        Of the further starting points.
     iterations : int
         At most, from each start.
     start_from : sequence of Machine
@@ -189,10 +191,13 @@ def calibrate(
         the machine's.
     sensitivities : sequence of Sensitivities, optional
         Derivatives of every run that are known already.
-    seed : int
-        Of the further starting points.
     progress : callable
         Told what is being done.
+
+    Returns
+    -------
+    Calibration
+        The machine with its free parameters moved, and how well they are known.
     """
     priors = Priors.of(machine, calibrated=True)
     problem = _LeastSquares(machine, observed, priors, sensitivities)

@@ -123,6 +123,14 @@ def taken_out(machine: Machine, run: Run, faults: Sequence[DataFault]) -> Run:
 def need_readings(machine: Machine, runs: Sequence[Run], option: str) -> None:
     """Refuse runs in which no channel is left that the machine can be compared with.
 
+    Parameters
+    ----------
+    machine : Machine
+    runs : sequence of Run
+        What is broken in them is NaN already.
+    option : str
+        Of the command line; named in the refusal.
+
     Raises
     ------
     BadInput

@@ -50,7 +50,13 @@ class NamedChange:
         return [one for one in self.rivals if one["name"] != self.change.name]
 
     def entry(self, after: CandidateFit) -> dict[str, Any]:
-        """Return it as ``gap.json`` has it."""
+        """Return it as ``gap.json`` has it.
+
+        Parameters
+        ----------
+        after : CandidateFit
+            The machine with all changes, calibrated.
+        """
         known = {one.name: one for one in after.calibration.parameters}
         change = self.change
         numbers = {
@@ -75,10 +81,24 @@ class NamedChange:
 
 
 def key_of(name: str, place: tuple[str, ...]) -> str:
-    """Return what a change is called among what is tried."""
+    """Return what a change is called among what is tried.
+
+    Parameters
+    ----------
+    name : str
+        The kind of change.
+    place : tuple of str
+        The parts, inputs, sensors or axes.
+    """
     return f"{name}:{'+'.join(place)}"
 
 
 def place_of(key: str) -> list[str]:
-    """Return the place that a key names."""
+    """Return the place that a key names.
+
+    Parameters
+    ----------
+    key : str
+        As `key_of` gives it.
+    """
     return key.partition(":")[2].split("+")

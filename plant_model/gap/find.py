@@ -56,6 +56,31 @@ FEWEST_RUNS = 3
 
 
 @dataclass(frozen=True)
+class Search:
+    """How the gap finder looks for what is missing.
+
+    Attributes
+    ----------
+    without : sequence of str
+        Effects that are not to be considered.
+    most : int
+        Changes of the description made at most, one after another.
+    seed : int
+        Of starting points and of the runs drawn with nothing missing.
+    workers : int or None
+        Processes; None: one for each core.
+    """
+
+    without: Sequence[str] = ()
+    most: int = MOST_CHANGES
+    seed: int = 0
+    workers: int | None = None
+
+
+USUAL = Search()
+
+
+@dataclass(frozen=True)
 class Withdrawal:
     """An effect that was named and taken back.
 
@@ -137,7 +162,13 @@ class GapResult:
         return replace(self, after=self.changes[-1].after)
 
     def without_change(self, gone: NamedChange) -> GapResult:
-        """Return what was found without one change of the description, and without effects."""
+        """Return what was found without one change of the description, and without effects.
+
+        Parameters
+        ----------
+        gone : NamedChange
+            One of ``changes``.
+        """
         kept = left_out(self.before, self.changes, gone)
         above = self.changes[0].selection.above_tolerance
         first = replace(self.rounds[0], baseline=self.before, one_of=(), above_tolerance=above)
@@ -146,7 +177,13 @@ class GapResult:
         return left.only_described()
 
     def with_only(self, count: int) -> GapResult:
-        """Return what was found with no more than the first *count* effects that were added."""
+        """Return what was found with no more than the first *count* effects that were added.
+
+        Parameters
+        ----------
+        count : int
+            With 0 nothing but the changes of the description is left.
+        """
         named = [selection for selection in self.rounds if selection.named]
         if count >= len(named):
             return self
@@ -164,12 +201,8 @@ class GapResult:
 def find_gap(
     machine: Machine,
     runs: Sequence[Run],
+    search: Search = USUAL,
     *,
-    without: Sequence[str] = (),
-    most: int = MOST_CHANGES,
-    bad: dict[str, list[tuple[str, float, float]]] | None = None,
-    seed: int = 0,
-    workers: int | None = None,
     progress: Progress = quiet,
 ) -> GapResult:
     """Find what is missing in a machine's model.
@@ -179,16 +212,8 @@ def find_gap(
     machine : Machine
     runs : sequence of Run
         At least three, of different speeds; their order does not matter.
-    without : sequence of str
-        Effects that are not to be considered.
-    most : int
-        Changes of the description made at most, one after another.
-    bad : dict of run name to list of (channel, start, end), optional
-        Spans of data to leave out [s].
-    seed : int
-        Of starting points and of the runs drawn with nothing missing.
-    workers : int, optional
-        Processes; by default one for each core.
+    search : Search
+        How to look for it.
     progress : callable
         Told what is being done.
 
@@ -198,51 +223,44 @@ def find_gap(
         When there are too few runs, or nothing in them excites the machine.
     """
     with threadpool_limits(1):
-        return _find(machine, runs, without, most, bad, seed, workers, progress)
+        return _find(machine, runs, search, progress)
 
 
-def _find(
-    machine: Machine,
-    runs: Sequence[Run],
-    without: Sequence[str],
-    most: int,
-    bad: dict[str, list[tuple[str, float, float]]] | None,
-    seed: int,
-    workers: int | None,
-    progress: Progress,
-) -> GapResult:
+def _find(machine: Machine, runs: Sequence[Run], search: Search, progress: Progress) -> GapResult:
     if len(runs) < FEWEST_RUNS:
         raise BadInput(
             "--runs", "", f"{len(runs)} given; {FEWEST_RUNS} or more are needed to name an effect"
         )
     ordered = sorted(runs, key=lambda run: run.name)
     _need_excitation(machine, ordered)
-    calibration, observed, faults = calibrated(machine, ordered, bad, seed=seed, progress=progress)
+    calibration, observed, faults = calibrated(
+        machine, ordered, seed=search.seed, progress=progress
+    )
     progress("what else may be wrong")
     sensitivities = all_sensitivities(machine, calibration.machine, observed)
     before = score_fit(machine, (), observed, calibration, sensitivities)
-    with processes(workers) as pool:
+    with processes(search.workers) as pool:
         progress("what starts at another temperature")
         restarted, started = select_change(
             pool,
             before,
             sensitivities,
-            seed,
+            search.seed,
             only=("start_state",),
             least=LEAST_SHARE,
             locally=False,
         )
         changes = [restarted] if restarted else []
-        rounds, after = _effects(pool, started, sensitivities, without, seed, progress)
+        rounds, after = _effects(pool, started, sensitivities, search, progress)
         found = GapResult(before, after, tuple(rounds), (), tuple(changes), tuple(faults))
         named = rounds[0].named
         # Not by the verdict: with another start of a part, that is an answer already.
         wrong = rounds[0].above_tolerance or found.reference.is_left or far_off(started)
         if not (named or wrong):
             return found
-        rest = most - len(changes)
+        rest = search.most - len(changes)
         rival = after if named else None
-        further = select_changes(pool, started, sensitivities, seed, rest, progress, rival)
+        further = select_changes(pool, started, sensitivities, search.seed, rest, progress, rival)
     if named and not further:
         return found
     first = replace(rounds[0], one_of=())
@@ -254,8 +272,7 @@ def _effects(
     pool: ProcessPoolExecutor,
     started: CandidateFit,
     sensitivities: Sequence[RunSensitivities],
-    without: Sequence[str],
-    seed: int,
+    search: Search,
     progress: Progress,
 ) -> tuple[list[SelectionRound], CandidateFit]:
     """Look for effects, one after another; return what was judged and what is explained then."""
@@ -265,7 +282,7 @@ def _effects(
         if count and cost_per_run_and_channel(after, channels) < SETTLED:
             break
         at_first = float(started.loro_cost.sum())
-        selection = _round(pool, after, sensitivities, without, at_first, seed, progress)
+        selection = _round(pool, after, sensitivities, at_first, search, progress)
         rounds.append(selection)
         if not selection.named:
             break
@@ -301,14 +318,13 @@ def _round(
     pool: ProcessPoolExecutor,
     baseline: CandidateFit,
     sensitivities: Sequence[RunSensitivities],
-    without: Sequence[str],
     at_first: float,
-    seed: int,
+    search: Search,
     progress: Progress,
 ) -> SelectionRound:
     """Look for one more effect."""
     observed = baseline.observed
-    effects = missing_effects(baseline.machine, without)
+    effects = missing_effects(baseline.machine, search.without)
     tried: list[Candidate] = []
     jobs = [pool.submit(_candidates, baseline.machine, observed, effect.name) for effect in effects]
     for effect, job in zip(effects, jobs, strict=True):
@@ -323,7 +339,7 @@ def _round(
         best.setdefault(tried[i].key, int(i))
     chosen = _shortlist(best)
     null_q99 = null_quantile(
-        screen, baseline.designs, observed, tried, float(baseline.loro_cost.sum()), seed
+        screen, baseline.designs, observed, tried, float(baseline.loro_cost.sum()), search.seed
     )
     scale, screened = scores.scale[0].tolist(), scores.loro_cost[0][:, None] - scores.loro_gain[0]
 

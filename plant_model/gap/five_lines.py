@@ -24,7 +24,13 @@ KINDS = {
 
 
 def five_lines(table: dict[str, Any]) -> list[str]:
-    """Return what a machine engineer wants to know, in five lines."""
+    """Return what a machine engineer wants to know, in five lines.
+
+    Parameters
+    ----------
+    table : dict
+        The content of ``gap.json``.
+    """
     where = table["where"]
     worst = "residuals are within tolerance"
     if where:

@@ -8,7 +8,7 @@ from measurement.runs import Run
 from plant_model.gap.calibrate import Progress, quiet
 from plant_model.gap.data_faults import DataFault, taken_out
 from plant_model.gap.description import NamedChange
-from plant_model.gap.find import MOST_CHANGES, GapResult, find_gap
+from plant_model.gap.find import USUAL, GapResult, Search, find_gap
 from plant_model.gap.keys import law_of
 from plant_model.gap.observations import Observations, observe
 from plant_model.gap.report import GapComparison
@@ -23,11 +23,8 @@ def answer(
     machine: Machine,
     runs: Sequence[Run],
     unseen: Sequence[Run],
+    search: Search = USUAL,
     *,
-    without: Sequence[str] = (),
-    most: int = MOST_CHANGES,
-    seed: int = 0,
-    workers: int | None = None,
     progress: Progress = quiet,
 ) -> tuple[GapResult, GapComparison, list[DataFault]]:
     """Find what is missing in a machine's model, and hold it against runs never used.
@@ -37,7 +34,7 @@ def answer(
     machine : Machine
     runs, unseen : sequence of Run
         Without what is broken by the data alone.
-    without, most, seed, workers, progress
+    search, progress
         As in `find_gap`.
 
     Returns
@@ -52,15 +49,7 @@ def answer(
     lone: list[DataFault] = []
     for _ in range(MOST_ASKED):
         sound = [taken_out(machine, run, lone) for run in runs]
-        found = find_gap(
-            machine,
-            sound,
-            without=without,
-            most=most,
-            seed=seed,
-            workers=workers,
-            progress=progress,
-        )
+        found = find_gap(machine, sound, search, progress=progress)
         progress("judging by what was kept back")
         channels = found.observed[0].channels
         later = observe(machine, unseen, channels=channels)

@@ -27,7 +27,18 @@ def laws_of(keys: Iterable[str]) -> tuple[str, ...]:
 
 
 def driver_of(machine: Machine, key: str) -> tuple[str, str]:
-    """Return a key's driver and the words for it; both empty where the law has but one."""
+    """Return a key's driver and the words for it; both empty where the law has but one.
+
+    Parameters
+    ----------
+    machine : Machine
+    key : str
+        As a machine file has it: name, or name, colon and channel or driver.
+
+    Returns
+    -------
+    driver, words : str
+    """
     name, _, driver = key.partition(":")
     effect = catalogue().get(name)
     drivers = {} if effect is None or effect.on_channel else effect.drivers(machine)

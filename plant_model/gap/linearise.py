@@ -37,7 +37,23 @@ def simulate_at(
     parameters: Mapping[str, FloatArray] | None = None,
     start: FloatArray | None = None,
 ) -> Simulation:
-    """Simulate a run at its first row and then at its observations' instants."""
+    """Simulate a run at its first row and then at its observations' instants.
+
+    Parameters
+    ----------
+    machine : Machine
+    observed : Observations
+        Effects that had not begun in its run are left out.
+    parameters : mapping of str to array, shape (sets,), optional
+        Values instead of the machine's, by full name; the run's own values win.
+    start : array, optional
+        Temperatures of the nodes at the start [degC]; by default as the machine file says.
+
+    Returns
+    -------
+    Simulation
+        At K + 1 instants.
+    """
     if observed.absent & machine.effects.keys():
         gone = tuple(f"effects.{key}." for key in observed.absent)
         kept = {key: p for key, p in machine.effects.items() if key not in observed.absent}
@@ -58,7 +74,19 @@ def simulate_at(
 
 
 def modelled(simulation: Simulation, observed: Observations) -> FloatArray:
-    """Return the channels of a simulation, shape (sets, K, C), displacements from the first row."""
+    """Return the channels of a simulation, shape (sets, K, C), displacements from the first row.
+
+    Parameters
+    ----------
+    simulation : Simulation
+        At the run's first row and then at the K instants.
+    observed : Observations
+
+    Returns
+    -------
+    array, shape (sets, K, C)
+        [degC, um]
+    """
     shown = np.stack([simulation.readings[name] for name in observed.channels], axis=-1)
     lengths = set(displacement_names(simulation.machine))
     zeroed = [i for i, name in enumerate(observed.channels) if name in lengths]

@@ -108,7 +108,13 @@ class Observations:
     switches: tuple[Switch, ...] = ()
 
     def weighted(self, modelled: FloatArray) -> FloatArray:
-        """Return weighted model minus measurement, shape (..., K C), from (..., K, C)."""
+        """Return weighted model minus measurement, shape (..., K C); 0 where nothing was measured.
+
+        Parameters
+        ----------
+        modelled : array, shape (..., K, C)
+            What the model shows [degC, um].
+        """
         difference = (modelled - np.nan_to_num(self.values)) * self.weights
         return difference.reshape(*modelled.shape[:-2], -1)
 
@@ -151,6 +157,11 @@ def observe(
     channels : tuple of str, optional
         Those of other runs that these are to be set beside, whether these hold them or not; all
         that they hold if empty.
+
+    Returns
+    -------
+    list of Observations
+        One for each run, in their order.
 
     Raises
     ------

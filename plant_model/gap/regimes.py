@@ -59,14 +59,36 @@ class RunResiduals:
 
 
 def residuals(machine: Machine, observed: Observations) -> RunResiduals:
-    """Return model minus measurement of one run."""
+    """Return model minus measurement of one run.
+
+    Parameters
+    ----------
+    machine : Machine
+    observed : Observations
+
+    Returns
+    -------
+    RunResiduals
+        Its values have the shape (K, C) [K, um]; NaN where nothing was measured.
+    """
     return RunResiduals(
         observed, modelled(simulate_at(machine, observed), observed)[0] - observed.values
     )
 
 
 def regimes(observed: Observations) -> list[tuple[float, float, str]]:
-    """Return stretches of a run (start, end, what the machine does), in order."""
+    """Return stretches of a run (start, end, what the machine does), in order.
+
+    Parameters
+    ----------
+    observed : Observations
+        Of a run with or without a speed; an unknown speed counts as standing.
+
+    Returns
+    -------
+    list of (start, end, text)
+        Start and end in seconds since the run's zero.
+    """
     found = []
     before = 0.0
     for segment in speed_spectrum(observed.run):
@@ -117,7 +139,15 @@ def noise_of(machine: Machine, channels: tuple[str, ...]) -> FloatArray:
 
 
 def gap_of(machine: Machine, found: list[RunResiduals]) -> float:
-    """Return the root mean square of residual over sensor noise, all channels [1]."""
+    """Return the root mean square of residual over sensor noise, all channels [1].
+
+    Parameters
+    ----------
+    machine : Machine
+        Says how noisy each sensor is.
+    found : list of RunResiduals
+        All with the same channels.
+    """
     noise = noise_of(machine, found[0].observed.channels)
     squares = np.concatenate([((one.values / noise) ** 2).ravel() for one in found])
     return float(np.sqrt(np.nanmean(squares)))
@@ -133,7 +163,14 @@ def floor_of(found: list[RunResiduals]) -> float:
 
 
 def by_channel(machine: Machine, found: list[RunResiduals]) -> dict[str, float]:
-    """Return the root mean square of each channel's residual [K, um]; only of what was measured."""
+    """Return the root mean square of each channel's residual [K, um]; only of what was measured.
+
+    Parameters
+    ----------
+    machine : Machine
+    found : list of RunResiduals
+        All with the same channels.
+    """
     stacked = np.concatenate([one.values for one in found])
     measured = np.isfinite(stacked).any(axis=0)
     rms = np.sqrt(np.nanmean(stacked[:, measured] ** 2, axis=0))

@@ -81,7 +81,18 @@ class GapComparison:
         return bool(change.max(initial=0.0) > WORSE and harm > HARM * gain)
 
     def gap_beside(self, reference: Sequence[FloatArray]) -> dict[str, float]:
-        """Return the gap with what the reference leaves, (K, C) of each run, and the rest of it."""
+        """Return the gap with what the reference leaves, (K, C) of each run, and the rest of it.
+
+        Parameters
+        ----------
+        reference : sequence of array, each (K, C)
+            Residuals of each run that no description of this machine could take away [K, um].
+
+        Returns
+        -------
+        dict of str to float
+            ``before``, ``after``, ``reference`` and ``reducible``, which is never below 0 [1].
+        """
         table = self.gap()
         least = gap_of(self.machine, self._with(reference))
         return table | {"reference": least, "reducible": max(table["after"] - least, 0.0)}
@@ -113,7 +124,18 @@ class GapComparison:
         }
 
     def channels_beside(self, reference: Sequence[FloatArray]) -> dict[str, dict[str, Any]]:
-        """Return the channels with what the reference leaves of each, and the rest of it."""
+        """Return the channels with what the reference leaves of each, and the rest of it.
+
+        Parameters
+        ----------
+        reference : sequence of array, each (K, C)
+            As in `gap_beside`.
+
+        Returns
+        -------
+        dict of str to dict
+            By channel [K, um].
+        """
         table = self.channels()
         least = by_channel(self.machine, self._with(reference))
         for name, entry in table.items():

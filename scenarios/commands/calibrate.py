@@ -31,13 +31,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Calibrate, write the machine file, and say what the runs determine."""
     from measurement.errors import BadInput
+    from measurement.files import write_together
     from measurement.runs import read_run
     from plant_model.gap.advice import advice
     from plant_model.gap.regimes import by_channel, residuals
     from plant_model.gap.standing import calibrated
     from plant_model.machine_file import read_machine
-    from plant_model.machine_writer import write_machine
-    from scenarios.calibration_page import page_beside, write_calibration_page
+    from plant_model.machine_writer import machine_text
+    from scenarios.calibration_page import calibration_page, page_beside
     from scenarios.gap_runner import begun_warm, not_compared, usable_runs
     from scenarios.parameter_rows import DETERMINED
     from scenarios.progress import CALIBRATE, spoken
@@ -56,7 +57,7 @@ def run(args: argparse.Namespace) -> int:
             machine, runs, starts=args.starts, seed=args.seed, progress=say
         )
     faults += more
-    path = write_machine(found.machine, args.machine, args.output, finish=marked)
+    path = args.output
     channels = {
         moment: by_channel(which, [residuals(which, one) for one in observed])
         for moment, which in (("before", machine), ("after", found.machine))
@@ -67,15 +68,16 @@ def run(args: argparse.Namespace) -> int:
         *((run.name, f"SHA-256 {run.sha256}") for run in read),
         ("made by", f"{PROGRAM} {version()}"),
     ]
-    write_calibration_page(
+    text = calibration_page(
         machine,
         found,
         observed,
         told_by_it,
         [*(fault.text for fault in faults), *lacking],
         facts,
-        page,
     )
+    # Together: a page of another machine file would mislead.
+    write_together({page: text, path: marked(machine_text(found.machine, args.machine))})
     if args.json:
         table = {
             "machine": str(path),

@@ -60,6 +60,7 @@ def run(args: argparse.Namespace) -> int:
     """Find the gap, write the folder, and say what was found."""
     from measurement.errors import BadInput
     from plant_model.effects import catalogue
+    from plant_model.gap.find import Search
     from scenarios.gap_runner import GapTask, run_find_gap
     from scenarios.progress import FIND_GAP, spoken
 
@@ -77,12 +78,9 @@ def run(args: argparse.Namespace) -> int:
         args.runs,
         args.holdout or [],
         args.out,
-        args.without,
-        args.seed,
-        args.workers,
-        not args.no_fmu,
-        args.most,
-        args.split_hours,
+        Search(args.without, args.most, args.seed, args.workers),
+        fmu=not args.no_fmu,
+        split_hours=args.split_hours,
     )
     with spoken(args.quiet, FIND_GAP) as say:
         table, lines = run_find_gap(asked, say)

@@ -58,22 +58,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--ambient",
         metavar="NAME",
-        help="the temperature that reads the ambient: a machine whose temperatures all stand "
-        "with it is cold",
+        help="ambient temperature input: a machine whose temperatures stay near it is cold",
     )
     parser.add_argument(
         "--together-band",
         type=float,
         default=1.0,
         metavar="K",
-        help="within so many kelvins of each other and of where they were (1)",
+        help="how near: largest difference between them, and largest change [K] (1)",
     )
     parser.add_argument(
         "--together-time",
         type=float,
         default=1800.0,
         metavar="S",
-        help="for so many seconds of the compensator (1800)",
+        help="how long they must stay so, in the compensator's time [s] (1800)",
     )
     parser.add_argument(
         "--canopen", type=int, metavar="ID", help="be the CANopen node of this number (1 to 127)"
@@ -86,12 +85,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         nargs="?",
         const=DEFAULT_URL,
         metavar="URL",
-        help=f"tell the hall by OPC UA, to be read only ({DEFAULT_URL})",
+        help=f"show inputs, outputs and status by OPC UA, read-only ({DEFAULT_URL})",
     )
     parser.add_argument(
         "--opcua-cert", type=Path, metavar="FILE", help="the OPC UA server's certificate"
     )
-    parser.add_argument("--opcua-key", type=Path, metavar="FILE", help="the key of the same")
+    parser.add_argument(
+        "--opcua-key", type=Path, metavar="FILE", help="key of the OPC UA server's certificate"
+    )
     parser.add_argument(
         "--opcua-trust",
         type=Path,
@@ -99,7 +100,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="certificates of the clients that may read, or of those who signed them",
     )
     parser.add_argument(
-        "--duration", type=float, metavar="S", help="end after this time (when interrupted)"
+        "--duration", type=float, metavar="S", help="end after this time [s] (when interrupted)"
     )
     parser.add_argument("--until-off", action="store_true", help="end when the machine is off")
     parser.add_argument(

@@ -85,7 +85,23 @@ def run(args: argparse.Namespace) -> int:
 
 
 def inputs_of(case: Case, machine: Machine, every_s: float) -> pd.DataFrame:
-    """Return a scenario's signals as inputs of a machine, a row every *every_s* [s]."""
+    """Return a scenario's signals as inputs of a machine, a row every *every_s* [s].
+
+    Parameters
+    ----------
+    case : Case
+        The variant of the scenario whose signals count.
+    machine : Machine
+        Signals for which it has no input are left out.
+    every_s : float
+        Between rows [s].
+
+    Returns
+    -------
+    DataFrame
+        ``time_s`` from 0 to the scenario's duration, and a column for each signal under its
+        input's name.
+    """
     import numpy as np
     import pandas as pd
 

@@ -1,4 +1,4 @@
-"""What an answer of the gateway is made of: the compensator's outputs, and what goes with them."""
+"""The gateway's answer: the compensator's outputs, and what is sent with them."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""What may be slow or fail, beside the loop: a thread that does jobs in their order.
+"""A thread for jobs that may be slow or fail, in order.
 
-A disk that is full or hangs must not keep an answer waiting. So the loop hands its jobs over and
-never waits; where the thread cannot follow, jobs are dropped and counted.
+A full or hanging disk must not delay an answer. So the main loop hands such jobs over and never
+waits; if the thread cannot keep up, jobs are dropped and counted.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from collections.abc import Callable
 
 Job = Callable[[], None]
 LAST_S = 5.0
-"""How long the end waits for what is left to do [s]."""
+"""Longest wait for the remaining jobs at the end [s]."""
 
 
 class Background:
@@ -23,14 +23,14 @@ class Background:
     Parameters
     ----------
     room : int
-        So many jobs may wait; a further one is dropped.
+        Most jobs that may wait; further ones are dropped.
     idle : callable, optional
         Called about once a second by the thread, whether or not there are jobs.
 
     Attributes
     ----------
     dropped : int
-        Jobs that found no room, or failed.
+        Jobs that were dropped or failed.
     """
 
     def __init__(self, room: int, idle: Job = lambda: None) -> None:
@@ -71,7 +71,7 @@ class Background:
                 traceback.print_exc()
 
     def close(self) -> bool:
-        """Do what is left, for a short while; return whether all was done."""
+        """Finish the remaining jobs within `LAST_S`; return whether all were done."""
         try:
             self._jobs.put(None, timeout=LAST_S)
         except queue.Full:

@@ -101,7 +101,13 @@ class CanOpenNode:
     def gated(
         self, send: Callable[[Iterable[can.Message]], object]
     ) -> Callable[[Iterable[can.Message]], object]:
-        """Return what sends PDOs, while the node is operational."""
+        """Return what sends PDOs, while the node is operational.
+
+        Parameters
+        ----------
+        send : callable
+            Sends messages at once, in whatever state the node is.
+        """
         return lambda messages: send(messages) if self.operational else None
 
     def update(self, now: float, told: Mapping[str, Value], given: Mapping[str, float]) -> None:

@@ -1,4 +1,4 @@
-"""What a control does with the offsets that it receives, and without them."""
+"""How a control uses the offsets that it receives, and what it does without them."""
 
 from __future__ import annotations
 

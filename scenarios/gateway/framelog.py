@@ -1,8 +1,7 @@
-"""The log of frames: beside the loop, appended to, turned over, and never a reason to stop.
+"""The log of frames, written by a separate thread, so that it never stops the gateway.
 
-A thread of its own writes. When the disk is full or the file cannot be written, frames are left
-out and counted, and writing is tried again. About once a second what was written is brought to the
-file, so that a program that is killed loses at most that.
+If the disk is full or the file cannot be written, frames are left out and counted, and writing is
+tried again. The log is flushed about once a second, so a killed program loses no more than that.
 """
 
 from __future__ import annotations
@@ -25,7 +24,7 @@ LOGS = (".log", ".asc", ".blf")
 ROOM = 20_000
 """Frames that may wait to be written; at 120 a second nearly three minutes."""
 SYNC_S, RETRY_S = 1.0, 5.0
-"""How often frames are brought to the file, and how long after a failure it is tried again [s]."""
+"""How often the log is flushed, and how soon writing is tried again after a failure [s]."""
 LARGEST_MB = 100.0
 CHANNELS = 254
 KEPT = 9
@@ -69,7 +68,7 @@ class FrameLog:
         self._thread = Background(ROOM, self._look)
 
     def write(self, message: can.Message) -> None:
-        """Take a frame; it is written when the thread gets to it."""
+        """Take a frame for the thread to write."""
         if self.path.suffix.lower() != ".log" and (channel2int(message.channel) or 0) > CHANNELS:
             message.channel = 0  # these forms number channels, and not so far
         self._thread.do(lambda: self._write(message))
@@ -100,7 +99,7 @@ class FrameLog:
         self._look()
 
     def _look(self) -> None:
-        """About once a second: bring frames to the file, and see whether it is still the same."""
+        """Flush about once a second, and check whether the file is still the same."""
         now = time.monotonic()
         if now - self._synced_at < SYNC_S and not self._reopen:
             return

@@ -1,7 +1,6 @@
-"""Can a cycle be used? Its time, its age, the machine's state; and is there another gateway?
+"""Whether a cycle can be used: its time, its age, the machine's state, and a second gateway.
 
-`supervision` has judged the frames and their counts; here a cycle as a whole is held against the
-clocks.
+`supervision` checks frames and counts; this module compares a whole cycle with the clocks.
 """
 
 from __future__ import annotations
@@ -23,7 +22,7 @@ RIVAL_S = 1.0
 
 @dataclass(frozen=True)
 class Verdict:
-    """Whether a cycle can be used, what is wrong, and what the machine says that it does."""
+    """Whether a cycle can be used, what is wrong with it, and the machine's reported state."""
 
     usable: bool
     finding: Finding | None
@@ -35,7 +34,7 @@ class Verdict:
 
 
 class Judge:
-    """Holds the cycles of a machine against the clocks.
+    """Compares the cycles of a machine with the clocks.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""One end of a bus: opened, kept, logged, and opened again when it is lost.
+"""A connection to a bus, reopened when it is lost, with its log.
 
 No thread and no polling: `receive` waits in the driver until a frame comes or the time is up.
 """

@@ -91,7 +91,23 @@ class Ear:
         self.last: Cycle | None = None
 
     def hear(self, link: Link, until: float, time_s: float | None = None) -> bool:
-        """Listen until a time, or until the answer to the readings of *time_s* [s] has come."""
+        """Listen until a time, or until the answer to the readings of *time_s* [s] has come.
+
+        Parameters
+        ----------
+        link : Link
+            Open.
+        until : float
+            On the clock that the ear was given [s].
+        time_s : float, optional
+            The machine's time that an answer is wanted to [s]; without it, what comes is taken
+            in.
+
+        Returns
+        -------
+        bool
+            Whether that answer has come; never true without *time_s*.
+        """
         wanted = self._answer_to(time_s) if time_s is not None and self.timed else None
         while True:
             # At least one look, so that what waits is taken in even by one who is late.
@@ -135,7 +151,19 @@ class Ear:
         return fresh if age <= oldest_s else None
 
     def says(self, signal: str) -> str:
-        """Return what the gateway's heartbeat said last, as the DBC names it."""
+        """Return what the gateway's heartbeat said last, as the DBC names it.
+
+        Parameters
+        ----------
+        signal : str
+            Of the heartbeat frame.
+
+        Returns
+        -------
+        str
+            The value's name; `NOT_AVAILABLE` where nothing was heard or the frames have no such
+            signal.
+        """
         if self.last is None:
             return NOT_AVAILABLE
         if signal not in self._words:

@@ -1,4 +1,4 @@
-"""A map held against the compensator that it is to serve, before anything is sent."""
+"""Checks a map against its compensator before the bus is opened."""
 
 from __future__ import annotations
 
@@ -55,6 +55,13 @@ def problems_of(mapping: Mapping, fmu: Path, *, machine_clock: bool = False) -> 
 def node_mapping(node_id: int, fmu: Path) -> Mapping:
     """Return the PDOs of a CANopen node that serves a compensator.
 
+    Parameters
+    ----------
+    node_id : int
+        1 to 127.
+    fmu : Path
+        The compensator.
+
     Raises
     ------
     BadInput
@@ -67,7 +74,15 @@ def node_mapping(node_id: int, fmu: Path) -> Mapping:
 
 
 def node_dictionary(node_id: int, fmu: Path) -> Any:
-    """Return the object dictionary of such a node."""
+    """Return the object dictionary of such a node.
+
+    Parameters
+    ----------
+    node_id : int
+        1 to 127.
+    fmu : Path
+        The compensator.
+    """
     from scenarios.gateway.canopen_pdo import dictionary
 
     return dictionary(node_id, _inputs(fmu), fmu.name, sha256_of(fmu), _limits(fmu))
@@ -75,6 +90,13 @@ def node_dictionary(node_id: int, fmu: Path) -> Any:
 
 def node_eds(node_id: int | None, fmu: Path) -> str:
     """Return the data sheet of such a node.
+
+    Parameters
+    ----------
+    node_id : int or None
+        1 to 127; None where the command line names no node.
+    fmu : Path
+        The compensator.
 
     Raises
     ------

@@ -33,7 +33,7 @@ class _Form(BaseModel):
 
 
 class FrameMap(_Form):
-    """What is to be known of a frame that the DBC file does not say."""
+    """What a frame's description needs beyond the DBC file."""
 
     protection: str
     check: Name = "crc"
@@ -94,7 +94,7 @@ class _Mapped(_Form):
 
 
 class InputMap(_Mapped):
-    """Where an input comes from, and what stands for it when it is missing."""
+    """Where an input comes from, and what replaces it when it is missing."""
 
     signal: Place | Places | None = None
     constant: Number | Name | None = None
@@ -106,12 +106,12 @@ class InputMap(_Mapped):
         if (self.signal is None) == (self.constant is None):
             raise ValueError("needs signal or constant, one of them")
         if (self.when_missing == HOLD) != (self.hold_s is not None):
-            raise ValueError('when_missing = "hold" needs hold_s, and hold_s needs it')
+            raise ValueError('when_missing = "hold" and hold_s need each other')
         return self
 
 
 class OutputMap(_Mapped):
-    """Where an output goes, and what is sent while it is not valid."""
+    """Where an output goes, and what is sent while it is invalid."""
 
     signal: Place | Places
     when_invalid: Literal["follow", "missing"] | Number | None = None
@@ -126,7 +126,7 @@ class CycleMap(_Form):
     @model_validator(mode="after")
     def _fits(self) -> CycleMap:
         if (self.frames == "sampled") != (self.every_ms is not None):
-            raise ValueError('frames = "sampled" needs every_ms, and every_ms needs it')
+            raise ValueError('frames = "sampled" and every_ms need each other')
         return self
 
 

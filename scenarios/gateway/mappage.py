@@ -19,7 +19,12 @@ WIDTH = 60
 
 
 def map_text(mapping: Mapping) -> str:
-    """Return the table of frames and signals, what protects them, and the bus load."""
+    """Return the table of frames and signals, what protects them, and the bus load.
+
+    Parameters
+    ----------
+    mapping : Mapping
+    """
     database = mapping.database
     lines = [aligned(HEAD, map_rows(mapping)), "", load_text(database), ""]
     lines += mapping.unprotected()

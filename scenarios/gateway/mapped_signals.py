@@ -33,7 +33,7 @@ from scenarios.gateway.protection import (
 )
 
 ENDLESS = ("status", "bus_fault")
-"""What may get more values some day."""
+"""Enumerations that may get more values later."""
 Spec = InputMap | OutputMap
 
 

@@ -1,7 +1,7 @@
 """A control's DBC file put to use by a map: frames and signals under the gateway's own names.
 
-Every problem is found, not only the first: a map is written once, by somebody who has the manual of
-the control open.
+Lists every problem, not only the first: whoever writes a map has the control's manual open and
+mends them all at once.
 """
 
 from __future__ import annotations
@@ -92,7 +92,7 @@ class Mapping:
         known = {*outputs, *own_signals(), "trust"}
         for name in self.form.outputs:
             if name not in known:
-                self.say(f"outputs.{name}", "is nothing that the compensator or gateway gives")
+                self.say(f"outputs.{name}", "is not an output of the compensator or the gateway")
         for name in OFFSETS:
             if limit_um is None or not self.database.has(name):
                 continue
@@ -103,10 +103,10 @@ class Mapping:
                 self.say(f"outputs.{name}", text)
 
     def unprotected(self) -> list[str]:
-        """Return a line for each frame of the machine whose faults cannot all be noticed."""
+        """Return a line for each frame of the machine whose faults cannot all be detected."""
         lacks = {
-            "none": "has no protection: a stuck, repeated or replaced frame is not noticed",
-            "partly": "has a check value or a counter, not both: not all faults are noticed",
+            "none": "has no protection: stuck, repeated and replaced frames are not detected",
+            "partly": "has a check value or a counter, not both: not all faults are detected",
         }
         return [
             f"{frame.name} {lacks[frame.protection.trust]}"
@@ -162,7 +162,7 @@ class _Reader:
         made = [self._frame(name, *content) for name, content in frames.items()]
         for name in self.form.frames:
             if name not in frames:
-                self.say(f"frames.{name}", "is of no use: no input or output is in it")
+                self.say(f"frames.{name}", "is not needed: the map uses no signal of it")
         ordered = sorted((frame for frame in made if frame is not None), key=lambda f: f.key)
         self.found.database = replace(
             self.found.database,
@@ -243,7 +243,7 @@ class _Reader:
         told = self.form.frames.get(name)
         place = f"frames.{name}"
         if told is None:
-            self.say(place, "is missing: say how it is protected, if only by none")
+            self.say(place, 'is missing: state the protection, "none" if there is none')
             return None
         if not signals:
             return None
@@ -305,14 +305,14 @@ class _Reader:
         if late_ms <= 0.0 and node == COMPENSATOR and self.every_s is not None:
             late_ms = 5e3 * self.every_s
         if late_ms <= 0.0:
-            raise BadInput("late_after_ms", "", "is missing: after which silence is it late?")
+            raise BadInput("late_after_ms", "", "is missing: silence after which the frame is late")
         return late_ms / 1e3
 
     def _fixed(self, message: Message, told: FrameMap, taken: set[str]) -> dict[str, float]:
         others = {s.name: s for s in message.signals if s.name not in taken}
         for name in told.fill:
             if name not in others:
-                raise BadInput(f"fill.{name}", "", "is no signal of it that is left over")
+                raise BadInput(f"fill.{name}", "", "is not an unused signal of this frame")
         found = {}
         for name, signal in others.items():
             raw = told.fill.get(name, float(signal.raw_initial or 0))
@@ -328,7 +328,7 @@ class _Reader:
         for name in OFFSETS:
             unsaid = name in form.outputs and form.outputs[name].when_invalid is None
             if unsaid and "valid" not in form.outputs:
-                text = "no signal says whether it is valid (valid): say when_invalid"
+                text = "needs when_invalid, because no signal carries valid"
                 self.say(f"outputs.{name}", text)
         if self.every_s is not None:
             self._check_sampled()

@@ -3,11 +3,11 @@
 A cycle of the machine comes in, the FMU takes one step, the answer goes out. When the machine is
 silent the gateway keeps its own time.
 
-Who is responsible for what: the gateway decides whether what came in can be trusted, and gives the
-FMU *missing* (NaN) where not. Holding, ramping to zero and moving back are the compensator's own
-work, in one place. The gateway adds rules of its own: offsets are marked valid only in the answer
-to a usable cycle that has just arrived, while no other gateway is on the bus; and the FMU gets no
-reading before something proves what the drift is counted from.
+The gateway decides whether an input can be trusted, and gives the FMU *missing* (NaN) if not.
+Holding, ramping to zero and moving back are the compensator's own work, in one place. The gateway
+adds rules of its own: offsets are marked valid only in the answer to a usable cycle that has just
+arrived, while no other gateway is on the bus; and the FMU gets no reading before something proves
+what the drift is counted from.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from scenarios.gateway.supervision import Cycle, Finding, Reception
 from scenarios.gateway.unit import Saved
 
 LONGEST_GAP_S = 3600.0
-"""A larger jump of the machine's time is not made up for [s]."""
+"""Largest jump of the machine's time that the compensator is stepped over [s]."""
 FAREWELLS = 2
 LATE_PERIODS = 2.5
 """Where frames come at their own pace, an answer that takes more periods than this is stale."""

@@ -1,7 +1,7 @@
-"""What the gateway tells the hall: values and events for an OPC UA server in a process of its own.
+"""The gateway's values and events for an OPC UA server, which is a separate process.
 
-Nothing here can hold up the gateway: lines are handed to a thread, and dropped if the server does
-not take them; if it is gone, a line for people says so and the gateway goes on.
+The server cannot delay the gateway: a thread writes to it, and drops lines that the server does not
+read. If the server is gone, the gateway logs a line and goes on.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ from scenarios.gateway.unit import CompensatorUnit
 
 DEFAULT_URL = "opc.tcp://127.0.0.1:4840/spindle-drift"
 EVERY_S = 0.5
-"""How often values are told [s]."""
+"""How often values are updated [s]."""
 ROOM = 20
-"""So many lines may wait for the server."""
+"""Most lines that may wait for the server."""
 STATES: dict[str, str] = {
     "valid": "bool",
     "status": "int",
@@ -49,14 +49,14 @@ INFO, GOOD, LOST = 100, 200, 700
 
 @dataclass(frozen=True)
 class Security:
-    """What an OPC UA server proves itself with, and whom it lets in.
+    """The OPC UA server's certificate, and the clients that it accepts.
 
     Attributes
     ----------
     certificate, key : Path
         The server's own (DER or PEM).
     trust : Path
-        Folder of certificates of clients, or of those who signed them.
+        Folder of the clients' certificates, or of their signers'.
     """
 
     certificate: Path
@@ -67,11 +67,23 @@ class Security:
 def checked_url(url: str, security: Security | None) -> str:
     """Return a URL that the server may be bound to.
 
+    Parameters
+    ----------
+    url : str
+        ``opc.tcp://HOST:PORT``, with or without a path.
+    security : Security or None
+        Without it, only an address that nobody else on the network reaches is allowed.
+
+    Returns
+    -------
+    str
+        The URL as given.
+
     Raises
     ------
     BadInput
-        If it is none, asyncua is not installed, a file is missing, or others on the network could
-        listen in.
+        If it is not an OPC UA URL, asyncua is not installed, a file is missing, or other computers
+        could read without a certificate.
     """
     parts = urlsplit(url)
     try:
@@ -105,7 +117,7 @@ def _is_local(host: str) -> bool:
 
 
 class HallStatus:
-    """Tells an OPC UA server what the gateway knows.
+    """Passes the gateway's values and events to an OPC UA server.
 
     Parameters
     ----------
@@ -164,7 +176,7 @@ class HallStatus:
         outputs: Mapping[str, float],
         state: Mapping[str, Value | bool],
     ) -> None:
-        """Tell values, not more often than they are of use; changes of state at once.
+        """Send values every `EVERY_S`, changes of state at once.
 
         Parameters
         ----------
@@ -194,11 +206,11 @@ class HallStatus:
         self._write({"values": values})
 
     def event(self, text: str, severity: int = INFO) -> None:
-        """Tell an event."""
+        """Send an event."""
         self._write({"event": text, "severity": severity})
 
     def also(self, say: Callable[[str], None]) -> Callable[[str], None]:
-        """Return what takes a line for people and tells it as an event, too."""
+        """Return a function that passes on a line for people and also sends it as an event."""
 
         def both(line: str) -> None:
             say(line)
@@ -223,13 +235,13 @@ class HallStatus:
         for line in self._server.stdout:
             last = line.strip()
             if last == "ready":
-                self._say(f"OPC UA at {self._url}, to be read only")
+                self._say(f"OPC UA at {self._url}, read-only")
         if not self._ended:
             self._ended = True
             self._say(f"OPC UA: the server is gone ({last}); the gateway goes on without it")
 
     def close(self) -> None:
-        """Let the server go."""
+        """End the server."""
         self._ended = True
         if not self._lines.close():
             self._server.kill()  # it does not take what it is told
@@ -248,7 +260,12 @@ class HallStatus:
 
 
 def security_of(files: Sequence[Path | None]) -> Security | None:
-    """Return the security that three arguments say: certificate, key, trust; all or none.
+    """Return the security that certificate, key and trust folder give; None without all three.
+
+    Parameters
+    ----------
+    files : sequence of three Path or None
+        Certificate, key and the folder of trusted certificates.
 
     Raises
     ------
@@ -259,7 +276,9 @@ def security_of(files: Sequence[Path | None]) -> Security | None:
     if certificate is None and key is None and trust is None:
         return None
     if certificate is None or key is None or trust is None:
-        raise BadInput("--opcua-cert", "", "needs --opcua-key and --opcua-trust, and they need it")
+        raise BadInput(
+            "--opcua-cert", "", "needs --opcua-key and --opcua-trust, and they need --opcua-cert"
+        )
     return Security(certificate, key, trust)
 
 
@@ -269,7 +288,18 @@ def hall_status(
     unit: CompensatorUnit,
     say: Callable[[str], None] = lambda line: None,
 ) -> HallStatus:
-    """Return what tells the hall of a compensator."""
+    """Return the OPC UA side of a compensator.
+
+    Parameters
+    ----------
+    url : str
+        From `checked_url`.
+    security : Security or None
+    unit : CompensatorUnit
+        Says which inputs and outputs there are, and their units.
+    say : callable
+        Takes a line for people.
+    """
     measures = {name: unit.unit_of(name) for name in unit.output_names if name not in STATES}
     return HallStatus(
         url, security, {name: unit.unit_of(name) for name in unit.inputs}, measures, say

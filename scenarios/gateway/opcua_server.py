@@ -1,4 +1,4 @@
-"""The OPC UA server, a process of its own: what the gateway tells on standard input, to be read.
+"""The OPC UA server, a separate read-only process that gets its values on standard input.
 
 The gateway writes a line of JSON now and then: values, or an event. This process shows them and
 takes nothing from its clients: it has no writable variable and no method, and its rules refuse the
@@ -29,7 +29,7 @@ from asyncua.server.user_managers import UserManager
 
 NAMESPACE = "https://spindle-drift.invalid/gateway"
 STALE_S = 3.0
-"""Without news from the gateway for so long, nothing is known any more [s]."""
+"""After this silence of the gateway all values become unknown [s]."""
 CHANGING = (
     ua.ObjectIds.WriteRequest_Encoding_DefaultBinary,
     ua.ObjectIds.CallRequest_Encoding_DefaultBinary,
@@ -59,7 +59,7 @@ class Reading(SimpleRoleRuleset):
 
 
 class Readers(UserManager):
-    """Everybody who gets in is a reader; there are no administrators."""
+    """Makes every client a reader; there are no administrators."""
 
     def get_user(self, *args: object, **named: object) -> User:
         """Return a reader."""
@@ -124,7 +124,7 @@ class Status:
         return ua.NodeId(name, self._index), ua.QualifiedName(shown or name, self._index)
 
     async def show(self, values: dict[str, Value | None]) -> None:
-        """Show values; None is a value that there is none of."""
+        """Show values; None means missing."""
         self._heard_at, self._stale = time.monotonic(), False
         now = datetime.now(UTC).replace(tzinfo=None)
         for name, value in values.items():
@@ -142,7 +142,7 @@ class Status:
         await self._events.trigger()
 
     async def watch(self) -> None:
-        """Call everything unknown when the gateway stands still."""
+        """Mark all values as unknown when the gateway no longer updates them."""
         while True:
             await asyncio.sleep(0.5)
             if not self._stale and time.monotonic() - self._heard_at > STALE_S:
@@ -150,7 +150,7 @@ class Status:
                 code = ua.StatusCode(ua.StatusCodes.BadNoCommunication)
                 for node, _ in self._nodes.values():
                     await node.write_value(ua.DataValue(StatusCode=code))
-                await self.event("the gateway stands still", 900)
+                await self.event("the gateway no longer updates its values", 900)
 
 
 async def serve(told: dict[str, Any]) -> None:
@@ -202,7 +202,7 @@ async def _secure(server: Server, told: dict[str, Any]) -> None:
 
 
 def main() -> int:
-    """Serve; return 1 and print a line if that cannot be."""
+    """Serve; if that fails, print a line and return 1."""
     # The gateway comes first: this process only takes what is left of the computer.
     with contextlib.suppress(AttributeError, OSError):
         os.nice(5)

@@ -23,7 +23,7 @@ from scenarios.gateway.unit import options_of
 from scenarios.outputs import also_reads
 
 ROOM = 1000
-"""Lines for people that may wait to be printed."""
+"""Most lines for people that may wait to be printed."""
 
 
 def add_bus_arguments(parser: argparse.ArgumentParser) -> None:
@@ -39,7 +39,7 @@ def add_bus_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="NAME=VALUE",
         help="another setting of the interface, such as bitrate=500000",
     )
-    parser.add_argument("--dbc", type=Path, metavar="FILE", help="other frames of the same form")
+    parser.add_argument("--dbc", type=Path, metavar="FILE", help="a DBC file with other frames")
     parser.add_argument(
         "--map",
         metavar="FILE",
@@ -54,7 +54,7 @@ def add_bus_arguments(parser: argparse.ArgumentParser) -> None:
         type=float,
         default=LARGEST_MB,
         metavar="MB",
-        help=f"begin another log after so much; nine older ones are kept ({LARGEST_MB:g})",
+        help=f"size at which a new log begins; nine older ones are kept ({LARGEST_MB:g})",
     )
     parser.add_argument(
         "--state",
@@ -69,7 +69,7 @@ def add_bus_arguments(parser: argparse.ArgumentParser) -> None:
         "--timeout",
         type=float,
         metavar="MS",
-        help="silence after which the other end is missing, and how old what it sends may be "
+        help="silence after which the other end counts as missing, and oldest message that is used "
         "(what the DBC says)",
     )
     parser.add_argument(
@@ -80,7 +80,7 @@ def add_bus_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def check_bus_arguments(args: argparse.Namespace) -> None:
-    """Refuse numbers that make no sense."""
+    """Refuse settings that are not above zero."""
     check_positive("--timeout", args.timeout)
     check_positive("--state-every", args.state_every)
     check_positive("--log-size", args.log_size)
@@ -88,6 +88,12 @@ def check_bus_arguments(args: argparse.Namespace) -> None:
 
 def read_frames(args: argparse.Namespace) -> tuple[Database, Mapping | None]:
     """Return the frames of a command line, and the map that they come from, if any.
+
+    Returns
+    -------
+    database : Database
+    mapping : Mapping or None
+        None unless ``--map`` was given.
 
     Raises
     ------
@@ -104,7 +110,17 @@ def read_frames(args: argparse.Namespace) -> tuple[Database, Mapping | None]:
 
 
 def told(problems: list[BadInput]) -> int:
-    """Print each problem of a map in a line, and return the exit code."""
+    """Print a line for each problem of a map, and return the exit code.
+
+    Parameters
+    ----------
+    problems : list of BadInput
+
+    Returns
+    -------
+    int
+        2 if there are any, else 0.
+    """
     for problem in problems:
         print(f"spindle-drift: error: {problem}", file=sys.stderr)
     return 2 if problems else 0
@@ -112,6 +128,15 @@ def told(problems: list[BadInput]) -> int:
 
 def check_positive(name: str, value: float | None, *, zero: bool = False) -> None:
     """Refuse a number that is not above zero.
+
+    Parameters
+    ----------
+    name : str
+        Of the option, for the refusal.
+    value : float or None
+        None, an option that was not given, is allowed.
+    zero : bool
+        Whether 0 is allowed, too.
 
     Raises
     ------
@@ -126,7 +151,19 @@ def check_positive(name: str, value: float | None, *, zero: bool = False) -> Non
 def new_link(
     args: argparse.Namespace, database: Database, other: str, say: Callable[[str], None]
 ) -> Link:
-    """Return the link of a command line, not open yet, that hears the *other* node."""
+    """Return the link of a command line, not open yet, that hears the *other* node.
+
+    Parameters
+    ----------
+    args : Namespace
+        With what `add_bus_arguments` declares.
+    database : Database
+        The frames.
+    other : {"machine", "compensator"}
+        The node at the other end.
+    say : callable
+        Takes a line for people.
+    """
     assert other in (MACHINE, COMPENSATOR)
     return Link(
         args.interface,
@@ -141,9 +178,21 @@ def new_link(
 
 @contextlib.contextmanager
 def teller(name: str, args: argparse.Namespace) -> Iterator[Callable[[str], None]]:
-    """Give what prints a line for people, with the time since now; silent when asked to be.
+    """Give a function that prints a line with the time since now; silent with ``--quiet``.
 
-    A terminal that stands still or is gone keeps nobody waiting: a thread prints.
+    A thread prints, so that a terminal that hangs or is gone delays nothing.
+
+    Parameters
+    ----------
+    name : str
+        Of the command; each line begins with it.
+    args : Namespace
+        Its ``quiet`` says whether anything is printed.
+
+    Yields
+    ------
+    callable
+        Takes a line; never waits and never fails.
     """
     begun, stream = time.monotonic(), sys.stderr
     printer = Background(ROOM)
@@ -165,7 +214,7 @@ def teller(name: str, args: argparse.Namespace) -> Iterator[Callable[[str], None
 
 @contextlib.contextmanager
 def stop_flag(hung_up: Callable[[], bool] = lambda: False) -> Iterator[Callable[[], bool]]:
-    """Turn the first interrupt or termination into a question that the loops ask.
+    """Turn the first interrupt or termination into a flag that the loops check.
 
     A second one ends the program at once.
 
@@ -174,6 +223,11 @@ def stop_flag(hung_up: Callable[[], bool] = lambda: False) -> Iterator[Callable[
     hung_up : callable
         Called at a hangup (SIGHUP); returns whether that was dealt with. Otherwise it is a
         termination like others.
+
+    Yields
+    ------
+    callable
+        Returns whether the program should end.
     """
     asked = False
 

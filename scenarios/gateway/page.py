@@ -37,7 +37,12 @@ READINGS = (22.98, 21.12, 21.85, 21.77, 21.0, 22.09, 21.97, 21.9, 21.6, 21.72, 2
 
 
 def frames_text(database: Database) -> str:
-    """Return the tables of frames and signals and the bus load, for a terminal."""
+    """Return the tables of frames and signals and the bus load, for a terminal.
+
+    Parameters
+    ----------
+    database : Database
+    """
     frames = aligned(FRAME_HEAD, frame_rows(database))
     signals = aligned(SIGNAL_HEAD, signal_rows(database))
     return f"{frames}\n\n{signals}\n\n{load_text(database)}"

@@ -96,7 +96,20 @@ class MachinePlant:
         return names
 
     def start(self, saved: Saved | None = None) -> None:
-        """Initialise, and go on from a saved state if there is one."""
+        """Initialise, and go on from a saved state if there is one.
+
+        Parameters
+        ----------
+        saved : Saved, optional
+            State and time of an earlier run of the same FMU.
+
+        Raises
+        ------
+        BadInput
+            For a parameter of the scenario that the FMU does not take.
+        FmuError
+            If the FMU refuses.
+        """
         settings, source = self.case.settings, self.case.setting.source
         for name, value in settings.plant.parameters.items():
             self.slave.set_parameter(name, value, source, "plant.parameters")
@@ -112,6 +125,11 @@ class MachinePlant:
 
     def probe_with(self, names: Sequence[str]) -> None:
         """Measure the scenario's probes, by the compensator's names of what is measured.
+
+        Parameters
+        ----------
+        names : sequence of str
+            The compensator's inputs for what a probe shows; empty if no frame carries them.
 
         Raises
         ------
@@ -164,7 +182,15 @@ class MachinePlant:
         return found
 
     def record(self, offsets: Mapping[str, float], extra: Mapping[str, float]) -> None:
-        """Keep the point that has been reached for `frame`."""
+        """Keep the point that has been reached for `frame`.
+
+        Parameters
+        ----------
+        offsets : mapping of str to float
+            dX, dY and dZ as received [um].
+        extra : mapping of str to float
+            More columns, in the same order at every call.
+        """
         if not self._recorded:
             return
         signals = [rows[self.point] for rows in self._signals.values()]
@@ -174,6 +200,11 @@ class MachinePlant:
 
     def step(self, offsets: Mapping[str, float]) -> None:
         """Go on to the next point with the offsets received [um].
+
+        Parameters
+        ----------
+        offsets : mapping of str to float
+            dX, dY and dZ as received [um].
 
         Raises
         ------
@@ -199,5 +230,11 @@ class MachinePlant:
         return pd.DataFrame(rows, columns=names)
 
     def close(self, error: BaseException | None = None) -> None:
-        """Let the FMU go."""
+        """Let the FMU go.
+
+        Parameters
+        ----------
+        error : BaseException, optional
+            What ended the run.
+        """
         self.slave.__exit__(type(error) if error else None, error, None)

@@ -1,4 +1,4 @@
-"""Probes on the bus: what a control has measured, on its way to the compensator.
+"""Probes on the bus: measurements of the control for the compensator.
 
 A probe is sent when there is one, in frames of its own just before the frames of the cycle that it
 belongs to. They are protected as the others are, carry one count, and name the time of that cycle,
@@ -23,7 +23,7 @@ TAKEN = "probes_taken"
 COUNTED = 4
 """The count of probes starts anew after so many."""
 MOST_TRIES = 50
-"""So often a probe is sent when nobody takes it."""
+"""How often a probe is sent again while the gateway does not take it."""
 LATEST_STEPS = 2.5
 """A probe of a cycle that is further back than this many of the machine's steps is not used."""
 

@@ -1,11 +1,11 @@
-"""How a frame is protected: a counter, a check value, both, or nothing; by name.
+"""How a frame is protected: by a counter, a check value, both, or not at all.
 
-What each of them can notice, of a frame that another program sends or a fault changes:
+What each detects:
 
-- a check value (CRC): changed bits behind the CAN controller's own CRC, and strangers that do not
+- a check value (CRC): bits changed behind the CAN controller's own CRC, and senders that do not
   know it;
-- a counter: a frame that is stuck or repeated;
-- nothing: only that no frame came.
+- a counter: stuck and repeated frames;
+- no protection: only that no frame came.
 
 None of them is authentication.
 """
@@ -35,7 +35,7 @@ NAMES = (NONE, COUNTER_ONLY, PROFILE_1, *CHECKS)
 
 @dataclass(frozen=True)
 class Protection:
-    """The protection of one frame; this one is none at all.
+    """The protection of one frame; this base class is no protection.
 
     Attributes
     ----------
@@ -58,7 +58,7 @@ class Protection:
 
     @property
     def trust(self) -> str:
-        """What of a frame's faults can be noticed: both, one of check and counter, or neither."""
+        """Whether faults show by check value and counter, by one of them, or by neither."""
         checked, counted = self.name not in (NONE, COUNTER_ONLY), bool(self.counter)
         return "protected" if checked and counted else "partly" if checked or counted else "none"
 

@@ -1,4 +1,4 @@
-"""What the drift is counted from, and whether anything proves it.
+"""The cold state that drift is counted from, and what proves it.
 
 A compensator takes the first temperatures that it is given for those of the cold machine. Started
 in the middle of a warm-up it would be wrong by all the drift so far, and nothing in its inputs
@@ -27,12 +27,12 @@ LONGEST_GAP_S = 60.0
 
 @dataclass(frozen=True)
 class Proof:
-    """What counts as a proof that the machine is cold.
+    """Which proofs that the machine is cold are accepted.
 
     Attributes
     ----------
     said : bool
-        The user has said so.
+        The user says so (``--cold-start``).
     ambient : str
         The input that reads the ambient temperature; empty: temperatures prove nothing.
     band_k : float
@@ -49,7 +49,7 @@ class Proof:
 
 
 class Reference:
-    """Waits for a proof of the cold state.
+    """Waits for a proof that the machine is cold.
 
     Parameters
     ----------

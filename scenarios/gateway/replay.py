@@ -1,4 +1,4 @@
-"""A recorded log in the place of the machine: its frames go out again as they were."""
+"""A recorded log instead of the machine: its frames are sent again unchanged."""
 
 from __future__ import annotations
 
@@ -19,11 +19,18 @@ from scenarios.gateway.machine import Ear
 LONGEST_PAUSE_S = 1.0
 """A longer pause in the log is cut out [s]."""
 LONGEST_SLEEP_S = 0.1
-"""So often an interrupt is looked for [s]."""
+"""How often an interrupt is checked for [s]."""
 
 
 def recorded(path: Path, database: Database) -> list[can.Message]:
     """Return the machine's frames of a log, in their order.
+
+    Parameters
+    ----------
+    path : Path
+        A log of a kind that python-can reads.
+    database : Database
+        Says which frames the machine sends.
 
     Raises
     ------
@@ -81,6 +88,11 @@ def replay(
         Says when to end early.
     clock : callable
         Monotonic time [s].
+
+    Returns
+    -------
+    int
+        Frames that were sent.
     """
     closing = database.closing(MACHINE)
     until = clock() + wait_s

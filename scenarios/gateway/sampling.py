@@ -1,9 +1,10 @@
 """Frames that come at their own pace: the newest value of each signal, and how old it is.
 
-A control's own frames share no counts and no beginning of a cycle. So each is judged by itself, and
-all of them are looked at once a period. A frame, or a page of a multiplexed one, is late when it is
-older than its map allows. It spoils the look if a signal of it is needed: nothing is then used. A
-frame with a bad check value, a wrong length, or the counter of before counts as not received.
+A control's own frames share no counts and no start of a cycle. So each is checked by itself, and
+once a period the newest values of all are taken as one sample. A frame, or a page of a multiplexed
+frame, is late when it is older than its map allows. If a signal of it is needed, the whole sample
+is unusable. A frame with a bad check value, a wrong length, or an unchanged counter counts as not
+received.
 """
 
 from __future__ import annotations

@@ -23,11 +23,11 @@ if TYPE_CHECKING:  # an extra
     from scenarios.gateway.canopen_node import CanOpenNode
 
 LONGEST_WAIT_S = 0.25
-"""After so long a wait for a frame, look whether it is time to stop [s]."""
+"""Longest wait for a frame before checking whether to stop [s]."""
 GRACE_S = 0.2
-"""How long frames that wait to be read may put off what is due [s]."""
+"""How long reading waiting frames may delay what is due [s]."""
 STATUSES = 1000
-"""Changes of the status that the summary tells; older ones are forgotten."""
+"""Most changes of status that the summary lists; older ones are dropped."""
 
 
 @dataclass
@@ -95,7 +95,7 @@ class Service:
         self._fit()
         store = StateFile(self.state_file, self.unit.slave.sha256) if self.state_file else None
         if store is not None and not self.unit.slave.can_save:
-            raise BadInput(self.fmu, "", "cannot give its state away: run without --state")
+            raise BadInput(self.fmu, "", "cannot save its state: run without --state")
         rate = 1.0 if self.settings.machine_clock else self.settings.speed_up
         warm, why_not = store.read(rate) if store else (None, "")
         self.unit.start(warm)
@@ -110,7 +110,7 @@ class Service:
             self.clock,
         )
         if warm is None and not self.settings.proof.said:
-            self.say("nothing is valid before the machine is known to be cold")
+            self.say("offsets stay invalid until the machine is known to be cold")
         # The state goes to the disk beside the loop, and only the newest one.
         saver = Background(2)
         try:
@@ -137,7 +137,7 @@ class Service:
         }
 
     def _leave(self, node: GatewayNode, state: str) -> None:
-        """Say goodbye, whatever else is broken."""
+        """Announce on the bus that this node leaves, whatever else has failed."""
         with contextlib.suppress(Exception):
             node.farewell(state)
 
@@ -149,7 +149,7 @@ class Service:
                 raise BadInput(self.fmu, name, problem)
         ambient = self.settings.proof.ambient
         if ambient and (ambient not in self.unit.inputs or carried[ambient].unit != "degC"):
-            raise BadInput("--ambient", ambient, f"is no temperature that {self.fmu.name} takes")
+            raise BadInput("--ambient", ambient, f"is not a temperature input of {self.fmu.name}")
         carried |= {signal.name: signal for _, signal in self.database.signals(COMPENSATOR)}
         probed = {
             s.name: s for frame in self.database.events(MACHINE) for s in frame.signals.values()
@@ -222,7 +222,7 @@ class Service:
     def _write(
         self, store: StateFile, taken: float, time_s: float, machine_time_s: float, state: bytes
     ) -> None:
-        """Write the state; a disk that is full is no reason to stop."""
+        """Write the state; a full disk does not stop the gateway."""
         try:
             store.write(taken, time_s, machine_time_s, state)
         except BadInput as error:
@@ -233,7 +233,7 @@ class Service:
             self._unsaved = False
 
     def _notice(self, node: GatewayNode) -> None:
-        """Tell a change of the compensator's status."""
+        """Report a change of the compensator's status."""
         outputs = self.unit.outputs
         code, sensor = int(outputs.get("status", 0)), int(outputs.get("status_sensor", 0))
         if self.statuses and self.statuses[-1][1:] == (code, sensor):

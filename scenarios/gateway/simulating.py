@@ -66,7 +66,7 @@ class Simulation:
         self._store: StateFile | None = None
         if self.state_file is not None:
             if not self.plant.slave.can_save:
-                raise BadInput(self.fmu, "", "cannot give its state away: run without --state")
+                raise BadInput(self.fmu, "", "cannot save its state: run without --state")
             self._store = StateFile(self.state_file, self.plant.slave.sha256)
         saved, why_not = self._store.read() if self._store else (None, "")
         self.plant.start(saved)

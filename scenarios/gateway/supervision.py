@@ -3,10 +3,10 @@
 A node sends its frames once a cycle, the closing one (its heartbeat) last. A cycle is usable if
 every frame came exactly once, intact, in sequence and in time.
 
-Not every stray frame may stop the loop, and no second sender may go unnoticed. So a frame with a
-bad CRC or a wrong length counts as not received: the cycle is still good if the right one comes
-too. A frame that is intact but repeated, out of sequence or late spoils its cycle: somebody who
-knows the protection sends what should not be there.
+A stray frame must not stop the loop, and a second sender must be detected. So a frame with a bad
+CRC or a wrong length counts as not received: the cycle is still good if the right frame comes, too.
+An intact frame that is repeated, out of sequence or late makes its cycle unusable: a second sender
+knows the protection.
 
 All frames of a cycle carry the same two counts: the alive counter of 15 values and the cycle count
 of 16 (from the gateway: 4). Together they start anew only after 240 (60) cycles, so that a frame of

@@ -1,9 +1,9 @@
-"""Does the machine's time fit this computer's clock?
+"""Whether the machine's time agrees with this computer's clock.
 
-A cycle whose frames all wait equally long on their way keeps every count and is old all the same.
-And a gateway that counts a second where the machine counts fifty follows the wrong warm-up. Both
-show when the machine's time is compared with the time at which the frames arrived: the offset
-between the two clocks must stay what it was, but for the drift of good clocks.
+If all frames of a cycle are delayed equally, their counts are right but the values are old. And a
+gateway that counts one second where the machine counts fifty follows the wrong warm-up. Both show
+when the machine's time is compared with the arrival of its frames: the offset between the two
+clocks must stay constant, except for the drift of good clocks.
 """
 
 from __future__ import annotations

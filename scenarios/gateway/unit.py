@@ -24,7 +24,7 @@ from scenarios.wiring import PROBED
 
 FORMAT = 1
 OLDEST_S = 3600.0
-"""A state that was saved longer ago is not taken up [s]."""
+"""Oldest saved state that is restored [s]."""
 KIND = "spindle-drift FMU state"
 
 
@@ -45,7 +45,9 @@ class StatefulSlave(Slave):
             If it gives none.
         """
         library, state, size = self.library, c_void_p(), c_size_t()
-        self._ok(library.fmi2GetFMUstate(self.component, byref(state)), "its state cannot be had")
+        self._ok(
+            library.fmi2GetFMUstate(self.component, byref(state)), "it does not give its state"
+        )
         try:
             problem = "its state cannot be serialised"
             status = library.fmi2SerializedFMUstateSize(self.component, state, byref(size))
@@ -67,7 +69,7 @@ class StatefulSlave(Slave):
         """
         library, state = self.library, c_void_p()
         memory = (c_char * len(data)).from_buffer_copy(data)
-        problem = "a saved state cannot be taken up"
+        problem = "it does not accept a saved state"
         status = library.fmi2DeSerializeFMUstate(
             self.component, memory, c_size_t(len(data)), byref(state)
         )
@@ -145,7 +147,7 @@ class StateFile:
             If the file is not a state file.
         """
         if not self.path.exists():
-            return None, "there is none yet"
+            return None, "the file does not exist yet"
         if not self.path.is_file():
             raise BadInput(self.path, "", "is not an ordinary file")
         try:
@@ -223,6 +225,11 @@ class CompensatorUnit:
     def start(self, saved: Saved | None = None) -> None:
         """Initialise, and go on from a saved state if there is one.
 
+        Parameters
+        ----------
+        saved : Saved, optional
+            State and time of an earlier run of the same FMU.
+
         Raises
         ------
         FmuError
@@ -239,6 +246,18 @@ class CompensatorUnit:
         """Take in one sample, NaN for what is missing, and advance by *step_s* [s].
 
         A probe counts where *values* holds all of it.
+
+        Parameters
+        ----------
+        values : mapping of str to float
+            By input, each in its unit; an input that is not in it is missing.
+        step_s : float
+            Length of the step [s].
+
+        Returns
+        -------
+        dict of str to float
+            All outputs after the step, by name.
 
         Raises
         ------
@@ -269,11 +288,22 @@ class CompensatorUnit:
         return self.slave.text("status_text") if "status_text" in self._texts else ""
 
     def unit_of(self, name: str) -> str:
-        """Return the unit of a variable; empty if it has none."""
+        """Return the unit of a variable; empty if it has none.
+
+        Parameters
+        ----------
+        name : str
+        """
         return str(self.slave.variables[name].unit or "")
 
     def close(self, error: BaseException | None = None) -> None:
-        """Let the FMU go."""
+        """Let the FMU go.
+
+        Parameters
+        ----------
+        error : BaseException, optional
+            What ended the gateway.
+        """
         self.slave.__exit__(type(error) if error else None, error, None)
 
 
@@ -285,7 +315,7 @@ def check_units(source: Path, pairs: Sequence[tuple[str, str, str]]) -> None:
     source : Path
         The FMU.
     pairs : sequence of (name, unit of the FMU, unit of the DBC)
-        An FMU that names no unit is believed.
+        An FMU that names no unit passes.
 
     Raises
     ------
@@ -303,6 +333,11 @@ def units_that_differ(pairs: Sequence[tuple[str, str, str]]) -> list[tuple[str, 
 
 def options_of(texts: Sequence[str]) -> dict[str, Any]:
     """Return further settings of an interface from ``name=value`` texts; numbers become numbers.
+
+    Parameters
+    ----------
+    texts : sequence of str
+        As the command line has them.
 
     Raises
     ------

@@ -49,7 +49,13 @@ class Setting:
     depth: int = 0
 
     def inside(self, step: str) -> Setting:
-        """Return the setting of a signal that is part of this one."""
+        """Return the setting of a signal that is part of this one.
+
+        Parameters
+        ----------
+        step : str
+            From this signal to the part, such as ``parts.0``.
+        """
         return replace(self, place=f"{self.place}.{step}", depth=self.depth + 1)
 
     def generator(self) -> np.random.Generator:
@@ -72,7 +78,18 @@ class Signal(BaseModel, ABC):
 
     @abstractmethod
     def values(self, time_s: FloatArray, setting: Setting) -> FloatArray:
-        """Return the values at *time_s* [s, increasing, shape (n,)], shape (n,).
+        """Return the values at some instants.
+
+        Parameters
+        ----------
+        time_s : array, shape (n,)
+            Increasing [s].
+        setting : Setting
+
+        Returns
+        -------
+        array, shape (n,)
+            In the unit of the input that the signal drives.
 
         Raises
         ------
@@ -82,4 +99,12 @@ class Signal(BaseModel, ABC):
 
     @classmethod
     def place(cls, setting: Setting, table: dict[str, Any]) -> None:
-        """Check what only shows with the setting (parts, files); the default checks nothing."""
+        """Check what only shows with the setting (parts, files); the default checks nothing.
+
+        Parameters
+        ----------
+        setting : Setting
+            Where the signal stands.
+        table : dict
+            The signal as parsed.
+        """

@@ -29,6 +29,12 @@ PINNED_TIME = (1980, 1, 1, 0, 0, 0)
 def case_of(scenario: Scenario, variant: str | None) -> Case:
     """Return a variant of a scenario; by default the first.
 
+    Parameters
+    ----------
+    scenario : Scenario
+    variant : str or None
+        Its name.
+
     Raises
     ------
     BadInput

@@ -177,7 +177,13 @@ def _correlations(rows: pd.DataFrame, labels: Mapping[str, bool]) -> dict[str, f
 
 
 def as_text(found: Mapping[str, Any]) -> str:
-    """Return a summary as fixed-width text."""
+    """Return a summary as fixed-width text.
+
+    Parameters
+    ----------
+    found : mapping
+        The content of ``summary.json``.
+    """
     wide = max([len(name) for name in found["variants"]] + [7]) + 2
     lines = [
         " " * wide + "         before, largest [um]      after, largest [um]    mean better by [%]",

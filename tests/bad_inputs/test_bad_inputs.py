@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.bad_inputs.case import Answer, Case
+from benchmarks.bad_inputs.case import Answer, BadInputCase
 from benchmarks.bad_inputs.cases import GROUPS
 from benchmarks.bad_inputs.run import answers, build_into, good_files, tables
 
@@ -38,7 +38,7 @@ def test_each_gets_one_line_and_loses_nothing(
 
 
 def test_a_broken_promise_would_be_seen() -> None:
-    case = Case("x", "summary a.csv", "a.csv")
+    case = BadInputCase("x", "summary a.csv", "a.csv")
     assert Answer(case, 2, "error: a.csv: bad\n", [], []).problem == ""
     for answer in (
         Answer(case, 0, "error: a.csv: bad\n", [], []),

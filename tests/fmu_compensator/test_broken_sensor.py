@@ -14,7 +14,7 @@ from benchmarks.broken_sensor import (
     without_spare,
 )
 from fmu_compensator.runtime.checks import MISSING
-from fmu_compensator.runtime.compensator import HOLDING, OK, SPARED, Compensator
+from fmu_compensator.runtime.compensator import HOLDING, OK, SPARED, RunningCompensator
 
 
 @pytest.mark.parametrize(("place", "fault"), list(zip((0, 6, 8), FAULTS, strict=True)))
@@ -36,7 +36,7 @@ def test_going_on_leaves_less_than_giving_up(place: int, fault: str) -> None:
 
 def test_no_offset_steps_further_than_the_slew_when_sensors_break_and_return() -> None:
     model, _, readings, _ = jig_borer()
-    compensator = Compensator(model)
+    compensator = RunningCompensator(model)
     offset, seen, texts = np.zeros(3), set(), set()
     for row, values in enumerate(readings[:500].tolist()):
         if 200 <= row < 300:
@@ -70,7 +70,7 @@ def test_it_starts_without_a_sensor_and_takes_it_in_when_it_reads() -> None:
     on = drive(model, run, faulty, drift, BREAKS_S)
     for axis in range(3):
         assert on.rmse(axis) < good.rmse(axis) + 2.0
-    compensator = Compensator(model)
+    compensator = RunningCompensator(model)
     told, offset = [], np.zeros(3)
     for row, values in enumerate(faulty[: returns + 40].tolist()):
         output = compensator.step(30.0 * row, 30.0, values, 6000.0, 100.0)
@@ -84,7 +84,7 @@ def test_it_starts_without_a_sensor_and_takes_it_in_when_it_reads() -> None:
     assert set(told[4:returns]) == {SPARED}
     assert told[-1] == OK
     state = compensator.state()
-    again = Compensator(model)
+    again = RunningCompensator(model)
     again.restore(state)
     assert again.state() == state
 
@@ -93,6 +93,6 @@ def test_it_does_not_start_without_three_sensors() -> None:
     model, _, readings, _ = jig_borer()
     readings = readings.copy()
     readings[:, [0, 2, 6]] = float("nan")
-    compensator = Compensator(model)
+    compensator = RunningCompensator(model)
     for row, values in enumerate(readings[:100].tolist()):
         assert compensator.step(30.0 * row, 30.0, values, 6000.0, 100.0).status == 1

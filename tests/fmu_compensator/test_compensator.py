@@ -11,7 +11,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from fmu_compensator.runtime.compensator import Compensator, Output
+from fmu_compensator.runtime.compensator import Output, RunningCompensator
 from fmu_compensator.runtime.modelfile import Model, parse_model
 from tests.fmu_compensator.guarded import guarded
 from tests.native.made import made_model
@@ -24,7 +24,7 @@ class Bench:
     """Steps a compensator in 1 s steps."""
 
     def __init__(self, model: Model) -> None:
-        self.compensator = Compensator(model)
+        self.compensator = RunningCompensator(model)
         self.time = 0.0
 
     def step(
@@ -297,7 +297,7 @@ def test_an_error_model_that_only_adds_a_bias_leaves_that_to_the_correction(
     for model, takes in ((with_correction, itself), (alone, True)):
         states = []
         for measured in (None, [5.0] * len(model.targets)):
-            compensator = Compensator(model)
+            compensator = RunningCompensator(model)
             for second in range(20):
                 readings = [20.0 + 0.01 * second] * len(model.sensors)
                 compensator.step(60.0 * second, 60.0, readings, 0.0, 100.0, measured)
@@ -450,7 +450,7 @@ def test_offsets_never_step_and_never_exceed_the_limit(
 ) -> None:
     five_point_table["limits"] |= {"hold_s": 3.0, "recover_s": 1.0, "offset_um": 4.0}
     table = guarded(five_point_table) if guard else five_point_table
-    compensator = Compensator(as_model(table))
+    compensator = RunningCompensator(as_model(table))
     widest = 3000.0 if guard else 10.0  # novelty is that of 80 K at most
     before = (0.0, 0.0, 0.0)
     for time, step, temperatures, speed, tool, measured in samples:
@@ -478,7 +478,11 @@ def test_a_restored_state_continues_bit_for_bit(
 ) -> None:
     five_point_table["limits"] |= {"hold_s": 3.0, "recover_s": 1.0}
     model = as_model(guarded(five_point_table) if guard else five_point_table)
-    whole, first, second = Compensator(model), Compensator(model), Compensator(model)
+    whole, first, second = (
+        RunningCompensator(model),
+        RunningCompensator(model),
+        RunningCompensator(model),
+    )
     expected = [whole.step(*sample) for sample in samples]
     found = [first.step(*sample) for sample in samples[:split]]
     for _ in range(2):  # a past of its own, to be overwritten
@@ -494,12 +498,12 @@ def test_reset_starts_over(five_point_table: dict[str, Any], as_model: AsModel) 
         bench.step(measured=[1.0] * 5)
         bench.step(measured=[1.0] * 5)
         bench.compensator.reset()
-        assert bench.compensator.state() == Compensator(bench.compensator.model).state()
+        assert bench.compensator.state() == RunningCompensator(bench.compensator.model).state()
 
 
 def test_a_foreign_state_is_refused(five_point_table: dict[str, Any], as_model: AsModel) -> None:
-    plain = Compensator(as_model(five_point_table))
-    careful = Compensator(as_model(guarded(five_point_table)))
+    plain = RunningCompensator(as_model(five_point_table))
+    careful = RunningCompensator(as_model(guarded(five_point_table)))
     for compensator, other in ((plain, careful), (careful, plain)):
         state, foreign = compensator.state(), other.state()
         strange = [{name: foreign[name]} for name in ("guard", "correction")]
@@ -515,14 +519,14 @@ def test_the_number_of_temperatures_must_be_the_files(
     five_point_table: dict[str, Any], as_model: AsModel
 ) -> None:
     with pytest.raises(ValueError, match="3 temperatures were given, the file has 4"):
-        Compensator(as_model(five_point_table)).step(0.0, 1.0, [20.0] * 3)
+        RunningCompensator(as_model(five_point_table)).step(0.0, 1.0, [20.0] * 3)
 
 
 def test_two_compensators_of_one_file_share_nothing(
     five_point_table: dict[str, Any], as_model: AsModel
 ) -> None:
     model = as_model(five_point_table)
-    one, other = Compensator(model), Compensator(model)
+    one, other = RunningCompensator(model), RunningCompensator(model)
     untouched = json.dumps(other.state())
     one.step(0.0, 1.0, ROOM, 0.0, 100.0)
     assert json.dumps(other.state()) == untouched

@@ -13,7 +13,7 @@ import pytest
 from fmu_compensator.fit.data import prepare
 from fmu_compensator.fit.fitting import compensator_text, fit_compensator
 from fmu_compensator.fit.points import choose_points, on_grid
-from fmu_compensator.runtime.compensator import Compensator
+from fmu_compensator.runtime.compensator import RunningCompensator
 from fmu_compensator.runtime.modelfile import parse_model
 from measurement.errors import BadInput
 from measurement.rig import DirectRig, FivePointRig
@@ -49,7 +49,7 @@ def test_the_fit_predicts_unseen_runs_with_its_noise(rig: FivePointRig) -> None:
 def test_the_file_compensates_an_unseen_run(rig: FivePointRig) -> None:
     table = fit_compensator(RUNS, rig, "mlr")
     model = parse_model(compensator_text(table), "fitted")
-    compensator = Compensator(model)
+    compensator = RunningCompensator(model)
     unseen = make_run("new", 17, step_s=5.0)
     readings = unseen.frame[[f"{sensor.name}_degC" for sensor in model.sensors]].to_numpy()
     statuses, left = set(), []
@@ -70,7 +70,7 @@ def test_the_files_interval_holds_the_drift_of_unseen_runs(rig: FivePointRig) ->
         tool_length_mm=(0.0, 200.0),
         limits={"slew_um_per_s": 1000.0},
     )
-    compensator = Compensator(parse_model(compensator_text(table), "fitted"))
+    compensator = RunningCompensator(parse_model(compensator_text(table), "fitted"))
     inside = []
     for seed in range(20, 28):
         unseen = make_run("new", seed, noise=0.3, step_s=120.0)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import os
 import zipfile
 from pathlib import Path
 from xml.etree import ElementTree as ET
@@ -134,3 +135,25 @@ def test_what_fails_leaves_the_old_one_in_place(tmp_path: Path) -> None:
         publish(Package(broken.name, broken.guid, files, broken.slave), tmp_path, REFERENCE)
     assert [entry.name for entry in tmp_path.iterdir()] == ["tiny.fmu"]
     assert (tmp_path / "tiny.fmu").read_bytes() == b"the old one"
+
+
+def test_a_disk_that_is_full_changes_nothing_in_the_folder(
+    tiny: Package, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = {
+        entry.name: b"old" for entry in publish(tiny, tmp_path, REFERENCE)[0].parent.iterdir()
+    }
+    for name in before:
+        (tmp_path / name).write_bytes(b"old")
+    sync, count = os.fsync, []
+
+    def full(handle: int) -> None:
+        count.append(handle)
+        if len(count) == 3:
+            raise OSError(28, "No space left on device")
+        sync(handle)
+
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(PublishError, match="cannot be written: No space left on device"):
+        publish(tiny, tmp_path, REFERENCE)
+    assert {entry.name: entry.read_bytes() for entry in tmp_path.iterdir()} == before

@@ -9,13 +9,32 @@ import pytest
 from fmu_packaging.units import UnitError, base_unit
 from measurement.units import UNITS
 
+IN_SI = {
+    "s": (3.0, 3.0),
+    "rpm": (60.0, 2.0 * math.pi),
+    "mm_min": (6000.0, 0.1),
+    "Nm": (3.0, 3.0),
+    "W": (3.0, 3.0),
+    "lpm": (60.0, 1e-3),
+    "degC": (20.0, 293.15),
+    "um": (1.0, 1e-6),
+    "mm": (1.0, 1e-3),
+    "urad": (1.0, 1e-6),
+    "1": (3.0, 3.0),
+}
+
 
 @pytest.mark.parametrize("suffix", sorted(UNITS))
-def test_agrees_with_the_run_files_units(suffix: str) -> None:
-    ours, theirs = base_unit(suffix), UNITS[suffix]
-    assert ours.factor == pytest.approx(theirs.factor, rel=1e-15)
-    assert ours.offset == theirs.offset
-    assert ours.powers == dict(theirs.exponents)
+def test_every_unit_of_columns_is_known_in_si(suffix: str) -> None:
+    value, si = IN_SI[suffix]
+    found = base_unit(suffix)
+    assert found.factor * value + found.offset == pytest.approx(si, rel=1e-15)
+
+
+def test_power_is_torque_times_angular_speed_in_base_units() -> None:
+    torque, speed, power = (base_unit(unit).powers for unit in ("Nm", "rpm", "W"))
+    product = {base: torque.get(base, 0) + speed.get(base, 0) for base in {*torque, *speed}}
+    assert {base: n for base, n in product.items() if n and base != "rad"} == power
 
 
 @pytest.mark.parametrize(

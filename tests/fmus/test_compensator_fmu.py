@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import build_fmu
-from fmu_compensator.runtime.compensator import Compensator
+from fmu_compensator.runtime.compensator import RunningCompensator
 from fmu_compensator.runtime.modelfile import parse_model
 from tests.fmu_packaging.apart import apart
 from tests.fmus.conftest import Built
@@ -35,7 +35,7 @@ def steps(fmu, first, count, missing=()):
 
 def _expected(text: str, count: int, missing: range = range(0)) -> list[list[object]]:
     """Return what the compensator itself gives, without any FMU."""
-    compensator = Compensator(parse_model(text, "test"))
+    compensator = RunningCompensator(parse_model(text, "test"))
     rows: list[list[object]] = []
     for k in range(count):
         values = [20.0 + (n + 1) * 0.01 * k for n in range(11)]
@@ -83,8 +83,8 @@ import fmu_compensator.runtime.compensator as c, fmu_compensator.runtime.error_m
 import fmu_compensator.runtime.fmi_slave, fmu_packaging.slave
 import plant_model.stepper, measurement.units
 def broken(*args, **kwargs): raise RuntimeError("the host's module ran")
-c.Compensator.step = broken
-c.Compensator.__init__ = broken
+c.RunningCompensator.step = broken
+c.RunningCompensator.__init__ = broken
 m.MultipleLinearRegression.predict = broken
 fmu_packaging.slave.DriftSlave.get_real = broken
 plant_model.stepper.PlantStepper.step = broken

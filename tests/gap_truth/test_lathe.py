@@ -12,14 +12,14 @@ import pytest
 import tomlkit
 
 import benchmarks.gap.lathe
-from benchmarks.gap.belt.effects.base import Hidden
 from benchmarks.gap.belt.march import March
+from benchmarks.gap.enclosed import Hidden
 from benchmarks.gap.lathe.case import SHOP, owners_file, simulate_case
 from benchmarks.gap.lathe.effects import BEYOND, OUTSIDE, catalogue, everything
 from benchmarks.gap.lathe.machine import TOP_SPEED, Lathe
 from benchmarks.gap.lathe.numbers import HIDDEN, draw_drawing
 from benchmarks.gap.lathe.owner import MISTAKES
-from benchmarks.gap.truth.case import Case
+from benchmarks.gap.truth.case import TruthCase
 from benchmarks.gap.truth.effects import make_from
 from benchmarks.gap.truth.effects.base import SIZES
 from plant_model.effects import catalogue as products_catalogue
@@ -100,7 +100,7 @@ def run_of(name: str = "", size: float | str = 0.0) -> pd.DataFrame:
     """One held-out run; every effect shows in it."""
     channel = "front" if name and everything()[name].channels else ""
     hidden = ((name, size, channel),) if name else ()
-    return simulate_case(Case(11, hidden, runs=("holdout",)))[0][0].exact
+    return simulate_case(TruthCase(11, hidden, runs=("holdout",)))[0][0].exact
 
 
 @pytest.mark.parametrize("name", sorted(everything()))
@@ -119,10 +119,10 @@ def test_off_changes_nothing_and_more_changes_more(name: str) -> None:
 
 
 def test_its_runs_have_the_columns_that_the_owners_file_names() -> None:
-    (run,), _ = simulate_case(Case(7, runs=("run_2",)))
+    (run,), _ = simulate_case(TruthCase(7, runs=("run_2",)))
     assert tuple(run.frame.columns) == SHOP.columns
     assert run.frame["speed_rpm"].max() <= TOP_SPEED
-    machine = machine_from_table(tomlkit.parse(owners_file(Case(7))).unwrap(), "machine.toml")
+    machine = machine_from_table(tomlkit.parse(owners_file(TruthCase(7))).unwrap(), "machine.toml")
     assert {entry.column for entry in machine.inputs} < set(run.frame.columns)
     assert {f"{sensor.name}_degC" for sensor in machine.sensors} < set(run.frame.columns)
 
@@ -132,7 +132,7 @@ def test_every_mistake_is_of_a_kind_and_at_a_place_that_the_lathe_has(name: str)
     mistake = MISTAKES[name]
     told, right = (
         machine_from_table(tomlkit.parse(owners_file(case)).unwrap(), "machine.toml")
-        for case in (Case(4, mistake=name), Case(4))
+        for case in (TruthCase(4, mistake=name), TruthCase(4))
     )
     assert (told == right) == (mistake.edit is None)
     assert mistake.kind in kinds()

@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 
 import benchmarks.gap.truth
-from benchmarks.gap.truth import OUTSIDE, Case, Spindle, catalogue, make_effect, nominal
+from benchmarks.gap.truth import OUTSIDE, Spindle, TruthCase, catalogue, make_effect, nominal
 from benchmarks.gap.truth.case import COLUMNS, RUNS, simulate_case
 from benchmarks.gap.truth.cells import HALL, INLET
 from benchmarks.gap.truth.drive import Drive
@@ -52,6 +52,8 @@ def test_it_shares_nothing_with_the_model_under_test() -> None:
                     *{"importlib", "itertools", "pkgutil", "numpy", "pandas", "scipy"},
                     "benchmarks",
                 }, f"{path.name} imports {name}"
+                if name.startswith("benchmarks"):
+                    assert name.startswith("benchmarks.gap.truth"), f"{path.name}: {name}"
 
 
 def test_all_effects_of_the_catalogue_and_several_more() -> None:
@@ -160,7 +162,7 @@ def test_laws() -> None:
 @cache
 def run_of(*hidden: tuple[str, str | float, str]) -> pd.DataFrame:
     """One held-out run; every effect shows in it."""
-    case = Case(11, hidden, resolution=0.5, runs=("holdout",))
+    case = TruthCase(11, hidden, resolution=0.5, runs=("holdout",))
     return simulate_case(case)[0][0].frame
 
 
@@ -192,8 +194,8 @@ def test_a_larger_size_leaves_more(name: str) -> None:
 
 def test_the_same_seed_gives_the_same_case(tmp_path: Path) -> None:
     hidden = (("windage", "medium", ""), ("sensor_drift", "strong", ""))
-    first, again = (simulate_case(Case(5, hidden, resolution=0.5))[0] for _ in range(2))
-    other = simulate_case(Case(6, hidden, resolution=0.5))[0]
+    first, again = (simulate_case(TruthCase(5, hidden, resolution=0.5))[0] for _ in range(2))
+    other = simulate_case(TruthCase(6, hidden, resolution=0.5))[0]
     assert [run.name for run in first] == list(RUNS)
     for one, same, different in zip(first, again, other, strict=True):
         pd.testing.assert_frame_equal(one.frame, same.frame, check_exact=True)
@@ -201,13 +203,13 @@ def test_the_same_seed_gives_the_same_case(tmp_path: Path) -> None:
 
 
 def test_a_run_left_out_changes_no_other() -> None:
-    whole = simulate_case(Case(8, resolution=0.5))[0]
-    alone = simulate_case(Case(8, resolution=0.5, runs=("holdout",)))[0]
+    whole = simulate_case(TruthCase(8, resolution=0.5))[0]
+    alone = simulate_case(TruthCase(8, resolution=0.5, runs=("holdout",)))[0]
     pd.testing.assert_frame_equal(whole[-1].frame, alone[0].frame, check_exact=True)
 
 
 def test_its_runs_are_run_files(tmp_path: Path) -> None:
-    runs, _ = simulate_case(Case(7, resolution=0.5))
+    runs, _ = simulate_case(TruthCase(7, resolution=0.5))
     families = [run.drive.family for run in runs]
     assert len(set(families)) == len(families)
     for run in runs:
@@ -221,7 +223,7 @@ def test_its_runs_are_run_files(tmp_path: Path) -> None:
 
 
 def test_speed_changes_at_recorded_instants() -> None:
-    run = simulate_case(Case(9, resolution=0.5, runs=("run_1",)))[0][0]
+    run = simulate_case(TruthCase(9, resolution=0.5, runs=("run_1",)))[0][0]
     changes = np.flatnonzero(np.diff(run.frame["speed_rpm"])) + 1
     assert len(changes) >= 3
     assert np.all(run.frame["time_s"].to_numpy()[changes] % 10.0 == 0.0)

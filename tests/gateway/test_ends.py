@@ -91,7 +91,7 @@ def test_a_state_comes_back(tmp_path: Path, bench: Bench, new_unit: object) -> N
     bench.settle(WARM)
     now = [5000.0]
     store = StateFile(tmp_path / "s.json", bench.unit.slave.sha256, lambda: now[0])
-    assert store.read() == (None, "there is none yet")
+    assert store.read() == (None, "the file does not exist yet")
     store.write(now[0], bench.unit.time_s, 12.5, bench.unit.slave.saved())
     now[0] += 7.0
     saved, _ = store.read()

@@ -336,7 +336,7 @@ WRONG = [
     (
         'CMP_STATUS = { protection = "none" }',
         'CMP_STATUS = { protection = "none" }\nDRV_CURRENT = { protection = "none" }',
-        "frames.DRV_CURRENT: is of no use",
+        "frames.DRV_CURRENT: is not needed",
     ),
     ("running = 2", "run = 2", "inputs.machine_state: values: run is none of"),
     ("running = 2", "stopping = 2", "inputs.machine_state: values: has no running"),
@@ -351,7 +351,7 @@ WRONG = [
         'SPN_STATUS = { protection = "crc8_autosar", check = "SpnLoad"',
         "frames.SPN_STATUS: check: SpnLoad must fill 1 whole bytes",
     ),
-    ('frames = "sampled"', 'frames = "together"', "needs every_ms, and every_ms"),
+    ('frames = "sampled"', 'frames = "together"', "and every_ms need each other"),
     (
         "machine_state = { signal",
         'machine_time = "SPN_STATUS.SpnLoad"\nmachine_state = { signal',
@@ -360,14 +360,14 @@ WRONG = [
     (
         'valid = { signal = "CMP_OFFSET.OfsOk", values = { invalid = 0, valid = 1 } }\n',
         "",
-        "outputs.dX: no signal says whether it is valid",
+        "outputs.dX: needs when_invalid",
     ),
     (
         'status = "CMP_STATUS.CmpState"',
         'status = { signal = "CMP_STATUS.CmpState", values = { ok = 0 } }',
         "outputs.status: values: lacks waiting, or a value named other",
     ),
-    ("trust = ", "sunshine = ", "outputs.sunshine: is nothing that the compensator or gateway"),
+    ("trust = ", "sunshine = ", "outputs.sunshine: is not an output of the compensator or"),
 ]
 
 

@@ -388,7 +388,7 @@ def test_the_command_tells_the_hall(
 
     assert patiently(read) in ("starting", "startup_timeout")
     assert gateway.stop() == 0, gateway.text()
-    assert "to be read only" in gateway.text()
+    assert "read-only" in gateway.text()
     assert json.loads(gateway.text()[gateway.text().index("{\n") :])["steps"] == 0
     with pytest.raises((OSError, TimeoutError)):
         asyncio.run(read())

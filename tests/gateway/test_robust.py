@@ -150,5 +150,5 @@ def test_a_gateway_started_in_a_warm_up_without_its_state_is_not_valid(
             assert (answer["valid"], answer["dZ"]) == ("invalid", 0.0)
         assert answer["status"] == "reference_unknown"
         assert second.stop() == 0
-    assert "the state is not used: there is none yet" in second.text()
+    assert "the state is not used: the file does not exist yet" in second.text()
     assert not state.exists()

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from measurement.errors import BadInput
-from measurement.files import read_bytes, sha256_of, write_atomically
+from measurement.files import read_bytes, sha256_of, write_atomically, write_together
 
 
 def test_text_and_bytes_arrive_unchanged_in_new_folders(tmp_path: Path) -> None:
@@ -35,6 +35,58 @@ def test_a_failure_leaves_the_old_file_and_no_debris(
         write_atomically(target, "new")
     assert target.read_text() == "old"
     assert os.listdir(tmp_path) == ["file.txt"]
+
+
+def test_the_name_is_on_the_disk_after_the_data(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    target, synced = tmp_path / "file.txt", []
+    sync = os.fsync
+
+    def seen(handle: int) -> None:
+        folder = stat.S_ISDIR(os.fstat(handle).st_mode)
+        synced.append(("folder" if folder else "file", target.exists()))
+        sync(handle)
+
+    monkeypatch.setattr(os, "fsync", seen)
+    write_atomically(target, "x")
+    assert synced == [("file", False), ("folder", True)]
+
+
+def test_files_that_belong_together_are_written_all_or_none(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    page, machine = tmp_path / "new" / "page.html", tmp_path / "machine.toml"
+    write_together({page: "page", machine: b"one"})
+    assert (page.read_text(), machine.read_text()) == ("page", "one")
+    sync, count = os.fsync, []
+
+    def full(handle: int) -> None:
+        count.append(handle)
+        if len(count) == 2:
+            raise OSError(28, "No space left on device")
+        sync(handle)
+
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(BadInput, match=r"machine\.toml: cannot be written: No space left"):
+        write_together({page: "later", machine: "two"})
+    assert (page.read_text(), machine.read_text()) == ("page", "one")
+    assert sorted(os.listdir(tmp_path)) == ["machine.toml", "new"]
+    assert os.listdir(page.parent) == ["page.html"]
+
+
+def test_a_folder_that_cannot_be_synced_is_no_failure(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sync = os.fsync
+
+    def refused(handle: int) -> None:
+        if stat.S_ISDIR(os.fstat(handle).st_mode):
+            raise OSError(22, "Invalid argument")
+        sync(handle)
+
+    monkeypatch.setattr(os, "fsync", refused)
+    assert write_atomically(tmp_path / "file.txt", "x").read_text() == "x"
 
 
 def test_permissions_are_those_of_an_ordinary_new_file(tmp_path: Path) -> None:

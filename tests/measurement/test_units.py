@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import subprocess
 import sys
 
@@ -45,32 +44,6 @@ def test_a_name_without_a_known_unit_is_refused(name: str) -> None:
 def test_an_unknown_unit_is_refused() -> None:
     with pytest.raises(ValueError, match="'degF' is not a known unit"):
         column("T1", "degF")
-
-
-@pytest.mark.parametrize(
-    ("unit", "value", "si"),
-    [
-        ("degC", 20.0, 293.15),
-        ("rpm", 60.0, 2.0 * math.pi),
-        ("mm_min", 6000.0, 0.1),
-        ("lpm", 60.0, 1e-3),
-        ("um", 1.0, 1e-6),
-        ("mm", 1.0, 1e-3),
-        ("urad", 1.0, 1e-6),
-        ("Nm", 3.0, 3.0),
-        ("W", 3.0, 3.0),
-        ("s", 3.0, 3.0),
-        ("1", 3.0, 3.0),
-    ],
-)
-def test_conversion_to_si(unit: str, value: float, si: float) -> None:
-    assert UNITS[unit].to_si(value) == pytest.approx(si, rel=1e-15)
-
-
-def test_power_is_torque_times_angular_speed_in_base_units() -> None:
-    torque, speed, power = (UNITS[unit].exponents for unit in ("Nm", "rpm", "W"))
-    product = {base: torque.get(base, 0) + speed.get(base, 0) for base in {*torque, *speed}}
-    assert {base: n for base, n in product.items() if n and base != "rad"} == power
 
 
 def test_the_module_needs_the_standard_library_only() -> None:

@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from fmu_compensator.native.generate import kinds
-from fmu_compensator.runtime.compensator import HOLDING, OK, SPARED, Compensator, Output
+from fmu_compensator.runtime.compensator import HOLDING, OK, SPARED, Output, RunningCompensator
 from fmu_compensator.runtime.error_models import error_models
 from fmu_compensator.runtime.modelfile import Model
 from tests.native.conftest import Driver
@@ -44,7 +44,7 @@ def line_of(model: Model, sample: Any) -> list[str]:
     return [f"i {written(values)}", f"d {written([time, step])}"]
 
 
-def remembered(compensator: Compensator) -> Row:
+def remembered(compensator: RunningCompensator) -> Row:
     """Return a state as the driver shows one."""
     state = compensator.state()
     cause, sensor = state["fault"][:2] if state["fault"] else (0, 0)
@@ -110,7 +110,7 @@ def test_every_number_is_that_of_the_runtime(
     kind: str, seed: int, driver_of: Callable[[Model], Driver]
 ) -> None:
     model = made_model(kind, seed)
-    compensator, samples = Compensator(model), Samples(model, seed)
+    compensator, samples = RunningCompensator(model), Samples(model, seed)
     lines: list[str] = []
     expected: list[tuple[Output, Row]] = []
     for k in range(STEPS):
@@ -142,7 +142,7 @@ def test_some_made_files_start_without_a_sensor_that_reads_later() -> None:
     shifted = 0
     for kind, seed in STARTS:
         model = made_model(kind, seed)
-        compensator, samples = Compensator(model), Samples(model, seed)
+        compensator, samples = RunningCompensator(model), Samples(model, seed)
         samples.silence(120)
         for _ in range(300):
             compensator.step(*samples.next())
@@ -158,7 +158,7 @@ def test_the_made_files_go_on_without_one_sensor_and_without_two() -> None:
     seen: set[int] = set()
     for seed in (seed for seed, parts in enumerate(PARTS) if parts and "spare" in parts):
         model = made_model("mlr", seed)
-        compensator, samples = Compensator(model), Samples(model, seed)
+        compensator, samples = RunningCompensator(model), Samples(model, seed)
         for _ in range(STEPS):
             output = compensator.step(*samples.next())
             seen.add(output.status)

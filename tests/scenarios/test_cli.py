@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
+import os
+import signal
 import subprocess
 import sys
+import time
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -53,7 +58,7 @@ def test_version(capsys: pytest.CaptureFixture[str]) -> None:
     [
         (["rum"], "invalid choice: 'rum'"),
         (["run"], "required: SCENARIO"),
-        (["list", "--jsno"], "unrecognized arguments"),
+        (["list", "--jsno"], "unrecognized arguments: --jsno (see 'spindle-drift list --help')"),
         (["run", "step_sped"], "did you mean step_speed?"),
         (["run", "step_speed", "--set", "duration_s"], "is not of the form KEY=VALUE"),
         (["run", "step_speed", "--set", "duration=5"], "duration: is not a known field"),
@@ -148,3 +153,41 @@ def test_interruption_and_bugs(
     else:
         assert len(said.splitlines()) == lines
         assert "Traceback" not in said
+
+
+class Deleted:
+    """Gets SIGTERM while it is deleted, where no exception gets out."""
+
+    def __del__(self) -> None:
+        os.kill(os.getpid(), signal.SIGTERM)
+        time.sleep(0.01)
+
+
+def terminated_while_deleted(argv: list[str]) -> int:
+    del argv
+    Deleted()
+    time.sleep(20.0)
+    return 0
+
+
+def terminated_and_swallowed(argv: list[str]) -> int:
+    del argv
+    with contextlib.suppress(BaseException):
+        os.kill(os.getpid(), signal.SIGTERM)
+        time.sleep(0.01)
+    return 0
+
+
+@pytest.mark.parametrize("work", [terminated_while_deleted, terminated_and_swallowed])
+def test_a_termination_that_gets_lost_still_ends_the_program(
+    work: Callable[[list[str]], int],
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    before = signal.getsignal(signal.SIGTERM), sys.unraisablehook
+    monkeypatch.setattr(cli, "_run", work)
+    begun = time.monotonic()
+    assert main([]) == 143
+    assert time.monotonic() - begun < 10.0
+    assert "terminated" in one_line(capsys.readouterr().err)
+    assert (signal.getsignal(signal.SIGTERM), sys.unraisablehook) == before

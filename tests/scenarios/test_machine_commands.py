@@ -72,6 +72,27 @@ def test_a_new_page_takes_sensors_and_inputs_from_a_run(
     assert observed.values.shape[1] == 4
 
 
+def test_a_new_page_knows_german_names_and_names_the_option_that_is_wrong(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run, path = tmp_path / "lauf.csv", tmp_path / "mine.toml"
+    names = ("Umgebung", "Kuehlmittel_Vorlauf", "Lager_vorn", "Lager_hinten", "Spindelkasten")
+    rows = ["time_s,speed_rpm," + ",".join(f"{name}_degC" for name in names)]
+    rows += [f"{60 * k},{9000 if k < 30 else 0},20.5,21,{21 + k / 9},22,21" for k in range(60)]
+    run.write_text("\n".join(rows) + "\n", encoding="utf-8")
+    arguments = ["new-machine", "-o", str(path), *ANSWERS, "--from-run", str(run)]
+    assert main([*arguments, "--inlet", "Vorlauf_degC"]) == 2
+    assert "--inlet: Vorlauf_degC is not one of" in capsys.readouterr().err
+    assert main(arguments) == 0
+    columns = {entry.name: entry.column for entry in read_machine(path).inputs}
+    assert columns["ambient"] == "Umgebung_degC"
+    assert columns["coolant_inlet"] == "Kuehlmittel_Vorlauf_degC"
+    text = path.read_text(encoding="utf-8")
+    assert "does not say where" not in text
+    places = dict(re.findall(r'name = "(Lager_\w+)", part = "housing", at = (-?\d+)', text))
+    assert int(places["Lager_hinten"]) < int(places["Lager_vorn"])
+
+
 @pytest.mark.parametrize(
     ("options", "problem"),
     [

@@ -149,7 +149,7 @@ def test_a_failure_while_writing_leaves_no_folder(
 
     monkeypatch.setattr(runner, "write_report", fail)
     out = tmp_path / "out"
-    with pytest.raises(OSError, match="No space"):
+    with pytest.raises(BadInput, match="out: cannot be written: No space left on device"):
         run_scenario(read_scenario(tiny_scenario), out, tiny_folder, quiet=True)
     assert names(tmp_path) == ["fmus", "tiny.toml"]
 

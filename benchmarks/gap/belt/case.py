@@ -12,12 +12,12 @@ import tomlkit
 
 from benchmarks.gap.belt.drive import FAMILIES, MOVING, Drive, make_drive, rest
 from benchmarks.gap.belt.effects import everything
-from benchmarks.gap.belt.effects.base import Hidden
 from benchmarks.gap.belt.machine import Machine
 from benchmarks.gap.belt.march import March
 from benchmarks.gap.belt.numbers import draw_drawing, draw_hidden
 from benchmarks.gap.belt.owner import MISTAKES, Mistake, page_of
-from benchmarks.gap.truth.case import RUNS, Case, CaseRun
+from benchmarks.gap.enclosed import Hidden
+from benchmarks.gap.truth.case import RUNS, CaseRun, TruthCase
 from benchmarks.gap.truth.effects import make_from
 
 PAST_HOURS = 20.0
@@ -73,12 +73,12 @@ SHOP = Shop(everything, MISTAKES, TEMPERATURES, ("x", "y", "z"), feed="feed_z_mm
 COLUMNS = SHOP.columns
 
 
-def _machine(case: Case) -> Machine:
+def _machine(case: TruthCase) -> Machine:
     drawing = draw_drawing(np.random.default_rng([case.seed, 0]))
     return Machine(drawing, draw_hidden(np.random.default_rng([case.seed, 1])), case.resolution)
 
 
-def owners_page(case: Case) -> str:
+def owners_page(case: TruthCase) -> str:
     """Return the page that the owner of a case's machine writes."""
     drawing = draw_drawing(np.random.default_rng([case.seed, 0]))
     careless = np.random.default_rng([case.seed, 3]) if case.careless else None
@@ -89,16 +89,16 @@ def owners_page(case: Case) -> str:
     return tomlkit.dumps(page)
 
 
-def _mistake(case: Case) -> Mistake | None:
+def _mistake(case: TruthCase) -> Mistake | None:
     return MISTAKES[case.mistake] if case.mistake else None
 
 
-def simulate_case(case: Case) -> tuple[list[CaseRun], list[Hidden]]:
+def simulate_case(case: TruthCase) -> tuple[list[CaseRun], list[Hidden]]:
     """Return the runs of a case and the effects hidden in them."""
     return simulated(case, _machine(case), SHOP)
 
 
-def simulated(case: Case, machine: Any, shop: Shop) -> tuple[list[CaseRun], list[Hidden]]:
+def simulated(case: TruthCase, machine: Any, shop: Shop) -> tuple[list[CaseRun], list[Hidden]]:
     """Return the runs of a machine and the effects hidden in them."""
     # One stream for each matter, so that hiding an effect changes nothing else.
     hall_rng, noise_rng = (np.random.default_rng([case.seed, k]) for k in (4, 5))

@@ -21,7 +21,7 @@ from benchmarks.gap.belt.drive import Drive
 from benchmarks.gap.belt.machine import Machine
 
 if TYPE_CHECKING:
-    from benchmarks.gap.belt.effects.base import Hidden
+    from benchmarks.gap.enclosed import Hidden
 
 Array = NDArray[np.float64]
 
@@ -30,7 +30,7 @@ STEPS = ((60.0, 5.0), (900.0, 15.0), (float("inf"), 30.0))
 """After something is switched: until when [s], in which steps [s]."""
 
 SCALE_STEP = 0.02
-MOST_REGIMES = 120
+MOST_KEPT = 120
 
 
 class Now:
@@ -66,7 +66,7 @@ class Now:
 
 
 @dataclass
-class Regime:
+class KeptFactors:
     """What stays while speed, conductances and step do."""
 
     factors: SuperLU
@@ -75,11 +75,11 @@ class Regime:
 
 
 class March:
-    """Steps one machine; keeps the factors of its regimes from run to run."""
+    """Steps one machine; keeps the factors of the conditions it has met, from run to run."""
 
     def __init__(self, machine: Machine, effects: Sequence[Hidden] = (), refine: int = 1) -> None:
         self.machine, self.effects, self._refine = machine, list(effects), refine
-        self._regimes: OrderedDict[tuple[object, ...], Regime] = OrderedDict()
+        self._kept: OrderedDict[tuple[object, ...], KeptFactors] = OrderedDict()
         self._capacity = machine.capacity
         films = [(machine.matrices[name], machine.to_hall[name]) for name in machine.still]
         self._films = sum(one for one, _ in films), np.sum([one for _, one in films], axis=0)
@@ -133,21 +133,21 @@ class March:
         for effect in self.effects:
             for group, factor in effect.scales(now).items():
                 scales[group] = scales.get(group, 1.0) * factor
-        regime = self._regime(now.speed, step, scales)
+        kept = self._factors_at(now.speed, step, scales)
         begin, t0 = now.time, now.temperature
-        first = regime.factors.solve(self._watts(now, regime))
+        first = kept.factors.solve(self._watts(now, kept))
         now.time, now.temperature = begin + step, t0 + step * first
         now.look()
-        second = regime.factors.solve(self._watts(now, regime) - 2.0 * self._capacity * first)
+        second = kept.factors.solve(self._watts(now, kept) - 2.0 * self._capacity * first)
         now.temperature = t0 + step * (1.5 * first + 0.5 * second)
         for effect in self.effects:
             effect.advance(now, step)
 
-    def _watts(self, now: Now, regime: Regime) -> Array:
+    def _watts(self, now: Now, kept: KeptFactors) -> Array:
         """Return the heat that every unknown gets [W]."""
         t, drive = now.temperature, now.drive
         hall = now.hall
-        heat = np.asarray(regime.inner @ t) + regime.hall * hall
+        heat = np.asarray(kept.inner @ t) + kept.hall * hall
         heat += now.draft * (self._films[0] @ t + self._films[1] * hall)
         if now.speed > 0.0:
             viscous, load = self._friction
@@ -160,18 +160,18 @@ class March:
             effect.heat(now, heat)
         return heat
 
-    def _regime(self, speed: float, step: float, scales: dict[str, float]) -> Regime:
+    def _factors_at(self, speed: float, step: float, scales: dict[str, float]) -> KeptFactors:
         rounded = {g: round(s / SCALE_STEP) * SCALE_STEP for g, s in scales.items()}
         key = (speed, round(step, 6), tuple(sorted(rounded.items())))
-        found = self._regimes.get(key)
+        found = self._kept.get(key)
         if found is None:
             inner, hall = self.machine.conductance(speed, rounded)
             matrix = csc_matrix(diags(self._capacity) - GAMMA * step * inner)
-            found = self._regimes[key] = Regime(splu(matrix), inner, hall)
-            if len(self._regimes) > MOST_REGIMES:
-                self._regimes.popitem(last=False)
+            found = self._kept[key] = KeptFactors(splu(matrix), inner, hall)
+            if len(self._kept) > MOST_KEPT:
+                self._kept.popitem(last=False)
         else:
-            self._regimes.move_to_end(key)
+            self._kept.move_to_end(key)
         return found
 
 

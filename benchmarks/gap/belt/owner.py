@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 
 from benchmarks.gap.belt.drive import TOP_FEED
-from benchmarks.gap.belt.effects.base import Hidden
 from benchmarks.gap.belt.machine import TOP_SPEED
 from benchmarks.gap.belt.numbers import FRONT_AT, REAR_AT, YAW, Drawing, Stretch
 from benchmarks.gap.belt.unsaid import BoltedMass, Cabinet, StirredNut
+from benchmarks.gap.enclosed import Hidden
 
 Page = dict[str, Any]
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import ClassVar
 
 from benchmarks.gap.belt.drive import TOP_FEED, Drive
-from benchmarks.gap.belt.effects.base import Array, Hidden
 from benchmarks.gap.belt.machine import Machine
 from benchmarks.gap.belt.march import Now
+from benchmarks.gap.enclosed import Array, Hidden
 
 
 class Cabinet(Hidden):

@@ -6,25 +6,25 @@ import numpy as np
 import tomlkit
 
 from benchmarks.gap.belt.case import Shop, simulated
-from benchmarks.gap.belt.effects.base import Hidden
 from benchmarks.gap.belt.numbers import draw_hidden
+from benchmarks.gap.enclosed import Hidden
 from benchmarks.gap.lathe.effects import everything
 from benchmarks.gap.lathe.machine import TOP_SPEED, Lathe
 from benchmarks.gap.lathe.numbers import HIDDEN, draw_drawing
 from benchmarks.gap.lathe.owner import MISTAKES, SENSORS, file_of
-from benchmarks.gap.truth.case import Case, CaseRun
+from benchmarks.gap.truth.case import CaseRun, TruthCase
 
 SHOP = Shop(everything, MISTAKES, (*SENSORS, "hall"), ("x", "z"), slower=TOP_SPEED / 8000.0)
 """What the lathe's cases have of their own."""
 
 
-def _lathe(case: Case) -> Lathe:
+def _lathe(case: TruthCase) -> Lathe:
     drawing = draw_drawing(np.random.default_rng([case.seed, 0]))
     numbers = draw_hidden(np.random.default_rng([case.seed, 1]), HIDDEN)
     return Lathe(drawing, numbers, case.resolution)
 
 
-def owners_file(case: Case) -> str:
+def owners_file(case: TruthCase) -> str:
     """Return the file that the owner of a case's lathe writes."""
     drawing = draw_drawing(np.random.default_rng([case.seed, 0]))
     careless = np.random.default_rng([case.seed, 3]) if case.careless else None
@@ -35,6 +35,6 @@ def owners_file(case: Case) -> str:
     return tomlkit.dumps(table)
 
 
-def simulate_case(case: Case) -> tuple[list[CaseRun], list[Hidden]]:
+def simulate_case(case: TruthCase) -> tuple[list[CaseRun], list[Hidden]]:
     """Return the runs of a case and the effects hidden in them."""
     return simulated(case, _lathe(case), SHOP)

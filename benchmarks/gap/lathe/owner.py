@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from benchmarks.gap.belt.drive import TOP_FEED
-from benchmarks.gap.belt.effects.base import Hidden
 from benchmarks.gap.belt.owner import GUESSED
+from benchmarks.gap.enclosed import Hidden
 from benchmarks.gap.lathe.machine import RING_J_PER_K, TOP_SPEED, TRAVEL
 from benchmarks.gap.lathe.numbers import COUNTS, DIAMETERS, HIDDEN, Drawing
 from benchmarks.gap.lathe.unsaid import FannedNut, HydraulicTank, ToolDisk

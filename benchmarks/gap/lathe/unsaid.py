@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from benchmarks.gap.belt.drive import TOP_FEED
-from benchmarks.gap.belt.effects.base import Array, Hidden
 from benchmarks.gap.belt.march import Now
-from benchmarks.gap.belt.unsaid import BoltedMass
+from benchmarks.gap.belt.unsaid import BoltedMass, StirredNut
+from benchmarks.gap.enclosed import Array, Hidden
 
 
 class HydraulicTank(Hidden):
@@ -23,20 +22,10 @@ class HydraulicTank(Hidden):
         out[cells] += (self.size if now.time > 0.0 else 0.0) / len(cells)
 
 
-class FannedNut(Hidden):
+class FannedNut(StirredNut):
     """The moving carriage fans the nut; W/K at the highest feed."""
 
     name: ClassVar[str] = "fanned_nut"
-    unit: ClassVar[str] = "W/K"
-    sizes: ClassVar[tuple[float, float, float]] = (4.0, 12.0, 30.0)
-
-    def heat(self, now: Now, out: Array) -> None:
-        """Let the nut lose more to the air inside."""
-        nut, air = (int(now.machine.parts[name][0]) for name in ("z_nut", "air"))
-        conductance = self.size * (abs(now.feed) / TOP_FEED) ** 0.7
-        lost = conductance * float(now.temperature[nut] - now.temperature[air])
-        out[nut] -= lost
-        out[air] += lost
 
 
 class ToolDisk(BoltedMass):

@@ -4,16 +4,16 @@ It plays the measured machine. So it shares nothing with ``plant_model``: neithe
 discretisation, nor film and gap correlations, nor parameter values.
 """
 
-from benchmarks.gap.truth.case import Case, CaseRun, simulate_case
+from benchmarks.gap.truth.case import CaseRun, TruthCase, simulate_case
 from benchmarks.gap.truth.effects import OUTSIDE, catalogue, make_effect
 from benchmarks.gap.truth.parameters import draw, nominal
 from benchmarks.gap.truth.spindle import Spindle
 
 __all__ = [
     "OUTSIDE",
-    "Case",
     "CaseRun",
     "Spindle",
+    "TruthCase",
     "catalogue",
     "draw",
     "make_effect",

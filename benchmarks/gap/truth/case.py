@@ -29,7 +29,7 @@ COLUMNS = (
 
 
 @dataclass(frozen=True)
-class Case:
+class TruthCase:
     """What makes a case; equal cases give equal runs.
 
     Attributes
@@ -78,7 +78,7 @@ class CaseRun:
     drive: Any = field(repr=False)
 
 
-def simulate_case(case: Case) -> tuple[list[CaseRun], list[Hidden]]:
+def simulate_case(case: TruthCase) -> tuple[list[CaseRun], list[Hidden]]:
     """Return the runs of a case and the effects hidden in them."""
     bench = _Bench(case)
     numbers = [number for number, name in enumerate(RUNS) if name in case.runs]
@@ -86,13 +86,13 @@ def simulate_case(case: Case) -> tuple[list[CaseRun], list[Hidden]]:
 
 
 def simulate_further(
-    case: Case, stretches: Sequence[tuple[float, float]] = (), seed: int = 0
+    case: TruthCase, stretches: Sequence[tuple[float, float]] = (), seed: int = 0
 ) -> CaseRun:
     """Return one more run of a case's machine, in its own hall.
 
     Parameters
     ----------
-    case : Case
+    case : TruthCase
     stretches : sequence of (float, float)
         From when on [s] the spindle turns how fast [r/min], for six hours; if empty, a family of
         speeds is drawn.
@@ -109,7 +109,7 @@ def simulate_further(
 class _Bench:
     """One machine with its hall, its instruments and what is hidden in it."""
 
-    def __init__(self, case: Case) -> None:
+    def __init__(self, case: TruthCase) -> None:
         self.case = case
         # One stream for each matter, so that hiding an effect changes nothing else.
         machine, hall_rng, noise_rng = (np.random.default_rng([case.seed, k]) for k in range(3))

@@ -25,11 +25,11 @@ DELTA = 1.0 - 1.0 / (2.0 * GAMMA)
 STEPS = ((30.0, 2.5), (240.0, 10.0), (float("inf"), 20.0))
 """After a change of speed: until when [s], in which steps [s]."""
 SCALE_STEP = 0.005
-MOST_REGIMES = 80
+MOST_KEPT = 80
 
 
 @dataclass
-class Regime:
+class KeptMatrices:
     """What stays while speed, conductances and step do."""
 
     step: float
@@ -38,11 +38,11 @@ class Regime:
 
 
 class March:
-    """Steps one machine; keeps the matrices of its regimes from run to run."""
+    """Steps one machine; keeps the matrices of the conditions it has met, from run to run."""
 
     def __init__(self, spindle: Spindle, effects: Sequence[Hidden] = (), refine: int = 1) -> None:
         self.spindle, self.effects, self._refine = spindle, list(effects), refine
-        self._regimes: OrderedDict[tuple[object, ...], Regime] = OrderedDict()
+        self._kept: OrderedDict[tuple[object, ...], KeptMatrices] = OrderedDict()
         self._capacity = spindle.capacity
         self._motor = spindle.motor_entry() * spindle.p["motor"] * 1e-3
         self._surfaces = [
@@ -96,27 +96,27 @@ class March:
         for effect in self.effects:
             for group, factor in effect.scales(now).items():
                 scales[group] = scales.get(group, 1.0) * factor
-        regime = self._regime(now.speed, step, scales)
+        kept = self._matrices_at(now.speed, step, scales)
         begin, t0 = now.time, now.temperature
-        f0 = self._rate(now, regime)
+        f0 = self._rate(now, kept)
         h = step * GAMMA
-        first = regime.inverse @ (t0 + h * f0)
+        first = kept.inverse @ (t0 + h * f0)
         conduction = (first - t0) / h - f0
         now.time, now.temperature = begin + h, first
-        f1 = self._rate(now, regime)
+        f1 = self._rate(now, kept)
         rest = step * (DELTA * f0 + (1.0 - DELTA) * f1 + (1.0 - GAMMA) * conduction)
-        now.temperature = regime.inverse @ (t0 + rest)
+        now.temperature = kept.inverse @ (t0 + rest)
         now.time = begin + step
         for effect in self.effects:
             effect.advance(now, step)
 
-    def _rate(self, now: Now, regime: Regime) -> Array:
+    def _rate(self, now: Now, kept: KeptMatrices) -> Array:
         """Return what warms the cells besides conduction between them [K/s]."""
         drive = now.drive
         boundary = now.look_up()
         for effect in self.effects:
             effect.boundaries(now, boundary)
-        heat = regime.boundary @ boundary
+        heat = kept.boundary @ boundary
         t = now.temperature
         for cells, which, g in self._surfaces:
             heat[cells] += (now.draft * g) * (boundary[which] - t[cells])
@@ -131,20 +131,20 @@ class March:
             effect.heat(now, heat)
         return np.asarray(heat / self._capacity)
 
-    def _regime(self, speed: float, step: float, scales: dict[str, float]) -> Regime:
+    def _matrices_at(self, speed: float, step: float, scales: dict[str, float]) -> KeptMatrices:
         rounded = {g: round(s / SCALE_STEP) * SCALE_STEP for g, s in scales.items()}
         key = (speed, round(step, 6), tuple(sorted(rounded.items())))
-        found = self._regimes.get(key)
+        found = self._kept.get(key)
         if found is None:
             inner, outer = self.spindle.conductances(speed, rounded)
             matrix = (-step * GAMMA) * inner / self._capacity[:, None]
             matrix[np.diag_indices_from(matrix)] += 1.0
             inverse = np.ascontiguousarray(inv(matrix, overwrite_a=True, check_finite=False))
-            found = self._regimes[key] = Regime(step, inverse, outer)
-            if len(self._regimes) > MOST_REGIMES:
-                self._regimes.popitem(last=False)
+            found = self._kept[key] = KeptMatrices(step, inverse, outer)
+            if len(self._kept) > MOST_KEPT:
+                self._kept.popitem(last=False)
         else:
-            self._regimes.move_to_end(key)
+            self._kept.move_to_end(key)
         return found
 
 

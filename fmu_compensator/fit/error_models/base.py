@@ -63,6 +63,13 @@ class FittedModel(ABC):
     def fit(cls, task: Task, **options: Any) -> FittedModel:
         """Return the model fitted to the task's runs.
 
+        Parameters
+        ----------
+        task : Task
+            The runs, and which of their columns are inputs and targets.
+        **options
+            The model's own; each names its options in its signature.
+
         Raises
         ------
         BadInput

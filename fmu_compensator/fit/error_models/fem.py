@@ -14,7 +14,7 @@ from fmu_compensator.fit.error_models.base import FittedModel, Task
 from fmu_compensator.fit.error_models.options import refuse_poor, refuse_unknown, within
 from fmu_compensator.fit.finite_elements import FiniteElementSpindle, read_description
 from fmu_compensator.fit.finite_elements.films import friction_heat
-from fmu_compensator.fit.finite_elements.reduce import ReducedSpindle, Regime
+from fmu_compensator.fit.finite_elements.reduce import ReducedRegime, ReducedSpindle
 from fmu_compensator.fit.training import Array, TrainingRun
 from measurement.errors import BadInput, shown
 
@@ -34,7 +34,7 @@ class FiniteElementModel(FittedModel):
 
     Parameters
     ----------
-    regimes : sequence of Regime
+    regimes : sequence of ReducedRegime
         Modes at each speed.
     numbers : array, shape (sources, 4)
         Heat over speed of each source.
@@ -54,7 +54,7 @@ class FiniteElementModel(FittedModel):
 
     def __init__(
         self,
-        regimes: Sequence[Regime],
+        regimes: Sequence[ReducedRegime],
         numbers: Array,
         entries: Array,
         outside: Sequence[tuple[int, int]],
@@ -156,7 +156,7 @@ class FiniteElementModel(FittedModel):
 
 def responses(
     run: TrainingRun,
-    regimes: Sequence[Regime],
+    regimes: Sequence[ReducedRegime],
     numbers: Array,
     entries: Array,
     outside: Sequence[tuple[int, int]],
@@ -218,7 +218,7 @@ class _Identification:
         self._root = np.sqrt(joined / joined.sum())[:, None]
         self._scale = np.maximum(np.std(self._target, axis=0), 1e-9)
 
-    def _regimes(self, factors: Array) -> tuple[list[Regime], Array]:
+    def _regimes(self, factors: Array) -> tuple[list[ReducedRegime], Array]:
         air, coolant, capacity = np.exp(factors).tolist()
         regimes = self._reduced.regimes(air=air, coolant=coolant, capacity=capacity)
         return regimes, self._reduced.entries / capacity

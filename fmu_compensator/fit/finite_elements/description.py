@@ -163,6 +163,16 @@ class Description(_Table):
 def read_description(source: str | Path = "jig_borer") -> Description:
     """Read a description file, or the shipped one of that name.
 
+    Parameters
+    ----------
+    source : str or path
+        A shipped name, or a file that ends in ``.toml``.
+
+    Returns
+    -------
+    Description
+        Checked against the ranges that make sense.
+
     Raises
     ------
     BadInput

@@ -86,7 +86,15 @@ def friction_numbers(bearings: Bearings) -> tuple[float, float, float, float]:
 
 
 def friction_heat(speed: float, numbers: tuple[float, float, float, float]) -> float:
-    """Return the heat of a source with the numbers of `friction_numbers` at a speed [W]."""
+    """Return the heat of a source with the numbers of `friction_numbers` at a speed [W].
+
+    Parameters
+    ----------
+    speed : float
+        Of either sign [r/min].
+    numbers : tuple of four floats
+        As `friction_numbers` gives them.
+    """
     n = abs(speed)
     viscous, threshold, slow, load = numbers
     torque_part = viscous * n ** (5.0 / 3.0) if n >= threshold else slow * n

@@ -23,7 +23,7 @@ NEGLIGIBLE = 1e-6
 
 
 @dataclass(frozen=True)
-class Regime:
+class ReducedRegime:
     """The reduced spindle near one speed.
 
     Attributes
@@ -85,10 +85,16 @@ class ReducedSpindle:
 
     def regimes(
         self, *, air: float = 1.0, coolant: float = 1.0, capacity: float = 1.0
-    ) -> list[Regime]:
+    ) -> list[ReducedRegime]:
         """Return the modes with films, jackets and heat capacities scaled [1].
 
         Forcing by sources must be divided by *capacity* too.
+
+        Parameters
+        ----------
+        air, coolant, capacity : float
+            Factors on the films to the air, on the jackets' films and on the heat capacities
+            [1].
         """
         found = []
         for speed, groups in zip(self.speeds, self._groups, strict=True):
@@ -96,7 +102,7 @@ class ReducedSpindle:
             whole = (whole + coolant * groups["coolant"][0]) / capacity
             rates, vectors = np.linalg.eigh((whole + whole.T) / 2.0)
             forcing = np.stack([air * groups["air"][1], coolant * self._coolant]) / capacity
-            found.append(Regime(speed, np.maximum(rates, 1e-12), vectors, forcing))
+            found.append(ReducedRegime(speed, np.maximum(rates, 1e-12), vectors, forcing))
         return found
 
 

@@ -58,14 +58,28 @@ class FiniteElementSpindle:
         return self.growth_model.influence()
 
     def steady(self, speed: float, ambient: float = 20.0, coolant: float = 20.0) -> Array:
-        """Return the temperatures after a long time at one speed [degC], shape (nodes,)."""
+        """Return the temperatures after a long time at one speed [degC], shape (nodes,).
+
+        Parameters
+        ----------
+        speed : float
+            Held for ever [r/min].
+        ambient, coolant : float
+            Temperature of the air and of the coolant's inlet [degC].
+        """
         matrix, to_air = self.heat.conductance(speed)
         right = self.heat.entries @ self.heat.powers(speed)
         right = right + to_air * ambient + self.heat.coolant * coolant
         return np.asarray(splu(matrix).solve(right))
 
     def zss(self, speed: float) -> float:
-        """Return the steady growth at a speed, from a uniform start [um]."""
+        """Return the steady growth at a speed, from a uniform start [um].
+
+        Parameters
+        ----------
+        speed : float
+            Held for ever [r/min]; air, coolant and the start are at 20 degC.
+        """
         return float(self.growth_row @ (self.steady(speed) - 20.0))
 
     def transient(

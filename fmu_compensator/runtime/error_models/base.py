@@ -76,6 +76,17 @@ class ErrorModel(ABC):
         return []
 
     def restore(self, state: Sequence[float]) -> None:
-        """Take up the state that `state` returned."""
+        """Take up the state that `state` returned.
+
+        Parameters
+        ----------
+        state : sequence of float
+            As many numbers as the model remembers; none for a model without a memory.
+
+        Raises
+        ------
+        ValueError
+            If it has another length, or holds something that is not a finite number.
+        """
         if len(state) != 0:
             raise ValueError(f"a state of {len(state)} numbers was given, this model has none")

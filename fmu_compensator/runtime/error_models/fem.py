@@ -33,7 +33,7 @@ class Source(NamedTuple):
         return churning + self.load * speed
 
 
-class Regime(NamedTuple):
+class RegimeModes(NamedTuple):
     """Rates of the modes [1/s], modes as columns, forcing per kelvin outside."""
 
     rates: list[float]
@@ -56,7 +56,7 @@ class FiniteElementModel(ErrorModel):
     ----------
     speeds : list of float
         Of the regimes, ascending [r/min].
-    regimes : list of Regime
+    regimes : list of RegimeModes
     sources : list of Source
     entries : list of list of float
         b_d, one row per source.
@@ -71,7 +71,7 @@ class FiniteElementModel(ErrorModel):
     def __init__(
         self,
         speeds: list[float],
-        regimes: list[Regime],
+        regimes: list[RegimeModes],
         sources: list[Source],
         entries: list[list[float]],
         outside_inputs: list[int],
@@ -107,7 +107,7 @@ class FiniteElementModel(ErrorModel):
                 if rate < SLOWEST:
                     raise table.refusal(f"rates.{index}", f"{rate:g} must be above 0")
             regimes.append(
-                Regime(
+                RegimeModes(
                     rates,
                     table.matrix("vectors", states, states, 2.0),
                     table.matrix("outside", len(outside), states, LARGEST),

@@ -69,7 +69,13 @@ class Change(ABC):
     @classmethod
     @abstractmethod
     def all_of(cls, known: Sequence[CalibratedRun]) -> Iterator[Self]:
-        """Return all changes of this kind that a machine may lack."""
+        """Return all changes of this kind that a machine may lack.
+
+        Parameters
+        ----------
+        known : sequence of CalibratedRun
+            All of the same machine.
+        """
 
     @abstractmethod
     def points(self) -> list[dict[str, float]]:
@@ -77,32 +83,70 @@ class Change(ABC):
 
     @abstractmethod
     def put_into(self, machine: Machine, numbers: Mapping[str, float]) -> Machine:
-        """Return the machine with this change, its numbers free to be calibrated."""
+        """Return the machine with this change, its numbers free to be calibrated.
+
+        Parameters
+        ----------
+        machine : Machine
+        numbers : mapping of str to float
+            One of `points`, or what `read` gave.
+        """
 
     def parameters(self) -> dict[str, str]:
         """Return the full names of its numbers in the machine with it; none if it has none."""
         return {}
 
     def scaled(self, numbers: Mapping[str, float], scale: float) -> dict[str, float]:
-        """Return its numbers for an answer so many times as large."""
+        """Return its numbers for an answer so many times as large.
+
+        Parameters
+        ----------
+        numbers : mapping of str to float
+        scale : float
+            Of either sign [1].
+        """
         return {**numbers, self.first: numbers[self.first] * scale}
 
     def read(self, machine: Machine) -> dict[str, float]:
-        """Return its numbers in a machine that has it."""
+        """Return its numbers in a machine that has it.
+
+        Parameters
+        ----------
+        machine : Machine
+            One that `put_into` gave.
+
+        Returns
+        -------
+        dict of str to float
+            By the change's own names, each in its parameter's unit.
+        """
         found = self.parameters().items()
         return {number: machine.parameters[name].value for number, name in found}
 
     def told(self, machine: Machine) -> dict[str, Any]:
-        """Return what else a report says of it."""
+        """Return what else a report says of it.
+
+        Parameters
+        ----------
+        machine : Machine
+            With the change, calibrated.
+        """
         return {}
 
     @classmethod
     def answers(cls, changes: Sequence[Self], known: CalibratedRun) -> list[FloatArray]:
         """Return what changes of this kind change in a run, weighted.
 
+        Parameters
+        ----------
+        changes : sequence of Change
+        known : CalibratedRun
+
         Returns
         -------
         list of array, each (points, N)
+            One for each change: model with it minus model without, over the noise [1]. N counts
+            instants times channels.
         """
         base = modelled(simulate_at(known.machine, known.observed), known.observed)
         found: list[FloatArray] = []

@@ -11,7 +11,7 @@ import pytest
 
 import build_fmu
 from fmu_compensator.fit.fitting import compensator_text, fit_compensator
-from fmu_compensator.runtime.compensator import Compensator
+from fmu_compensator.runtime.compensator import RunningCompensator
 from fmu_compensator.runtime.modelfile import parse_model
 from measurement.errors import BadInput
 from tests.fmu_compensator.conftest import RIG, make_run
@@ -37,7 +37,7 @@ def samples(count: int) -> list[tuple[list[float], float]]:
 
 
 def outputs(
-    compensator: Compensator,
+    compensator: RunningCompensator,
     first: int,
     count: int,
     probed: int = -1,
@@ -54,7 +54,7 @@ def outputs(
 
 
 def test_a_measurement_counts_from_the_next_sample_on(text: str) -> None:
-    plain, probed = (Compensator(parse_model(text, "t")) for _ in range(2))
+    plain, probed = (RunningCompensator(parse_model(text, "t")) for _ in range(2))
     free = outputs(plain, 0, 200)
     # A little off: what is far off has to be confirmed first (test_correction.py).
     near = [*(value - 0.1 for value in free[100][3:6]), *DRIFT[3:]]
@@ -65,17 +65,17 @@ def test_a_measurement_counts_from_the_next_sample_on(text: str) -> None:
 
 
 def test_the_state_holds_the_models_memory_and_the_last_measurement(text: str) -> None:
-    first = Compensator(parse_model(text, "t"))
+    first = RunningCompensator(parse_model(text, "t"))
     outputs(first, 0, 101, probed=100)
     state = json.loads(json.dumps(first.state(), allow_nan=False))
     assert state["measured"] == DRIFT
-    other = Compensator(parse_model(text, "t"))
+    other = RunningCompensator(parse_model(text, "t"))
     other.restore(state)
     assert outputs(other, 101, 60) == outputs(first, 101, 60)
 
 
 def test_what_is_not_finite_counts_as_not_measured(text: str) -> None:
-    plain, probed = (Compensator(parse_model(text, "t")) for _ in range(2))
+    plain, probed = (RunningCompensator(parse_model(text, "t")) for _ in range(2))
     temperatures, speed = samples(1)[0]
     plain.step(0.0, 10.0, temperatures, speed, 120.0)
     probed.step(0.0, 10.0, temperatures, speed, 120.0, [float("nan"), *DRIFT[1:]])
@@ -106,7 +106,7 @@ for k, (temperatures, speed) in enumerate(rows):
 show(found)
 """
     found = apart(code, tmp_path / "compensator.fmu")
-    expected = outputs(Compensator(parse_model(text, "t")), 0, count, probed=probed)
+    expected = outputs(RunningCompensator(parse_model(text, "t")), 0, count, probed=probed)
     assert found == [row[:9] for row in expected]
 
 

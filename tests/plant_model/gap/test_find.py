@@ -15,7 +15,7 @@ from plant_model.effects import catalogue
 from plant_model.gap.calibrate import calibrate
 from plant_model.gap.candidates import Candidate, as_tried, grid, missing_effects, with_effect
 from plant_model.gap.design import all_sensitivities
-from plant_model.gap.find import _need_excitation, find_gap
+from plant_model.gap.find import Search, _need_excitation, find_gap
 from plant_model.gap.observations import observe
 from plant_model.gap.refit import score_fit
 from plant_model.gap.selection import select_effect
@@ -59,7 +59,7 @@ def test_a_hidden_effect_is_named_added_and_closes_the_gap(
 def test_nothing_is_named_when_nothing_is_missing(jig_borer: Machine) -> None:
     runs = runs_of(jig_borer, seed=7)
     first, second = (
-        find_gap(jig_borer, order, without=LEFT_OUT) for order in (runs[:3], runs[2::-1])
+        find_gap(jig_borer, order, Search(LEFT_OUT)) for order in (runs[:3], runs[2::-1])
     )
     assert first.verdict == "none_missing"
     assert first.after is first.before
@@ -235,7 +235,7 @@ def test_a_loss_far_beyond_its_usual_range_is_named_and_said_to_be_large(
 ) -> None:
     truth = with_effect(jig_borer, "windage", {"power": 1500.0})
     runs = runs_of(truth)
-    found = find_gap(jig_borer, runs[:3], without=LEFT_OUT)
+    found = find_gap(jig_borer, runs[:3], Search(LEFT_OUT))
     assert found.rounds[0].one_of == ("windage",)
     assert found.after.beyond_usual == ("power",)
     power = found.after.machine.parameters["effects.windage.power"]

@@ -7,6 +7,7 @@ from dataclasses import replace
 import pytest
 
 from plant_model.effects import catalogue
+from plant_model.gap.find import Search
 from plant_model.gap.five_lines import five_lines
 from plant_model.gap.held_out import answer
 from plant_model.gap.report import report_of
@@ -26,7 +27,7 @@ def test_a_forgotten_path_is_named_with_its_place(jig_borer: Machine) -> None:
     without = [name for name in catalogue() if name not in few]
     told_wrong = without_link(jig_borer, "-".join(FORGOTTEN))
     runs = runs_of(jig_borer, every_s=60.0)
-    found, comparison, faults = answer(told_wrong, runs[:3], runs[3:], without=without, workers=1)
+    found, comparison, faults = answer(told_wrong, runs[:3], runs[3:], Search(without, workers=1))
     table = report_of(found, comparison, faults)
     (effect,) = table["effects"]
     assert effect["name"] == "heat_path"

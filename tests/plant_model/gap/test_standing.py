@@ -8,6 +8,7 @@ import pytest
 from measurement.runs import Run
 from plant_model.effects import catalogue
 from plant_model.gap.data_faults import taken_out
+from plant_model.gap.find import Search
 from plant_model.gap.held_out import answer
 from plant_model.gap.observations import observe
 from plant_model.gap.standing import calibrated, standing_still
@@ -62,7 +63,7 @@ def test_an_error_in_one_run_alone_does_not_enter_the_machine(jig_borer: Machine
     last = max(range(3), key=lambda i: runs[i].name)
     high = runs[last].frame["T2_degC"] + 3.0
     runs[last] = Run(runs[last].name, runs[last].frame.assign(T2_degC=high))
-    found, comparison, faults = answer(jig_borer, runs[:3], runs[3:], without=without)
+    found, comparison, faults = answer(jig_borer, runs[:3], runs[3:], Search(without))
     assert [(one.run, one.channel, one.kind) for one in faults] == [
         (runs[last].name, "T2", "one_run")
     ]
@@ -72,7 +73,7 @@ def test_an_error_in_one_run_alone_does_not_enter_the_machine(jig_borer: Machine
     assert gap["after"] == gap["before"] < 1.5
     # Where the run never used has it, too, it is the sensor's error from then on.
     later = Run("steady", runs[3].frame.assign(T2_degC=runs[3].frame["T2_degC"] + 3.0))
-    found, comparison, faults = answer(jig_borer, runs[:3], [later], without=without)
+    found, comparison, faults = answer(jig_borer, runs[:3], [later], Search(without))
     assert found.after.added == ("sensor_offset:T2",)
     assert faults == []
     assert comparison.gap()["after"] < 0.3 * comparison.gap()["before"]

@@ -10,6 +10,7 @@ import pytest
 
 from measurement.runs import Run
 from plant_model.effects import catalogue
+from plant_model.gap.find import Search
 from plant_model.gap.five_lines import five_lines
 from plant_model.gap.held_out import answer
 from plant_model.gap.kinds.start_state import StartState
@@ -71,7 +72,7 @@ def test_parts_that_no_sensor_starts_are_named_with_their_place(
     few = ("windage", "natural_convection")
     without = [name for name in catalogue() if name not in few]
     runs = warm_runs(jig_borer)
-    found, comparison, faults = answer(told_wrong, runs[:3], runs[3:], without=without, workers=1)
+    found, comparison, faults = answer(told_wrong, runs[:3], runs[3:], Search(without, workers=1))
     table = report_of(found, comparison, faults)
     assert table["verdict"] == "effect"
     (effect,) = table["effects"]
@@ -86,7 +87,7 @@ def test_parts_that_no_sensor_starts_are_named_with_their_place(
     ]
     assert moved == effect["place"]
     # Told rightly, nothing of the kind is said.
-    sound, _, _ = answer(jig_borer, runs[:3], runs[3:], without=without, workers=1)
+    sound, _, _ = answer(jig_borer, runs[:3], runs[3:], Search(without, workers=1))
     assert sound.changes == ()
     assert sound.verdict == "none_missing"
     assert np.isfinite(gap["reference"])

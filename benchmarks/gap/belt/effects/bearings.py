@@ -9,11 +9,11 @@ from scipy.sparse import csc_matrix, diags
 from scipy.sparse.linalg import splu
 
 from benchmarks.gap.belt.drive import Drive
-from benchmarks.gap.belt.effects.base import Array, Hidden
 from benchmarks.gap.belt.laws import walther
 from benchmarks.gap.belt.machine import BEARINGS, POSE, TOP_SPEED, Machine
 from benchmarks.gap.belt.march import Now
 from benchmarks.gap.belt.numbers import FRONT_AT
+from benchmarks.gap.enclosed import Array, Hidden
 
 
 def _rings(now: Now, which: str) -> Array:

@@ -7,9 +7,9 @@ from typing import ClassVar
 import numpy as np
 
 from benchmarks.gap.belt.drive import REST, Drive
-from benchmarks.gap.belt.effects.base import Array, Hidden
 from benchmarks.gap.belt.machine import POSE, TOP_SPEED, Machine
 from benchmarks.gap.belt.march import Now
+from benchmarks.gap.enclosed import Array, Hidden
 
 
 class MotorIronLoss(Hidden):

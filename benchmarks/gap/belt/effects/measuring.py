@@ -8,8 +8,8 @@ import numpy as np
 import pandas as pd
 
 from benchmarks.gap.belt.drive import Drive
-from benchmarks.gap.belt.effects.base import Hidden
 from benchmarks.gap.belt.machine import Machine
+from benchmarks.gap.enclosed import Hidden
 from benchmarks.gap.truth.effects.base import lagged
 
 THERMOMETERS = (

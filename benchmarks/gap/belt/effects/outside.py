@@ -6,34 +6,17 @@ from typing import ClassVar
 
 import numpy as np
 
+from benchmarks.gap import enclosed
 from benchmarks.gap.belt.drive import Drive
-from benchmarks.gap.belt.effects.base import Array, Hidden
 from benchmarks.gap.belt.machine import POSE, Machine
 from benchmarks.gap.belt.march import Now
+from benchmarks.gap.enclosed import Array, Hidden
 
 
-class DoorOpen(Hidden):
-    """The door stands open for a while in every cycle of its own, and the air inside goes out.
+class DoorOpen(enclosed.DoorOpen):
+    """The enclosure's door stands open now and then."""
 
-    The size is the exchange with the hall while it does [W/K].
-    """
-
-    name: ClassVar[str] = "door_open"
-    unit: ClassVar[str] = "W/K"
-    sizes: ClassVar[tuple[float, float, float]] = (40.0, 120.0, 400.0)
-    catalogued: ClassVar[bool] = False
-
-    def draw(self, rng: np.random.Generator) -> None:
-        """Choose when."""
-        self.more["every_h"] = float(rng.uniform(1.3, 2.6))
-        self.more["open_h"] = float(rng.uniform(0.3, 0.7))
-
-    def heat(self, now: Now, out: Array) -> None:
-        """Let hall air in."""
-        open_now = (now.time / 3600.0 + 0.5) % self.more["every_h"] < self.more["open_h"]
-        if now.time > 0.0 and open_now:
-            air = int(now.machine.parts["air"][0])
-            out[air] += self.size * (now.hall - float(now.temperature[air]))
+    every_h: ClassVar[tuple[float, float]] = (1.3, 2.6)
 
 
 class HydraulicPulses(Hidden):

@@ -7,8 +7,8 @@ from typing import ClassVar
 import numpy as np
 
 from benchmarks.gap.belt.drive import Drive
-from benchmarks.gap.belt.effects.base import Array, Hidden
 from benchmarks.gap.belt.machine import POSE, Machine
+from benchmarks.gap.enclosed import Array, Hidden
 from benchmarks.gap.truth.effects.base import lagged
 
 X, Y, E = range(len(POSE))

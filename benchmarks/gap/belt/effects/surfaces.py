@@ -6,10 +6,11 @@ from typing import ClassVar
 
 import numpy as np
 
+from benchmarks.gap import enclosed
 from benchmarks.gap.belt.drive import Drive
-from benchmarks.gap.belt.effects.base import Array, Hidden
 from benchmarks.gap.belt.machine import TOP_SPEED, Machine
 from benchmarks.gap.belt.march import Now
+from benchmarks.gap.enclosed import Array, Hidden
 
 
 class ForcedConvection(Hidden):
@@ -29,7 +30,7 @@ class ForcedConvection(Hidden):
         return inside | {"film_walls": 1.0 + wind / 3.0}
 
 
-class _Surface(Hidden):
+class _Surface(enclosed.SurfaceExchange):
     """Exchange beyond the constant film; surfaces inside face the air there, others the hall."""
 
     def begin(self, machine: Machine, drive: Drive) -> None:
@@ -59,31 +60,10 @@ class _Surface(Hidden):
         np.add.at(out, self._numbers, gained)
         out[self._air] -= float(gained[self._inside].sum())
 
-    def flux(self, own: Array, around: Array) -> Array:
-        """Return what a surface gains [W/m2]."""
-        raise NotImplementedError
+
+class NaturalConvection(enclosed.NaturalConvection, _Surface):
+    """Buoyancy on all surfaces."""
 
 
-class NaturalConvection(_Surface):
-    """Buoyancy: h = c |dT|^(1/3), as on large surfaces."""
-
-    name: ClassVar[str] = "natural_convection"
-    unit: ClassVar[str] = "W/(m2 K^1.33)"
-    sizes: ClassVar[tuple[float, float, float]] = (0.8, 2.0, 4.0)
-
-    def flux(self, own: Array, around: Array) -> Array:
-        """Return what a surface gains [W/m2]."""
-        return np.asarray(self.size * np.cbrt(np.abs(around - own)) * (around - own))
-
-
-class Radiation(_Surface):
-    """Grey surfaces; walls have the temperature of the air in front of them."""
-
-    name: ClassVar[str] = "radiation"
-    unit: ClassVar[str] = "1"
-    sizes: ClassVar[tuple[float, float, float]] = (0.25, 0.5, 0.85)
-
-    def flux(self, own: Array, around: Array) -> Array:
-        """Return what a surface gains [W/m2]."""
-        beyond = (around + 273.15) ** 4 - (own + 273.15) ** 4
-        return np.asarray(self.size * 5.670374e-8 * beyond)
+class Radiation(enclosed.Radiation, _Surface):
+    """All surfaces are grey."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import cache
 
-from benchmarks.gap.belt.effects.base import Hidden
+from benchmarks.gap.enclosed import Hidden
 from benchmarks.gap.truth.effects import found_in
 
 

@@ -6,12 +6,13 @@ from typing import ClassVar
 
 import numpy as np
 
+from benchmarks.gap import enclosed
 from benchmarks.gap.belt.drive import Drive
 from benchmarks.gap.belt.effects import measuring
-from benchmarks.gap.belt.effects.base import Array, Hidden
 from benchmarks.gap.belt.effects.structure import FixtureWarming, SlowStructure
 from benchmarks.gap.belt.machine import POSE
 from benchmarks.gap.belt.march import Now
+from benchmarks.gap.enclosed import Array, Hidden
 from benchmarks.gap.lathe.machine import TOP_SPEED, Lathe
 from benchmarks.gap.truth.effects.base import lagged
 
@@ -45,7 +46,7 @@ class ForcedConvection(Hidden):
         return {"film_inside": 1.0 + self.size * (now.speed / TOP_SPEED) ** 0.7}
 
 
-class _Surface(Hidden):
+class _Surface(enclosed.SurfaceExchange):
     """Exchange of surfaces in the hall beyond the constant film."""
 
     def begin(self, machine: Lathe, drive: Drive) -> None:  # type: ignore[override]
@@ -63,34 +64,13 @@ class _Surface(Hidden):
         """Add what the surfaces gain."""
         out[self._cells] += self._areas * self.flux(now.temperature[self._cells], now.hall)
 
-    def flux(self, own: Array, hall: float) -> Array:
-        """Return what a surface gains [W/m2]."""
-        raise NotImplementedError
+
+class NaturalConvection(enclosed.NaturalConvection, _Surface):
+    """Buoyancy on surfaces in the hall."""
 
 
-class NaturalConvection(_Surface):
-    """Buoyancy: h = c |dT|^(1/3), as on large surfaces."""
-
-    name: ClassVar[str] = "natural_convection"
-    unit: ClassVar[str] = "W/(m2 K^1.33)"
-    sizes: ClassVar[tuple[float, float, float]] = (0.8, 2.0, 4.0)
-
-    def flux(self, own: Array, hall: float) -> Array:
-        """Return what a surface gains [W/m2]."""
-        return np.asarray(self.size * np.cbrt(np.abs(hall - own)) * (hall - own))
-
-
-class Radiation(_Surface):
-    """Grey surfaces in a hall whose walls are as warm as its air."""
-
-    name: ClassVar[str] = "radiation"
-    unit: ClassVar[str] = "1"
-    sizes: ClassVar[tuple[float, float, float]] = (0.25, 0.5, 0.85)
-
-    def flux(self, own: Array, hall: float) -> Array:
-        """Return what a surface gains [W/m2]."""
-        beyond = (hall + 273.15) ** 4 - (own + 273.15) ** 4
-        return np.asarray(self.size * 5.670374e-8 * beyond)
+class Radiation(enclosed.Radiation, _Surface):
+    """Surfaces in the hall are grey."""
 
 
 class ColumnBending(Hidden):
@@ -140,25 +120,10 @@ class SensorDrift(measuring.SensorDrift):
     channels: ClassVar[tuple[str, ...]] = THERMOMETERS
 
 
-class DoorOpen(Hidden):
-    """The door stands open in a cycle of its own; the size is the exchange with the hall [W/K]."""
+class DoorOpen(enclosed.DoorOpen):
+    """The door of the working space stands open now and then."""
 
-    name: ClassVar[str] = "door_open"
-    unit: ClassVar[str] = "W/K"
-    sizes: ClassVar[tuple[float, float, float]] = (40.0, 120.0, 400.0)
-    catalogued: ClassVar[bool] = False
-
-    def draw(self, rng: np.random.Generator) -> None:
-        """Choose when."""
-        self.more["every_h"] = float(rng.uniform(1.2, 2.4))
-        self.more["open_h"] = float(rng.uniform(0.3, 0.7))
-
-    def heat(self, now: Now, out: Array) -> None:
-        """Let hall air in."""
-        open_now = (now.time / 3600.0 + 0.5) % self.more["every_h"] < self.more["open_h"]
-        if now.time > 0.0 and open_now:
-            air = int(now.machine.parts["air"][0])
-            out[air] += self.size * (now.hall - float(now.temperature[air]))
+    every_h: ClassVar[tuple[float, float]] = (1.2, 2.4)
 
 
 class ChipHeap(Hidden):

@@ -1,0 +1,225 @@
+"""Docstrings of what crosses a border between packages: see Style in CONTRIBUTING.md."""
+
+from __future__ import annotations
+
+import ast
+import importlib
+import re
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import pytest
+
+from tests.conftest import ROOT
+
+ROOMS = (
+    "measurement",
+    "fmu_packaging",
+    "fmu_compensator",
+    "plant_model",
+    "scenarios",
+    "spindle_drift",
+)
+NO_INTERFACE = {"property", "cached_property", "setter", "overload"}
+COMMAND_LINE = {"argparse.ArgumentParser", "argparse.Namespace"}
+SECTION = re.compile(r"^([A-Z][a-z]+)\n-{3,}$", re.MULTILINE)
+LISTED = re.compile(r"^(\*{0,2}\w+(?:, \*{0,2}\w+)*)(?: : .*)?$", re.MULTILINE)
+"""A line that begins with names of parameters."""
+
+Definition = ast.FunctionDef | ast.ClassDef
+
+
+class Place(NamedTuple):
+    """A name of a module."""
+
+    module: str
+    name: str
+
+
+def _modules() -> dict[str, ast.Module]:
+    found = {}
+    for room in ROOMS:
+        for path in sorted((ROOT / room).rglob("*.py")):
+            parts = path.relative_to(ROOT).with_suffix("").parts
+            found[".".join(parts).removesuffix(".__init__")] = ast.parse(path.read_text("utf-8"))
+    return found
+
+
+MODULES = _modules()
+
+
+def _package(module: str) -> str:
+    path = ROOT / module.replace(".", "/")
+    return module if path.is_dir() else module.rpartition(".")[0]
+
+
+def _taken(importer: str, tree: ast.Module) -> Iterator[Place]:
+    """Give the names of other modules that a module uses."""
+    for node in ast.walk(tree):
+        if not isinstance(node, ast.ImportFrom) or node.module not in MODULES:
+            continue
+        for alias in node.names:
+            inner = f"{node.module}.{alias.name}"
+            if inner not in MODULES:
+                yield Place(node.module, alias.name)
+                continue
+            attributes = (use for use in ast.walk(tree) if isinstance(use, ast.Attribute))
+            for use in attributes:
+                if ast.unparse(use.value) == (alias.asname or alias.name):
+                    yield Place(inner, use.attr)
+
+
+def _defined(place: Place) -> tuple[str, Definition] | None:
+    """Return where a name is defined, through modules that hand it on; None for a plain value."""
+    for node in MODULES[place.module].body:
+        if isinstance(node, ast.FunctionDef | ast.ClassDef) and node.name == place.name:
+            return place.module, node
+        if isinstance(node, ast.ImportFrom) and node.module in MODULES:
+            for alias in node.names:
+                if (alias.asname or alias.name) == place.name:
+                    return _defined(Place(node.module, alias.name))
+    return None
+
+
+def _bases(module: str, node: ast.ClassDef) -> Iterator[ast.ClassDef]:
+    for base in node.bases:
+        name = base.value if isinstance(base, ast.Subscript) else base
+        found = _defined(Place(module, name.id)) if isinstance(name, ast.Name) else None
+        if found is not None and isinstance(found[1], ast.ClassDef):
+            yield found[1]
+            yield from _bases(found[0], found[1])
+
+
+def _of_libraries(module: str, node: ast.ClassDef) -> set[str]:
+    """Return the methods that a class has from a base class of somebody else."""
+    bases = getattr(importlib.import_module(module), node.name).__mro__
+    foreign = [base for base in bases if base.__module__.partition(".")[0] not in ROOMS]
+    return {name for base in foreign for name in vars(base)}
+
+
+def _methods(node: ast.ClassDef) -> dict[str, ast.FunctionDef]:
+    return {entry.name: entry for entry in node.body if isinstance(entry, ast.FunctionDef)}
+
+
+class Interface(NamedTuple):
+    """A function or method that other packages call."""
+
+    label: str
+    function: ast.FunctionDef
+    doc: str
+    arguments: list[ast.arg]
+
+
+def _arguments(function: ast.FunctionDef, *, bound: bool) -> list[ast.arg]:
+    given = function.args
+    found = [*given.posonlyargs, *given.args]
+    found = found[1:] if bound else found
+    starred = [entry for entry in (given.vararg, given.kwarg) if entry is not None]
+    return [*found, *given.kwonlyargs, *starred]
+
+
+def _decorators(function: ast.FunctionDef) -> set[str]:
+    return {ast.unparse(entry).rpartition(".")[2] for entry in function.decorator_list}
+
+
+def _of_class(module: str, node: ast.ClassDef) -> Iterator[Interface]:
+    described = {name for base in _bases(module, node) for name in _methods(base)}
+    described |= _of_libraries(module, node)
+    for name, method in _methods(node).items():
+        if name != "__init__" and (name.startswith("_") or name in described):
+            continue
+        decorators = _decorators(method)
+        if decorators & NO_INTERFACE:
+            continue
+        doc = ast.get_docstring(node if name == "__init__" else method) or ""
+        arguments = _arguments(method, bound="staticmethod" not in decorators)
+        yield Interface(f"{module}.{node.name}.{name}", method, doc, arguments)
+
+
+def _interfaces() -> Iterator[Interface]:
+    places = {
+        place
+        for module, tree in MODULES.items()
+        for place in _taken(module, tree)
+        if _package(place.module) != _package(module) or module == "spindle_drift"
+    }
+    seen = set()
+    for place in sorted(places):
+        found = _defined(place)
+        if found is None or (found[0], found[1].name) in seen:
+            continue
+        module, node = found
+        seen.add((module, node.name))
+        if isinstance(node, ast.ClassDef):
+            yield from _of_class(module, node)
+        else:
+            doc, arguments = ast.get_docstring(node) or "", _arguments(node, bound=False)
+            yield Interface(f"{module}.{node.name}", node, doc, arguments)
+
+
+def _sections(doc: str) -> dict[str, str]:
+    parts = SECTION.split(doc)
+    return dict(zip(parts[1::2], parts[2::2], strict=True))
+
+
+def _raises(function: ast.FunctionDef) -> bool:
+    """Return whether a function's own lines raise something new."""
+    waiting: list[ast.AST] = list(function.body)
+    while waiting:
+        node = waiting.pop()
+        if isinstance(node, ast.FunctionDef | ast.ClassDef | ast.Lambda):
+            continue
+        if isinstance(node, ast.Raise) and node.exc is not None:
+            return True
+        waiting.extend(ast.iter_child_nodes(node))
+    return False
+
+
+def _says_what_it_returns(function: ast.FunctionDef, doc: str) -> bool:
+    returned = ast.unparse(function.returns) if function.returns else "None"
+    if returned in {"None", "NoReturn", "Never"}:
+        return True
+    several = returned.startswith("tuple[") and "..." not in returned
+    if doc.startswith("Return ") and not several:
+        return True
+    return bool({"Returns", "Yields"} & _sections(doc).keys())
+
+
+def _lacks(entry: Interface) -> Iterator[str]:
+    sections = _sections(entry.doc)
+    wanted = [argument.arg for argument in entry.arguments]
+    listed = LISTED.findall(sections.get("Parameters", ""))
+    named = [name.lstrip("*") for line in listed for name in line.split(", ")]
+    if "Parameters" not in sections:
+        yield "has no section Parameters"
+    elif named != wanted:
+        yield f"has Parameters {', '.join(named)}, but takes {', '.join(wanted)}"
+    if not _says_what_it_returns(entry.function, entry.doc):
+        yield "has no section Returns"
+    if _raises(entry.function) and "Raises" not in sections:
+        yield "has no section Raises"
+
+
+INTERFACES = [
+    entry
+    for entry in _interfaces()
+    if {entry.annotation and ast.unparse(entry.annotation) for entry in entry.arguments}
+    - COMMAND_LINE
+]
+
+
+def test_many_interfaces_are_found() -> None:
+    labels = {entry.label for entry in INTERFACES}
+    assert {"spindle_drift.gaps.find_gap", "plant_model.machine.Machine.with_values"} <= labels
+    assert len(labels) > 400
+
+
+@pytest.mark.parametrize("room", ROOMS)
+def test_interfaces_say_what_they_take_give_and_raise(room: str) -> None:
+    lacking = [
+        f"{entry.label} {problem}"
+        for entry in INTERFACES
+        if entry.label.partition(".")[0] == room
+        for problem in _lacks(entry)
+    ]
+    assert not lacking, "\n".join(lacking)
