@@ -10,6 +10,8 @@ import numpy as np
 
 from measurement.errors import BadInput
 from plant_model.drawing.expand import expanded, is_page
+from plant_model.drawing.layout import Drawing
+from plant_model.drawing.mesh import Mesh
 from plant_model.machine_file import machine_from_table, machine_path
 from plant_model.machine_forms import MOST_NODES
 from plant_model.parameters import FloatArray
@@ -64,7 +66,7 @@ def convergence(name_or_path: str | Path) -> list[Fineness]:
     if not is_page(table):
         raise BadInput(path, "", "is in lumps: only a page of a drawing has cells to count")
     cells = table.get("cells", {})
-    usual, longest = int(cells.get("sectors", 8)), float(cells.get("longest", 40.0))
+    usual, longest = Mesh(Drawing(table, path)).sectors, float(cells.get("longest", 40.0))
     around = max(usual, AROUND) if usual > 1 else 1
     plans = [(finer, usual) for finer in FINER]
     plans += [(FINER[-1], around)] if around != usual else []

@@ -277,10 +277,10 @@ class MaterialForm(Form):
 
 
 class CellsForm(Form):
-    """How finely the spindle is cut."""
+    """How finely the spindle is cut; without *sectors* as the thermometers' sides ask."""
 
     longest: Annotated[Number, _between(2.0, 500.0, "mm")] = 40.0
-    sectors: Literal[1, 4, 8, 12, 16] = 8
+    sectors: Literal[1, 4, 8, 12, 16] | None = None
 
 
 class PageForm(Form):

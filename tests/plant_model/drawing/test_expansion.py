@@ -10,6 +10,8 @@ import pytest
 
 from measurement.errors import BadInput
 from plant_model.convergence import convergence
+from plant_model.drawing.layout import Drawing
+from plant_model.drawing.mesh import Mesh
 from plant_model.energy import energy_balance
 from plant_model.machine import Machine
 from plant_model.machine_file import SHIPPED, machine_from_table, read_machine
@@ -65,8 +67,8 @@ def test_energy_closes(name: str) -> None:
 @pytest.mark.parametrize("name", PAGES)
 def test_half_and_double_the_cells(name: str) -> None:
     rows = {(row.longest_mm, row.sectors): row for row in convergence(name)}
-    usual, double = rows[40.0, 8], rows[20.0, 8]
-    assert rows[80.0, 8].nodes < usual.nodes < double.nodes
+    usual, double = rows[40.0, 4], rows[20.0, 4]
+    assert rows[80.0, 4].nodes < usual.nodes < double.nodes
     assert usual.drift < 0.02
     assert usual.temperature < 0.03
     assert double.drift < 0.02
@@ -126,6 +128,18 @@ def test_one_sidedness_does_not_depend_on_the_sectors() -> None:
     np.testing.assert_allclose(tilts[1:], tilts[-1], rtol=0.001)
     even = machine_of(small_page(), sectors=1)
     assert simulate(even, warm_up(even)).pose[0, 300, 3] == 0.0
+
+
+@pytest.mark.parametrize(
+    ("side", "sectors"), [("Y+", 4), (270, 4), (45, 8), (60, 12), (22.5, 16), (13, 8)]
+)
+def test_as_few_sectors_as_thermometers_allow(side: str | float, sectors: int) -> None:
+    page = small_page()
+    del page["cells"]["sectors"]
+    page["thermometers"][0]["side"] = side
+    assert Mesh(Drawing(page, "page.toml")).sectors == sectors
+    page["cells"]["sectors"] = 16
+    assert Mesh(Drawing(page, "page.toml")).sectors == 16
 
 
 def test_a_page_is_stepped_as_it_is_simulated() -> None:
