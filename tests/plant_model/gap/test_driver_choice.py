@@ -11,7 +11,7 @@ import pytest
 from plant_model.effects import catalogue
 from plant_model.gap.candidates import candidates, with_effect
 from plant_model.gap.driver_choice import other_drivers
-from plant_model.gap.find import GapResult, _shortlist, find_gap
+from plant_model.gap.find import GapResult, Search, _shortlist, find_gap
 from plant_model.gap.five_lines import five_lines
 from plant_model.gap.held_out import _lone
 from plant_model.gap.observations import observe
@@ -84,7 +84,7 @@ def test_every_driver_is_tried_and_counts_for_what_chance_does(jig_borer: Machin
 def test_the_driver_that_acts_is_the_one_that_is_named(jig_borer: Machine) -> None:
     key = "thermal_preload:shaft_housing"
     runs = runs_of(with_effect(jig_borer, key, {"gain": 0.6}))
-    found = find_gap(jig_borer, runs[:3], without=LEFT_OUT)
+    found = find_gap(jig_borer, runs[:3], Search(LEFT_OUT))
     assert found.verdict == "effect"
     machine = found.after.machine
     unseen = GapComparison(found.before.machine, machine, observe(machine, runs[3:]))
