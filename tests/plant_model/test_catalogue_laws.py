@@ -10,6 +10,8 @@ import pytest
 
 from plant_model.effects.bearing_friction import viscous_torque
 from plant_model.machine import Item, Machine
+from plant_model.network import Network, effects_in_force
+from plant_model.parameters import Values
 from plant_model.simulate import simulate
 from tests.plant_model.catalogue_machines import (
     TEMPERATURES,
@@ -237,6 +239,34 @@ def test_coolant_degradation_ends_as_a_machine_of_less_flow_and_weaker_walls(
     np.testing.assert_allclose(with_it.temperatures[0, -1], weaker.temperatures[0, -1], atol=0.05)
     assert moved["T1"][-1] > 0.3
     assert abs(moved["T1"][5]) < 0.1 * moved["T1"][-1], "at first the jackets are sound"
+
+
+def conductance_between(machine: Machine, one: str, other: str, **values: float) -> float:
+    given = Values(machine.parameters, {f"effects.{k}.scale": v for k, v in values.items()})
+    inputs = {entry.name: np.array([0.0]) for entry in machine.inputs}
+    matrix, _ = Network(machine, given, effects_in_force(machine, given)).conductances(inputs)
+    return -float(matrix[0, machine.node_index[one], machine.node_index[other]])
+
+
+def test_no_side_is_cooled_less_than_not_at_all(jig_borer: Machine) -> None:
+    sides = ("housing_front_xp", "housing_front_xm")
+    wall, more = (
+        jig_borer.parameters[f"links.{name}"].value
+        for name in ("housing_front_xp-jacket_front.conductance", "unevenness_front_xp.difference")
+    )
+    usual = [conductance_between(jig_borer, side, "jacket_front") for side in sides]
+    assert usual == pytest.approx([wall + more, wall - more])
+    # A worn channel: the wall conducts less than one side lacks.
+    worn = jig_borer.with_values(
+        {f"links.{side}-jacket_front.conductance": 0.5 * wall for side in sides}
+    )
+    assert more > 0.5 * wall
+    found = [conductance_between(worn, side, "jacket_front") for side in sides]
+    assert found == pytest.approx([0.5 * wall + more, 0.0])
+    off = [
+        conductance_between(jig_borer, side, "jacket_front", coolant_jacket=0.0) for side in sides
+    ]
+    assert off == [0.0, 0.0], "without a jacket no side is cooled"
 
 
 def test_coolant_supply_offset_is_coolant_of_another_temperature(jig_borer: Machine) -> None:
