@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-import numpy as np
-
 from plant_model.effects.base import Effect, ItemSpec, NumberSpec, amplitude, exchange
 from plant_model.parameters import Parameter
 
@@ -14,8 +12,8 @@ class UnevenCooling(Effect):
     """Extra or lacking wall conductance of a sector: Q = s dUA (T_jacket - T_wall).
 
     The inlet side of a jacket is cooled better than the far side. ``coolant_unevenness`` gives a
-    sector's difference from the mean; the differences of one ring should sum to zero. A sector is
-    never cooled less than not at all: what it lacks is at most what its ``coolant_wall`` has.
+    sector's difference from the mean; the differences of one ring should sum to zero.
+    Without ``coolant_jacket`` nothing is cooled, and nothing unevenly.
     """
 
     name: ClassVar[str] = "uneven_cooling"
@@ -36,21 +34,7 @@ class UnevenCooling(Effect):
 
     def prepare(self) -> None:
         """Put the conductances into the constant exchanges."""
-        jacket = self.scale_of("coolant_jacket")
-        walls = {
-            frozenset(item.refs["between"]): self.of(item, "conductance")
-            for item in self.machine.of_kind("links", "coolant_wall")
-        }
-        none = np.zeros((1, 1))
+        scale = self.own("scale") * self.scale_of("coolant_jacket")
         self.constant_exchanges = [
-            exchange(
-                self,
-                item,
-                jacket
-                * np.maximum(
-                    self.own("scale") * self.of(item, "difference"),
-                    -walls.get(frozenset(item.refs["between"]), none),
-                ),
-            )
-            for item in self.items
+            exchange(self, item, scale * self.of(item, "difference")) for item in self.items
         ]

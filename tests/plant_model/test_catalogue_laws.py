@@ -248,7 +248,7 @@ def conductance_between(machine: Machine, one: str, other: str, **values: float)
     return -float(matrix[0, machine.node_index[one], machine.node_index[other]])
 
 
-def test_no_side_is_cooled_less_than_not_at_all(jig_borer: Machine) -> None:
+def test_without_jackets_no_side_is_cooled(jig_borer: Machine) -> None:
     sides = ("housing_front_xp", "housing_front_xm")
     wall, more = (
         jig_borer.parameters[f"links.{name}"].value
@@ -256,17 +256,10 @@ def test_no_side_is_cooled_less_than_not_at_all(jig_borer: Machine) -> None:
     )
     usual = [conductance_between(jig_borer, side, "jacket_front") for side in sides]
     assert usual == pytest.approx([wall + more, wall - more])
-    # A worn channel: the wall conducts less than one side lacks.
-    worn = jig_borer.with_values(
-        {f"links.{side}-jacket_front.conductance": 0.5 * wall for side in sides}
-    )
-    assert more > 0.5 * wall
-    found = [conductance_between(worn, side, "jacket_front") for side in sides]
-    assert found == pytest.approx([0.5 * wall + more, 0.0])
     off = [
         conductance_between(jig_borer, side, "jacket_front", coolant_jacket=0.0) for side in sides
     ]
-    assert off == [0.0, 0.0], "without a jacket no side is cooled"
+    assert off == [0.0, 0.0]
 
 
 def test_coolant_supply_offset_is_coolant_of_another_temperature(jig_borer: Machine) -> None:
