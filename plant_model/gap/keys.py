@@ -16,9 +16,8 @@ def effect_of(key: str) -> type[Effect] | None:
 
 def law_of(key: str) -> str:
     """Return a key without its driver: what the same law is called, whatever drives it."""
-    name = key.partition(":")[0]
-    effect = catalogue().get(name)
-    return key if effect is None or effect.on_channel else name
+    effect = effect_of(key)
+    return key if effect is None or effect.on_channel else effect.name
 
 
 def laws_of(keys: Iterable[str]) -> tuple[str, ...]:
@@ -39,12 +38,11 @@ def driver_of(machine: Machine, key: str) -> tuple[str, str]:
     -------
     driver, words : str
     """
-    name, _, driver = key.partition(":")
-    effect = catalogue().get(name)
+    effect = effect_of(key)
     drivers = {} if effect is None or effect.on_channel else effect.drivers(machine)
     if not drivers:
         return "", ""
-    driver = driver or next(iter(drivers))
+    driver = key.partition(":")[2] or next(iter(drivers))
     return driver, drivers.get(driver, f"the {driver}")
 
 

@@ -30,12 +30,8 @@ def still(machine: Machine, hours: float = 2.0, **readings: float) -> pd.DataFra
     return pd.DataFrame({"time_s": time} | columns | read)
 
 
-def all_at_rest(machine: Machine) -> Machine:
-    return replace(
-        machine,
-        nodes=tuple(replace(node, start=REST) for node in machine.nodes),
-        effects=machine.effects,
-    )
+def all_at(machine: Machine, start: str) -> Machine:
+    return replace(machine, nodes=tuple(replace(node, start=start) for node in machine.nodes))
 
 
 def number(value: float, unit: str) -> dict[str, object]:
@@ -82,11 +78,11 @@ def test_a_whole_machine_at_rest_does_not_move(in_series: bool) -> None:
             first | {"to": 120},
             first | {"name": "two", "from": 121, "after": "one"},
         ]
-    machine = all_at_rest(machine_of(page))
+    machine = all_at(machine_of(page), REST)
     found = simulate(machine, still(machine)).temperatures[0]
     np.testing.assert_allclose(found[-1], found[0], rtol=0.0, atol=1e-6)
     assert np.ptp(found[0]) > 2.0
-    begun = replace(machine, nodes=tuple(replace(n, start="ambient") for n in machine.nodes))
+    begun = all_at(machine, "ambient")
     assert np.ptp(simulate(begun, still(machine)).temperatures[0], axis=0).max() > 2.0
 
 
