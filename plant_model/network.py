@@ -114,17 +114,33 @@ class Network:
         B : array, shape (sets, nodes, boundaries)
             Conductances to the boundary temperatures [W/K].
         """
-        matrix = np.zeros((self.sets, self.node_count, self.node_count))
-        boundary = np.zeros((self.sets, self.node_count, self.boundary_count))
+        matrix, boundary = self.all_conductances(inputs, 1)
+        return matrix[:, 0], boundary[:, 0]
+
+    def all_conductances(self, inputs: Inputs, levels: int) -> tuple[FloatArray, FloatArray]:
+        """Return the same at many sets of inputs at once, which costs little more than at one.
+
+        Parameters
+        ----------
+        inputs : mapping of str to array, shape (levels,)
+        levels : int
+
+        Returns
+        -------
+        L : array, shape (sets, levels, nodes, nodes)
+        B : array, shape (sets, levels, nodes, boundaries)
+        """
+        matrix = np.zeros((self.sets, levels, self.node_count, self.node_count))
+        boundary = np.zeros((self.sets, levels, self.node_count, self.boundary_count))
         for entry in self._exchanges(inputs):
-            g = entry.conductance[:, 0]
-            matrix[:, entry.node, entry.node] += g
+            g = entry.conductance
+            matrix[:, :, entry.node, entry.node] += g
             if entry.boundary:
-                boundary[:, entry.node, entry.other] += g
+                boundary[:, :, entry.node, entry.other] += g
             elif not entry.one_way:
-                matrix[:, entry.other, entry.other] += g
-                matrix[:, entry.node, entry.other] -= g
-                matrix[:, entry.other, entry.node] -= g
+                matrix[:, :, entry.other, entry.other] += g
+                matrix[:, :, entry.node, entry.other] -= g
+                matrix[:, :, entry.other, entry.node] -= g
         return matrix, boundary
 
     def heat(self, inputs: Inputs) -> FloatArray:

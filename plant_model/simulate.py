@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Literal
@@ -22,6 +22,12 @@ from plant_model.structure import drift_at, pose
 
 CHUNK_NUMBERS = 20_000_000
 """Numbers of node temperatures kept at once; more parameter sets are simulated in turns."""
+
+MATRIX_NUMBERS = 4_000_000
+"""Conductances kept at once; those of more levels of the inputs are computed in turns."""
+
+Level = tuple[float, ...]
+"""Values of the inputs that conductances use."""
 
 
 @dataclass(frozen=True)
@@ -341,23 +347,23 @@ def trajectory(
     steps = np.diff(drive.grid)
     changes = np.flatnonzero(np.any(np.diff(levels, axis=0) != 0.0, axis=1)) + 1
     bounds = [0, *changes.tolist(), len(steps)]
+    keys = list(dict.fromkeys(tuple(levels[a].tolist()) for a in bounds[:-1]))
+    at_once = max(1, MATRIX_NUMBERS // (network.sets * nodes**2))
+    ahead: dict[Level, tuple[FloatArray, FloatArray]] = {}
     # Sets that differ in sensors or structure alone have the same temperatures.
-    same = (
-        network.linear
-        and len(start) > 1
-        and _alike(start, heat, network.capacity)
-        and all(
-            _alike(*conductances_at(machine, network, key))
-            for key in {tuple(levels[a]) for a in bounds[:-1]}
-        )
-    )
+    same = network.linear and len(start) > 1 and _alike(start, heat, network.capacity)
+    for k in range(0, len(keys) if same else 0, at_once):
+        ahead = conductances_at(machine, network, keys[k : k + at_once])
+        same = same and all(_alike(*pair) for pair in ahead.values())
     some = slice(1) if same else slice(None)
     capacity, heat = network.capacity[some], heat[some]
-    known: dict[tuple[float, ...], tuple[Modes, FloatArray, DependentStepper]] = {}
+    known: dict[Level, tuple[Modes, FloatArray, DependentStepper]] = {}
     for a, b in pairwise(bounds):
-        key = tuple(levels[a])
+        key = tuple(levels[a].tolist())
         if key not in known:
-            matrix, boundary = (part[some] for part in conductances_at(machine, network, key))
+            if key not in ahead:
+                ahead = conductances_at(machine, network, keys[len(known) :][:at_once])
+            matrix, boundary = (part[some] for part in ahead[key])
             with_states = 0 if network.linear else network.state_count
             modes = Modes.of(matrix, capacity, with_states)
             known[key] = modes, boundary, DependentStepper(network, modes, tolerance)
@@ -380,29 +386,28 @@ def trajectory(
 
 
 def conductances_at(
-    machine: Machine, network: Network, key: tuple[float, ...]
-) -> tuple[FloatArray, FloatArray]:
-    """Return the network's matrices where the inputs that conductances use are *key*.
+    machine: Machine, network: Network, keys: Sequence[Level]
+) -> dict[Level, tuple[FloatArray, FloatArray]]:
+    """Return the network's matrices at many levels of the inputs that conductances use.
 
     Parameters
     ----------
     machine : Machine
     network : Network
-    key : tuple of float
+    keys : sequence of tuple of float
         Values of the network's ``conductance_inputs``, in their order; all other inputs are 0.
 
     Returns
     -------
-    matrix : array, shape (sets, nodes, nodes)
-        [W/K]
-    boundary : array, shape (sets, nodes, boundaries)
-        From each boundary temperature [W/K].
+    dict of key to (matrix, boundary)
+        Shapes (sets, nodes, nodes) and, from each boundary temperature, (sets, nodes, boundaries)
+        [W/K].
     """
-    level = {entry.name: np.zeros(1) for entry in machine.inputs}
-    level |= {
-        name: np.array([value]) for name, value in zip(network.conductance_inputs, key, strict=True)
-    }
-    return network.conductances(level)
+    inputs = {entry.name: np.zeros(len(keys)) for entry in machine.inputs}
+    columns = np.array(keys, dtype=np.float64).reshape(len(keys), -1).T
+    inputs |= dict(zip(network.conductance_inputs, columns, strict=True))
+    matrix, boundary = network.all_conductances(inputs, len(keys))
+    return {key: (matrix[:, i], boundary[:, i]) for i, key in enumerate(keys)}
 
 
 def _alike(*arrays: FloatArray) -> bool:

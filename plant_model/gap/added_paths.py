@@ -78,9 +78,9 @@ class _Stepped:
         self.steps = np.diff(drive.grid)
         levels = levels_on(machine, network, drive)
         self.keys = [tuple(row) for row in levels.tolist()]
+        matrices = conductances_at(machine, network, list(dict.fromkeys(self.keys)))
         self.modes = {
-            key: Modes.of(conductances_at(machine, network, key)[0], network.capacity)
-            for key in dict.fromkeys(self.keys)
+            key: Modes.of(matrix, network.capacity) for key, (matrix, _) in matrices.items()
         }
         self.shown = _weights(machine, observed.channels)
         self._gains: dict[tuple[tuple[float, ...], float], tuple[FloatArray, ...]] = {}

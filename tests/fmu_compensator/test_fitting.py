@@ -171,7 +171,11 @@ def test_a_named_sensor_that_is_dead_in_a_run_is_refused(model: str, rig: FivePo
     runs = [RUNS[0], changed(RUNS[1], T4_degC=0.0), *RUNS[2:]]
     with pytest.raises(BadInput, match="points: T4: has no usable reading in b"):
         fit_compensator(runs, rig, model, points="T1,T4")
-    assert "T4" not in fit_compensator(runs, rig)["chosen"]
+
+
+def test_a_sensor_that_is_dead_in_a_run_is_not_chosen(rig: FivePointRig) -> None:
+    runs = [RUNS[0], changed(RUNS[1], T4_degC=0.0), *RUNS[2:]]
+    assert "T4" not in fit_compensator(runs, rig, "mlr")["chosen"]
 
 
 def test_a_short_warm_up_in_a_long_rest_is_seen(rig: FivePointRig) -> None:

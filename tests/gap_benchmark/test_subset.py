@@ -45,8 +45,6 @@ def _held_out(found: GapResult, unseen: list[Run], machine: Machine) -> dict[str
     ("number", "name", "closed"),
     [
         (33, "windage", 0.35),
-        (30, "bearing_run_in", 0.6),
-        (43, "coolant_supply_offset", 0.7),
         (77, "sensor_lag:T3", 0.2),
     ],
 )

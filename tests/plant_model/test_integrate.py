@@ -79,7 +79,7 @@ def test_dependent_network_equals_an_independent_solver(jig_borer: Machine) -> N
 
 def test_error_control_keeps_what_it_promises(jig_borer: Machine) -> None:
     machine = with_effects(jig_borer, "radiation", "viscosity_temperature")
-    inputs = inputs_over(4.0, every_s=60.0)
+    inputs = inputs_over(2.0, every_s=60.0)
     default = simulate(machine, inputs, step_s=60.0).temperatures
     close = simulate(machine, inputs, step_s=5.0, tolerance=1e-9).temperatures
     assert np.abs(default - close).max() < 1e-3
