@@ -13,12 +13,13 @@ from measurement.runs import Run, read_run
 from measurement.warm import named_warm
 from plant_model.drive import column_in
 from plant_model.gap.data_faults import DataFault, need_readings, without_faults
-from plant_model.gap.find import FEWEST_RUNS, USUAL, GapResult, Search
+from plant_model.gap.find import FEWEST_RUNS, GapResult
 from plant_model.gap.five_lines import five_lines
 from plant_model.gap.held_out import answer
 from plant_model.gap.long_log import pieces_of
 from plant_model.gap.observations import Observations
 from plant_model.gap.report import MACHINE_AFTER, report_of
+from plant_model.gap.search import USUAL, Search
 from plant_model.machine import Machine
 from plant_model.machine_file import machine_path, read_machine
 from plant_model.machine_writer import write_machine

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 
 from measurement.runs import Run, write_run
-from plant_model.gap.find import MOST_CHANGES, Search
+from plant_model.gap.search import MOST_CHANGES, MOST_EFFECTS, Search
 from plant_model.machine_writer import write_machine
 from scenarios.gap_runner import GAP, GapTask, run_find_gap
 from scenarios.outputs import guarding
@@ -67,6 +67,7 @@ def find_gap(
     out: str | Path | None = None,
     without: Sequence[str] = (),
     most: int = MOST_CHANGES,
+    most_effects: int = MOST_EFFECTS,
     seed: int = 0,
     workers: int | None = None,
     fmu: bool = False,
@@ -86,6 +87,8 @@ def find_gap(
         Effects not to consider.
     most : int
         Changes of the description to make at most.
+    most_effects : int
+        Effects of the catalogue to add at most, 1 or more.
     seed : int
     workers : int, optional
         Processes; one for each core by default.
@@ -126,7 +129,7 @@ def find_gap(
             paths[: len(used)],
             paths[len(used) :],
             folder,
-            Search(tuple(without), most, seed, workers),
+            Search(tuple(without), most, most_effects, seed, workers),
             fmu,
         )
         inputs = [run.path for run in (*used, *kept_back) if run.path is not None]

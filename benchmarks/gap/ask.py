@@ -18,11 +18,12 @@ from benchmarks.gap.truth.case import RUNS
 from measurement.runs import Run, read_run
 from plant_model.gap.calibrate import ParameterEstimate, calibrate
 from plant_model.gap.design import RunDesign
-from plant_model.gap.find import GapResult, Search
+from plant_model.gap.find import GapResult
 from plant_model.gap.held_out import answer
 from plant_model.gap.observations import Observations, observe
 from plant_model.gap.regimes import by_channel, gap_of, residuals
 from plant_model.gap.report import GapComparison, report_of
+from plant_model.gap.search import Search
 from plant_model.machine import Machine
 from plant_model.machine_file import read_machine
 from scenarios.gap_runner import usable_runs

@@ -29,11 +29,11 @@ from plant_model.effects import catalogue  # noqa: E402
 from plant_model.gap.calibrate import calibrate  # noqa: E402
 from plant_model.gap.candidates import with_effect  # noqa: E402
 from plant_model.gap.data_faults import without_faults  # noqa: E402
-from plant_model.gap.find import Search  # noqa: E402
 from plant_model.gap.held_out import answer  # noqa: E402
 from plant_model.gap.keys import driver_of  # noqa: E402
 from plant_model.gap.observations import observe  # noqa: E402
 from plant_model.gap.report import report_of  # noqa: E402
+from plant_model.gap.search import Search  # noqa: E402
 from plant_model.machine import Machine  # noqa: E402
 from plant_model.machine_file import read_machine  # noqa: E402
 from plant_model.simulate import simulate  # noqa: E402

@@ -25,7 +25,8 @@ from benchmarks.gap.truth.effects.base import SIZES
 from benchmarks.gap.variants import variants
 from measurement.files import write_atomically
 from measurement.runs import Run
-from plant_model.gap.find import Search, find_gap
+from plant_model.gap.find import find_gap
+from plant_model.gap.search import Search
 from plant_model.machine_file import read_machine
 from scenarios.gap_runner import usable_runs
 

@@ -14,12 +14,7 @@ from plant_model.gap.describe import LEAST_SHARE, NEARLY, select_change
 from plant_model.gap.description import NamedChange
 from plant_model.gap.design import RunSensitivities, all_sensitivities
 from plant_model.gap.refit import CandidateFit, fit_effects, refit_in_full, score_fit
-from plant_model.gap.selection import (
-    RIVAL_ODDS,
-    cost_per_run_and_channel,
-    cost_unit,
-    odds_against_best,
-)
+from plant_model.gap.selection import RIVAL_ODDS, clearly_better, cost_per_run_and_channel
 
 SETTLED = 1.6
 """Cost per run and channel at which nothing more is looked for: empty cases leave about as much."""
@@ -71,7 +66,11 @@ def select_changes(
             break
         progress(f"calibrating with {one.key}")
         after, sensitivities = refit_in_full(grown)
-        if instead_of is not None and not found and not _clearly_better(after, instead_of):
+        if (
+            instead_of is not None
+            and not found
+            and not clearly_better(after, instead_of, LONG_ODDS)
+        ):
             break
         found.append(replace(one, after=after))
         if len(found) > 1:
@@ -82,13 +81,6 @@ def select_changes(
                     after = found[-1].after
                     sensitivities = all_sensitivities(after.base, after.machine, after.observed)
     return found
-
-
-def _clearly_better(one: CandidateFit, other: CandidateFit) -> bool:
-    """Tell whether a change of the description explains the runs better than effects do."""
-    costs = np.array([float(one.loro_cost.sum()), float(other.loro_cost.sum())])
-    pieces = len(one.loro_cost) * len(one.observed[0].channels)
-    return bool(odds_against_best(costs, cost_unit(float(costs.min()), pieces))[1] < LONG_ODDS)
 
 
 def left_out(

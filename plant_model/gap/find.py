@@ -3,81 +3,34 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-import numpy as np
 from threadpoolctl import threadpool_limits
 
 from measurement.errors import BadInput
 from measurement.runs import Run
 from measurement.workers import workers as processes
-from plant_model.effects import Effect
 from plant_model.gap.calibrate import Progress, quiet
-from plant_model.gap.candidates import Candidate, as_tried, candidates, missing_effects
 from plant_model.gap.data_faults import DataFault
 from plant_model.gap.describe import far_off, select_change
 from plant_model.gap.description import NamedChange
-from plant_model.gap.description_rounds import SETTLED, left_out, select_changes
-from plant_model.gap.design import RunSensitivities, all_sensitivities
-from plant_model.gap.driver_choice import on_its_driver, other_drivers
-from plant_model.gap.keys import law_of, laws_of
-from plant_model.gap.null_distribution import null_quantile
+from plant_model.gap.description_rounds import left_out, select_changes
+from plant_model.gap.design import all_sensitivities
+from plant_model.gap.effect_rounds import select_effects
+from plant_model.gap.keys import laws_of
 from plant_model.gap.observations import Observations
 from plant_model.gap.periods import in_step
 from plant_model.gap.reference import ReferenceModel
-from plant_model.gap.refit import CandidateFit, fit_candidate, score_fit
+from plant_model.gap.refit import CandidateFit, score_fit
 from plant_model.gap.regimes import residuals
-from plant_model.gap.screen import NormalMatrices, ResidualSets, Screen
-from plant_model.gap.selection import (
-    LEAST_SHARE,
-    SelectionRound,
-    adequate,
-    cost_per_run_and_channel,
-    out_of_range,
-    select_effect,
-)
+from plant_model.gap.search import USUAL, Search
+from plant_model.gap.selection import LEAST_SHARE, SelectionRound
 from plant_model.gap.standing import calibrated
-from plant_model.gap.swaps import swapped
 from plant_model.machine import Machine
-
-REFITTED = 4
-"""Effects that are calibrated in full, best of the screening first."""
-
-MOST_ADDED = 2
-"""Effects added at most, one after another."""
-
-MOST_CHANGES = 6
-"""Changes of the description made at most, if the user sets no other limit."""
 
 FEWEST_RUNS = 3
 """Runs needed to predict each from the others and still see whether that is chance."""
-
-
-@dataclass(frozen=True)
-class Search:
-    """How the gap finder looks for what is missing.
-
-    Attributes
-    ----------
-    without : sequence of str
-        Effects that are not to be considered.
-    most : int
-        Changes of the description made at most, one after another.
-    seed : int
-        Of starting points and of the runs drawn with nothing missing.
-    workers : int or None
-        Processes; None: one for each core.
-    """
-
-    without: Sequence[str] = ()
-    most: int = MOST_CHANGES
-    seed: int = 0
-    workers: int | None = None
-
-
-USUAL = Search()
 
 
 @dataclass(frozen=True)
@@ -251,7 +204,7 @@ def _find(machine: Machine, runs: Sequence[Run], search: Search, progress: Progr
             locally=False,
         )
         changes = [restarted] if restarted else []
-        rounds, after = _effects(pool, started, sensitivities, search, progress)
+        rounds, after = select_effects(pool, started, sensitivities, search, progress)
         found = GapResult(before, after, tuple(rounds), (), tuple(changes), tuple(faults))
         named = rounds[0].named
         # Not by the verdict: with another start of a part, that is an answer already.
@@ -268,39 +221,6 @@ def _find(machine: Machine, runs: Sequence[Run], search: Search, progress: Progr
     return found.only_described()
 
 
-def _effects(
-    pool: ProcessPoolExecutor,
-    started: CandidateFit,
-    sensitivities: Sequence[RunSensitivities],
-    search: Search,
-    progress: Progress,
-) -> tuple[list[SelectionRound], CandidateFit]:
-    """Look for effects, one after another; return what was judged and what is explained then."""
-    after, channels = started, len(started.observed[0].channels)
-    rounds: list[SelectionRound] = []
-    for count in range(MOST_ADDED):
-        if count and cost_per_run_and_channel(after, channels) < SETTLED:
-            break
-        at_first = float(started.loro_cost.sum())
-        selection = _round(pool, after, sensitivities, at_first, search, progress)
-        rounds.append(selection)
-        if not selection.named:
-            break
-        progress("calibrating the named effect in full")
-        rounds[-1], grown, sensitivities = on_its_driver(pool, selection)
-        share = 1.0 - float(grown.loro_cost.sum()) / float(after.loro_cost.sum())
-        if out_of_range(grown, share):
-            rounds[-1] = replace(rounds[-1], one_of=())
-            break
-        after = grown
-        if count:
-            progress("asking again which of the first it is")
-            rounds[0], after = swapped(rounds[0], after, sensitivities)
-    if not adequate(started, after, channels):
-        rounds, after = [replace(rounds[0], one_of=())], started
-    return rounds, after
-
-
 def _need_excitation(machine: Machine, runs: Sequence[Run]) -> None:
     """Refuse runs in which nothing but the surroundings changes."""
     for entry in machine.inputs:
@@ -312,75 +232,3 @@ def _need_excitation(machine: Machine, runs: Sequence[Run]) -> None:
             if entry.column in run.frame.columns and run.frame[entry.column].max() > most:
                 return
     raise BadInput("--runs", "", "the machine stands still in all of them: nothing can be told")
-
-
-def _round(
-    pool: ProcessPoolExecutor,
-    baseline: CandidateFit,
-    sensitivities: Sequence[RunSensitivities],
-    at_first: float,
-    search: Search,
-    progress: Progress,
-) -> SelectionRound:
-    """Look for one more effect."""
-    observed = baseline.observed
-    effects = missing_effects(baseline.machine, search.without)
-    tried: list[Candidate] = []
-    jobs = [pool.submit(_candidates, baseline.machine, observed, effect.name) for effect in effects]
-    for effect, job in zip(effects, jobs, strict=True):
-        progress(f"screening {effect.name}")
-        tried += job.result()
-    screen = Screen(NormalMatrices.of(baseline.designs, tried))
-    residuals = [design.residual[None] for design in baseline.designs]
-    scores = screen.scores(ResidualSets.of(baseline.designs, tried, residuals, baseline.position()))
-    gain = scores.loro_gain[0].sum(axis=0)
-    best: dict[str, int] = {}
-    for i in np.argsort(-gain):
-        best.setdefault(tried[i].key, int(i))
-    chosen = _shortlist(best)
-    null_q99 = null_quantile(
-        screen, baseline.designs, observed, tried, float(baseline.loro_cost.sum()), search.seed
-    )
-    scale, screened = scores.scale[0].tolist(), scores.loro_cost[0][:, None] - scores.loro_gain[0]
-
-    def calibrated_with(some: Sequence[int]) -> list[CandidateFit]:
-        jobs = [
-            pool.submit(
-                fit_candidate,
-                baseline,
-                tried[i],
-                scale[i],
-                screened[:, i],
-                sensitivities,
-                as_tried(tried, tried[i]),
-            )
-            for i in some
-        ]
-        explained = []
-        for i, job in zip(some, jobs, strict=True):
-            progress(f"calibrating with {tried[i].key}")
-            explained.append(job.result())
-        return explained
-
-    explained = calibrated_with(chosen)
-    explained += calibrated_with(other_drivers(explained, baseline, null_q99, best))
-    return select_effect(baseline, explained, null_q99, len(observed[0].channels), at_first)
-
-
-def _shortlist(best: dict[str, int]) -> list[int]:
-    """Return the positions of the best effects, each on the driver that does most.
-
-    Parameters
-    ----------
-    best : dict of str to int
-        Keys and where each does most, the best first.
-    """
-    found: dict[str, int] = {}
-    for key, i in best.items():
-        found.setdefault(law_of(key), i)
-    return list(found.values())[:REFITTED]
-
-
-def _candidates(machine: Machine, observed: Sequence[Observations], name: str) -> list[Candidate]:
-    effect: type[Effect] = next(e for e in missing_effects(machine) if e.name == name)
-    return list(candidates(machine, observed, effect))

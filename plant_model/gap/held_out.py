@@ -8,10 +8,11 @@ from measurement.runs import Run
 from plant_model.gap.calibrate import Progress, quiet
 from plant_model.gap.data_faults import DataFault, taken_out
 from plant_model.gap.description import NamedChange
-from plant_model.gap.find import USUAL, GapResult, Search, find_gap
+from plant_model.gap.find import GapResult, find_gap
 from plant_model.gap.keys import law_of
 from plant_model.gap.observations import Observations, observe
 from plant_model.gap.report import GapComparison
+from plant_model.gap.search import USUAL, Search
 from plant_model.gap.standing import standing_still
 from plant_model.machine import Machine
 

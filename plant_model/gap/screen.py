@@ -7,7 +7,7 @@ drawing runs in which nothing is missing cost no simulation.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -30,16 +30,21 @@ class NormalMatrices:
         Shared columns against candidates' answers.
     answers : array, shape (R, m)
         Squares of the answers.
+    between : array, shape (R, m, m) or (R, 0, 0)
+        Candidates' answers against each other, where they were asked for.
     """
 
     shared: FloatArray
     cross: FloatArray
     answers: FloatArray
+    between: FloatArray
 
     @classmethod
-    def of(cls, designs: Sequence[RunDesign], tried: Sequence[Candidate]) -> NormalMatrices:
-        """Gather the matrices."""
-        shared, cross, answers = [], [], []
+    def of(
+        cls, designs: Sequence[RunDesign], tried: Sequence[Candidate], *, between: bool = False
+    ) -> NormalMatrices:
+        """Gather the matrices, and on demand those between candidates."""
+        shared, cross, answers, mutual = [], [], [], []
         for i, design in enumerate(designs):
             columns = _answers_of(tried, i, len(design.weight)).T * design.weight[:, None]
             clean_shared = design.cleaned(design.shared)
@@ -47,7 +52,22 @@ class NormalMatrices:
             shared.append(design.shared.T @ clean_shared)
             cross.append(design.shared.T @ clean)
             answers.append(np.sum(columns * clean, axis=0))
-        return cls(np.array(shared), np.array(cross), np.array(answers))
+            mutual.append(columns.T @ clean if between else np.zeros((0, 0)))
+        return cls(np.array(shared), np.array(cross), np.array(answers), np.array(mutual))
+
+    def beside(self, which: int) -> NormalMatrices:
+        """Return the same with one candidate in force, its size a shared unknown, the last one.
+
+        Parameters
+        ----------
+        which : int
+            Position of the candidate. The most that it is scaled by is one standard deviation.
+        """
+        own = MOST * self.cross[:, :, which : which + 1]
+        corner = MOST**2 * self.answers[:, which, None, None]
+        shared = np.block([[self.shared, own], [np.swapaxes(own, 1, 2), corner]])
+        cross = np.concatenate([self.cross, MOST * self.between[:, which : which + 1]], axis=1)
+        return replace(self, shared=shared, cross=cross)
 
 
 @dataclass(frozen=True)
@@ -96,6 +116,21 @@ class ResidualSets:
         if moved is not None:
             pull[:, : len(moved)] = moved
         return cls(shared, answers, squares, pull)
+
+    def beside(self, which: int) -> ResidualSets:
+        """Return the same for :meth:`NormalMatrices.beside`.
+
+        Parameters
+        ----------
+        which : int
+            Position of the candidate.
+        """
+        own = MOST * self.against_answers[:, :, which : which + 1]
+        return replace(
+            self,
+            against_shared=np.concatenate([self.against_shared, own], axis=2),
+            pull=np.concatenate([self.pull, np.zeros((len(self.pull), 1))], axis=1),
+        )
 
 
 def _answers_of(tried: Sequence[Candidate], run: int, length: int) -> FloatArray:
@@ -162,6 +197,16 @@ class Screen:
             loro_gain.append(without[:, None] - with_it)
             loro_cost.append(without)
         return Scores(gain, scale, np.stack(loro_gain, axis=1), cost, np.stack(loro_cost, axis=1))
+
+    def last_shared(self, data: ResidualSets) -> FloatArray:
+        """Return what recalibration makes of the last shared unknown with each candidate, (D, m).
+
+        Parameters
+        ----------
+        data : ResidualSets
+        """
+        _, scale, _, solved = self._whole.fit(data)
+        return np.asarray(-solved[:, -1:] - scale * self._whole.follow[-1])
 
 
 class Fold:

@@ -113,6 +113,20 @@ def odds_against_best(costs: FloatArray, unit: float) -> FloatArray:
     return np.asarray(np.exp(-(costs - costs.min()) / (2.0 * unit)))
 
 
+def clearly_better(one: CandidateFit, other: CandidateFit, odds: float) -> bool:
+    """Tell whether one explanation of the same runs leaves so much less than another.
+
+    Parameters
+    ----------
+    one, other : CandidateFit
+    odds : float
+        The odds against the other must be less than this [1].
+    """
+    costs = np.array([float(one.loro_cost.sum()), float(other.loro_cost.sum())])
+    pieces = len(one.loro_cost) * len(one.observed[0].channels)
+    return bool(odds_against_best(costs, cost_unit(float(costs.min()), pieces))[1] < odds)
+
+
 def out_of_range(one: CandidateFit, share: float) -> bool:
     """Tell whether a fit ends at its bounds and, by its *share*, only resembles what is missing."""
     effect = catalogue().get(one.added[-1].partition(":")[0])

@@ -47,6 +47,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="N",
         help="changes of the description to make at most (default: 6; 0: none)",
     )
+    parser.add_argument(
+        "--most-effects",
+        type=int,
+        default=2,
+        metavar="N",
+        help="effects of the catalogue to add at most (default: 2; 1: never two at once)",
+    )
     parser.add_argument("--seed", type=int, default=0, help="of random starts and draws")
     parser.add_argument("--workers", type=int, help="processes (default: one for each core)")
     parser.add_argument(
@@ -60,7 +67,7 @@ def run(args: argparse.Namespace) -> int:
     """Find the gap, write the folder, and say what was found."""
     from measurement.errors import BadInput
     from plant_model.effects import catalogue
-    from plant_model.gap.find import Search
+    from plant_model.gap.search import Search
     from scenarios.gap_runner import GapTask, run_find_gap
     from scenarios.progress import FIND_GAP, spoken
 
@@ -71,6 +78,8 @@ def run(args: argparse.Namespace) -> int:
         raise BadInput("--workers", "", f"{args.workers} is outside 1..256")
     if not 0 <= args.most <= 50:
         raise BadInput("--most", "", f"{args.most} is outside 0..50")
+    if not 1 <= args.most_effects <= 10:
+        raise BadInput("--most-effects", "", f"{args.most_effects} is outside 1..10")
     if args.split_hours is not None and not 0.5 <= args.split_hours <= 1000.0:
         raise BadInput("--split-hours", "", f"{args.split_hours:g} is outside 0.5..1000")
     asked = GapTask(
@@ -78,7 +87,7 @@ def run(args: argparse.Namespace) -> int:
         args.runs,
         args.holdout or [],
         args.out,
-        Search(args.without, args.most, args.seed, args.workers),
+        Search(args.without, args.most, args.most_effects, args.seed, args.workers),
         fmu=not args.no_fmu,
         split_hours=args.split_hours,
     )

@@ -11,12 +11,14 @@ import pytest
 from plant_model.effects import catalogue
 from plant_model.gap.candidates import candidates, with_effect
 from plant_model.gap.driver_choice import other_drivers
-from plant_model.gap.find import GapResult, Search, _shortlist, find_gap
+from plant_model.gap.effect_rounds import _shortlist
+from plant_model.gap.find import GapResult, find_gap
 from plant_model.gap.five_lines import five_lines
 from plant_model.gap.held_out import _lone
 from plant_model.gap.observations import observe
 from plant_model.gap.refit import CandidateFit
 from plant_model.gap.report import GapComparison, report_of
+from plant_model.gap.search import Search
 from plant_model.gap.selection import _of_any_sensor
 from plant_model.machine import Machine
 from tests.plant_model.gap.conftest import runs_of

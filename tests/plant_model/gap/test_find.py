@@ -15,9 +15,10 @@ from plant_model.effects import catalogue
 from plant_model.gap.calibrate import calibrate
 from plant_model.gap.candidates import Candidate, as_tried, grid, missing_effects, with_effect
 from plant_model.gap.design import all_sensitivities
-from plant_model.gap.find import Search, _need_excitation, find_gap
+from plant_model.gap.find import _need_excitation, find_gap
 from plant_model.gap.observations import observe
 from plant_model.gap.refit import score_fit
+from plant_model.gap.search import Search
 from plant_model.gap.selection import select_effect
 from plant_model.machine import Machine
 from plant_model.machine_file import read_machine

@@ -7,10 +7,10 @@ from dataclasses import replace
 import pytest
 
 from plant_model.effects import catalogue
-from plant_model.gap.find import Search
 from plant_model.gap.five_lines import five_lines
 from plant_model.gap.held_out import answer
 from plant_model.gap.report import report_of
+from plant_model.gap.search import Search
 from plant_model.machine import Machine
 from tests.plant_model.gap.conftest import runs_of
 

@@ -8,9 +8,9 @@ import pytest
 from measurement.runs import Run
 from plant_model.effects import catalogue
 from plant_model.gap.data_faults import taken_out
-from plant_model.gap.find import Search
 from plant_model.gap.held_out import answer
 from plant_model.gap.observations import observe
+from plant_model.gap.search import Search
 from plant_model.gap.standing import calibrated, standing_still
 from plant_model.machine import Machine
 from tests.plant_model.gap.conftest import runs_of

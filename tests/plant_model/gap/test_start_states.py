@@ -10,11 +10,11 @@ import pytest
 
 from measurement.runs import Run
 from plant_model.effects import catalogue
-from plant_model.gap.find import Search
 from plant_model.gap.five_lines import five_lines
 from plant_model.gap.held_out import answer
 from plant_model.gap.kinds.start_state import StartState
 from plant_model.gap.report import report_of
+from plant_model.gap.search import Search
 from plant_model.machine import Machine
 from plant_model.machine_file import read_machine
 from plant_model.machine_writer import write_machine
