@@ -90,12 +90,39 @@ def select_effects(
     after : CandidateFit
         With those that were named.
     """
+    channels = len(started.observed[0].channels)
+    known, rounds, after = _one_by_one(pool, started, sensitivities, search, progress)
+    left = cost_per_run_and_channel(after, channels)
+    if left > ABOVE_TOLERANCE and search.most_effects > 1 and len(after.added) <= 2:
+        _, screened = known
+        pairs = screened_pairs(started, screened.tried, screened.best, after.added, search.seed)
+        for pair in pairs:
+            found = _both(pool, started, sensitivities, known, pair, search, progress)
+            if found and clearly_better(found[1], after, LONG_ODDS):
+                rounds, after = found
+                break
+    if not adequate(started, after, channels):
+        rounds, after = [replace(rounds[0], one_of=())], started
+    return rounds, after
+
+
+def _one_by_one(
+    pool: Executor,
+    started: CandidateFit,
+    sensitivities: Sequence[RunSensitivities],
+    search: Search,
+    progress: Progress,
+) -> tuple[tuple[SelectionRound, Screened], list[SelectionRound], CandidateFit]:
+    """Look for effects until none is named, little is left, or there are as many as asked for.
+
+    Returns the first round as it was judged, all rounds as they were in the end, and the fit.
+    """
     at_first, channels = float(started.loro_cost.sum()), len(started.observed[0].channels)
-    first, screened = _round(pool, started, sensitivities, at_first, search, progress)
-    rounds, after = [first], started
+    known = _round(pool, started, sensitivities, at_first, search, progress)
+    rounds, after = [known[0]], started
     while rounds[-1].named:
         progress("calibrating the named effect in full")
-        rounds[-1], grown, sensitivities_now = on_its_driver(pool, rounds[-1])
+        rounds[-1], grown, sensitivities = on_its_driver(pool, rounds[-1])
         share = 1.0 - float(grown.loro_cost.sum()) / float(after.loro_cost.sum())
         if out_of_range(grown, share):
             rounds[-1] = replace(rounds[-1], one_of=())
@@ -103,23 +130,13 @@ def select_effects(
         after = grown
         if len(rounds) > 1:
             progress("asking again which of the first it is")
-            rounds[0], after = swapped(rounds[0], after, sensitivities_now)
+            rounds[0], after = swapped(rounds[0], after, sensitivities)
         settled = cost_per_run_and_channel(after, channels) < SETTLED
         if settled or len(rounds) == search.most_effects:
             break
-        one, _ = _round(pool, after, sensitivities_now, at_first, search, progress)
+        one, _ = _round(pool, after, sensitivities, at_first, search, progress)
         rounds.append(one)
-    left = cost_per_run_and_channel(after, channels)
-    if left > ABOVE_TOLERANCE and search.most_effects > 1 and len(after.added) <= 2:
-        pairs = screened_pairs(started, screened.tried, screened.best, after.added, search.seed)
-        for pair in pairs:
-            found = _both(pool, started, sensitivities, (first, screened), pair, search, progress)
-            if found and clearly_better(found[1], after, LONG_ODDS):
-                rounds, after = found
-                break
-    if not adequate(started, after, channels):
-        rounds, after = [replace(rounds[0], one_of=())], started
-    return rounds, after
+    return known, rounds, after
 
 
 def _both(

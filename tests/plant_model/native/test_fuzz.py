@@ -15,7 +15,7 @@ from tests.plant_model.native.test_twin import with_all_effects
 
 HERE = Path(__file__).resolve().parent
 SANITIZED = ("-g", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
-CALLS = 60_000
+CALLS = 30_000
 
 
 def test_fuzzed_calls_are_clean(compiler: tuple[str, ...], tmp_path: Path) -> None:
