@@ -70,7 +70,8 @@ def main() -> int:
             )
         args.json.parent.mkdir(parents=True, exist_ok=True)
         write_atomically(args.json, json.dumps(found, indent=1) + "\n")
-    text = tables(found)
+    order = {model: place for place, model in enumerate(MODELS.split(","))}
+    text = tables(sorted(found, key=lambda one: order.get(one["model"], len(order))))
     print(text)
     if args.docs:
         write_docs(text)

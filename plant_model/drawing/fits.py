@@ -33,7 +33,7 @@ def odd_fits(drawing: Drawing) -> list[str]:
     held = any(carrier.holds is not None for carrier in drawing.form.carriers)
     if not held:
         found.append("Nothing holds the housing: no carrier says holds = { from, to }.")
-    if not any(c.grows.x or c.grows.y or c.grows.z for c in drawing.form.carriers):
+    if not any(c.grows.lengths() for c in drawing.form.carriers):
         found.append("No carrier moves the nose: none says grows = { x, y, z }.")
     if drawing.form.tool is not None:
         found += _far("The joint of the tool", drawing.form.tool.joint, CLASS_VALUES["tool_joint"])

@@ -202,18 +202,34 @@ class BendForm(Form):
 
     against: str
     width: Length
-    length: Length
+    length: Annotated[Quantity, _between(1.0, 10000.0, "mm")]
     lever: Annotated[Number, _between(-10000.0, 10000.0, "mm")]
     yaw: Annotated[Number, _between(-1.0, 1.0, "")] = 0.0
     pitch: Annotated[Number, _between(-1.0, 1.0, "")] = 0.0
 
 
+def _one_way(given: Quantity) -> Quantity:
+    for end in (given.low, given.high):
+        if end is not None and end * given.value < 0.0:
+            raise ValueError("low, value and high must have one sign")
+    return given
+
+
+OneWay = Annotated[Quantity, _between(-5000.0, 5000.0, "mm"), AfterValidator(_one_way)]
+"""A length whose sign is a direction."""
+
+
 class GrowForm(Form):
     """Length of a carrier that moves the nose along an axis; z: towards the table."""
 
-    x: Annotated[Number, _between(-5000.0, 5000.0, "mm")] = 0.0
-    y: Annotated[Number, _between(-5000.0, 5000.0, "mm")] = 0.0
-    z: Annotated[Number, _between(-5000.0, 5000.0, "mm")] = 0.0
+    x: OneWay | None = None
+    y: OneWay | None = None
+    z: OneWay | None = None
+
+    def lengths(self) -> dict[str, Quantity]:
+        """Return those that are not 0, by axis."""
+        known = {"x": self.x, "y": self.y, "z": self.z}
+        return {axis: one for axis, one in known.items() if one is not None and one.value}
 
 
 class FeedForm(Form):

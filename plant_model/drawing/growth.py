@@ -7,9 +7,9 @@ from math import cos, radians, sin
 from typing import Any
 
 from plant_model.drawing.cells import Cell, overlap
+from plant_model.drawing.form import Quantity
 from plant_model.drawing.known import exact, within
 from plant_model.drawing.layout import Drawing
-from plant_model.drawing.materials import Material
 from plant_model.drawing.mesh import Mesh, Sector
 from plant_model.drawing.sheet import Sheet
 
@@ -17,6 +17,9 @@ NO_LENGTH = 1e-9
 
 UNEVEN = 0.25
 """How far the growth of a carrier may be from that of a part as warm as its lump [1]."""
+
+MOVES = {"x": "x", "y": "y", "z": "elongation"}
+"""What a length along an axis moves, as a machine file calls it."""
 
 
 def add_growth(sheet: Sheet, drawing: Drawing, mesh: Mesh) -> None:
@@ -95,32 +98,32 @@ def _direction(warm: Sector) -> dict[str, Any]:
     return {key: exact(round(part, 15), "1") for key, part in parts.items() if abs(part) > 1e-12}
 
 
-def _growth_of_lump(sheet: Sheet, material: Material) -> dict[str, Any]:
-    """Return an expansion [1e-6/K] for a part that is one lump, and not all as warm as its mean."""
-    known = material.expansion
-    low, high = (1.0 - UNEVEN) * known.value, (1.0 + UNEVEN) * known.value
-    said = f"{known.source}; the range allows for a part that is not all as warm as its lump"
-    wide = replace(known, low=low, high=high, source=said)
-    name = sheet.number(f"{material.name}_carriers_expansion", wide, free=True)
-    return sheet.tied(name, 1.0, "1e-6/K")
+def _lever(length: Quantity) -> dict[str, Any]:
+    """Return the length of a carrier that moves the nose [mm], to be calibrated.
+
+    What a drawing gives is the length between two faces. The part is one lump, and is not all as
+    warm as that: how much of its length counts is known to a quarter.
+    """
+    known = length.known("mm", UNEVEN)
+    if known.value < 0.0:
+        known = replace(known, value=-known.value, low=-known.high, high=-known.low)
+    return known.parameter(free=length.calibrate is not False)
 
 
 def _carriers(sheet: Sheet, drawing: Drawing) -> None:
     for carrier in drawing.form.carriers:
-        growth = drawing.materials[carrier.material]
-        for axis, key in (("x", "x"), ("y", "y"), ("z", "elongation")):
-            length = getattr(carrier.grows, axis)
-            if length:
-                sheet.structure.append(
-                    {
-                        "kind": "member",
-                        "name": f"{carrier.name}_{axis}",
-                        "nodes": [carrier.name],
-                        "length": within(0.05, abs(length), "mm", "page").parameter(),
-                        "expansion": _growth_of_lump(sheet, growth),
-                        key: exact(1.0 if length > 0 else -1.0, "1"),
-                    }
-                )
+        growth = sheet.growth_of(drawing.materials[carrier.material])
+        for axis, length in carrier.grows.lengths().items():
+            sheet.structure.append(
+                {
+                    "kind": "member",
+                    "name": f"{carrier.name}_{axis}",
+                    "nodes": [carrier.name],
+                    "length": _lever(length),
+                    "expansion": growth,
+                    MOVES[axis]: exact(1.0 if length.value > 0.0 else -1.0, "1"),
+                }
+            )
         for j, bend in enumerate(carrier.bends):
             sheet.structure.append(
                 {
@@ -129,9 +132,9 @@ def _carriers(sheet: Sheet, drawing: Drawing) -> None:
                     "towards": [carrier.name],
                     "away": [bend.against],
                     "width": within(0.05, bend.width, "mm", "page").parameter(),
-                    "length": within(0.05, bend.length, "mm", "page").parameter(),
+                    "length": _lever(bend.length),
                     "lever": within(0.05, bend.lever, "mm", "page").parameter(),
-                    "expansion": _growth_of_lump(sheet, growth),
+                    "expansion": growth,
                     "yaw": exact(bend.yaw, "1"),
                     "pitch": exact(bend.pitch, "1"),
                 }
