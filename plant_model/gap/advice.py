@@ -14,12 +14,12 @@ import numpy as np
 import numpy.typing as npt
 
 from plant_model.gap.calibrate import ParameterEstimate
+from plant_model.gap.channel_advice import MOST, about_channels
 from plant_model.gap.observations import Observations
-from plant_model.gap.regimes import RunResiduals, noise_of, regimes, residuals
+from plant_model.gap.regimes import noise_of, regimes, residuals
 from plant_model.machine import Machine
 from plant_model.network import Network, effects_in_force
 from plant_model.parameters import FloatArray, Values
-from plant_model.sensors import displacement_names
 from plant_model.simulate import simulate
 
 OFF_K = 1.0
@@ -35,9 +35,6 @@ LEAST_APART_K = 0.3
 """Two thermometers on a part disagree by no less than this [K]: no part is one temperature to the
 last tenth."""
 
-MOST = 6
-"""Lines of a kind at most, the worst first."""
-
 
 @dataclass(frozen=True)
 class Advice:
@@ -46,7 +43,8 @@ class Advice:
     Attributes
     ----------
     kind : str
-        ``heat_balance``, ``sensors_disagree``, ``range_too_tight`` or ``worse_than_no_model``.
+        ``heat_balance``, ``sensors_disagree``, ``range_too_tight``, ``worse_than_no_model``,
+        ``worse_than_before``, ``not_moved`` or ``off_by_a_constant``.
     place : tuple of str
         The part, sensors, parameter or channel.
     text : str
@@ -59,7 +57,10 @@ class Advice:
 
 
 def advice(
-    machine: Machine, observed: Sequence[Observations], parameters: Sequence[ParameterEstimate]
+    machine: Machine,
+    observed: Sequence[Observations],
+    parameters: Sequence[ParameterEstimate],
+    before: Machine | None = None,
 ) -> list[Advice]:
     """Return what a calibrated machine says of its description.
 
@@ -71,40 +72,17 @@ def advice(
         Of the runs that it was calibrated on.
     parameters : sequence of ParameterEstimate
         What calibration says of its numbers.
+    before : Machine, optional
+        As it was before calibration.
     """
     left = [residuals(machine, one) for one in observed]
+    first = [residuals(before, one) for one in observed] if before is not None else left
     return [
-        *worse_than_none(machine, left),
+        *(Advice(*told) for told in about_channels(machine, left, first)),
         *disagreeing(machine, observed),
         *_balances(machine, observed),
         *_tight(parameters),
     ]
-
-
-def worse_than_none(machine: Machine, left: Sequence[RunResiduals]) -> list[Advice]:
-    """Return the channels that the model predicts worse than if each stayed at its first value."""
-    lengths = displacement_names(machine)
-    found = []
-    for i, name in enumerate(left[0].observed.channels):
-        with_it = np.concatenate([one.values[:, i] for one in left])
-        without = np.concatenate([_moved(one.observed.values[:, i]) for one in left])
-        known = np.isfinite(with_it) & np.isfinite(without)
-        if not known.any():
-            continue
-        model, none = (float(np.sqrt(np.mean(part[known] ** 2))) for part in (with_it, without))
-        if model > none:
-            unit = "um" if name in lengths else "K"
-            text = (
-                f"{name}: the model leaves {model:.2g} {unit}, holding the first reading leaves "
-                f"{none:.2g} {unit}: worse than no model"
-            )
-            found.append((model / max(none, 1e-12), Advice("worse_than_no_model", (name,), text)))
-    return [one for _, one in sorted(found, key=lambda pair: -pair[0])][:MOST]
-
-
-def _moved(values: FloatArray) -> FloatArray:
-    known = values[np.isfinite(values)]
-    return values - known[0] if len(known) else values
 
 
 def disagreeing(machine: Machine, observed: Sequence[Observations]) -> list[Advice]:

@@ -25,7 +25,6 @@ from plant_model.gap.refit import CandidateFit, fit_effects
 from plant_model.gap.screen import NormalMatrices, ResidualSets, Scores, Screen
 from plant_model.gap.selection import (
     ABOVE_TOLERANCE,
-    ADEQUATE,
     MOST_RUNS,
     SelectionRound,
     cost_per_run_and_channel,
@@ -44,6 +43,9 @@ sizes only [1]."""
 
 REFITTED = 14
 """Changes that are calibrated in full: near each other they look alike while they are small."""
+
+FAR_OFF = 5.0
+"""Cost per run of one channel from which something must be missing, whatever the others say."""
 
 ONLY = 1e-6
 """An answer that is nowhere larger than this is none [tolerances]."""
@@ -120,7 +122,7 @@ def far_off(baseline: CandidateFit) -> bool:
     """Tell whether some channel is wrong by itself by so much that something must be missing."""
     channels = len(baseline.observed[0].channels)
     left = unseen_by_channel(baseline.designs, baseline.position(), channels).sum(axis=0)
-    return bool(np.any(left > ADEQUATE * _runs_with(baseline.observed)))
+    return bool(np.any(left > FAR_OFF * _runs_with(baseline.observed)))
 
 
 def _all_tried(

@@ -19,9 +19,9 @@ ABOVE_TOLERANCE = 2.2
 """Cost per run and channel from which something is wrong even if no effect explains it: half as
 much again as the tolerance, all the time."""
 
-ADEQUATE, MOSTLY = 5.0, 0.5
-"""Where so much is left per run and channel after all that was added, and less than this share of
-it was explained, what was named does little of what is missing: something else is."""
+MOSTLY = 0.5
+"""Where more than the tolerance is left after all that was added, and less than this share of it was
+explained, what was named does little of what is missing: something else is [1]."""
 
 LEAST_GAIN = 10.0
 """Fall of the leave-one-run-out cost that an effect must bring, in units of `cost_unit` [1]."""
@@ -100,7 +100,7 @@ def cost_per_run_and_channel(baseline: CandidateFit, channels: int) -> float:
 def adequate(before: CandidateFit, after: CandidateFit, channels: int) -> bool:
     """Tell whether what was added explains most of what was missing, or leaves little."""
     explained = 1.0 - float(after.loro_cost.sum()) / float(before.loro_cost.sum())
-    return explained >= MOSTLY or cost_per_run_and_channel(after, channels) <= ADEQUATE
+    return explained >= MOSTLY or cost_per_run_and_channel(after, channels) <= ABOVE_TOLERANCE
 
 
 def cost_unit(least: float, pieces: int) -> float:

@@ -62,7 +62,7 @@ def run(args: argparse.Namespace) -> int:
         moment: by_channel(which, [residuals(which, one) for one in observed])
         for moment, which in (("before", machine), ("after", found.machine))
     }
-    told_by_it = advice(found.machine, observed, found.parameters)
+    told_by_it = advice(found.machine, observed, found.parameters, machine)
     facts = [
         ("machine", f"{args.machine} -> {path}"),
         *((run.name, f"SHA-256 {run.sha256}") for run in read),

@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 
 from benchmarks.gap.mistakes import runs_of
-from plant_model.gap.advice import advice, disagreeing, heat_missing, worse_than_none
+from measurement.runs import Run
+from plant_model.gap.advice import advice, disagreeing, heat_missing
 from plant_model.gap.calibrate import ParameterEstimate
+from plant_model.gap.channel_advice import about_channels, worse_than_none
 from plant_model.gap.kinds.coarse_part import CoarsePart
 from plant_model.gap.kinds.heat_source import HeatSource
 from plant_model.gap.observations import observe
@@ -57,7 +59,37 @@ def test_a_channel_worse_than_no_model_is_told(lathe: Machine) -> None:
     hot = lathe.with_values({"sources.z_nut.loss": 27.0})
     items = tuple(one for one in lathe.items if one.name != "z_nut-air")
     left = [residuals(replace(hot, items=items), one) for one in observe(lathe, runs_of(lathe)[:2])]
-    assert ("PT08",) in [one.place for one in worse_than_none(lathe, left)]
+    assert ("PT08",) in [place for _, place, _ in worse_than_none(lathe, left)]
+
+
+def test_a_channel_that_calibration_made_worse_is_told(lathe: Machine) -> None:
+    observed = observe(lathe, runs_of(lathe)[:2])
+    hot = lathe.with_values({"sources.z_nut.loss": 27.0})
+    right, wrong = ([residuals(one, seen) for seen in observed] for one in (lathe, hot))
+    told = about_channels(lathe, wrong, right)
+    assert ("worse_than_before", ("PT08",)) in [(kind, place) for kind, place, _ in told]
+    assert about_channels(lathe, right, wrong) == []
+
+
+def test_a_displacement_that_nothing_moves_is_told(lathe: Machine) -> None:
+    observed = observe(lathe, runs_of(lathe)[:2])
+    named = ("holder_reach", "bed_head_height", "arm_reach", "headstock_bend")
+    still = replace(lathe, items=tuple(one for one in lathe.items if one.name not in named))
+    left = [residuals(still, one) for one in observed]
+    told = [(kind, place) for kind, place, _ in about_channels(still, left, left)]
+    assert ("not_moved", ("disp_x",)) in told
+    assert ("not_moved", ("disp_z",)) not in told
+
+
+def test_a_thermometer_off_by_a_constant_in_one_run_is_told(lathe: Machine) -> None:
+    runs = runs_of(lathe)[:2]
+    frame = runs[1].frame.assign(PT12_degC=runs[1].frame["PT12_degC"] + 2.4)
+    observed = observe(lathe, [runs[0], Run(runs[1].name, frame)])
+    left = [residuals(lathe, one) for one in observed]
+    (told,) = about_channels(lathe, left, left)
+    assert told[:2] == ("off_by_a_constant", ("PT12",))
+    # Not all of the 2.4 K: the part starts warmer by its reading.
+    assert told[2].startswith("PT12: shows +1.9 K beside the model throughout stop:")
 
 
 def test_a_number_at_the_end_of_its_range_is_told(lathe: Machine) -> None:
