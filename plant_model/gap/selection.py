@@ -20,8 +20,8 @@ ABOVE_TOLERANCE = 2.2
 much again as the tolerance, all the time."""
 
 MOSTLY = 0.5
-"""Where more than the tolerance is left after all that was added, and less than this share of it was
-explained, what was named does little of what is missing: something else is [1]."""
+"""Where more than the tolerance is left after all that was added, and less than this share was
+explained, what was named does little of what is missing [1]: something else is."""
 
 LEAST_GAIN = 10.0
 """Fall of the leave-one-run-out cost that an effect must bring, in units of `cost_unit` [1]."""
