@@ -7,6 +7,8 @@ has seen half of them at random knows the other half.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import Executor
+from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -25,6 +27,7 @@ from measurement.errors import BadInput
 from measurement.figures import figures_of_merit
 from measurement.rig import Rig
 from measurement.warm import cold_starts, named_warm
+from measurement.workers import workers
 
 
 @dataclass(frozen=True)
@@ -173,6 +176,7 @@ def compare(
     strict: bool = False,
     intervals: bool = True,
     on_step: Callable[[str], None] = lambda label: None,
+    jobs: int = 1,
 ) -> Comparison:
     """Return how every contestant does on every split.
 
@@ -190,6 +194,8 @@ def compare(
         Learn a prediction interval from training runs left out, and measure its coverage.
     on_step : callable
         Told the label of each piece of work as it begins: one per split and contestant.
+    jobs : int
+        Processes that share the fits of intervals; the numbers are the same.
 
     Raises
     ------
@@ -205,25 +211,21 @@ def compare(
     rows: list[Row] = []
     left_out: dict[str, str] = {}
     last: BadInput | None = None
-    for entrant in entrants:
-        rows_here = [Row(entrant.name, entrant.title, False)]
-        if entrant.recipe is None or entrant.recipe.model.uses_measured:
-            title = f"{entrant.title}, one step ahead"
-            rows_here.append(Row(entrant.name + ONE_STEP, title, True))
-        if entrant.name == NO_MODEL:
-            rows_here = rows_here[:1]
-        try:
-            for one in bench:
-                on_step(f"{entrant.name} on {one.split.name}")
-                one.judge(entrant, rows_here, list(places.values()), intervals)
-        except BadInput as refusal:
-            if strict:
-                raise
-            left_out[entrant.name] = str(refusal)
-            last = refusal
-            continue
-        # A model that can use measurements may turn out not to (a hybrid of ones that cannot).
-        rows += [row for row in rows_here if row.validate]
+    with workers(jobs) if jobs > 1 else nullcontext() as pool:
+        for entrant in entrants:
+            rows_here = _rows_of(entrant)
+            try:
+                for one in bench:
+                    on_step(f"{entrant.name} on {one.split.name}")
+                    one.judge(entrant, rows_here, list(places.values()), pool, intervals=intervals)
+            except BadInput as refusal:
+                if strict:
+                    raise
+                left_out[entrant.name] = str(refusal)
+                last = refusal
+                continue
+            # A model that can use measurements may turn out not to (a hybrid of such that cannot).
+            rows += [row for row in rows_here if row.validate]
     if last is not None and not any(row.chosen for row in rows):
         raise last  # no model can be fitted at all
     _measure_coverage(rows)
@@ -231,6 +233,17 @@ def compare(
     notes = list(dict.fromkeys(note for one in bench for note in one.notes()))
     notes += dict.fromkeys(note for note in warm if note)
     return Comparison(list(places), units, rows, left_out, notes)
+
+
+def _rows_of(entrant: Contestant) -> list[Row]:
+    """Return a contestant's rows: by itself and, if it can use measurements, one step ahead."""
+    rows = [Row(entrant.name, entrant.title, False)]
+    if entrant.name == NO_MODEL:
+        return rows
+    if entrant.recipe is None or entrant.recipe.model.uses_measured:
+        title = f"{entrant.title}, one step ahead"
+        rows.append(Row(entrant.name + ONE_STEP, title, True))
+    return rows
 
 
 def _warm_note(split: Split) -> str:
@@ -271,7 +284,13 @@ class _Bench:
         ]
 
     def judge(
-        self, entrant: Contestant, rows: Sequence[Row], places: list[int], intervals: bool
+        self,
+        entrant: Contestant,
+        rows: Sequence[Row],
+        places: list[int],
+        pool: Executor | None,
+        *,
+        intervals: bool,
     ) -> None:
         """Fit a contestant and add what it predicts to its rows."""
         if entrant.recipe is None:
@@ -281,7 +300,7 @@ class _Bench:
         train, validate = self.of(recipe.input_form)
         chosen, _ = recipe.choose(train, train.runs)
         fitted = recipe.fit(train, train.runs, chosen)
-        band = _band(recipe, train, chosen) if intervals else None
+        band = _band(recipe, train, chosen, pool) if intervals else None
         for row in rows:
             free = not row.uses_displacement
             if not free and not fitted.uses_measured:
@@ -339,10 +358,12 @@ class _Band:
         return self._interval.half_width(Residuals(hours, np.zeros_like(targets), novelty))
 
 
-def _band(recipe: Recipe, train: Prepared, chosen: Sequence[int]) -> _Band | None:
+def _band(
+    recipe: Recipe, train: Prepared, chosen: Sequence[int], pool: Executor | None
+) -> _Band | None:
     """Return the interval of a model without a leash; None where there are too few runs."""
     try:
-        records = predict_unseen(recipe, train)
+        records = predict_unseen(recipe, train, pool=pool)
         careful = CarefulModel.fit(train.runs, chosen, recipe.input_form)
     except BadInput:  # a fold's runs alone may be too poor; then there is no interval
         return None

@@ -81,6 +81,11 @@ def test_intervals_are_learnt_from_training_runs_and_judged_on_new_ones() -> Non
     assert all("interval" not in row for row in none.to_dict()["models"])
 
 
+def test_processes_change_nothing() -> None:
+    alone, shared = (compare([one_split()], RIG, contestants(["mlr"]), jobs=n) for n in (1, 2))
+    assert alone.to_dict() == shared.to_dict()
+
+
 def test_any_displacement_columns_serve() -> None:
     def renamed(run: Run) -> Run:
         frame = run.frame.rename(columns={"S1_um": "probe_a_um", "S5_um": "probe_b_um"})
