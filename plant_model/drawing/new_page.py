@@ -26,7 +26,7 @@ class Answers:
     speed : float
         Highest [r/min].
     power : float
-        Of the motor [kW].
+        Of a built-in motor [kW]; a belt's counts for nothing.
     drive : {"built-in", "belt"}
     coolant : str
         ``none``, or a coolant's name.
@@ -186,7 +186,9 @@ stretches = [
 
 def _bearings(plan: _Plan, answers: Answers) -> str:
     sets = []
-    warm = "running_temperature = 60\n" if answers.coolant == "none" else ""
+    warm = "running_temperature = 60  # CHECK: degC at full speed\n"
+    if answers.coolant != "none":
+        warm = ""
     for name, at, more in (("front", plan.front, "locates = true\n"), ("rear", plan.rear, "")):
         sets.append(f"""\
 [[bearings]]

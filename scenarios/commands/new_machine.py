@@ -24,6 +24,7 @@ QUESTIONS = {
     "speed": "Highest speed in r/min",
     "power": "Motor power in kW",
 }
+"""What is asked; the power of a built-in motor only, which sets its length and its loss."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -33,7 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--bearing", help="front bearing: designation, or its bore in mm")
     parser.add_argument("--speed", type=float, help="highest speed [r/min]")
-    parser.add_argument("--power", type=float, help="motor power [kW]")
+    parser.add_argument("--power", type=float, help="power of a built-in motor [kW]")
     parser.add_argument(
         "--drive", choices=("built-in", "belt"), default="built-in", help="default: built-in"
     )
@@ -95,12 +96,15 @@ def _answers(args: argparse.Namespace) -> Answers:
     from plant_model.drawing.coolants import ALLOWED, coolant
     from plant_model.drawing.new_page import Answers
 
-    asked = {key: _asked(key, getattr(args, key)) for key in QUESTIONS}
+    needed = [key for key in QUESTIONS if key != "power" or args.drive == "built-in"]
+    asked = {key: _asked(key, getattr(args, key)) for key in needed}
     numbers = {}
     for key, low, high, unit in (
         ("speed", 100.0, 100000.0, "r/min"),
         ("power", 0.1, 200.0, "kW"),
     ):
+        if key not in asked:
+            continue
         try:
             numbers[key] = float(asked[key])
         except ValueError:
@@ -121,7 +125,7 @@ def _answers(args: argparse.Namespace) -> Answers:
         title,
         bearing,
         numbers["speed"],
-        numbers["power"],
+        numbers.get("power", 0.0),
         args.drive,
         args.coolant,
         args.rig,

@@ -48,6 +48,17 @@ def test_a_new_page_simulates_at_once(
     ]
 
 
+def test_the_power_of_a_belts_motor_is_not_asked(tmp_path: Path) -> None:
+    pages = []
+    for power in ((), ("--power", "15")):
+        path = tmp_path / f"mine{len(power)}" / "mine.toml"
+        path.parent.mkdir()
+        options = ["--drive", "belt", "--bearing", "7014", "--speed", "6000", *power]
+        assert main(["new-machine", "-o", str(path), *options]) == 0
+        pages.append(path.read_text(encoding="utf-8"))
+    assert pages[0] == pages[1]
+
+
 def test_a_new_page_takes_sensors_and_inputs_from_a_run(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -117,6 +128,9 @@ def test_what_is_missing_or_there_already_is_said(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = tmp_path / "mine.toml"
+    motor = ["new-machine", "-o", str(path), "--bearing", "7010", "--speed", "9000"]
+    assert main(motor) == 2
+    assert "--power: is missing: Motor power" in capsys.readouterr().err
     assert main(["new-machine", "-o", str(path), "--speed", "9000", "--power", "5"]) == 2
     assert "--bearing: is missing: Front bearing" in capsys.readouterr().err
     monkeypatch.setattr("sys.stdin.isatty", lambda: True)
