@@ -8,6 +8,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from plant_model.drawing.known import CLASS
+from plant_model.idle import still_axes, unused_inputs
 from plant_model.machine import Item, Machine
 from plant_model.network import Network, effects_in_force
 from plant_model.parameters import FloatArray, Parameter, Values
@@ -29,7 +31,7 @@ MOST_DRIFT, LEAST_DRIFT = 500.0, 1.0
 """Drift of the nose at full speed beyond these looks wrong [um]."""
 
 MISSED_K = 12.0
-"""A bearing that runs further from where its viscosity holds has the wrong friction [K]."""
+"""A bearing that runs further from where a class has its viscosity has the wrong friction [K]."""
 
 NEAR = 0.3
 """A part is seen beside a thermometer if it has this share of its conductance to it [1]."""
@@ -143,7 +145,7 @@ class _Look:
 
     def __init__(self, machine: Machine) -> None:
         self.machine = machine
-        inputs = warm_up(machine)
+        inputs = self.warm_up = warm_up(machine)
         self.shown = simulate(machine, inputs, step_s=60.0)
         self.at = int((inputs["time_s"] < RUNNING_H * 3600.0).sum()) - 1
         self.warm: FloatArray = self.shown.temperatures[0, self.at]
@@ -282,6 +284,8 @@ def _wrong(look: _Look, parts: tuple[Part, ...], drift: tuple[float, float, floa
         *_numbers(look.machine),
         *_unseen(look, parts),
         *_far(drift),
+        *unused_inputs(look.machine),
+        *still_axes(look.machine, look.shown, look.warm_up),
     ]
 
 
@@ -341,11 +345,12 @@ def _bearings(look: _Look) -> list[str]:
         holds = item.parameters["viscosity_at"]
         if warm > WARM_BEARING:
             found.append(f"The bearing {item.name} runs at {warm:.0f} degC at full speed.")
-        if holds.source != "default of the kind" and abs(warm - holds.value) > MISSED_K:
+        # What the owner said is what the bearing has where the machine works, not at full speed.
+        if holds.source.startswith(CLASS) and abs(warm - holds.value) > MISSED_K:
             found.append(
                 f"The bearing {item.name} runs at {warm:.0f} degC at full speed, but its viscosity"
-                f" is that of {holds.value:.0f} degC: put running_temperature near the former if"
-                " it runs fast most of the time."
+                f" is that of {holds.value:.0f} degC, the class's: give it the running_temperature"
+                " that it has most of the time."
             )
     return found
 

@@ -10,7 +10,7 @@ from typing import Any
 from plant_model.checks import MachineFacts, check_sheet
 from plant_model.convergence import Fineness, convergence
 from plant_model.drawing.expand import is_page
-from plant_model.drawing.fits import odd_fits
+from plant_model.drawing.fits import odd_of_page
 from plant_model.drawing.known import CLASS
 from plant_model.drawing.layout import Drawing
 from plant_model.machine import Machine
@@ -72,10 +72,11 @@ def show_machine(name: str, path: Path, *, cells: bool = False) -> Shown:
         node.name: float(value)
         for node, value in zip(machine.nodes, sheet.shown.temperatures[0, sheet.at], strict=True)
     }
-    table = tomllib.loads(source.read_text(encoding="utf-8"))
+    text = source.read_text(encoding="utf-8")
+    table = tomllib.loads(text)
     if is_page(table):
         drawing = Drawing(table, source)
-        odd, section = odd_fits(drawing), section_of_page(drawing, warm)
+        odd, section = odd_of_page(drawing, text), section_of_page(drawing, warm)
     else:
         odd, section = [], section_of_lumps(machine, warm)
     wrong = (*odd, *sheet.wrong)

@@ -21,6 +21,9 @@ INLET = (
     *("vorlauf", "kuehlmittel", "kuehlwasser"),
 )
 
+BACK = {"return", "outlet", "out", "ruecklauf", "auslauf"}
+"""Words for coolant that comes back, and so is no inlet."""
+
 PARTS = {
     "front": "front",
     "nose": "front",
@@ -38,8 +41,28 @@ PARTS = {
     "spindelkasten": "headstock",
     "spindelstock": "headstock",
     "staender": "column",
+    "housing": "housing",
+    "gehaeuse": "housing",
+    "nut": "nut",
+    "mutter": "nut",
+    "enclosure": "enclosure",
+    "inside": "enclosure",
+    "cabin": "enclosure",
+    "innenraum": "enclosure",
+    "kabine": "enclosure",
 }
 """What a part of a column's name says of where its thermometer sits."""
+
+TOP = {"top", "upper", "oben"}
+"""Words for the upper part of a column that has a thermometer below, too."""
+
+SIDES = {
+    **dict.fromkeys(("above", "oben"), "Y+"),
+    **dict.fromkeys(("below", "unten"), "Y-"),
+    **dict.fromkeys(("right", "rechts"), "X+"),
+    **dict.fromkeys(("left", "links"), "X-"),
+}
+"""What a part of a column's name says of the side; which axis that is, is to be checked."""
 
 
 @dataclass(frozen=True)
@@ -53,14 +76,18 @@ class Columns:
     feeds : tuple of str
         Feed columns.
     thermometers : dict of str to str
-        Name and where it sits: ``front``, ``rear``, ``motor``, ``headstock``, ``column``; empty
+        Name and where it sits: one of `PARTS`' values, or ``column_top`` beside ``column``; empty
         where the name does not say.
+    sides : dict of str to str
+        Name and side, where the name says one.
     five_point : bool
         Whether the run has ``S1_um`` to ``S5_um``.
     axes : dict of str to (str, int)
         Else: displacement, its axis and sign.
     highest_speed : float
         [r/min].
+    highest_feed : float
+        Of all feed columns [mm/min].
     """
 
     speed: str
@@ -69,9 +96,11 @@ class Columns:
     torque: str
     feeds: tuple[str, ...]
     thermometers: dict[str, str]
+    sides: dict[str, str]
     five_point: bool
     axes: dict[str, tuple[str, int]]
     highest_speed: float
+    highest_feed: float
 
 
 def columns_of(run: Run, ambient: str | None = None, coolant: str | None = None) -> Columns:
@@ -93,12 +122,15 @@ def columns_of(run: Run, ambient: str | None = None, coolant: str | None = None)
     for option, given in (("--ambient", ambient), ("--inlet", coolant)):
         if given is not None and given not in warm:
             raise BadInput(option, "", f"{given} is not one of {', '.join(warm)}")
-    air = ambient or _named(warm, AIR)
+    around = [name for name in warm if _place(name) != "enclosure"]
+    air = ambient or _named(around, AIR)
     if not air:
         raise BadInput(
             source, "", f"which column is the hall's air? Say --ambient, one of {', '.join(warm)}"
         )
-    inlet = coolant or _named([name for name in warm if name != air], INLET)
+    inlet = coolant or _named(
+        [name for name in around if name != air and not BACK & set(_words(name))], INLET
+    )
     speeds, torques = run.of_unit("rpm"), run.of_unit("Nm")
     places = {}
     for column in warm:
@@ -108,18 +140,24 @@ def columns_of(run: Run, ambient: str | None = None, coolant: str | None = None)
                 places[name] = _place(name)
     five = all(column in run.frame.columns for column in FIVE)
     axes = {} if five or not run.displacements else _axes(run)
-    highest = float(run.frame[speeds[0]].abs().max()) if speeds else 0.0
+    feeds = run.of_unit("mm_min")
     return Columns(
         speeds[0] if speeds else "",
         air,
         inlet,
         torques[0] if torques else "",
-        tuple(run.of_unit("mm_min")),
-        places,
+        tuple(feeds),
+        _in_two(places),
+        {name: SIDES[word] for name in places for word in _words(name) if word in SIDES},
         five,
         axes,
-        highest,
+        _highest(run, speeds[:1]),
+        _highest(run, feeds),
     )
+
+
+def _highest(run: Run, columns: list[str]) -> float:
+    return max((float(run.frame[column].abs().max()) for column in columns), default=0.0)
 
 
 def _axes(run: Run) -> dict[str, tuple[str, int]]:
@@ -143,3 +181,10 @@ def _named(columns: list[str], words: tuple[str, ...]) -> str:
 
 def _place(name: str) -> str:
     return next((PARTS[word] for word in _words(name) if word in PARTS), "")
+
+
+def _in_two(places: dict[str, str]) -> dict[str, str]:
+    """Return the places with a column in two parts, where one thermometer of several is on top."""
+    on_it = {name for name, place in places.items() if place == "column"}
+    top = {name for name in on_it if TOP & set(_words(name))}
+    return places | dict.fromkeys(top if top < on_it else (), "column_top")

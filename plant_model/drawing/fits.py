@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
+
 from plant_model.drawing.class_values import CLASS_VALUES, f0_of
-from plant_model.drawing.form import CarrierForm, Quantity
+from plant_model.drawing.form import ANGLES, CarrierForm, Quantity, degrees
 from plant_model.drawing.heat import USUAL_DIAMETER
 from plant_model.drawing.known import Known
 from plant_model.drawing.layout import Drawing, Seat
@@ -16,6 +18,36 @@ LIGHT, HEAVY = 20.0, 1500.0
 
 FAST = 2.5e6
 """Speed times mean diameter beyond which no rolling bearing runs [mm/min]."""
+
+
+CHECK = re.compile(r"#\s*CHECK\b")
+"""What begins a remark that a number is not yet of the machine's own drawing."""
+
+
+def lines_to_check(text: str) -> int:
+    """Return how many lines of a page still say ``# CHECK``.
+
+    Parameters
+    ----------
+    text : str
+        The page as it stands in its file.
+    """
+    return sum(CHECK.search(line) is not None for line in text.splitlines())
+
+
+def odd_of_page(drawing: Drawing, text: str) -> list[str]:
+    """Return a sentence for each thing in a page's file that looks wrong.
+
+    Parameters
+    ----------
+    drawing : Drawing
+    text : str
+        The page as it stands in its file.
+    """
+    count = lines_to_check(text)
+    lines = "line still says" if count == 1 else "lines still say"
+    open_ones = [f"{count} {lines} CHECK: what is there is not of your drawing."] if count else []
+    return [*odd_fits(drawing), *open_ones]
 
 
 def odd_fits(drawing: Drawing) -> list[str]:
@@ -39,6 +71,29 @@ def odd_fits(drawing: Drawing) -> list[str]:
         found += _far("The joint of the tool", drawing.form.tool.joint, CLASS_VALUES["tool_joint"])
     if drawing.form.rig.kind == "five_point" and drawing.form.tool is None:
         found.append("The rig measures on a test bar, but the page has no [tool].")
+    return [*found, *_same_spots(drawing)]
+
+
+def _same_spots(drawing: Drawing) -> list[str]:
+    """Return a sentence for each spot on which several thermometers sit."""
+    spots: dict[tuple[str, float | None, float | None], list[str]] = {}
+    for entry in drawing.form.thermometers:
+        side = None if entry.side is None else degrees(entry.side)
+        spots.setdefault((entry.part, entry.at, side), []).append(entry.name)
+    found = []
+    for (part, at, side), names in spots.items():
+        if len(names) == 1:
+            continue
+        where = part if at is None else f"{part} at {at:g} mm"
+        if side is not None:
+            named = {angle: name for name, angle in ANGLES.items()}
+            where += f", {named.get(side, f'{side:g} degrees')}"
+        carrier = any(entry.name == part for entry in drawing.form.carriers)
+        split = "; a carrier has one temperature, draw it in two" if carrier else ""
+        found.append(
+            f"{', '.join(names[:-1])} and {names[-1]} sit on one spot ({where}) and would read"
+            f" the same{split}."
+        )
     return found
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from typing import Literal
 
@@ -12,6 +13,14 @@ from plant_model.drawing.columns import Columns
 ROTOR, STATOR, HOUSING, NOSE = 1.8, 2.7, 3.4, 1.45
 FREE = 15.0
 """Housing beyond a bearing [mm]."""
+
+USUAL_FEED = 20000.0
+"""Highest feed of an axis, unless the run has a higher one [mm/min]."""
+
+ALL_SIDES = ("Y+", "Y-", "X+", "X-")
+"""In the order in which thermometers of one place take them."""
+
+AXES = ("x", "y", "z")
 
 
 @dataclass(frozen=True)
@@ -26,7 +35,7 @@ class Answers:
     speed : float
         Highest [r/min].
     power : float
-        Of the motor [kW].
+        Of a built-in motor [kW]; a belt's counts for nothing.
     drive : {"built-in", "belt"}
     coolant : str
         ``none``, or a coolant's name.
@@ -45,6 +54,14 @@ class Answers:
     lubrication: Literal["oil-air", "grease", "oil"]
 
 
+@dataclass(frozen=True)
+class _Row:
+    """Where a thermometer sits, empty if that is not known, and why that is to be checked."""
+
+    where: str
+    unsure: str
+
+
 class _Plan:
     """Where everything goes along the axis [mm]; 0 is the mounting face."""
 
@@ -60,6 +77,17 @@ class _Plan:
         self.rear = -round(3.5 * bore if answers.drive == "belt" else width + 2.0 * FREE)
         self.housing_start = round(self.rear - width - FREE)
         self.shaft_start = self.housing_start - (70 if answers.drive == "belt" else 15)
+
+    def around_housing(self, answers: Answers) -> dict[str, float]:
+        """Return the places on the housing that names of thermometers tell [mm]."""
+        found: dict[str, float] = {
+            "front": self.front,
+            "rear": self.rear,
+            "housing": round((self.front + self.rear) / 2.0),
+        }
+        if self._has(answers):
+            found["motor"] = max(20.0, self.motor_end / 2.0)
+        return found
 
     @staticmethod
     def _has(answers: Answers) -> bool:
@@ -80,11 +108,12 @@ def page_text(answers: Answers, columns: Columns | None) -> str:
         _head(answers),
         _thermometers(plan, answers, columns),
         _inputs(answers, columns),
-        _spindle(plan, answers),
+        _spindle(plan, answers, columns),
         _bearings(plan, answers),
         _motor(plan, answers),
         _jackets(plan, answers),
-        _carriers(plan, answers),
+        _carriers(plan, answers, columns),
+        _enclosure(columns),
         _rig(answers, columns),
     ]
     return "\n".join(part for part in parts if part)
@@ -107,24 +136,84 @@ title = "{answers.title}"
 """
 
 
-def _thermometers(plan: _Plan, answers: Answers, columns: Columns | None) -> str:
-    usual = {"front": "front", "headstock": "headstock", "column": "column"}
-    if answers.drive == "built-in":
-        usual["motor"] = "motor"
-    places = {
-        "front": f'part = "housing", at = {plan.front:g}, side = "Y+"',
-        "rear": f'part = "housing", at = {plan.rear:g}, side = "Y+"',
-        "motor": f'part = "housing", at = {max(20.0, plan.motor_end / 2.0):g}, side = "Y+"',
-        "headstock": 'part = "headstock"',
-        "column": 'part = "column"',
+def unplaced(answers: Answers, columns: Columns) -> list[str]:
+    """Return the thermometers of a run that its page has only as remarks, to be placed by hand.
+
+    Parameters
+    ----------
+    answers : Answers
+    columns : Columns
+        Of the run.
+    """
+    return [name for name, row in _rows(_Plan(answers), answers, columns).items() if not row.where]
+
+
+def _rows(plan: _Plan, answers: Answers, columns: Columns | None) -> dict[str, _Row]:
+    """Return where each thermometer sits, no two around the housing on one spot."""
+    found: dict[str, _Row] = {}
+    if columns is None:
+        usual = ("front", "headstock", "column")
+        places = dict.fromkeys(usual if answers.drive == "belt" else (*usual, "motor"), "")
+        places = {name: name for name in places}
+    else:
+        places = columns.thermometers
+    sides = columns.sides if columns else {}
+    around = plan.around_housing(answers)
+    carriers = _carrier_names(columns)
+    free = {place: list(ALL_SIDES) for place in around}
+    # One whose name says no side comes first, those that sit beside it next.
+    first = {place: name for name, place in reversed(places.items()) if name not in sides}
+    order = {name: 0 if first.get(places[name]) == name else 2 - (name in sides) for name in places}
+    for name, place in sorted(places.items(), key=lambda entry: order[entry[0]]):
+        if place in around and free[place]:
+            side = sides.get(name, ALL_SIDES[0])
+            unsure = place == "housing" or name in sides or side not in free[place]
+            side = side if side in free[place] else free[place][0]
+            free[place].remove(side)
+            where = f'part = "housing", at = {around[place]:g}, side = "{side}"'
+            found[name] = _Row(where, "its name says little of the spot" if unsure else "")
+        elif place in carriers:
+            found[name] = _Row(f'part = "{carriers[place]}"', "")
+        else:
+            found[name] = _Row("", "")
+    return {name: found[name] for name in places}
+
+
+def _carrier_names(columns: Columns | None) -> dict[str, str]:
+    """Return the parts that are one temperature each, by what thermometers' places call them."""
+    found = {"headstock": "headstock", "column": "column"}
+    places = set(columns.thermometers.values()) if columns else set()
+    if "column_top" in places:
+        found["column_top"] = "column_top"
+    if "enclosure" in places:
+        found["enclosure"] = "enclosure"
+    if columns and "nut" in places and columns.feeds:
+        found["nut"] = f"{_feed(columns)[1]}_nut"
+    return found
+
+
+def _feed(columns: Columns) -> tuple[str, str]:
+    """Return the feed column that the page takes, and its axis: that of the nut, or else Z."""
+    nut = next((name for name, place in columns.thermometers.items() if place == "nut"), "")
+    axes = {
+        re.split(r"_mm_min$", column)[0].lower().split("_")[-1]: column for column in columns.feeds
     }
-    found = columns.thermometers if columns else usual
+    for axis in (*nut.lower().split("_"), "z"):
+        if axis in axes and axis in AXES:
+            return axes[axis], axis
+    axis, column = next(iter(axes.items()))
+    return column, axis if axis in AXES else "z"
+
+
+def _thermometers(plan: _Plan, answers: Answers, columns: Columns | None) -> str:
     lines = ["# CHECK: where each thermometer sits; sides are X+, X-, Y+, Y- or degrees from X+."]
     lines.append("thermometers = [")
-    for name, place in found.items():
-        where = places[place or "front"]
-        unsure = "" if place else "  # CHECK: its column does not say where"
-        lines.append(f'  {{ name = "{name}", {where} }},{unsure}')
+    for name, row in _rows(plan, answers, columns).items():
+        unsure = f"  # CHECK: {row.unsure}" if row.unsure else ""
+        lines.append(f'  {{ name = "{name}", {row.where} }},{unsure}')
+        if not row.where:
+            where = f'part = "housing", at = {plan.front:g}, side = "Y+"'
+            lines[-1] = f'  # {{ name = "{name}", {where} }},  # CHECK: place it, then uncomment it'
     return "\n".join([*lines, "]", ""])
 
 
@@ -141,7 +230,8 @@ def _inputs(answers: Answers, columns: Columns | None) -> str:
     if has and has.torque:
         rows.append(("torque", "Nm", has.torque, -1000.0, 1000.0, ", default = 0.0"))
     if has and has.feeds:
-        rows.append(("feed", "mm_min", has.feeds[0], 0.0, 60000.0, ", default = 0.0"))
+        high = max(USUAL_FEED, has.highest_feed)
+        rows.append(("feed", "mm_min", _feed(has)[0], 0.0, high, ", default = 0.0"))
     lines = ["# What drives the model, and the columns of your runs that hold it.", "[inputs]"]
     lines += [
         f'{name} = {{ unit = "{unit}", column = "{column}", low = {low}, high = {high}{more} }}'
@@ -150,7 +240,7 @@ def _inputs(answers: Answers, columns: Columns | None) -> str:
     return "\n".join([*lines, ""])
 
 
-def _spindle(plan: _Plan, answers: Answers) -> str:
+def _spindle(plan: _Plan, answers: Answers, columns: Columns | None) -> str:
     bearing = answers.bearing
     bore, seat = bearing.bore, bearing.outside
     outer = round(max(HOUSING * bore, seat + 40.0))
@@ -178,7 +268,7 @@ stretches = [
 ]
 
 [housing]
-stretches = [
+{_air(columns)}stretches = [
 {housing}
 ]
 """
@@ -186,7 +276,9 @@ stretches = [
 
 def _bearings(plan: _Plan, answers: Answers) -> str:
     sets = []
-    warm = "running_temperature = 60\n" if answers.coolant == "none" else ""
+    warm = "running_temperature = 60  # CHECK: degC where it mostly runs\n"
+    if answers.coolant != "none":
+        warm = ""
     for name, at, more in (("front", plan.front, "locates = true\n"), ("rear", plan.rear, "")):
         sets.append(f"""\
 [[bearings]]
@@ -251,10 +343,17 @@ inlet_side = "X+"  # CHECK: where the coolant comes in; that side is cooled bett
     )
 
 
-def _carriers(plan: _Plan, answers: Answers) -> str:
+def _air(columns: Columns | None) -> str:
+    return 'air = "enclosure"\n' if "enclosure" in _carrier_names(columns) else ""
+
+
+def _carriers(plan: _Plan, answers: Answers, columns: Columns | None) -> str:
     mass = round(4.5 * answers.bearing.bore)
     holds = (plan.housing_start, 0) if answers.drive == "belt" else (0, plan.motor_end)
-    return f"""\
+    names, air = _carrier_names(columns), _air(columns)
+    below = "column_top" if "column_top" in names else "column"
+    parts = [
+        f"""\
 # CHECK: what carries the spindle. grows: lengths that move the nose when the part warms, in x, y
 # and z (towards the table); bends: tilt by the difference to another part.
 [[carriers]]
@@ -262,13 +361,38 @@ name = "headstock"
 mass = {mass}
 surface = 1.2  # m2 in the air
 holds = {{ from = {holds[0]:g}, to = {holds[1]:g} }}
-on = "column"
-grows = {{ y = 300, z = 80 }}
+on = "{below}"
+{air}grows = {{ y = 300, z = 80 }}
+"""
+    ]
+    if below == "column":
+        parts.append(_carrier("column", 3 * mass, 3.0))
+    else:
+        parts.append(_carrier("column_top", mass, 1.0, 'on = "column"\n'))
+        parts.append(_carrier("column", 2 * mass, 2.0))
+    if "nut" in names:
+        more = f'material = "steel"\non = "headstock"  # CHECK\n{air}feed = {{ input = "feed" }}\n'
+        parts.append(_carrier(names["nut"], 15, 0.12, more))
+    return "\n".join(parts)
 
+
+def _carrier(name: str, mass: float, surface: float, more: str = "") -> str:
+    return f"""\
 [[carriers]]
-name = "column"
-mass = {3 * mass}
-surface = 3.0
+name = "{name}"
+mass = {mass:g}
+surface = {surface}
+{more}"""
+
+
+def _enclosure(columns: Columns | None) -> str:
+    if "enclosure" not in _carrier_names(columns):
+        return ""
+    return """\
+# CHECK: the closed space in which the spindle works; what stands in it says air = "enclosure".
+[enclosure]
+volume = 2.5  # CHECK: m3 of air
+wall = 11  # CHECK: m2 of its own walls, towards the hall
 """
 
 

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 from scenarios.outputs import MACHINE_FILE
 
 if TYPE_CHECKING:
+    from plant_model.checks import MachineFacts
     from plant_model.drawing.bearing_table import Bearing
     from plant_model.drawing.new_page import Answers
-    from plant_model.machine import Machine
 
 NAME = "new-machine"
 READS = ("from_run",)
@@ -24,6 +24,7 @@ QUESTIONS = {
     "speed": "Highest speed in r/min",
     "power": "Motor power in kW",
 }
+"""What is asked; the power of a built-in motor only, which sets its length and its loss."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -33,7 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--bearing", help="front bearing: designation, or its bore in mm")
     parser.add_argument("--speed", type=float, help="highest speed [r/min]")
-    parser.add_argument("--power", type=float, help="motor power [kW]")
+    parser.add_argument("--power", type=float, help="power of a built-in motor [kW]")
     parser.add_argument(
         "--drive", choices=("built-in", "belt"), default="built-in", help="default: built-in"
     )
@@ -64,9 +65,12 @@ def run(args: argparse.Namespace) -> int:
     from measurement.errors import BadInput
     from measurement.files import write_atomically
     from measurement.runs import read_run
+    from plant_model.checks import check_sheet
     from plant_model.drawing.columns import columns_of
     from plant_model.drawing.expand import expanded
-    from plant_model.drawing.new_page import page_text
+    from plant_model.drawing.fits import lines_to_check, odd_fits
+    from plant_model.drawing.layout import Drawing
+    from plant_model.drawing.new_page import page_text, unplaced
     from plant_model.machine_file import machine_from_table
 
     if args.output.suffix != ".toml":
@@ -80,12 +84,19 @@ def run(args: argparse.Namespace) -> int:
                 "",
                 "which column is the coolant's inlet? Say --inlet COLUMN, or --coolant none",
             )
-    text = page_text(_answers(args), columns)
-    machine = machine_from_table(expanded(tomllib.loads(text), args.output), args.output)
+    answers = _answers(args)
+    text = page_text(answers, columns)
+    table = tomllib.loads(text)
+    machine = machine_from_table(expanded(table, args.output), args.output)
     path = write_atomically(args.output, text)
-    print(f"wrote {path}: {len(text.splitlines())} lines, {text.count('CHECK') - 1} to CHECK")
-    for line in _first_look(machine):
+    print(f"wrote {path}: {len(text.splitlines())} lines, {lines_to_check(text)} to CHECK")
+    if columns is not None and (left := unplaced(answers, columns)):
+        print(f"not placed, remarks in the page until you do: {', '.join(left)}")
+    sheet = check_sheet(machine)
+    for line in _first_look(sheet):
         print(line)
+    for line in (*odd_fits(Drawing(table, args.output)), *sheet.wrong):
+        print(f"looks wrong: {line}")
     print(f"see it to scale: spindle-drift show-machine {path}")
     return 0
 
@@ -95,12 +106,15 @@ def _answers(args: argparse.Namespace) -> Answers:
     from plant_model.drawing.coolants import ALLOWED, coolant
     from plant_model.drawing.new_page import Answers
 
-    asked = {key: _asked(key, getattr(args, key)) for key in QUESTIONS}
+    needed = [key for key in QUESTIONS if key != "power" or args.drive == "built-in"]
+    asked = {key: _asked(key, getattr(args, key)) for key in needed}
     numbers = {}
     for key, low, high, unit in (
         ("speed", 100.0, 100000.0, "r/min"),
         ("power", 0.1, 200.0, "kW"),
     ):
+        if key not in asked:
+            continue
         try:
             numbers[key] = float(asked[key])
         except ValueError:
@@ -121,7 +135,7 @@ def _answers(args: argparse.Namespace) -> Answers:
         title,
         bearing,
         numbers["speed"],
-        numbers["power"],
+        numbers.get("power", 0.0),
         args.drive,
         args.coolant,
         args.rig,
@@ -156,17 +170,14 @@ def _bearing(text: str) -> Bearing:
     return found
 
 
-def _first_look(machine: Machine) -> list[str]:
+def _first_look(sheet: MachineFacts) -> list[str]:
     """Return how warm the machine gets at full speed."""
-    from plant_model.simulate import simulate
-    from plant_model.warm_up import RUNNING_H, warm_up
+    from plant_model.warm_up import RUNNING_H
 
-    inputs = warm_up(machine)
-    shown = simulate(machine, inputs, step_s=60.0)
-    at = int((inputs["time_s"] < RUNNING_H * 3600.0).sum()) - 1
-    warm = ", ".join(f"{s.name} {shown.readings[s.name][0, at]:.1f}" for s in machine.sensors)
-    x, y, z = shown.drift(0.0)[0, at]
+    thermometers = {name: value for name, (value, unit) in sheet.readings.items() if unit == "degC"}
+    warm = ", ".join(f"{name} {value:.1f} degC" for name, value in thermometers.items())
+    x, y, z = sheet.drift
     return [
-        f"after {RUNNING_H:g} h at full speed in a hall of 20 degC: {warm} degC",
+        f"after {RUNNING_H:g} h at full speed in a hall of 20 degC: {warm or 'no thermometer'}",
         f"drift of the nose: X {x:.0f}, Y {y:.0f}, Z {z:.0f} um",
     ]

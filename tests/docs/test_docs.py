@@ -10,8 +10,9 @@ import shlex
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
-from typing import NamedTuple, get_args
+from typing import Any, NamedTuple, get_args
 
+import numpy as np
 import pandas as pd
 import pytest
 
@@ -22,8 +23,14 @@ from fmu_packaging.variables import Variable
 from measurement.rig import default_rig
 from measurement.runs import read_run
 from plant_model.checks import check_sheet
+from plant_model.drawing.expand import expanded
+from plant_model.drawing.fits import odd_fits
+from plant_model.drawing.layout import Drawing
 from plant_model.machine_file import machine_from_table, read_machine
+from plant_model.network import effects_in_force
+from plant_model.parameters import FloatArray, Values
 from plant_model.simulate import simulate
+from plant_model.structure import drift_at, pose
 from scenarios import cli
 from scenarios.faults import Kind
 from scenarios.scenario import scenario_from_text
@@ -182,6 +189,39 @@ def test_the_page_example_reads_and_looks_right(tmp_path: Path) -> None:
     sheet = check_sheet(read_machine(path))
     assert sheet.drift[2] < -10.0
     assert not [line for line in sheet.wrong if "viscosity" not in line]
+
+
+def test_the_example_of_a_belt_spindle_looks_right_and_moves_as_the_page_says(
+    tmp_path: Path,
+) -> None:
+    path = tmp_path / "belt.toml"
+    path.write_text(example("belt.toml"), encoding="utf-8")
+    sheet = check_sheet(read_machine(path))
+    assert sheet.wrong == ()
+    assert odd_fits(Drawing(tomllib.loads(example("belt.toml")), path)) == []
+    assert sheet.drift[2] < -10.0
+    text = (ROOT / "docs" / "drawing.md").read_text(encoding="utf-8")
+    assert "8.3 urad and 2.9 um for each kelvin" in text
+    bent = pose_of(path, "headstock", grows={}, bends=None)
+    assert bent[[1, 4]] == pytest.approx([2.9, 8.3], abs=0.05)
+    pushed = pose_of(path, "headstock", grows={"x": 100.0, "y": -280.0, "z": 80.0}, bends=[])
+    assert pushed[[0, 1, 2]] == pytest.approx([1.05, -2.94, 0.84])
+    assert drift_at(pushed, 0.0) == pytest.approx([1.05, -2.94, -0.84])
+    warm = pose_of(path, "_yp", grows={}, bends=[])
+    assert drift_at(warm, 0.0)[1] < -0.1
+
+
+def pose_of(path: Path, warm: str, grows: dict[str, float], bends: list[Any] | None) -> FloatArray:
+    """Return the pose of a page whose nodes of one ending are a kelvin warmer."""
+    table = tomllib.loads(path.read_text(encoding="utf-8"))
+    table["carriers"][0]["grows"] = grows
+    if bends is not None:
+        table["carriers"][0]["bends"] = bends
+    machine = machine_from_table(expanded(table, path), path)
+    effects = effects_in_force(machine, Values(machine.parameters))
+    rise = np.array([float(node.name.endswith(warm)) for node in machine.nodes])[None, None]
+    still = {entry.name: np.zeros(1) for entry in machine.inputs}
+    return pose(effects, {}, still, rise, np.zeros((1, 1, 0)))[0, 0]
 
 
 def test_the_compensator_example_reads() -> None:

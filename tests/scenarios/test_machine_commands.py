@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -48,6 +49,17 @@ def test_a_new_page_simulates_at_once(
     ]
 
 
+def test_the_power_of_a_belts_motor_is_not_asked(tmp_path: Path) -> None:
+    pages = []
+    for power in ((), ("--power", "15")):
+        path = tmp_path / f"mine{len(power)}" / "mine.toml"
+        path.parent.mkdir()
+        options = ["--drive", "belt", "--bearing", "7014", "--speed", "6000", *power]
+        assert main(["new-machine", "-o", str(path), *options]) == 0
+        pages.append(path.read_text(encoding="utf-8"))
+    assert pages[0] == pages[1]
+
+
 def test_a_new_page_takes_sensors_and_inputs_from_a_run(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -60,16 +72,100 @@ def test_a_new_page_takes_sensors_and_inputs_from_a_run(
     path = tmp_path / "mine.toml"
     assert main(["new-machine", "-o", str(path), *ANSWERS, "--from-run", str(run)]) == 0
     machine = read_machine(path)
-    assert [s.name for s in machine.sensors] == ["nose", "stator_2", "T7"]
+    assert [s.name for s in machine.sensors] == ["nose", "stator_2"]
     columns = {entry.name: entry.column for entry in machine.inputs}
     assert columns == {"speed": "drive_rpm", "ambient": "hall_degC", "coolant_inlet": "supply_degC"}
     assert machine.rig["axes"] == {"dz": {"axis": "Z", "sign": 1}}
-    assert '"T7", part = "housing"' in path.read_text(encoding="utf-8")
-    assert "does not say where" in path.read_text(encoding="utf-8")
+    # Its name says nothing: it waits as a remark, and the command names it.
+    text = path.read_text(encoding="utf-8")
+    (row,) = [line for line in text.splitlines() if "T7" in line]
+    assert row.startswith("  # {")
+    assert row.endswith("# CHECK: place it, then uncomment it")
+    told = capsys.readouterr().out
+    assert "not placed, remarks in the page until you do: T7\n" in told
+    path.write_text(text.replace("  # { name", "  { name"), encoding="utf-8")
+    machine = read_machine(path)
     # The run compares with the machine as it stands.
     (observed,) = observe(machine, [read_run(run)])
     assert compared_channels(machine, [read_run(run)]) == ("nose", "stator_2", "T7", "dz")
     assert observed.values.shape[1] == 4
+
+
+def run_of(folder: Path, columns: str) -> Path:
+    """Write a short run with these columns besides time and speed."""
+    run = folder / "run.csv"
+    names = columns.split()
+    rows = [",".join(["time_s", "speed_rpm", *names])]
+    rows += [",".join([str(60 * k), "900", *["20"] * len(names)]) for k in range(9)]
+    run.write_text("\n".join(rows) + "\n", encoding="utf-8")
+    return run
+
+
+BELT = ("--drive", "belt", "--bearing", "7014", "--speed", "6000", "--coolant", "none")
+
+
+def test_a_new_page_has_the_parts_that_thermometers_name(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    columns = "inside_air_degC hall_degC hall_2_degC front_degC front_below_degC rear_degC"
+    columns += " headstock_degC column_top_degC column_degC nut_degC coolant_return_degC"
+    run = run_of(tmp_path, columns + " feed_x_mm_min feed_z_mm_min disp_y_um disp_z_um")
+    path = tmp_path / "mine.toml"
+    assert main(["new-machine", "-o", str(path), *BELT, "--from-run", str(run)]) == 0
+    told = capsys.readouterr().out
+    assert "remarks in the page until you do: hall_2, coolant_return\n" in told
+    assert "looks wrong" not in told
+    page = tomllib.loads(path.read_text(encoding="utf-8"))
+    front, below = page["thermometers"][1:3]
+    assert (front["name"], front["side"]) == ("front", "Y+")
+    assert (below["name"], below["side"], below["at"]) == ("front_below", "Y-", front["at"])
+    parts = {entry["name"]: entry["part"] for entry in page["thermometers"]}
+    assert parts["inside_air"] == page["housing"]["air"] == "enclosure"
+    assert (parts["column_top"], parts["column"]) == ("column_top", "column")
+    on = {entry["name"]: entry.get("on") for entry in page["carriers"]}
+    assert on == {
+        "headstock": "column_top",
+        "column_top": "column",
+        "column": None,
+        parts["nut"]: "headstock",
+    }
+    assert page["inputs"]["feed"]["column"] == "feed_z_mm_min"
+    assert page["inputs"]["ambient"]["column"] == "hall_degC"
+    nut = page["carriers"][-1]
+    assert (nut["name"], nut["feed"]) == ("z_nut", {"input": "feed"})
+
+
+@pytest.mark.parametrize(
+    ("columns", "placed", "waiting"),
+    [
+        # Neither a feed nor a second thermometer of the column: nothing to draw it by.
+        ("nut_degC column_top_degC", {"column_top": "column"}, ["nut"]),
+        ("inside_degC x_nut_degC feed_x_mm_min", {"inside": "enclosure", "x_nut": "x_nut"}, []),
+        ("T1_degC T2_degC T3_degC", {}, ["T1", "T2", "T3"]),
+        (
+            "nose_degC front_degC front_left_degC front_unten_degC front_right_degC",
+            {"nose": "Y+", "front_left": "X-", "front_unten": "Y-", "front_right": "X+"},
+            ["front"],
+        ),
+    ],
+)
+def test_where_a_new_page_has_its_thermometers(
+    columns: str,
+    placed: dict[str, str],
+    waiting: list[str],
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    run = run_of(tmp_path, f"hall_degC {columns}")
+    path = tmp_path / "mine.toml"
+    assert main(["new-machine", "-o", str(path), *BELT, "--from-run", str(run)]) == 0
+    told = capsys.readouterr().out
+    assert ("not placed" in told) == bool(waiting)
+    assert not waiting or f"until you do: {', '.join(waiting)}\n" in told
+    assert "on one spot" not in told
+    page = tomllib.loads(path.read_text(encoding="utf-8"))
+    found = {entry["name"]: entry.get("side", entry["part"]) for entry in page["thermometers"]}
+    assert found == placed
 
 
 def test_a_new_page_knows_german_names_and_names_the_option_that_is_wrong(
@@ -88,7 +184,7 @@ def test_a_new_page_knows_german_names_and_names_the_option_that_is_wrong(
     assert columns["ambient"] == "Umgebung_degC"
     assert columns["coolant_inlet"] == "Kuehlmittel_Vorlauf_degC"
     text = path.read_text(encoding="utf-8")
-    assert "does not say where" not in text
+    assert "place it, then uncomment it" not in text
     places = dict(re.findall(r'name = "(Lager_\w+)", part = "housing", at = (-?\d+)', text))
     assert int(places["Lager_hinten"]) < int(places["Lager_vorn"])
 
@@ -117,6 +213,9 @@ def test_what_is_missing_or_there_already_is_said(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = tmp_path / "mine.toml"
+    motor = ["new-machine", "-o", str(path), "--bearing", "7010", "--speed", "9000"]
+    assert main(motor) == 2
+    assert "--power: is missing: Motor power" in capsys.readouterr().err
     assert main(["new-machine", "-o", str(path), "--speed", "9000", "--power", "5"]) == 2
     assert "--bearing: is missing: Front bearing" in capsys.readouterr().err
     monkeypatch.setattr("sys.stdin.isatty", lambda: True)

@@ -8,11 +8,22 @@ from typing import Any
 import pytest
 
 from plant_model.checks import check_sheet, part_of
-from plant_model.drawing.fits import odd_fits
+from plant_model.drawing.fits import odd_fits, odd_of_page
 from plant_model.drawing.layout import Drawing
 from plant_model.machine import Machine
 from plant_model.machine_file import read_machine, shipped_machines
 from tests.plant_model.drawing.pages import changed, machine_of, shipped_page, small_page
+
+FEED = {"unit": "mm_min", "column": "feed_mm_min", "low": 0.0, "high": 9000.0, "default": 0.0}
+
+SPOTS = [
+    {"name": "T1", "part": "housing", "at": 150, "side": "X+"},
+    {"name": "T2", "part": "head"},
+    {"name": "T3", "part": "housing", "at": 150, "side": 0},
+    {"name": "T4", "part": "housing", "at": 150, "side": 360},
+    {"name": "T5", "part": "head"},
+    {"name": "T6", "part": "housing", "at": 150, "side": "X-"},
+]
 
 
 def said_of(page: dict[str, Any]) -> list[str]:
@@ -23,7 +34,7 @@ def said_of(page: dict[str, Any]) -> list[str]:
 @pytest.mark.parametrize("name", shipped_machines())
 def test_shipped_machines_look_right_and_their_heat_is_accounted_for(name: str) -> None:
     sheet = check_sheet(read_machine(name))
-    assert all("viscosity is that of" in line for line in sheet.wrong)
+    assert sheet.wrong == ()
     made = sum(sheet.sources.values())
     assert made > 100.0
     assert sum(sheet.given_off.values()) + sheet.stored == pytest.approx(made, rel=2e-3)
@@ -62,6 +73,11 @@ def test_cells_are_parts_and_other_names_are_not() -> None:
         ("bearings.0.f0", 15, "runs at"),
         ("inputs.speed.high", 60000.0, "4.7 million mm/min"),
         ("jackets", [], "stator reaches"),
+        ("jackets", [], "Nothing uses the input coolant_inlet (column inlet_degC): a jacket says"),
+        ("inputs.feed", FEED, "Nothing uses the input feed (column feed_mm_min): a carrier says"),
+        ("jackets.0.inlet_side", None, "Nothing moves X: disp_x would stay at zero."),
+        ("thermometers", SPOTS, "T1, T3 and T4 sit on one spot (housing at 150 mm, X+) and would"),
+        ("thermometers", SPOTS, "T2 and T5 sit on one spot (head) and would read the same; a car"),
     ],
 )
 def test_a_slip_shows(key: str, value: Any, sentence: str) -> None:
@@ -70,6 +86,38 @@ def test_a_slip_shows(key: str, value: Any, sentence: str) -> None:
         page["motor"]["loss"] = 200
     assert any(sentence in line for line in said_of(page)), said_of(page)
     assert not any(sentence in line for line in said_of(small_page()))
+
+
+def test_what_moves_or_is_used_otherwise_is_not_idle() -> None:
+    still = changed(small_page(), "jackets.0.inlet_side", None)
+    for key, value in (
+        ("carriers.0.grows.x", -50),
+        ("carriers.0.bends.0.yaw", 1),
+        ("effects", {"column_bending:hall": {}}),
+        ("rig.axes", {"disp_y": {"axis": "Y"}, "disp_z": {"axis": "Z"}}),
+    ):
+        assert not any("Nothing moves" in line for line in said_of(changed(still, key, value)))
+    fed = changed(small_page(), "inputs.feed", FEED)
+    fed = changed(fed, "carriers.1.feed", {"input": "feed"})
+    torque = FEED | {"unit": "Nm", "column": "torque_Nm"}
+    fed = changed(fed, "inputs.torque", torque)
+    assert not any("Nothing uses" in line for line in said_of(fed))
+
+
+def test_a_running_temperature_that_the_owner_gives_is_believed() -> None:
+    usual = changed(small_page(), "bearings.0.f0", 15)
+    assert any("the class's: give it the running_temperature" in line for line in said_of(usual))
+    own = changed(usual, "bearings.0.running_temperature", 40)
+    assert not any("front runs at" in line and "viscosity" in line for line in said_of(own))
+
+
+def test_lines_that_still_say_check_are_counted() -> None:
+    drawing = Drawing(shipped_page("belt_spindle"), "page.toml")
+    assert odd_of_page(drawing, "# CHECK: a\nb = 2  # CHECK the mass\n") == [
+        "2 lines still say CHECK: what is there is not of your drawing."
+    ]
+    assert "1 line still says CHECK" in odd_of_page(drawing, "#CHECK\n")[0]
+    assert odd_of_page(drawing, "# Lines with CHECK\nCHECKED = 1\n") == []
 
 
 def without_links(machine: Machine, *kept_out: str) -> Machine:

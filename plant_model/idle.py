@@ -1,0 +1,102 @@
+"""What stands idle in a machine: inputs that nothing uses, axes that nothing moves."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pandas as pd
+
+from plant_model.machine import Input, Machine
+from plant_model.simulate import Simulation, simulate
+
+STILL_UM = 0.02
+"""An axis that goes less far than this in all that is tried is moved by nothing [um]."""
+
+WARMER_K = 5.0
+"""By how much the air and the coolant are warmer in the second trial [K]."""
+
+FOUND_BY_UNIT = ("rpm", "Nm")
+"""Effects find the spindle's speed and its torque by the unit; a torque waits for them."""
+
+TAKERS = {
+    "mm_min": "a carrier says feed = { input = NAME }",
+    "degC": "a jacket says inlet = NAME, a part air = NAME",
+}
+"""What takes an input of a unit, in the words of a page."""
+
+
+def unused_inputs(machine: Machine) -> list[str]:
+    """Return a sentence for each input that nothing in the machine uses.
+
+    Parameters
+    ----------
+    machine : Machine
+    """
+    used = {name for item in machine.items for names in item.refs.values() for name in names}
+    used |= {sensor.of for sensor in machine.sensors}
+    used |= {word for key in machine.effects for word in re.split(r"[:+]", key)[1:]}
+    for unit in FOUND_BY_UNIT:
+        used |= {entry.name for entry in machine.inputs if entry.unit == unit}
+    return [_unused(entry) for entry in machine.inputs if entry.name not in used]
+
+
+def _unused(entry: Input) -> str:
+    taker = TAKERS.get(entry.unit, "").replace("NAME", f'"{entry.name}"')
+    hint = f": {taker}, where it counts" if taker else ""
+    return f"Nothing uses the input {entry.name} (column {entry.column}){hint}."
+
+
+def still_axes(machine: Machine, shown: Simulation, inputs: pd.DataFrame) -> list[str]:
+    """Return a sentence for each axis of the rig that nothing in the machine moves.
+
+    Parameters
+    ----------
+    machine : Machine
+    shown : Simulation
+        Of the warm-up.
+    inputs : DataFrame
+        That drove it.
+    """
+    still = _still(machine, shown)
+    if still:
+        # The hall, the coolant, the torque may move what a warm-up in a steady hall does not.
+        still &= _still(machine, simulate(machine, _stirred(machine, inputs), step_s=60.0))
+    sensors = _sensors(machine)
+    return [
+        f"Nothing moves {axis}: {', '.join(sensors[axis])} would stay at zero. No grows in"
+        f" {axis.lower()}, no bends, no side that is warmer than the other."
+        for axis in sorted(still)
+    ]
+
+
+def _still(machine: Machine, shown: Simulation) -> set[str]:
+    moved = np.abs(shown.drift(0.0)[0]).max(axis=0)
+    return {axis for axis in _sensors(machine) if moved["XYZ".index(axis)] < STILL_UM}
+
+
+def _stirred(machine: Machine, inputs: pd.DataFrame) -> pd.DataFrame:
+    """Return the warm-up with all inputs moved from its second row on."""
+    moved = inputs.copy()
+    for entry in machine.inputs:
+        if entry.is_boundary:
+            warmer = moved[entry.name] + WARMER_K
+            moved.loc[1:, entry.name] = warmer.clip(upper=entry.high)
+        else:
+            moved.loc[1:, entry.name] += 0.25 * (max(entry.high, -entry.low) - moved[entry.name])
+    return moved
+
+
+def _sensors(machine: Machine) -> dict[str, list[str]]:
+    """Return the rig's displacement sensors by the axis that they see."""
+    rig = machine.rig
+    found: dict[str, list[str]] = {}
+    if rig["kind"] == "direct":
+        for name, entry in rig["axes"].items():
+            found.setdefault(entry["axis"], []).append(name)
+        return found
+    return {
+        "X": [rig["near_x"], rig["distal_x"]],
+        "Y": [rig["near_y"], rig["distal_y"]],
+        "Z": [rig["axial"]],
+    }
