@@ -168,26 +168,39 @@ def responses(
     boundaries = [boundary for _, boundary in outside]
     rises = run.inputs[:, [index for index, _ in outside]]
     rises = rises - rises[0]
-    edges = np.array([(a.speed + b.speed) / 2.0 for a, b in pairwise(regimes)])
     states = np.zeros((len(run.time_s), len(entries) + len(outside), entries.shape[1]))
-    state, speed = states[0], 0.0
-    if np.isfinite(run.speed[0]):
-        speed = abs(float(run.speed[0]))
+    if len(states) < 2:
+        return states
     steps = np.diff(run.time_s)
-    forcing = np.empty_like(state)
-    for k, step in enumerate(steps.tolist(), 1):
-        regime = regimes[int(np.sum(speed > edges))]
-        power = [friction_heat(speed, (a, n0, c, b)) for a, n0, c, b in numbers.tolist()]
-        forcing[: len(entries)] = np.array(power)[:, None] * entries
-        mean = (rises[k] + rises[k - 1]) / 2.0
-        forcing[len(entries) :] = mean[:, None] * regime.boundaries[boundaries]
-        decay = np.exp(-regime.rates * step)
-        gain = -np.expm1(-regime.rates * step) / regime.rates
-        modes = decay * (state @ regime.vectors) + gain * (forcing @ regime.vectors)
-        state = states[k] = modes @ regime.vectors.T
-        if np.isfinite(run.speed[k]):
-            speed = abs(float(run.speed[k]))
+    speed = _held_speed(run.speed)[:-1]
+    different, which = np.unique(speed, return_inverse=True)
+    heat = [
+        [friction_heat(n, (v, n0, c, w)) for v, n0, c, w in numbers] for n in different.tolist()
+    ]
+    power = np.array(heat).reshape(len(different), len(numbers))[which]
+    mean = (rises[1:] + rises[:-1]) / 2.0
+    edges = np.array([(a.speed + b.speed) / 2.0 for a, b in pairwise(regimes)])
+    regime_of = np.searchsorted(edges, speed)
+    bounds = [0, *(np.flatnonzero(np.diff(regime_of)) + 1).tolist(), len(steps)]
+    for first, last in pairwise(bounds):
+        regime, part = regimes[int(regime_of[first])], slice(first, last)
+        by_source = power[part, :, None] * (entries @ regime.vectors)
+        by_outside = mean[part, :, None] * (regime.boundaries[boundaries] @ regime.vectors)
+        fall = -regime.rates * steps[part, None]
+        gain = -np.expm1(fall) / regime.rates
+        added = gain[:, None] * np.concatenate([by_source, by_outside], axis=1)
+        decay, modes = np.exp(fall), states[first] @ regime.vectors
+        for k in range(last - first):
+            modes = added[k] = decay[k] * modes + added[k]
+        states[first + 1 : last + 1] = added @ regime.vectors.T
     return states
+
+
+def _held_speed(speed: Array) -> Array:
+    """Return the magnitude of the speed, the last one known where it is not; 0 before the first."""
+    known = np.where(np.isfinite(speed), np.arange(len(speed)), -1)
+    last = np.maximum.accumulate(known)
+    return np.where(last >= 0, np.abs(speed[np.maximum(last, 0)]), 0.0)
 
 
 class _Identification:
