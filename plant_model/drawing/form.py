@@ -208,14 +208,7 @@ class BendForm(Form):
     pitch: Annotated[Number, _between(-1.0, 1.0, "")] = 0.0
 
 
-def _one_way(given: Quantity) -> Quantity:
-    for end in (given.low, given.high):
-        if end is not None and end * given.value < 0.0:
-            raise ValueError("low, value and high must have one sign")
-    return given
-
-
-OneWay = Annotated[Quantity, _between(-5000.0, 5000.0, "mm"), AfterValidator(_one_way)]
+OneWay = Annotated[Quantity, _between(-5000.0, 5000.0, "mm")]
 """A length whose sign is a direction."""
 
 

@@ -99,15 +99,29 @@ def _direction(warm: Sector) -> dict[str, Any]:
 
 
 def _lever(length: Quantity) -> dict[str, Any]:
-    """Return the length of a carrier that moves the nose [mm], to be calibrated.
+    """Return the length over which a carrier bends [mm], to be calibrated.
 
     What a drawing gives is the length between two faces. The part is one lump, and is not all as
     warm as that: how much of its length counts is known to a quarter.
     """
-    known = length.known("mm", UNEVEN)
-    if known.value < 0.0:
+    return length.known("mm", UNEVEN).parameter(free=length.calibrate is not False)
+
+
+def _moving(axis: str, length: Quantity) -> dict[str, Any]:
+    """Return how a carrier moves the nose along an axis: its length, and which way.
+
+    Where the range says that it may be either way, the length is the longest one, and its share of
+    either sign is what calibration moves.
+    """
+    known, free = length.known("mm", UNEVEN), length.calibrate is not False
+    if known.low < 0.0 < known.high:
+        longest = max(-known.low, known.high)
+        share = replace(known.scaled(1.0 / longest), unit="1")
+        return {"length": exact(longest, "mm"), MOVES[axis]: share.parameter(free=free)}
+    sign = 1.0 if known.value > 0.0 else -1.0
+    if sign < 0.0:
         known = replace(known, value=-known.value, low=-known.high, high=-known.low)
-    return known.parameter(free=length.calibrate is not False)
+    return {"length": known.parameter(free=free), MOVES[axis]: exact(sign, "1")}
 
 
 def _carriers(sheet: Sheet, drawing: Drawing) -> None:
@@ -119,9 +133,8 @@ def _carriers(sheet: Sheet, drawing: Drawing) -> None:
                     "kind": "member",
                     "name": f"{carrier.name}_{axis}",
                     "nodes": [carrier.name],
-                    "length": _lever(length),
                     "expansion": growth,
-                    MOVES[axis]: exact(1.0 if length.value > 0.0 else -1.0, "1"),
+                    **_moving(axis, length),
                 }
             )
         for j, bend in enumerate(carrier.bends):

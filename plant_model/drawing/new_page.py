@@ -355,14 +355,18 @@ def _carriers(plan: _Plan, answers: Answers, columns: Columns | None) -> str:
     parts = [
         f"""\
 # CHECK: what carries the spindle. grows: lengths that move the nose when the part warms, in x, y
-# and z (towards the table); bends: tilt by the difference to another part.
+# and z (towards the table); bends: tilt by the difference to another part. These lengths are
+# guesses, so calibration may move them far and turn them round: put in yours.
 [[carriers]]
 name = "headstock"
 mass = {mass}
 surface = 1.2  # m2 in the air
 holds = {{ from = {holds[0]:g}, to = {holds[1]:g} }}
 on = "{below}"
-{air}grows = {{ y = 300, z = 80 }}
+{air}
+[carriers.grows]
+y = {{ value = 300, low = -900, high = 900 }}
+z = {{ value = 80, low = -250, high = 250 }}
 """
     ]
     if below == "column":

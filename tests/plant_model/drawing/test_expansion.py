@@ -237,6 +237,28 @@ def test_every_length_moves_the_nose_the_right_way(
     assert sign * (after - before) > 1e-3
 
 
+@pytest.mark.parametrize(
+    ("length", "name", "ends"),
+    [
+        (-200.0, "length", (150.0, 250.0)),
+        ({"value": -200.0, "low": -300.0, "high": -180.0}, "length", (180.0, 300.0)),
+        ({"value": -200.0, "low": -400.0, "high": 100.0}, "y", (-1.0, 0.25)),
+    ],
+)
+def test_how_far_a_carrier_moves_the_nose_is_calibrated(
+    length: object, name: str, ends: tuple[float, float]
+) -> None:
+    plain = machine_of(changed(small_page(), "carriers.0.grows", {"y": -200.0}))
+    machine = machine_of(changed(small_page(), "carriers.0.grows", {"y": length}))
+    there, as_before = (at_full_speed(one)[0].pose[0, 300, 1] for one in (machine, plain))
+    assert there == pytest.approx(as_before)
+    free = machine.parameters[f"structure.head_y.{name}"]
+    assert free.calibrate
+    assert (free.low, free.high) == pytest.approx(ends)
+    held = changed(small_page(), "carriers.0.grows", {"y": {"value": -200.0, "calibrate": False}})
+    assert not machine_of(held).parameters["structure.head_y.length"].calibrate
+
+
 def test_a_designation_gives_the_bearings_sizes() -> None:
     parameters = machine_of(changed(small_page(), "bearings.1.designation", "NN3012")).parameters
     assert parameters["sources.front.mean_diameter"].value == 77.5
