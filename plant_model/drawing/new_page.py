@@ -365,6 +365,7 @@ holds = {{ from = {holds[0]:g}, to = {holds[1]:g} }}
 on = "{below}"
 {air}
 [carriers.grows]
+x = {{ value = 1, low = -300, high = 300 }}
 y = {{ value = 300, low = -900, high = 900 }}
 z = {{ value = 80, low = -250, high = 250 }}
 """
