@@ -122,6 +122,17 @@ def test_too_few_runs_that_can_be_used(
     assert "T5" in line
 
 
+@pytest.mark.parametrize(
+    ("option", "value", "allowed"),
+    [("--most", "-1", "0..50"), ("--most-effects", "0", "1..10"), ("--workers", "0", "1..256")],
+)
+def test_a_limit_that_makes_no_sense_is_refused(
+    option: str, value: str, allowed: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    line = refusal(capsys, "--runs", "a.csv", "--out", str(tmp_path / "out"), option, value)
+    assert f"{option}: {value} is outside {allowed}" in line
+
+
 def test_a_folder_with_other_files_is_refused_before_any_work(
     machine: Machine, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
