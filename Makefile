@@ -7,7 +7,7 @@ FMUS := dist/compensator.fmu dist/plant.fmu
 
 TRAINING := training_down training_random training_stops training_warm_hall
 
-.PHONY: demo test docs lint build compensator bench clean
+.PHONY: demo test long docs lint build compensator bench clean
 .DELETE_ON_ERROR:
 
 $(STAMP): pyproject.toml
@@ -39,8 +39,12 @@ lint: $(STAMP)
 	$(BIN)/lint-imports
 
 test: $(STAMP) lint
-	$(BIN)/python -m pytest -n auto -m "not vcan"
+	$(BIN)/python -m pytest -n auto -m "not vcan and not long"
 	$(BIN)/python tests/gateway/on_vcan.py
+
+# Questions to the gap finder that take a minute or so each.
+long: $(STAMP)
+	$(BIN)/python -m pytest -n auto -m long
 
 # The pages as a site in build/site. Its notebooks are run, from their own folder.
 docs: $(STAMP)

@@ -45,7 +45,7 @@ def _held_out(found: GapResult, unseen: list[Run], machine: Machine) -> dict[str
     return GapComparison(found.before.machine, found.after.machine, observe(machine, unseen)).gap()
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_hidden_effect_is_named_and_the_gap_shrinks(jig_borer: Machine, tmp_path: Path) -> None:
     runs, unseen = _runs(33, tmp_path)
     found = find_gap(jig_borer, runs)
@@ -55,7 +55,7 @@ def test_a_hidden_effect_is_named_and_the_gap_shrinks(jig_borer: Machine, tmp_pa
     assert gap["after"] < 0.65 * gap["before"]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_answer_stays_when_rows_are_dropped_and_runs_are_swapped(
     jig_borer: Machine, tmp_path: Path
 ) -> None:
@@ -71,7 +71,7 @@ def test_the_answer_stays_when_rows_are_dropped_and_runs_are_swapped(
     assert found.rounds[0].best.added == ("centrifugal_shift",)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_nothing_is_named_where_nothing_is_hidden(jig_borer: Machine, tmp_path: Path) -> None:
     runs, _ = _runs(2, tmp_path)
     found = find_gap(jig_borer, runs)

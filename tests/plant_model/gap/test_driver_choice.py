@@ -82,7 +82,7 @@ def test_every_driver_is_tried_and_counts_for_what_chance_does(jig_borer: Machin
     assert len(by_key["column_bending:hall"]) * 3 == len(by_key["column_bending"])
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_driver_that_acts_is_the_one_that_is_named(jig_borer: Machine) -> None:
     key = "thermal_preload:shaft_housing"
     runs = runs_of(with_effect(jig_borer, key, {"gain": 0.6}))

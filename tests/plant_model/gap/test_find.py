@@ -230,7 +230,7 @@ def test_a_lag_of_less_than_a_minute_is_ordinary(jig_borer: Machine) -> None:
         assert fit.is_ordinary is ordinary
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_loss_far_beyond_its_usual_range_is_named_and_said_to_be_large(
     jig_borer: Machine, tmp_path: Path
 ) -> None:

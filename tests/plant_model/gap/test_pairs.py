@@ -127,7 +127,7 @@ def test_two_are_named_though_neither_would_be_alone(jig_borer: Machine) -> None
     assert power == pytest.approx(700.0, rel=0.25)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_pair_is_not_named_where_only_one_is_there(jig_borer: Machine) -> None:
     truth = with_effect(jig_borer, "windage", {"power": 700.0})
     before, sensitivities = _begun(truth, jig_borer)

@@ -27,7 +27,6 @@ FOUND = [
     if (one.kind, *one.place)
     in {
         ("conductance_with_motion", "z_nut", "air", "feed"),
-        ("coarse_part", "carriage"),
     }
 ]
 
@@ -67,7 +66,7 @@ def test_nothing_is_named_where_the_description_is_right() -> None:
     assert found == []
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_two_mistakes_are_found_one_after_another(monkeypatch: pytest.MonkeyPatch) -> None:
     # Which kind it is, among all of them, is asked above.
     some = {name: kind for name, kind in kinds().items() if name in ("heat_source", "heat_path")}
