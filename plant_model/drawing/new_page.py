@@ -152,9 +152,8 @@ def _rows(plan: _Plan, answers: Answers, columns: Columns | None) -> dict[str, _
     """Return where each thermometer sits, no two around the housing on one spot."""
     found: dict[str, _Row] = {}
     if columns is None:
-        usual = ("front", "headstock", "column")
-        places = dict.fromkeys(usual if answers.drive == "belt" else (*usual, "motor"), "")
-        places = {name: name for name in places}
+        motor = () if answers.drive == "belt" else ("motor",)
+        places = {name: name for name in ("front", "headstock", "column", *motor)}
     else:
         places = columns.thermometers
     sides = columns.sides if columns else {}
@@ -276,9 +275,8 @@ stretches = [
 
 def _bearings(plan: _Plan, answers: Answers) -> str:
     sets = []
-    warm = "running_temperature = 60  # CHECK: degC where it mostly runs\n"
-    if answers.coolant != "none":
-        warm = ""
+    guess = "running_temperature = 60  # CHECK: degC where it mostly runs\n"
+    warm = guess if answers.coolant == "none" else ""
     for name, at, more in (("front", plan.front, "locates = true\n"), ("rear", plan.rear, "")):
         sets.append(f"""\
 [[bearings]]

@@ -7,16 +7,16 @@ calibration at once.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
 import numpy.typing as npt
 
 from plant_model.gap.calibrate import ParameterEstimate
-from plant_model.gap.channel_advice import MOST, about_channels
+from plant_model.gap.channel_advice import about_channels
 from plant_model.gap.observations import Observations
-from plant_model.gap.regimes import noise_of, regimes, residuals
+from plant_model.gap.regimes import RunResiduals, noise_of, regimes
+from plant_model.gap.told import Advice, worst_first
 from plant_model.machine import Machine
 from plant_model.network import Network, effects_in_force
 from plant_model.parameters import FloatArray, Values
@@ -36,31 +36,11 @@ LEAST_APART_K = 0.3
 last tenth."""
 
 
-@dataclass(frozen=True)
-class Advice:
-    """One thing that the description may lack.
-
-    Attributes
-    ----------
-    kind : str
-        ``heat_balance``, ``sensors_disagree``, ``range_too_tight``, ``worse_than_no_model``,
-        ``worse_than_before``, ``not_moved`` or ``off_by_a_constant``.
-    place : tuple of str
-        The part, sensors, parameter or channel.
-    text : str
-        One line for a person.
-    """
-
-    kind: str
-    place: tuple[str, ...]
-    text: str
-
-
 def advice(
     machine: Machine,
-    observed: Sequence[Observations],
+    left: Sequence[RunResiduals],
     parameters: Sequence[ParameterEstimate],
-    before: Machine | None = None,
+    before: Sequence[RunResiduals] | None = None,
 ) -> list[Advice]:
     """Return what a calibrated machine says of its description.
 
@@ -68,17 +48,16 @@ def advice(
     ----------
     machine : Machine
         Calibrated.
-    observed : sequence of Observations
-        Of the runs that it was calibrated on.
+    left : sequence of RunResiduals
+        What it leaves of the runs that it was calibrated on.
     parameters : sequence of ParameterEstimate
         What calibration says of its numbers.
-    before : Machine, optional
-        As it was before calibration.
+    before : sequence of RunResiduals, optional
+        What it left of them before calibration.
     """
-    left = [residuals(machine, one) for one in observed]
-    first = [residuals(before, one) for one in observed] if before is not None else left
+    observed = [one.observed for one in left]
     return [
-        *(Advice(*told) for told in about_channels(machine, left, first)),
+        *about_channels(machine, left, left if before is None else before),
         *disagreeing(machine, observed),
         *_balances(machine, observed),
         *_tight(parameters),
@@ -105,7 +84,7 @@ def disagreeing(machine: Machine, observed: Sequence[Observations]) -> list[Advi
                     f"{spread:.2g} K beyond a constant: it has two temperatures"
                 )
                 found.append((spread, Advice("sensors_disagree", pair, text)))
-    return [one for _, one in sorted(found, key=lambda entry: -entry[0])][:MOST]
+    return worst_first(found)
 
 
 def _tight(parameters: Sequence[ParameterEstimate]) -> list[Advice]:
@@ -152,7 +131,7 @@ def _balances(machine: Machine, observed: Sequence[Observations]) -> list[Advice
                 f"{' and '.join(words)} ({worst:.1f} K at steady state)"
             )
             found.append((worst, Advice("heat_balance", (entry.name,), text)))
-    return [one for _, one in sorted(found, key=lambda pair: -pair[0])][:MOST]
+    return worst_first(found)
 
 
 def heat_missing(

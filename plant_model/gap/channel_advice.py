@@ -7,12 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from plant_model.gap.regimes import RunResiduals, noise_of
+from plant_model.gap.told import Advice, worst_first
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
 from plant_model.sensors import displacement_names
-
-MOST = 6
-"""Lines of a kind at most, the worst first."""
 
 WORSE = 1.1
 """Times what the machine file left as it was, from which calibration made a channel worse [1]."""
@@ -27,13 +25,10 @@ CONSTANT = 3.0
 """A thermometer is off by a constant in a run if its mean error is so many times what it varies by,
 and as many tolerances [1]."""
 
-Told = tuple[str, tuple[str, ...], str]
-"""Kind, place and text of an advice."""
-
 
 def about_channels(
     machine: Machine, left: Sequence[RunResiduals], before: Sequence[RunResiduals]
-) -> list[Told]:
+) -> list[Advice]:
     """Return what single channels say.
 
     Parameters
@@ -51,7 +46,7 @@ def about_channels(
     ]
 
 
-def worse_than_none(machine: Machine, left: Sequence[RunResiduals]) -> list[Told]:
+def worse_than_none(machine: Machine, left: Sequence[RunResiduals]) -> list[Advice]:
     """Return the channels that the model predicts worse than if each stayed at its first value."""
     found = []
     for i, name in enumerate(left[0].observed.channels):
@@ -63,11 +58,11 @@ def worse_than_none(machine: Machine, left: Sequence[RunResiduals]) -> list[Told
                 f"{name}: the model leaves {model:.2g} {unit}, holding the first reading leaves "
                 f"{none:.2g} {unit}: worse than no model"
             )
-            found.append((model / max(none, 1e-12), ("worse_than_no_model", (name,), text)))
-    return _worst(found)
+            found.append((model / max(none, 1e-12), Advice("worse_than_no_model", (name,), text)))
+    return worst_first(found)
 
 
-def _not_moved(machine: Machine, left: Sequence[RunResiduals]) -> list[Told]:
+def _not_moved(machine: Machine, left: Sequence[RunResiduals]) -> list[Advice]:
     """Return the displacements that nothing in the machine moves."""
     names = left[0].observed.channels
     noise = noise_of(machine, names)
@@ -82,13 +77,13 @@ def _not_moved(machine: Machine, left: Sequence[RunResiduals]) -> list[Told]:
                 f"{name}: moves by {measured:.2g} um, and nothing in the machine file moves it: no "
                 "part grows or bends that way"
             )
-            found.append((measured, ("not_moved", (name,), text)))
-    return _worst(found)
+            found.append((measured, Advice("not_moved", (name,), text)))
+    return worst_first(found)
 
 
 def _worse_than_before(
     machine: Machine, left: Sequence[RunResiduals], before: Sequence[RunResiduals]
-) -> list[Told]:
+) -> list[Advice]:
     """Return the channels that calibration made worse."""
     names = left[0].observed.channels
     noise = noise_of(machine, names)
@@ -104,11 +99,11 @@ def _worse_than_before(
                 "that may move puts it right together with the others; look at those that decide "
                 "it and are fixed"
             )
-            found.append((now / max(then, 1e-12), ("worse_than_before", (name,), text)))
-    return _worst(found)
+            found.append((now / max(then, 1e-12), Advice("worse_than_before", (name,), text)))
+    return worst_first(found)
 
 
-def _off_by_a_constant(machine: Machine, left: Sequence[RunResiduals]) -> list[Told]:
+def _off_by_a_constant(machine: Machine, left: Sequence[RunResiduals]) -> list[Advice]:
     """Return the thermometers that are off by the same in all of a run."""
     lengths = set(displacement_names(machine))
     found = []
@@ -128,12 +123,8 @@ def _off_by_a_constant(machine: Machine, left: Sequence[RunResiduals]) -> list[T
                 f"{name}: shows {worst:+.1f} K beside the model throughout {', '.join(runs)}: the "
                 "thermometer may have a constant error there"
             )
-            found.append((abs(worst), ("off_by_a_constant", (name,), text)))
-    return _worst(found)
-
-
-def _worst(found: Sequence[tuple[float, Told]]) -> list[Told]:
-    return [told for _, told in sorted(found, key=lambda pair: -pair[0])][:MOST]
+            found.append((abs(worst), Advice("off_by_a_constant", (name,), text)))
+    return worst_first(found)
 
 
 def _unit(machine: Machine, name: str) -> str:

@@ -58,11 +58,9 @@ def run(args: argparse.Namespace) -> int:
         )
     faults += more
     path = args.output
-    channels = {
-        moment: by_channel(which, [residuals(which, one) for one in observed])
-        for moment, which in (("before", machine), ("after", found.machine))
-    }
-    told_by_it = advice(found.machine, observed, found.parameters, machine)
+    first, left = ([residuals(one, run) for run in observed] for one in (machine, found.machine))
+    channels = {"before": by_channel(machine, first), "after": by_channel(found.machine, left)}
+    told_by_it = advice(found.machine, left, found.parameters, first)
     facts = [
         ("machine", f"{args.machine} -> {path}"),
         *((run.name, f"SHA-256 {run.sha256}") for run in read),

@@ -7,6 +7,7 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
@@ -198,9 +199,8 @@ def responses(
 
 def _held_speed(speed: Array) -> Array:
     """Return the magnitude of the speed, the last one known where it is not; 0 before the first."""
-    known = np.where(np.isfinite(speed), np.arange(len(speed)), -1)
-    last = np.maximum.accumulate(known)
-    return np.where(last >= 0, np.abs(speed[np.maximum(last, 0)]), 0.0)
+    known = pd.Series(np.where(np.isfinite(speed), np.abs(speed), np.nan))
+    return np.asarray(known.ffill().fillna(0.0), dtype=np.float64)
 
 
 class _Identification:
