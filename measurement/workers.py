@@ -13,7 +13,7 @@ from contextlib import contextmanager
 
 from threadpoolctl import threadpool_limits
 
-STOPS = (signal.SIGINT, signal.SIGTERM)
+from measurement.stops import STOPS, ending_work
 
 LOOK_S = 0.5
 """How often a worker looks whether its parent is still there [s]."""
@@ -38,21 +38,26 @@ def workers(count: int | None = None) -> Iterator[ProcessPoolExecutor]:
 
     Notes
     -----
-    The pool of the standard library waits on leaving for whatever its workers have begun, and they
-    wait for ever if a signal has ended the thread that feeds them. So the workers are ended first
-    where something was raised: nothing that they have begun is wanted any more.
+    The pool of the standard library waits on leaving for whatever its workers have begun. So the
+    workers are ended first where something was raised, and by Ctrl-C and SIGTERM: nothing that they
+    have begun is wanted any more.
     """
     before = set(multiprocessing.active_children())
+
+    def end() -> None:
+        _end(set(multiprocessing.active_children()) - before)
+
     # One thread each: small matrices gain nothing from more, and workers would crowd each other.
     pool = ProcessPoolExecutor(count or os.cpu_count(), initializer=_begin, initargs=(os.getpid(),))
     try:
         _start(pool)
-        yield pool
+        with ending_work(end):
+            yield pool
+            pool.shutdown()
     except BaseException:
-        _end(set(multiprocessing.active_children()) - before)
+        end()
         pool.shutdown(wait=False, cancel_futures=True)
         raise
-    pool.shutdown()
 
 
 def _start(pool: ProcessPoolExecutor) -> None:

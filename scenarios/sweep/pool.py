@@ -9,17 +9,21 @@ import os
 import signal
 import threading
 from collections.abc import Iterator, Mapping, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from typing import Any
 
+from measurement.stops import ending_work
 from scenarios.fmu_file import Shelf
 from scenarios.sweep.case import failed, outcome_of
 from scenarios.sweep.plan import Job
 
 TRIES = 3
 """How often a case may take its process down before it counts as failed."""
+
+LOOK_S = 0.2
+"""How often a wait for cases looks whether it is to end [s]."""
 
 _shelf = Shelf()
 """Of a worker process."""
@@ -91,14 +95,16 @@ def _one_pool(
     # Fresh processes: a fork would share the FMUs' interpreter state and this process's threads.
     context = multiprocessing.get_context("spawn")
     pool = ProcessPoolExecutor(min(workers, len(jobs)), context, _prepare)
-    futures: list[Future[dict[str, Any]]] = []
-    try:
-        with _interrupts_wait():
-            futures += [pool.submit(_outcome, job, places) for job in jobs]
-        for future in as_completed(futures):
-            yield future.result()
-    finally:
-        pool.shutdown(cancel_futures=True)
+    stopped = threading.Event()
+    with ending_work(stopped.set):
+        try:
+            with _interrupts_wait():
+                left = {pool.submit(_outcome, job, places) for job in jobs}
+            while left and not stopped.is_set():
+                done, left = wait(left, LOOK_S, FIRST_COMPLETED)
+                yield from (future.result() for future in done)
+        finally:
+            pool.shutdown(cancel_futures=True)
 
 
 def _outcome(job: Job, places: Mapping[str, Path]) -> dict[str, Any]:

@@ -6,6 +6,7 @@ import ast
 import importlib
 import re
 from collections.abc import Iterator
+from functools import cache
 from typing import NamedTuple
 
 import pytest
@@ -36,6 +37,7 @@ class Place(NamedTuple):
     name: str
 
 
+@cache
 def _modules() -> dict[str, ast.Module]:
     found = {}
     for room in ROOMS:
@@ -43,9 +45,6 @@ def _modules() -> dict[str, ast.Module]:
             parts = path.relative_to(ROOT).with_suffix("").parts
             found[".".join(parts).removesuffix(".__init__")] = ast.parse(path.read_text("utf-8"))
     return found
-
-
-MODULES = _modules()
 
 
 def _package(module: str) -> str:
@@ -56,11 +55,11 @@ def _package(module: str) -> str:
 def _taken(importer: str, tree: ast.Module) -> Iterator[Place]:
     """Give the names of other modules that a module uses."""
     for node in ast.walk(tree):
-        if not isinstance(node, ast.ImportFrom) or node.module not in MODULES:
+        if not isinstance(node, ast.ImportFrom) or node.module not in _modules():
             continue
         for alias in node.names:
             inner = f"{node.module}.{alias.name}"
-            if inner not in MODULES:
+            if inner not in _modules():
                 yield Place(node.module, alias.name)
                 continue
             attributes = (use for use in ast.walk(tree) if isinstance(use, ast.Attribute))
@@ -71,10 +70,10 @@ def _taken(importer: str, tree: ast.Module) -> Iterator[Place]:
 
 def _defined(place: Place) -> tuple[str, Definition] | None:
     """Return where a name is defined, through modules that hand it on; None for a plain value."""
-    for node in MODULES[place.module].body:
+    for node in _modules()[place.module].body:
         if isinstance(node, ast.FunctionDef | ast.ClassDef) and node.name == place.name:
             return place.module, node
-        if isinstance(node, ast.ImportFrom) and node.module in MODULES:
+        if isinstance(node, ast.ImportFrom) and node.module in _modules():
             for alias in node.names:
                 if (alias.asname or alias.name) == place.name:
                     return _defined(Place(node.module, alias.name))
@@ -139,7 +138,7 @@ def _of_class(module: str, node: ast.ClassDef) -> Iterator[Interface]:
 def _interfaces() -> Iterator[Interface]:
     places = {
         place
-        for module, tree in MODULES.items()
+        for module, tree in _modules().items()
         for place in _taken(module, tree)
         if _package(place.module) != _package(module) or module == "spindle_drift"
     }
@@ -200,25 +199,30 @@ def _lacks(entry: Interface) -> Iterator[str]:
         yield "has no section Raises"
 
 
-INTERFACES = [
-    entry
-    for entry in _interfaces()
-    if {entry.annotation and ast.unparse(entry.annotation) for entry in entry.arguments}
-    - COMMAND_LINE
-]
+@pytest.fixture(scope="module")
+def interfaces() -> list[Interface]:
+    """What other packages call, but for what takes a command line."""
+    return [
+        entry
+        for entry in _interfaces()
+        if {entry.annotation and ast.unparse(entry.annotation) for entry in entry.arguments}
+        - COMMAND_LINE
+    ]
 
 
-def test_many_interfaces_are_found() -> None:
-    labels = {entry.label for entry in INTERFACES}
+def test_many_interfaces_are_found(interfaces: list[Interface]) -> None:
+    labels = {entry.label for entry in interfaces}
     assert {"spindle_drift.gaps.find_gap", "plant_model.machine.Machine.with_values"} <= labels
     assert len(labels) > 400
 
 
 @pytest.mark.parametrize("room", ROOMS)
-def test_interfaces_say_what_they_take_give_and_raise(room: str) -> None:
+def test_interfaces_say_what_they_take_give_and_raise(
+    interfaces: list[Interface], room: str
+) -> None:
     lacking = [
         f"{entry.label} {problem}"
-        for entry in INTERFACES
+        for entry in interfaces
         if entry.label.partition(".")[0] == room
         for problem in _lacks(entry)
     ]
