@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from benchmarks.gap.truth.drive import FAMILIES, Drive, make_drive, rest
 from benchmarks.gap.truth.effects import make_effect
@@ -80,7 +81,7 @@ class CaseRun:
 
 def simulate_case(case: TruthCase) -> tuple[list[CaseRun], list[Hidden]]:
     """Return the runs of a case and the effects hidden in them."""
-    bench = _Bench(case)
+    bench = Bench(case)
     numbers = [number for number, name in enumerate(RUNS) if name in case.runs]
     return [bench.run(RUNS[k], k, bench.families[k]) for k in numbers], bench.effects
 
@@ -99,14 +100,14 @@ def simulate_further(
     seed : int
         Of surroundings, disturbances and noise.
     """
-    bench = _Bench(case)
+    bench = Bench(case)
     number = len(RUNS) + seed
     rng = np.random.default_rng([case.seed, 300 + seed])
     family = str(rng.choice(FAMILIES))
     return bench.run("further_run", number, family, stretches)
 
 
-class _Bench:
+class Bench:
     """One machine with its hall, its instruments and what is hidden in it."""
 
     def __init__(self, case: TruthCase) -> None:
@@ -125,20 +126,30 @@ class _Bench:
         }
         self._period = float(hall_rng.choice(PERIODS))
         self._meter = _Meter(noise_rng, case.noise)
-        self._march = March(spindle, self.effects)
+        self.march = March(spindle, self.effects)
         self.families = _families(hall_rng)
 
     def run(
         self, name: str, number: int, family: str, stretches: Sequence[tuple[float, float]] = ()
     ) -> CaseRun:
         """Return a run of a family of speeds, or at given ones."""
-        rng = np.random.default_rng([self.case.seed, 100 + number])
-        drive = make_drive(family, rng, self._period, self._hall, before=PAST_HOURS)
+        drive = self.drive(number, family)
         if stretches:
             drive = drive.at_speeds(stretches)
-        exact = _record(self._march, drive, number)
+        exact = _record(self.march, drive, number)
         frame = self._meter.shown(exact, np.random.default_rng([self.case.seed, 200 + number]))
         return CaseRun(name, frame, exact, drive)
+
+    def drive(self, number: int, family: str) -> Drive:
+        """Return what a run of a family of speeds does to the machine."""
+        rng = np.random.default_rng([self.case.seed, 100 + number])
+        return make_drive(family, rng, self._period, self._hall, before=PAST_HOURS)
+
+
+def start_of(march: March, drive: Drive) -> NDArray[np.float64]:
+    """Return the temperatures of all cells at a run's first row, after a night at rest [degC]."""
+    warm = np.full(len(march.spindle.capacity), float(drive.outside[0, 0]))
+    return march.settle(rest(drive, PAST_HOURS), warm, 900.0)
 
 
 def _families(rng: np.random.Generator) -> list[str]:
@@ -154,9 +165,7 @@ def _families(rng: np.random.Generator) -> list[str]:
 
 def _record(march: March, drive: Drive, number: int) -> pd.DataFrame:
     spindle = march.spindle
-    warm = np.full(len(spindle.capacity), float(drive.outside[0, 0]))
-    start = march.settle(rest(drive, PAST_HOURS), warm, 900.0)
-    temperatures = march.run(drive, start)
+    temperatures = march.run(drive, start_of(march, drive))
     rise = temperatures - temperatures[0]
     pose = rise @ spindle.pose_weights
     for effect in march.effects:
