@@ -204,7 +204,7 @@ def test_the_fmus_show_the_gap_that_the_machines_show(
     assert found["channels"]["T1"]["after"] < 0.2 < found["channels"]["T1"]["before"]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_broken_channels_do_not_hide_what_is_missing(
     tightening: Machine, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -12,22 +12,13 @@ import pytest
 from measurement.errors import BadInput
 from scenarios.cli import main
 from scenarios.cosimulation import simulate
-from scenarios.fmu_files import build_shipped, find_fmu
+from scenarios.fmu_files import find_fmu
 from scenarios.runner import run_scenario
 from scenarios.scenario import library, read_scenario
 from scenarios.signals.base import Setting
 from scenarios.views import rig_of
 
 SIMULATED = [path.stem for path in library() if read_scenario(path).cases]
-
-
-@pytest.fixture(scope="session")
-def fmu_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The project's plant and compensator FMU."""
-    folder = tmp_path_factory.mktemp("dist")
-    for kind in ("plant", "compensator"):
-        build_shipped(kind, folder, quiet=True)
-    return folder
 
 
 @pytest.mark.parametrize("name", SIMULATED)

@@ -7,16 +7,13 @@ from pathlib import Path
 import numpy as np
 
 from scenarios.cosimulation import simulate
-from scenarios.fmu_files import build_shipped
 from scenarios.scenario import read_scenario
 
 
-def test_a_probe_cycle_in_the_loop(tmp_path: Path) -> None:
-    for kind in ("plant", "compensator"):
-        build_shipped(kind, tmp_path, quiet=True)
+def test_a_probe_cycle_in_the_loop(fmu_folder: Path) -> None:
     frames = {
         case.name: simulate(
-            case, tmp_path / "plant.fmu", tmp_path / "compensator.fmu", quiet=True
+            case, fmu_folder / "plant.fmu", fmu_folder / "compensator.fmu", quiet=True
         ).frame
         for case in read_scenario("probing", [("step_s", 10.0)]).cases
     }

@@ -21,7 +21,7 @@ def without_link(machine: Machine, name: str) -> Machine:
     return replace(machine, items=tuple(item for item in machine.items if item.name != name))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_forgotten_path_is_named_with_its_place(jig_borer: Machine) -> None:
     few = ("centrifugal_shift",)
     without = [name for name in catalogue() if name not in few]

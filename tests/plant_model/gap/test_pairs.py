@@ -109,7 +109,7 @@ def _begun(truth: Machine, told: Machine) -> tuple[CandidateFit, list[RunSensiti
     return score_fit(told, (), observed, calibration, sensitivities), sensitivities
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_two_are_named_though_neither_would_be_alone(jig_borer: Machine) -> None:
     truth = with_effect(jig_borer, "windage", {"power": 700.0})
     truth = with_effect(truth, "centrifugal_shift", {"shift": 40.0})

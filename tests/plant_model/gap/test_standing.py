@@ -55,7 +55,7 @@ def test_calibration_is_done_again_without_what_stands_still(jig_borer: Machine)
     assert np.abs(np.log(np.abs([ratio for ratio in moved if ratio > 0.0]))).max() < 0.2
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_an_error_in_one_run_alone_does_not_enter_the_machine(jig_borer: Machine) -> None:
     few = ("sensor_offset",)
     without = [name for name in catalogue() if name not in few]

@@ -65,7 +65,7 @@ def test_a_share_of_the_way_in_the_file_the_simulation_and_the_stepper(
     assert stepper.state()["start"][at] == pytest.approx(23.0)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_parts_that_no_sensor_starts_are_named_with_their_place(
     jig_borer: Machine, told_wrong: Machine, tmp_path: Path
 ) -> None:

@@ -21,7 +21,7 @@ from tests.plant_model.gap.conftest import runs_of
 TRUE = {"windage": {"power": 250.0}, "centrifugal_shift": {"shift": 12.0}}
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_neighbour_named_first_gives_way_beside_the_second(jig_borer: Machine) -> None:
     truth = jig_borer
     for key, values in TRUE.items():
