@@ -48,8 +48,13 @@ def groups_of(answer: dict[str, Any], mistakes: Sequence[dict[str, Any]] = ()) -
         rivals = (
             answer.get("one_of_keys", answer["one_of"]) if number == 0 else effect.get("one_of", [])
         )
-        groups.append((key, *(name for name in rivals if name not in (key, effect["name"]))))
+        groups.append((key, *(other for other in rivals if not _is(other, key, effect["name"]))))
     return groups
+
+
+def _is(other: str, key: str, name: str) -> bool:
+    """Return whether another key is what was named, or the same effect by another driver."""
+    return other in (key, name) or (key == name and other.partition(":")[0] == name)
 
 
 def holds(group: Group, effect: dict[str, Any]) -> bool:

@@ -230,6 +230,10 @@ def refit_beyond_usual(
     points = [start.with_values({name: float(np.clip(v, free.low, free.high))}) for v in sizes]
     try:
         wider = fit_effects(base, found.added, found.observed, points, sensitivities)
+        if wider.beyond_usual and wider.calibration.cost < found.calibration.cost:
+            # The derivatives so far are those of the machine without it, whose other numbers gave
+            # way to it: they say nothing of how well runs are predicted with so much of it.
+            wider, _ = refit_in_full(wider)
     except IntegrationError:
         return found
     better = float(wider.loro_cost.sum()) < float(found.loro_cost.sum())

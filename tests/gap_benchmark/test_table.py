@@ -43,6 +43,8 @@ WINDAGE, RADIATION, SHIFT = added("windage"), added("radiation"), added("centrif
         (["windage"], answer(RADIATION, WINDAGE, one_of=("radiation",)), "right and another"),
         (["windage"], answer(), "none"),
         (["windage"], answer(verdict="unknown"), "unknown"),
+        # Which driver it is may be open: it is the same effect.
+        (["windage"], answer(WINDAGE, one_of=("windage:hall", "windage:bed")), "right"),
         ([THERMOMETER], answer(added(THERMOMETER), one_of=(THERMOMETER,)), "right"),
         ([THERMOMETER], answer(added("sensor_offset:T4"), one_of=("sensor_offset:T4",)), "wrong"),
         ([THERMOMETER], answer(added("sensor_drift:T3"), one_of=("sensor_drift:T3",)), "wrong"),
