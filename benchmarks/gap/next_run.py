@@ -19,7 +19,7 @@ from typing import Any
 from tqdm import tqdm
 
 from benchmarks.gap.ask import ask
-from benchmarks.gap.outcome import OUTCOMES, groups_of, outcome
+from benchmarks.gap.outcome import OPEN_OUTCOMES, OUTCOMES, PAIR_OUTCOMES, groups_of, outcome
 from benchmarks.gap.plan import SPLITS
 from benchmarks.gap.truth.case import TruthCase, simulate_further
 from benchmarks.gap.truths import USUAL
@@ -87,7 +87,8 @@ def main(arguments: list[str] | None = None) -> int:
 def table(found: list[Mapping[str, Any]]) -> str:
     """Return how often which outcome came of the run asked for, and of one at random."""
     counts = {which: Counter(one[which]["outcome"] for one in found) for which in (ASKED, RANDOM)}
-    kinds = [name for name in OUTCOMES if any(count[name] for count in counts.values())]
+    known = dict.fromkeys((*OUTCOMES, *PAIR_OUTCOMES, *OPEN_OUTCOMES))
+    kinds = [name for name in known if any(count[name] for count in counts.values())]
     lines = [
         "| After one more run | " + " | ".join(kinds) + " |",
         "| --- |" + " ---: |" * len(kinds),

@@ -42,6 +42,11 @@ NEARLY_ALL = 0.9
 """Share from which an effect is named though what makes its law ends at an end of its range [1]:
 where it is that strong, a law that is not quite the machine's shows."""
 
+FAR_BETTER = 0.5
+"""Share of the best one's cost on all runs together at which another one cannot be excluded, both
+being larger than usual [1]: how such predict runs from the others is known from derivatives at one
+point, which is not much where the answer is far from linear."""
+
 MOST_SENSORS = 2
 """A sensor's error shows on that sensor: one that may as well be on any of more is something else's
 doing."""
@@ -141,6 +146,13 @@ def _helps(best: CandidateFit, baseline: CandidateFit) -> bool:
     return bool(np.mean(better[list(best.acts)] if any(best.acts) else better) >= MOST_RUNS)
 
 
+def _fits_far_better(one: CandidateFit, best: CandidateFit) -> bool:
+    """Tell whether one effect larger than usual fits all runs far better than the best one."""
+    if one is best or not (one.beyond_usual and best.beyond_usual):
+        return False
+    return one.calibration.cost < FAR_BETTER * best.calibration.cost
+
+
 def _of_any_sensor(keys: Sequence[str]) -> bool:
     """Tell whether an error of one sensor may as well be on any of several others."""
     names = (key.partition(":")[0] for key in keys if ":" in key)
@@ -186,7 +198,7 @@ def select_effect(
     rivals = [
         i
         for i, one in enumerate(ranked)
-        if odds[i] >= RIVAL_ODDS
+        if (odds[i] >= RIVAL_ODDS or _fits_far_better(one, ranked[0]))
         and 1.0 - costs[i] / before >= (LARGER_SHARE if one.beyond_usual else null_q99)
         and not one.is_ordinary
         and not out_of_range(one, 1.0 - costs[i] / before)

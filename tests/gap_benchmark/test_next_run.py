@@ -77,6 +77,11 @@ def test_asks_again_with_both_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     assert "| asked for | 1 |" in next_run.table([found])
 
 
+def test_what_is_said_of_a_pair_stands_in_the_table() -> None:
+    found = {"asked for": {"outcome": "both"}, "at random": {"outcome": "one of the two"}}
+    assert next_run.table([found]).splitlines()[-1] == "| at random | 0 | 1 |"
+
+
 def test_without_a_question_that_asks_for_a_run_nothing_is_done(tmp_path: Path) -> None:
     with pytest.raises(SystemExit):
         next_run.main([str(tmp_path)])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -200,6 +201,16 @@ def test_a_written_machine_reads_back_and_keeps_its_comments(
     assert "# Jackets: one each" in path.read_text()
     with pytest.raises(BadInput, match="not the file"):
         write_machine(jig_borer, path, tmp_path / "other.toml")
+
+
+def test_of_two_larger_than_usual_the_one_that_fits_far_better_is_not_excluded() -> None:
+    now = _Scored("", [500.0, 500.0, 500.0])
+    best = _Scored("windage", [20.0] * 3, beyond_usual=("power",))
+    best.calibration = SimpleNamespace(cost=500.0)
+    other = _Scored("motor_iron_loss", [60.0] * 3, beyond_usual=("power",))
+    for cost, kept in ((200.0, ("windage", "motor_iron_loss")), (400.0, ("windage",))):
+        other.calibration = SimpleNamespace(cost=cost)
+        assert select_effect(now, [best, other], 0.1, channels=14).one_of == kept  # type: ignore[list-item, arg-type]
 
 
 def test_an_effect_larger_than_usual_must_explain_most() -> None:
