@@ -21,6 +21,9 @@ INLET = (
     *("vorlauf", "kuehlmittel", "kuehlwasser"),
 )
 
+NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
+"""What a thermometer may be called in a page."""
+
 BACK = {"return", "outlet", "out", "ruecklauf", "auslauf"}
 """Words for coolant that comes back, and so is no inlet."""
 
@@ -80,6 +83,8 @@ class Columns:
         where the name does not say.
     sides : dict of str to str
         Name and side, where the name says one.
+    not_names : tuple of str
+        Columns of thermometers that a page cannot name: `NAME` is what it can.
     five_point : bool
         Whether the run has ``S1_um`` to ``S5_um``.
     axes : dict of str to (str, int)
@@ -97,6 +102,7 @@ class Columns:
     feeds: tuple[str, ...]
     thermometers: dict[str, str]
     sides: dict[str, str]
+    not_names: tuple[str, ...]
     five_point: bool
     axes: dict[str, tuple[str, int]]
     highest_speed: float
@@ -132,12 +138,10 @@ def columns_of(run: Run, ambient: str | None = None, coolant: str | None = None)
         [name for name in around if name != air and not BACK & set(_words(name))], INLET
     )
     speeds, torques = run.of_unit("rpm"), run.of_unit("Nm")
-    places = {}
-    for column in warm:
-        if column not in {air, inlet}:
-            name = split_column(column)[0]
-            if re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name):
-                places[name] = _place(name)
+    others = [column for column in warm if column not in {air, inlet}]
+    not_names = tuple(column for column in others if not NAME.fullmatch(split_column(column)[0]))
+    names = (split_column(column)[0] for column in others if column not in not_names)
+    places = {name: _place(name) for name in names}
     five = all(column in run.frame.columns for column in FIVE)
     axes = {} if five or not run.displacements else _axes(run)
     feeds = run.of_unit("mm_min")
@@ -149,6 +153,7 @@ def columns_of(run: Run, ambient: str | None = None, coolant: str | None = None)
         tuple(feeds),
         _in_two(places),
         {name: SIDES[word] for name in places for word in _words(name) if word in SIDES},
+        not_names,
         five,
         axes,
         _highest(run, speeds[:1]),

@@ -92,6 +92,11 @@ def run(args: argparse.Namespace) -> int:
     print(f"wrote {path}: {len(text.splitlines())} lines, {lines_to_check(text)} to CHECK")
     if columns is not None and (left := unplaced(answers, columns)):
         print(f"not placed, remarks in the page until you do: {', '.join(left)}")
+    if columns is not None and columns.not_names:
+        print(
+            f"left out: {', '.join(columns.not_names)}: a thermometer's name has letters a to z,"
+            " digits and _ only; rename the column"
+        )
     sheet = check_sheet(machine)
     for line in _first_look(sheet):
         print(line)

@@ -168,6 +168,16 @@ def test_where_a_new_page_has_its_thermometers(
     assert found == placed
 
 
+def test_a_column_that_a_page_cannot_name_is_told(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run = run_of(tmp_path, "hall_degC front_degC Gehäuse_vorn_degC 3.Lager_degC")
+    path = tmp_path / "mine.toml"
+    assert main(["new-machine", "-o", str(path), *BELT, "--from-run", str(run)]) == 0
+    told = capsys.readouterr().out
+    assert "left out: Gehäuse_vorn_degC, 3.Lager_degC: a thermometer's name has letters" in told
+
+
 def test_a_new_page_knows_german_names_and_names_the_option_that_is_wrong(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
