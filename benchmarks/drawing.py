@@ -24,7 +24,7 @@ from math import log, pi
 import numpy as np
 
 from benchmarks.gap.truth import parameters
-from benchmarks.gap.truth.case import TruthCase, simulate_case
+from benchmarks.gap.truth.case import CaseRun, TruthCase, simulate_case
 from benchmarks.gap.truth.told import as_told
 from measurement.runs import Run
 from plant_model.convergence import convergence
@@ -129,13 +129,13 @@ def drawn_around(what: str) -> Iterator[None]:
         parameters.TABLE.update(before)
 
 
-def simulator_as_told(machine: Machine, seed: int) -> float:
-    """Return what the simulator itself leaves on the fifth run, told no more than its file says.
+def simulator_as_told(machine: Machine, case: TruthCase, run: CaseRun) -> float:
+    """Return what the simulator itself leaves on a run, told no more than its file says.
 
     In noise units.
     """
-    run, told = as_told(TruthCase(seed), 4)
-    seen, done = (observe(machine, [Run(run.name, frame)])[0] for frame in (run.frame, told))
+    frames = (run.frame, as_told(case, run))
+    seen, done = (observe(machine, [Run(run.name, frame)])[0] for frame in frames)
     return gap_of(
         machine, [RunResiduals(seen, _from_zero(machine, done) - _from_zero(machine, seen))]
     )
@@ -166,7 +166,9 @@ def placed() -> Machine:
 
 def against_truth(machine: Machine, seed: int) -> None:
     """Print what the page leaves on the run that it never saw."""
-    runs = [Run(run.name, run.frame) for run in simulate_case(TruthCase(seed))[0]]
+    case = TruthCase(seed)
+    simulated = simulate_case(case)[0]
+    runs = [Run(run.name, run.frame) for run in simulated]
     observed = observe(machine, runs)
     begun = time.process_time()
     found = calibrate(machine, observed[:4], starts=1)
@@ -190,7 +192,7 @@ def against_truth(machine: Machine, seed: int) -> None:
         f" {gaps[1]:.1f} noise units; {told} of {len(found.parameters)} free numbers determined,"
         f" {len(bound)} at an end of their range; {took:.0f} s of one core; the machine in lumps,"
         f" calibrated, {by_lumps:.1f}; the simulator itself, told as much,"
-        f" {simulator_as_told(machine, seed):.1f}"
+        f" {simulator_as_told(machine, case, simulated[4]):.1f}"
     )
     print("   at an end: " + ", ".join(bound))
     left = by_channel(found.machine, [residuals(found.machine, one) for one in unseen])

@@ -45,7 +45,7 @@ def ending_work(end: Callable[[], None]) -> Iterator[None]:
     A signal that no function handles is left as it is. Outside the main thread, which no signal
     reaches, nothing is done.
     """
-    handlers = {number: signal.getsignal(number) for number in STOPS}
+    handlers = {int(number): signal.getsignal(number) for number in STOPS}
     usual = {number: handler for number, handler in handlers.items() if callable(handler)}
     if threading.current_thread() is not threading.main_thread() or not usual:
         yield
@@ -57,11 +57,11 @@ def ending_work(end: Callable[[], None]) -> Iterator[None]:
         if _depth(frame) > depth:
             waiting.append(number)
         else:
-            usual[signal.Signals(number)](number, frame)
+            usual[number](number, frame)
 
     def watch() -> None:
         while numbers := inner.recv(16):
-            if set(numbers) & {int(number) for number in usual}:
+            if usual.keys() & set(numbers):
                 end()
 
     outer, inner = socket.socketpair()
@@ -81,7 +81,7 @@ def ending_work(end: Callable[[], None]) -> Iterator[None]:
         watcher.join()
         inner.close()
         if waiting:
-            usual[signal.Signals(waiting[0])](waiting[0], None)
+            usual[waiting[0]](waiting[0], None)
 
 
 def _depth(frame: FrameType | None) -> int:

@@ -8,7 +8,10 @@ from pydantic import BaseModel, ConfigDict, Field, StringConstraints
 
 from measurement.rig import AxisOfColumn, FivePointRig, Sign, SimulatedRig
 
-Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z][A-Za-z0-9_]*$", max_length=60)]
+NAME = r"^[A-Za-z][A-Za-z0-9_]*$"
+"""What may name a part, a sensor or an input."""
+
+Name = Annotated[str, StringConstraints(pattern=NAME, max_length=60)]
 SignalUnit = Literal["degC", "rpm", "mm_min", "Nm", "W", "lpm"]
 Number = Annotated[float, Field(allow_inf_nan=False)]
 

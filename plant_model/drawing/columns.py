@@ -9,6 +9,7 @@ from measurement.errors import BadInput
 from measurement.rig import DirectRig, default_rig
 from measurement.runs import Run
 from measurement.units import split_column
+from plant_model.machine_forms import NAME
 
 FIVE = tuple(f"S{k}_um" for k in range(1, 6))
 
@@ -20,9 +21,6 @@ INLET = (
     *("inlet", "supply", "coolant", "cooling", "water", "chiller"),
     *("vorlauf", "kuehlmittel", "kuehlwasser"),
 )
-
-NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
-"""What a thermometer may be called in a page."""
 
 BACK = {"return", "outlet", "out", "ruecklauf", "auslauf"}
 """Words for coolant that comes back, and so is no inlet."""
@@ -139,7 +137,7 @@ def columns_of(run: Run, ambient: str | None = None, coolant: str | None = None)
     )
     speeds, torques = run.of_unit("rpm"), run.of_unit("Nm")
     others = [column for column in warm if column not in {air, inlet}]
-    not_names = tuple(column for column in others if not NAME.fullmatch(split_column(column)[0]))
+    not_names = tuple(column for column in others if not re.match(NAME, split_column(column)[0]))
     names = (split_column(column)[0] for column in others if column not in not_names)
     places = {name: _place(name) for name in names}
     five = all(column in run.frame.columns for column in FIVE)

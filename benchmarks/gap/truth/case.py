@@ -133,17 +133,13 @@ class Bench:
         self, name: str, number: int, family: str, stretches: Sequence[tuple[float, float]] = ()
     ) -> CaseRun:
         """Return a run of a family of speeds, or at given ones."""
-        drive = self.drive(number, family)
+        rng = np.random.default_rng([self.case.seed, 100 + number])
+        drive = make_drive(family, rng, self._period, self._hall, before=PAST_HOURS)
         if stretches:
             drive = drive.at_speeds(stretches)
         exact = _record(self.march, drive, number)
         frame = self._meter.shown(exact, np.random.default_rng([self.case.seed, 200 + number]))
         return CaseRun(name, frame, exact, drive)
-
-    def drive(self, number: int, family: str) -> Drive:
-        """Return what a run of a family of speeds does to the machine."""
-        rng = np.random.default_rng([self.case.seed, 100 + number])
-        return make_drive(family, rng, self._period, self._hall, before=PAST_HOURS)
 
 
 def start_of(march: March, drive: Drive) -> NDArray[np.float64]:

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 
-from benchmarks.gap.truth.case import RUNS, Bench, CaseRun, TruthCase, start_of
+from benchmarks.gap.truth.case import Bench, CaseRun, TruthCase, start_of
 from benchmarks.gap.truth.drive import REST, Drive
 from benchmarks.gap.truth.march import Array, March
 
@@ -23,34 +23,31 @@ REST_HOURS = 160.0
 STRIDE_H, STEP_S = 2.0, 600.0
 
 
-def as_told(case: TruthCase, number: int) -> tuple[CaseRun, pd.DataFrame]:
-    """Return a run of a case, and what its machine would have done had all gone as the file says.
+def as_told(case: TruthCase, run: CaseRun) -> pd.DataFrame:
+    """Return what a case's machine would have done in a run had all gone as its file says.
 
     Parameters
     ----------
     case : TruthCase
         With nothing hidden.
-    number : int
-        Of the run, from 0.
+    run : CaseRun
+        Of that case.
 
     Returns
     -------
-    run : CaseRun
-    told : DataFrame
+    DataFrame
         Like ``run.frame``; thermometers and probes as they would be.
     """
-    bench = Bench(case)
-    run = bench.run(RUNS[number], number, bench.families[number])
-    drive = bench.drive(number, bench.families[number])
+    march, drive = Bench(case).march, run.drive
     outside = drive.outside.copy()
     for column, name in ((0, "T5_degC"), (1, "T5_degC"), (2, "T9_degC")):
         outside[:, column] = np.interp(drive.grid_s, drive.time_s, run.frame[name])
     outside[:, 3:] = 0.0
     usual = replace(drive, outside=outside, friction_factor=1.0, motor_factor=1.0)
-    temperatures = bench.march.run(usual, _rested(bench.march, drive, outside))
-    spindle = bench.march.spindle
+    temperatures = march.run(usual, _rested(march, drive, outside))
+    spindle = march.spindle
     pose = (temperatures - temperatures[0]) @ spindle.pose_weights
-    return run, run.frame.assign(**spindle.readings(temperatures, pose))
+    return run.frame.assign(**spindle.readings(temperatures, pose))
 
 
 def _rested(march: March, drive: Drive, outside: Array) -> Array:

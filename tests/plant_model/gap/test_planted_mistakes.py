@@ -21,13 +21,14 @@ from plant_model.machine import Machine
 from plant_model.machine_file import read_machine
 
 LATHE = read_machine("lathe")
+MARKS = {
+    ("conductance_with_motion", "z_nut", "air", "feed"): [pytest.mark.slow],
+    ("coarse_part", "carriage"): [pytest.mark.long],
+}
 FOUND = [
-    one
+    pytest.param(one, marks=MARKS[key], id="-".join(key))
     for one in mistakes(LATHE)
-    if (one.kind, *one.place)
-    in {
-        ("conductance_with_motion", "z_nut", "air", "feed"),
-    }
+    if (key := (one.kind, *one.place)) in MARKS
 ]
 
 
@@ -50,8 +51,7 @@ def named_places(found: list[NamedChange]) -> list[list[tuple[str, tuple[str, ..
     ]
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("mistake", FOUND, ids=lambda one: "-".join((one.kind, *one.place)))
+@pytest.mark.parametrize("mistake", FOUND)
 def test_a_mistake_is_named_with_its_place(mistake: Mistake) -> None:
     truth, told = mistake.machines(LATHE)
     before, found = named(told, runs_of(truth)[:5])

@@ -15,7 +15,7 @@ from tests.plant_model.native.test_twin import with_all_effects
 
 HERE = Path(__file__).resolve().parent
 SANITIZED = ("-g", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
-CALLS = 30_000
+CALLS = 60_000
 
 
 def test_fuzzed_calls_are_clean(compiler: tuple[str, ...], tmp_path: Path) -> None:
@@ -41,4 +41,4 @@ def fuzz(sources: dict[str, str], compiler: Sequence[str], folder: Path) -> None
         )
         assert done.returncode == 0, done.stderr
         well, discarded, refused = map(int, done.stdout.split())
-        assert min(well, discarded, refused) > 50
+        assert min(well, discarded, refused) > 100
