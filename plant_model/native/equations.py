@@ -41,6 +41,11 @@ class SymbolicValues(Values):
             name: Traced(graph, np.array([[graph.symbol("p", place)]], dtype=object))
             for place, name in enumerate(tunable)
         }
+        self._symbols |= {
+            name: self._symbols[entry.tied] * entry.factor
+            for name, entry in machine.parameters.items()
+            if entry.tied in self._symbols
+        }
 
     def __getitem__(self, name: str) -> Any:
         """Return one parameter, shape (1, 1)."""

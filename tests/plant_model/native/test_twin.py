@@ -16,7 +16,7 @@ from plant_model.integrate import IntegrationError
 from plant_model.machine import Machine
 from plant_model.machine_file import read_machine
 from plant_model.noise import NormalSequence
-from plant_model.parameters import Parameter
+from plant_model.parameters import NUMBERS, Parameter
 from plant_model.stepper import OFFSETS, PlantStepper
 from tests.plant_model.catalogue_machines import lathe
 from tests.plant_model.conftest import with_effects
@@ -42,6 +42,7 @@ def tunable(machine: Machine) -> Machine:
         ),
         items=tuple(replace(item, parameters=free(item.parameters)) for item in machine.items),
         effects={key: free(group) for key, group in machine.effects.items()},
+        numbers=free(machine.numbers),
     )
 
 
@@ -69,7 +70,8 @@ def values_of(machine: Machine, rng: np.random.Generator, share_on: float) -> di
         for name, entry in group.items():
             near = entry.value + rng.uniform(-0.1, 0.1) * abs(entry.value)
             found[f"effects.{key}.{name}"] = float(np.clip(near, entry.low, entry.high))
-        if rng.uniform() > share_on:
+        # A page's class value need not let an effect be off.
+        if rng.uniform() > share_on and group[effect.amplitude].low <= effect.off:
             found[f"effects.{key}.{effect.amplitude}"] = effect.off
     return found
 
@@ -146,7 +148,12 @@ def difference(python: PlantStepper, core: Core) -> float:
     return float(np.max(np.abs(expected - found) / np.maximum(1.0, np.abs(expected) / 1e3)))
 
 
-MACHINES = [read_machine("jig_borer"), read_machine("lathe"), replace(lathe(), name="other_lathe")]
+MACHINES = [
+    read_machine("jig_borer"),
+    read_machine("lathe"),
+    replace(lathe(), name="other_lathe"),
+    machine_of(small_page()),
+]
 
 
 @pytest.mark.parametrize("machine", MACHINES, ids=lambda machine: machine.name)
@@ -184,6 +191,17 @@ def test_parts_start_as_in_python(library_of: LibraryOf) -> None:
     assert sum(node.rests for node in machine.nodes) > 10
     worst, _ = compared(machine, library_of(machine), {}, np.random.default_rng(10), 60)
     assert worst < CLOSE
+
+
+def test_what_is_tied_to_a_number_follows_it_in_c(library_of: LibraryOf) -> None:
+    machine = tunable(machine_of(small_page()))
+    library, rng = library_of(machine), np.random.default_rng(12)
+    values = {f"{NUMBERS}{name}": entry.high for name, entry in machine.numbers.items()}
+    worst, _ = compared(machine, library, values, rng, 60)
+    assert worst < CLOSE
+    for name, high in values.items():
+        worst, _ = compared(machine, library, {name: high}, rng, 20)
+        assert worst < CLOSE, name
 
 
 def test_heat_stays_where_it_is_if_nothing_exchanges_it(library_of: LibraryOf) -> None:
