@@ -26,6 +26,9 @@ AXIS_OUTPUTS = tuple((f"drift_{axis}", f"offset_{axis}", f"error_{axis}") for ax
 KEPT = 64
 """Propagators, and heats of input values, kept at once."""
 
+ONE_THREAD = 2**18
+"""Multiplications that no BLAS spreads over threads, whose number would show in the last digits."""
+
 
 class InputError(ValueError):
     """An input that is not finite or outside the range that the machine file gives it."""
@@ -193,8 +196,8 @@ class PlantStepper:
         known = self._linear.get(key)
         if known is None:
             x = -modes.decay * step_s
-            keep = (modes.to_state * np.exp(x)[:, None, :]) @ modes.to_modes
-            gain = (modes.to_state * (step_s * phi(1, x))[:, None, :]) @ modes.to_modes
+            keep = _product(modes.to_state * np.exp(x)[:, None, :], modes.to_modes)
+            gain = _product(modes.to_state * (step_s * phi(1, x))[:, None, :], modes.to_modes)
             known = (keep[0], (gain / self.network.capacity[:, None, :])[0])
             _keep(self._linear, key, known)
         return known
@@ -243,6 +246,14 @@ class PlantStepper:
 def _arrays(inputs: Mapping[str, float], names: Iterable[str]) -> dict[str, FloatArray]:
     """Return inputs as the hooks of effects want them, each of shape (1,)."""
     return {name: np.array([inputs[name]]) for name in names}
+
+
+def _product(left: FloatArray, right: FloatArray) -> FloatArray:
+    """Return left @ right, (sets, size, size), with the same last digits on any number of cores."""
+    size = left.shape[-1]
+    wide = max(1, ONE_THREAD // size**2)
+    parts = [left @ right[..., at : at + wide] for at in range(0, size, wide)]
+    return np.concatenate(parts, axis=-1)
 
 
 def _keep(known: dict[Any, Any], key: Any, value: Any) -> None:
