@@ -66,27 +66,26 @@ def machine_text(machine: Machine, like: str | Path) -> str:
         When *like* is not the file of this machine.
     """
     source = machine_path(like)
-    document: Any = _document(source)
+    head, document = _document(source)
     for name, number in machine.numbers.items():
         _move(document["numbers"], name, number)
     _write_nodes(document["nodes"], machine)
     _write_sensors(document, machine)
     _write_items(document, machine)
     _write_effects(document["effects"], machine)
-    text = tomlkit.dumps(document)
+    text = head + document.as_string()
     # What is written must read back as the same machine.
-    if machine_from_table(tomlkit.parse(text).unwrap(), source) != machine:
+    if machine_from_table(tomllib.loads(text), source) != machine:
         raise BadInput(source, "", "is not the file that this machine came from")
     return text
 
 
-def _document(source: Path) -> Any:
-    """Return the file to change; a page of a drawing gives way to the machine file in lumps."""
+def _document(source: Path) -> tuple[str, Any]:
+    """Return a first line and the file to change; a page gives way to the machine file in lumps."""
     text = source.read_text(encoding="utf-8")
-    table = machine_table(source)
     if is_page(tomllib.loads(text)):
-        text = f"# Expanded from the page {source.name}.\n\n{tomlkit.dumps(table)}"
-    return tomlkit.parse(text)
+        return f"# Expanded from the page {source.name}.\n\n", tomlkit.item(machine_table(source))
+    return "", tomlkit.parse(text)
 
 
 def _write_nodes(entries: Any, machine: Machine) -> None:
