@@ -26,7 +26,7 @@ from plant_model.native.build import native_plant
 from plant_model.stepper import OFFSETS, PlantStepper
 
 HOST = Path(__file__).resolve().parent / "plant_host.c"
-MACHINE = "jig_borer"
+MACHINES = ("jig_borer_lumps", "jig_borer")
 TARGETS_US = {"the same speed": 3.0, "another speed": 60.0}
 SPEEDS = {"the same speed": [6000.0], "another speed": [3000.0, 9000.0, 6000.0]}
 
@@ -83,17 +83,24 @@ def main() -> None:
     parser.add_argument("--turns", type=int, default=5)
     parser.add_argument("--steps", type=int, default=400, help="in Python; a hundred times in C")
     given = parser.parse_args()
-    with tempfile.TemporaryDirectory() as folder:
-        native, python = in_c(Path(folder), MACHINE), in_python(MACHINE)
-        print(f"{'a step at':16} {'C [us]':>8} {'target':>8} {'Python [us]':>12} {'ratio':>7}")
-        for name, speeds in SPEEDS.items():
-            pairs = [
-                (native(speeds, 100 * given.steps), python(speeds, given.steps))
-                for _ in range(given.turns)
-            ]
-            one, other = (statistics.median(column) for column in zip(*pairs, strict=True))
-            ratio = statistics.median(slow / fast for fast, slow in pairs)
-            print(f"{name:16} {one:8.2f} {TARGETS_US[name]:8.0f} {other:12.1f} {ratio:7.0f}")
+    print(
+        f"{'machine':16} {'a step at':16}"
+        f" {'C [us]':>8} {'target':>8} {'Python [us]':>12} {'ratio':>7}"
+    )
+    for machine in MACHINES:
+        with tempfile.TemporaryDirectory() as folder:
+            native, python = in_c(Path(folder), machine), in_python(machine)
+            for name, speeds in SPEEDS.items():
+                pairs = [
+                    (native(speeds, 100 * given.steps), python(speeds, given.steps))
+                    for _ in range(given.turns)
+                ]
+                one, other = (statistics.median(column) for column in zip(*pairs, strict=True))
+                ratio = statistics.median(slow / fast for fast, slow in pairs)
+                print(
+                    f"{machine:16} {name:16}"
+                    f" {one:8.2f} {TARGETS_US[name]:8.0f} {other:12.1f} {ratio:7.0f}"
+                )
 
 
 if __name__ == "__main__":

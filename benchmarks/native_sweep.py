@@ -26,8 +26,11 @@ import build_fmu
 
 VARY = (
     "tool_length=60..240:4",
+    "numbers.*_wall=x0.8..1.2",
+    "numbers.*_film=x0.8..1.2",
+    "numbers.*_seats=x0.8..1.2",
+    "numbers.*_expansion=x0.95..1.05",
     "links.*.conductance=x0.8..1.2",
-    "structure.*.expansion=x0.9..1.1",
     "sources.*.preload=x0.7..1.3",
 )
 POINTS = 4

@@ -51,7 +51,7 @@ class Machine:
     >>> machine = sd.Machine("jig_borer")
     >>> machine.sensors[:3], machine.inputs
     (['T1', 'T2', 'T3'], ['speed_rpm', 'T5_degC', 'T9_degC', 'torque_Nm'])
-    >>> machine.parameters.loc["links.front_inner-shaft_front.conductance", "unit"]
+    >>> machine.parameters.loc["numbers.balls", "unit"]
     'W/K'
     """
 
@@ -243,7 +243,7 @@ def calibrate(
     --------
     >>> import spindle_drift as sd
     >>> machine = sd.Machine("jig_borer")
-    >>> other = machine.with_values({"links.front_inner-shaft_front.conductance": 100.0})
+    >>> other = machine.with_values({"numbers.balls": 20.0})
     >>> run = sd.simulate(other, "stop_and_go", every_s=60.0, noise_seed=1)
     >>> found = sd.calibrate(machine, run, starts=1)
     >>> bool((found.residuals["after"] <= found.residuals["before"] + 0.05).all())

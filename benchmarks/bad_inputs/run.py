@@ -48,7 +48,7 @@ def good_files() -> dict[str, bytes]:
         (folder / "c.json").write_text(compensator_text(table), encoding="utf-8")
         page = ["new-machine", "-o", str(folder / "page.toml"), "--bearing", "7014"]
         assert spindle_drift([*page, "--speed", "12000", "--power", "15"]) == 0
-        (folder / "lumps.toml").write_bytes(machine_path("jig_borer").read_bytes())
+        (folder / "lumps.toml").write_bytes(machine_path("jig_borer_lumps").read_bytes())
         (folder / "s.toml").write_bytes(scenario_path("stop_and_go").read_bytes())
         return {path.name: path.read_bytes() for path in folder.iterdir()}
 

@@ -75,7 +75,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--known", nargs="+", choices=KNOWN, default=list(KNOWN))
     args = parser.parse_args(arguments)
-    machine = read_machine("jig_borer")
+    machine = read_machine("jig_borer_lumps")
     for known in args.known:
         truth = with_heat(machine, KNOWN[known])
         runs = [recorded(truth, name, args.seed + i) for i, name in enumerate(RUNS)]

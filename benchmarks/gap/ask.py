@@ -28,7 +28,7 @@ from plant_model.machine import Machine
 from plant_model.machine_file import read_machine
 from scenarios.gap_runner import usable_runs
 
-MACHINE = "jig_borer"
+MACHINE = "jig_borer_lumps"
 
 LARGEST = 5000
 """Numbers in the largest array that a record keeps."""

@@ -90,7 +90,7 @@ def gap(case: TruthCase) -> tuple[float, float, dict[str, float]]:
     """Return the residual's RMS over tolerance: calibration, held-out, and by channel."""
     runs, _ = simulate_case(case)
     frames = [run.frame for run in runs]
-    calibration = GaussNewton(read_machine("jig_borer"), frames[:4])
+    calibration = GaussNewton(read_machine("jig_borer_lumps"), frames[:4])
     logs = calibration.fit()[None, :]
     both = [
         float(np.sqrt(np.mean(calibration.residual(logs, some) ** 2)))

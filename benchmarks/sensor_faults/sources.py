@@ -82,7 +82,7 @@ def _pieces(run: Run) -> Group:
 def _jig_borer(seed: int) -> Group:
     """Return runs of random levels of speed in a random hall."""
     rng = np.random.default_rng(seed)
-    machine = read_machine("jig_borer")
+    machine = read_machine("jig_borer_lumps")
     every = float(rng.choice([20.0, 40.0, 60.0, 120.0]))
     runs = []
     for number in range(GROUP):

@@ -143,7 +143,7 @@ def _lumps(
 
 
 def _jig_borer() -> Truth:
-    machine = read_machine("jig_borer")
+    machine = read_machine("jig_borer_lumps")
 
     def record(scenario: list[tuple[str, Any]], unlike: bool, noise: int) -> Pair:
         return _lumps(machine, scenario, noise, {})
@@ -165,7 +165,7 @@ def _study_size() -> Truth:
 
 def _elements() -> Truth:
     spindle = FiniteElementSpindle(_other_description())
-    machine = read_machine("jig_borer")
+    machine = read_machine("jig_borer_lumps")
     points = 1e3 * spindle.heat.basis.doflocs
     nearest = {
         sensor: int(np.argmin(np.hypot(points[0] - r, points[1] - z)))
@@ -208,7 +208,7 @@ def coolant_share() -> str:
     """Return what the coolant makes of the jig borer's drift on the training run, as a sentence."""
     whole, without = (
         simulate(machine, _inputs(machine, [("", STEP), *coolant], EVERY_S)).run_frame()
-        for machine in [read_machine("jig_borer")]
+        for machine in [read_machine("jig_borer_lumps")]
         for coolant in ([], [("signals.coolant_inlet", LIKE["ambient"])])
     )
     growth, alone = ((frame["S5_um"].iloc[0] - frame["S5_um"]).max() for frame in (whole, without))
@@ -220,7 +220,7 @@ def coolant_share() -> str:
 
 def shipped_runs(names: tuple[str, ...]) -> list[Run]:
     """Return runs of the jig borer on shipped scenarios as they are, with their own noise."""
-    machine = read_machine("jig_borer")
+    machine = read_machine("jig_borer_lumps")
     runs = []
     for name in names:
         case = read_scenario(name).cases[0]

@@ -51,7 +51,7 @@ def lathe_questions(folder: Path) -> Iterator[Question]:
     runs = [read_run(path) for path in sorted(folder.glob("2*.csv"))]
     if not runs:
         return
-    rig = default_rig(runs[0], read_machine("jig_borer").rig)
+    rig = default_rig(runs[0], read_machine("jig_borer_lumps").rig)
     places = np.arange(len(runs))
     start = np.array([_start(run) for run in runs])
     speed = np.array([float(np.nanmean(run.frame["speed_rpm"])) for run in runs])
@@ -99,7 +99,7 @@ def electric_questions(record: Path) -> Iterator[Question]:
 
 def simulated_questions() -> Iterator[Question]:
     """Yield the shipped jig borer's training, judged on machines and halls that are not its own."""
-    machine = read_machine("jig_borer")
+    machine = read_machine("jig_borer_lumps")
     rig = rig_from_table(machine.rig, "rig")
     train = [_simulated(name, name, 0.0, 0.0, "") for name in TRAINING]
     judged: list[tuple[str, bool, float, float, str]] = [
@@ -132,7 +132,7 @@ def _drawn(name: str) -> float:
 
 def _simulated(name: str, scenario: str, coolant_k: float, hall_k: float, what: str) -> Run:
     """Return a run of a library scenario on a changed machine, with noise."""
-    machine = read_machine("jig_borer")
+    machine = read_machine("jig_borer_lumps")
     case = read_scenario(scenario).cases[0]
     inputs = inputs_of(case, machine, EVERY_S)
     inputs["coolant_inlet"] += coolant_k

@@ -247,7 +247,7 @@ def plant_variables() -> list[Variable]:
 def test_the_effects_example_fits_the_shipped_machine() -> None:
     texts = [block.text for block in blocks("toml") if block.page.name == "effects.md"]
     assert len(texts) == 2
-    path = ROOT / "plant_model" / "machines" / "jig_borer.toml"
+    path = ROOT / "plant_model" / "machines" / "jig_borer_lumps.toml"
     table = tomllib.loads(path.read_text(encoding="utf-8"))
     more = {key: entry for text in texts for key, entry in tomllib.loads(text)["effects"].items()}
     table["effects"] |= more

@@ -41,9 +41,9 @@ def compiler() -> Compiler:
 
 
 def sources(kind: Kind, fmi: Literal[2, 3]) -> dict[str, str]:
-    """Return the sources of one of the shipped FMUs."""
+    """Return the sources of the shipped compensator, or of a plant in few lumps."""
     if kind == "plant":
-        recipe, _ = build_fmu.plant_recipe(read_machine("jig_borer"), "plant_native")
+        recipe, _ = build_fmu.plant_recipe(read_machine("jig_borer_lumps"), "plant_native")
     else:
         recipe, _ = build_fmu.compensator_recipe(build_fmu.DEFAULT_MODEL, "compensator_native")
     return {

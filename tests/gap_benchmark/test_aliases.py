@@ -23,7 +23,7 @@ from tests.plant_model.catalogue_machines import heat_of
 def test_heat_is_where_it_is_said_and_in_proportion_to_speed(
     known: str, expected: dict[str, float]
 ) -> None:
-    truth = with_heat(read_machine("jig_borer"), KNOWN[known])
+    truth = with_heat(read_machine("jig_borer_lumps"), KNOWN[known])
     effect = catalogue()["plain_heat"](truth, Values(truth.parameters))
     half = heat_of(effect, 10000.0)
     assert {part: half[part] for part in expected} == pytest.approx(expected)
@@ -32,7 +32,7 @@ def test_heat_is_where_it_is_said_and_in_proportion_to_speed(
 
 
 def test_a_run_has_its_speeds() -> None:
-    run = recorded(read_machine("jig_borer"), "stops", 1)
+    run = recorded(read_machine("jig_borer_lumps"), "stops", 1)
     speeds = run.frame["speed_rpm"].to_numpy()
     assert set(speeds) == {speed for _, speed in RUNS["stops"]}
     assert np.ptp(run.frame["T1_degC"]) > 2.0

@@ -31,7 +31,7 @@ Array = NDArray[np.float64]
 @pytest.fixture(scope="module")
 def question() -> Any:
     """Three runs and a fourth of a machine whose motor heats more than its model's."""
-    machine = read_machine("jig_borer")
+    machine = read_machine("jig_borer_lumps")
     loss = "sources.motor.loss"
     runs = runs_of(machine.with_values({loss: machine.parameters[loss].high}))
     observed = observe(machine, runs)

@@ -159,7 +159,7 @@ def test_records_keep_numbers_and_leave_out_what_is_bulky() -> None:
     found = plain(
         [
             SelectionRound(
-                read_machine("jig_borer"),
+                read_machine("jig_borer_lumps"),
                 np.arange(3.0),
                 np.zeros(LARGEST + 1),
                 tuple(told),

@@ -28,9 +28,9 @@ OTHERS = [name for name in catalogue() if name not in KNOWN]
 
 
 @pytest.fixture
-def jig_borer() -> Machine:
+def jig_borer_lumps() -> Machine:
     """The machine file that the cases are asked with."""
-    return read_machine("jig_borer")
+    return read_machine("jig_borer_lumps")
 
 
 def _runs(number: int, folder: Path) -> tuple[list[Run], list[Run]]:
@@ -46,18 +46,20 @@ def _held_out(found: GapResult, unseen: list[Run], machine: Machine) -> dict[str
 
 
 @pytest.mark.long
-def test_a_hidden_effect_is_named_and_the_gap_shrinks(jig_borer: Machine, tmp_path: Path) -> None:
+def test_a_hidden_effect_is_named_and_the_gap_shrinks(
+    jig_borer_lumps: Machine, tmp_path: Path
+) -> None:
     runs, unseen = _runs(33, tmp_path)
-    found = find_gap(jig_borer, runs)
+    found = find_gap(jig_borer_lumps, runs)
     assert found.verdict == "effect"
     assert found.rounds[0].best.added == ("windage",)
-    gap = _held_out(found, unseen, jig_borer)
+    gap = _held_out(found, unseen, jig_borer_lumps)
     assert gap["after"] < 0.65 * gap["before"]
 
 
 @pytest.mark.long
 def test_the_answer_stays_when_rows_are_dropped_and_runs_are_swapped(
-    jig_borer: Machine, tmp_path: Path
+    jig_borer_lumps: Machine, tmp_path: Path
 ) -> None:
     runs, _ = _runs(22, tmp_path)
     generator = np.random.default_rng(5)
@@ -66,14 +68,14 @@ def test_the_answer_stays_when_rows_are_dropped_and_runs_are_swapped(
         kept = generator.random(len(run.frame)) > 0.1
         kept[0] = True
         thinned.append(Run(run.name, run.frame[kept].reset_index(drop=True)))
-    found = find_gap(jig_borer, thinned, Search(OTHERS))
+    found = find_gap(jig_borer_lumps, thinned, Search(OTHERS))
     assert found.verdict == "effect"
     assert found.rounds[0].best.added == ("centrifugal_shift",)
 
 
 @pytest.mark.long
-def test_nothing_is_named_where_nothing_is_hidden(jig_borer: Machine, tmp_path: Path) -> None:
+def test_nothing_is_named_where_nothing_is_hidden(jig_borer_lumps: Machine, tmp_path: Path) -> None:
     runs, _ = _runs(2, tmp_path)
-    found = find_gap(jig_borer, runs)
+    found = find_gap(jig_borer_lumps, runs)
     assert found.verdict == "none_missing"
     assert found.after is found.before

@@ -54,7 +54,7 @@ def test_without_what_is_hidden_a_mistake_stays_unless_it_is_what_is_asked_for()
 
 
 def test_the_owners_file_is_asked_about_where_there_is_one(tmp_path: Path) -> None:
-    assert machine_of(tmp_path).name == "jig_borer"
+    assert machine_of(tmp_path).name == "jig_borer_lumps"
     case = plan("development", 1, kind="none", truth="belt")[0].case
     page = TRUTHS["belt"].page
     assert page is not None

@@ -32,8 +32,8 @@ def inputs_over(
 
 
 @pytest.fixture(scope="session")
-def jig_borer() -> Machine:
-    return read_machine("jig_borer")
+def jig_borer_lumps() -> Machine:
+    return read_machine("jig_borer_lumps")
 
 
 def key_of(name: str) -> str:

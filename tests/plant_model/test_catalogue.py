@@ -23,7 +23,7 @@ from plant_model.stepper import PlantStepper
 from tests.plant_model.catalogue_machines import bare, lathe
 from tests.plant_model.conftest import inputs_over, key_of, with_effects
 
-JIG_BORER = read_machine("jig_borer")
+JIG_BORER = read_machine("jig_borer_lumps")
 
 NAMES = [name for name, effect in catalogue().items() if not effect.handles]
 """Every effect that a model may lack: those that are no law of a machine's own parts."""
@@ -84,14 +84,14 @@ def test_does_nothing_where_there_is_nothing_to_act_on(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", [*NAMES, *DRIVEN])
-def test_sets_in_which_it_is_off_are_as_without_it(name: str, jig_borer: Machine) -> None:
+def test_sets_in_which_it_is_off_are_as_without_it(name: str, jig_borer_lumps: Machine) -> None:
     effect = catalogue()[name.partition(":")[0]]
     inputs = inputs_over(1.0, every_s=60.0)
     parameter = f"effects.{key_of(name)}.{effect.amplitude}"
     nominal = effect.parameters[effect.amplitude].value
-    machine = with_effects(jig_borer, name)
+    machine = with_effects(jig_borer_lumps, name)
     both = simulate(machine, inputs, {parameter: [effect.off, nominal]})
-    without = simulate(jig_borer, inputs)
+    without = simulate(jig_borer_lumps, inputs)
     alone = simulate(machine, inputs)
     for key, series in without.readings.items():
         np.testing.assert_allclose(both.readings[key][0], series[0], atol=1e-8, err_msg=key)
@@ -100,8 +100,8 @@ def test_sets_in_which_it_is_off_are_as_without_it(name: str, jig_borer: Machine
 
 
 @pytest.mark.parametrize("name", [*NAMES, *DRIVEN])
-def test_the_stepper_equals_the_simulation(name: str, jig_borer: Machine) -> None:
-    machine = with_effects(jig_borer, name)
+def test_the_stepper_equals_the_simulation(name: str, jig_borer_lumps: Machine) -> None:
+    machine = with_effects(jig_borer_lumps, name)
     time_s = np.arange(0.0, 1801.0, 10.0)
     inputs = pd.DataFrame(
         {
@@ -132,7 +132,7 @@ def test_the_stepper_equals_the_simulation(name: str, jig_borer: Machine) -> Non
 
 @pytest.mark.parametrize("name", NAMES)
 def test_is_asked_no_more_than_some_times_a_row(
-    name: str, jig_borer: Machine, monkeypatch: pytest.MonkeyPatch
+    name: str, jig_borer_lumps: Machine, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     inputs = inputs_over(2.0)
     asked = 0
@@ -144,7 +144,7 @@ def test_is_asked_no_more_than_some_times_a_row(
         return usual(self, *arguments)
 
     monkeypatch.setattr(Network, "dependent", counted)
-    simulate(with_effects(jig_borer, name), inputs)
+    simulate(with_effects(jig_borer_lumps, name), inputs)
     # The scheme asks three times a step, and most steps are as long as a row. How long that takes
     # is another matter: it depends on the computer.
     assert asked <= 6 * len(inputs)
@@ -152,22 +152,22 @@ def test_is_asked_no_more_than_some_times_a_row(
 
 @pytest.mark.parametrize("name", ["sensor_lag", "sensor_offset", "sensor_drift"])
 def test_a_thermometer_s_error_leaves_displacement_sensors_alone(
-    name: str, jig_borer: Machine
+    name: str, jig_borer_lumps: Machine
 ) -> None:
     key = f"{name}:S1"
-    effects = jig_borer.effects | {key: dict(catalogue()[name].parameters)}
+    effects = jig_borer_lumps.effects | {key: dict(catalogue()[name].parameters)}
     inputs = inputs_over(0.2)
-    with_it = shown(replace(jig_borer, effects=effects), inputs)
-    np.testing.assert_allclose(with_it, shown(jig_borer, inputs), atol=1e-12)
+    with_it = shown(replace(jig_borer_lumps, effects=effects), inputs)
+    np.testing.assert_allclose(with_it, shown(jig_borer_lumps, inputs), atol=1e-12)
 
 
 def test_a_lag_is_the_same_whether_or_not_it_stands_beside_something_nonlinear(
-    jig_borer: Machine,
+    jig_borer_lumps: Machine,
 ) -> None:
     inputs = inputs_over(2.0)
     lags = ["column_bending", "slow_structure", "sensor_lag", "uneven_bearing_heating"]
-    apart = simulate(with_effects(jig_borer, *lags), inputs)
-    beside = with_effects(jig_borer, *lags, "radiation").with_values(
+    apart = simulate(with_effects(jig_borer_lumps, *lags), inputs)
+    beside = with_effects(jig_borer_lumps, *lags, "radiation").with_values(
         {"effects.radiation.emissivity": 1e-12}
     )
     together = simulate(beside, inputs, tolerance=1e-5)
@@ -176,18 +176,18 @@ def test_a_lag_is_the_same_whether_or_not_it_stands_beside_something_nonlinear(
         np.testing.assert_allclose(together.readings[key], series, atol=6e-3, err_msg=key)
 
 
-def test_a_lag_s_error_comes_before_an_offset_in_whatever_order(jig_borer: Machine) -> None:
+def test_a_lag_s_error_comes_before_an_offset_in_whatever_order(jig_borer_lumps: Machine) -> None:
     inputs = inputs_over(0.5)
-    one = shown(with_effects(jig_borer, "sensor_lag", "sensor_offset"), inputs)
-    other = shown(with_effects(jig_borer, "sensor_offset", "sensor_lag"), inputs)
+    one = shown(with_effects(jig_borer_lumps, "sensor_lag", "sensor_offset"), inputs)
+    other = shown(with_effects(jig_borer_lumps, "sensor_offset", "sensor_lag"), inputs)
     np.testing.assert_allclose(one["T1_degC"], other["T1_degC"], atol=1e-12)
-    only_lag = shown(with_effects(jig_borer, "sensor_lag"), inputs)
+    only_lag = shown(with_effects(jig_borer_lumps, "sensor_lag"), inputs)
     np.testing.assert_allclose(one["T1_degC"] - only_lag["T1_degC"], 1.0, atol=1e-9)
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_what_is_possible_holds_what_is_usual_and_can_be_simulated(
-    name: str, jig_borer: Machine
+    name: str, jig_borer_lumps: Machine
 ) -> None:
     effect = catalogue()[name]
     usual = effect.parameters[effect.amplitude]
@@ -201,6 +201,6 @@ def test_what_is_possible_holds_what_is_usual_and_can_be_simulated(
         assert possible(effect, other) == (parameter.low, parameter.high)
     inputs = inputs_over(0.5)
     for size in {low, high} - {effect.off}:
-        grown = with_effect(jig_borer, key_of(name), {effect.amplitude: size})
+        grown = with_effect(jig_borer_lumps, key_of(name), {effect.amplitude: size})
         frame = simulate(grown, inputs).run_frame()
         assert np.isfinite(frame.to_numpy()).all()

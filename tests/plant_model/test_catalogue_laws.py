@@ -56,9 +56,11 @@ def test_thermal_preload_overshoots_after_a_speed_up() -> None:
     assert abs(moved["T1"][-1]) < 0.3 * moved["T1"].max(), "the housing has caught up"
 
 
-def test_friction_speed_exponent_turns_about_half_the_highest_speed(jig_borer: Machine) -> None:
-    _, effect = made(jig_borer, "friction_speed_exponent", deviation=0.5)
-    item = jig_borer.of_kind("sources", "bearing")[0]
+def test_friction_speed_exponent_turns_about_half_the_highest_speed(
+    jig_borer_lumps: Machine,
+) -> None:
+    _, effect = made(jig_borer_lumps, "friction_speed_exponent", deviation=0.5)
+    item = jig_borer_lumps.of_kind("sources", "bearing")[0]
     numbers = {key: np.array([p.value]) for key, p in item.parameters.items()}
     torque = viscous_torque(
         numbers["f0"], numbers["viscosity"], np.array([5000.0]), numbers["mean_diameter"]
@@ -72,18 +74,18 @@ def test_friction_speed_exponent_turns_about_half_the_highest_speed(jig_borer: M
     assert sum(heat_of(effect, 0.0).values()) == 0.0
 
 
-def test_forced_convection_grows_with_speed_and_vanishes_at_stop(jig_borer: Machine) -> None:
-    _, effect = made(jig_borer, "forced_convection", gain=2.0)
+def test_forced_convection_grows_with_speed_and_vanishes_at_stop(jig_borer_lumps: Machine) -> None:
+    _, effect = made(jig_borer_lumps, "forced_convection", gain=2.0)
 
     def added(speed: float) -> dict[str, float]:
         pairs = effect.conductance({"speed": np.array([speed])}, None, None)
-        return {jig_borer.nodes[e.node].name: float(e.conductance[0, 0]) for e in pairs}
+        return {jig_borer_lumps.nodes[e.node].name: float(e.conductance[0, 0]) for e in pairs}
 
     # 0.06 m2 * 9 W/(m2 K) * 2 * (10000 / 20000)^0.7.
     assert added(10000.0)["housing_rear"] == pytest.approx(0.06 * 9.0 * 2.0 * 0.5**0.7)
     assert set(added(0.0).values()) == {0.0}
     assert "column" not in added(20000.0), "the spindle does not stir the air around the column"
-    moved, *_ = change(jig_borer, "forced_convection", steady(0.0, 1.0, hall=25.0))
+    moved, *_ = change(jig_borer_lumps, "forced_convection", steady(0.0, 1.0, hall=25.0))
     assert max(np.abs(series).max() for series in moved.values()) < 1e-9
 
 
@@ -140,8 +142,8 @@ def test_motor_iron_loss_has_a_linear_and_a_square_part() -> None:
     assert sum(heat_of(effect, 4000.0).values()) == pytest.approx(400.0)
 
 
-def test_windage_is_the_cube_of_speed_and_shared_by_the_gaps(jig_borer: Machine) -> None:
-    _, effect = made(jig_borer, "windage", power=160.0)
+def test_windage_is_the_cube_of_speed_and_shared_by_the_gaps(jig_borer_lumps: Machine) -> None:
+    _, effect = made(jig_borer_lumps, "windage", power=160.0)
     full, half = heat_of(effect, 20000.0), heat_of(effect, 10000.0)
     assert sum(full.values()) == pytest.approx(160.0)
     assert sum(half.values()) == pytest.approx(20.0)
@@ -152,16 +154,16 @@ def test_windage_is_the_cube_of_speed_and_shared_by_the_gaps(jig_borer: Machine)
     assert without_gaps["cage"] == without_gaps["winding"] == pytest.approx(80.0)
 
 
-def test_copper_loss_follows_torque_squared_and_the_winding(jig_borer: Machine) -> None:
-    _, effect = made(jig_borer, "copper_loss", power=100.0)
+def test_copper_loss_follows_torque_squared_and_the_winding(jig_borer_lumps: Machine) -> None:
+    _, effect = made(jig_borer_lumps, "copper_loss", power=100.0)
     # The highest torque is 200 N m, so 20 N m is the reference; at 275 degC copper has doubled.
     assert heat_of(effect, 0.0, torque=-20.0)["stator"] == pytest.approx(100.0)
     assert heat_of(effect, 0.0, torque=10.0)["stator"] == pytest.approx(25.0)
     assert heat_of(effect, 0.0, {"stator": 275.0}, torque=20.0)["stator"] == pytest.approx(200.0)
 
 
-def test_cutting_heat_is_a_share_of_torque_times_speed(jig_borer: Machine) -> None:
-    _, effect = made(jig_borer, "cutting_heat", share=0.05, tool_share=0.4)
+def test_cutting_heat_is_a_share_of_torque_times_speed(jig_borer_lumps: Machine) -> None:
+    _, effect = made(jig_borer_lumps, "cutting_heat", share=0.05, tool_share=0.4)
     # 10 N m at 6000 r/min is 6283 W; 5 % of it 314.2 W.
     heat = heat_of(effect, 6000.0, torque=10.0)
     assert heat["test_bar"] == pytest.approx(0.4 * 314.159, rel=1e-5)
@@ -169,12 +171,14 @@ def test_cutting_heat_is_a_share_of_torque_times_speed(jig_borer: Machine) -> No
     assert sum(heat_of(effect, 6000.0).values()) == 0.0
 
 
-def test_bearing_run_in_counts_turning_hours_only(jig_borer: Machine) -> None:
-    _, effect = made(jig_borer, "bearing_run_in", excess=1.0, hours=2.0)
+def test_bearing_run_in_counts_turning_hours_only(jig_borer_lumps: Machine) -> None:
+    _, effect = made(jig_borer_lumps, "bearing_run_in", excess=1.0, hours=2.0)
     inputs = steady(0.0, 6.0)
     turning = inputs["time_s"] >= 3 * 3600.0
     inputs["speed_rpm"] = np.where(turning, 9000.0, 0.0)
-    moved, with_it, without = change(jig_borer, "bearing_run_in", inputs, excess=1.0, hours=2.0)
+    moved, with_it, without = change(
+        jig_borer_lumps, "bearing_run_in", inputs, excess=1.0, hours=2.0
+    )
     assert np.abs(moved["T1"][~turning]).max() < 1e-9
     peak = np.argmax(moved["T1"])
     assert inputs["time_s"][peak] < 4.0 * 3600.0
@@ -184,24 +188,24 @@ def test_bearing_run_in_counts_turning_hours_only(jig_borer: Machine) -> None:
     assert with_it.temperatures.shape == without.temperatures.shape
 
 
-def test_bearings_that_turned_before_have_run_in_by_as_much(jig_borer: Machine) -> None:
+def test_bearings_that_turned_before_have_run_in_by_as_much(jig_borer_lumps: Machine) -> None:
     whole = steady(9000.0, 4.0)
     own = {"excess": 1.0, "hours": 2.0}
-    _, first, _ = change(jig_borer, "bearing_run_in", whole, **own)
-    machine, effect = made(jig_borer, "bearing_run_in", before=4.0, **own)
+    _, first, _ = change(jig_borer_lumps, "bearing_run_in", whole, **own)
+    machine, effect = made(jig_borer_lumps, "bearing_run_in", before=4.0, **own)
     start = effect.start_states(np.zeros((1, len(machine.nodes))), {})
     assert start.tolist() == [[4.0]]
     later, fresh = (heat_of(effect, 9000.0, states=[at]) for at in (4.0, 0.0))
     assert later["rear_outer"] / fresh["rear_outer"] == pytest.approx(np.exp(-2.0))
-    _, second, without = change(jig_borer, "bearing_run_in", whole, before=4.0, **own)
-    front = jig_borer.node_index["front_inner"]
+    _, second, without = change(jig_borer_lumps, "bearing_run_in", whole, before=4.0, **own)
+    front = jig_borer_lumps.node_index["front_inner"]
     excess = [(one.temperatures - without.temperatures)[0, 20, front] for one in (first, second)]
     assert excess[1] == pytest.approx(excess[0] * np.exp(-2.0), rel=0.05)
 
 
-def test_coolant_thermostat_swings_with_its_band_and_period(jig_borer: Machine) -> None:
+def test_coolant_thermostat_swings_with_its_band_and_period(jig_borer_lumps: Machine) -> None:
     inputs = steady(0.0, 3.0)
-    moved, *_ = change(jig_borer, "coolant_thermostat", inputs, band=1.0, period=20.0)
+    moved, *_ = change(jig_borer_lumps, "coolant_thermostat", inputs, band=1.0, period=20.0)
     late = inputs["time_s"] > 3600.0
     # A jacket follows within a minute or so, walls included, so it shows a little less than 1 K.
     assert 0.4 < moved["T3"][late].max() < 1.05
@@ -209,33 +213,33 @@ def test_coolant_thermostat_swings_with_its_band_and_period(jig_borer: Machine) 
     series = moved["T3"][late]
     rising = np.flatnonzero((series[:-1] < 0.0) & (series[1:] >= 0.0))
     assert np.diff(rising).mean() == pytest.approx(20.0, rel=0.05)
-    _, effect = made(jig_borer, "coolant_thermostat", band=1.0)
+    _, effect = made(jig_borer_lumps, "coolant_thermostat", band=1.0)
     swing = heat_of(effect, 0.0, states=[0.375])["jacket_front"]
     assert swing == pytest.approx(0.5 * 3.0 / 60.0 * 3700.0)
 
 
-def test_coolant_thermostat_begins_where_its_phase_says(jig_borer: Machine) -> None:
+def test_coolant_thermostat_begins_where_its_phase_says(jig_borer_lumps: Machine) -> None:
     inputs = steady(0.0, 1.0)
-    first = change(jig_borer, "coolant_thermostat", inputs, phase=0.0)[0]["T3"]
-    other = change(jig_borer, "coolant_thermostat", inputs, phase=0.5)[0]["T3"]
+    first = change(jig_borer_lumps, "coolant_thermostat", inputs, phase=0.0)[0]["T3"]
+    other = change(jig_borer_lumps, "coolant_thermostat", inputs, phase=0.5)[0]["T3"]
     np.testing.assert_allclose(first, -other, atol=2e-2)
     assert first[2] < -0.1, "phase 0 is the coldest instant"
 
 
 def test_coolant_degradation_ends_as_a_machine_of_less_flow_and_weaker_walls(
-    jig_borer: Machine,
+    jig_borer_lumps: Machine,
 ) -> None:
     inputs = steady(9000.0, 20.0)
     less = {
         item.parameter_name("flow"): 0.75 * item.parameters["flow"].value
-        for item in jig_borer.of_kind("links", "coolant_flow")
+        for item in jig_borer_lumps.of_kind("links", "coolant_flow")
     } | {
         item.parameter_name(key): 0.75**0.8 * parameter.value
-        for item in jig_borer.of_kind("links", "coolant_wall", "coolant_unevenness")
+        for item in jig_borer_lumps.of_kind("links", "coolant_wall", "coolant_unevenness")
         for key, parameter in item.parameters.items()
     }
-    weaker = simulate(jig_borer.with_values(less), inputs)
-    moved, with_it, _ = change(jig_borer, "coolant_degradation", inputs, loss=0.25, hours=2.0)
+    weaker = simulate(jig_borer_lumps.with_values(less), inputs)
+    moved, with_it, _ = change(jig_borer_lumps, "coolant_degradation", inputs, loss=0.25, hours=2.0)
     np.testing.assert_allclose(with_it.temperatures[0, -1], weaker.temperatures[0, -1], atol=0.05)
     assert moved["T1"][-1] > 0.3
     assert abs(moved["T1"][5]) < 0.1 * moved["T1"][-1], "at first the jackets are sound"
@@ -248,24 +252,25 @@ def conductance_between(machine: Machine, one: str, other: str, **values: float)
     return -float(matrix[0, machine.node_index[one], machine.node_index[other]])
 
 
-def test_without_jackets_no_side_is_cooled(jig_borer: Machine) -> None:
+def test_without_jackets_no_side_is_cooled(jig_borer_lumps: Machine) -> None:
     sides = ("housing_front_xp", "housing_front_xm")
     wall, more = (
-        jig_borer.parameters[f"links.{name}"].value
+        jig_borer_lumps.parameters[f"links.{name}"].value
         for name in ("housing_front_xp-jacket_front.conductance", "unevenness_front_xp.difference")
     )
-    usual = [conductance_between(jig_borer, side, "jacket_front") for side in sides]
+    usual = [conductance_between(jig_borer_lumps, side, "jacket_front") for side in sides]
     assert usual == pytest.approx([wall + more, wall - more])
     off = [
-        conductance_between(jig_borer, side, "jacket_front", coolant_jacket=0.0) for side in sides
+        conductance_between(jig_borer_lumps, side, "jacket_front", coolant_jacket=0.0)
+        for side in sides
     ]
     assert off == [0.0, 0.0]
 
 
-def test_coolant_supply_offset_is_coolant_of_another_temperature(jig_borer: Machine) -> None:
+def test_coolant_supply_offset_is_coolant_of_another_temperature(jig_borer_lumps: Machine) -> None:
     inputs = steady(6000.0, 3.0)
-    warmer = simulate(jig_borer, inputs.assign(T9_degC=inputs["T9_degC"] + 0.7))
-    moved, with_it, _ = change(jig_borer, "coolant_supply_offset", inputs, offset=0.7)
+    warmer = simulate(jig_borer_lumps, inputs.assign(T9_degC=inputs["T9_degC"] + 0.7))
+    moved, with_it, _ = change(jig_borer_lumps, "coolant_supply_offset", inputs, offset=0.7)
     np.testing.assert_allclose(with_it.temperatures, warmer.temperatures, atol=1e-9)
     assert np.all(moved["T9"] == 0.0)
 
@@ -286,9 +291,9 @@ def test_joint_resistance_tightens_the_seat_by_its_law() -> None:
 
 
 def test_joint_resistance_shows_at_the_bearing_and_little_in_the_elongation(
-    jig_borer: Machine,
+    jig_borer_lumps: Machine,
 ) -> None:
-    moved, *_ = change(jig_borer, "joint_resistance", steady(12000.0, 3.0), gain=0.25)
+    moved, *_ = change(jig_borer_lumps, "joint_resistance", steady(12000.0, 3.0), gain=0.25)
     largest = max(TEMPERATURES, key=lambda name: np.abs(moved[name]).max())
     assert largest == "T1", "the rear bearing's own thermometer"
     assert moved["T1"][-1] < -0.3

@@ -31,12 +31,12 @@ def hall_step(hours: float) -> pd.DataFrame:
     return inputs
 
 
-def test_column_bending_tilts_at_rest_with_its_lag(jig_borer: Machine) -> None:
+def test_column_bending_tilts_at_rest_with_its_lag(jig_borer_lumps: Machine) -> None:
     inputs = hall_step(2.0)
     own = {"tilt": 10.0, "hours": 2.0, "direction": 90.0, "lever": 200.0}
-    moved, with_it, without = change(jig_borer, "column_bending", inputs, **own)
+    moved, with_it, without = change(jig_borer_lumps, "column_bending", inputs, **own)
     pose = (with_it.pose - without.pose)[0]
-    column = with_it.temperatures[0, :, jig_borer.node_index["column"]] - 21.0
+    column = with_it.temperatures[0, :, jig_borer_lumps.node_index["column"]] - 21.0
     # Close to -10 urad/K * 1 K * (1 - 1/e), less what the column itself has followed meanwhile.
     assert np.all(column < 0.5)
     assert -10.0 * (1.0 - np.exp(-1.0)) < pose[-1, 4] < -10.0 * (1.0 - np.exp(-1.0)) * 0.6
@@ -45,9 +45,11 @@ def test_column_bending_tilts_at_rest_with_its_lag(jig_borer: Machine) -> None:
     assert max(np.abs(moved[name]).max() for name in TEMPERATURES) < 1e-9
 
 
-def test_slow_structure_follows_the_hall_for_hours(jig_borer: Machine) -> None:
+def test_slow_structure_follows_the_hall_for_hours(jig_borer_lumps: Machine) -> None:
     inputs = hall_step(8.0)
-    moved, with_it, without = change(jig_borer, "slow_structure", inputs, growth=6.0, hours=8.0)
+    moved, with_it, without = change(
+        jig_borer_lumps, "slow_structure", inputs, growth=6.0, hours=8.0
+    )
     pose = (with_it.pose - without.pose)[0]
     assert pose[-1, 2] == pytest.approx(6.0 * (1.0 - np.exp(-1.0)), rel=5e-3)
     # It never settles: the last hour still moves it.
@@ -55,14 +57,14 @@ def test_slow_structure_follows_the_hall_for_hours(jig_borer: Machine) -> None:
     np.testing.assert_allclose(np.delete(pose, 2, axis=1), 0.0, atol=1e-12)
     assert max(np.abs(moved[name]).max() for name in TEMPERATURES) < 1e-9
     own = {"direction": 90.0, "azimuth": 0.0}
-    _, with_it, without = change(jig_borer, "slow_structure", inputs, growth=6.0, **own)
+    _, with_it, without = change(jig_borer_lumps, "slow_structure", inputs, growth=6.0, **own)
     assert (with_it.pose - without.pose)[0, -1, 0] == pytest.approx(pose[-1, 2])
 
 
-def test_centrifugal_shift_is_instant_and_in_the_elongation_only(jig_borer: Machine) -> None:
+def test_centrifugal_shift_is_instant_and_in_the_elongation_only(jig_borer_lumps: Machine) -> None:
     inputs = steady(0.0, 1.0)
     inputs["speed_rpm"] = np.where(inputs["time_s"] < 1800.0, 0.0, 10000.0)
-    moved, with_it, without = change(jig_borer, "centrifugal_shift", inputs, shift=12.0)
+    moved, with_it, without = change(jig_borer_lumps, "centrifugal_shift", inputs, shift=12.0)
     pose = (with_it.pose - without.pose)[0]
     # 12 um * (10000 / 20000)^2, there in the first row at speed and no more later.
     expected = np.where(inputs["time_s"] < 1800.0, 0.0, 3.0)
@@ -71,10 +73,12 @@ def test_centrifugal_shift_is_instant_and_in_the_elongation_only(jig_borer: Mach
     assert all(np.all(moved[name] == 0.0) for name in TEMPERATURES)
 
 
-def test_bearing_stick_slip_jumps_and_depends_on_the_path(jig_borer: Machine) -> None:
+def test_bearing_stick_slip_jumps_and_depends_on_the_path(jig_borer_lumps: Machine) -> None:
     inputs = steady(12000.0, 5.0)
     inputs["speed_rpm"] = np.where(inputs["time_s"] < 2 * 3600.0, 12000.0, 0.0)
-    moved, with_it, without = change(jig_borer, "bearing_stick_slip", inputs, hold=6.0, share=0.5)
+    moved, with_it, without = change(
+        jig_borer_lumps, "bearing_stick_slip", inputs, hold=6.0, share=0.5
+    )
     elongation = (with_it.pose - without.pose)[0, :, 2]
     # Half of 6 um is held at most; a slip drops it within two minutes, in either direction.
     assert np.abs(elongation).max() == pytest.approx(3.0, rel=0.15)
@@ -86,16 +90,16 @@ def test_bearing_stick_slip_jumps_and_depends_on_the_path(jig_borer: Machine) ->
     assert max(np.abs(moved[name]).max() for name in TEMPERATURES) < 1e-6
 
 
-def test_uneven_bearing_heating_tilts_with_speed_and_not_at_rest(jig_borer: Machine) -> None:
+def test_uneven_bearing_heating_tilts_with_speed_and_not_at_rest(jig_borer_lumps: Machine) -> None:
     own = {"difference": 2.0, "minutes": 20.0, "direction": 0.0, "slenderness": 1.0}
     inputs = steady(10000.0, 3.0)
-    _, with_it, without = change(jig_borer, "uneven_bearing_heating", inputs, **own)
+    _, with_it, without = change(jig_borer_lumps, "uneven_bearing_heating", inputs, **own)
     pose = (with_it.pose - without.pose)[0]
     # 11.5e-6/K * 2 K * L / w = 23 urad at half of the highest speed, 1 - 1/e of it after 20 min.
     assert pose[-1, 3] == pytest.approx(23.0, rel=1e-3)
     assert pose[20, 3] == pytest.approx(23.0 * (1.0 - np.exp(-1.0)), rel=1e-6)
     assert pose[-1, 0] == pytest.approx(2.3, rel=1e-3)
-    _, with_it, without = change(jig_borer, "uneven_bearing_heating", steady(0.0, 1.0), **own)
+    _, with_it, without = change(jig_borer_lumps, "uneven_bearing_heating", steady(0.0, 1.0), **own)
     assert np.all(with_it.pose == without.pose)
 
 
@@ -126,29 +130,31 @@ def test_a_tool_at_rest_grows_with_the_hall() -> None:
     assert 0.0 < pose[60, 2] < 0.5 * pose[-1, 2], "later than the hall"
 
 
-def test_a_tool_of_the_structure_follows_the_hall_by_itself(jig_borer: Machine) -> None:
+def test_a_tool_of_the_structure_follows_the_hall_by_itself(jig_borer_lumps: Machine) -> None:
     inputs = steady(0.0, 12.0)
     inputs["T5_degC"] = 21.0 + 3.0 * np.minimum(inputs["time_s"] / 7200.0, 1.0)
     inputs["T9_degC"] = inputs["T5_degC"]
-    _, with_it, without = change(jig_borer, "tool_heating", inputs)
+    _, with_it, without = change(jig_borer_lumps, "tool_heating", inputs)
     pose = (with_it.pose - without.pose)[0]
     assert abs(pose[-1, 5]) < 0.1 * without.pose[0, -1, 5], "its growth is not counted twice"
     assert pose[-1, 2] == pytest.approx(11.5e-3 * 80.0 * 3.0, rel=0.1)
 
 
-def test_tool_heating_is_a_slow_part_of_the_elongation(jig_borer: Machine) -> None:
+def test_tool_heating_is_a_slow_part_of_the_elongation(jig_borer_lumps: Machine) -> None:
     inputs = steady(9000.0, 6.0)
-    _, with_it, without = change(jig_borer, "tool_heating", inputs)
+    _, with_it, without = change(jig_borer_lumps, "tool_heating", inputs)
     pose = (with_it.pose - without.pose)[0]
     assert pose[-1, 5] > 0.0
     share = pose[:, 5] / pose[-1, 5]
-    shaft = without.temperatures[0, :, jig_borer.node_index["shaft_front"]] - 21.0
+    shaft = without.temperatures[0, :, jig_borer_lumps.node_index["shaft_front"]] - 21.0
     assert np.all(share[10:120] < (shaft / shaft[-1])[10:120]), "the tool lags behind the nose"
 
 
-def test_fixture_warming_moves_radial_readings_together_without_tilt(jig_borer: Machine) -> None:
+def test_fixture_warming_moves_radial_readings_together_without_tilt(
+    jig_borer_lumps: Machine,
+) -> None:
     own = {"growth": 3.0, "minutes": 30.0, "nose_share": 0.0, "direction": 60.0}
-    moved, with_it, without = change(jig_borer, "fixture_warming", hall_step(5.0), **own)
+    moved, with_it, without = change(jig_borer_lumps, "fixture_warming", hall_step(5.0), **own)
     # 3 um/K * 1 K after ten time constants: cos 60 of it along X, sin 60 along Y.
     assert moved["S1"][-1] == pytest.approx(1.5, rel=1e-3)
     assert moved["S2"][-1] == pytest.approx(3.0 * np.sin(np.radians(60.0)), rel=1e-3)
@@ -160,17 +166,17 @@ def test_fixture_warming_moves_radial_readings_together_without_tilt(jig_borer: 
 
 
 @pytest.mark.parametrize("name", ["sensor_lag", "sensor_offset", "sensor_drift"])
-def test_a_thermometer_s_error_is_in_its_channel_only(name: str, jig_borer: Machine) -> None:
-    moved, with_it, without = change(jig_borer, name, inputs_over(1.0))
+def test_a_thermometer_s_error_is_in_its_channel_only(name: str, jig_borer_lumps: Machine) -> None:
+    moved, with_it, without = change(jig_borer_lumps, name, inputs_over(1.0))
     assert np.abs(moved["T1"]).max() > 0.05
     assert all(np.all(series == 0.0) for key, series in moved.items() if key != "T1")
     assert np.all(with_it.temperatures == without.temperatures)
 
 
-def test_sensor_lag_is_late_by_its_time_constant_on_a_ramp(jig_borer: Machine) -> None:
+def test_sensor_lag_is_late_by_its_time_constant_on_a_ramp(jig_borer_lumps: Machine) -> None:
     inputs = steady(0.0, 2.0)
     lag = {"sensor_lag:T5": dict(catalogue()["sensor_lag"].parameters)}
-    machine = replace(jig_borer, effects=jig_borer.effects | lag)
+    machine = replace(jig_borer_lumps, effects=jig_borer_lumps.effects | lag)
     ramp = inputs.assign(T5_degC=21.0 + inputs["time_s"] / 3600.0)
     for minutes, settled in ((6.0, 0.1), (0.2, 0.2 / 60.0)):
         key = "effects.sensor_lag:T5.minutes"
@@ -180,18 +186,20 @@ def test_sensor_lag_is_late_by_its_time_constant_on_a_ramp(jig_borer: Machine) -
         assert error == pytest.approx(-settled, rel=1e-3)
 
 
-def test_sensor_offset_and_drift_have_their_size(jig_borer: Machine) -> None:
+def test_sensor_offset_and_drift_have_their_size(jig_borer_lumps: Machine) -> None:
     inputs = steady(6000.0, 4.0)
-    moved, *_ = change(jig_borer, "sensor_offset", inputs, error=-31.0)
+    moved, *_ = change(jig_borer_lumps, "sensor_offset", inputs, error=-31.0)
     np.testing.assert_allclose(moved["T1"], -31.0, atol=1e-9)
-    moved, *_ = change(jig_borer, "sensor_drift", inputs, rate=0.25)
+    moved, *_ = change(jig_borer_lumps, "sensor_drift", inputs, rate=0.25)
     np.testing.assert_allclose(moved["T1"], 0.25 * inputs["time_s"] / 3600.0, atol=1e-9)
 
 
-def test_effects_that_change_no_temperature_leave_the_network_linear(jig_borer: Machine) -> None:
+def test_effects_that_change_no_temperature_leave_the_network_linear(
+    jig_borer_lumps: Machine,
+) -> None:
     lags = [name for name, effect in catalogue().items() if effect.lags]
     assert len(lags) == 5
-    machine = with_effects(jig_borer, *lags)
+    machine = with_effects(jig_borer_lumps, *lags)
     values = Values(machine.parameters)
     network = Network(machine, values, effects_in_force(machine, values))
     assert network.linear

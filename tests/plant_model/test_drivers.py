@@ -18,11 +18,11 @@ from tests.plant_model.catalogue_machines import bare, change, heat_of, lathe, m
 from tests.plant_model.test_catalogue_readings import hall_step
 
 
-def test_the_shipped_machine_has_these_drivers(jig_borer: Machine) -> None:
+def test_the_shipped_machine_has_these_drivers(jig_borer_lumps: Machine) -> None:
     drivers = {
-        name: list(effect.drivers(jig_borer))
+        name: list(effect.drivers(jig_borer_lumps))
         for name, effect in catalogue().items()
-        if effect.drivers(jig_borer)
+        if effect.drivers(jig_borer_lumps)
     }
     assert drivers["thermal_preload"] == ["inner_outer", "shaft_housing"]
     assert drivers["slow_structure"] == ["hall", "column", "pedestal"]
@@ -30,33 +30,44 @@ def test_the_shipped_machine_has_these_drivers(jig_borer: Machine) -> None:
     assert drivers["column_bending"] == ["difference", "hall", "parts"]
 
 
-def test_a_law_is_the_same_whatever_drives_it(jig_borer: Machine) -> None:
+def test_a_law_is_the_same_whatever_drives_it(jig_borer_lumps: Machine) -> None:
     keys = ("slow_structure:column", "sensor_lag:T1", "slow_structure", "heat_path:a+b")
     assert law_of("sensor_lag:T1") == "sensor_lag:T1"
     assert laws_of(keys) == ("slow_structure", "sensor_lag:T1", "heat_path:a+b")
-    assert driver_of(jig_borer, "slow_structure") == ("hall", "the hall")
-    assert driver_of(jig_borer, "slow_structure:column") == ("column", "the column and the hall")
-    assert driver_of(jig_borer, "slow_structure:gone") == ("gone", "the gone")
-    assert driver_of(jig_borer, "sensor_lag:T1") == driver_of(jig_borer, "windage") == ("", "")
-    assert driver_keys(jig_borer, catalogue()["windage"]) == ["windage"]
+    assert driver_of(jig_borer_lumps, "slow_structure") == ("hall", "the hall")
+    assert driver_of(jig_borer_lumps, "slow_structure:column") == (
+        "column",
+        "the column and the hall",
+    )
+    assert driver_of(jig_borer_lumps, "slow_structure:gone") == ("gone", "the gone")
+    assert (
+        driver_of(jig_borer_lumps, "sensor_lag:T1")
+        == driver_of(jig_borer_lumps, "windage")
+        == ("", "")
+    )
+    assert driver_keys(jig_borer_lumps, catalogue()["windage"]) == ["windage"]
 
 
-def test_one_driver_in_force_leaves_no_other_to_be_missed(jig_borer: Machine) -> None:
-    machine = with_effect(jig_borer, "slow_structure:column")
+def test_one_driver_in_force_leaves_no_other_to_be_missed(jig_borer_lumps: Machine) -> None:
+    machine = with_effect(jig_borer_lumps, "slow_structure:column")
     assert catalogue()["slow_structure"] not in missing_effects(machine)
     assert catalogue()["sensor_lag"] in missing_effects(with_effect(machine, "sensor_lag:T1"))
 
 
-def test_what_a_driver_does_not_use_is_not_calibrated(jig_borer: Machine) -> None:
-    assert unused_with(jig_borer, "column_bending:hall") == ("carrier_share",)
-    assert unused_with(jig_borer, "column_bending") == unused_with(jig_borer, "sensor_lag:T1") == ()
-    moved = with_effect(jig_borer, "column_bending:hall").effects["column_bending:hall"]
+def test_what_a_driver_does_not_use_is_not_calibrated(jig_borer_lumps: Machine) -> None:
+    assert unused_with(jig_borer_lumps, "column_bending:hall") == ("carrier_share",)
+    assert (
+        unused_with(jig_borer_lumps, "column_bending")
+        == unused_with(jig_borer_lumps, "sensor_lag:T1")
+        == ()
+    )
+    moved = with_effect(jig_borer_lumps, "column_bending:hall").effects["column_bending:hall"]
     assert [name for name, p in moved.items() if not p.calibrate] == ["carrier_share"]
 
 
-def test_a_driver_is_written_and_read(jig_borer: Machine, tmp_path: Path) -> None:
-    machine = with_effect(jig_borer, "thermal_preload:shaft_housing", {"gain": 0.3})
-    write_machine(machine, machine_path("jig_borer"), tmp_path / "after.toml")
+def test_a_driver_is_written_and_read(jig_borer_lumps: Machine, tmp_path: Path) -> None:
+    machine = with_effect(jig_borer_lumps, "thermal_preload:shaft_housing", {"gain": 0.3})
+    write_machine(machine, machine_path("jig_borer_lumps"), tmp_path / "after.toml")
     again = read_machine(tmp_path / "after.toml")
     assert again.effects["thermal_preload:shaft_housing"]["gain"].value == 0.3
 
@@ -70,9 +81,9 @@ def test_a_driver_is_written_and_read(jig_borer: Machine, tmp_path: Path) -> Non
     ],
 )
 def test_a_driver_that_is_none_is_refused(
-    key: str, problem: str, jig_borer: Machine, tmp_path: Path
+    key: str, problem: str, jig_borer_lumps: Machine, tmp_path: Path
 ) -> None:
-    text = machine_path("jig_borer").read_text(encoding="utf-8")
+    text = machine_path("jig_borer_lumps").read_text(encoding="utf-8")
     (tmp_path / "odd.toml").write_text(f'{text}\n[effects."{key}"]\n', encoding="utf-8")
     if not problem:
         assert key in read_machine(tmp_path / "odd.toml").effects
@@ -81,14 +92,14 @@ def test_a_driver_that_is_none_is_refused(
         read_machine(tmp_path / "odd.toml")
 
 
-def test_thermal_preload_follows_shaft_and_housing(jig_borer: Machine) -> None:
+def test_thermal_preload_follows_shaft_and_housing(jig_borer_lumps: Machine) -> None:
     _, effect = made(lathe(), "thermal_preload:shaft_housing", gain=0.2)
     # As driven by the rings: 1.047e-4 * 3000 * 120 * 0.2 * 10 W, but by quill and headstock.
     heat = heat_of(effect, 3000.0, {"quill": 40.0, "headstock": 30.0})
     assert heat["ring"] == heat["race"] == pytest.approx(75.384 / 2.0, rel=1e-9)
     assert sum(heat_of(effect, 3000.0, {"ring": 40.0}).values()) == 0.0
     # The jig borer's front bearing touches a quarter of the housing on each side: their mean.
-    _, effect = made(jig_borer, "thermal_preload:shaft_housing", gain=0.1)
+    _, effect = made(jig_borer_lumps, "thermal_preload:shaft_housing", gain=0.1)
     one, all_four = (
         heat_of(effect, 3000.0, dict.fromkeys(names, 16.0))["front_inner"]
         for names in (
@@ -104,53 +115,55 @@ def test_a_bearing_between_no_other_parts_has_one_driver() -> None:
     assert list(catalogue()["thermal_preload"].drivers(bare())) == ["inner_outer"]
 
 
-def test_slow_structure_follows_the_part_that_drives_it(jig_borer: Machine) -> None:
+def test_slow_structure_follows_the_part_that_drives_it(jig_borer_lumps: Machine) -> None:
     inputs = steady(12000.0, 6.0)
     own = {"growth": 5.0, "hours": 3.0}
-    by_part = change(jig_borer, "slow_structure:pedestal", inputs, **own, part_share=1.0)
-    by_hall = change(jig_borer, "slow_structure", inputs, **own)
+    by_part = change(jig_borer_lumps, "slow_structure:pedestal", inputs, **own, part_share=1.0)
+    by_hall = change(jig_borer_lumps, "slow_structure", inputs, **own)
     with_it, without = by_part[1:]
     grown = (with_it.pose - without.pose)[0, :, 2]
-    warmed = without.temperatures[0, :, jig_borer.node_index["pedestal"]]
+    warmed = without.temperatures[0, :, jig_borer_lumps.node_index["pedestal"]]
     # 3 h behind a part that warms: less than it would be at once, and still on its way.
     assert 0.3 < grown[-1] < 0.8 * 5.0 * (warmed[-1] - warmed[0])
     assert np.abs(by_hall[1].pose - by_hall[2].pose).max() < 1e-9, "the hall has not moved"
-    with_it, without = change(jig_borer, "slow_structure:pedestal", inputs, **own)[1:]
+    with_it, without = change(jig_borer_lumps, "slow_structure:pedestal", inputs, **own)[1:]
     half = (with_it.pose - without.pose)[0, :, 2]
     np.testing.assert_allclose(half, 0.5 * grown, atol=1e-9)
 
 
-def test_a_fixture_stands_on_what_drives_it(jig_borer: Machine) -> None:
+def test_a_fixture_stands_on_what_drives_it(jig_borer_lumps: Machine) -> None:
     own = {"growth": 3.0, "minutes": 5.0, "nose_share": 1.0, "direction": 0.0}
     inputs = steady(12000.0, 6.0)
-    moved, _, without = change(jig_borer, "fixture_warming:pedestal", inputs, **own)
-    warmed = without.temperatures[0, :, jig_borer.node_index["pedestal"]]
+    moved, _, without = change(jig_borer_lumps, "fixture_warming:pedestal", inputs, **own)
+    warmed = without.temperatures[0, :, jig_borer_lumps.node_index["pedestal"]]
     assert moved["S1"][-1] == pytest.approx(3.0 * (warmed[-1] - warmed[0]), rel=0.1)
-    nose, _, _ = change(jig_borer, "fixture_warming", inputs, **own)
+    nose, _, _ = change(jig_borer_lumps, "fixture_warming", inputs, **own)
     assert nose["S1"][60] > 3.0 * moved["S1"][60]
 
 
-def test_column_bending_follows_either_side_alone(jig_borer: Machine) -> None:
+def test_column_bending_follows_either_side_alone(jig_borer_lumps: Machine) -> None:
     own = {"tilt": 10.0, "hours": 2.0, "direction": 90.0, "lever": 0.0}
     step = hall_step(2.0)
-    _, with_it, without = change(jig_borer, "column_bending:hall", step, **own)
+    _, with_it, without = change(jig_borer_lumps, "column_bending:hall", step, **own)
     pose = (with_it.pose - without.pose)[0]
     assert pose[-1, 4] == pytest.approx(10.0 * (1.0 - np.exp(-1.0)), rel=1e-2)
-    _, with_it, without = change(jig_borer, "column_bending:parts", step, **own)
+    _, with_it, without = change(jig_borer_lumps, "column_bending:parts", step, **own)
     pose = (with_it.pose - without.pose)[0]
     assert 0.0 < pose[-1, 4] < 2.5, "the column itself has hardly moved"
 
 
-def test_a_key_may_name_the_usual_driver(jig_borer: Machine) -> None:
+def test_a_key_may_name_the_usual_driver(jig_borer_lumps: Machine) -> None:
     inputs = hall_step(1.0)
-    usual = change(jig_borer, "slow_structure", inputs)[1]
-    named = change(jig_borer, "slow_structure:hall", inputs)[1]
+    usual = change(jig_borer_lumps, "slow_structure", inputs)[1]
+    named = change(jig_borer_lumps, "slow_structure:hall", inputs)[1]
     np.testing.assert_array_equal(usual.pose, named.pose)
 
 
-def test_two_drivers_of_one_law_add_up(jig_borer: Machine) -> None:
+def test_two_drivers_of_one_law_add_up(jig_borer_lumps: Machine) -> None:
     inputs = hall_step(1.0).assign(speed_rpm=9000.0)
-    one, other = (change(jig_borer, f"slow_structure:{d}", inputs) for d in ("hall", "pedestal"))
+    one, other = (
+        change(jig_borer_lumps, f"slow_structure:{d}", inputs) for d in ("hall", "pedestal")
+    )
     both = change(one[1].machine, "slow_structure:pedestal", inputs)[1]
     alone = sum(part[1].pose - part[2].pose for part in (one, other))
     np.testing.assert_allclose(both.pose - one[2].pose, alone, atol=1e-9)

@@ -42,27 +42,27 @@ def test_declares_what_a_report_needs(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_off_is_the_model_without_it_to_the_last_bit(name: str, jig_borer: Machine) -> None:
+def test_off_is_the_model_without_it_to_the_last_bit(name: str, jig_borer_lumps: Machine) -> None:
     inputs = inputs_over(1.0)
-    off = simulate(machine_with(jig_borer, name, catalogue()[name].off), inputs)
-    left = {key: value for key, value in jig_borer.effects.items() if key != key_of(name)}
-    without = simulate(replace(jig_borer, effects=left), inputs)
+    off = simulate(machine_with(jig_borer_lumps, name, catalogue()[name].off), inputs)
+    left = {key: value for key, value in jig_borer_lumps.effects.items() if key != key_of(name)}
+    without = simulate(replace(jig_borer_lumps, effects=left), inputs)
     pd.testing.assert_frame_equal(off.run_frame(), without.run_frame(), check_exact=True)
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_does_something_and_stays_finite_over_its_whole_range(
-    name: str, jig_borer: Machine
+    name: str, jig_borer_lumps: Machine
 ) -> None:
     effect = catalogue()[name]
     inputs = inputs_over(0.5, every_s=60.0)
-    machine = machine_with(jig_borer, name, effect.parameters[effect.amplitude].value)
+    machine = machine_with(jig_borer_lumps, name, effect.parameters[effect.amplitude].value)
     nominal = simulate(machine, inputs).run_frame()
     if any(key in item_kinds() for key in effect.handles) and not any(
         (item.family, item.kind) in effect.handles for item in machine.items
     ):
         pytest.skip(f"the jig borer has nothing that {name} acts on")
-    off = simulate(machine_with(jig_borer, name, effect.off), inputs).run_frame()
+    off = simulate(machine_with(jig_borer_lumps, name, effect.off), inputs).run_frame()
     assert np.abs(nominal - off).to_numpy().max() > 1e-3
     for key, parameter in effect.parameters.items():
         for value in (parameter.low, parameter.high):

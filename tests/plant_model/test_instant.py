@@ -28,10 +28,10 @@ def with_effect(machine: Machine, name: str) -> Machine:
 
 
 @pytest.mark.parametrize("name", sorted(catalogue()))
-@pytest.mark.parametrize("kind", ["jig_borer", "lathe"])
-def test_an_instant_equals_the_arrays(jig_borer: Machine, kind: str, name: str) -> None:
-    machine = with_effect(jig_borer if kind == "jig_borer" else lathe(), name)
-    if kind == "jig_borer":  # a sensor that reads an input, and an effect on that reading too
+@pytest.mark.parametrize("kind", ["jig_borer_lumps", "lathe"])
+def test_an_instant_equals_the_arrays(jig_borer_lumps: Machine, kind: str, name: str) -> None:
+    machine = with_effect(jig_borer_lumps if kind == "jig_borer_lumps" else lathe(), name)
+    if kind == "jig_borer_lumps":  # a sensor that reads an input, and an effect on that reading too
         first = machine.sensors[0]
         ambient = replace(first, of=next(iter(machine.boundary_index)))
         machine = replace(machine, sensors=(ambient, *machine.sensors[1:]))
@@ -62,10 +62,12 @@ def test_an_instant_equals_the_arrays(jig_borer: Machine, kind: str, name: str) 
         assert drift_of(found_pose, 150.0) == pytest.approx(drift_at(whole, 150.0)[0, 0], **EXACT)
 
 
-def test_some_effects_move_a_pose_or_a_reading_and_most_cost_nothing(jig_borer: Machine) -> None:
-    values = Values(jig_borer.parameters)
-    effects = effects_in_force(jig_borer, values)
-    instant = Instant(jig_borer, effects, {})
+def test_some_effects_move_a_pose_or_a_reading_and_most_cost_nothing(
+    jig_borer_lumps: Machine,
+) -> None:
+    values = Values(jig_borer_lumps.parameters)
+    effects = effects_in_force(jig_borer_lumps, values)
+    instant = Instant(jig_borer_lumps, effects, {})
     moving = [effect.name for effect, _ in instant._moving]
     assert moving == ["thermal_expansion", "housing_bending"]
     assert instant._showing == []
@@ -79,8 +81,8 @@ def test_a_large_tilt_and_no_tilt() -> None:
             assert drift_of(given.tolist(), length) == pytest.approx(expected, **EXACT)
 
 
-def test_noise_of_an_instant_is_that_of_the_arrays(jig_borer: Machine) -> None:
-    one, other = SensorNoise(jig_borer, 3), SensorNoise(jig_borer, 3)
+def test_noise_of_an_instant_is_that_of_the_arrays(jig_borer_lumps: Machine) -> None:
+    one, other = SensorNoise(jig_borer_lumps, 3), SensorNoise(jig_borer_lumps, 3)
     exact = np.linspace(20.0, 60.0, len(one.names))
     for _ in range(3):
         arrays = {key: value[None, None] for key, value in zip(one.names, exact, strict=True)}

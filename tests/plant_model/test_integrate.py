@@ -56,37 +56,37 @@ def reference(machine: Machine, inputs: pd.DataFrame, rtol: float = 1e-11) -> Fl
     return state
 
 
-def test_linear_network_equals_an_independent_solver(jig_borer: Machine) -> None:
+def test_linear_network_equals_an_independent_solver(jig_borer_lumps: Machine) -> None:
     inputs = inputs_over(1.2, every_s=600.0)
     inputs[["T5_degC", "T9_degC"]] = inputs["T5_degC"].iloc[0]
-    ours = simulate(jig_borer, inputs, step_s=600.0).temperatures[0, -1]
-    np.testing.assert_allclose(ours, reference(jig_borer, inputs), atol=2e-8)
+    ours = simulate(jig_borer_lumps, inputs, step_s=600.0).temperatures[0, -1]
+    np.testing.assert_allclose(ours, reference(jig_borer_lumps, inputs), atol=2e-8)
 
 
-def test_linear_network_does_not_depend_on_the_step(jig_borer: Machine) -> None:
+def test_linear_network_does_not_depend_on_the_step(jig_borer_lumps: Machine) -> None:
     inputs = inputs_over(2.0, every_s=600.0)
-    coarse = simulate(jig_borer, inputs, step_s=300.0)
-    fine = simulate(jig_borer, inputs, step_s=6.0)
+    coarse = simulate(jig_borer_lumps, inputs, step_s=300.0)
+    fine = simulate(jig_borer_lumps, inputs, step_s=6.0)
     np.testing.assert_allclose(coarse.temperatures, fine.temperatures, atol=1e-10)
 
 
-def test_dependent_network_equals_an_independent_solver(jig_borer: Machine) -> None:
-    machine = with_effects(jig_borer, "radiation", "viscosity_temperature")
+def test_dependent_network_equals_an_independent_solver(jig_borer_lumps: Machine) -> None:
+    machine = with_effects(jig_borer_lumps, "radiation", "viscosity_temperature")
     inputs = inputs_over(1.2, every_s=600.0)
     ours = simulate(machine, inputs, step_s=30.0, tolerance=1e-7).temperatures[0, -1]
     np.testing.assert_allclose(ours, reference(machine, inputs, 1e-9), atol=1e-5)
 
 
-def test_error_control_keeps_what_it_promises(jig_borer: Machine) -> None:
-    machine = with_effects(jig_borer, "radiation", "viscosity_temperature")
+def test_error_control_keeps_what_it_promises(jig_borer_lumps: Machine) -> None:
+    machine = with_effects(jig_borer_lumps, "radiation", "viscosity_temperature")
     inputs = inputs_over(2.0, every_s=60.0)
     default = simulate(machine, inputs, step_s=60.0).temperatures
     close = simulate(machine, inputs, step_s=5.0, tolerance=1e-9).temperatures
     assert np.abs(default - close).max() < 1e-3
 
 
-def test_convergence_order_is_three(jig_borer: Machine) -> None:
-    machine = with_effects(jig_borer, "viscosity_temperature")
+def test_convergence_order_is_three(jig_borer_lumps: Machine) -> None:
+    machine = with_effects(jig_borer_lumps, "viscosity_temperature")
     values = Values(machine.parameters)
     network = Network(machine, values, effects_in_force(machine, values))
     held = {"speed": np.array([12000.0]), "torque": np.array([0.0])}
@@ -134,21 +134,23 @@ def test_phi_has_no_seam_and_the_right_limits(order: int) -> None:
 @pytest.mark.parametrize(
     ("extra", "step_s"), [((), 10.0), (("radiation", "viscosity_temperature"), 2.0)]
 )
-def test_energy_balance_closes(jig_borer: Machine, extra: tuple[str, ...], step_s: float) -> None:
-    account = energy_balance(with_effects(jig_borer, *extra), inputs_over(4.0), step_s=step_s)
+def test_energy_balance_closes(
+    jig_borer_lumps: Machine, extra: tuple[str, ...], step_s: float
+) -> None:
+    account = energy_balance(with_effects(jig_borer_lumps, *extra), inputs_over(4.0), step_s=step_s)
     assert account.generated > 1e6
     assert (account.dependent != 0.0) == bool(extra)
     assert abs(account.closure) < 1e-6
 
 
-def test_series_jackets_close_the_account_and_match_the_solver(jig_borer: Machine) -> None:
+def test_series_jackets_close_the_account_and_match_the_solver(jig_borer_lumps: Machine) -> None:
     items = tuple(
         replace(item, refs={"between": ("jacket_motor", "jacket_front")})
         if item.kind == "coolant_flow" and item.refs["between"][0] == "jacket_motor"
         else item
-        for item in jig_borer.items
+        for item in jig_borer_lumps.items
     )
-    machine = replace(jig_borer, items=items)
+    machine = replace(jig_borer_lumps, items=items)
     inputs = inputs_over(0.5, every_s=600.0)
     np.testing.assert_allclose(
         simulate(machine, inputs, step_s=10.0, tolerance=1e-7).temperatures[0, -1],
@@ -158,7 +160,7 @@ def test_series_jackets_close_the_account_and_match_the_solver(jig_borer: Machin
     assert abs(energy_balance(machine, inputs, step_s=0.5).closure) < 1e-6
 
 
-def test_own_states_are_stepped_with_the_temperatures(jig_borer: Machine) -> None:
+def test_own_states_are_stepped_with_the_temperatures(jig_borer_lumps: Machine) -> None:
     class Lag(Effect):
         name = "lag"
         title = explanation = ""
@@ -172,9 +174,9 @@ def test_own_states_are_stepped_with_the_temperatures(jig_borer: Machine) -> Non
         def rate(self, inputs: object, temperatures: FloatArray, states: FloatArray) -> FloatArray:
             return (temperatures[..., :1] - states) / 300.0
 
-    values = Values(jig_borer.parameters)
-    effects = [*effects_in_force(jig_borer, values), Lag(jig_borer, values)]
-    network = Network(jig_borer, values, effects)
+    values = Values(jig_borer_lumps.parameters)
+    effects = [*effects_in_force(jig_borer_lumps, values), Lag(jig_borer_lumps, values)]
+    network = Network(jig_borer_lumps, values, effects)
     assert network.state_count == 1
     held = {"speed": np.array([9000.0]), "torque": np.array([0.0])}
     outside = np.array([21.0, 21.0])

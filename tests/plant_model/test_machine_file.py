@@ -23,7 +23,7 @@ from plant_model.machine_file import (
 )
 from plant_model.parameters import ParameterError
 
-TABLE = tomllib.loads((SHIPPED / "jig_borer.toml").read_text(encoding="utf-8"))
+TABLE = tomllib.loads((SHIPPED / "jig_borer_lumps.toml").read_text(encoding="utf-8"))
 
 
 def refusal(table: dict[str, Any]) -> str:
@@ -43,28 +43,28 @@ def test_shipped_machines_read_and_survive_json(name: str) -> None:
     assert all(parameter.source for parameter in machine.parameters.values())
 
 
-def test_jig_borer_has_what_the_studies_measure(jig_borer: Machine) -> None:
-    assert len(jig_borer.nodes) >= 12
-    assert [s.name for s in jig_borer.sensors] == [f"T{i}" for i in range(1, 12)]
-    assert {s.name: s.of for s in jig_borer.sensors}["T5"] == "ambient"
-    assert {s.name: s.of for s in jig_borer.sensors}["T9"] == "coolant_inlet"
-    assert jig_borer.rig["spacing_mm"] == 100.0
-    assert jig_borer.rig["near_to_gauge_mm"] == 30.0
-    assert jig_borer.rig["axial_sign"] == -1
+def test_jig_borer_has_what_the_studies_measure(jig_borer_lumps: Machine) -> None:
+    assert len(jig_borer_lumps.nodes) >= 12
+    assert [s.name for s in jig_borer_lumps.sensors] == [f"T{i}" for i in range(1, 12)]
+    assert {s.name: s.of for s in jig_borer_lumps.sensors}["T5"] == "ambient"
+    assert {s.name: s.of for s in jig_borer_lumps.sensors}["T9"] == "coolant_inlet"
+    assert jig_borer_lumps.rig["spacing_mm"] == 100.0
+    assert jig_borer_lumps.rig["near_to_gauge_mm"] == 30.0
+    assert jig_borer_lumps.rig["axial_sign"] == -1
 
 
-def test_references_are_used_and_known(jig_borer: Machine) -> None:
-    used = {parameter.source for parameter in jig_borer.parameters.values()}
-    assert set(jig_borer.references) <= used
+def test_references_are_used_and_known(jig_borer_lumps: Machine) -> None:
+    used = {parameter.source for parameter in jig_borer_lumps.parameters.values()}
+    assert set(jig_borer_lumps.references) <= used
     single_words = {source for source in used if " " not in source}
-    assert single_words - {"definition"} <= set(jig_borer.references)
+    assert single_words - {"definition"} <= set(jig_borer_lumps.references)
 
 
-def test_uneven_cooling_of_each_ring_sums_to_zero(jig_borer: Machine) -> None:
+def test_uneven_cooling_of_each_ring_sums_to_zero(jig_borer_lumps: Machine) -> None:
     for ring in ("front", "motor"):
         items = [
             item.parameters["difference"].value
-            for item in jig_borer.of_kind("links", "coolant_unevenness")
+            for item in jig_borer_lumps.of_kind("links", "coolant_unevenness")
             if item.refs["between"][1] == f"jacket_{ring}"
         ]
         assert len(items) == 4
@@ -190,27 +190,27 @@ def test_any_bytes_are_refused_in_one_line(
 
 
 def test_names_and_paths(tmp_path: Path) -> None:
-    assert machine_path("jig_borer") == SHIPPED / "jig_borer.toml"
-    assert machine_path("jig_borer.toml") == SHIPPED / "jig_borer.toml"
+    assert machine_path("jig_borer_lumps") == SHIPPED / "jig_borer_lumps.toml"
+    assert machine_path("jig_borer_lumps.toml") == SHIPPED / "jig_borer_lumps.toml"
     with pytest.raises(BadInput, match="did you mean jig_borer"):
         read_machine("jig_boorer")
     with pytest.raises(BadInput, match="no such file"):
         read_machine(tmp_path / "none.toml")
 
 
-def test_moving_values_is_checked(jig_borer: Machine) -> None:
-    moved = jig_borer.with_values({"nodes.column.capacity": 460000.0})
+def test_moving_values_is_checked(jig_borer_lumps: Machine) -> None:
+    moved = jig_borer_lumps.with_values({"nodes.column.capacity": 460000.0})
     assert moved.parameters["nodes.column.capacity"].value == 460000.0
-    assert jig_borer.parameters["nodes.column.capacity"].value == 450000.0
+    assert jig_borer_lumps.parameters["nodes.column.capacity"].value == 450000.0
     with pytest.raises(ParameterError, match="outside"):
-        jig_borer.with_values({"nodes.column.capacity": 1.0})
+        jig_borer_lumps.with_values({"nodes.column.capacity": 1.0})
     with pytest.raises(ParameterError, match="no parameter"):
-        jig_borer.with_values({"nodes.colum.capacity": 1.0})
+        jig_borer_lumps.with_values({"nodes.colum.capacity": 1.0})
 
 
 @pytest.mark.parametrize("name", ["time", "speed", "dX", "error_Z", "noise_seed", "tool_length"])
 def test_a_sensor_with_the_name_of_another_signal_is_refused(name: str, tmp_path: Path) -> None:
-    text = machine_path("jig_borer").read_text(encoding="utf-8")
+    text = machine_path("jig_borer_lumps").read_text(encoding="utf-8")
     path = tmp_path / "machine.toml"
     path.write_text(text.replace('name = "T3"', f'name = "{name}"'), encoding="utf-8")
     said = f"sensors.2.name: '{name}' is not allowed: it is the name of an input, an output"

@@ -112,7 +112,7 @@ def test_a_stepper_starts_as_a_simulation_does() -> None:
 
 
 def test_what_a_thermometer_shows_wrongly_is_not_where_a_part_starts() -> None:
-    machine = read_machine("jig_borer")
+    machine = read_machine("jig_borer_lumps")
     wrong = dict(catalogue()["sensor_offset"].parameters)
     wrong["error"] = replace(wrong["error"], value=3.0)
     machine = replace(machine, effects=machine.effects | {"sensor_offset:T2": wrong})

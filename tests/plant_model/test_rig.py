@@ -24,12 +24,12 @@ TURNED = {f"{role}_sign": -1 for role in ("near_x", "near_y", "distal_x", "dista
         {"spacing_mm": -60.0, "near_to_gauge_mm": 90.0},
     ],
 )
-def test_any_rig_sees_the_same_pose(jig_borer: Machine, other: dict[str, float]) -> None:
+def test_any_rig_sees_the_same_pose(jig_borer_lumps: Machine, other: dict[str, float]) -> None:
     inputs = inputs_over(1.0, every_s=60.0)
-    given = {name: value for name, value in jig_borer.rig.items() if name != "kind"}
+    given = {name: value for name, value in jig_borer_lumps.rig.items() if name != "kind"}
     poses = []
     for rig in (given, given | other):
-        machine = replace(jig_borer, rig={"kind": "five_point", **rig})
+        machine = replace(jig_borer_lumps, rig={"kind": "five_point", **rig})
         frame = simulate(machine, inputs).run_frame()
         pose = FivePointRig(**rig).pose(frame)
         poses.append(pose[["elongation_um", "yaw_urad", "pitch_urad"]].to_numpy())
@@ -37,10 +37,10 @@ def test_any_rig_sees_the_same_pose(jig_borer: Machine, other: dict[str, float])
     np.testing.assert_allclose(poses[1], poses[0], atol=0.02)
 
 
-def test_a_sensor_that_looks_the_other_way_reads_the_other_way(jig_borer: Machine) -> None:
+def test_a_sensor_that_looks_the_other_way_reads_the_other_way(jig_borer_lumps: Machine) -> None:
     inputs = inputs_over(1.0, every_s=60.0)
-    turned = replace(jig_borer, rig={**jig_borer.rig, **TURNED})
-    usual, other = (simulate(machine, inputs).run_frame() for machine in (jig_borer, turned))
+    turned = replace(jig_borer_lumps, rig={**jig_borer_lumps.rig, **TURNED})
+    usual, other = (simulate(machine, inputs).run_frame() for machine in (jig_borer_lumps, turned))
     for column in ("S1_um", "S2_um", "S3_um", "S4_um"):
         np.testing.assert_allclose(other[column], -usual[column])
         assert np.abs(usual[column]).max() > 0.1

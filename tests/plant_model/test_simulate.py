@@ -18,12 +18,12 @@ from tests.plant_model.conftest import inputs_over, with_effects
 STEP_SPECTRUM = [4000, 6000, 8000, 10000, 12000, 9000, 12000, 12000]
 
 
-def test_the_studies_magnitudes(jig_borer: Machine) -> None:
+def test_the_studies_magnitudes(jig_borer_lumps: Machine) -> None:
     time = np.arange(0.0, 8 * 3600.0 + 5.0, 10.0)
     speed = np.array(STEP_SPECTRUM, dtype=float)[np.minimum(time // 3600.0, 7).astype(int)]
     inlet = 21.0 + 3.2 * (1.0 - np.exp(-time / 6000.0))
     inputs = pd.DataFrame({"time_s": time, "speed_rpm": speed, "T5_degC": 21.0, "T9_degC": inlet})
-    result = simulate(jig_borer, inputs)
+    result = simulate(jig_borer_lumps, inputs)
     end = {name: float(series[0, -1]) for name, series in result.readings.items()}
     temperatures = {name: value for name, value in end.items() if name.startswith("T")}
     assert max(temperatures, key=lambda name: temperatures[name]) == "T1"
@@ -35,28 +35,28 @@ def test_the_studies_magnitudes(jig_borer: Machine) -> None:
     assert elongation.max() == pytest.approx(40.0, abs=5.0)
 
 
-def test_settling_takes_the_studies_hours(jig_borer: Machine) -> None:
+def test_settling_takes_the_studies_hours(jig_borer_lumps: Machine) -> None:
     inputs = inputs_over(14.0, speed=12000.0, steps=False, every_s=60.0)
     inputs["T5_degC"] = 21.0
     inputs["T9_degC"] = 21.0 + 3.2 * (1.0 - np.exp(-inputs["time_s"] / 6000.0))
-    elongation = -simulate(jig_borer, inputs).readings["S5"][0]
+    elongation = -simulate(jig_borer_lumps, inputs).readings["S5"][0]
     settled = np.flatnonzero(np.abs(elongation / elongation[-1] - 1.0) > 0.03)[-1]
     assert 200.0 < inputs["time_s"][settled] / 60.0 < 450.0
 
 
-def test_many_sets_equal_one_by_one(jig_borer: Machine) -> None:
+def test_many_sets_equal_one_by_one(jig_borer_lumps: Machine) -> None:
     inputs = inputs_over(0.5)
     losses = np.array([16.0, 24.0, 39.0])
-    together = simulate(jig_borer, inputs, {"sources.motor.loss": losses})
+    together = simulate(jig_borer_lumps, inputs, {"sources.motor.loss": losses})
     for i, loss in enumerate(losses):
-        alone = simulate(jig_borer, inputs, {"sources.motor.loss": loss})
+        alone = simulate(jig_borer_lumps, inputs, {"sources.motor.loss": loss})
         np.testing.assert_allclose(together.pose[i], alone.pose[0], rtol=1e-9, atol=1e-9)
-        moved = simulate(jig_borer.with_values({"sources.motor.loss": loss}), inputs)
+        moved = simulate(jig_borer_lumps.with_values({"sources.motor.loss": loss}), inputs)
         pd.testing.assert_frame_equal(alone.run_frame(), moved.run_frame())
 
 
-def test_many_sets_equal_one_by_one_where_temperature_matters(jig_borer: Machine) -> None:
-    machine = with_effects(jig_borer, "viscosity_temperature")
+def test_many_sets_equal_one_by_one_where_temperature_matters(jig_borer_lumps: Machine) -> None:
+    machine = with_effects(jig_borer_lumps, "viscosity_temperature")
     inputs = inputs_over(0.5)
     slopes = np.array([0.0, 0.03])
     together = simulate(machine, inputs, {"effects.viscosity_temperature.slope": slopes})
@@ -66,9 +66,9 @@ def test_many_sets_equal_one_by_one_where_temperature_matters(jig_borer: Machine
 
 
 def test_sets_with_the_same_network_are_solved_once(
-    jig_borer: Machine, monkeypatch: pytest.MonkeyPatch
+    jig_borer_lumps: Machine, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    machine = with_effects(jig_borer, "column_bending")
+    machine = with_effects(jig_borer_lumps, "column_bending")
     inputs = inputs_over(0.5)
     solved: set[int] = set()
     eigh = np.linalg.eigh
@@ -93,57 +93,57 @@ def test_sets_with_the_same_network_are_solved_once(
 
 
 def test_sets_in_turns_equal_all_at_once(
-    jig_borer: Machine, monkeypatch: pytest.MonkeyPatch
+    jig_borer_lumps: Machine, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     inputs = inputs_over(0.2)
     sets = {"sources.motor.loss": np.linspace(16.0, 39.0, 5)}
-    whole = simulate(jig_borer, inputs, sets)
+    whole = simulate(jig_borer_lumps, inputs, sets)
     monkeypatch.setattr(simulate_module, "CHUNK_NUMBERS", 24 * 73 * 2)
-    np.testing.assert_array_equal(simulate(jig_borer, inputs, sets).pose, whole.pose)
+    np.testing.assert_array_equal(simulate(jig_borer_lumps, inputs, sets).pose, whole.pose)
 
 
-def test_uneven_rows_give_the_same_trajectory(jig_borer: Machine) -> None:
+def test_uneven_rows_give_the_same_trajectory(jig_borer_lumps: Machine) -> None:
     inputs = inputs_over(2.0, every_s=10.0)
     chosen = np.random.default_rng(3).random(len(inputs)) < 0.4
     chosen |= (inputs["speed_rpm"].diff().fillna(1.0) != 0.0).to_numpy()
     chosen |= (inputs["speed_rpm"].diff().shift(-1).fillna(1.0) != 0.0).to_numpy()
     uneven = inputs[chosen].reset_index(drop=True)
-    expected = simulate(jig_borer, inputs).run_frame()[chosen].reset_index(drop=True)
-    got = simulate(jig_borer, uneven).run_frame()
+    expected = simulate(jig_borer_lumps, inputs).run_frame()[chosen].reset_index(drop=True)
+    got = simulate(jig_borer_lumps, uneven).run_frame()
     assert np.abs(expected["S5_um"] - got["S5_um"]).max() < 0.02
     assert np.abs(expected["T1_degC"] - got["T1_degC"]).max() < 0.02
 
 
-def test_gaps_in_inputs_are_bridged(jig_borer: Machine) -> None:
+def test_gaps_in_inputs_are_bridged(jig_borer_lumps: Machine) -> None:
     inputs = inputs_over(0.5)
     holed = inputs.copy()
     holed.loc[5:8, ["speed_rpm", "T5_degC"]] = np.nan
-    expected, got = (simulate(jig_borer, frame).readings["S5"] for frame in (inputs, holed))
+    expected, got = (simulate(jig_borer_lumps, frame).readings["S5"] for frame in (inputs, holed))
     np.testing.assert_allclose(got, expected, atol=0.05)
 
 
-def test_nodes_start_at_the_sensor_that_the_file_names(jig_borer: Machine) -> None:
+def test_nodes_start_at_the_sensor_that_the_file_names(jig_borer_lumps: Machine) -> None:
     inputs = inputs_over(0.1).assign(T1_degC=27.5, T2_degC=[np.nan] * 3 + [24.0] * 34)
-    first = simulate(jig_borer, inputs).temperatures[0, 0]
-    assert first[jig_borer.node_index["rear_outer"]] == 27.5
-    assert first[jig_borer.node_index["pedestal"]] == 24.0
-    assert first[jig_borer.node_index["housing_front_xm"]] == 21.0
+    first = simulate(jig_borer_lumps, inputs).temperatures[0, 0]
+    assert first[jig_borer_lumps.node_index["rear_outer"]] == 27.5
+    assert first[jig_borer_lumps.node_index["pedestal"]] == 24.0
+    assert first[jig_borer_lumps.node_index["housing_front_xm"]] == 21.0
 
 
-def test_held_boundaries_jump_at_their_row(jig_borer: Machine) -> None:
+def test_held_boundaries_jump_at_their_row(jig_borer_lumps: Machine) -> None:
     inputs = inputs_over(0.5, steps=False)
     inputs["T5_degC"] = np.where(inputs["time_s"] < 905.0, 20.0, 30.0)
-    drive = drive_from(jig_borer, inputs, 600.0, "held")
+    drive = drive_from(jig_borer_lumps, inputs, 600.0, "held")
     assert 910.0 in drive.grid
     assert set(drive.first["ambient"]) == {20.0, 30.0}
 
 
-def test_noise_has_the_stated_size_and_seed(jig_borer: Machine) -> None:
+def test_noise_has_the_stated_size_and_seed(jig_borer_lumps: Machine) -> None:
     inputs = inputs_over(4.0)
-    exact = simulate(jig_borer, inputs).readings
-    noisy = simulate(jig_borer, inputs, noise_seed=1).readings
-    again = simulate(jig_borer, inputs, noise_seed=1).readings
-    other = simulate(jig_borer, inputs, noise_seed=2).readings
+    exact = simulate(jig_borer_lumps, inputs).readings
+    noisy = simulate(jig_borer_lumps, inputs, noise_seed=1).readings
+    again = simulate(jig_borer_lumps, inputs, noise_seed=1).readings
+    other = simulate(jig_borer_lumps, inputs, noise_seed=2).readings
     assert np.std(noisy["T1"] - exact["T1"]) == pytest.approx(0.03, rel=0.1)
     assert np.std(noisy["S1"] - exact["S1"]) == pytest.approx(0.2, rel=0.1)
     np.testing.assert_array_equal(noisy["T1"], again["T1"])
@@ -161,9 +161,9 @@ def test_noise_has_the_stated_size_and_seed(jig_borer: Machine) -> None:
         (lambda f: f.drop(columns="time_s"), "time_s"),
     ],
 )
-def test_inputs_that_cannot_drive_are_refused(change, words: str, jig_borer: Machine) -> None:  # type: ignore[no-untyped-def]
+def test_inputs_that_cannot_drive_are_refused(change, words: str, jig_borer_lumps: Machine) -> None:  # type: ignore[no-untyped-def]
     with pytest.raises(DriveError, match=words):
-        simulate(jig_borer, change(inputs_over(0.1)))
+        simulate(jig_borer_lumps, change(inputs_over(0.1)))
 
 
 @pytest.mark.parametrize(
@@ -176,10 +176,10 @@ def test_inputs_that_cannot_drive_are_refused(change, words: str, jig_borer: Mac
     ],
 )
 def test_parameters_that_cannot_be_are_refused(
-    parameters: dict[str, float], words: str, jig_borer: Machine
+    parameters: dict[str, float], words: str, jig_borer_lumps: Machine
 ) -> None:
     with pytest.raises(ParameterError, match=words):
-        simulate(jig_borer, inputs_over(0.1), parameters)
+        simulate(jig_borer_lumps, inputs_over(0.1), parameters)
 
 
 @settings(max_examples=25, deadline=None)
@@ -190,7 +190,7 @@ def test_parameters_that_cannot_be_are_refused(
 def test_held_inputs_keep_their_mean_on_the_grid(speeds: list[float], seed: int) -> None:
     from plant_model.machine_file import read_machine
 
-    machine = read_machine("jig_borer")
+    machine = read_machine("jig_borer_lumps")
     time = np.cumsum(np.random.default_rng(seed).uniform(0.5, 40.0, len(speeds)))
     frame = pd.DataFrame({"time_s": time, "speed_rpm": speeds, "T5_degC": 20.0, "T9_degC": 20.0})
     drive = drive_from(machine, frame, 10.0)

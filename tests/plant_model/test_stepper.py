@@ -24,8 +24,8 @@ def at(speed: float, **more: float) -> dict[str, float]:
 
 
 @pytest.mark.parametrize("extra", [(), ("viscosity_temperature",)])
-def test_equals_the_simulation(jig_borer: Machine, extra: tuple[str, ...]) -> None:
-    machine = with_effects(jig_borer, *extra)
+def test_equals_the_simulation(jig_borer_lumps: Machine, extra: tuple[str, ...]) -> None:
+    machine = with_effects(jig_borer_lumps, *extra)
     time = np.arange(0.0, 3601.0, 10.0)
     speeds = np.where(time < 1800.0, 9000.0, 3000.0)
     inputs = pd.DataFrame({"time_s": time, "speed_rpm": speeds, "T5_degC": 21.0, "T9_degC": 22.0})
@@ -41,10 +41,10 @@ def test_equals_the_simulation(jig_borer: Machine, extra: tuple[str, ...]) -> No
     assert [outputs[f"drift_{axis}"] for axis in "XYZ"] == pytest.approx(tip.tolist(), abs=2e-3)
 
 
-def test_length_of_steps_does_not_matter(jig_borer: Machine) -> None:
+def test_length_of_steps_does_not_matter(jig_borer_lumps: Machine) -> None:
     ends = []
     for lengths in ([600.0], [1.0] * 600, [0.5, 99.5, 500.0]):
-        stepper = PlantStepper(jig_borer)
+        stepper = PlantStepper(jig_borer_lumps)
         stepper.reset(at(12000.0))
         for length in lengths:
             stepper.step(length, at(12000.0))
@@ -55,9 +55,9 @@ def test_length_of_steps_does_not_matter(jig_borer: Machine) -> None:
 
 @pytest.mark.parametrize("extra", [(), ("viscosity_temperature", "radiation")])
 def test_a_restored_state_continues_to_the_last_bit(
-    jig_borer: Machine, extra: tuple[str, ...]
+    jig_borer_lumps: Machine, extra: tuple[str, ...]
 ) -> None:
-    machine = with_effects(jig_borer, *extra)
+    machine = with_effects(jig_borer_lumps, *extra)
     first, second = (PlantStepper(machine, noise_seed=5) for _ in range(2))
     first.reset(at(6000.0))
     for k in range(40):
@@ -70,8 +70,8 @@ def test_a_restored_state_continues_to_the_last_bit(
     assert first.outputs() == second.outputs()
 
 
-def test_reset_repeats_the_run_with_its_noise(jig_borer: Machine) -> None:
-    stepper = PlantStepper(jig_borer, noise_seed=9)
+def test_reset_repeats_the_run_with_its_noise(jig_borer_lumps: Machine) -> None:
+    stepper = PlantStepper(jig_borer_lumps, noise_seed=9)
     runs = []
     for _ in range(2):
         stepper.reset(at(9000.0))
@@ -81,8 +81,8 @@ def test_reset_repeats_the_run_with_its_noise(jig_borer: Machine) -> None:
     assert runs[0] == runs[1]
 
 
-def test_error_is_drift_plus_offset_in_force(jig_borer: Machine) -> None:
-    stepper = PlantStepper(jig_borer)
+def test_error_is_drift_plus_offset_in_force(jig_borer_lumps: Machine) -> None:
+    stepper = PlantStepper(jig_borer_lumps)
     stepper.reset(at(12000.0))
     for _ in range(600):
         drift = stepper.outputs()
@@ -103,9 +103,9 @@ def test_error_is_drift_plus_offset_in_force(jig_borer: Machine) -> None:
     ],
 )
 def test_steps_that_cannot_be_are_refused(
-    step: float, change: dict[str, float], words: str, jig_borer: Machine
+    step: float, change: dict[str, float], words: str, jig_borer_lumps: Machine
 ) -> None:
-    stepper = PlantStepper(jig_borer)
+    stepper = PlantStepper(jig_borer_lumps)
     stepper.reset(at(0.0))
     before = stepper.state()
     with pytest.raises(ValueError, match=words):

@@ -36,28 +36,28 @@ def located_at(machine: Machine, at: float) -> Machine:
     return replace(machine, items=items)
 
 
-def test_shaft_grows_from_the_bearing_that_locates(jig_borer: Machine) -> None:
+def test_shaft_grows_from_the_bearing_that_locates(jig_borer_lumps: Machine) -> None:
     # Front bearing at 300 mm, gauge line at 400 mm: 100 mm of front shaft push the nose.
-    front = pose_for(jig_borer, {"shaft_front": 10.0})
+    front = pose_for(jig_borer_lumps, {"shaft_front": 10.0})
     assert front["elongation"] == pytest.approx(11.5e-3 * 100.0 * 10.0)
-    assert pose_for(jig_borer, {"shaft_rear": 10.0})["elongation"] == 0.0
+    assert pose_for(jig_borer_lumps, {"shaft_rear": 10.0})["elongation"] == 0.0
     # Located at the rear, at -100 mm, the whole shaft pushes and the housing pulls back.
-    rear = located_at(jig_borer, -100.0)
+    rear = located_at(jig_borer_lumps, -100.0)
     assert pose_for(rear, {"shaft_front": 10.0})["elongation"] == pytest.approx(11.5e-3 * 2000.0)
     assert pose_for(rear, {"shaft_rear": 10.0})["elongation"] == pytest.approx(11.5e-3 * 1000.0)
     assert pose_for(rear, {"housing_rear": 10.0})["elongation"] == pytest.approx(-11.5e-3 * 1000.0)
 
 
-def test_even_warming_of_a_ring_does_not_tilt(jig_borer: Machine) -> None:
+def test_even_warming_of_a_ring_does_not_tilt(jig_borer_lumps: Machine) -> None:
     ring = {f"housing_motor_{sector}": 3.0 for sector in ("xp", "xm", "yp", "ym")}
-    found = pose_for(jig_borer, ring)
+    found = pose_for(jig_borer_lumps, ring)
     assert found["elongation"] == pytest.approx(11.5e-3 * 180.0 * 3.0)
     for axis in ("yaw", "pitch", "x", "y"):
         assert found[axis] == pytest.approx(0.0, abs=1e-12)
 
 
-def test_a_warm_side_tilts_the_nose_away(jig_borer: Machine) -> None:
-    found = pose_for(jig_borer, {"housing_motor_xm": 2.0})
+def test_a_warm_side_tilts_the_nose_away(jig_borer_lumps: Machine) -> None:
+    found = pose_for(jig_borer_lumps, {"housing_motor_xm": 2.0})
     yaw = 11.5 * 2.0 * 180.0 / 180.0
     assert found["yaw"] == pytest.approx(yaw)
     assert found["x"] == pytest.approx(yaw * 310.0 * 1e-3)
@@ -76,9 +76,11 @@ def test_drift_at_a_length_against_exact_geometry() -> None:
     np.testing.assert_allclose(drift_at(state, length), tip, rtol=1e-9)
 
 
-def test_rig_reads_what_the_pose_says(jig_borer: Machine) -> None:
+def test_rig_reads_what_the_pose_says(jig_borer_lumps: Machine) -> None:
     state: FloatArray = np.array([[[5.0, 6.0, 30.0, 100.0, -50.0, 0.02]]])
-    read = {name: float(value[0, 0]) for name, value in displacements(jig_borer, state).items()}
+    read = {
+        name: float(value[0, 0]) for name, value in displacements(jig_borer_lumps, state).items()
+    }
     assert read["S1"] == pytest.approx(5.0 + 30.0 * 0.1)
     assert read["S2"] == pytest.approx(6.0 - 30.0 * 0.05)
     assert (read["S3"] - read["S1"]) / 100.0 * 1e3 == pytest.approx(100.0)
@@ -86,7 +88,7 @@ def test_rig_reads_what_the_pose_says(jig_borer: Machine) -> None:
     assert read["S5"] == pytest.approx(-(30.0 + 0.02 * 150.0), abs=1e-3)
 
 
-def test_direct_rig_reads_named_displacements(jig_borer: Machine) -> None:
+def test_direct_rig_reads_named_displacements(jig_borer_lumps: Machine) -> None:
     rig = {
         "kind": "direct",
         "axes": {"disp_x": {"axis": "X", "sign": -1}, "disp_z": {"axis": "Z", "sign": 1}},
@@ -94,7 +96,7 @@ def test_direct_rig_reads_named_displacements(jig_borer: Machine) -> None:
         "resolution_um": 0.0,
     }
     state = np.array([[[5.0, 6.0, 30.0, 0.0, 0.0, 0.0]]])
-    read = displacements(replace(jig_borer, rig=rig), state)
+    read = displacements(replace(jig_borer_lumps, rig=rig), state)
     assert {name: float(value[0, 0]) for name, value in read.items()} == {
         "disp_x": -5.0,
         "disp_z": -30.0,

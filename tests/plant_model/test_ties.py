@@ -22,7 +22,7 @@ from plant_model.simulate import simulate
 from plant_model.stepper import PlantStepper
 from tests.plant_model.conftest import inputs_over
 
-PLAIN = tomllib.loads((SHIPPED / "jig_borer.toml").read_text(encoding="utf-8"))
+PLAIN = tomllib.loads((SHIPPED / "jig_borer_lumps.toml").read_text(encoding="utf-8"))
 FRONT = [f"links.front_outer-housing_front_{side}.conductance" for side in ("xp", "xm", "yp", "ym")]
 
 
@@ -48,12 +48,12 @@ def tied() -> Machine:
 
 
 def test_a_number_does_what_its_followers_would_do_one_by_one(
-    tied: Machine, jig_borer: Machine
+    tied: Machine, jig_borer_lumps: Machine
 ) -> None:
     inputs = inputs_over(1.0)
     both = simulate(tied, inputs, {"numbers.front_joint": [3000.0, 4000.0]}).temperatures
     for which, each in enumerate((45.0, 60.0)):
-        alone = simulate(jig_borer, inputs, dict.fromkeys(FRONT, each)).temperatures
+        alone = simulate(jig_borer_lumps, inputs, dict.fromkeys(FRONT, each)).temperatures
         np.testing.assert_allclose(both[which], alone[0], atol=1e-10)
     assert np.abs(both[0] - both[1]).max() > 0.1
 

@@ -85,7 +85,7 @@ def good(site: Path, folder: Path, *argv: str) -> str:
 def machine(site: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The jig borer with the plug-in's effect in force."""
     path = tmp_path_factory.mktemp("machine") / "dragging.toml"
-    text = (ROOT / "plant_model" / "machines" / "jig_borer.toml").read_text()
+    text = (ROOT / "plant_model" / "machines" / "jig_borer_lumps.toml").read_text()
     power = '{ value = 200.0, unit = "W", low = 0.0, high = 300.0, source = "made up" }'
     path.write_text(f"{text}\n[effects.brake_drag]\npower = {power}\n")
     return path
@@ -99,10 +99,11 @@ from measurement.importing.sheets import read_sheets
 from plant_model.gap.candidates import missing_effects
 from plant_model.native.generate import machine_sources
 assert "200.0 * " in machine_sources(sd.Machine(sys.argv[1]).model)["equations.c"]
-assert "brake_drag" in {effect.name for effect in missing_effects(sd.Machine("jig_borer").model)}
+lumps = sd.Machine("jig_borer_lumps").model
+assert "brake_drag" in {effect.name for effect in missing_effects(lumps)}
 inputs = pd.DataFrame({"time_s": [0.0, 1800.0, 3600.0], "speed_rpm": 6000.0,
                        "T9_degC": 21.0, "T5_degC": 21.0})
-with_it, without = (sd.simulate(m, inputs).frame for m in (sys.argv[1], "jig_borer"))
+with_it, without = (sd.simulate(m, inputs).frame for m in (sys.argv[1], "jig_borer_lumps"))
 print(float((with_it - without).filter(like="_degC").to_numpy().max()))
 log = sd.import_log("log.jlog")
 print(list(log.runs[0].frame), log.runs[0].frame.iloc[0].tolist())
@@ -150,9 +151,9 @@ def test_a_plant_fmu_carries_the_effect_to_where_the_plug_in_is_not(
 COMPENSATOR = """
 import spindle_drift as sd
 names = ["training_down", "training_random"]
-runs = [sd.simulate("jig_borer", name, every_s=120.0, noise_seed=n)
+runs = [sd.simulate("jig_borer_lumps", name, every_s=120.0, noise_seed=n)
         for n, name in enumerate(names)]
-found = sd.fit(runs, model="mean_rise", machine="jig_borer")
+found = sd.fit(runs, model="mean_rise", machine="jig_borer_lumps")
 print(found.save("mean.json"))
 print(sd.build_fmu("mean.json", "fmus", name="mean"))
 try:
@@ -290,7 +291,7 @@ def test_what_cannot_go_into_an_fmu_is_said_in_one_line(
         "odd = odd_kit:Odd",
         EFFECT.format(also="scipy", name="odd", amplitude="power"),
     )
-    machine = read_machine("jig_borer")
+    machine = read_machine("jig_borer_lumps")
     grown = replace(machine, effects={**machine.effects, "odd": {}})
     monkeypatch.setattr(scenarios.plugged, "plugged_effects", plugged_effects.__wrapped__)
     with pytest.raises(BadInput) as refused:

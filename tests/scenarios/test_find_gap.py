@@ -31,7 +31,7 @@ LEFT_OUT = [name for name in catalogue() if name not in RIVALS]
 
 @pytest.fixture(scope="module")
 def machine() -> Machine:
-    return read_machine("jig_borer")
+    return read_machine("jig_borer_lumps")
 
 
 @pytest.fixture(scope="module")
@@ -44,7 +44,7 @@ def written(runs: list[Run], folder: Path) -> list[str]:
 
 
 def refusal(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
-    assert main(["find-gap", "jig_borer", *arguments, "--quiet"]) == 2
+    assert main(["find-gap", "jig_borer_lumps", *arguments, "--quiet"]) == 2
     (line,) = capsys.readouterr().err.strip().splitlines()
     return line
 
@@ -91,7 +91,7 @@ def test_a_run_without_what_drives_the_machine_is_refused(
     if command == "find-gap":
         other = written([replace(run, name="other")], tmp_path)
         options[options.index("--holdout") + 1] = other[0]
-    assert main([command, "jig_borer", *options, "--quiet"]) == 2
+    assert main([command, "jig_borer_lumps", *options, "--quiet"]) == 2
     (line,) = capsys.readouterr().err.strip().splitlines()
     told = "column speed_rpm: has no value" if empty else "has no column speed_rpm, which"
     assert f"{paths[0]}: {told}" in line
@@ -150,7 +150,9 @@ def test_nothing_is_left_of_a_folder_when_something_fails(
 
     monkeypatch.setattr(gap_runner, "answer", fails)
     out = tmp_path / "out"
-    assert main(["find-gap", "jig_borer", "--runs", *paths, "--out", str(out), "--quiet"]) == 130
+    assert (
+        main(["find-gap", "jig_borer_lumps", "--runs", *paths, "--out", str(out), "--quiet"]) == 130
+    )
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(
         Path(path).name for path in paths
     )
@@ -194,7 +196,7 @@ def test_the_fmus_show_the_gap_that_the_machines_show(
     run = runs_of(tightening, every_s=60.0)[0]
     built = []
     for name, which in (("plant_before", machine), ("plant_after", tightening)):
-        path = write_machine(which, "jig_borer", tmp_path / f"{name}.toml")
+        path = write_machine(which, "jig_borer_lumps", tmp_path / f"{name}.toml")
         built.append((build_plant(str(path), tmp_path, name), which))
     found = compare_fmus(built[0], built[1], observe(machine, [run]))
     assert found["agrees"]
@@ -216,7 +218,7 @@ def test_broken_channels_do_not_hide_what_is_missing(
     runs[2] = Run(runs[2].name, runs[2].frame.assign(S3_um=s3))
     runs[3] = Run(runs[3].name, runs[3].frame.assign(T2_degC=t2))
     paths, out = written(runs, tmp_path), tmp_path / "out"
-    arguments = ["find-gap", "jig_borer", "--runs", *paths[:3], "--holdout", paths[3]]
+    arguments = ["find-gap", "jig_borer_lumps", "--runs", *paths[:3], "--holdout", paths[3]]
     arguments += ["--out", str(out), "--without", *LEFT_OUT, "--quiet"]
     assert main(arguments) == 0
     lines = capsys.readouterr().out.splitlines()

@@ -24,7 +24,7 @@ from scenarios.gap_signature import signature_charts
 @pytest.fixture(scope="module")
 def machine() -> Machine:
     """The jig borer."""
-    return read_machine("jig_borer")
+    return read_machine("jig_borer_lumps")
 
 
 @pytest.fixture(scope="module")

@@ -268,7 +268,7 @@ def test_every_shipped_machine_is_shown(
 
 def test_a_page_is_drawn_with_what_it_names(tmp_path: Path) -> None:
     path = tmp_path / "page.html"
-    show_machine("jig_borer_drawing", path)
+    show_machine("jig_borer", path)
     text = path.read_text(encoding="utf-8")
     section = text[text.index('id="section"') : text.index('id="network"')]
     for needed in ("T1", "T6", "jacket motor", "held by pedestal", "rotor: ", "front: ", "100 mm"):

@@ -137,11 +137,11 @@ def test_a_value_outside_the_parameters_range_is_refused(fmu_folder: Path, tmp_p
             plan(Request("step_speed", vary, variants=("long_tool",)), fmu_folder, work, "1")
         return str(found.value)
 
-    gap = "links.rotor-stator.gap"
-    assert refused(f"{gap}=0.6,9") == (
-        f"--vary: {gap}: 9 is not allowed: the plant FMU takes 0.5 to 1"
+    joint = "links.pedestal-column.conductance"
+    assert refused(f"{joint}=6,90") == (
+        f"--vary: {joint}: 90 is not allowed: the plant FMU takes 3 to 40"
     )
     # The ends of a range count, whether a draw comes near them or not.
-    assert "1.001 is not allowed" in refused(f"{gap}=0.6..1.001")
-    assert "2 * 0.7 is not allowed: the plant FMU takes 0.5 to 1" in refused(f"{gap}=x0.9..2")
-    assert "9 * 0.7 is not allowed" in refused(f"{gap}=x9+-1")
+    assert "40.001 is not allowed" in refused(f"{joint}=6..40.001")
+    assert "5 * 10 is not allowed: the plant FMU takes 3 to 40" in refused(f"{joint}=x0.9..5")
+    assert "9 * 10 is not allowed" in refused(f"{joint}=x9+-1")

@@ -25,8 +25,8 @@ DAY0 = dt.datetime(2026, 3, 2)
 
 
 @pytest.fixture(scope="module")
-def jig_borer() -> Machine:
-    return read_machine("jig_borer")
+def jig_borer_lumps() -> Machine:
+    return read_machine("jig_borer_lumps")
 
 
 def three_days(machine: Machine, *, first_hour: float = 7.0, rests: bool = True) -> pd.DataFrame:
@@ -56,9 +56,9 @@ def written(frame: pd.DataFrame, path: Path, begin: dt.datetime) -> Path:
 
 
 def test_a_log_is_cut_at_pauses_and_its_warm_restarts_are_marked(
-    jig_borer: Machine, tmp_path: Path
+    jig_borer_lumps: Machine, tmp_path: Path
 ) -> None:
-    log = written(three_days(jig_borer), tmp_path / "log.csv", DAY0 + dt.timedelta(hours=7))
+    log = written(three_days(jig_borer_lumps), tmp_path / "log.csv", DAY0 + dt.timedelta(hours=7))
     found = import_files([log])
     assert [run.name for run in found.runs] == [
         "20260302_0700", "20260302_1212", "20260303_0700", "20260303_1212"
@@ -69,16 +69,16 @@ def test_a_log_is_cut_at_pauses_and_its_warm_restarts_are_marked(
         assert piece.run.time_s[0] == 0.0
         told = None if piece.warm is None else {float(piece.warm)}
         assert (set(piece.run.frame[WARM_START]) if WARM_START in piece.run.frame else None) == told
-    total = three_days(jig_borer)
+    total = three_days(jig_borer_lumps)
     assert sum(len(run.frame) for run in found.runs) == len(total)
     whole = pd.concat([run.frame["T1_degC"] for run in found.runs])
     np.testing.assert_array_equal(whole, total["T1_degC"])  # nothing invented, nothing lost
 
 
 def test_a_single_run_and_a_log_that_was_always_warm_stay_untold(
-    jig_borer: Machine, tmp_path: Path
+    jig_borer_lumps: Machine, tmp_path: Path
 ) -> None:
-    frame = three_days(jig_borer)
+    frame = three_days(jig_borer_lumps)
     begin = DAY0 + dt.timedelta(hours=7)
     one = import_files([written(frame.iloc[:200], tmp_path / "one.csv", begin)])
     assert [piece.warm for piece in one.pieces] == [None]
@@ -126,13 +126,13 @@ def test_every_run_of_the_measured_lathe_warms(lathe_runs: list[Path]) -> None:
         assert found == [None, *[told] * (len(parts) - 1)]
 
 
-def test_days_and_no_split(jig_borer: Machine, tmp_path: Path) -> None:
-    frame = three_days(jig_borer, rests=False)
+def test_days_and_no_split(jig_borer_lumps: Machine, tmp_path: Path) -> None:
+    frame = three_days(jig_borer_lumps, rests=False)
     log = written(frame, tmp_path / "log.csv", DAY0 + dt.timedelta(hours=7))
     assert len(import_files([log]).runs) == 1
     days = import_files([log], Mapping(split="days"))
     assert [run.name for run in days.runs] == ["20260302_0700", "20260303_0000"]
-    gaps = written(three_days(jig_borer), log, DAY0)
+    gaps = written(three_days(jig_borer_lumps), log, DAY0)
     assert len(import_files([gaps], Mapping(split="none")).runs) == 1
     path = tmp_path / "count.csv"
     path.write_text(table(elapsed(), clock="t [s]"), encoding="utf-8")

@@ -44,7 +44,7 @@ def test_shipped_machines_look_right_and_their_heat_is_accounted_for(name: str) 
     assert len(sheet.modes) == 4
 
 
-@pytest.mark.parametrize("name", ["jig_borer_drawing", "belt_spindle"])
+@pytest.mark.parametrize("name", ["jig_borer", "belt_spindle"])
 def test_shipped_pages_fit(name: str) -> None:
     assert odd_fits(Drawing(shipped_page(name), name)) == []
 
@@ -128,14 +128,14 @@ def without_links(machine: Machine, *kept_out: str) -> Machine:
     return replace(machine, items=tuple(items))
 
 
-def test_a_forgotten_link_in_lumps_shows(jig_borer: Machine) -> None:
-    lost = check_sheet(without_links(jig_borer, "column")).wrong
+def test_a_forgotten_link_in_lumps_shows(jig_borer_lumps: Machine) -> None:
+    lost = check_sheet(without_links(jig_borer_lumps, "column")).wrong
     assert "column exchanges heat with nothing: a link is missing." in lost
     island = replace(
-        jig_borer,
+        jig_borer_lumps,
         items=tuple(
             item
-            for item in jig_borer.items
+            for item in jig_borer_lumps.items
             if item.family != "links"
             or "column" not in item.refs["between"]
             or item.name == "pedestal-column"
@@ -147,8 +147,8 @@ def test_a_forgotten_link_in_lumps_shows(jig_borer: Machine) -> None:
     )
 
 
-def test_numbers_far_from_their_kind_show_once(jig_borer: Machine) -> None:
-    films = [name for name in jig_borer.parameters if name.endswith("ambient.coefficient")]
+def test_numbers_far_from_their_kind_show_once(jig_borer_lumps: Machine) -> None:
+    films = [name for name in jig_borer_lumps.parameters if name.endswith("ambient.coefficient")]
 
     def unheard_of(item: Any) -> Any:
         if item.kind != "convection":
@@ -156,7 +156,9 @@ def test_numbers_far_from_their_kind_show_once(jig_borer: Machine) -> None:
         wrong = replace(item.parameters["coefficient"], value=0.009, low=0.0)
         return replace(item, parameters=item.parameters | {"coefficient": wrong})
 
-    machine = replace(jig_borer, items=tuple(unheard_of(item) for item in jig_borer.items))
+    machine = replace(
+        jig_borer_lumps, items=tuple(unheard_of(item) for item in jig_borer_lumps.items)
+    )
     lines = [line for line in check_sheet(machine).wrong if "coefficient of a convection" in line]
     assert len(lines) == 1
     assert "and more: " in lines[0]

@@ -23,7 +23,7 @@ from plant_model.warm_up import held_at, warm_up
 from tests.plant_model.drawing.by_hand import lumps
 from tests.plant_model.drawing.pages import changed, machine_of, shipped_page, small_page
 
-PAGES = ("jig_borer_drawing", "belt_spindle")
+PAGES = ("jig_borer", "belt_spindle")
 
 
 def driven(hours: float = 4.0) -> pd.DataFrame:
@@ -66,9 +66,10 @@ def test_energy_closes(name: str) -> None:
 
 @pytest.mark.parametrize("name", PAGES)
 def test_half_and_double_the_cells(name: str) -> None:
-    rows = {(row.longest_mm, row.sectors): row for row in convergence(name)}
-    usual, double = rows[40.0, 4], rows[20.0, 4]
-    assert rows[80.0, 4].nodes < usual.nodes < double.nodes
+    half, usual, double, *_ = convergence(name)
+    assert (half.longest_mm, double.longest_mm) == (2 * usual.longest_mm, usual.longest_mm / 2)
+    assert half.nodes < usual.nodes < double.nodes
+    assert {half.sectors, usual.sectors, double.sectors} == {4}
     assert usual.drift < 0.02
     assert usual.temperature < 0.03
     assert double.drift < 0.02
@@ -76,7 +77,7 @@ def test_half_and_double_the_cells(name: str) -> None:
 
 def test_lumps_have_no_cells_to_count() -> None:
     with pytest.raises(BadInput, match=r"is in lumps: only a page"):
-        convergence("jig_borer")
+        convergence("jig_borer_lumps")
 
 
 @pytest.mark.parametrize("name", PAGES)
@@ -90,16 +91,18 @@ def test_a_page_frees_few_numbers_and_each_says_where_it_comes_from(name: str) -
 
 
 def test_the_jig_borers_page_is_one_page() -> None:
-    text = (SHIPPED / "jig_borer_drawing.toml").read_text(encoding="utf-8")
+    text = (SHIPPED / "jig_borer.toml").read_text(encoding="utf-8")
     assert len(text.splitlines()) <= 120
 
 
-def test_the_page_of_the_jig_borer_measures_what_its_lumps_measure(jig_borer: Machine) -> None:
-    page = read_machine("jig_borer_drawing")
-    assert [s.name for s in page.sensors] == [s.name for s in jig_borer.sensors]
-    assert page.inputs == jig_borer.inputs
+def test_the_page_of_the_jig_borer_measures_what_its_lumps_measure(
+    jig_borer_lumps: Machine,
+) -> None:
+    page = read_machine("jig_borer")
+    assert [s.name for s in page.sensors] == [s.name for s in jig_borer_lumps.sensors]
+    assert page.inputs == jig_borer_lumps.inputs
     assert {k: v for k, v in page.rig.items() if "um" not in k} == {
-        k: v for k, v in jig_borer.rig.items() if "um" not in k
+        k: v for k, v in jig_borer_lumps.rig.items() if "um" not in k
     }
 
 

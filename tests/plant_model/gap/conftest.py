@@ -47,6 +47,6 @@ def runs_of(machine: Machine, every_s: float = 30.0, seed: int = 1) -> list[Run]
 
 
 @pytest.fixture(scope="session")
-def tightening(jig_borer: Machine) -> Machine:
+def tightening(jig_borer_lumps: Machine) -> Machine:
     """The jig borer whose bearings tighten as their inner rings warm."""
-    return with_effect(jig_borer, "thermal_preload", {"gain": 0.3})
+    return with_effect(jig_borer_lumps, "thermal_preload", {"gain": 0.3})

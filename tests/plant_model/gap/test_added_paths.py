@@ -25,7 +25,7 @@ def known_of(machine: Machine, observed: Observations) -> CalibratedRun:
     return CalibratedRun(machine, observed, none)
 
 
-@pytest.fixture(scope="module", params=["jig_borer", "lathe"])
+@pytest.fixture(scope="module", params=["jig_borer_lumps", "lathe"])
 def run(request: pytest.FixtureRequest) -> CalibratedRun:
     machine = read_machine(request.param)
     runs = lathe_runs(machine) if request.param == "lathe" else runs_of(machine, every_s=120.0)

@@ -25,21 +25,23 @@ HOURS = {"down": 2.2, "stairs": 3.0, "stops": 2.1}
 """Of three hours each: how long its spectrum turns."""
 
 
-def test_the_hours_turned_are_counted_from_run_to_run(jig_borer: Machine) -> None:
+def test_the_hours_turned_are_counted_from_run_to_run(jig_borer_lumps: Machine) -> None:
     effect = catalogue()["bearing_run_in"]
-    runs = [one for one in observe(jig_borer, runs_of(jig_borer)) if one.run.name in HOURS]
+    runs = [
+        one for one in observe(jig_borer_lumps, runs_of(jig_borer_lumps)) if one.run.name in HOURS
+    ]
     drives = [(np.diff(one.drive.grid), one.drive.held) for one in runs]
-    carried = [entry["before"] for entry in effect.carried(jig_borer, "series", drives)]
+    carried = [entry["before"] for entry in effect.carried(jig_borer_lumps, "series", drives)]
     turned = [HOURS[one.run.name] for one in runs]
     np.testing.assert_allclose(carried, np.cumsum([0.0, *turned]), atol=0.02)
-    assert effect.carried(jig_borer, "run", drives) == []
+    assert effect.carried(jig_borer_lumps, "run", drives) == []
 
 
 def test_every_run_has_the_hours_before_it_and_the_machine_those_of_all(
-    jig_borer: Machine,
+    jig_borer_lumps: Machine,
 ) -> None:
-    observed = observe(jig_borer, runs_of(jig_borer)[:3])
-    found = list(candidates(jig_borer, observed, catalogue()["bearing_run_in"]))
+    observed = observe(jig_borer_lumps, runs_of(jig_borer_lumps)[:3])
+    found = list(candidates(jig_borer_lumps, observed, catalogue()["bearing_run_in"]))
     some = next(one for one in found if one.key == SERIES)
     before = [entry["before"] for entry in some.own]
     assert before[0] == 0.0
@@ -56,37 +58,41 @@ def test_every_run_has_the_hours_before_it_and_the_machine_those_of_all(
     assert size[2] < 0.5 * alone[2]
 
 
-def test_hours_that_runs_say_are_neither_tried_nor_fitted(jig_borer: Machine) -> None:
-    assert "before" in unused_with(jig_borer, SERIES)
-    assert "before" in unused_with(jig_borer, "bearing_run_in")
+def test_hours_that_runs_say_are_neither_tried_nor_fitted(jig_borer_lumps: Machine) -> None:
+    assert "before" in unused_with(jig_borer_lumps, SERIES)
+    assert "before" in unused_with(jig_borer_lumps, "bearing_run_in")
     effect = catalogue()["bearing_run_in"]
-    assert {entry["before"] for entry in grid(effect, unused_with(jig_borer, SERIES))} == {0.0}
-    assert not with_effect(jig_borer, SERIES).effects[SERIES]["before"].calibrate
+    assert {entry["before"] for entry in grid(effect, unused_with(jig_borer_lumps, SERIES))} == {
+        0.0
+    }
+    assert not with_effect(jig_borer_lumps, SERIES).effects[SERIES]["before"].calibrate
 
 
-def test_pieces_of_a_log_carry_their_hours_by_themselves(jig_borer: Machine) -> None:
-    frame = simulate(jig_borer, inputs_of("down")).run_frame()
-    pieces = pieces_of(jig_borer, Run("week", frame), 1.0)
+def test_pieces_of_a_log_carry_their_hours_by_themselves(jig_borer_lumps: Machine) -> None:
+    frame = simulate(jig_borer_lumps, inputs_of("down")).run_frame()
+    pieces = pieces_of(jig_borer_lumps, Run("week", frame), 1.0)
     assert [is_piece(one) for one in (*pieces, Run("week_of_may", frame))] == [True] * 3 + [False]
     keys = {
         one.key: one.own
-        for one in candidates(jig_borer, observe(jig_borer, pieces), catalogue()["bearing_run_in"])
+        for one in candidates(
+            jig_borer_lumps, observe(jig_borer_lumps, pieces), catalogue()["bearing_run_in"]
+        )
     }
     assert set(keys.values()) == {()}
 
 
-def test_the_hours_of_all_runs_are_written_into_the_machine(jig_borer: Machine) -> None:
-    truth = with_effect(jig_borer, SERIES, {"excess": 1.0, "hours": 3.0})
+def test_the_hours_of_all_runs_are_written_into_the_machine(jig_borer_lumps: Machine) -> None:
+    truth = with_effect(jig_borer_lumps, SERIES, {"excess": 1.0, "hours": 3.0})
     shown, before = [], 0.0
-    for run in runs_of(jig_borer)[:2]:
+    for run in runs_of(jig_borer_lumps)[:2]:
         aged = truth.with_values({f"effects.{SERIES}.before": before})
         frame = simulate(aged, run.frame, noise_seed=3).run_frame()
         shown.append(replace(run, frame=frame))
         before += HOURS[run.name]
-    observed = observe(jig_borer, shown)
-    calibration = calibrate(jig_borer, observed, starts=1, iterations=1)
-    sensitivities = all_sensitivities(jig_borer, calibration.machine, observed)
-    now = score_fit(jig_borer, (), observed, calibration, sensitivities)
+    observed = observe(jig_borer_lumps, shown)
+    calibration = calibrate(jig_borer_lumps, observed, starts=1, iterations=1)
+    sensitivities = all_sensitivities(jig_borer_lumps, calibration.machine, observed)
+    now = score_fit(jig_borer_lumps, (), observed, calibration, sensitivities)
     found = list(candidates(now.machine, observed, catalogue()["bearing_run_in"]))
     some = next(one for one in found if one.key == SERIES and one.values["excess"] > 0.5)
     fit = fit_candidate(now, some, 1.0, np.full(2, 1e9), sensitivities)

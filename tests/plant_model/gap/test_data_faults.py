@@ -22,9 +22,9 @@ def changed(run: Run, column: str, values: np.ndarray | float) -> Run:
 
 
 @pytest.mark.parametrize("every_s", [20.0, 60.0, 240.0])
-def test_clean_runs_stay_as_they_are(jig_borer: Machine, every_s: float) -> None:
-    runs = runs_of(jig_borer, every_s)
-    left, faults = without_faults(jig_borer, runs)
+def test_clean_runs_stay_as_they_are(jig_borer_lumps: Machine, every_s: float) -> None:
+    runs = runs_of(jig_borer_lumps, every_s)
+    left, faults = without_faults(jig_borer_lumps, runs)
     assert faults == []
     assert all(after is before for after, before in zip(left, runs, strict=True))
 
@@ -44,63 +44,65 @@ def test_clean_runs_stay_as_they_are(jig_borer: Machine, every_s: float) -> None
 )
 @pytest.mark.parametrize("every_s", [30.0, 240.0])
 def test_real_effects_are_not_swallowed(
-    jig_borer: Machine, key: str, values: dict[str, float], every_s: float
+    jig_borer_lumps: Machine, key: str, values: dict[str, float], every_s: float
 ) -> None:
-    machine = with_effect(jig_borer, key, values)
-    clean = runs_of(jig_borer, every_s)
+    machine = with_effect(jig_borer_lumps, key, values)
+    clean = runs_of(jig_borer_lumps, every_s)
     for runs in (runs_of(machine, every_s), [*clean[:2], *runs_of(machine, every_s)[2:]]):
-        assert without_faults(jig_borer, runs)[1] == []
+        assert without_faults(jig_borer_lumps, runs)[1] == []
 
 
-def test_a_wrong_level_leaves_nothing_of_the_channel_behind(jig_borer: Machine) -> None:
-    runs = runs_of(jig_borer)
+def test_a_wrong_level_leaves_nothing_of_the_channel_behind(jig_borer_lumps: Machine) -> None:
+    runs = runs_of(jig_borer_lumps)
     broken = [changed(run, "T7_degC", run.frame["T7_degC"] + 31.0) for run in runs[2:]]
-    left, faults = without_faults(jig_borer, [*runs[:2], *broken])
+    left, faults = without_faults(jig_borer_lumps, [*runs[:2], *broken])
     assert {(f.run, f.channel, f.kind) for f in faults} == {
         ("stops", "T7", "level_jump"),
         ("steady", "T7", "level_jump"),
     }
-    observed = observe(jig_borer, left)
+    observed = observe(jig_borer_lumps, left)
     t7 = observed[0].channels.index("T7")
     assert [bool(one.weights[:, t7].any()) for one in observed] == [True, True, False, False]
 
 
-def test_only_what_the_machine_uses_is_told(jig_borer: Machine) -> None:
-    runs = [changed(run, "X9_degC", run.frame["T7_degC"] + 31.0) for run in runs_of(jig_borer)]
-    assert without_faults(jig_borer, runs)[1] == []
+def test_only_what_the_machine_uses_is_told(jig_borer_lumps: Machine) -> None:
+    runs = [
+        changed(run, "X9_degC", run.frame["T7_degC"] + 31.0) for run in runs_of(jig_borer_lumps)
+    ]
+    assert without_faults(jig_borer_lumps, runs)[1] == []
 
 
 def test_a_spike_of_the_hall_is_bridged_and_a_broken_hall_spoils_the_run(
-    jig_borer: Machine,
+    jig_borer_lumps: Machine,
 ) -> None:
-    runs = runs_of(jig_borer)
+    runs = runs_of(jig_borer_lumps)
     hall = runs[1].frame["T5_degC"].to_numpy().copy()
     hall[150] += 20.0
-    left, (spike,) = without_faults(jig_borer, [runs[0], changed(runs[1], "T5_degC", hall)])
+    left, (spike,) = without_faults(jig_borer_lumps, [runs[0], changed(runs[1], "T5_degC", hall)])
     assert (spike.channel, spike.kind) == ("T5", "spikes")
     assert np.flatnonzero(left[1].frame["T5_degC"].isna()).tolist() == [150]
     hall[250:] += 15.0
-    left, faults = without_faults(jig_borer, [runs[0], changed(runs[1], "T5_degC", hall)])
+    left, faults = without_faults(jig_borer_lumps, [runs[0], changed(runs[1], "T5_degC", hall)])
     assert [run.name for run in left] == [runs[0].name]
     assert {fault.run for fault in faults} == {runs[1].name}
 
 
-def test_a_joined_recording_ends_the_run(jig_borer: Machine) -> None:
-    run = runs_of(jig_borer)[0]
+def test_a_joined_recording_ends_the_run(jig_borer_lumps: Machine) -> None:
+    run = runs_of(jig_borer_lumps)[0]
     frame = run.frame.copy()
     frame.loc[frame["time_s"] >= 3600.0, run.temperatures] += 7.0
-    (left,), (fault,) = without_faults(jig_borer, [Run(run.name, frame)])
+    (left,), (fault,) = without_faults(jig_borer_lumps, [Run(run.name, frame)])
     assert (fault.channel, fault.kind) == (WHOLE_RUN, "jump")
     assert left.time_s[-1] < 3600.0
 
 
-def test_runs_without_anything_to_compare_are_refused(jig_borer: Machine) -> None:
-    run = runs_of(jig_borer)[0]
+def test_runs_without_anything_to_compare_are_refused(jig_borer_lumps: Machine) -> None:
+    run = runs_of(jig_borer_lumps)[0]
     read = [name for name in run.frame if str(name).endswith(("_degC", "_um"))]
     empty = run.frame.assign(**{n: np.nan for n in read if n not in ("T5_degC", "T9_degC")})
     with pytest.raises(BadInput, match="no usable reading to compare"):
-        need_readings(jig_borer, [Run("empty", empty)], "--holdout")
-    need_readings(jig_borer, [run], "--holdout")
+        need_readings(jig_borer_lumps, [Run("empty", empty)], "--holdout")
+    need_readings(jig_borer_lumps, [run], "--holdout")
 
 
 @pytest.mark.real_data

@@ -73,9 +73,9 @@ def test_a_law_with_a_driver_is_no_error_of_a_sensor_in_one_run() -> None:
     assert _lone(cast("Any", SimpleNamespace(withdrawn=[gone]))) == []
 
 
-def test_every_driver_is_tried_and_counts_for_what_chance_does(jig_borer: Machine) -> None:
-    observed = observe(jig_borer, runs_of(jig_borer)[:2])
-    some = list(candidates(jig_borer, observed, catalogue()["column_bending"]))
+def test_every_driver_is_tried_and_counts_for_what_chance_does(jig_borer_lumps: Machine) -> None:
+    observed = observe(jig_borer_lumps, runs_of(jig_borer_lumps)[:2])
+    some = list(candidates(jig_borer_lumps, observed, catalogue()["column_bending"]))
     by_key = {key: [one for one in some if one.key == key] for key in {one.key for one in some}}
     assert set(by_key) == {"column_bending", "column_bending:hall", "column_bending:parts"}
     # The hall has no share of the carrier: a third of the shapes.
@@ -83,10 +83,10 @@ def test_every_driver_is_tried_and_counts_for_what_chance_does(jig_borer: Machin
 
 
 @pytest.mark.long
-def test_the_driver_that_acts_is_the_one_that_is_named(jig_borer: Machine) -> None:
+def test_the_driver_that_acts_is_the_one_that_is_named(jig_borer_lumps: Machine) -> None:
     key = "thermal_preload:shaft_housing"
-    runs = runs_of(with_effect(jig_borer, key, {"gain": 0.6}))
-    found = find_gap(jig_borer, runs[:3], Search(LEFT_OUT))
+    runs = runs_of(with_effect(jig_borer_lumps, key, {"gain": 0.6}))
+    found = find_gap(jig_borer_lumps, runs[:3], Search(LEFT_OUT))
     assert found.verdict == "effect"
     machine = found.after.machine
     unseen = GapComparison(found.before.machine, machine, observe(machine, runs[3:]))

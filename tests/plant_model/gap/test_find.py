@@ -39,7 +39,7 @@ def test_a_hidden_effect_is_named_added_and_closes_the_gap(
 ) -> None:
     paths = [str(write_run(run, tmp_path / f"{run.name}.csv")) for run in runs_of(tightening)]
     out = tmp_path / "out"
-    arguments = ["find-gap", "jig_borer", "--runs", *paths[:3], "--holdout", paths[3]]
+    arguments = ["find-gap", "jig_borer_lumps", "--runs", *paths[:3], "--holdout", paths[3]]
     assert main([*arguments, "--out", str(out), "--without", *LEFT_OUT, "--quiet"]) == 0
     table = json.loads((out / "gap.json").read_text())
     assert table["verdict"] == "effect"
@@ -58,10 +58,10 @@ def test_a_hidden_effect_is_named_added_and_closes_the_gap(
 
 
 @pytest.mark.slow
-def test_nothing_is_named_when_nothing_is_missing(jig_borer: Machine) -> None:
-    runs = runs_of(jig_borer, seed=7)
+def test_nothing_is_named_when_nothing_is_missing(jig_borer_lumps: Machine) -> None:
+    runs = runs_of(jig_borer_lumps, seed=7)
     first, second = (
-        find_gap(jig_borer, order, Search(LEFT_OUT)) for order in (runs[:3], runs[2::-1])
+        find_gap(jig_borer_lumps, order, Search(LEFT_OUT)) for order in (runs[:3], runs[2::-1])
     )
     assert first.verdict == "none_missing"
     assert first.after is first.before
@@ -69,22 +69,22 @@ def test_nothing_is_named_when_nothing_is_missing(jig_borer: Machine) -> None:
     assert first.before.cost == second.before.cost
 
 
-def test_too_few_runs_and_a_machine_at_rest_are_refused(jig_borer: Machine) -> None:
-    runs = runs_of(jig_borer)
+def test_too_few_runs_and_a_machine_at_rest_are_refused(jig_borer_lumps: Machine) -> None:
+    runs = runs_of(jig_borer_lumps)
     with pytest.raises(BadInput, match="3 or more are needed"):
-        find_gap(jig_borer, runs[:2])
+        find_gap(jig_borer_lumps, runs[:2])
     for run in runs:
         run.frame["speed_rpm"] = 0.0
     with pytest.raises(BadInput, match="stands still"):
-        find_gap(jig_borer, runs)
+        find_gap(jig_borer_lumps, runs)
 
 
-def test_an_input_with_a_default_moves_a_machine_too(jig_borer: Machine) -> None:
+def test_an_input_with_a_default_moves_a_machine_too(jig_borer_lumps: Machine) -> None:
     inputs = tuple(
         replace(entry, default=0.0) if entry.name == "speed" else entry
-        for entry in jig_borer.inputs
+        for entry in jig_borer_lumps.inputs
     )
-    machine, runs = replace(jig_borer, inputs=inputs), runs_of(jig_borer)
+    machine, runs = replace(jig_borer_lumps, inputs=inputs), runs_of(jig_borer_lumps)
     _need_excitation(machine, runs)
     for run in runs:
         run.frame["speed_rpm"] = 0.0
@@ -92,8 +92,8 @@ def test_an_input_with_a_default_moves_a_machine_too(jig_borer: Machine) -> None
         _need_excitation(machine, runs)
 
 
-def test_candidates_cover_both_signs_and_stay_in_range(jig_borer: Machine) -> None:
-    for effect in missing_effects(jig_borer):
+def test_candidates_cover_both_signs_and_stay_in_range(jig_borer_lumps: Machine) -> None:
+    for effect in missing_effects(jig_borer_lumps):
         sizes = {entry[effect.amplitude] for entry in grid(effect)}
         amplitude = effect.parameters[effect.amplitude]
         assert effect.off not in sizes
@@ -191,16 +191,16 @@ def test_an_effect_at_the_end_of_its_range_is_not_named() -> None:
 
 
 def test_a_written_machine_reads_back_and_keeps_its_comments(
-    jig_borer: Machine, tmp_path: Path
+    jig_borer_lumps: Machine, tmp_path: Path
 ) -> None:
-    moved = with_effects(jig_borer, "radiation", "sensor_offset").with_values(
+    moved = with_effects(jig_borer_lumps, "radiation", "sensor_offset").with_values(
         {"sources.motor.loss": 25.5, "effects.sensor_offset:T1.error": -3.0}
     )
-    path = write_machine(moved, "jig_borer", tmp_path / "after.toml")
+    path = write_machine(moved, "jig_borer_lumps", tmp_path / "after.toml")
     assert read_machine(path) == moved
     assert "# Jackets: one each" in path.read_text()
     with pytest.raises(BadInput, match="not the file"):
-        write_machine(jig_borer, path, tmp_path / "other.toml")
+        write_machine(jig_borer_lumps, path, tmp_path / "other.toml")
 
 
 def test_of_two_larger_than_usual_the_one_that_fits_far_better_is_not_excluded() -> None:
@@ -228,10 +228,10 @@ def test_what_any_machine_has_is_not_named() -> None:
     assert select_effect(now, [found], 0.1, channels=14).one_of == ()  # type: ignore[list-item, arg-type]
 
 
-def test_a_lag_of_less_than_a_minute_is_ordinary(jig_borer: Machine) -> None:
-    observed = observe(jig_borer, runs_of(jig_borer, every_s=300.0)[:2])
+def test_a_lag_of_less_than_a_minute_is_ordinary(jig_borer_lumps: Machine) -> None:
+    observed = observe(jig_borer_lumps, runs_of(jig_borer_lumps, every_s=300.0)[:2])
     for minutes, ordinary in ((0.8, True), (2.0, False)):
-        machine = with_effect(jig_borer, "sensor_lag:T1", {"minutes": minutes})
+        machine = with_effect(jig_borer_lumps, "sensor_lag:T1", {"minutes": minutes})
         known = all_sensitivities(machine, machine, observed)
         calibration = calibrate(
             machine, observed, starts=1, iterations=0, start_from=[machine], sensitivities=known
@@ -243,17 +243,17 @@ def test_a_lag_of_less_than_a_minute_is_ordinary(jig_borer: Machine) -> None:
 
 @pytest.mark.long
 def test_a_loss_far_beyond_its_usual_range_is_named_and_said_to_be_large(
-    jig_borer: Machine, tmp_path: Path
+    jig_borer_lumps: Machine, tmp_path: Path
 ) -> None:
-    truth = with_effect(jig_borer, "windage", {"power": 1500.0})
+    truth = with_effect(jig_borer_lumps, "windage", {"power": 1500.0})
     runs = runs_of(truth)
-    found = find_gap(jig_borer, runs[:3], Search(LEFT_OUT))
+    found = find_gap(jig_borer_lumps, runs[:3], Search(LEFT_OUT))
     assert found.rounds[0].one_of == ("windage",)
     assert found.after.beyond_usual == ("power",)
     power = found.after.machine.parameters["effects.windage.power"]
     assert power.value == pytest.approx(1500.0, rel=0.15)
     # Beyond the catalogue's range, and read back all the same.
-    path = write_machine(found.after.machine, "jig_borer", tmp_path / "after.toml")
+    path = write_machine(found.after.machine, "jig_borer_lumps", tmp_path / "after.toml")
     assert read_machine(path).effects["windage"]["power"] == power
 
 

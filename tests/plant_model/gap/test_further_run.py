@@ -29,17 +29,17 @@ from tests.plant_model.gap.conftest import runs_of
 
 
 @pytest.fixture(scope="module")
-def fits(jig_borer: Machine) -> tuple[list[CandidateFit], list[Observations]]:
+def fits(jig_borer_lumps: Machine) -> tuple[list[CandidateFit], list[Observations]]:
     """Return fits with windage, iron loss and a whiff of windage more, on runs of the first."""
-    true = with_effect(jig_borer, "windage", {"power": 400.0})
-    observed = observe(jig_borer, runs_of(true, every_s=120.0)[:3])
+    true = with_effect(jig_borer_lumps, "windage", {"power": 400.0})
+    observed = observe(jig_borer_lumps, runs_of(true, every_s=120.0)[:3])
     found = []
     for key, values in (
         ("windage", {"power": 400.0}),
         ("tool_heating", {}),
         ("windage", {"power": 400.5}),
     ):
-        base = with_effect(jig_borer, key, values)
+        base = with_effect(jig_borer_lumps, key, values)
         known = all_sensitivities(base, base, observed)
         calibration = calibrate(base, observed, starts=1, iterations=1, sensitivities=known)
         found.append(score_fit(base, (key,), observed, calibration, known))
@@ -100,21 +100,21 @@ def test_evidence_is_what_least_squares_cannot_explain(
 
 
 def test_a_path_that_a_thermometer_may_read_is_weighed_too(
-    jig_borer: Machine, fits: tuple[list[CandidateFit], list[Observations]]
+    jig_borer_lumps: Machine, fits: tuple[list[CandidateFit], list[Observations]]
 ) -> None:
     (rival, _, _), observed = fits
-    sensor = next(one for one in jig_borer.sensors if one.of in jig_borer.node_index)
-    joined = {name for item in jig_borer.items for name in item.refs.get("between", ())}
+    sensor = next(one for one in jig_borer_lumps.sensors if one.of in jig_borer_lumps.node_index)
+    joined = {name for item in jig_borer_lumps.items for name in item.refs.get("between", ())}
     beside = {
         name
-        for item in jig_borer.items
+        for item in jig_borer_lumps.items
         if sensor.of in item.refs.get("between", ())
         for name in item.refs["between"]
     }
-    other = sorted((joined & jig_borer.node_index.keys()) - beside)[0]
+    other = sorted((joined & jig_borer_lumps.node_index.keys()) - beside)[0]
     change = HeatPath((sensor.of, other), False)
-    base = change.put_into(jig_borer, {"conductance": 20.0})
-    known = all_sensitivities(jig_borer, jig_borer, observed)
+    base = change.put_into(jig_borer_lumps, {"conductance": 20.0})
+    known = all_sensitivities(jig_borer_lumps, jig_borer_lumps, observed)
     calibration = calibrate(base, observed, starts=1, iterations=1, sensitivities=known)
     fit = score_fit(base, (change.key,), observed, calibration, known)
     told = module._told_so_far(fit)
@@ -124,9 +124,9 @@ def test_a_path_that_a_thermometer_may_read_is_weighed_too(
     assert found.evidence > 0.0
 
 
-def test_every_driving_input_is_tried_alone_and_with_the_others(jig_borer: Machine) -> None:
-    observed = observe(jig_borer, runs_of(jig_borer))
-    profiles = dict(module._profiles(jig_borer, observed))
+def test_every_driving_input_is_tried_alone_and_with_the_others(jig_borer_lumps: Machine) -> None:
+    observed = observe(jig_borer_lumps, runs_of(jig_borer_lumps))
+    profiles = dict(module._profiles(jig_borer_lumps, observed))
     assert len(profiles) == len(module.PROFILES)
     top = max(float(one.run.frame["speed_rpm"].max()) for one in observed)
     assert profiles["6 h at the highest speed"]["speed"] == ((0.0, top),)

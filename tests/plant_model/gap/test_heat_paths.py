@@ -22,11 +22,11 @@ def without_link(machine: Machine, name: str) -> Machine:
 
 
 @pytest.mark.long
-def test_a_forgotten_path_is_named_with_its_place(jig_borer: Machine) -> None:
+def test_a_forgotten_path_is_named_with_its_place(jig_borer_lumps: Machine) -> None:
     few = ("centrifugal_shift",)
     without = [name for name in catalogue() if name not in few]
-    told_wrong = without_link(jig_borer, "-".join(FORGOTTEN))
-    runs = runs_of(jig_borer, every_s=60.0)
+    told_wrong = without_link(jig_borer_lumps, "-".join(FORGOTTEN))
+    runs = runs_of(jig_borer_lumps, every_s=60.0)
     found, comparison, faults = answer(told_wrong, runs[:3], runs[3:], Search(without, workers=1))
     table = report_of(found, comparison, faults)
     (effect,) = table["effects"]

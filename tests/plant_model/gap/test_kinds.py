@@ -35,11 +35,11 @@ NEVER_OFF = ("coarse_part", "start_state")
 
 
 @pytest.fixture(scope="module")
-def known(jig_borer: Machine) -> list[CalibratedRun]:
-    observed = observe(jig_borer, warm_runs(jig_borer)[1:3])
-    sensitivities = all_sensitivities(jig_borer, jig_borer, observed)
+def known(jig_borer_lumps: Machine) -> list[CalibratedRun]:
+    observed = observe(jig_borer_lumps, warm_runs(jig_borer_lumps)[1:3])
+    sensitivities = all_sensitivities(jig_borer_lumps, jig_borer_lumps, observed)
     return [
-        CalibratedRun(jig_borer, one, part)
+        CalibratedRun(jig_borer_lumps, one, part)
         for one, part in zip(observed, sensitivities, strict=True)
     ]
 
@@ -69,10 +69,10 @@ def test_every_place_is_tried_once_and_no_place_that_the_machine_has(
 
 
 def test_a_door_that_an_input_tells_of_lets_in_the_hall(
-    jig_borer: Machine, known: list[CalibratedRun]
+    jig_borer_lumps: Machine, known: list[CalibratedRun]
 ) -> None:
     door = Input("door", "1", "door_1", 0.0, 1.0, 0.0)
-    machine = replace(jig_borer, inputs=(*jig_borer.inputs, door))
+    machine = replace(jig_borer_lumps, inputs=(*jig_borer_lumps.inputs, door))
     without = [replace(one, machine=machine) for one in known]
     assert not any("door" in one.place for one in changes_of("conductance_with_motion", without))
     frame = known[0].observed.run.frame.assign(door_1=0.0)
@@ -117,7 +117,7 @@ def test_a_change_is_written_read_back_and_stepped(
         numbers = change.points()[-1]
         grown = change.put_into(machine, numbers)
         assert change.read(grown) == pytest.approx(numbers)
-        path = write_machine(grown, "jig_borer", tmp_path / "after.toml")
+        path = write_machine(grown, "jig_borer_lumps", tmp_path / "after.toml")
         assert read_machine(path) == grown
         assert Machine.from_dict(grown.to_dict()) == grown
         assert all(full in grown.parameters for full in change.parameters().values())

@@ -60,13 +60,13 @@ def test_probabilities_are_those_of_bayes_with_the_unit_as_variance(left: float)
     np.testing.assert_allclose(found.probability, density / density.sum(), rtol=1e-9)
 
 
-def test_an_interval_holds_95_percent_of_the_posterior(jig_borer: Machine) -> None:
-    priors = Priors.of(jig_borer, calibrated=True)
+def test_an_interval_holds_95_percent_of_the_posterior(jig_borer_lumps: Machine) -> None:
+    priors = Priors.of(jig_borer_lumps, calibrated=True)
     generator = np.random.default_rng(1)
     at = generator.uniform(-0.3, 0.3, len(priors.names))
     spread = generator.uniform(0.02, 0.3, len(priors.names))
     drawn = priors.values(generator.normal(at, spread, (40_000, len(priors.names))))
-    for one in intervals(jig_borer, priors, at, spread):
+    for one in intervals(jig_borer_lumps, priors, at, spread):
         inside = (drawn[one.name] >= one.low) & (drawn[one.name] <= one.high)
         assert inside.mean() == pytest.approx(0.95, abs=0.006), one.name
         below = (drawn[one.name] < one.low).mean()
@@ -96,14 +96,14 @@ def only_free(machine: Machine, *names: str) -> Machine:
 
 
 @pytest.fixture(scope="module")
-def runs(jig_borer: Machine) -> list[Run]:
-    stiff = jig_borer.with_values({FREE: 1.15 * jig_borer.parameters[FREE].value})
+def runs(jig_borer_lumps: Machine) -> list[Run]:
+    stiff = jig_borer_lumps.with_values({FREE: 1.15 * jig_borer_lumps.parameters[FREE].value})
     return runs_of(stiff, 60.0)[:2]
 
 
 @pytest.fixture(scope="module")
-def observed(jig_borer: Machine, runs: list[Run]) -> list[Observations]:
-    return observe(jig_borer, runs)
+def observed(jig_borer_lumps: Machine, runs: list[Run]) -> list[Observations]:
+    return observe(jig_borer_lumps, runs)
 
 
 def distance(priors: Priors, machine: Machine, told: ParameterEstimate, value: float) -> float:
@@ -116,10 +116,10 @@ def distance(priors: Priors, machine: Machine, told: ParameterEstimate, value: f
 
 
 def test_at_the_ends_of_an_interval_the_cost_has_risen_by_the_chi_squared_quantile(
-    jig_borer: Machine, observed: list[Observations]
+    jig_borer_lumps: Machine, observed: list[Observations]
 ) -> None:
     """With one free parameter: the likelihood ratio knows nothing of any covariance."""
-    machine = only_free(jig_borer, FREE)
+    machine = only_free(jig_borer_lumps, FREE)
     priors = Priors.of(machine, calibrated=True)
     assert priors.names == (FREE,)
     found = calibrate(machine, observed, starts=1)
@@ -154,10 +154,10 @@ def dense_deviations(designs: list[RunDesign], count: int) -> np.ndarray:
 
 @pytest.mark.parametrize("noise", [0.0, 0.4])
 def test_the_intervals_of_an_explanation_are_those_of_one_dense_problem(
-    noise: float, jig_borer: Machine, observed: list[Observations]
+    noise: float, jig_borer_lumps: Machine, observed: list[Observations]
 ) -> None:
     """Also where more is left than the tolerance explains: all is less certain by as much."""
-    machine = only_free(jig_borer, FREE, "links.rear_inner-rear_outer.conductance")
+    machine = only_free(jig_borer_lumps, FREE, "links.rear_inner-rear_outer.conductance")
     generator = np.random.default_rng(5)
     noisy = [
         replace(one, values=generator.normal(one.values, noise * one.tolerance + 1e-12))

@@ -110,10 +110,10 @@ def _begun(truth: Machine, told: Machine) -> tuple[CandidateFit, list[RunSensiti
 
 
 @pytest.mark.long
-def test_two_are_named_though_neither_would_be_alone(jig_borer: Machine) -> None:
-    truth = with_effect(jig_borer, "windage", {"power": 700.0})
+def test_two_are_named_though_neither_would_be_alone(jig_borer_lumps: Machine) -> None:
+    truth = with_effect(jig_borer_lumps, "windage", {"power": 700.0})
     truth = with_effect(truth, "centrifugal_shift", {"shift": 40.0})
-    before, sensitivities = _begun(truth, jig_borer)
+    before, sensitivities = _begun(truth, jig_borer_lumps)
     with ThreadPoolExecutor(1) as pool:
         alone, _ = select_effects(
             pool, before, sensitivities, replace(ASKED, most_effects=1), quiet
@@ -128,9 +128,9 @@ def test_two_are_named_though_neither_would_be_alone(jig_borer: Machine) -> None
 
 
 @pytest.mark.long
-def test_a_pair_is_not_named_where_only_one_is_there(jig_borer: Machine) -> None:
-    truth = with_effect(jig_borer, "windage", {"power": 700.0})
-    before, sensitivities = _begun(truth, jig_borer)
+def test_a_pair_is_not_named_where_only_one_is_there(jig_borer_lumps: Machine) -> None:
+    truth = with_effect(jig_borer_lumps, "windage", {"power": 700.0})
+    before, sensitivities = _begun(truth, jig_borer_lumps)
     with ThreadPoolExecutor(1) as pool:
         at_first = float(before.loro_cost.sum())
         known = _round(pool, before, sensitivities, at_first, ASKED, quiet)

@@ -22,8 +22,8 @@ from tests.plant_model.gap.test_find import _Scored
 
 
 @pytest.fixture(scope="module")
-def observed(jig_borer: Machine) -> list[Observations]:
-    return observe(jig_borer, runs_of(jig_borer))
+def observed(jig_borer_lumps: Machine) -> list[Observations]:
+    return observe(jig_borer_lumps, runs_of(jig_borer_lumps))
 
 
 def behind(observed: Observations, lag_min: float) -> np.ndarray:
@@ -35,13 +35,13 @@ def behind(observed: Observations, lag_min: float) -> np.ndarray:
 
 
 def test_a_lag_of_the_speed_is_found_with_its_lag_and_channel(
-    jig_borer: Machine, observed: list[Observations]
+    jig_borer_lumps: Machine, observed: list[Observations]
 ) -> None:
-    found = [residuals(jig_borer, one) for one in observed]
+    found = [residuals(jig_borer_lumps, one) for one in observed]
     at = observed[0].channels.index("T8")
     for one in found:
         one.values[:, at] += 1.5 * behind(one.observed, 45.0) / 10000.0
-    reference = ReferenceModel(jig_borer, found[:3], found[3:])
+    reference = ReferenceModel(jig_borer_lumps, found[:3], found[3:])
     assert reference.is_left
     assert {place.channel for place in reference.places()} == {"T8"}
     sources = reference.sources_of("T8")
@@ -53,43 +53,47 @@ def test_a_lag_of_the_speed_is_found_with_its_lag_and_channel(
         assert rms[1] < 0.25 * rms[0]
 
 
-def test_noise_is_not_reducible(jig_borer: Machine, observed: list[Observations]) -> None:
-    reference = ReferenceModel(jig_borer, [residuals(jig_borer, one) for one in observed])
+def test_noise_is_not_reducible(jig_borer_lumps: Machine, observed: list[Observations]) -> None:
+    reference = ReferenceModel(
+        jig_borer_lumps, [residuals(jig_borer_lumps, one) for one in observed]
+    )
     assert 0.0 <= reference.reducible < 0.1 < LEFT
     assert not reference.is_left
     assert reference.places() == []
 
 
 def test_a_channel_that_is_missing_in_a_run_is_no_obstacle(
-    jig_borer: Machine, observed: list[Observations]
+    jig_borer_lumps: Machine, observed: list[Observations]
 ) -> None:
-    found = [residuals(jig_borer, one) for one in observed]
+    found = [residuals(jig_borer_lumps, one) for one in observed]
     empty = found[1].values.copy()
     empty[:, 0] = np.nan
     found[1] = RunResiduals(
         replace(found[1].observed, values=found[1].observed.values + empty * 0), empty
     )
-    reference = ReferenceModel(jig_borer, found)
+    reference = ReferenceModel(jig_borer_lumps, found)
     assert np.isnan(reference.known[1][:, 0]).all()
     assert np.isfinite(reference.known[0]).all()
     assert np.isfinite(reference.reducible)
 
 
-def test_how_warm_it_started_is_a_source(jig_borer: Machine, observed: list[Observations]) -> None:
+def test_how_warm_it_started_is_a_source(
+    jig_borer_lumps: Machine, observed: list[Observations]
+) -> None:
     found = []
     for one, warm in zip(observed, (6.0, -3.0, 0.5, 4.0), strict=True):
         shifted = one.values + np.where([n.startswith("T") for n in one.channels], warm, 0.0)
         left = np.zeros_like(shifted)
         left[:, 2] = 0.3 * warm * np.exp(-one.time_s / (60.0 * LAGS_MIN[4]))
         found.append(RunResiduals(replace(one, values=shifted), left))
-    (source, *_) = ReferenceModel(jig_borer, found).sources()
+    (source, *_) = ReferenceModel(jig_borer_lumps, found).sources()
     assert source.input == "start"
     assert source.lag_min in LAGS_MIN[3:6]
     assert source.share > 0.9
 
 
 def test_an_answer_that_makes_the_unseen_run_worse_is_taken_back(
-    jig_borer: Machine, observed: list[Observations]
+    jig_borer_lumps: Machine, observed: list[Observations]
 ) -> None:
     def scored(name: str, machine: Machine) -> _Scored:
         one = _Scored(name, [20.0, 20.0, 20.0])
@@ -98,8 +102,8 @@ def test_an_answer_that_makes_the_unseen_run_worse_is_taken_back(
             one.added, one.loro_cost = (), np.array([50.0, 50.0, 50.0])
         return one
 
-    now = scored("", jig_borer)
-    wrong = scored("windage", with_effect(jig_borer, "windage", {"power": 200.0}))
+    now = scored("", jig_borer_lumps)
+    wrong = scored("windage", with_effect(jig_borer_lumps, "windage", {"power": 200.0}))
     selection = select_effect(now, [wrong], 0.1, channels=14)
     found = GapResult(now, wrong, (selection,))
     assert found.verdict == "effect"

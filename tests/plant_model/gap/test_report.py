@@ -14,11 +14,11 @@ from plant_model.machine import Machine
 from tests.plant_model.gap.conftest import runs_of
 
 
-def test_channels_are_judged_beside_no_model(jig_borer: Machine) -> None:
-    *runs, last = runs_of(jig_borer)
+def test_channels_are_judged_beside_no_model(jig_borer_lumps: Machine) -> None:
+    *runs, last = runs_of(jig_borer_lumps)
     frame = last.frame.drop(columns="T7_degC")
-    observed = observe(jig_borer, [Run(last.name, frame)])
-    table = GapComparison(jig_borer, jig_borer, observed).channels()
+    observed = observe(jig_borer_lumps, [Run(last.name, frame)])
+    table = GapComparison(jig_borer_lumps, jig_borer_lumps, observed).channels()
     assert runs
     assert "T7" not in table
     values = frame["T1_degC"].to_numpy()
@@ -45,11 +45,11 @@ def test_each_broken_channel_is_told_once() -> None:
     ],
 )
 def test_what_costs_another_channel_more_than_its_tolerance_makes_it_worse(
-    changes: dict[str, float], worse: bool, jig_borer: Machine
+    changes: dict[str, float], worse: bool, jig_borer_lumps: Machine
 ) -> None:
-    run = runs_of(jig_borer)[0]
-    (one,) = observe(jig_borer, [run])
-    comparison = GapComparison(jig_borer, jig_borer, [one])
+    run = runs_of(jig_borer_lumps)[0]
+    (one,) = observe(jig_borer_lumps, [run])
+    comparison = GapComparison(jig_borer_lumps, jig_borer_lumps, [one])
     size = np.full_like(one.values, 8.0)
     after = size**2
     for name, change in changes.items():

@@ -27,26 +27,30 @@ def frozen(run: Run, column: str, start_s: float, end_s: float) -> Run:
     return Run(run.name, run.frame.assign(**{column: values}))
 
 
-def test_a_coarse_thermometer_that_froze_is_told_from_one_that_stands(jig_borer: Machine) -> None:
-    runs = [in_whole_kelvin(run, "T1_degC", "T3_degC") for run in runs_of(jig_borer)]
-    assert standing_still(jig_borer, observe(jig_borer, runs)) == []
+def test_a_coarse_thermometer_that_froze_is_told_from_one_that_stands(
+    jig_borer_lumps: Machine,
+) -> None:
+    runs = [in_whole_kelvin(run, "T1_degC", "T3_degC") for run in runs_of(jig_borer_lumps)]
+    assert standing_still(jig_borer_lumps, observe(jig_borer_lumps, runs)) == []
     broken = [frozen(runs[0], "T1_degC", 240.0, 9000.0), *runs[1:]]
-    (fault,) = standing_still(jig_borer, observe(jig_borer, broken))
+    (fault,) = standing_still(jig_borer_lumps, observe(jig_borer_lumps, broken))
     assert (fault.run, fault.channel, fault.kind) == ("down", "T1", "frozen")
     assert fault.start_s <= 240.0 < 9000.0 <= fault.end_s
-    observed = observe(jig_borer, [taken_out(jig_borer, run, [fault]) for run in broken])
+    observed = observe(
+        jig_borer_lumps, [taken_out(jig_borer_lumps, run, [fault]) for run in broken]
+    )
     at = observed[0].channels.index("T1")
     inside = (observed[0].time_s > 400.0) & (observed[0].time_s < 8900.0)
     assert np.isnan(observed[0].values[inside, at]).all()
 
 
-def test_calibration_is_done_again_without_what_stands_still(jig_borer: Machine) -> None:
-    runs = [in_whole_kelvin(run, "T1_degC") for run in runs_of(jig_borer, every_s=60.0)]
+def test_calibration_is_done_again_without_what_stands_still(jig_borer_lumps: Machine) -> None:
+    runs = [in_whole_kelvin(run, "T1_degC") for run in runs_of(jig_borer_lumps, every_s=60.0)]
     broken = [frozen(runs[0], "T1_degC", 240.0, 9000.0), *runs[1:3]]
-    found, observed, faults = calibrated(jig_borer, broken, starts=1)
+    found, observed, faults = calibrated(jig_borer_lumps, broken, starts=1)
     assert [fault.channel for fault in faults] == ["T1"]
     assert standing_still(found.machine, observed) == [], "it is left out"
-    sound, _, none = calibrated(jig_borer, runs[:3], starts=1)
+    sound, _, none = calibrated(jig_borer_lumps, runs[:3], starts=1)
     assert none == []
     moved = [
         one.value / other.value
@@ -56,14 +60,14 @@ def test_calibration_is_done_again_without_what_stands_still(jig_borer: Machine)
 
 
 @pytest.mark.long
-def test_an_error_in_one_run_alone_does_not_enter_the_machine(jig_borer: Machine) -> None:
+def test_an_error_in_one_run_alone_does_not_enter_the_machine(jig_borer_lumps: Machine) -> None:
     few = ("sensor_offset",)
     without = [name for name in catalogue() if name not in few]
-    runs = runs_of(jig_borer)
+    runs = runs_of(jig_borer_lumps)
     last = max(range(3), key=lambda i: runs[i].name)
     high = runs[last].frame["T2_degC"] + 3.0
     runs[last] = Run(runs[last].name, runs[last].frame.assign(T2_degC=high))
-    found, comparison, faults = answer(jig_borer, runs[:3], runs[3:], Search(without))
+    found, comparison, faults = answer(jig_borer_lumps, runs[:3], runs[3:], Search(without))
     assert [(one.run, one.channel, one.kind) for one in faults] == [
         (runs[last].name, "T2", "one_run")
     ]
@@ -73,7 +77,7 @@ def test_an_error_in_one_run_alone_does_not_enter_the_machine(jig_borer: Machine
     assert gap["after"] == gap["before"] < 1.5
     # Where the run never used has it, too, it is the sensor's error from then on.
     later = Run("steady", runs[3].frame.assign(T2_degC=runs[3].frame["T2_degC"] + 3.0))
-    found, comparison, faults = answer(jig_borer, runs[:3], [later], Search(without))
+    found, comparison, faults = answer(jig_borer_lumps, runs[:3], [later], Search(without))
     assert found.after.added == ("sensor_offset:T2",)
     assert faults == []
     assert comparison.gap()["after"] < 0.3 * comparison.gap()["before"]

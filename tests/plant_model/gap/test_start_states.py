@@ -40,19 +40,20 @@ def warm_runs(machine: Machine) -> list[Run]:
 
 
 @pytest.fixture(scope="module")
-def told_wrong(jig_borer: Machine) -> Machine:
+def told_wrong(jig_borer_lumps: Machine) -> Machine:
     """The machine as an owner would describe it who has no thermometer on the motor."""
     nodes = tuple(
-        replace(node, start="ambient") if node.name in HIDDEN else node for node in jig_borer.nodes
+        replace(node, start="ambient") if node.name in HIDDEN else node
+        for node in jig_borer_lumps.nodes
     )
-    return replace(jig_borer, nodes=nodes)
+    return replace(jig_borer_lumps, nodes=nodes)
 
 
 def test_a_share_of_the_way_in_the_file_the_simulation_and_the_stepper(
-    jig_borer: Machine, tmp_path: Path
+    jig_borer_lumps: Machine, tmp_path: Path
 ) -> None:
-    machine = StartState(("rotor",), "T8", (0.25,), True).put_into(jig_borer, {"share": 0.25})
-    path = write_machine(machine, "jig_borer", tmp_path / "after.toml")
+    machine = StartState(("rotor",), "T8", (0.25,), True).put_into(jig_borer_lumps, {"share": 0.25})
+    path = write_machine(machine, "jig_borer_lumps", tmp_path / "after.toml")
     assert read_machine(path) == machine
     assert Machine.from_dict(machine.to_dict()) == machine
     inputs = inputs_of("down", 60.0).assign(T8_degC=29.0)
@@ -67,11 +68,11 @@ def test_a_share_of_the_way_in_the_file_the_simulation_and_the_stepper(
 
 @pytest.mark.long
 def test_parts_that_no_sensor_starts_are_named_with_their_place(
-    jig_borer: Machine, told_wrong: Machine, tmp_path: Path
+    jig_borer_lumps: Machine, told_wrong: Machine, tmp_path: Path
 ) -> None:
     few = ("windage", "natural_convection")
     without = [name for name in catalogue() if name not in few]
-    runs = warm_runs(jig_borer)
+    runs = warm_runs(jig_borer_lumps)
     found, comparison, faults = answer(told_wrong, runs[:3], runs[3:], Search(without, workers=1))
     table = report_of(found, comparison, faults)
     assert table["verdict"] == "effect"
@@ -87,7 +88,7 @@ def test_parts_that_no_sensor_starts_are_named_with_their_place(
     ]
     assert moved == effect["place"]
     # Told rightly, nothing of the kind is said.
-    sound, _, _ = answer(jig_borer, runs[:3], runs[3:], Search(without, workers=1))
+    sound, _, _ = answer(jig_borer_lumps, runs[:3], runs[3:], Search(without, workers=1))
     assert sound.changes == ()
     assert sound.verdict == "none_missing"
     assert np.isfinite(gap["reference"])

@@ -22,14 +22,14 @@ TRUE = {"windage": {"power": 250.0}, "centrifugal_shift": {"shift": 12.0}}
 
 
 @pytest.mark.long
-def test_a_neighbour_named_first_gives_way_beside_the_second(jig_borer: Machine) -> None:
-    truth = jig_borer
+def test_a_neighbour_named_first_gives_way_beside_the_second(jig_borer_lumps: Machine) -> None:
+    truth = jig_borer_lumps
     for key, values in TRUE.items():
         truth = with_effect(truth, key, values)
-    observed = observe(jig_borer, runs_of(truth))
-    calibration = calibrate(jig_borer, observed, starts=1)
-    sensitivities = all_sensitivities(jig_borer, calibration.machine, observed)
-    before = score_fit(jig_borer, (), observed, calibration, sensitivities)
+    observed = observe(jig_borer_lumps, runs_of(truth))
+    calibration = calibrate(jig_borer_lumps, observed, starts=1)
+    sensitivities = all_sensitivities(jig_borer_lumps, calibration.machine, observed)
+    before = score_fit(jig_borer_lumps, (), observed, calibration, sensitivities)
 
     def tried(now, key):  # type: ignore[no-untyped-def]
         found = list(candidates(now.machine, now.observed, catalogue()[key]))

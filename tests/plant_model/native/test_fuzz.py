@@ -19,7 +19,7 @@ CALLS = 60_000
 
 
 def test_fuzzed_calls_are_clean(compiler: tuple[str, ...], tmp_path: Path) -> None:
-    machine = with_all_effects(read_machine("jig_borer"))
+    machine = with_all_effects(read_machine("jig_borer_lumps"))
     sources = {**front(2), **program(), **machine_sources(machine)}
     sources["model_data.c"] = variable_sources(variables(machine), "fuzz", "{0}")
     fuzz(sources, compiler, tmp_path)

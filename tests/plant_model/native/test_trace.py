@@ -56,7 +56,7 @@ def deciding(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_an_effect_without_a_form_in_c_is_named_in_one_line(
     deciding: None, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    machine = read_machine("jig_borer")
+    machine = read_machine("jig_borer_lumps")
     # Machines without it are as they were.
     assert equations_of(machine, []).heat
     with_it = replace(machine, effects=machine.effects | {"deciding": dict(Deciding.parameters)})
@@ -64,7 +64,7 @@ def test_an_effect_without_a_form_in_c_is_named_in_one_line(
     with pytest.raises(NoFormulaError, match=said):
         equations_of(with_it, [])
     path = tmp_path / "deciding.toml"
-    write_machine(with_it, "jig_borer", path)
+    write_machine(with_it, "jig_borer_lumps", path)
     arguments = ["--native", "--only", "plant", "--machine", str(path), "--out", str(tmp_path)]
     assert build_fmu.main(arguments) == 2
     assert capsys.readouterr().err == f"--native: {said}\n"

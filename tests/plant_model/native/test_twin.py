@@ -149,7 +149,7 @@ def difference(python: PlantStepper, core: Core) -> float:
 
 
 MACHINES = [
-    read_machine("jig_borer"),
+    read_machine("jig_borer_lumps"),
     read_machine("lathe"),
     replace(lathe(), name="other_lathe"),
     machine_of(small_page()),
@@ -216,7 +216,7 @@ def test_heat_stays_where_it_is_if_nothing_exchanges_it(library_of: LibraryOf) -
     assert python.outputs()["T1"] > python.outputs()["T2"] + 1.0, "only the bearings warm up"
 
 
-@pytest.mark.parametrize("name", ["jig_borer", "lathe"])
+@pytest.mark.parametrize("name", ["jig_borer_lumps", "lathe"])
 def test_the_shipped_machines_with_noise_give_the_numbers_of_python(
     name: str, library_of: LibraryOf
 ) -> None:
