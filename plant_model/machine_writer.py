@@ -73,7 +73,7 @@ def machine_text(machine: Machine, like: str | Path) -> str:
     _write_sensors(document, machine)
     _write_items(document, machine)
     _write_effects(document["effects"], machine)
-    text = head + document.as_string()
+    text: str = head + document.as_string()
     # What is written must read back as the same machine.
     if machine_from_table(tomllib.loads(text), source) != machine:
         raise BadInput(source, "", "is not the file that this machine came from")

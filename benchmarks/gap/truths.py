@@ -15,6 +15,7 @@ from benchmarks.gap.lathe import effects as lathe_effects
 from benchmarks.gap.lathe import owner as lathe_owner
 from benchmarks.gap.truth import effects as jig_borer_effects
 from benchmarks.gap.truth.case import CaseRun, TruthCase, simulate_case
+from benchmarks.gap.truth.page import owners_page, simulate_around_page
 
 USUAL = "jig_borer"
 """The truth that is asked unless another is named."""
@@ -80,6 +81,14 @@ TRUTHS = {
         lathe_effects.BEYOND,
         {name: (one.kind, one.place) for name, one in lathe_owner.MISTAKES.items()},
         lathe_case.owners_file,
+    ),
+    "page": Truth(
+        "Jig borer in 266 cells, drawn around its page",
+        30_000_000,
+        simulate_around_page,
+        jig_borer_effects.catalogue(),
+        truth.OUTSIDE,
+        page=owners_page,
     ),
 }
 """By name."""
