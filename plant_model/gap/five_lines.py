@@ -62,7 +62,7 @@ def five_lines(table: dict[str, Any]) -> list[str]:
             + f" {_left(table).capitalize()}."
         )
     else:
-        lines.append("What is missing: nothing; residuals are within tolerance.")
+        lines.append(f"What is missing: nothing that these runs prove{_hint(table)}.")
     if len(table["one_of_keys"]) > 1:
         others = ", ".join(table["one_of_keys"][1:])
         run = " (next_run.toml)" if table["next_run"] else ""
@@ -74,7 +74,12 @@ def five_lines(table: dict[str, Any]) -> list[str]:
             f" ({one['probability']:.0%})"
             for one in table["runners_up"][:2]
         )
-        lines.append(f"Rivals: none; next best: {rivals or 'none'}.")
+        alike = (
+            " Something that no catalogue holds may act alike: check it on the machine."
+            if table["effects"]
+            else ""
+        )
+        lines.append(f"Rivals: none; next best: {rivals or 'none'}.{alike}")
     added = "; ".join(
         f"{entry['name']}: "
         + ", ".join(
@@ -155,6 +160,19 @@ def _best(tried: Sequence[Mapping[str, Any]], share: float) -> str:
     if best["beyond_its_range"]:
         words += f", and would have to leave its range ({', '.join(best['beyond_its_range'])})"
     return words + "."
+
+
+def _hint(table: Mapping[str, Any]) -> str:
+    """Return in words how little is left, and what explains more of it than chance would."""
+    within = "; residuals are within tolerance, all channels together"
+    share, chance = (table["evidence"][key] for key in ("share_explained", "share_by_chance"))
+    if not table["runners_up"] or share <= chance:
+        return within
+    best = table["runners_up"][0]["name"]
+    return (
+        f"{within}. {best} explains {share:.0%} of them, chance up to {chance:.0%}: too little is"
+        " left to be sure"
+    )
 
 
 def _left_out(faults: Sequence[Mapping[str, Any]]) -> str:

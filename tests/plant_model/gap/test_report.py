@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from measurement.runs import Run
-from plant_model.gap.five_lines import _left_out
+from plant_model.gap.five_lines import _left_out, five_lines
 from plant_model.gap.observations import observe
 from plant_model.gap.regimes import RunResiduals
 from plant_model.gap.report import GapComparison
@@ -33,6 +33,27 @@ def test_each_broken_channel_is_told_once() -> None:
     told = " Left out as broken: T1 (wrong level in r0 and 4 more); x (frozen in r1)."
     assert _left_out(faults) == told
     assert _left_out([]) == ""
+
+
+@pytest.mark.parametrize(("share", "said"), [(0.52, True), (0.08, False)])
+def test_what_is_too_little_to_be_named_is_said_all_the_same(share: float, said: bool) -> None:
+    gap = {"before": 0.9, "after": 0.9, "reference": 1.7, "floor": 0.5}
+    table = {
+        "verdict": "none_missing",
+        "where": [],
+        "data_faults": [],
+        "effects": [],
+        "one_of_keys": [],
+        "runners_up": [{"name": "centrifugal_shift", "probability": 0.96}],
+        "evidence": {"share_explained": share, "share_by_chance": 0.08},
+        "machine": "machine_after.toml",
+        "gap": {"holdout": gap},
+        "withdrawn": [],
+    }
+    _, missing, rivals, *_ = five_lines(table)
+    assert missing.startswith("What is missing: nothing that these runs prove")
+    assert ("centrifugal_shift explains 52% of them, chance up to 8%" in missing) == said
+    assert "may act alike" not in rivals
 
 
 @pytest.mark.parametrize(

@@ -82,6 +82,7 @@ def test_parts_that_no_sensor_starts_are_named_with_their_place(
     gap = table["gap"]["holdout"]
     assert gap["after"] < 0.4 * gap["before"]
     assert "starts at another temperature" in five_lines(table)[1]
+    assert "Something that no catalogue holds may act alike" in five_lines(table)[2]
     after = found.after.machine
     moved = [
         n.name for n, o in zip(after.nodes, told_wrong.nodes, strict=True) if n.start != o.start
