@@ -224,7 +224,7 @@ def _input(entry: Input) -> Variable:
         unit=entry.unit,
         low=entry.low,
         high=entry.high,
-        nominal=max(abs(entry.low), abs(entry.high)) / 2 or 1.0,
+        nominal=entry.most / 2 or 1.0,
         start=min(max(start, entry.low), entry.high),
     )
 

@@ -83,7 +83,7 @@ def _stirred(machine: Machine, inputs: pd.DataFrame) -> pd.DataFrame:
             warmer = moved[entry.name] + WARMER_K
             moved.loc[1:, entry.name] = warmer.clip(upper=entry.high)
         else:
-            moved.loc[1:, entry.name] += 0.25 * (max(entry.high, -entry.low) - moved[entry.name])
+            moved.loc[1:, entry.name] += 0.25 * (entry.most - moved[entry.name])
     return moved
 
 

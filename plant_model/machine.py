@@ -43,6 +43,11 @@ class Input:
         """Whether it is a temperature, and so something that nodes exchange heat with."""
         return self.unit == "degC"
 
+    @property
+    def most(self) -> float:
+        """The largest value of its range, without sign [unit]."""
+        return max(abs(self.low), abs(self.high))
+
 
 REST = "rest"
 """What ``start`` of a node says for: where it stands when the machine has rested."""

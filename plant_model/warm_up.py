@@ -39,6 +39,6 @@ def warm_up(machine: Machine, every_s: float = 60.0) -> pd.DataFrame:
         still = held_at(entry)
         top = still
         if entry.name in shares:
-            top = shares[entry.name] * max(entry.high, -entry.low)
+            top = shares[entry.name] * entry.most
         frame[entry.name] = running.map({True: top, False: still})
     return frame

@@ -38,7 +38,7 @@ class FrictionSpeedExponent(Effect):
 
     def prepare(self) -> None:
         """Find the bearings and the reference speed of each [r/min]."""
-        highest = {entry.name: max(entry.high, -entry.low) for entry in self.machine.inputs}
+        highest = {entry.name: entry.most for entry in self.machine.inputs}
         self._bearings = [
             (item, item.refs["driven_by"][0], highest[item.refs["driven_by"][0]] / 2.0)
             for item in bearings(self.machine)

@@ -41,9 +41,7 @@ class PlainHeat(Effect):
 
     def prepare(self) -> None:
         """Find how far each driving input goes."""
-        self._most = {
-            entry.name: max(abs(entry.low), abs(entry.high)) for entry in self.machine.inputs
-        }
+        self._most = {entry.name: entry.most for entry in self.machine.inputs}
 
     def heat(
         self,

@@ -19,6 +19,19 @@ from plant_model.effects.base import (
 from plant_model.parameters import FloatArray, Parameter
 
 
+def share_of_motion(value: FloatArray, most: float) -> FloatArray:
+    """Return how much of its exchange a stirred film has while an input has some value [1].
+
+    Parameters
+    ----------
+    value : array
+        Of the input, in its unit.
+    most : float
+        The top of the input's range.
+    """
+    return np.asarray((np.abs(value) / most) ** 0.7)
+
+
 class StirredFilm(Effect):
     """Exchange that is there only in motion: Q = G (|u| / u_high)^0.7 (T_b - T_a).
 
@@ -45,9 +58,7 @@ class StirredFilm(Effect):
         """Find what drives the links, and how far each driver goes."""
         drivers = {item.refs["driven_by"][0] for item in self.items}
         self.driven_by = tuple(sorted(drivers))
-        self._most = {
-            entry.name: max(abs(entry.low), abs(entry.high)) for entry in self.machine.inputs
-        }
+        self._most = {entry.name: entry.most for entry in self.machine.inputs}
 
     def conductance(
         self, inputs: Inputs, temperatures: FloatArray | None, states: FloatArray | None
@@ -56,7 +67,7 @@ class StirredFilm(Effect):
         found = []
         for item in self.items:
             (driver,) = item.refs["driven_by"]
-            share = (np.abs(inputs[driver]) / self._most[driver]) ** 0.7
+            share = share_of_motion(inputs[driver], self._most[driver])
             g = self.own("scale") * self.of(item, "conductance") * share
             found.append(exchange(self, item, g))
         return found

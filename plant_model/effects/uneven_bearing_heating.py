@@ -49,7 +49,7 @@ class UnevenBearingHeating(Effect):
 
     def prepare(self) -> None:
         """Find the bearings and their heat at half of the highest speed [W]."""
-        highest = {entry.name: max(entry.high, -entry.low) for entry in self.machine.inputs}
+        highest = {entry.name: entry.most for entry in self.machine.inputs}
         self._bearings = [(item, item.refs["driven_by"][0]) for item in bearings(self.machine)]
         self._reference = sum(
             (

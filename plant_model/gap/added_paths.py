@@ -10,9 +10,11 @@ every changed machine would cost their cube.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
+from plant_model.effects.stirred_film import share_of_motion
 from plant_model.gap.linearise import TOLERANCE
 from plant_model.gap.observations import Observations
 from plant_model.integrate import Modes, phi
@@ -30,10 +32,26 @@ ON_SURFACES = ("forced_convection", "natural_convection", "radiation")
 """Effects that act on every surface, a new one included."""
 
 
+@dataclass(frozen=True)
+class AddedPath:
+    """One more heat path.
+
+    Attributes
+    ----------
+    between : (str, str)
+        Two parts, or a part and a boundary temperature.
+    driver : str
+        The input that it grows with, as a stirred film does; without one it is always there.
+    """
+
+    between: tuple[str, str]
+    driver: str = ""
+
+
 def path_answers(
     machine: Machine,
     observed: Observations,
-    pairs: Sequence[tuple[str, str]],
+    paths: Sequence[AddedPath],
     sizes: Sequence[float],
 ) -> list[FloatArray] | None:
     """Return what paths of some conductances change in a run, weighted, each (sizes, N).
@@ -42,10 +60,9 @@ def path_answers(
     ----------
     machine : Machine
     observed : Observations
-    pairs : sequence of (str, str)
-        Two parts, or a part and a boundary temperature.
+    paths : sequence of AddedPath
     sizes : sequence of float
-        Conductances [W/K].
+        Conductances, of a driven path at the top of the input's range [W/K].
 
     Returns
     -------
@@ -61,8 +78,8 @@ def path_answers(
     stepped = _Stepped(machine, network, observed)
     found: list[FloatArray] = []
     per_turn = max(1, AT_ONCE // len(sizes))
-    for start in range(0, len(pairs), per_turn):
-        found += stepped.answers(pairs[start : start + per_turn], sizes)
+    for start in range(0, len(paths), per_turn):
+        found += stepped.answers(paths[start : start + per_turn], sizes)
     return found
 
 
@@ -94,13 +111,15 @@ class _Stepped:
             self._gains[known] = np.exp(x), step * phi(1, x) - last, last
         return self._gains[known]
 
-    def answers(self, pairs: Sequence[tuple[str, str]], sizes: Sequence[float]) -> list[FloatArray]:
+    def answers(self, paths: Sequence[AddedPath], sizes: Sequence[float]) -> list[FloatArray]:
         """Return what some paths change, each (sizes, N)."""
         index, count = self.machine.node_index, len(sizes)
-        ends = np.zeros((len(pairs), len(index)))
-        first, last = np.zeros((2, len(pairs), len(self.steps)))
-        conductance = np.empty((len(pairs), count))
-        for row, (one, other) in enumerate(pairs):
+        ends = np.zeros((len(paths), len(index)))
+        first, last = np.zeros((2, len(paths), len(self.steps)))
+        share = np.ones((len(paths), len(self.steps)))
+        conductance = np.empty((len(paths), count))
+        for row, path in enumerate(paths):
+            one, other = path.between
             ends[row, index[one]] = 1.0
             law = "conduction"
             if other in index:
@@ -108,20 +127,32 @@ class _Stepped:
             else:
                 law = "surface_convection"
                 first[row], last[row] = self.drive.first[other], self.drive.last[other]
+            if path.driver:
+                law = "stirred_film"
+                share[row] = self._motion(path.driver)
             conductance[row] = np.array(sizes) * self._scale(law)
         apart = ends @ self.base.T
         first, last = apart[:, :-1] - first, apart[:, 1:] - last
-        repeated = (np.repeat(part, count, axis=0) for part in (ends, first, last))
+        repeated = (np.repeat(part, count, axis=0) for part in (ends, first, last, share))
         change = self._step(conductance.reshape(-1, 1), *repeated)
         rows = at_rows(self.drive.grid, change, self.observed.time_s) * self.observed.weights
-        return list(rows.reshape(len(pairs), count, -1))
+        return list(rows.reshape(len(paths), count, -1))
+
+    def _motion(self, driver: str) -> FloatArray:
+        (most,) = (entry.most for entry in self.machine.inputs if entry.name == driver)
+        return share_of_motion(self.drive.held[driver], most)
 
     def _scale(self, law: str) -> float:
         name = f"effects.{law}.scale"
         return self.machine.parameters[name].value if name in self.machine.parameters else 1.0
 
     def _step(
-        self, conductance: FloatArray, ends: FloatArray, first: FloatArray, last: FloatArray
+        self,
+        conductance: FloatArray,
+        ends: FloatArray,
+        first: FloatArray,
+        last: FloatArray,
+        share: FloatArray,
     ) -> FloatArray:
         """Return what channels show more than without the paths, shape (paths, grid, C)."""
         out = np.zeros((len(ends), len(self.drive.grid), self.shown.shape[1]))
@@ -137,10 +168,11 @@ class _Stepped:
                 shown = modes.to_state[0].T @ self.shown
                 before = key
             keep, at_first, at_last = self._gain(key, step)
-            now = first[:, k] + np.einsum("sn,sn->s", seen, state)
+            now = share[:, k] * (first[:, k] + np.einsum("sn,sn->s", seen, state))
             state = keep * state - flow * (at_first * now[:, None])
-            held = 1.0 + np.einsum("sn,sn->s", seen * flow, np.broadcast_to(at_last, flow.shape))
-            then = (last[:, k] + np.einsum("sn,sn->s", seen, state)) / held
+            slowed = np.einsum("sn,sn->s", seen * flow, np.broadcast_to(at_last, flow.shape))
+            then = share[:, k] * (last[:, k] + np.einsum("sn,sn->s", seen, state))
+            then /= 1.0 + share[:, k] * slowed
             state -= flow * (at_last * then[:, None])
             out[:, k + 1] = state @ shown
         return out

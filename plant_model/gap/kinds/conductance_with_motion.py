@@ -10,8 +10,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Self
 
+from plant_model.gap.added_paths import AddedPath, path_answers
 from plant_model.gap.kinds.base import CalibratedRun, Change, free, with_item
 from plant_model.machine import Item, Machine
+from plant_model.parameters import FloatArray
 
 SIZES_W_PER_K = (2.0, 20.0)
 """Conductances tried, at the top of the input's range [W/K]."""
@@ -48,6 +50,13 @@ class ConductanceWithMotion(Change):
                 one = cls((*pair, driver))
                 if one._name not in names:
                     yield one
+
+    @classmethod
+    def answers(cls, changes: Sequence[Self], known: CalibratedRun) -> list[FloatArray]:
+        """Return the answers of all paths in one go, where the machine allows that."""
+        paths = [AddedPath((one.place[0], one.place[1]), one.place[2]) for one in changes]
+        found = path_answers(known.machine, known.observed, paths, SIZES_W_PER_K)
+        return super().answers(changes, known) if found is None else found
 
     @property
     def _name(self) -> str:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from itertools import combinations, product
 from typing import ClassVar, Self
 
-from plant_model.gap.added_paths import path_answers
+from plant_model.gap.added_paths import AddedPath, path_answers
 from plant_model.gap.kinds.base import (
     CalibratedRun,
     Change,
@@ -54,8 +54,8 @@ class HeatPath(Change):
     @classmethod
     def answers(cls, changes: Sequence[Self], known: CalibratedRun) -> list[FloatArray]:
         """Return the answers of all paths in one go, where the machine allows that."""
-        pairs = [one.place for one in changes]
-        found = path_answers(known.machine, known.observed, pairs, SIZES_W_PER_K)
+        paths = [AddedPath(one.place) for one in changes]
+        found = path_answers(known.machine, known.observed, paths, SIZES_W_PER_K)
         return super().answers(changes, known) if found is None else found
 
     def points(self) -> list[dict[str, float]]:

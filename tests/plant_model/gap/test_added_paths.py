@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
 
 from benchmarks.gap.mistakes import runs_of as lathe_runs
-from plant_model.gap.added_paths import path_answers
+from plant_model.gap.added_paths import AddedPath, path_answers
 from plant_model.gap.candidates import with_effect
 from plant_model.gap.design import RunSensitivities
+from plant_model.gap.kinds import conductance_with_motion
 from plant_model.gap.kinds.base import CalibratedRun, Change
+from plant_model.gap.kinds.conductance_with_motion import ConductanceWithMotion
 from plant_model.gap.kinds.heat_path import SIZES_W_PER_K, HeatPath
 from plant_model.gap.observations import Observations, observe
 from plant_model.machine import Machine
@@ -38,23 +42,50 @@ def test_the_answers_are_those_of_simulating_every_path(run: CalibratedRun) -> N
     chosen = np.random.default_rng(1).choice(len(paths), 24, replace=False)
     boundary = [one for one in paths if one.boundary][:6]
     some = list(dict.fromkeys([*(paths[i] for i in chosen), *boundary]))
-    pairs = [one.place for one in some]
-    told = path_answers(run.machine, run.observed, pairs, SIZES_W_PER_K)
+    told = path_answers(run.machine, run.observed, [*map(added, some)], SIZES_W_PER_K)
     assert told is not None
-    simulated: list[FloatArray] = Change.answers.__func__(HeatPath, some, run)  # type: ignore[attr-defined]
+    assert_those_of_simulating(HeatPath, some, told, run)
+
+
+def test_the_answers_of_what_motion_adds_are_those_of_simulating_it(run: CalibratedRun) -> None:
+    paths = list(ConductanceWithMotion.all_of([run]))
+    chosen = np.random.default_rng(2).choice(len(paths), 24, replace=False)
+    some = [paths[i] for i in chosen]
+    told = path_answers(
+        run.machine, run.observed, [*map(added, some)], conductance_with_motion.SIZES_W_PER_K
+    )
+    assert told is not None
+    # What hardly shows need not be exact: between shaft and rotor it changes within a step.
+    assert_those_of_simulating(ConductanceWithMotion, some, told, run, 2e-3)
+    for one, same in zip(ConductanceWithMotion.answers(some, run), told, strict=True):
+        np.testing.assert_array_equal(one, same)
+
+
+def added(one: HeatPath | ConductanceWithMotion) -> AddedPath:
+    return AddedPath((one.place[0], one.place[1]), *one.place[2:])
+
+
+def assert_those_of_simulating(
+    kind: type[Change],
+    some: Sequence[Change],
+    told: Sequence[FloatArray],
+    run: CalibratedRun,
+    least: float = 1e-3,
+) -> None:
+    simulated: list[FloatArray] = Change.answers.__func__(kind, some, run)  # type: ignore[attr-defined]
     largest = max(float(np.abs(one).max()) for one in simulated)
     assert largest > 1.0  # tolerances
     for one, exact in zip(told, simulated, strict=True):
         assert one.shape == exact.shape
         off = np.linalg.norm(one - exact, axis=1)
-        assert np.all(off <= 0.04 * np.linalg.norm(exact, axis=1) + 1e-3 * largest)
+        assert np.all(off <= 0.04 * np.linalg.norm(exact, axis=1) + least * largest)
 
 
 def test_where_something_depends_on_temperature_every_path_is_simulated(
     run: CalibratedRun,
 ) -> None:
     paths = list(HeatPath.all_of([run]))[:2]
-    pairs = [one.place for one in paths]
+    pairs = [*map(added, paths)]
     for key in ("viscosity_temperature", "forced_convection", "column_bending"):
         machine = with_effect(run.machine, key)
         assert path_answers(machine, run.observed, pairs, SIZES_W_PER_K) is None
