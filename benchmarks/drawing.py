@@ -19,8 +19,8 @@ import time
 
 import numpy as np
 
+from benchmarks.gap.around_page import PAGE, drawn_around, page_table
 from benchmarks.gap.truth.case import CaseRun, TruthCase, simulate_case
-from benchmarks.gap.truth.page import PAGE, drawn_around, page_table
 from benchmarks.gap.truth.told import as_told
 from measurement.runs import Run
 from plant_model.convergence import convergence

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from benchmarks.gap import truth
+from benchmarks.gap.around_page import owners_page, simulate_around_page
 from benchmarks.gap.belt import case as belt_case
 from benchmarks.gap.belt import effects as belt_effects
 from benchmarks.gap.belt.owner import MISTAKES
@@ -15,7 +16,6 @@ from benchmarks.gap.lathe import effects as lathe_effects
 from benchmarks.gap.lathe import owner as lathe_owner
 from benchmarks.gap.truth import effects as jig_borer_effects
 from benchmarks.gap.truth.case import CaseRun, TruthCase, simulate_case
-from benchmarks.gap.truth.page import owners_page, simulate_around_page
 
 USUAL = "jig_borer"
 """The truth that is asked unless another is named."""
