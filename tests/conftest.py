@@ -2,12 +2,41 @@
 
 from __future__ import annotations
 
+import os
+from collections.abc import Iterator, Mapping
+from hashlib import sha256
 from pathlib import Path
 
 import pytest
 
+from fmu_packaging.native.compilers import Compiler
+from measurement.files import write_atomically
+
 ROOT = Path(__file__).resolve().parent.parent
 SHARED_DATA = ROOT.parent / "shared" / "data"
+
+
+@pytest.fixture(scope="session", autouse=True)
+def compiled_once(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """The same sources give the same library: it is compiled once for all tests.
+
+    That they do is seen between processes, which share nothing (``tests/native/test_fmu.py``).
+    """
+    base = tmp_path_factory.getbasetemp()
+    shared = (base.parent if os.environ.get("PYTEST_XDIST_WORKER") else base) / "compiled"
+    shared.mkdir(exist_ok=True)
+    compiled = Compiler.library
+
+    def library(self: Compiler, sources: Mapping[str, str]) -> bytes:
+        known = sha256(repr((self, sorted(sources.items()))).encode()).hexdigest()
+        path = shared / known
+        if not path.is_file():
+            write_atomically(path, compiled(self, sources))
+        return path.read_bytes()
+
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(Compiler, "library", library)
+        yield
 
 
 @pytest.fixture(scope="session")
