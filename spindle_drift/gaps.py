@@ -112,9 +112,9 @@ def find_gap(
     >>> from plant_model.effects import catalogue
     >>> others = [name for name in catalogue() if name != "centrifugal_shift"]
     >>> names = ["training_down", "training_random", "stop_and_go", "training_stops"]
-    >>> runs = [sd.simulate("jig_borer", name, every_s=120.0, noise_seed=n)
+    >>> runs = [sd.simulate("jig_borer_lumps", name, every_s=120.0, noise_seed=n)
     ...         for n, name in enumerate(names)]
-    >>> sd.find_gap("jig_borer", runs, without=others, workers=1).verdict
+    >>> sd.find_gap("jig_borer_lumps", runs, without=others, workers=1).verdict
     'none_missing'
     """
     given = as_machine(machine)

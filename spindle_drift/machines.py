@@ -242,8 +242,8 @@ def calibrate(
     Examples
     --------
     >>> import spindle_drift as sd
-    >>> machine = sd.Machine("jig_borer")
-    >>> other = machine.with_values({"numbers.balls": 20.0})
+    >>> machine = sd.Machine("jig_borer_lumps")
+    >>> other = machine.with_values({"links.front_inner-shaft_front.conductance": 100.0})
     >>> run = sd.simulate(other, "stop_and_go", every_s=60.0, noise_seed=1)
     >>> found = sd.calibrate(machine, run, starts=1)
     >>> bool((found.residuals["after"] <= found.residuals["before"] + 0.05).all())
