@@ -166,7 +166,7 @@ def _hint(table: Mapping[str, Any]) -> str:
     """Return in words how little is left, and what explains more of it than chance would."""
     within = "; residuals are within tolerance, all channels together"
     share, chance = (table["evidence"][key] for key in ("share_explained", "share_by_chance"))
-    if not table["runners_up"] or share <= chance:
+    if not table["runners_up"] or share <= chance or table["withdrawn"]:
         return within
     best = table["runners_up"][0]["name"]
     return (

@@ -35,8 +35,13 @@ def test_each_broken_channel_is_told_once() -> None:
     assert _left_out([]) == ""
 
 
-@pytest.mark.parametrize(("share", "said"), [(0.52, True), (0.08, False)])
-def test_what_is_too_little_to_be_named_is_said_all_the_same(share: float, said: bool) -> None:
+@pytest.mark.parametrize(
+    ("share", "withdrawn", "said"),
+    [(0.52, [], True), (0.08, [], False), (0.52, [{"name": "centrifugal_shift"}], False)],
+)
+def test_what_is_too_little_to_be_named_is_said_all_the_same(
+    share: float, withdrawn: list[dict[str, str]], said: bool
+) -> None:
     gap = {"before": 0.9, "after": 0.9, "reference": 1.7, "floor": 0.5}
     table = {
         "verdict": "none_missing",
@@ -48,7 +53,7 @@ def test_what_is_too_little_to_be_named_is_said_all_the_same(share: float, said:
         "evidence": {"share_explained": share, "share_by_chance": 0.08},
         "machine": "machine_after.toml",
         "gap": {"holdout": gap},
-        "withdrawn": [],
+        "withdrawn": withdrawn,
     }
     _, missing, rivals, *_ = five_lines(table)
     assert missing.startswith("What is missing: nothing that these runs prove")
