@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 import plant_model.simulate as simulate_module
 from plant_model.drive import DriveError, drive_from
 from plant_model.machine import Machine
+from plant_model.machine_file import read_machine
 from plant_model.parameters import FloatArray, ParameterError
 from plant_model.simulate import simulate
 from tests.plant_model.conftest import inputs_over, with_effects
@@ -18,28 +19,30 @@ from tests.plant_model.conftest import inputs_over, with_effects
 STEP_SPECTRUM = [4000, 6000, 8000, 10000, 12000, 9000, 12000, 12000]
 
 
-def test_the_studies_magnitudes(jig_borer_lumps: Machine) -> None:
+@pytest.mark.parametrize("name", ["jig_borer", "jig_borer_lumps"])
+def test_the_studies_magnitudes(name: str) -> None:
     time = np.arange(0.0, 8 * 3600.0 + 5.0, 10.0)
     speed = np.array(STEP_SPECTRUM, dtype=float)[np.minimum(time // 3600.0, 7).astype(int)]
     inlet = 21.0 + 3.2 * (1.0 - np.exp(-time / 6000.0))
     inputs = pd.DataFrame({"time_s": time, "speed_rpm": speed, "T5_degC": 21.0, "T9_degC": inlet})
-    result = simulate(jig_borer_lumps, inputs)
-    end = {name: float(series[0, -1]) for name, series in result.readings.items()}
-    temperatures = {name: value for name, value in end.items() if name.startswith("T")}
-    assert max(temperatures, key=lambda name: temperatures[name]) == "T1"
+    result = simulate(read_machine(name), inputs)
+    end = {channel: float(series[0, -1]) for channel, series in result.readings.items()}
+    temperatures = {channel: value for channel, value in end.items() if channel.startswith("T")}
+    assert max(temperatures, key=lambda channel: temperatures[channel]) == "T1"
     assert end["T1"] == pytest.approx(30.4, abs=1.0)
     assert end["T11"] == pytest.approx(26.7, abs=1.0)
-    for name in ("T2", "T3", "T4", "T6", "T7", "T8", "T9", "T10"):
-        assert end[name] == pytest.approx(26.0, abs=2.1), name
+    for channel in ("T2", "T3", "T4", "T6", "T7", "T8", "T9", "T10"):
+        assert end[channel] == pytest.approx(26.0, abs=2.1), channel
     elongation = -result.readings["S5"][0]
     assert elongation.max() == pytest.approx(40.0, abs=5.0)
 
 
-def test_settling_takes_the_studies_hours(jig_borer_lumps: Machine) -> None:
+@pytest.mark.parametrize("name", ["jig_borer", "jig_borer_lumps"])
+def test_settling_takes_the_studies_hours(name: str) -> None:
     inputs = inputs_over(14.0, speed=12000.0, steps=False, every_s=60.0)
     inputs["T5_degC"] = 21.0
     inputs["T9_degC"] = 21.0 + 3.2 * (1.0 - np.exp(-inputs["time_s"] / 6000.0))
-    elongation = -simulate(jig_borer_lumps, inputs).readings["S5"][0]
+    elongation = -simulate(read_machine(name), inputs).readings["S5"][0]
     settled = np.flatnonzero(np.abs(elongation / elongation[-1] - 1.0) > 0.03)[-1]
     assert 200.0 < inputs["time_s"][settled] / 60.0 < 450.0
 
@@ -188,8 +191,6 @@ def test_parameters_that_cannot_be_are_refused(
     seed=st.integers(0, 2**16),
 )
 def test_held_inputs_keep_their_mean_on_the_grid(speeds: list[float], seed: int) -> None:
-    from plant_model.machine_file import read_machine
-
     machine = read_machine("jig_borer_lumps")
     time = np.cumsum(np.random.default_rng(seed).uniform(0.5, 40.0, len(speeds)))
     frame = pd.DataFrame({"time_s": time, "speed_rpm": speeds, "T5_degC": 20.0, "T9_degC": 20.0})
