@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from functools import cache
-
-import pint
+from typing import TYPE_CHECKING
 
 from measurement.errors import BadInput
+
+if TYPE_CHECKING:
+    import pint
 
 SPELLINGS = {
     # Read as they stand, these would be angular frequencies of other size, or something else.
@@ -28,6 +30,8 @@ TURNS = {"Hz": "60 rpm", "1/s": "60 rpm", "rev/s": "60 rpm", "U/s": "60 rpm"}
 
 @cache
 def _registry() -> pint.UnitRegistry[float]:
+    import pint  # takes as long as everything else of a gateway that converts no unit
+
     return pint.UnitRegistry(autoconvert_offset_to_baseunit=False)
 
 

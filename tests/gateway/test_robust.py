@@ -34,7 +34,7 @@ def arguments(shared_wire: Wire, quick_fmu: Path) -> tuple[object, ...]:
 
 
 def send(program: Program, number: signal.Signals) -> None:
-    os.kill(program._process.pid, number)
+    os.kill(program.pid, number)
 
 
 def test_a_gateway_that_was_stopped_answers_nothing_old_as_valid(
