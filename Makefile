@@ -3,6 +3,11 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
+# Some tests wait for a bus or a clock: one process more than cores keeps the cores busy. A process
+# takes tests that stand together, which share what is built for them. Threads for the small
+# matrices of a test would only get in each other's way: they double the time of the processors.
+PYTEST = OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest
+WORKERS = -n $(shell $(PYTHON) -c 'import os; print((os.cpu_count() or 1) + 1)') --dist worksteal
 FMUS := dist/compensator.fmu dist/plant.fmu
 
 TRAINING := training_down training_random training_stops training_warm_hall
@@ -39,12 +44,12 @@ lint: $(STAMP)
 	$(BIN)/lint-imports
 
 test: $(STAMP) lint
-	$(BIN)/python -m pytest -n auto -m "not vcan and not long"
+	$(PYTEST) $(WORKERS) -m "not vcan and not long"
 	$(BIN)/python tests/gateway/on_vcan.py
 
 # Questions to the gap finder that take a minute or so each.
 long: $(STAMP)
-	$(BIN)/python -m pytest -n auto -m long
+	$(PYTEST) -n auto -m long
 
 # The pages as a site in build/site. Its notebooks are run, from their own folder.
 docs: $(STAMP)

@@ -23,7 +23,7 @@ def test_the_coupled_fmus(
 
 
 def test_the_same_in_fmi_3(
-    in_fmi3: tuple[Path, Path],
+    request: pytest.FixtureRequest,
     compensator: Path,
     signals: Path,
     reference: pd.DataFrame,
@@ -31,6 +31,7 @@ def test_the_same_in_fmi_3(
 ) -> None:
     if "native" not in compensator.name:
         pytest.skip("only FMUs in C have FMI 3.0")
+    in_fmi3 = request.getfixturevalue("in_fmi3")
     agree(example("in_ecospy.py", *in_fmi3, signals, folder=tmp_path), reference)
 
 
