@@ -20,6 +20,10 @@ class UnevenBearingHeating(Effect):
     zones, an oil inlet or a rib make one side warmer; up to 5 K around the circumference is
     engineering judgement, as are lag, zone and lever. alpha = 11.5e-6/K for steel; L / w is the
     length over the width of the zone that bends. No tilt of its own at rest.
+
+    Where the housing around a bearing is described in sectors, the ring's warm side also passes
+    more heat on: g D / 2 into the sector whose warming tilts that way, as much less into the one
+    opposite, with the conductance g from the bearing to the sector. It goes with P at once.
     """
 
     name: ClassVar[str] = "uneven_bearing_heating"
@@ -58,14 +62,65 @@ class UnevenBearingHeating(Effect):
             ),
             np.zeros((1, 1)),
         )
+        self._aside = self._sectors()
 
-    def target(self, inputs: Inputs, temperatures: FloatArray) -> FloatArray:
-        """Return the bearings' heat against that at the reference speed."""
+    def _sectors(self) -> FloatArray:
+        """Return the heat that a kelvin across the rings moves to each node [W/K].
+
+        Shape (sets or 1, 1, nodes); zero where the housing is not described in sectors.
+        """
+        machine, index = self.machine, self.machine.node_index
+        leaning: dict[int, tuple[float, float]] = {}
+        for item in machine.of_kind("structure", "bend"):
+            turns = (item.parameters["yaw"].value, item.parameters["pitch"].value)
+            for role, sign in (("towards", 1.0), ("away", -1.0)):
+                for node in self.nodes(item, role):
+                    yaw, pitch = leaning.get(node, (0.0, 0.0))
+                    leaning[node] = (yaw + sign * turns[0], pitch + sign * turns[1])
+        angle = np.radians(self.own("direction"))
+        found = np.zeros((1, 1, len(machine.nodes)))
+        for bearing, _ in self._bearings:
+            outer = bearing.refs["outer"][0]
+            passed = moved = np.zeros((1, 1, len(machine.nodes)))
+            for item in machine.of_kind("links", "conduction", "contact"):
+                if outer not in item.refs["between"]:
+                    continue
+                (other,) = (name for name in item.refs["between"] if name != outer)
+                sector = index.get(other)
+                if sector is None or not any(leaning.get(sector, ())):
+                    continue
+                yaw, pitch = (float((turn > 0.0) - (turn < 0.0)) for turn in leaning[sector])
+                side = yaw * np.cos(angle) + pitch * np.sin(angle)
+                unit = np.zeros(len(machine.nodes))
+                unit[sector] = 1.0
+                g = self.of(item, "conductance")[..., None] * unit
+                passed, moved = passed + g, moved + 0.5 * g * side[..., None]
+            # What one side gets the others lose, even where they touch the bearing less.
+            whole = np.maximum(np.sum(passed, axis=-1, keepdims=True), 1e-9)
+            found = found + moved - passed / whole * np.sum(moved, axis=-1, keepdims=True)
+        return found
+
+    def heat(
+        self,
+        inputs: Inputs,
+        temperatures: FloatArray | None,
+        states: FloatArray | None,
+        out: FloatArray,
+    ) -> None:
+        """Move heat from the cold side of the housing to the warm one."""
+        out += (self.own("difference") * self._relative(inputs))[..., None] * self._aside
+
+    def _relative(self, inputs: Inputs) -> FloatArray:
+        """Return the bearings' heat against that at the reference speed, (sets or 1, times)."""
         power = sum(
             (bearing_heat(self, item, inputs[name]) for item, name in self._bearings),
             np.zeros((1, 1)),
         )
-        relative = power / np.maximum(self._reference, 1e-9)
+        return np.asarray(power / np.maximum(self._reference, 1e-9))
+
+    def target(self, inputs: Inputs, temperatures: FloatArray) -> FloatArray:
+        """Return the bearings' heat against that at the reference speed."""
+        relative = self._relative(inputs)
         shape = (*np.broadcast_shapes(relative.shape, (1, temperatures.shape[1])), 1)
         return np.broadcast_to(relative[..., None], shape)
 

@@ -90,17 +90,47 @@ def test_bearing_stick_slip_jumps_and_depends_on_the_path(jig_borer_lumps: Machi
     assert max(np.abs(moved[name]).max() for name in TEMPERATURES) < 1e-6
 
 
-def test_uneven_bearing_heating_tilts_with_speed_and_not_at_rest(jig_borer_lumps: Machine) -> None:
+def test_uneven_bearing_heating_tilts_with_speed_and_not_at_rest() -> None:
     own = {"difference": 2.0, "minutes": 20.0, "direction": 0.0, "slenderness": 1.0}
-    inputs = steady(10000.0, 3.0)
-    _, with_it, without = change(jig_borer_lumps, "uneven_bearing_heating", inputs, **own)
+    machine, hall = lathe(), {"hall_degC": 21.0}  # whose headstock is one lump
+    inputs = steady(2000.0, 3.0).assign(**hall)
+    _, with_it, without = change(machine, "uneven_bearing_heating", inputs, **own)
+    assert np.all(with_it.temperatures == without.temperatures)
     pose = (with_it.pose - without.pose)[0]
     # 11.5e-6/K * 2 K * L / w = 23 urad at half of the highest speed, 1 - 1/e of it after 20 min.
     assert pose[-1, 3] == pytest.approx(23.0, rel=1e-3)
     assert pose[20, 3] == pytest.approx(23.0 * (1.0 - np.exp(-1.0)), rel=1e-6)
     assert pose[-1, 0] == pytest.approx(2.3, rel=1e-3)
-    _, with_it, without = change(jig_borer_lumps, "uneven_bearing_heating", steady(0.0, 1.0), **own)
+    rest = steady(0.0, 1.0).assign(**hall)
+    _, with_it, without = change(machine, "uneven_bearing_heating", rest, **own)
     assert np.all(with_it.pose == without.pose)
+
+
+@pytest.mark.parametrize(
+    ("direction", "warm", "cold", "axis"), [(0.0, "xm", "xp", 3), (90.0, "ym", "yp", 4)]
+)
+def test_uneven_bearing_heating_warms_one_side_of_a_housing_in_sectors(
+    jig_borer_lumps: Machine, direction: float, warm: str, cold: str, axis: int
+) -> None:
+    own = {"difference": 2.0, "slenderness": 0.3, "direction": direction}
+    _, effect = made(jig_borer_lumps, "uneven_bearing_heating", **own)
+    (link,) = (
+        item
+        for item in jig_borer_lumps.of_kind("links", "conduction", "contact")
+        if set(item.refs["between"]) == {"front_outer", f"housing_front_{warm}"}
+    )
+    # 1 K warmer on one side at half of the highest speed, and 1 K colder opposite.
+    moved = heat_of(effect, 10000.0, states=[1.0])
+    watts = link.parameters["conductance"].value
+    assert moved[f"housing_front_{warm}"] == pytest.approx(watts)
+    assert moved[f"housing_front_{cold}"] == pytest.approx(-watts)
+    assert sum(moved.values()) == pytest.approx(0.0, abs=1e-9)
+    inputs = steady(10000.0, 3.0)
+    _, with_it, without = change(jig_borer_lumps, "uneven_bearing_heating", inputs, **own)
+    pose = (with_it.pose - without.pose)[0, -1]
+    alone = 11.5 * 2.0 * 0.3
+    assert pose[axis] > alone + 1.0, "the housing bends the same way as the ring"
+    assert abs(pose[7 - axis]) < 0.5 * pose[axis]
 
 
 def test_tool_heating_ends_in_the_balance_of_its_own_states() -> None:
