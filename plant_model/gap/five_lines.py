@@ -63,21 +63,21 @@ def five_lines(table: dict[str, Any]) -> list[str]:
         )
     else:
         lines.append(f"What is missing: nothing that these runs prove{_hint(table)}.")
+    alike = (
+        " Something that no catalogue holds may act alike: check it on the machine."
+        if table["effects"]
+        else ""
+    )
     if len(table["one_of_keys"]) > 1:
         others = ", ".join(table["one_of_keys"][1:])
         run = " (next_run.toml)" if table["next_run"] else ""
-        lines.append(f"Rivals: {others}. To tell: {table['separate_by']}{run}.")
+        lines.append(f"Rivals: {others}. To tell: {table['separate_by']}{run}.{alike}")
     else:
         rivals = ", ".join(
             f"{one['name']}{' on ' + one['channel'] if 'channel' in one else ''}"
             f"{' by ' + one['driver'] if 'driver' in one else ''}"
             f" ({one['probability']:.0%})"
             for one in table["runners_up"][:2]
-        )
-        alike = (
-            " Something that no catalogue holds may act alike: check it on the machine."
-            if table["effects"]
-            else ""
         )
         lines.append(f"Rivals: none; next best: {rivals or 'none'}.{alike}")
     added = "; ".join(
