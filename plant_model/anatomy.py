@@ -162,6 +162,17 @@ def around_bearing(machine: Machine, bearing: Item) -> tuple[tuple[int, ...], tu
     return found[0], found[1]
 
 
+def measured_parts(machine: Machine) -> list[str]:
+    """Return the nodes that a thermometer reads, in the order of the thermometers.
+
+    Parameters
+    ----------
+    machine : Machine
+    """
+    found = dict.fromkeys(sensor.of for sensor in machine.sensors)
+    return [name for name in found if name in machine.node_index]
+
+
 def structure_parts(machine: Machine) -> dict[str, int]:
     """Return the column and what it carries, by name: parts that the work or a probe stands on.
 

@@ -114,10 +114,8 @@ class Effect:
     on_channel : bool
         Whether it acts on one sensor, which the machine file names behind a colon:
         ``[effects."sensor_offset:T1"]``. It may then be in force for several sensors.
-    unused : dict of str to tuple of str
-        For a driver, the parameters that say nothing with it: they are neither tried nor moved.
     given : tuple of str
-        Parameters that nobody fits, because runs say them (:meth:`carried`).
+        Parameters that nobody fits, because runs say them (:meth:`carried`) or the search does.
     states : tuple of str
         Names of its own states.
     state_scales : tuple of float
@@ -128,10 +126,14 @@ class Effect:
         a linear network it is stepped as exactly and as fast as that.
     settles : bool
         Whether its own states stay through a step and may jump at its end, as friction and relays
-        do. It then gives ``settled`` instead of ``rate``.
+        do. It then gives ``settled`` instead of ``rate``. One driver of a law may and another not.
     swings : tuple of str
         For an effect that swings by itself: its parameters for the period [min] and for the place
-        in the cycle at which a run begins [1].
+        in the cycle at which a run begins [1]. On a driver other than the usual it does not.
+    switched : tuple of str
+        For an effect that a part's temperature switches, its drivers other than the usual being
+        parts: its parameters for the temperature at which it switches on [degC], for the dead
+        band below that [K], and for which of two things is switched (0 or 1).
     from_one_run_on : bool
         Whether it may have begun between two runs, as a fault does.
     law : tuple of str
@@ -165,15 +167,15 @@ class Effect:
     conductance_inputs: ClassVar[tuple[str, ...]] = ()
     needs: ClassVar[tuple[str, ...]] = ()
     on_channel: ClassVar[bool] = False
-    unused: ClassVar[dict[str, tuple[str, ...]]] = {}
     given: ClassVar[tuple[str, ...]] = ()
     states: ClassVar[tuple[str, ...]] = ()
     state_scales: ClassVar[tuple[float, ...]] = ()
     lags: ClassVar[bool] = False
 
-    settles: ClassVar[bool] = False
+    settles: bool = False
     from_one_run_on: ClassVar[bool] = False
     swings: ClassVar[tuple[str, ...]] = ()
+    switched: ClassVar[tuple[str, ...]] = ()
     law: ClassVar[tuple[str, ...]] = ()
     proportional: ClassVar[str] = ""
     least: ClassVar[float] = 0.0
@@ -210,6 +212,17 @@ class Effect:
             Words for a report, by the name that stands behind the colon.
         """
         return {}
+
+    @classmethod
+    def unused(cls, driver: str) -> tuple[str, ...]:
+        """Return the parameters that say nothing with a driver: neither tried nor moved.
+
+        Parameters
+        ----------
+        driver : str
+            As `drivers` has it; empty where there is but one.
+        """
+        return ()
 
     @classmethod
     def carried(
@@ -525,6 +538,21 @@ def leaps_of(key: str) -> str:
         As `effect_key` gives it.
     """
     return f"{key} leaps"
+
+
+def switched_by(key: str) -> str:
+    """Return the name under which inputs hold when a part was seen to switch an effect.
+
+    An array, shape (K,): the share of the step after each in which it was on. Such an input is
+    there only where measured runs are compared with: a model that is a little wrong of the part
+    would switch at other instants.
+
+    Parameters
+    ----------
+    key : str
+        As `effect_key` gives it.
+    """
+    return f"{key} on"
 
 
 def exchange(

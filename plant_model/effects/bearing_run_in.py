@@ -46,7 +46,6 @@ class BearingRunIn(Effect):
     law: ClassVar[tuple[str, ...]] = ("hours",)
     temperature_dependent: ClassVar[bool] = True
     needs: ClassVar[tuple[str, ...]] = ("bearing_friction",)
-    unused: ClassVar[dict[str, tuple[str, ...]]] = {RUN: ("before",)}
     given: ClassVar[tuple[str, ...]] = ("before",)
     states: ClassVar[tuple[str, ...]] = ("hours_turned",)
 
@@ -54,6 +53,11 @@ class BearingRunIn(Effect):
     def drivers(cls, machine: Machine) -> dict[str, str]:
         """Return whose hours count: each run's own, or those of all runs so far."""
         return {RUN: "the hours of each run", SERIES: "the hours of all runs so far"}
+
+    @classmethod
+    def unused(cls, driver: str) -> tuple[str, ...]:
+        """Return what says nothing where it is driven by the run."""
+        return ("before",) if driver == RUN else ()
 
     @classmethod
     def carried(

@@ -39,7 +39,7 @@ class BearingStickSlip(Effect):
     }
     amplitude: ClassVar[str] = "hold"
     states: ClassVar[tuple[str, ...]] = ("seat", "at_start")
-    settles: ClassVar[bool] = True
+    settles = True
     tried: ClassVar[dict[str, tuple[float, ...]]] = {
         "hold": tuple(1.5 * 1.1**i for i in range(35)),
         "share": (0.5,),

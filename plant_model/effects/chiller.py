@@ -30,7 +30,7 @@ class Chiller(Effect):
     amplitude: ClassVar[str] = "scale"
     temperature_dependent: ClassVar[bool] = True
     states: ClassVar[tuple[str, ...]] = ("runs",)
-    settles: ClassVar[bool] = True
+    settles = True
     handles: ClassVar[dict[tuple[str, str], ItemSpec]] = {
         ("sources", "chiller"): ItemSpec(
             refs={"cools": "node", "watches": "node"},

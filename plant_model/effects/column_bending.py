@@ -73,7 +73,6 @@ class ColumnBending(Effect):
         "direction": ROUND,
         "lever": (0.0, 500.0),
     }
-    unused: ClassVar[dict[str, tuple[str, ...]]] = {HALL: ("carrier_share",)}
     states: ClassVar[tuple[str, ...]] = ("difference", "at_start")
     lags: ClassVar[bool] = True
 
@@ -87,6 +86,11 @@ class ColumnBending(Effect):
             HALL: "the hall alone",
             PARTS: f"{names} alone",
         }
+
+    @classmethod
+    def unused(cls, driver: str) -> tuple[str, ...]:
+        """Return what says nothing where it is driven by the hall alone."""
+        return ("carrier_share",) if driver == HALL else ()
 
     def prepare(self) -> None:
         """Find the column, what it carries and the hall."""

@@ -6,49 +6,123 @@ from typing import ClassVar
 
 import numpy as np
 
-from plant_model.effects.base import Effect, Inputs
+from plant_model.anatomy import measured_parts
+from plant_model.effects.base import Effect, Inputs, switched_by
+from plant_model.effects.coolant_degradation import FILM_EXPONENT
 from plant_model.effects.coolant_jacket import carried_from_inlets
+from plant_model.machine import Machine
 from plant_model.parameters import FloatArray, Parameter
+
+CLOCK = "own_clock"
+LEAST_K = 1e-3
+"""Difference between jacket and inlet from which it counts [K]."""
 
 
 class CoolantThermostat(Effect):
     """What reaches the jackets swings by +-b around the inlet's reading, between dead-band limits.
 
-    dT = b y climbs while the compressor rests and falls while it runs, at the same even rate: y
-    goes from -1 to 1 and back in a period p. Where in its cycle a run begins is a parameter.
+    By its own clock: dT = b y climbs while the compressor rests and falls while it runs, at the
+    same even rate: y goes from -1 to 1 and back in a period p. Where in its cycle a run begins is a
+    parameter. It acts on every flow that a boundary feeds.
+
+    Driven by a part that a thermometer reads: the cooling runs from where the part is warmer than
+    T_on until it is colder than T_on - d, and rests otherwise, as at the start of a run that begins
+    below T_on. While it rests, what reaches a jacket is warmer by 2 b than what feeds it, but never
+    warmer than the jacket: coolant that stands takes its temperature, so that a large b is a flow
+    that stops. ``film`` 0 is a compressor that rests; with 1 a pump or a valve does, and the walls'
+    films go with the power 0.8 of the share of the flow that would bring as much as is left
+    (see ``coolant_degradation``). It switches at the end of a step.
+
     Two-point chillers keep +-0.5 to 2 K, and switch no more than some ten times an hour to spare
-    the compressor (engineering judgement; see the chiller's data sheet). It acts on every flow that
-    a boundary feeds.
+    the compressor (engineering judgement; see the chiller's data sheet). The studies switch their
+    cooler by a threshold on the spindle.
     """
 
     name: ClassVar[str] = "coolant_thermostat"
     title: ClassVar[str] = "Chiller switching on and off"
     explanation: ClassVar[str] = (
-        "The chiller's dead band makes the coolant's temperature swing, whatever the spindle does."
+        "The chiller's dead band makes the coolant's temperature swing, or a part that gets warm "
+        "switches the cooling."
     )
     parameters: ClassVar[dict[str, Parameter]] = {
         "band": Parameter(0.6, "K", 0.0, 1.5, "judgement: two-point chillers keep +-0.5 to 2 K"),
         "period": Parameter(15.0, "min", 5.0, 40.0, "judgement: up to some ten switchings an hour"),
         "phase": Parameter(0.0, "1", 0.0, 1.0, "any; 0 is the coldest instant"),
+        "on_above": Parameter(30.0, "degC", -60.0, 200.0, "any: the setting of the cooler"),
+        "dead_band": Parameter(2.0, "K", 0.1, 50.0, "any: the setting of the cooler"),
+        "film": Parameter(1.0, "1", 0.0, 1.0, "1 if the coolant stands, 0 if it flows uncooled"),
     }
     amplitude: ClassVar[str] = "band"
     temperature_dependent: ClassVar[bool] = True
     swings: ClassVar[tuple[str, ...]] = ("period", "phase")
+    switched: ClassVar[tuple[str, ...]] = ("on_above", "dead_band", "film")
+    given: ClassVar[tuple[str, ...]] = ("on_above", "dead_band", "film")
     states: ClassVar[tuple[str, ...]] = ("cycle",)
     state_scales: ClassVar[tuple[float, ...]] = (100.0,)
 
+    @classmethod
+    def drivers(cls, machine: Machine) -> dict[str, str]:
+        """Return its own clock, and the parts whose thermometer may switch a cooler."""
+        cooled = machine.of_kind("links", "coolant_flow")
+        parts = measured_parts(machine) if cooled else []
+        return {CLOCK: "its own clock"} | {name: f"the {name}" for name in parts}
+
+    @classmethod
+    def unused(cls, driver: str) -> tuple[str, ...]:
+        """Return what says nothing with a clock or with a part."""
+        return cls.switched if driver == CLOCK else cls.swings
+
     def prepare(self) -> None:
-        """Compute what the flows that a boundary feeds bring into every node [W/K]."""
-        self._carried = carried_from_inlets(self, np.ones((1, 1)))
+        """Compute what the flows bring into every node [W/K]."""
+        self.settles = self.driver != CLOCK
         self._period_s = 60.0 * self.own("period")
+        self._carried = carried_from_inlets(self, np.ones((1, 1)))
+        self._part = self.machine.node_index.get(self.driver, 0)
+        self._flows = [
+            (
+                self.machine.node_index[item.refs["between"][0]],
+                item.refs["between"][1],
+                self.scale_of("coolant_jacket")
+                * self.of(item, "flow")
+                / 60.0
+                * self.of(item, "heat_capacity"),
+            )
+            for item in self.machine.of_kind("links", "coolant_flow")
+        ]
+        self._walls = self._walls_of([node for node, *_ in self._flows])
+
+    def _walls_of(self, jackets: list[int]) -> dict[int, list[tuple[int, FloatArray]]]:
+        """Return what each jacket's walls exchange with it: nodes and conductances [W/K]."""
+        found: dict[int, list[tuple[int, FloatArray]]] = {}
+        for kind, effect, number in (
+            ("coolant_wall", "coolant_jacket", "conductance"),
+            ("coolant_unevenness", "uneven_cooling", "difference"),
+        ):
+            for item in self.machine.of_kind("links", kind):
+                a, b = (self.machine.node_index[name] for name in item.refs["between"])
+                wall, jacket = (a, b) if b in jackets else (b, a)
+                g = self.scale_of(effect) * self.of(item, number)
+                found.setdefault(jacket, []).append((wall, g))
+        return found
 
     def start_states(self, temperatures: FloatArray, inputs: Inputs) -> FloatArray:
-        """Start at the phase given."""
-        return np.broadcast_to(self.own("phase"), (len(temperatures), 1))
+        """Start at the phase given, or running where the part is too warm, else resting."""
+        if not self.settles:
+            return np.broadcast_to(self.own("phase"), (len(temperatures), 1))
+        return self.settled(inputs, temperatures, np.zeros((len(temperatures), 1)))
 
     def rate(self, inputs: Inputs, temperatures: FloatArray, states: FloatArray) -> FloatArray:
         """Return how fast the cycle passes."""
         return np.broadcast_to(1.0 / self._period_s[..., None], states.shape)
+
+    def settled(self, inputs: Inputs, temperatures: FloatArray, states: FloatArray) -> FloatArray:
+        """Switch where the part has left the dead band; 1 runs, 0 rests."""
+        if switched_by(self.key) in inputs:
+            return np.broadcast_to(inputs[switched_by(self.key)], states.shape)
+        part = temperatures[:, self._part, None]
+        on_above, band = self.own("on_above"), self.own("dead_band")
+        rests = np.where(part < on_above - band, 0.0, states)
+        return np.asarray(np.where(part > on_above, 1.0, rests))
 
     def heat(
         self,
@@ -58,6 +132,21 @@ class CoolantThermostat(Effect):
         out: FloatArray,
     ) -> None:
         """Add what the warmer or colder coolant brings."""
+        assert temperatures is not None
         assert states is not None
-        swing = 1.0 - 4.0 * np.abs(states[..., 0] % 1.0 - 0.5)
-        out += (self.own("band") * swing)[..., None] * self._carried
+        if not self.settles:
+            swing = 1.0 - 4.0 * np.abs(states[..., 0] % 1.0 - 0.5)
+            out += (self.own("band") * swing)[..., None] * self._carried
+            return
+        index, rests = self.machine.node_index, 1.0 - states[..., 0]
+        for node, feed, g in self._flows:
+            source = temperatures[..., index[feed]] if feed in index else inputs[feed]
+            colder = np.maximum(temperatures[..., node] - source, 0.0)
+            warmer = np.minimum(colder, 2.0 * self.own("band"))
+            out[..., node] += g * rests * warmer
+            stops = np.minimum(2.0 * self.own("band") / np.maximum(colder, LEAST_K), 1.0)
+            films = self.own("film") * (1.0 - (1.0 - stops) ** FILM_EXPONENT)
+            for wall, of_wall in self._walls.get(node, ()):
+                lost = of_wall * rests * films * (temperatures[..., wall] - temperatures[..., node])
+                out[..., node] -= lost
+                out[..., wall] += lost

@@ -50,7 +50,6 @@ class SlowStructure(Effect):
         "part_share": (0.5, 1.0),
         "azimuth": (-45.0, 0.0, 45.0, 90.0),
     }
-    unused: ClassVar[dict[str, tuple[str, ...]]] = {HALL: ("part_share",)}
     states: ClassVar[tuple[str, ...]] = ("hall", "at_start")
     lags: ClassVar[bool] = True
 
@@ -60,6 +59,11 @@ class SlowStructure(Effect):
         return {HALL: "the hall"} | {
             name: f"the {name} and the hall" for name in structure_parts(machine)
         }
+
+    @classmethod
+    def unused(cls, driver: str) -> tuple[str, ...]:
+        """Return what says nothing where it is driven by the hall alone."""
+        return ("part_share",) if driver == HALL else ()
 
     def prepare(self) -> None:
         """Find what it follows, and where the growth goes."""

@@ -16,6 +16,7 @@ from plant_model.gap.linearise import modelled, simulate_at
 from plant_model.gap.long_log import is_piece
 from plant_model.gap.observations import Observations
 from plant_model.gap.periods import PHASES, likely_periods, quick
+from plant_model.gap.switchings import Relay, carried_away, likely_switchings, watched
 from plant_model.integrate import IntegrationError
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray, Parameter
@@ -50,8 +51,9 @@ class Candidate:
         Position of the first run that has it.
     own : tuple of dict of str to float
         Parameters that every run has for itself, by position; empty if there are none.
-    leaps : tuple of Leaps
-        Of every run, by position, for an effect that slips; else empty.
+    seen : tuple of Leaps or Relay
+        What every run shows of it, by position, for an effect that slips or that a part switches;
+        else empty.
     """
 
     key: str
@@ -59,7 +61,7 @@ class Candidate:
     answers: tuple[FloatArray, ...]
     begins: int = 0
     own: tuple[dict[str, float], ...] = ()
-    leaps: tuple[Leaps, ...] = ()
+    seen: tuple[Leaps | Relay, ...] = ()
 
     @property
     def acts(self) -> tuple[bool, ...]:
@@ -67,12 +69,17 @@ class Candidate:
         sizes = np.array([float(np.sum(answer**2)) for answer in self.answers])
         return tuple((sizes > LEAST_ACTING * sizes.max()).tolist())
 
+    @property
+    def is_switched(self) -> bool:
+        """Whether a part switches it: then it acts when the rows say, and nearly in proportion."""
+        return any(isinstance(one, Relay) for one in self.seen)
+
     def seen_by(self, position: int, observed: Observations) -> Observations:
         """Return a run's observations with what this candidate says of that run alone."""
         if position < self.begins:
             return replace(observed, absent=observed.absent | {self.key})
-        if self.leaps:
-            return self.leaps[position].marked(observed, self.key)
+        if self.seen:
+            return self.seen[position].marked(observed, self.key)
         if not self.own:
             return observed
         named = {f"effects.{self.key}.{n}": v for n, v in self.own[position].items()}
@@ -94,7 +101,7 @@ def as_tried(tried: Sequence[Candidate], one: Candidate) -> list[Candidate]:
     Others are near enough to linear to be calibrated from the size that the screening gives.
     """
     effect = catalogue()[one.key.partition(":")[0]]
-    if not effect.temperature_dependent:
+    if not effect.temperature_dependent or one.is_switched:
         return []
     name, off = effect.amplitude, effect.off
     size = one.values[name] - off
@@ -199,6 +206,7 @@ def candidates(
     """Return an effect at every size and shape, leaving out what cannot be simulated."""
     if effect.swings:
         yield from swinging(machine, observed, effect)
+        yield from switched(machine, observed, effect)
         return
     bases = [modelled(simulate_at(machine, one), one) for one in observed]
     leaps: tuple[Leaps, ...] = ()
@@ -227,7 +235,7 @@ def candidates(
         for i, values in enumerate(tried):
             of_runs = tuple(answer[i] for answer in answers)
             if max(float(np.max(np.abs(answer))) for answer in of_runs) > 1e-6:
-                yield Candidate(key, values, of_runs, own=own[:-1], leaps=leaps)
+                yield Candidate(key, values, of_runs, own=own[:-1], seen=leaps)
             for begins in range(1, len(observed) if effect.from_one_run_on else 0):
                 since = [a * (j >= begins) for j, a in enumerate(of_runs)]
                 yield Candidate(key, values, tuple(since), begins)
@@ -290,3 +298,48 @@ def swinging(
             answers.append(each[best])
             own.append({phase: float(PHASES[best])})
         yield Candidate(effect.name, values, tuple(answers), 0, tuple(own))
+
+
+def switched(
+    machine: Machine, observed: Sequence[Observations], effect: type[Effect]
+) -> Iterator[Candidate]:
+    """Return an effect that a part switches, on the likeliest parts at their likeliest settings.
+
+    When it is on is taken from what the part's thermometer measured in each run.
+    """
+    parts = list(effect.drivers(machine))[1:]
+    if not (effect.switched and parts):
+        return
+    plain = [simulate_at(machine, one) for one in observed]
+    bases = [modelled(simulated, one) for simulated, one in zip(plain, observed, strict=True)]
+    residuals = [one.weighted(base)[0] for one, base in zip(observed, bases, strict=True)]
+    carried = [
+        carried_away(machine, simulated, one)
+        for simulated, one in zip(plain, observed, strict=True)
+    ]
+    usual = effect.parameters[effect.amplitude].high
+    sizes = [effect.off + share * (usual - effect.off) for share in SIZES]
+    which_and_size = list(product((0.0, 1.0), sizes))
+    for one in likely_switchings(machine, observed, residuals, carried, parts):
+        key = effect_key(effect.name, one.part)
+        relays = [
+            Relay(told, one.on_above, one.dead_band)
+            for run in observed
+            if (told := watched(machine, run, one.part))
+        ]
+        on_above, dead_band, what = effect.switched
+        setting = {on_above: one.on_above, dead_band: one.dead_band}
+        nominal = {name: p.value for name, p in effect.parameters.items()} | setting
+        grown = with_effect(machine, key, setting)
+        tried = [nominal | {what: which, effect.amplitude: size} for which, size in which_and_size]
+        sets = {
+            f"effects.{key}.{name}": np.array([entry[name] for entry in tried])
+            for name in (what, effect.amplitude)
+        }
+        answers = [
+            _answer(grown, told.marked(run, key), sets, base)
+            for run, told, base in zip(observed, relays, bases, strict=True)
+        ]
+        for i, values in enumerate(tried):
+            of_runs = tuple(answer[i] for answer in answers)
+            yield Candidate(key, values, of_runs, seen=tuple(relays))

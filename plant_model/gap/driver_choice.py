@@ -19,7 +19,7 @@ from plant_model.machine import Machine
 WORSE = 0.5
 """Share of what a law explains on its best driver that it must explain on another, so that the
 other is calibrated in full, too [1]. A law of temperatures is on each: on borrowed derivatives the
-right driver may not move at all."""
+right driver may not move at all. Not so where a part switches it: when it acts is measured."""
 
 
 def other_drivers(
@@ -81,7 +81,9 @@ def on_its_driver(
     tried = [one for one in selection.fits if law_of(one.added[-1]) == law]
     before = float(selection.baseline.loro_cost.sum())
     gains = [before - float(one.loro_cost.sum()) for one in tried]
-    needed = -np.inf if catalogue()[law].temperature_dependent else WORSE * max(gains)
+    effect = catalogue()[law]
+    misled = effect.temperature_dependent and not effect.switched
+    needed = -np.inf if misled else WORSE * max(gains)
     same = [one for one, gain in zip(tried, gains, strict=True) if gain >= needed]
     if len(same) < 2:
         return selection, *refit_in_full(selection.best)

@@ -57,4 +57,4 @@ def unused_with(machine: Machine, key: str) -> tuple[str, ...]:
     effect = effect_of(key)
     if effect is None:
         return ()
-    return (*effect.unused.get(driver_of(machine, key)[0], ()), *effect.given)
+    return (*effect.unused(driver_of(machine, key)[0]), *effect.given)

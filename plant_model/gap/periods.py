@@ -10,6 +10,7 @@ from scipy.ndimage import gaussian_filter1d
 from scipy.signal import find_peaks
 
 from plant_model.effects import catalogue
+from plant_model.gap.keys import driver_of
 from plant_model.gap.linearise import modelled, simulate_at
 from plant_model.gap.observations import BIN_S, Observations
 from plant_model.machine import Machine
@@ -69,7 +70,7 @@ def in_step(machine: Machine, observed: Observations) -> Observations:
     """Return a run's observations with its own place in the cycle of every effect that swings."""
     for name in machine.effects:
         effect = catalogue()[name.partition(":")[0]]
-        if not effect.swings:
+        if not effect.swings or driver_of(machine, name)[0] in list(effect.drivers(machine))[1:]:
             continue
         key = f"effects.{name}.{effect.swings[1]}"
         if key in observed.own:

@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 
 from plant_model.effects.bearing_friction import viscous_torque
+from plant_model.gap.candidates import with_effect
 from plant_model.machine import Item, Machine
 from plant_model.network import Network, effects_in_force
 from plant_model.parameters import Values
@@ -224,6 +225,51 @@ def test_coolant_thermostat_begins_where_its_phase_says(jig_borer_lumps: Machine
     other = change(jig_borer_lumps, "coolant_thermostat", inputs, phase=0.5)[0]["T3"]
     np.testing.assert_allclose(first, -other, atol=2e-2)
     assert first[2] < -0.1, "phase 0 is the coldest instant"
+
+
+def switched(machine: Machine, part: str, **values: float) -> Machine:
+    """Return a machine whose cooling a part switches."""
+    return with_effect(machine, f"coolant_thermostat:{part}", values)
+
+
+def test_a_part_switches_the_cooling_within_its_dead_band(jig_borer_lumps: Machine) -> None:
+    inputs = steady(9000.0, 6.0)
+    machine = switched(jig_borer_lumps, "rear_outer", band=1.5, on_above=25.0, dead_band=2.0)
+    series = simulate(machine, inputs).temperatures[0, :, machine.node_index["rear_outer"]]
+    settled = series[inputs["time_s"] > 3600.0]
+    free = simulate(jig_borer_lumps, inputs).temperatures[0, -1, machine.node_index["rear_outer"]]
+    assert free > 25.5, "it cools all the time"
+    # Rests until the part reaches 25 degC for the first time, then never again: too hot to rest.
+    assert settled.min() > 23.0
+    assert settled[-1] == pytest.approx(free, abs=0.3)
+    slower = simulate(machine, steady(4000.0, 6.0)).temperatures[0]
+    part = slower[:, machine.node_index["rear_outer"]][inputs["time_s"] > 3600.0]
+    turns = np.flatnonzero(np.diff(np.sign(np.diff(part))) != 0)
+    assert len(turns) > 6, "it comes and goes"
+    assert part.max() == pytest.approx(25.0, abs=0.3)
+    assert part.min() == pytest.approx(23.0, abs=0.3)
+
+
+def test_cooling_that_rests_for_good_is_a_flow_that_stops(jig_borer_lumps: Machine) -> None:
+    inputs = steady(3000.0, 2.0)
+    never = switched(jig_borer_lumps, "rear_outer", band=15.0, on_above=190.0, film=0.0)
+    still = tuple(item for item in jig_borer_lumps.items if item.kind != "coolant_flow")
+    without = simulate(replace(jig_borer_lumps, items=still), inputs).temperatures[0, -1]
+    np.testing.assert_allclose(simulate(never, inputs).temperatures[0, -1], without, atol=0.02)
+    little = switched(jig_borer_lumps, "rear_outer", band=0.2, on_above=190.0, film=0.0)
+    cool = simulate(little, inputs).temperatures[0, -1]
+    plain = simulate(jig_borer_lumps, inputs).temperatures[0, -1]
+    jacket = jig_borer_lumps.node_index["jacket_front"]
+    assert 0.1 < cool[jacket] - plain[jacket] < 0.5
+    stands = switched(jig_borer_lumps, "rear_outer", band=15.0, on_above=190.0, film=1.0)
+    alone = tuple(item for item in still if not item.kind.startswith("coolant"))
+    bare = replace(jig_borer_lumps, items=alone)
+    walls = [i for i, node in enumerate(jig_borer_lumps.nodes) if "jacket" not in node.name]
+    np.testing.assert_allclose(
+        simulate(stands, inputs).temperatures[0, -1, walls],
+        simulate(bare, inputs).temperatures[0, -1, walls],
+        atol=0.02,
+    )
 
 
 def test_coolant_degradation_ends_as_a_machine_of_less_flow_and_weaker_walls(

@@ -88,9 +88,9 @@ def test_candidates_carry_what_was_seen_to_every_run(
     found = list(candidates(jig_borer_lumps, slipping, catalogue()[KEY]))
     assert found
     one = found[0]
-    assert len(one.leaps) == len(slipping)
+    assert len(one.seen) == len(slipping)
     seen = one.seen_by(0, slipping[0]).drive.held[f"{KEY} leaps"]
-    assert np.count_nonzero(seen) == len(one.leaps[0].sign)
+    assert np.count_nonzero(seen) == len(one.seen[0].sign)
     # Its answer grows with the share that reaches the nose, not with what holds.
     assert one.scaled(1.5)["share"] == pytest.approx(0.75)
     assert one.scaled(1.5)["hold"] == one.values["hold"]

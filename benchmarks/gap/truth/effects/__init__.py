@@ -31,12 +31,16 @@ def everything() -> dict[str, type[Hidden]]:
     return found_in(__path__, __name__, Hidden)
 
 
+def _planned() -> dict[str, type[Hidden]]:
+    return {name: one for name, one in everything().items() if one.planned}
+
+
 def catalogue() -> dict[str, type[Hidden]]:
     """Return the effects that the product's catalogue names, by name."""
-    return {name: one for name, one in everything().items() if one.catalogued}
+    return {name: one for name, one in _planned().items() if one.catalogued}
 
 
-OUTSIDE = tuple(name for name, one in everything().items() if not one.catalogued)
+OUTSIDE = tuple(name for name, one in _planned().items() if not one.catalogued)
 """Names of the effects that no catalogue holds."""
 
 

@@ -63,6 +63,8 @@ class Hidden:
     """Amplitudes called weak, medium and strong."""
     channels: ClassVar[tuple[str, ...]] = ()
     catalogued: ClassVar[bool] = True
+    planned: ClassVar[bool] = True
+    """Whether the plan of cases asks for it; what came later has a benchmark of its own."""
 
     def __init__(self, size: float, rng: np.random.Generator, channel: str = "") -> None:
         self.size, self.channel = float(size), channel
