@@ -49,6 +49,9 @@ development cases of `benchmarks.gap.switched` have 0.12 to 0.6, but for one tha
 MODES = 3
 """Settings of one part that are looked at closely."""
 
+AT_ONCE = 64
+"""Settings compared at once: more take memory and no less time."""
+
 LIKELY = 3
 """Parts and settings that are simulated."""
 
@@ -145,9 +148,10 @@ def watched(machine: Machine, observed: Observations, part: str) -> Watched | No
     """
     frame, time = observed.run.frame, observed.run.time_s
     for sensor in machine.sensors:
-        if sensor.of != part or sensor.name not in observed.channels:
+        column = column_of(machine, sensor.name)
+        if sensor.of != part or sensor.name not in observed.channels or column not in frame:
             continue
-        values = frame[column_of(machine, sensor.name)].to_numpy(dtype=np.float64)
+        values = frame[column].to_numpy(dtype=np.float64)
         good = np.isfinite(values)
         if good.sum() > 1:
             which = np.floor((time[good] - time[good][0]) / ROWS_S)
@@ -214,7 +218,7 @@ def likely_switchings(
         everywhere = [one for one in seen if one is not None]
         if len(everywhere) < len(observed):
             continue
-        shares_of = partial(_shares, machine, observed, shown, carried, everywhere)
+        shares_of = partial(_shares_of, machine, observed, shown, carried, everywhere)
         low = min(float(one.temperature.min()) for one in everywhere)
         high = max(float(one.temperature.max()) for one in everywhere)
         levels = [low + share * (high - low) for share in LEVELS]
@@ -269,6 +273,22 @@ def relay(
     return on
 
 
+def _shares_of(
+    machine: Machine,
+    observed: Sequence[Observations],
+    shown: Sequence[FloatArray],
+    carried: Sequence[FloatArray],
+    seen: Sequence[Watched],
+    settings: Sequence[tuple[float, float]],
+) -> FloatArray:
+    """Return `_shares` of any number of settings."""
+    parts = [
+        _shares(machine, observed, shown, carried, seen, settings[i : i + AT_ONCE])
+        for i in range(0, len(settings), AT_ONCE)
+    ]
+    return np.concatenate([np.zeros(0), *parts])
+
+
 def _shares(
     machine: Machine,
     observed: Sequence[Observations],
@@ -279,8 +299,6 @@ def _shares(
 ) -> FloatArray:
     """Return what share of the residuals follows each setting; 0 where it switches too seldom."""
     found = np.zeros(len(settings))
-    if not settings:
-        return found
     on_above, dead_band = (np.array(column) for column in zip(*settings, strict=True))
     states = [
         what.on_between(on_above, dead_band, _ends(one.time_s))

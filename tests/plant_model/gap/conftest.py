@@ -8,10 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 import pandas as pd
-import pytest
 
 from measurement.runs import Run
-from plant_model.gap.candidates import with_effect
 from plant_model.machine import Machine
 from plant_model.simulate import simulate
 
@@ -44,9 +42,3 @@ def runs_of(machine: Machine, every_s: float = 30.0, seed: int = 1) -> list[Run]
         Run(name, simulate(machine, inputs_of(name, every_s), noise_seed=seed + i).run_frame())
         for i, name in enumerate(SPECTRA)
     ]
-
-
-@pytest.fixture(scope="session")
-def tightening(jig_borer_lumps: Machine) -> Machine:
-    """The jig borer whose bearings tighten as their inner rings warm."""
-    return with_effect(jig_borer_lumps, "thermal_preload", {"gain": 0.3})

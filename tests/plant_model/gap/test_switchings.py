@@ -67,6 +67,15 @@ def test_the_part_and_the_setting_are_found(
     assert dead_band == pytest.approx(3.0, abs=0.7)
 
 
+def test_a_part_that_one_run_does_not_read_is_left_out(
+    jig_borer_lumps: Machine, observed: list[Observations]
+) -> None:
+    short = Run("short", observed[0].run.frame.drop(columns="T1_degC"))
+    runs = [short, *(one.run for one in observed[1:])]
+    parts = [part for part, *_ in found(jig_borer_lumps, observe(jig_borer_lumps, runs))]
+    assert "rear_outer" not in parts
+
+
 def test_where_nothing_switches_nothing_is_simulated(jig_borer_lumps: Machine) -> None:
     assert found(jig_borer_lumps, observe(jig_borer_lumps, runs_of(jig_borer_lumps))) == []
 
