@@ -77,7 +77,10 @@ class CandidateFit:
         """
         if not self._of_catalogue:
             return ()
-        effect = catalogue()[self.added[-1].partition(":")[0]]
+        name, _, driver = self.added[-1].partition(":")
+        effect = catalogue()[name]
+        if driver and effect.switched:
+            return ()  # Coolant that stands altogether is no other law.
         telling = {f"effects.{self.added[-1]}.{name}" for name in (effect.amplitude, *effect.law)}
         return tuple(
             one.name.rpartition(".")[2]
