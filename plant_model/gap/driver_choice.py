@@ -19,7 +19,7 @@ from plant_model.machine import Machine
 WORSE = 0.5
 """Share of what a law explains on its best driver that it must explain on another, so that the
 other is calibrated in full, too [1]. A law of temperatures is on each: on borrowed derivatives the
-right driver may not move at all. Not so where a part switches it: when it acts is measured."""
+right driver may not move at all."""
 
 
 def other_drivers(
@@ -76,14 +76,14 @@ def on_its_driver(
         About it.
     """
     law = law_of(selection.best.added[-1])
-    if law not in catalogue():  # an error of one sensor
+    # An error of one sensor has no driver; when a part switches something is measured, so that the
+    # screening has told the parts apart.
+    if law not in catalogue() or catalogue()[law].switched:
         return selection, *refit_in_full(selection.best)
     tried = [one for one in selection.fits if law_of(one.added[-1]) == law]
     before = float(selection.baseline.loro_cost.sum())
     gains = [before - float(one.loro_cost.sum()) for one in tried]
-    effect = catalogue()[law]
-    misled = effect.temperature_dependent and not effect.switched
-    needed = -np.inf if misled else WORSE * max(gains)
+    needed = -np.inf if catalogue()[law].temperature_dependent else WORSE * max(gains)
     same = [one for one, gain in zip(tried, gains, strict=True) if gain >= needed]
     if len(same) < 2:
         return selection, *refit_in_full(selection.best)
