@@ -91,9 +91,10 @@ class CoolantThermostat(Effect):
         ]
         self._walls = self._walls_of([node for node, *_ in self._flows])
 
-    def _walls_of(self, jackets: list[int]) -> dict[int, list[tuple[int, FloatArray]]]:
-        """Return what each jacket's walls exchange with it: nodes and conductances [W/K]."""
-        found: dict[int, list[tuple[int, FloatArray]]] = {}
+    def _walls_of(self, jackets: list[int]) -> dict[int, FloatArray]:
+        """Return what each jacket exchanges with every node as its wall [W/K], (sets, 1, nodes)."""
+        size = len(self.machine.nodes)
+        found = {jacket: np.zeros((1, 1, size)) for jacket in jackets}
         for kind, effect, number in (
             ("coolant_wall", "coolant_jacket", "conductance"),
             ("coolant_unevenness", "uneven_cooling", "difference"),
@@ -102,7 +103,8 @@ class CoolantThermostat(Effect):
                 a, b = (self.machine.node_index[name] for name in item.refs["between"])
                 wall, jacket = (a, b) if b in jackets else (b, a)
                 g = self.scale_of(effect) * self.of(item, number)
-                found.setdefault(jacket, []).append((wall, g))
+                if jacket in found:
+                    found[jacket] = found[jacket] + g[..., None] * np.eye(size)[wall]
         return found
 
     def start_states(self, temperatures: FloatArray, inputs: Inputs) -> FloatArray:
@@ -146,7 +148,7 @@ class CoolantThermostat(Effect):
             out[..., node] += g * rests * warmer
             stops = np.minimum(2.0 * self.own("band") / np.maximum(colder, LEAST_K), 1.0)
             films = self.own("film") * (1.0 - (1.0 - stops) ** FILM_EXPONENT)
-            for wall, of_wall in self._walls.get(node, ()):
-                lost = of_wall * rests * films * (temperatures[..., wall] - temperatures[..., node])
-                out[..., node] -= lost
-                out[..., wall] += lost
+            over = temperatures - temperatures[..., node, None]
+            lost = (rests * films)[..., None] * self._walls[node] * over
+            out += lost
+            out[..., node] -= np.sum(lost, axis=-1)
