@@ -132,8 +132,8 @@ class Effect:
         in the cycle at which a run begins [1]. On a driver other than the usual it does not.
     switched : tuple of str
         For an effect that a part's temperature switches, its drivers other than the usual being
-        parts: its parameters for the temperature at which it switches on [degC], for the dead
-        band below that [K], and for which of two things is switched (0 or 1).
+        parts: its parameters for the temperature at which it switches on [degC] and for the dead
+        band below that [K].
     from_one_run_on : bool
         Whether it may have begun between two runs, as a fault does.
     law : tuple of str

@@ -8,14 +8,11 @@ import numpy as np
 
 from plant_model.anatomy import measured_parts
 from plant_model.effects.base import Effect, Inputs, switched_by
-from plant_model.effects.coolant_degradation import FILM_EXPONENT
 from plant_model.effects.coolant_jacket import carried_from_inlets
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray, Parameter
 
 CLOCK = "own_clock"
-LEAST_K = 1e-3
-"""Difference between jacket and inlet from which it counts [K]."""
 
 
 class CoolantThermostat(Effect):
@@ -29,9 +26,8 @@ class CoolantThermostat(Effect):
     T_on until it is colder than T_on - d, and rests otherwise, as at the start of a run that begins
     below T_on. While it rests, what reaches a jacket is warmer by 2 b than what feeds it, but never
     warmer than the jacket: coolant that stands takes its temperature, so that a large b is a flow
-    that stops. ``film`` 0 is a compressor that rests; with 1 a pump or a valve does, and the walls'
-    films go with the power 0.8 of the share of the flow that would bring as much as is left
-    (see ``coolant_degradation``). It switches at the end of a step.
+    that stops. The walls' films stay: where a pump stops they fall too, and not all is explained.
+    It switches at the end of a step.
 
     Two-point chillers keep +-0.5 to 2 K, and switch no more than some ten times an hour to spare
     the compressor (engineering judgement; see the chiller's data sheet). The studies switch their
@@ -50,13 +46,12 @@ class CoolantThermostat(Effect):
         "phase": Parameter(0.0, "1", 0.0, 1.0, "any; 0 is the coldest instant"),
         "on_above": Parameter(30.0, "degC", -60.0, 200.0, "any: the setting of the cooler"),
         "dead_band": Parameter(2.0, "K", 0.1, 50.0, "any: the setting of the cooler"),
-        "film": Parameter(1.0, "1", 0.0, 1.0, "1 if the coolant stands, 0 if it flows uncooled"),
     }
     amplitude: ClassVar[str] = "band"
     temperature_dependent: ClassVar[bool] = True
     swings: ClassVar[tuple[str, ...]] = ("period", "phase")
-    switched: ClassVar[tuple[str, ...]] = ("on_above", "dead_band", "film")
-    given: ClassVar[tuple[str, ...]] = ("on_above", "dead_band", "film")
+    switched: ClassVar[tuple[str, ...]] = ("on_above", "dead_band")
+    given: ClassVar[tuple[str, ...]] = ("on_above", "dead_band")
     states: ClassVar[tuple[str, ...]] = ("cycle",)
     state_scales: ClassVar[tuple[float, ...]] = (100.0,)
 
@@ -89,23 +84,6 @@ class CoolantThermostat(Effect):
             )
             for item in self.machine.of_kind("links", "coolant_flow")
         ]
-        self._walls = self._walls_of([node for node, *_ in self._flows])
-
-    def _walls_of(self, jackets: list[int]) -> dict[int, FloatArray]:
-        """Return what each jacket exchanges with every node as its wall [W/K], (sets, 1, nodes)."""
-        size = len(self.machine.nodes)
-        found = {jacket: np.zeros((1, 1, size)) for jacket in jackets}
-        for kind, effect, number in (
-            ("coolant_wall", "coolant_jacket", "conductance"),
-            ("coolant_unevenness", "uneven_cooling", "difference"),
-        ):
-            for item in self.machine.of_kind("links", kind):
-                a, b = (self.machine.node_index[name] for name in item.refs["between"])
-                wall, jacket = (a, b) if b in jackets else (b, a)
-                g = self.scale_of(effect) * self.of(item, number)
-                if jacket in found:
-                    found[jacket] = found[jacket] + g[..., None] * np.eye(size)[wall]
-        return found
 
     def start_states(self, temperatures: FloatArray, inputs: Inputs) -> FloatArray:
         """Start at the phase given, or running where the part is too warm, else resting."""
@@ -144,11 +122,4 @@ class CoolantThermostat(Effect):
         for node, feed, g in self._flows:
             source = temperatures[..., index[feed]] if feed in index else inputs[feed]
             colder = np.maximum(temperatures[..., node] - source, 0.0)
-            warmer = np.minimum(colder, 2.0 * self.own("band"))
-            out[..., node] += g * rests * warmer
-            stops = np.minimum(2.0 * self.own("band") / np.maximum(colder, LEAST_K), 1.0)
-            films = self.own("film") * (1.0 - (1.0 - stops) ** FILM_EXPONENT)
-            over = temperatures - temperatures[..., node, None]
-            lost = (rests * films)[..., None] * self._walls[node] * over
-            out += lost
-            out[..., node] -= np.sum(lost, axis=-1)
+            out[..., node] += g * rests * np.minimum(colder, 2.0 * self.own("band"))

@@ -318,8 +318,7 @@ def switched(
         for simulated, one in zip(plain, observed, strict=True)
     ]
     usual = effect.parameters[effect.amplitude].high
-    sizes = [effect.off + share * (usual - effect.off) for share in SIZES]
-    which_and_size = list(product((0.0, 1.0), sizes))
+    sizes = np.array([effect.off + share * (usual - effect.off) for share in SIZES])
     for one in likely_switchings(machine, observed, residuals, carried, parts):
         key = effect_key(effect.name, one.part)
         relays = [
@@ -327,19 +326,15 @@ def switched(
             for run in observed
             if (told := watched(machine, run, one.part))
         ]
-        on_above, dead_band, what = effect.switched
-        setting = {on_above: one.on_above, dead_band: one.dead_band}
+        setting = dict(zip(effect.switched, (one.on_above, one.dead_band), strict=True))
         nominal = {name: p.value for name, p in effect.parameters.items()} | setting
         grown = with_effect(machine, key, setting)
-        tried = [nominal | {what: which, effect.amplitude: size} for which, size in which_and_size]
-        sets = {
-            f"effects.{key}.{name}": np.array([entry[name] for entry in tried])
-            for name in (what, effect.amplitude)
-        }
+        sets = {f"effects.{key}.{effect.amplitude}": sizes}
         answers = [
             _answer(grown, told.marked(run, key), sets, base)
             for run, told, base in zip(observed, relays, bases, strict=True)
         ]
-        for i, values in enumerate(tried):
+        for i, size in enumerate(sizes):
             of_runs = tuple(answer[i] for answer in answers)
+            values = nominal | {effect.amplitude: float(size)}
             yield Candidate(key, values, of_runs, seen=tuple(relays))
