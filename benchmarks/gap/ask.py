@@ -69,13 +69,22 @@ def ask(folder: Path, without: Sequence[str] = (), seed: int = 0) -> dict[str, A
     """
     machine = machine_of(folder)
     with clocked() as spent:
-        runs, unseen, faults = usable_runs(machine, *runs_of(folder))
-        # One process: the cases themselves run side by side.
-        found, comparison, more = answer(
-            machine, runs, unseen, Search(without, seed=seed, workers=1)
-        )
-        table = report_of(found, comparison, [*faults, *more])
+        found, comparison, table = answered(machine, *runs_of(folder), without, seed)
     return {"seconds": spent, "answer": table, "details": _details(found, comparison)}
+
+
+def answered(
+    machine: Machine,
+    runs: list[Run],
+    unseen: list[Run],
+    without: Sequence[str] = (),
+    seed: int = 0,
+) -> tuple[GapResult, GapComparison, dict[str, Any]]:
+    """Return what is found, how it does on runs not used, and the content of ``gap.json``."""
+    sound, kept, faults = usable_runs(machine, runs, unseen)
+    # One process: the cases themselves run side by side.
+    found, comparison, more = answer(machine, sound, kept, Search(without, seed=seed, workers=1))
+    return found, comparison, report_of(found, comparison, [*faults, *more])
 
 
 def ask_empty(folder: Path, seed: int = 0) -> dict[str, Any]:

@@ -15,16 +15,13 @@ import sys
 for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_name, "1")
 
-from benchmarks.gap.ask import MACHINE  # noqa: E402
+from benchmarks.gap.ask import MACHINE, answered  # noqa: E402
 from benchmarks.gap.clock import clocked  # noqa: E402
+from benchmarks.gap.outcome import groups_of  # noqa: E402
 from benchmarks.gap.truth.case import TruthCase, simulate_case  # noqa: E402
 from benchmarks.gap.truth.effects.base import SIZES  # noqa: E402
 from measurement.runs import Run  # noqa: E402
-from plant_model.gap.held_out import answer  # noqa: E402
-from plant_model.gap.report import report_of  # noqa: E402
-from plant_model.gap.search import Search  # noqa: E402
 from plant_model.machine_file import read_machine  # noqa: E402
-from scenarios.gap_runner import usable_runs  # noqa: E402
 
 LAW = "coolant_thermostat"
 FIRST = {"development": 1_600_000, "reported": 2_600_000}
@@ -49,12 +46,12 @@ def main(arguments: list[str] | None = None) -> int:
         print(f"{number:04d} {reads[hidden.channel]} {setting}")
         for without in ((), (LAW,)):
             with clocked() as spent:
-                sound, unseen, faults = usable_runs(machine, runs[:-1], runs[-1:])
-                search = Search(without, workers=1)
-                found, comparison, more = answer(machine, sound, unseen, search)
-                table = report_of(found, comparison, [*faults, *more])
+                _, _, table = answered(machine, runs[:-1], runs[-1:], without)
             gap = table["gap"]["holdout"]
-            named = [_said(one) for one in table["effects"]]
+            named = [
+                f"{keys[0]} {effect.get('driver', '')}".strip()
+                for keys, effect in zip(groups_of(table), table["effects"], strict=True)
+            ]
             print(
                 f"  {'without it' if without else 'asked':<11}{table['verdict']:<14}"
                 f"{', '.join(named) or '-':<60}{gap['before']:5.1f} -> {gap['after']:.1f}"
@@ -62,15 +59,6 @@ def main(arguments: list[str] | None = None) -> int:
                 flush=True,
             )
     return 0
-
-
-def _said(effect: dict[str, object]) -> str:
-    """Return an effect's name with its driver, setting or place."""
-    where = effect.get("driver") or effect.get("channel") or effect.get("place") or ""
-    numbers = effect.get("parameters")
-    told = numbers if isinstance(numbers, dict) else {}
-    setting = [f"{told[key]['value']:.1f}" for key in ("on_above", "dead_band") if key in told]
-    return " ".join(filter(None, (str(effect["name"]), str(where), *setting)))
 
 
 if __name__ == "__main__":

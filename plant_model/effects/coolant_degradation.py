@@ -7,6 +7,7 @@ from typing import ClassVar
 import numpy as np
 
 from plant_model.effects.base import Effect, Inputs
+from plant_model.effects.coolant_jacket import flows_of
 from plant_model.parameters import FloatArray, Parameter
 
 FILM_EXPONENT = 0.8
@@ -38,7 +39,6 @@ class CoolantDegradation(Effect):
         """Collect what the walls exchange per kelvin, as a matrix on the nodes [W/K]."""
         machine, size = self.machine, len(self.machine.nodes)
         self._matrix = np.zeros((self.values.sets, size, size))
-        self._flows: list[tuple[int, str, FloatArray]] = []
         for item in machine.of_kind("links", "coolant_wall", "coolant_unevenness"):
             effect, number = (
                 ("coolant_jacket", "conductance")
@@ -50,10 +50,7 @@ class CoolantDegradation(Effect):
             for node, other in ((a, b), (b, a)):
                 self._matrix[:, node, node] += g
                 self._matrix[:, other, node] -= g
-        for item in machine.of_kind("links", "coolant_flow"):
-            node, feed = machine.node_index[item.refs["between"][0]], item.refs["between"][1]
-            g = self.of(item, "flow") / 60.0 * self.of(item, "heat_capacity")
-            self._flows.append((node, feed, self.scale_of("coolant_jacket") * g))
+        self._flows = flows_of(machine, self.values)
 
     def start_states(self, temperatures: FloatArray, inputs: Inputs) -> FloatArray:
         """Start the clock."""
@@ -76,7 +73,6 @@ class CoolantDegradation(Effect):
         lost = self.own("loss") * np.minimum(states[..., 0] / self.own("hours"), 1.0)
         of_walls = 1.0 - (1.0 - lost) ** FILM_EXPONENT
         out += of_walls[..., None] * (temperatures @ self._matrix)
-        index = self.machine.node_index
-        for node, feed, g in self._flows:
-            source = temperatures[..., index[feed]] if feed in index else inputs[feed]
-            out[..., node] -= lost * g * (source - temperatures[..., node])
+        for flow in self._flows:
+            brought = flow.conductance * flow.warmer(self.machine, inputs, temperatures)
+            out[..., flow.node] -= lost * brought

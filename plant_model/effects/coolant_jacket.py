@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import ClassVar
 
+import numpy as np
+
 from plant_model.anatomy import incidence
-from plant_model.effects.base import Effect, ItemSpec, NumberSpec, amplitude, exchange
-from plant_model.parameters import FloatArray, Parameter
+from plant_model.effects.base import Effect, Inputs, ItemSpec, NumberSpec, amplitude, exchange
+from plant_model.machine import Machine
+from plant_model.parameters import FloatArray, Parameter, Values
 
 
 def carried_from_inlets(effect: Effect, factor: FloatArray) -> FloatArray:
@@ -34,6 +38,53 @@ def carried_from_inlets(effect: Effect, factor: FloatArray) -> FloatArray:
     scale = factor * effect.scale_of("coolant_jacket") / 60.0
     carried = [scale * effect.of(item, "flow") * effect.of(item, "heat_capacity") for item in flows]
     return effect.table(carried) @ incidence(nodes, len(machine.nodes))
+
+
+@dataclass(frozen=True)
+class Flow:
+    """Coolant that flows into a jacket.
+
+    Attributes
+    ----------
+    node : int
+        Position of the jacket.
+    feed : str
+        Boundary or node that it comes from.
+    conductance : array, shape (sets or 1, 1)
+        V rho c [W/K].
+    """
+
+    node: int
+    feed: str
+    conductance: FloatArray
+
+    def warmer(self, machine: Machine, inputs: Inputs, temperatures: FloatArray) -> FloatArray:
+        """Return by how much it comes warmer than the jacket is [K], (sets, times)."""
+        index = machine.node_index
+        feed = temperatures[..., index[self.feed]] if self.feed in index else inputs[self.feed]
+        return np.asarray(feed - temperatures[..., self.node])
+
+
+def flows_of(machine: Machine, values: Values) -> list[Flow]:
+    """Return the flows into jackets; they carry nothing where ``coolant_jacket`` is not in force.
+
+    Parameters
+    ----------
+    machine : Machine
+    values : Values
+        The parameter sets.
+    """
+    if "coolant_jacket" not in machine.effects:
+        return []
+    scale = values["effects.coolant_jacket.scale"]
+    found = []
+    for item in machine.of_kind("links", "coolant_flow"):
+        flow, heat_capacity = (
+            values[item.parameter_name(name)] for name in ("flow", "heat_capacity")
+        )
+        node, feed = item.refs["between"]
+        found.append(Flow(machine.node_index[node], feed, scale * (flow / 60.0 * heat_capacity)))
+    return found
 
 
 class CoolantJacket(Effect):

@@ -8,7 +8,7 @@ import numpy as np
 
 from plant_model.anatomy import measured_parts
 from plant_model.effects.base import Effect, Inputs, switched_by
-from plant_model.effects.coolant_jacket import carried_from_inlets
+from plant_model.effects.coolant_jacket import carried_from_inlets, flows_of
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray, Parameter
 
@@ -51,7 +51,7 @@ class CoolantThermostat(Effect):
     temperature_dependent: ClassVar[bool] = True
     swings: ClassVar[tuple[str, ...]] = ("period", "phase")
     switched: ClassVar[tuple[str, ...]] = ("on_above", "dead_band")
-    given: ClassVar[tuple[str, ...]] = ("on_above", "dead_band")
+    given: ClassVar[tuple[str, ...]] = switched
     states: ClassVar[tuple[str, ...]] = ("cycle",)
     state_scales: ClassVar[tuple[float, ...]] = (100.0,)
 
@@ -73,17 +73,7 @@ class CoolantThermostat(Effect):
         self._period_s = 60.0 * self.own("period")
         self._carried = carried_from_inlets(self, np.ones((1, 1)))
         self._part = self.machine.node_index.get(self.driver, 0)
-        self._flows = [
-            (
-                self.machine.node_index[item.refs["between"][0]],
-                item.refs["between"][1],
-                self.scale_of("coolant_jacket")
-                * self.of(item, "flow")
-                / 60.0
-                * self.of(item, "heat_capacity"),
-            )
-            for item in self.machine.of_kind("links", "coolant_flow")
-        ]
+        self._flows = flows_of(self.machine, self.values)
 
     def start_states(self, temperatures: FloatArray, inputs: Inputs) -> FloatArray:
         """Start at the phase given, or running where the part is too warm, else resting."""
@@ -118,8 +108,7 @@ class CoolantThermostat(Effect):
             swing = 1.0 - 4.0 * np.abs(states[..., 0] % 1.0 - 0.5)
             out += (self.own("band") * swing)[..., None] * self._carried
             return
-        index, rests = self.machine.node_index, 1.0 - states[..., 0]
-        for node, feed, g in self._flows:
-            source = temperatures[..., index[feed]] if feed in index else inputs[feed]
-            colder = np.maximum(temperatures[..., node] - source, 0.0)
-            out[..., node] += g * rests * np.minimum(colder, 2.0 * self.own("band"))
+        rests, most = 1.0 - states[..., 0], 2.0 * self.own("band")
+        for flow in self._flows:
+            colder = np.maximum(-flow.warmer(self.machine, inputs, temperatures), 0.0)
+            out[..., flow.node] += flow.conductance * rests * np.minimum(colder, most)

@@ -64,10 +64,10 @@ class UnevenBearingHeating(Effect):
         )
         self._aside = self._sectors()
 
-    def _sectors(self) -> FloatArray:
+    def _sectors(self) -> FloatArray | None:
         """Return the heat that a kelvin across the rings moves to each node [W/K].
 
-        Shape (sets or 1, 1, nodes); zero where the housing is not described in sectors.
+        Shape (sets or 1, 1, nodes); None where the housing is not described in sectors.
         """
         machine, index = self.machine, self.machine.node_index
         leaning: dict[int, tuple[float, float]] = {}
@@ -78,7 +78,7 @@ class UnevenBearingHeating(Effect):
                     yaw, pitch = leaning.get(node, (0.0, 0.0))
                     leaning[node] = (yaw + sign * turns[0], pitch + sign * turns[1])
         angle = np.radians(self.own("direction"))
-        found = np.zeros((1, 1, len(machine.nodes)))
+        found, any_sector = np.zeros((1, 1, len(machine.nodes))), False
         for bearing, _ in self._bearings:
             outer = bearing.refs["outer"][0]
             passed = moved = np.zeros((1, 1, len(machine.nodes)))
@@ -94,11 +94,12 @@ class UnevenBearingHeating(Effect):
                 unit = np.zeros(len(machine.nodes))
                 unit[sector] = 1.0
                 g = self.of(item, "conductance")[..., None] * unit
+                any_sector = True
                 passed, moved = passed + g, moved + 0.5 * g * side[..., None]
             # What one side gets the others lose, even where they touch the bearing less.
             whole = np.maximum(np.sum(passed, axis=-1, keepdims=True), 1e-9)
             found = found + moved - passed / whole * np.sum(moved, axis=-1, keepdims=True)
-        return found
+        return found if any_sector else None
 
     def heat(
         self,
@@ -108,7 +109,8 @@ class UnevenBearingHeating(Effect):
         out: FloatArray,
     ) -> None:
         """Move heat from the cold side of the housing to the warm one."""
-        out += (self.own("difference") * self._relative(inputs))[..., None] * self._aside
+        if self._aside is not None:
+            out += (self.own("difference") * self._relative(inputs))[..., None] * self._aside
 
     def _relative(self, inputs: Inputs) -> FloatArray:
         """Return the bearings' heat against that at the reference speed, (sets or 1, times)."""

@@ -16,11 +16,12 @@ from plant_model.gap.linearise import modelled, simulate_at
 from plant_model.gap.long_log import is_piece
 from plant_model.gap.observations import Observations
 from plant_model.gap.periods import PHASES, likely_periods, quick
-from plant_model.gap.switchings import Relay, carried_away, likely_switchings, watched
+from plant_model.gap.switchings import Relay, carried_away, likely_switchings
 from plant_model.integrate import IntegrationError
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray, Parameter
 from plant_model.sensors import displacement_names
+from plant_model.simulate import Simulation
 
 SIZES = (0.12, 0.4, 1.0)
 """Amplitudes tried, as shares of the way from off to each end of the range."""
@@ -204,11 +205,12 @@ def candidates(
     machine: Machine, observed: Sequence[Observations], effect: type[Effect]
 ) -> Iterator[Candidate]:
     """Return an effect at every size and shape, leaving out what cannot be simulated."""
+    plain = [simulate_at(machine, one) for one in observed]
     if effect.swings:
-        yield from swinging(machine, observed, effect)
-        yield from switched(machine, observed, effect)
+        yield from swinging(machine, observed, plain, effect)
+        yield from switched(machine, observed, plain, effect)
         return
-    bases = [modelled(simulate_at(machine, one), one) for one in observed]
+    bases = _shown(plain, observed)
     leaps: tuple[Leaps, ...] = ()
     if effect.settles:
         pairs = zip(observed, bases, strict=True)
@@ -273,8 +275,15 @@ def _answer(
     return (change * observed.weights).reshape(len(change), -1)
 
 
+def _shown(plain: Sequence[Simulation], observed: Sequence[Observations]) -> list[FloatArray]:
+    return [modelled(simulated, one) for simulated, one in zip(plain, observed, strict=True)]
+
+
 def swinging(
-    machine: Machine, observed: Sequence[Observations], effect: type[Effect]
+    machine: Machine,
+    observed: Sequence[Observations],
+    plain: Sequence[Simulation],
+    effect: type[Effect],
 ) -> Iterator[Candidate]:
     """Return an effect that swings by itself, at the likeliest periods and each run's own phase.
 
@@ -282,7 +291,7 @@ def swinging(
     each run shows them; a period is what the residuals of all runs have in common.
     """
     period, phase = effect.swings
-    bases = [modelled(simulate_at(machine, one), one) for one in observed]
+    bases = _shown(plain, observed)
     shown = [quick(one, one.weighted(base)[0]) for one, base in zip(observed, bases, strict=True)]
     limits = effect.parameters[period]
     nominal = {name: p.value for name, p in effect.parameters.items()}
@@ -301,7 +310,10 @@ def swinging(
 
 
 def switched(
-    machine: Machine, observed: Sequence[Observations], effect: type[Effect]
+    machine: Machine,
+    observed: Sequence[Observations],
+    plain: Sequence[Simulation],
+    effect: type[Effect],
 ) -> Iterator[Candidate]:
     """Return an effect that a part switches, on the likeliest parts at their likeliest settings.
 
@@ -310,8 +322,7 @@ def switched(
     parts = list(effect.drivers(machine))[1:]
     if not (effect.switched and parts):
         return
-    plain = [simulate_at(machine, one) for one in observed]
-    bases = [modelled(simulated, one) for simulated, one in zip(plain, observed, strict=True)]
+    bases = _shown(plain, observed)
     residuals = [one.weighted(base)[0] for one, base in zip(observed, bases, strict=True)]
     carried = [
         carried_away(machine, simulated, one)
@@ -321,20 +332,16 @@ def switched(
     sizes = np.array([effect.off + share * (usual - effect.off) for share in SIZES])
     for one in likely_switchings(machine, observed, residuals, carried, parts):
         key = effect_key(effect.name, one.part)
-        relays = [
-            Relay(told, one.on_above, one.dead_band)
-            for run in observed
-            if (told := watched(machine, run, one.part))
-        ]
-        setting = dict(zip(effect.switched, (one.on_above, one.dead_band), strict=True))
+        first = one.relays[0]
+        setting = dict(zip(effect.switched, (first.on_above, first.dead_band), strict=True))
         nominal = {name: p.value for name, p in effect.parameters.items()} | setting
         grown = with_effect(machine, key, setting)
         sets = {f"effects.{key}.{effect.amplitude}": sizes}
         answers = [
-            _answer(grown, told.marked(run, key), sets, base)
-            for run, told, base in zip(observed, relays, bases, strict=True)
+            _answer(grown, relay.marked(run, key), sets, base)
+            for run, relay, base in zip(observed, one.relays, bases, strict=True)
         ]
         for i, size in enumerate(sizes):
             of_runs = tuple(answer[i] for answer in answers)
             values = nominal | {effect.amplitude: float(size)}
-            yield Candidate(key, values, of_runs, seen=tuple(relays))
+            yield Candidate(key, values, of_runs, seen=one.relays)

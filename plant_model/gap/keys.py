@@ -52,6 +52,14 @@ def driver_keys(machine: Machine, effect: type[Effect]) -> list[str]:
     return [effect.name, *(effect_key(effect.name, driver) for driver in others)]
 
 
+def is_switched(machine: Machine, key: str) -> bool:
+    """Tell whether a part switches the effect that a key names."""
+    effect = effect_of(key)
+    if effect is None or not effect.switched:
+        return False
+    return effect.switched[0] not in effect.unused(driver_of(machine, key)[0])
+
+
 def unused_with(machine: Machine, key: str) -> tuple[str, ...]:
     """Return the parameters that nobody fits with a key's driver: idle ones, and given ones."""
     effect = effect_of(key)

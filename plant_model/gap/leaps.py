@@ -7,7 +7,7 @@ plain in the data.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.ndimage import maximum_filter1d, median_filter
@@ -46,18 +46,15 @@ class Leaps:
 
     def marked(self, observed: Observations, key: str) -> Observations:
         """Return observations whose inputs tell an effect what was seen."""
-        switches = tuple(
-            replace(switch, later=self._in(switch.later, key)) for switch in observed.switches
-        )
-        return replace(observed, drive=self._in(observed.drive, key), switches=switches)
+        return observed.told(leaps_of(key), self._at_ends)
 
-    def _in(self, drive: Drive, key: str) -> Drive:
+    def _at_ends(self, drive: Drive) -> FloatArray:
         seen = np.zeros(len(drive.grid) - 1)
         # The step that ends at the observation, or at the first instant of the grid after it.
         ends = np.searchsorted(drive.grid[1:], self.time_s - 1e-6)
         inside = ends < len(seen)
         seen[ends[inside]] = self.sign[inside]
-        return replace(drive, held={**drive.held, leaps_of(key): seen})
+        return seen
 
 
 def leaps_in(machine: Machine, observed: Observations, base: FloatArray) -> Leaps:

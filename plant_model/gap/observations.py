@@ -8,8 +8,8 @@ the longer the sampling interval, because its instant is known no better than th
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -117,6 +117,22 @@ class Observations:
         """
         difference = (modelled - np.nan_to_num(self.values)) * self.weights
         return difference.reshape(*modelled.shape[:-2], -1)
+
+    def told(self, name: str, series: Callable[[Drive], FloatArray]) -> Observations:
+        """Return observations whose inputs hold one more series, wherever a switch is put.
+
+        Parameters
+        ----------
+        name : str
+        series : callable
+            From a drive to an array for its steps, shape (K,).
+        """
+
+        def with_it(drive: Drive) -> Drive:
+            return replace(drive, held={**drive.held, name: series(drive)})
+
+        switches = tuple(replace(one, later=with_it(one.later)) for one in self.switches)
+        return replace(self, drive=with_it(self.drive), switches=switches)
 
 
 def compared_channels(machine: Machine, runs: Sequence[Run]) -> tuple[str, ...]:

@@ -10,7 +10,7 @@ from scipy.ndimage import gaussian_filter1d
 from scipy.signal import find_peaks
 
 from plant_model.effects import catalogue
-from plant_model.gap.keys import driver_of
+from plant_model.gap.keys import unused_with
 from plant_model.gap.linearise import modelled, simulate_at
 from plant_model.gap.observations import BIN_S, Observations
 from plant_model.machine import Machine
@@ -28,8 +28,12 @@ SLOW_S = 1500.0
 
 def quick(observed: Observations, weighted: FloatArray) -> FloatArray:
     """Return weighted residuals or answers, (N,), without what changes slowly."""
-    columns = weighted.reshape(len(observed.time_s), -1)
-    return np.asarray(columns - gaussian_filter1d(columns, SLOW_S / BIN_S, axis=0)).reshape(-1)
+    return without_slow(weighted.reshape(len(observed.time_s), -1), axis=0).reshape(-1)
+
+
+def without_slow(series: FloatArray, axis: int) -> FloatArray:
+    """Return series in bins, along an axis, without what changes slowly."""
+    return np.asarray(series - gaussian_filter1d(series, SLOW_S / BIN_S, axis=axis))
 
 
 def likely_periods(
@@ -70,7 +74,7 @@ def in_step(machine: Machine, observed: Observations) -> Observations:
     """Return a run's observations with its own place in the cycle of every effect that swings."""
     for name in machine.effects:
         effect = catalogue()[name.partition(":")[0]]
-        if not effect.swings or driver_of(machine, name)[0] in list(effect.drivers(machine))[1:]:
+        if not effect.swings or effect.swings[1] in unused_with(machine, name):
             continue
         key = f"effects.{name}.{effect.swings[1]}"
         if key in observed.own:

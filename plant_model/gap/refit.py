@@ -17,6 +17,7 @@ from plant_model.gap.candidates import (
     with_effect,
 )
 from plant_model.gap.design import RunDesign, RunSensitivities, all_sensitivities, design_of
+from plant_model.gap.keys import is_switched
 from plant_model.gap.observations import Observations
 from plant_model.gap.priors import Priors
 from plant_model.gap.screen import NormalMatrices, ResidualSets, Screen
@@ -77,10 +78,9 @@ class CandidateFit:
         """
         if not self._of_catalogue:
             return ()
-        name, _, driver = self.added[-1].partition(":")
-        effect = catalogue()[name]
-        if driver and effect.switched:
+        if is_switched(self.machine, self.added[-1]):
             return ()  # Coolant that stands altogether is no other law.
+        effect = catalogue()[self.added[-1].partition(":")[0]]
         telling = {f"effects.{self.added[-1]}.{name}" for name in (effect.amplitude, *effect.law)}
         return tuple(
             one.name.rpartition(".")[2]

@@ -8,20 +8,20 @@ which rests does not carry away, lagged as heat is. Only the best are then simul
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from functools import partial
+from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
 import numpy.typing as npt
-from scipy.ndimage import gaussian_filter1d
 
 from plant_model.drive import Drive
 from plant_model.effects.base import switched_by
+from plant_model.effects.coolant_jacket import flows_of
 from plant_model.gap.observations import BIN_S, Observations
-from plant_model.gap.periods import SLOW_S, quick
+from plant_model.gap.periods import quick, without_slow
+from plant_model.integrate import Modes, linear_steps
 from plant_model.machine import Machine
-from plant_model.parameters import FloatArray
+from plant_model.parameters import FloatArray, Values
 from plant_model.sensors import column_of, displacement_names
 from plant_model.simulate import Simulation
 
@@ -54,25 +54,6 @@ AT_ONCE = 64
 
 LIKELY = 3
 """Parts and settings that are simulated."""
-
-
-@dataclass(frozen=True)
-class Switching:
-    """A part, and the setting of the relay that it may switch.
-
-    Attributes
-    ----------
-    part : str
-    on_above, dead_band : float
-        [degC, K]
-    share : float
-        Of what is quick in the residuals, what follows it [1].
-    """
-
-    part: str
-    on_above: float
-    dead_band: float
-    share: float
 
 
 @dataclass(frozen=True)
@@ -125,16 +106,31 @@ class Relay:
 
     def marked(self, observed: Observations, key: str) -> Observations:
         """Return observations whose inputs tell an effect when it was on."""
-        switches = tuple(
-            replace(switch, later=self._in(switch.later, key)) for switch in observed.switches
-        )
-        return replace(observed, drive=self._in(observed.drive, key), switches=switches)
+        return observed.told(switched_by(key), self._in_steps)
 
-    def _in(self, drive: Drive, key: str) -> Drive:
+    def _in_steps(self, drive: Drive) -> FloatArray:
         setting = (np.array([self.on_above]), np.array([self.dead_band]))
         (on,) = self.watched.on_between(*setting, drive.grid)
         # What settles at the end of a step is in force in the next.
-        return replace(drive, held={**drive.held, switched_by(key): np.append(on[1:], on[-1])})
+        return np.append(on[1:], on[-1])
+
+
+@dataclass(frozen=True)
+class Switching:
+    """A part that may switch a cooler.
+
+    Attributes
+    ----------
+    part : str
+    relays : tuple of Relay
+        At the same setting, one for each run.
+    share : float
+        Of what is quick in the residuals, what follows it [1].
+    """
+
+    part: str
+    relays: tuple[Relay, ...]
+    share: float
 
 
 def watched(machine: Machine, observed: Observations, part: str) -> Watched | None:
@@ -172,14 +168,11 @@ def carried_away(machine: Machine, simulated: Simulation, observed: Observations
     observed : Observations
     """
     inputs = observed.drive.inputs_at(observed.time_s)
-    index, temperatures = machine.node_index, simulated.temperatures[0, 1:]
-    heat = np.zeros(len(observed.time_s))
-    for item in machine.of_kind("links", "coolant_flow"):
-        node, feed = item.refs["between"]
-        source = temperatures[:, index[feed]] if feed in index else inputs[feed]
-        g = item.parameters["flow"].value / 60.0 * item.parameters["heat_capacity"].value
-        heat += g * np.maximum(temperatures[:, index[node]] - source, 0.0)
-    return heat
+    temperatures = simulated.temperatures[:, 1:]
+    heat = np.zeros((1, len(observed.time_s)))
+    for flow in flows_of(machine, Values(machine.parameters)):
+        heat += flow.conductance * np.maximum(-flow.warmer(machine, inputs, temperatures), 0.0)
+    return np.asarray(heat[0])
 
 
 def likely_switchings(
@@ -208,32 +201,27 @@ def likely_switchings(
         Best first, no more than `LIKELY`; empty where nothing that happens again and again follows
         any of them.
     """
-    shown = [
-        quick(one, residual).reshape(len(one.time_s), -1)
-        for one, residual in zip(observed, residuals, strict=True)
-    ]
+    compared = _Compared(machine, observed, residuals, carried)
     found = []
     for part in parts:
-        seen = [watched(machine, one, part) for one in observed]
-        everywhere = [one for one in seen if one is not None]
-        if len(everywhere) < len(observed):
+        seen = [told for one in observed if (told := watched(machine, one, part))]
+        if len(seen) < len(observed):
             continue
-        shares_of = partial(_shares_of, machine, observed, shown, carried, everywhere)
-        low = min(float(one.temperature.min()) for one in everywhere)
-        high = max(float(one.temperature.max()) for one in everywhere)
+        low = min(float(one.temperature.min()) for one in seen)
+        high = max(float(one.temperature.max()) for one in seen)
         levels = [low + share * (high - low) for share in LEVELS]
         settings = [(on, band) for on, band in product(levels, DEAD_BANDS) if on - band > low]
         step = (high - low) * (LEVELS[1] - LEVELS[0])
-        for on, band in _apart(settings, shares_of(settings)):
+        for on, band in _apart(settings, compared.shares(seen, settings)):
             finer = [
                 (on + a * step, band * b)
                 for a, b in product(np.linspace(-1.0, 1.0, 15), np.geomspace(0.7, 1.4, 11))
             ]
-            shares = shares_of(finer)
+            shares = compared.shares(seen, finer)
             best = int(np.argmax(shares))
             if shares[best] >= LEAST_SHARE:
-                on_above, dead_band = finer[best]
-                found.append(Switching(part, on_above, dead_band, float(shares[best])))
+                relays = tuple(Relay(one, *finer[best]) for one in seen)
+                found.append(Switching(part, relays, float(shares[best])))
     return sorted(found, key=lambda one: -one.share)[:LIKELY]
 
 
@@ -273,60 +261,72 @@ def relay(
     return on
 
 
-def _shares_of(
-    machine: Machine,
-    observed: Sequence[Observations],
-    shown: Sequence[FloatArray],
-    carried: Sequence[FloatArray],
-    seen: Sequence[Watched],
-    settings: Sequence[tuple[float, float]],
-) -> FloatArray:
-    """Return `_shares` of any number of settings."""
-    parts = [
-        _shares(machine, observed, shown, carried, seen, settings[i : i + AT_ONCE])
-        for i in range(0, len(settings), AT_ONCE)
-    ]
-    return np.concatenate([np.zeros(0), *parts])
+class _Compared:
+    """Residuals of all runs, to hold relays against; see `likely_switchings`."""
 
+    def __init__(
+        self,
+        machine: Machine,
+        observed: Sequence[Observations],
+        residuals: Sequence[FloatArray],
+        carried: Sequence[FloatArray],
+    ) -> None:
+        self._times, self._carried = [one.time_s for one in observed], carried
+        lengths = displacement_names(machine)
+        self._warms = np.array([name not in lengths for name in observed[0].channels])
+        self._shown = np.concatenate(
+            [
+                quick(one, residual).reshape(len(one.time_s), -1)
+                for one, residual in zip(observed, residuals, strict=True)
+            ]
+        )
+        self._every = float(np.sum(self._shown**2))
 
-def _shares(
-    machine: Machine,
-    observed: Sequence[Observations],
-    shown: Sequence[FloatArray],
-    carried: Sequence[FloatArray],
-    seen: Sequence[Watched],
-    settings: Sequence[tuple[float, float]],
-) -> FloatArray:
-    """Return what share of the residuals follows each setting; 0 where it switches too seldom."""
-    found = np.zeros(len(settings))
-    on_above, dead_band = (np.array(column) for column in zip(*settings, strict=True))
-    states = [
-        what.on_between(on_above, dead_band, _ends(one.time_s))
-        for one, what in zip(observed, seen, strict=True)
-    ]
-    relays = [one > 0.5 for one in states]
-    counts = np.array([np.sum(on[:, 1:] != on[:, :-1], axis=1) for on in relays])
-    often = (counts.sum(axis=0) >= SWITCHINGS) & (np.sum(counts > 0, axis=0) >= RUNS)
-    lengths = displacement_names(machine)
-    warms = np.array([name not in lengths for name in observed[0].channels])
-    columns = np.concatenate(shown)
-    every = float(np.sum(columns**2))
-    if not often.any() or every <= 0.0:
+    def shares(
+        self, seen: Sequence[Watched], settings: Sequence[tuple[float, float]]
+    ) -> FloatArray:
+        """Return what share of the residuals follows a relay, 0 where it switches too seldom.
+
+        Parameters
+        ----------
+        seen : sequence of Watched
+            The part in every run.
+        settings : sequence of (float, float)
+            Levels and dead bands.
+        """
+        parts = [
+            self._some(seen, *np.array(settings[i : i + AT_ONCE]).T)
+            for i in range(0, len(settings), AT_ONCE)
+        ]
+        return np.concatenate([np.zeros(0), *parts])
+
+    def _some(
+        self, seen: Sequence[Watched], on_above: FloatArray, dead_band: FloatArray
+    ) -> FloatArray:
+        found = np.zeros(len(on_above))
+        states = [
+            what.on_between(on_above, dead_band, _ends(time))
+            for time, what in zip(self._times, seen, strict=True)
+        ]
+        relays = [one > 0.5 for one in states]
+        counts = np.array([np.sum(on[:, 1:] != on[:, :-1], axis=1) for on in relays])
+        often = (counts.sum(axis=0) >= SWITCHINGS) & (np.sum(counts > 0, axis=0) >= RUNS)
+        if not often.any() or self._every <= 0.0:
+            return found
+        kept = np.concatenate(
+            [
+                _lagged(time, heat * (1.0 - on[often]))
+                for time, on, heat in zip(self._times, states, self._carried, strict=True)
+            ],
+            axis=1,
+        )
+        basis = np.linalg.qr(kept)[0]
+        along = np.swapaxes(basis, 1, 2) @ self._shown
+        # What is measured warm while the relay is on may be its cause, and is never its effect.
+        warmer = ((kept.sum(axis=2)[:, None] @ basis) @ along)[:, 0] < 0.0
+        sign = np.where(warmer | ~self._warms, 1.0, -1.0)
+        found[often] = np.sum(np.sum(along**2, axis=1) * sign, axis=1) / self._every
         return found
-    kept = np.concatenate(
-        [
-            _lagged(one.time_s, heat * (1.0 - on[often]))
-            for one, on, heat in zip(observed, states, carried, strict=True)
-        ],
-        axis=1,
-    )
-    basis = np.linalg.qr(kept)[0]
-    along = np.swapaxes(basis, 1, 2) @ columns
-    # What is measured warm while the relay is on may be its cause, and is never its effect.
-    warmer = ((kept.sum(axis=2)[:, None] @ basis) @ along)[:, 0] < 0.0
-    sign = np.where(warmer | ~warms, 1.0, -1.0)
-    found[often] = np.sum(np.sum(along**2, axis=1) * sign, axis=1) / every
-    return found
 
 
 def _ends(time_s: FloatArray) -> FloatArray:
@@ -344,11 +344,9 @@ def _lagged(time_s: FloatArray, heat: FloatArray) -> FloatArray:
     heat : array, shape (settings, K)
     """
     steps = np.diff(time_s, prepend=time_s[0])
-    keeps = np.exp(-steps[:, None] / (60.0 * np.array(LAGS_MIN)))
-    followed = np.empty((*heat.shape, len(LAGS_MIN)))
-    now = np.repeat(heat[:, :1], len(LAGS_MIN), axis=1)
-    for k in range(len(time_s)):
-        value = heat[:, k, None]
-        now = value + (now - value) * keeps[k]
-        followed[:, k] = now
-    return np.asarray(followed - gaussian_filter1d(followed, SLOW_S / BIN_S, axis=1))
+    decay = np.broadcast_to(1.0 / (60.0 * np.array(LAGS_MIN)), (len(heat), len(LAGS_MIN)))
+    none = np.zeros((len(heat), 0, 0))
+    held = decay[:, None, :] * heat[..., None]
+    start = np.repeat(heat[:, :1], len(LAGS_MIN), axis=1)
+    followed = linear_steps(Modes(decay, none, none), start, steps, held, held)
+    return without_slow(followed, axis=1)

@@ -7,7 +7,7 @@ import pytest
 
 from measurement.runs import Run
 from plant_model.effects import catalogue
-from plant_model.gap.candidates import switched, with_effect
+from plant_model.gap.candidates import candidates, with_effect
 from plant_model.gap.linearise import modelled, simulate_at
 from plant_model.gap.observations import Observations, observe
 from plant_model.gap.switchings import (
@@ -44,7 +44,7 @@ def found(machine: Machine, observed: list[Observations]) -> list[tuple[str, flo
     carried = [carried_away(machine, shown, one) for shown, one in pairs]
     parts = list(catalogue()["coolant_thermostat"].drivers(machine))[1:]
     likely = likely_switchings(machine, observed, residuals, carried, parts)
-    return [(one.part, one.on_above, one.dead_band) for one in likely]
+    return [(one.part, one.relays[0].on_above, one.relays[0].dead_band) for one in likely]
 
 
 def test_a_relay_keeps_what_it_was_within_the_dead_band() -> None:
@@ -98,7 +98,7 @@ def test_the_measured_part_switches_and_not_the_modelled_one(
 
 def test_it_is_tried_on_its_parts(jig_borer_lumps: Machine, observed: list[Observations]) -> None:
     effect = catalogue()["coolant_thermostat"]
-    tried = list(switched(jig_borer_lumps, observed, effect))
+    tried = [one for one in candidates(jig_borer_lumps, observed, effect) if one.seen]
     assert tried[0].key == KEY
     grown = with_effect(jig_borer_lumps, KEY, tried[0].values)
     free = {name for name, p in grown.effects[KEY].items() if p.calibrate}

@@ -14,6 +14,12 @@ from benchmarks.gap.truth.spindle import Spindle
 JACKETS = ("front", "motor", "rear")
 
 
+def throttled(left: float) -> dict[str, float]:
+    """Return factors on flows and walls' films where a share of the flow is left."""
+    flows = {f"flow_{jacket}": left for jacket in JACKETS}
+    return flows | {f"wall_{jacket}": left**0.8 for jacket in JACKETS}
+
+
 class CoolantThermostat(Hidden):
     """A two-point chiller: its tank warms until the upper edge of a dead band, then is cooled.
 
@@ -44,8 +50,7 @@ class CoolantThermostat(Hidden):
             return {}
         # A chiller with a wide band rests for long, and its valve closes further meanwhile.
         left = 1.0 - 0.5 * min(self.size, 1.0)
-        flows = {f"flow_{jacket}": left for jacket in JACKETS}
-        return flows | {f"wall_{jacket}": left**0.8 for jacket in JACKETS}
+        return throttled(left)
 
     def boundaries(self, now: Now, values: Array) -> None:
         """The tank's temperature reaches the jackets."""
@@ -95,8 +100,7 @@ class CoolantSwitched(Hidden):
         if self._runs:
             return {}
         left = max(1.0 - min(self.size, 1.0), 0.02)
-        flows = {f"flow_{jacket}": left for jacket in JACKETS}
-        return flows | {f"wall_{jacket}": left**0.8 for jacket in JACKETS}
+        return throttled(left)
 
     def advance(self, now: Now, step: float) -> None:
         """Switch at the edges of the dead band."""
@@ -118,8 +122,7 @@ class CoolantDegradation(Hidden):
         """Return the factors, renewed every five minutes."""
         hours = max(now.time, 0.0) // 300.0 / 12.0
         left = max(1.0 - self.size * hours / 8.0, 0.05)
-        flows = {f"flow_{jacket}": left for jacket in JACKETS}
-        return flows | {f"wall_{jacket}": left**0.8 for jacket in JACKETS}
+        return throttled(left)
 
 
 class CoolantSupplyOffset(Hidden):
