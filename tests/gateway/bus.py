@@ -31,6 +31,14 @@ PATIENCE_S = 60.0
 Answer = dict[str, float | str]
 
 
+def wait_for(condition: Callable[[], bool], timeout_s: float = PATIENCE_S) -> None:
+    """Wait until something is so; fail if it never is."""
+    until = time.monotonic() + timeout_s
+    while not condition():
+        assert time.monotonic() < until
+        time.sleep(0.02)
+
+
 class Listener:
     """A third node that decodes by the DBC file and cantools alone."""
 

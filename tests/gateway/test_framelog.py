@@ -6,7 +6,6 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable
 from pathlib import Path
 
 import can
@@ -15,6 +14,7 @@ import pytest
 from scenarios.gateway import background, framelog
 from scenarios.gateway.background import Background
 from scenarios.gateway.framelog import FrameLog
+from tests.gateway.bus import wait_for
 
 ENDINGS = [".log", ".asc", ".blf"]
 
@@ -32,13 +32,6 @@ def frame(number: int) -> can.Message:
 def numbers(path: Path) -> list[int]:
     with can.LogReader(str(path)) as reader:
         return [int.from_bytes(message.data, "little") for message in reader]
-
-
-def wait_for(condition: Callable[[], bool]) -> None:
-    until = time.monotonic() + 20.0
-    while not condition():
-        assert time.monotonic() < until
-        time.sleep(0.02)
 
 
 @pytest.mark.parametrize("ending", ENDINGS)

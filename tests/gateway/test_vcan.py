@@ -6,7 +6,7 @@ import contextlib
 import os
 import subprocess
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -20,7 +20,7 @@ from scenarios.gateway.node import GatewaySettings
 from scenarios.gateway.page import session_lines, session_messages
 from scenarios.gateway.supervision import Cycle
 from tests.gateway.bench import WARM
-from tests.gateway.bus import Control, gateway_thread
+from tests.gateway.bus import Control, gateway_thread, wait_for
 from tests.gateway.conftest import SLEW_UM_PER_S, Wire
 
 pytestmark = pytest.mark.vcan
@@ -45,14 +45,6 @@ def hears(kind: str, frame_id: str, channel: str = "vcan0") -> bool:
     """Return whether the kernel lists a receiver of an identifier on a channel."""
     lines = Path(f"/proc/net/can/rcvlist_{kind}").read_text().lower().splitlines()
     return any(line.split()[:2] == [channel, frame_id] for line in lines)
-
-
-def wait_for(condition: Callable[[], bool], timeout_s: float = 5.0) -> None:
-    """Wait until something is so; fail if it never is."""
-    until = time.monotonic() + timeout_s
-    while not condition():
-        assert time.monotonic() < until
-        time.sleep(0.02)
 
 
 def test_candump_prints_what_the_page_shows(vcan: Wire, database: Database, tmp_path: Path) -> None:
