@@ -86,6 +86,10 @@ def five_lines(table: dict[str, Any]) -> list[str]:
             f"{name} = {p['value']:.3g} ({p['low']:.3g} to {p['high']:.3g}) {p['unit']}"
             for name, p in entry["parameters"].items()
         )
+        + "".join(
+            f", {name} = {p['value']:.3g} {p['unit']}"
+            for name, p in entry.get("switched_at", {}).items()
+        )
         for entry in table["effects"]
     )
     lines.append(f"Added: {added or 'nothing; the machine is calibrated'} -> {table['machine']}.")

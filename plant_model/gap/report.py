@@ -14,7 +14,7 @@ from plant_model.gap.data_faults import DataFault
 from plant_model.gap.description import place_of
 from plant_model.gap.find import GapResult
 from plant_model.gap.further_run import FurtherRun, further_run
-from plant_model.gap.keys import driver_of, law_of
+from plant_model.gap.keys import driver_of, is_switched, law_of
 from plant_model.gap.observations import Observations
 from plant_model.gap.periods import in_step
 from plant_model.gap.reference import LEFT, ReferenceModel
@@ -296,6 +296,12 @@ def _effect(selection: SelectionRound, found: GapResult) -> dict[str, Any]:
         for one in found.after.calibration.parameters
         if one.name.startswith(prefix)
     }
+    if is_switched(machine, key):
+        numbers = machine.effects[key]
+        entry["switched_at"] = {
+            name: {"value": numbers[name].value, "unit": numbers[name].unit}
+            for name in catalogue()[_name(key)].switched
+        }
     entry["larger_than_usual"] = list(beyond_usual_range(machine, key))
     place = next(i for i, one in enumerate(selection.fits) if one is selection.best)
     entry["probability"] = sum(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -35,6 +37,24 @@ def test_each_broken_channel_is_told_once() -> None:
     assert _left_out([]) == ""
 
 
+def answer(**more: Any) -> dict[str, Any]:
+    """Return what gap.json holds where nothing was found, with *more*."""
+    table = {
+        "verdict": "none_missing",
+        "where": [],
+        "data_faults": [],
+        "effects": [],
+        "one_of_keys": [],
+        "runners_up": [],
+        "evidence": {"share_explained": 0.0, "share_by_chance": 0.08},
+        "remaining": {"is_reducible": False, "above_tolerance": False, "where": [], "share": 0.0},
+        "machine": "machine_after.toml",
+        "gap": {"holdout": {"before": 0.9, "after": 0.9, "reference": 1.7, "floor": 0.5}},
+        "withdrawn": [],
+    }
+    return table | more
+
+
 @pytest.mark.parametrize(
     ("share", "withdrawn", "said"),
     [(0.52, [], True), (0.08, [], False), (0.52, [{"name": "centrifugal_shift"}], False)],
@@ -42,23 +62,35 @@ def test_each_broken_channel_is_told_once() -> None:
 def test_what_is_too_little_to_be_named_is_said_all_the_same(
     share: float, withdrawn: list[dict[str, str]], said: bool
 ) -> None:
-    gap = {"before": 0.9, "after": 0.9, "reference": 1.7, "floor": 0.5}
-    table = {
-        "verdict": "none_missing",
-        "where": [],
-        "data_faults": [],
-        "effects": [],
-        "one_of_keys": [],
-        "runners_up": [{"name": "centrifugal_shift", "probability": 0.96}],
-        "evidence": {"share_explained": share, "share_by_chance": 0.08},
-        "machine": "machine_after.toml",
-        "gap": {"holdout": gap},
-        "withdrawn": withdrawn,
-    }
+    table = answer(
+        runners_up=[{"name": "centrifugal_shift", "probability": 0.96}],
+        evidence={"share_explained": share, "share_by_chance": 0.08},
+        withdrawn=withdrawn,
+    )
     _, missing, rivals, *_ = five_lines(table)
     assert missing.startswith("What is missing: nothing that these runs prove")
     assert ("centrifugal_shift explains 52% of them, chance up to 8%" in missing) == said
     assert "may act alike" not in rivals
+
+
+def test_the_setting_of_what_a_part_switches_is_told() -> None:
+    band = {"value": 1.5, "low": 1.2, "high": 1.8, "unit": "K"}
+    named = {
+        "name": "coolant_thermostat",
+        "title": "Chiller switching on and off",
+        "driver": "rear_outer",
+        "driver_in_words": "rear outer",
+        "parameters": {"band": band},
+        "switched_at": {
+            "on_above": {"value": 25.5, "unit": "degC"},
+            "dead_band": {"value": 2.5, "unit": "K"},
+        },
+        "larger_than_usual": [],
+        "evidence": "explains 90 %",
+    }
+    table = answer(verdict="effect", effects=[named], one_of_keys=["coolant_thermostat:rear_outer"])
+    added = five_lines(table)[3]
+    assert "band = 1.5 (1.2 to 1.8) K, on_above = 25.5 degC, dead_band = 2.5 K ->" in added
 
 
 @pytest.mark.parametrize(
