@@ -50,6 +50,30 @@ class Drive:
     rows: dict[str, FloatArray]
     row_times: FloatArray
 
+    def first_boundaries(self, machine: Machine) -> FloatArray:
+        """Return the boundary temperatures at the start, in the machine's order [degC]."""
+        return np.array([self.first[name][0] for name in machine.boundary_index])
+
+    def refined(self, parts: int) -> Drive:
+        """Return the same inputs, each step of the grid in so many parts.
+
+        Parameters
+        ----------
+        parts : int
+        """
+        if parts == 1:
+            return self
+        share = np.arange(parts) / parts
+        grid = self.grid[:-1, None] + np.diff(self.grid)[:, None] * share
+        first, last = {}, {}
+        for name, begin in self.first.items():
+            rise = self.last[name] - begin
+            first[name] = np.ravel(begin[:, None] + rise[:, None] * share)
+            last[name] = np.ravel(begin[:, None] + rise[:, None] * (share + 1.0 / parts))
+        held = {name: np.repeat(values, parts) for name, values in self.held.items()}
+        whole = np.append(np.ravel(grid), self.grid[-1])
+        return Drive(whole, held, first, last, self.rows, self.row_times)
+
     def inputs_at(self, time_s: FloatArray) -> dict[str, FloatArray]:
         """Return all inputs at other instants: held ones as in force, boundaries by lines.
 

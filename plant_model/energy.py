@@ -12,7 +12,8 @@ from plant_model.drive import drive_from
 from plant_model.machine import Machine
 from plant_model.network import Network, effects_in_force
 from plant_model.parameters import FloatArray, Values
-from plant_model.simulate import start_temperatures, trajectory
+from plant_model.simulate import start_temperatures
+from plant_model.trajectory import trajectory
 
 
 @dataclass(frozen=True)

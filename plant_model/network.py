@@ -35,6 +35,22 @@ def effects_in_force(machine: Machine, values: Values) -> list[Effect]:
     return found
 
 
+def state_slices(effects: Sequence[Effect]) -> dict[str, slice]:
+    """Return where the own states of each effect stand, by its key.
+
+    Parameters
+    ----------
+    effects : sequence of Effect
+        In force, in their order.
+    """
+    slices, at = {}, 0
+    for effect in effects:
+        if effect.states:
+            slices[effect.key] = slice(at, at + len(effect.states))
+            at += len(effect.states)
+    return slices
+
+
 class Network:
     """The heat side of a machine for one or many parameter sets.
 
@@ -93,7 +109,7 @@ class Network:
         self.linear = follow_only and not (self._dependent or self.one_way)
         scales = [effect.state_scales or (1.0,) * len(effect.states) for effect in effects]
         self.error_scale = np.concatenate([np.ones(self.node_count), *scales])
-        self._slices = self._state_slices()
+        self._slices = state_slices(effects)
 
     def _exchanges(self, inputs: Inputs) -> Iterable[Exchange]:
         for effect in self._plain:
@@ -220,13 +236,6 @@ class Network:
     def state_slices(self) -> dict[str, slice]:
         """Return where the own states of each effect stand."""
         return self._slices
-
-    def _state_slices(self) -> dict[str, slice]:
-        slices, at = {}, 0
-        for effect in self._with_states:
-            slices[effect.key] = slice(at, at + len(effect.states))
-            at += len(effect.states)
-        return slices
 
     def start_states(self, temperatures: FloatArray, inputs: Inputs) -> FloatArray:
         """Return the own states at the start, shape (sets, own states).

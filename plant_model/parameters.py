@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, TypeAlias
 
@@ -147,6 +147,28 @@ class Values:
         if sets > 1 and self.sets not in {1, sets}:
             raise ParameterError(f"{sets} starts, but {self.sets} parameter sets")
         self.sets = max(self.sets, sets)
+
+    def varying(self) -> Iterator[tuple[str, FloatArray]]:
+        """Return the parameters that differ between sets: names, and arrays of shape (sets, 1)."""
+        for name, column in self._columns.items():
+            if len(column) > 1 and np.any(column != column[:1]):
+                yield name, column
+
+    def of_sets(self, which: npt.NDArray[np.intp]) -> Values:
+        """Return the values of some parameter sets.
+
+        Parameters
+        ----------
+        which : array of int, shape (n,)
+            Their positions.
+        """
+        some = Values({})
+        some._columns = {
+            name: column if len(column) == 1 else column[which]
+            for name, column in self._columns.items()
+        }
+        some.sets = len(which)
+        return some
 
     def is_off(self, name: str, off: float) -> bool:
         """Return whether the parameter is exactly *off* in every set.

@@ -2,32 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Literal
 
 import numpy as np
 import pandas as pd
 
-from plant_model.dependent import DependentStepper
-from plant_model.drive import Drive, drive_from, levels_of
-from plant_model.integrate import TOLERANCE, Modes, apply, linear_steps
+from plant_model.drive import Drive, drive_from
+from plant_model.integrate import TOLERANCE
 from plant_model.machine import Machine
-from plant_model.network import Network, effects_in_force
+from plant_model.network import effects_in_force, state_slices
 from plant_model.parameters import FloatArray, Values
 from plant_model.rest import RestingParts
 from plant_model.sensors import SensorNoise, column_of, readings
 from plant_model.structure import drift_at, pose
+from plant_model.trajectory import shared_trajectory
 
 CHUNK_NUMBERS = 20_000_000
 """Numbers of node temperatures kept at once; more parameter sets are simulated in turns."""
-
-MATRIX_NUMBERS = 4_000_000
-"""Conductances kept at once; those of more levels of the inputs are computed in turns."""
-
-Level = tuple[float, ...]
-"""Values of the inputs that conductances use."""
 
 
 @dataclass(frozen=True)
@@ -204,7 +197,7 @@ def start_temperatures(machine: Machine, inputs: pd.DataFrame, drive: Drive) -> 
     """
     starts = _starts(machine, drive, _first_readings(machine, inputs))
     if np.isnan(starts).any():
-        boundary = _first_boundaries(machine, drive)
+        boundary = drive.first_boundaries(machine)
         return np.asarray(RestingParts.of(machine).filled(starts[None], boundary)[0])
     return starts
 
@@ -246,10 +239,6 @@ def _starts(machine: Machine, drive: Drive, first: dict[str, float]) -> FloatArr
     )
 
 
-def _first_boundaries(machine: Machine, drive: Drive) -> FloatArray:
-    return np.array([drive.first[name][0] for name in machine.boundary_index])
-
-
 def _first_readings(machine: Machine, inputs: pd.DataFrame) -> dict[str, float]:
     """Return what the sensors that nodes start at read first, of those that the frame has."""
     found = {}
@@ -282,21 +271,19 @@ def _simulate_some(
     tolerance: float,
 ) -> Simulation:
     effects = effects_in_force(machine, values)
-    network = Network(machine, values, effects)
-    start = np.broadcast_to(starts, (values.sets, network.node_count))
+    nodes = len(machine.nodes)
+    start = np.broadcast_to(starts, (values.sets, nodes))
     for node, sensor in read.items():
         for effect in effects:
             if effect.channel == sensor:
                 start = start.copy()
                 start[:, node] -= machine.nodes[node].start_share * effect.error_at_start()[:, 0]
-    if np.isnan(start).any():
-        start = RestingParts(machine, network).filled(start, _first_boundaries(machine, drive))
-    on_grid = trajectory(machine, network, drive, start, tolerance)
+    on_grid = shared_trajectory(machine, values, effects, drive, start, tolerance)
     wanted = at_rows(drive.grid, on_grid, time)
-    temperatures = wanted[..., : network.node_count]
-    states = wanted[..., network.node_count :]
-    slices = network.state_slices()
-    pose_now = pose(effects, slices, row_inputs, temperatures - start[:, None, :], states)
+    temperatures, states = wanted[..., :nodes], wanted[..., nodes:]
+    slices = state_slices(effects)
+    rise = temperatures - on_grid[:, :1, :nodes]
+    pose_now = pose(effects, slices, row_inputs, rise, states)
     shown = readings(
         machine, effects, slices, row_inputs, time - drive.grid[0], temperatures, states, pose_now
     )
@@ -326,135 +313,3 @@ def at_rows(grid: FloatArray, values: FloatArray, time: FloatArray) -> FloatArra
         return np.asarray(values[:, step])
     share = share[None, :, None]
     return np.asarray(values[:, step] * (1.0 - share) + values[:, step + 1] * share)
-
-
-def trajectory(
-    machine: Machine,
-    network: Network,
-    drive: Drive,
-    start: FloatArray,
-    tolerance: float = TOLERANCE,
-) -> FloatArray:
-    """Return temperatures and own states on the grid, shape (sets, K + 1, nodes + states)."""
-    levels = levels_on(machine, network, drive)
-    heat = network.heat(drive.held)
-    names = list(machine.boundary_index)
-    first = np.stack([drive.first[name] for name in names], axis=-1)
-    last = np.stack([drive.last[name] for name in names], axis=-1)
-    nodes = network.node_count
-    at_start, at_end = (drive.held | ends for ends in (drive.first, drive.last))
-    own = network.start_states(start, {name: values[:1] for name, values in at_start.items()})
-    out = np.empty((len(start), len(drive.grid), nodes + network.state_count))
-    out[:, 0] = np.concatenate([start, own], axis=1)
-    steps = np.diff(drive.grid)
-    changes = np.flatnonzero(np.any(np.diff(levels, axis=0) != 0.0, axis=1)) + 1
-    bounds = [0, *changes.tolist(), len(steps)]
-    keys = list(dict.fromkeys(tuple(levels[a].tolist()) for a in bounds[:-1]))
-    at_once = max(1, MATRIX_NUMBERS // (network.sets * nodes**2))
-    ahead: dict[Level, tuple[FloatArray, FloatArray]] = {}
-    # Sets that differ in sensors or structure alone have the same temperatures.
-    same = network.linear and len(start) > 1 and _alike(start, heat, network.capacity)
-    for k in range(0, len(keys) if same else 0, at_once):
-        ahead = conductances_at(machine, network, keys[k : k + at_once])
-        same = same and all(_alike(*pair) for pair in ahead.values())
-    some = slice(1) if same else slice(None)
-    capacity, heat = network.capacity[some], heat[some]
-    known: dict[Level, tuple[Modes, FloatArray, DependentStepper]] = {}
-    for a, b in pairwise(bounds):
-        key = tuple(levels[a].tolist())
-        if key not in known:
-            if key not in ahead:
-                ahead = conductances_at(machine, network, keys[len(known) :][:at_once])
-            matrix, boundary = (part[some] for part in ahead[key])
-            with_states = 0 if network.linear else network.state_count
-            modes = Modes.of(matrix, capacity, with_states)
-            known[key] = modes, boundary, DependentStepper(network, modes, tolerance)
-        modes, boundary, stepper = known[key]
-        piece = slice(a, b)
-        force = [
-            heat[:, piece] + np.einsum("snb,kb->skn", boundary, u[piece]) for u in (first, last)
-        ]
-        if network.linear:
-            divided = [_to_modes(modes, f / capacity[:, None, :]) for f in force]
-            before = apply(modes.to_modes, out[some, a, :nodes])
-            ends = linear_steps(modes, before, steps[piece], *divided)
-            out[:, a + 1 : b + 1, :nodes] = np.matmul(ends, np.swapaxes(modes.to_state, 1, 2))
-        else:
-            _dependent_steps(drive, stepper, piece, force, (first, last), out)
-    if network.linear and network.state_count:
-        ends_of_steps = ((at_start, out[:, :-1, :nodes]), (at_end, out[:, 1:, :nodes]))
-        out[:, 1:, nodes:] = network.followed(own, steps, *ends_of_steps)
-    return out
-
-
-def conductances_at(
-    machine: Machine, network: Network, keys: Sequence[Level]
-) -> dict[Level, tuple[FloatArray, FloatArray]]:
-    """Return the network's matrices at many levels of the inputs that conductances use.
-
-    Parameters
-    ----------
-    machine : Machine
-    network : Network
-    keys : sequence of tuple of float
-        Values of the network's ``conductance_inputs``, in their order; all other inputs are 0.
-
-    Returns
-    -------
-    dict of key to (matrix, boundary)
-        Shapes (sets, nodes, nodes) and, from each boundary temperature, (sets, nodes, boundaries)
-        [W/K].
-    """
-    inputs = {entry.name: np.zeros(len(keys)) for entry in machine.inputs}
-    columns = np.array(keys, dtype=np.float64).reshape(len(keys), -1).T
-    inputs |= dict(zip(network.conductance_inputs, columns, strict=True))
-    matrix, boundary = network.all_conductances(inputs, len(keys))
-    return {key: (matrix[:, i], boundary[:, i]) for i, key in enumerate(keys)}
-
-
-def _alike(*arrays: FloatArray) -> bool:
-    """Return whether all parameter sets, along the first axis, have the same numbers."""
-    return all(bool(np.all(array == array[:1])) for array in arrays)
-
-
-def _to_modes(modes: Modes, rate: FloatArray) -> FloatArray:
-    """Return rates of temperature, shape (sets, K, nodes), as forcing of the modes."""
-    nodes = rate.shape[2]
-    return np.asarray(np.matmul(rate, np.swapaxes(modes.to_modes[:, :, :nodes], 1, 2)))
-
-
-def levels_on(machine: Machine, network: Network, drive: Drive) -> FloatArray:
-    """Return the inputs that conductances use over each step of the grid, shape (K, inputs).
-
-    Parameters
-    ----------
-    machine : Machine
-    network : Network
-        Says which inputs conductances use.
-    drive : Drive
-        With K + 1 instants.
-    """
-    spans = {entry.name: entry.high - entry.low for entry in machine.inputs}
-    columns = [
-        levels_of(drive.held[name], spans[name]) if name in drive.held else drive.first[name]
-        for name in network.conductance_inputs
-    ]
-    steps = len(drive.grid) - 1
-    return np.stack(columns, axis=1) if columns else np.zeros((steps, 0))
-
-
-def _dependent_steps(
-    drive: Drive,
-    stepper: DependentStepper,
-    piece: slice,
-    force: list[FloatArray],
-    boundary: tuple[FloatArray, FloatArray],
-    out: FloatArray,
-) -> None:
-    """Step through one piece of the grid where something depends on temperature; fills *out*."""
-    steps = np.diff(drive.grid)
-    for k in range(piece.start, piece.stop):
-        held = {name: values[k : k + 1] for name, values in drive.held.items()}
-        heat = (force[0][:, k - piece.start], force[1][:, k - piece.start])
-        outside = (boundary[0][k], boundary[1][k])
-        out[:, k + 1] = stepper.advance(out[:, k], float(steps[k]), held, heat, outside)

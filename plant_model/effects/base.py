@@ -127,6 +127,10 @@ class Effect:
     settles : bool
         Whether its own states stay through a step and may jump at its end, as friction and relays
         do. It then gives ``settled`` instead of ``rate``. One driver of a law may and another not.
+    known_ahead : bool
+        Whether its own states pass at rates that held inputs alone set, and its heat depends on
+        these and on inputs: then both are known before any temperature, and nothing is stepped
+        more slowly for it. One driver of a law may and another not.
     swings : tuple of str
         For an effect that swings by itself: its parameters for the period [min] and for the place
         in the cycle at which a run begins [1]. On a driver other than the usual it does not.
@@ -173,6 +177,7 @@ class Effect:
     lags: ClassVar[bool] = False
 
     settles: bool = False
+    known_ahead: bool = False
     from_one_run_on: ClassVar[bool] = False
     swings: ClassVar[tuple[str, ...]] = ()
     switched: ClassVar[tuple[str, ...]] = ()
@@ -249,6 +254,14 @@ class Effect:
     def driver(self) -> str:
         """What drives it, of several; empty where there is but one."""
         return self.channel or next(iter(self.drivers(self.machine)), "")
+
+    @property
+    def warms(self) -> bool:
+        """Whether temperatures may depend on it, and not only what moves or what is read."""
+        law = type(self)
+        acts = law.heat is not Effect.heat or law.conductance is not Effect.conductance
+        follows = not self.states or self.lags or self.settles
+        return acts or bool(self.constant_exchanges) or self.temperature_dependent or not follows
 
     def prepare(self) -> None:
         """Compute once what does not change while simulating."""

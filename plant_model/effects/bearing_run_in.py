@@ -48,6 +48,7 @@ class BearingRunIn(Effect):
     needs: ClassVar[tuple[str, ...]] = ("bearing_friction",)
     given: ClassVar[tuple[str, ...]] = ("before",)
     states: ClassVar[tuple[str, ...]] = ("hours_turned",)
+    known_ahead = True
 
     @classmethod
     def drivers(cls, machine: Machine) -> dict[str, str]:

@@ -70,6 +70,7 @@ class CoolantThermostat(Effect):
     def prepare(self) -> None:
         """Compute what the flows bring into every node [W/K]."""
         self.settles = self.driver != CLOCK
+        self.known_ahead = not self.settles
         self._period_s = 60.0 * self.own("period")
         self._carried = carried_from_inlets(self, np.ones((1, 1)))
         self._part = self.machine.node_index.get(self.driver, 0)

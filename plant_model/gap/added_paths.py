@@ -22,8 +22,9 @@ from plant_model.machine import Machine
 from plant_model.network import Network, effects_in_force
 from plant_model.parameters import FloatArray, Values
 from plant_model.sensors import readings
-from plant_model.simulate import at_rows, conductances_at, levels_on, simulate
+from plant_model.simulate import at_rows, simulate
 from plant_model.structure import pose
+from plant_model.trajectory import conductances_at, levels_on
 
 AT_ONCE = 512
 """Paths that are stepped together; more only fill memory."""

@@ -18,8 +18,9 @@ from plant_model.machine import Machine
 from plant_model.machine_file import read_machine
 from plant_model.network import Network, effects_in_force
 from plant_model.parameters import Values
-from plant_model.simulate import simulate, trajectory
+from plant_model.simulate import simulate
 from plant_model.stepper import PlantStepper
+from plant_model.trajectory import trajectory
 from tests.plant_model.catalogue_machines import bare, lathe
 from tests.plant_model.conftest import inputs_over, key_of, with_effects
 

@@ -12,7 +12,8 @@ from plant_model.machine import Machine
 from plant_model.native.equations import equations_of
 from plant_model.network import Network, effects_in_force
 from plant_model.parameters import Values
-from plant_model.simulate import simulate, trajectory
+from plant_model.simulate import simulate
+from plant_model.trajectory import trajectory
 from tests.plant_model.conftest import inputs_over
 
 

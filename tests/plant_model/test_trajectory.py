@@ -1,0 +1,140 @@
+"""Temperatures are stepped once where parameter sets differ in nothing that warms."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import plant_model.trajectory as module
+from plant_model.drive import drive_from
+from plant_model.effects import catalogue
+from plant_model.machine import Machine
+from plant_model.machine_file import read_machine
+from plant_model.network import Network, effects_in_force
+from plant_model.parameters import FloatArray, Values
+from plant_model.simulate import simulate, start_temperatures
+from plant_model.trajectory import NOT_WARMING, trajectory
+from tests.plant_model.conftest import inputs_over, with_effects
+
+ALL = ["jig_borer_lumps", "lathe", "jig_borer"]
+
+
+def inputs_of(name: str, hours: float = 0.5) -> pd.DataFrame:
+    frame = inputs_over(hours, every_s=60.0)
+    machine = read_machine(name)
+    for entry in machine.inputs:
+        if entry.column not in frame:
+            frame[entry.column] = 21.0 if entry.is_boundary else max(entry.low, 0.0)
+    return frame
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_what_is_said_not_to_warm_changes_no_temperature(name: str) -> None:
+    """Every number of every effect that says so, and every number of the structure."""
+    machine = with_effects(read_machine(name), *catalogue())
+    inputs = inputs_of(name)
+    plain = Values(machine.parameters)
+    effects = effects_in_force(machine, plain)
+    quiet = (*NOT_WARMING, *(f"effects.{one.key}." for one in effects if not one.warms))
+    moved = {
+        parameter: np.array([one.value, one.low, one.high])
+        for parameter, one in machine.parameters.items()
+        if parameter.startswith(quiet) and not one.tied and one.low < one.high
+    }
+    assert any(one.startswith("effects.slow_structure.") for one in moved)
+    assert any(one.startswith("structure.") for one in moved)
+    # All that is tied to a page's number moves with it, warming or not.
+    moved = {one: sets for one, sets in moved.items() if not one.startswith("numbers.")}
+    values = Values(machine.parameters, moved)
+    network = Network(machine, values, effects_in_force(machine, values))
+    drive = drive_from(machine, inputs, 60.0, "linear")
+    start = np.broadcast_to(start_temperatures(machine, inputs, drive), (3, network.node_count))
+    found = trajectory(machine, network, drive, start, 1e-3)[..., : network.node_count]
+    # With one error control for all sets, steps are the same whatever else the sets have.
+    np.testing.assert_allclose(found[1:], found[[0, 0]], atol=1e-9)
+
+
+@pytest.mark.parametrize("temperature_dependent", [False, True])
+def test_sets_that_share_temperatures_read_as_each_would_alone(
+    temperature_dependent: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    names = [
+        "slow_structure",
+        "sensor_lag",
+        "sensor_offset",
+        "column_bending",
+        "bearing_stick_slip",
+    ]
+    machine = with_effects(
+        read_machine("jig_borer_lumps"),
+        *names,
+        *(["thermal_preload", "tool_heating"] if temperature_dependent else []),
+    )
+    sets = {
+        "effects.slow_structure.growth": np.array([0.5, 1.0, 1.0, 0.5]),
+        "effects.sensor_lag:T1.minutes": np.array([2.0, 2.0, 6.0, 6.0]),
+        "effects.sensor_offset:T1.error": np.array([0.5, 0.5, -0.5, 0.5]),
+        "nodes.column.capacity": machine.parameters["nodes.column.capacity"].value
+        * np.array([1.0, 1.0, 1.0, 1.1]),
+    }
+    inputs, stepped = inputs_of("jig_borer_lumps", 2.0), []
+    step = module.trajectory
+
+    def counted(machine: Machine, network: Network, *rest: Any) -> FloatArray:
+        stepped.append(network.sets)
+        return step(machine, network, *rest)
+
+    monkeypatch.setattr(module, "trajectory", counted)
+    together = simulate(machine, inputs, sets, tolerance=1e-7)
+    assert stepped == [2]
+    for i in range(4):
+        alone = simulate(machine, inputs, {k: v[i] for k, v in sets.items()}, tolerance=1e-7)
+        for name, shown in alone.readings.items():
+            np.testing.assert_allclose(together.readings[name][i], shown[0], atol=1e-4)
+
+
+@pytest.mark.parametrize("key", ["coolant_thermostat", "bearing_run_in"])
+def test_what_is_known_ahead_is_what_stepping_gives(
+    key: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    machine = with_effects(read_machine("jig_borer_lumps"), key)
+    inputs = inputs_of("jig_borer_lumps", 2.0)
+    ahead = simulate(machine, inputs)
+    coarse = simulate(machine, inputs, step_s=120.0)
+    monkeypatch.setattr(module, "FINE_S", np.inf)
+    never = property(lambda self: False, lambda self, said: None)
+    monkeypatch.setattr(catalogue()[key], "known_ahead", never)
+    stepped = simulate(machine, inputs, tolerance=1e-5)
+    plain = simulate(read_machine("jig_borer_lumps"), inputs)
+    assert np.abs(stepped.temperatures - plain.temperatures).max() > 0.3
+    # Every other row is an instant of the coarse grid; between them a swing is followed to 30 s.
+    for one, every, within in ((ahead, 1, 2e-3), (coarse, 2, 0.02)):
+        off = np.abs(one.temperatures - stepped.temperatures)[:, ::every]
+        assert off.max() < within
+        assert np.abs(one.pose - stepped.pose)[:, ::every].max() < 10.0 * within
+
+
+def test_a_finer_grid_has_the_same_inputs() -> None:
+    machine = read_machine("jig_borer_lumps")
+    drive = drive_from(machine, inputs_of("jig_borer_lumps"), 120.0)
+    fine = drive.refined(4)
+    np.testing.assert_allclose(fine.grid[::4], drive.grid)
+    assert np.all(np.diff(fine.grid) > 0.0)
+    for name, values in drive.first.items():
+        np.testing.assert_allclose(fine.first[name][::4], values)
+        np.testing.assert_allclose(fine.last[name][3::4], drive.last[name])
+        np.testing.assert_allclose(fine.first[name][1:4], fine.last[name][:3])
+    for name, values in drive.held.items():
+        np.testing.assert_array_equal(fine.held[name].reshape(-1, 4), values[:, None].repeat(4, 1))
+
+
+def test_sets_that_start_elsewhere_share_nothing() -> None:
+    machine = with_effects(read_machine("jig_borer_lumps"), "sensor_offset")
+    starts = np.full((2, len(machine.nodes)), 20.0)
+    starts[1] += 1.0
+    found = simulate(machine, inputs_of("jig_borer_lumps"), start=starts)
+    assert np.all(found.temperatures[1, 0] - found.temperatures[0, 0] == 1.0)
+    assert np.all(found.temperatures[1, -1] > found.temperatures[0, -1])
