@@ -4,7 +4,8 @@ A path between parts i and j adds the flow g y from i to j, with y = T_i - T_j. 
 obeys C dD/dt = -L D - g d y with y = y0 + d.D, d = e_i - e_j, and y0 the difference without it: in
 the modes of the machine as it stands a flow that is one unknown number. With y taken as linear over
 a step the rest is exact, and a step costs as many operations as there are parts, where the modes of
-every changed machine would cost their cube.
+every changed machine would cost their cube. A path to a mass that nothing else touches is the same
+with one more number, the mass's own temperature.
 """
 
 from __future__ import annotations
@@ -39,31 +40,36 @@ class AddedPath:
 
     Attributes
     ----------
-    between : (str, str)
-        Two parts, or a part and a boundary temperature.
+    between : tuple of str
+        Two parts, a part and a boundary temperature, or a part alone for a mass of its own.
+    sizes : tuple of float
+        Conductances, of a driven path at the top of the input's range [W/K].
     driver : str
         The input that it grows with, as a stirred film does; without one it is always there.
+    masses : tuple of float
+        Heat capacities, one for each size, of a mass that starts as warm as the part [J/K]; empty
+        for a path that ends in the machine.
     """
 
-    between: tuple[str, str]
+    between: tuple[str, ...]
+    sizes: tuple[float, ...]
     driver: str = ""
+    masses: tuple[float, ...] = ()
 
 
 def path_answers(
     machine: Machine,
     observed: Observations,
     paths: Sequence[AddedPath],
-    sizes: Sequence[float],
 ) -> list[FloatArray] | None:
-    """Return what paths of some conductances change in a run, weighted, each (sizes, N).
+    """Return what paths change in a run, weighted, each (sizes, N).
 
     Parameters
     ----------
     machine : Machine
     observed : Observations
     paths : sequence of AddedPath
-    sizes : sequence of float
-        Conductances, of a driven path at the top of the input's range [W/K].
+        With as many sizes each.
 
     Returns
     -------
@@ -78,9 +84,9 @@ def path_answers(
         return None
     stepped = _Stepped(machine, network, observed)
     found: list[FloatArray] = []
-    per_turn = max(1, AT_ONCE // len(sizes))
+    per_turn = max(1, AT_ONCE // len(paths[0].sizes)) if paths else 1
     for start in range(0, len(paths), per_turn):
-        found += stepped.answers(paths[start : start + per_turn], sizes)
+        found += stepped.answers(paths[start : start + per_turn])
     return found
 
 
@@ -112,30 +118,34 @@ class _Stepped:
             self._gains[known] = np.exp(x), step * phi(1, x) - last, last
         return self._gains[known]
 
-    def answers(self, paths: Sequence[AddedPath], sizes: Sequence[float]) -> list[FloatArray]:
+    def answers(self, paths: Sequence[AddedPath]) -> list[FloatArray]:
         """Return what some paths change, each (sizes, N)."""
-        index, count = self.machine.node_index, len(sizes)
+        index, count = self.machine.node_index, len(paths[0].sizes)
         ends = np.zeros((len(paths), len(index)))
         first, last = np.zeros((2, len(paths), len(self.steps)))
         share = np.ones((len(paths), len(self.steps)))
         conductance = np.empty((len(paths), count))
+        warming = np.zeros((len(paths), count))
         for row, path in enumerate(paths):
-            one, other = path.between
+            one, *other = path.between
             ends[row, index[one]] = 1.0
             law = "conduction"
-            if other in index:
-                ends[row, index[other]] = -1.0
+            if path.masses:
+                first[row] = last[row] = self.base[0, index[one]]
+                warming[row] = 1.0 / np.array(path.masses)
+            elif other[0] in index:
+                ends[row, index[other[0]]] = -1.0
             else:
                 law = "surface_convection"
-                first[row], last[row] = self.drive.first[other], self.drive.last[other]
+                first[row], last[row] = self.drive.first[other[0]], self.drive.last[other[0]]
             if path.driver:
                 law = "stirred_film"
                 share[row] = self._motion(path.driver)
-            conductance[row] = np.array(sizes) * self._scale(law)
+            conductance[row] = np.array(path.sizes) * self._scale(law)
         apart = ends @ self.base.T
         first, last = apart[:, :-1] - first, apart[:, 1:] - last
         repeated = (np.repeat(part, count, axis=0) for part in (ends, first, last, share))
-        change = self._step(conductance.reshape(-1, 1), *repeated)
+        change = self._step(conductance.reshape(-1, 1), warming.ravel(), *repeated)
         rows = at_rows(self.drive.grid, change, self.observed.time_s) * self.observed.weights
         return list(rows.reshape(len(paths), count, -1))
 
@@ -150,14 +160,19 @@ class _Stepped:
     def _step(
         self,
         conductance: FloatArray,
+        warming: FloatArray,
         ends: FloatArray,
         first: FloatArray,
         last: FloatArray,
         share: FloatArray,
     ) -> FloatArray:
-        """Return what channels show more than without the paths, shape (paths, grid, C)."""
+        """Return what channels show more than without the paths, shape (paths, grid, C).
+
+        *warming* is what a joule warms the mass behind by [K/J], 0 where there is none.
+        """
         out = np.zeros((len(ends), len(self.drive.grid), self.shown.shape[1]))
         state = np.zeros_like(ends)
+        behind, rate = np.zeros(len(ends)), conductance[:, 0] * warming
         before: tuple[float, ...] | None = None
         for k, (key, step) in enumerate(zip(self.keys, self.steps.tolist(), strict=True)):
             modes = self.modes[key]
@@ -169,12 +184,15 @@ class _Stepped:
                 shown = modes.to_state[0].T @ self.shown
                 before = key
             keep, at_first, at_last = self._gain(key, step)
-            now = share[:, k] * (first[:, k] + np.einsum("sn,sn->s", seen, state))
+            now = share[:, k] * (first[:, k] + np.einsum("sn,sn->s", seen, state) - behind)
             state = keep * state - flow * (at_first * now[:, None])
+            behind = behind + 0.5 * step * rate * now
             slowed = np.einsum("sn,sn->s", seen * flow, np.broadcast_to(at_last, flow.shape))
-            then = share[:, k] * (last[:, k] + np.einsum("sn,sn->s", seen, state))
+            slowed += 0.5 * step * rate
+            then = share[:, k] * (last[:, k] + np.einsum("sn,sn->s", seen, state) - behind)
             then /= 1.0 + share[:, k] * slowed
             state -= flow * (at_last * then[:, None])
+            behind += 0.5 * step * rate * then
             out[:, k + 1] = state @ shown
         return out
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from plant_model.gap.candidates import Candidate
 from plant_model.gap.design import RunDesign
-from plant_model.gap.screen import NormalMatrices, ResidualSets, Screen
+from plant_model.gap.screen import NormalMatrices, ResidualSets, Screen, answers_in_blocks
 from plant_model.parameters import FloatArray
 
 
@@ -60,13 +60,13 @@ def by_channel(
         shown = design.cleaned(residual.T - design.shared @ solved.T)
         shown = shown.reshape(-1, channels, count)
         left += np.sum(shown[:, some] ** 2, axis=0).T
-        columns = np.array([one.answers[run] for one in tried]).T * design.weight[:, None]
-        moved = design.cleaned(columns - design.shared @ fold.follow)
-        moved = moved.reshape(-1, channels, len(tried))
-        for place, i in enumerate(some):
-            across = shown[:, i].T @ moved[:, i]
-            squares = np.sum(moved[:, i] ** 2, axis=0)
-            gain[:, place] -= scale * (2.0 * across + scale * squares)
+        for part, columns in answers_in_blocks(tried, run, design):
+            moved = design.cleaned(columns - design.shared @ fold.follow[:, part])
+            moved = moved.reshape(-1, channels, moved.shape[1])
+            for place, i in enumerate(some):
+                across = shown[:, i].T @ moved[:, i]
+                squares = np.sum(moved[:, i] ** 2, axis=0)
+                gain[:, place, part] -= scale[:, part] * (2.0 * across + scale[:, part] * squares)
     return ChannelCosts(left, gain)
 
 

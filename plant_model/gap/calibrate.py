@@ -9,6 +9,7 @@ from typing import Protocol
 import numpy as np
 from scipy.optimize import lsq_linear
 
+from plant_model.gap.directions import fewer
 from plant_model.gap.linearise import (
     Linearisation,
     bias_columns,
@@ -112,7 +113,7 @@ class _LeastSquares:
     ) -> None:
         self.machine, self.observed, self.priors = machine, observed, priors
         if sensitivities is None:
-            self._nuisance = [nuisance_columns(machine, one) for one in observed]
+            self._nuisance = [fewer([nuisance_columns(machine, one)])[0] for one in observed]
             self._bias = [bias_columns(machine, one) for one in observed]
             self._known: list[Mapping[str, FloatArray]] = [{} for _ in observed]
         else:

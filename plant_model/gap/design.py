@@ -9,11 +9,12 @@ run alone (zeros, starting temperatures) is minimised over inside that run.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from plant_model.gap.calibrate import robust_weights
+from plant_model.gap.directions import fewer
 from plant_model.gap.linearise import (
     bias_columns,
     linear_about,
@@ -44,7 +45,9 @@ class RunSensitivities:
     Attributes
     ----------
     nuisance : array, shape (N, O)
-        Nuisance parameters of the run alone: zeros, starting temperatures, switches.
+        What only this run has (zeros, starting temperatures, switches), in fewer directions.
+    starts : array, shape (N, nodes)
+        Starting temperatures, which are among these.
     bias : array, shape (N, C)
         Thermometers' errors.
     other : array, shape (N, Q)
@@ -56,6 +59,7 @@ class RunSensitivities:
     """
 
     nuisance: FloatArray
+    starts: FloatArray
     bias: FloatArray
     other: FloatArray
     moved: dict[str, FloatArray]
@@ -65,13 +69,15 @@ class RunSensitivities:
 def sensitivities_of(
     machine: Machine, observed: Observations, moved: Priors, fixed: Priors
 ) -> RunSensitivities:
-    """Compute what a run answers to, about a calibrated machine."""
+    """Compute what a run answers to, about a calibrated machine; ``other`` column by column."""
     by_moved = linear_about(machine, observed, moved, moved.position(machine))
     by_fixed = linear_about(machine, observed, fixed, fixed.position(machine))
     bias = bias_columns(machine, observed)
     places, levers = _place_columns(machine, observed), _lever_columns(machine, observed)
+    nuisance = nuisance_columns(machine, observed)
     return RunSensitivities(
-        nuisance_columns(machine, observed),
+        fewer([nuisance])[0],
+        nuisance[:, nuisance.shape[1] - len(machine.nodes) :],
         bias,
         np.hstack([by_fixed.by_parameter, bias, places, levers]),
         dict(zip(moved.names, by_moved.by_parameter.T, strict=True)),
@@ -82,9 +88,14 @@ def sensitivities_of(
 def all_sensitivities(
     base: Machine, calibrated: Machine, observed: Sequence[Observations]
 ) -> list[RunSensitivities]:
-    """Compute what every run answers to, about a calibrated machine whose priors are *base*'s."""
+    """Compute what every run answers to, about a calibrated machine whose priors are *base*'s.
+
+    ``other`` is in those directions that move something in these runs.
+    """
     moved, fixed = Priors.of(base, calibrated=True), Priors.of(calibrated, calibrated=False)
-    return [sensitivities_of(calibrated, one, moved, fixed) for one in observed]
+    parts = [sensitivities_of(calibrated, one, moved, fixed) for one in observed]
+    others = fewer([part.other for part in parts])
+    return [replace(part, other=other) for part, other in zip(parts, others, strict=True)]
 
 
 @dataclass(frozen=True)

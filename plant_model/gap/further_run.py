@@ -198,20 +198,14 @@ def _channels(machine: Machine, inputs: pd.DataFrame, names: tuple[str, ...]) ->
 def _told_so_far(best: CandidateFit) -> FloatArray:
     """Return the normal matrix of the runs that there are, shape (Q, Q).
 
-    A fit's designs are made of derivatives about the machine before its last change. One of the
-    description may have brought columns of its own: a new path is one more place from which a
-    thermometer may read.
+    About the best fit, and column by column: those directions that move nothing in the runs so far
+    may well move something in the next.
     """
     moved, fixed = _priors(best)
-    designs = list(best.designs)
-    first = best.observed[0]
-    about = sensitivities_of(best.machine, first, moved, fixed)
-    if len(moved.names) + about.other.shape[1] != designs[0].shared.shape[1]:
-        rest = (sensitivities_of(best.machine, one, moved, fixed) for one in best.observed[1:])
-        designs = [
-            run_design(best.machine, one, moved, known)
-            for one, known in zip(best.observed, (about, *rest), strict=True)
-        ]
+    designs = [
+        run_design(best.machine, one, moved, sensitivities_of(best.machine, one, moved, fixed))
+        for one in best.observed
+    ]
     return np.asarray(NormalMatrices.of(designs, ()).shared.sum(axis=0))
 
 

@@ -6,7 +6,7 @@ drawing runs in which nothing is missing cost no simulation.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -16,6 +16,9 @@ from scipy.linalg import cho_factor, cho_solve
 from plant_model.gap.candidates import LEAST, MOST, Candidate
 from plant_model.gap.design import RunDesign
 from plant_model.parameters import FloatArray
+
+BLOCK = 1000
+"""Candidates whose answers are copied at once."""
 
 
 @dataclass(frozen=True)
@@ -46,13 +49,17 @@ class NormalMatrices:
         """Gather the matrices, and on demand those between candidates."""
         shared, cross, answers, mutual = [], [], [], []
         for i, design in enumerate(designs):
-            columns = _answers_of(tried, i, len(design.weight)).T * design.weight[:, None]
             clean_shared = design.cleaned(design.shared)
-            clean = design.cleaned(columns)
             shared.append(design.shared.T @ clean_shared)
-            cross.append(design.shared.T @ clean)
-            answers.append(np.sum(columns * clean, axis=0))
-            mutual.append(columns.T @ clean if between else np.zeros((0, 0)))
+            cross.append(np.zeros((design.shared.shape[1], len(tried))))
+            answers.append(np.zeros(len(tried)))
+            mutual.append(np.zeros((len(tried),) * 2 if between else (0, 0)))
+            for some, columns in answers_in_blocks(tried, i, design):
+                cross[-1][:, some] = clean_shared.T @ columns
+                clean = design.cleaned(columns)
+                answers[-1][some] = np.sum(columns * clean, axis=0)
+                for others, beside in answers_in_blocks(tried, i, design) if between else ():
+                    mutual[-1][others, some] = beside.T @ clean
         return cls(np.array(shared), np.array(cross), np.array(answers), np.array(mutual))
 
     def beside(self, which: int) -> NormalMatrices:
@@ -103,14 +110,10 @@ class ResidualSets:
         parts = []
         for i, (design, residual) in enumerate(zip(designs, residuals, strict=True)):
             clean = design.cleaned(residual.T)
-            columns = _answers_of(tried, i, len(design.weight))
-            parts.append(
-                (
-                    clean.T @ design.shared,
-                    clean.T @ (columns * design.weight).T,
-                    np.sum(residual.T * clean, axis=0),
-                )
-            )
+            against = np.zeros((len(residual), len(tried)))
+            for some, columns in answers_in_blocks(tried, i, design):
+                against[:, some] = clean.T @ columns
+            parts.append((clean.T @ design.shared, against, np.sum(residual.T * clean, axis=0)))
         shared, answers, squares = (np.stack(list(x), axis=1) for x in zip(*parts, strict=True))
         pull = np.zeros((len(squares), shared.shape[2]))
         if moved is not None:
@@ -133,9 +136,30 @@ class ResidualSets:
         )
 
 
-def _answers_of(tried: Sequence[Candidate], run: int, length: int) -> FloatArray:
-    """Return the candidates' answers in a run, shape (m, N)."""
-    return np.array([c.answers[run] for c in tried]).reshape(len(tried), length)
+def answers_in_blocks(
+    tried: Sequence[Candidate], run: int, design: RunDesign
+) -> Iterator[tuple[slice, FloatArray]]:
+    """Return the candidates' answers in a run, robust-weighted, (N, b), some at a time.
+
+    Thousands of changes of a page's description would fill the memory.
+
+    Parameters
+    ----------
+    tried : sequence of Candidate
+    run : int
+        Its position.
+    design : RunDesign
+        Its own.
+
+    Yields
+    ------
+    some : slice
+        Which candidates.
+    columns : array, shape (N, b)
+    """
+    for begin in range(0, len(tried), BLOCK):
+        some = slice(begin, begin + BLOCK)
+        yield some, np.array([one.answers[run] for one in tried[some]]).T * design.weight[:, None]
 
 
 @dataclass(frozen=True)

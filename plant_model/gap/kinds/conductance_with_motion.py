@@ -54,8 +54,8 @@ class ConductanceWithMotion(Change):
     @classmethod
     def answers(cls, changes: Sequence[Self], known: CalibratedRun) -> list[FloatArray]:
         """Return the answers of all paths in one go, where the machine allows that."""
-        paths = [AddedPath((one.place[0], one.place[1]), one.place[2]) for one in changes]
-        found = path_answers(known.machine, known.observed, paths, SIZES_W_PER_K)
+        paths = [AddedPath(one.place[:2], SIZES_W_PER_K, one.place[2]) for one in changes]
+        found = path_answers(known.machine, known.observed, paths)
         return super().answers(changes, known) if found is None else found
 
     @property

@@ -54,8 +54,8 @@ class HeatPath(Change):
     @classmethod
     def answers(cls, changes: Sequence[Self], known: CalibratedRun) -> list[FloatArray]:
         """Return the answers of all paths in one go, where the machine allows that."""
-        paths = [AddedPath(one.place) for one in changes]
-        found = path_answers(known.machine, known.observed, paths, SIZES_W_PER_K)
+        paths = [AddedPath(one.place, SIZES_W_PER_K) for one in changes]
+        found = path_answers(known.machine, known.observed, paths)
         return super().answers(changes, known) if found is None else found
 
     def points(self) -> list[dict[str, float]]:

@@ -111,8 +111,7 @@ class StartState(Change):
         machine = known.machine
         first, begin = _first_values(known), _begins(known)
         usual = next(iter(machine.boundary_index))
-        own = known.sensitivities.nuisance
-        by_start = own[:, own.shape[1] - len(machine.nodes) :]
+        by_start = known.sensitivities.starts
         found = []
         for one in changes:
             at = [machine.node_index[name] for name in one.place]

@@ -11,10 +11,10 @@ from benchmarks.gap.mistakes import runs_of as lathe_runs
 from plant_model.gap.added_paths import AddedPath, path_answers
 from plant_model.gap.candidates import with_effect
 from plant_model.gap.design import RunSensitivities
-from plant_model.gap.kinds import conductance_with_motion
 from plant_model.gap.kinds.base import CalibratedRun, Change
 from plant_model.gap.kinds.conductance_with_motion import ConductanceWithMotion
-from plant_model.gap.kinds.heat_path import SIZES_W_PER_K, HeatPath
+from plant_model.gap.kinds.heat_path import HeatPath
+from plant_model.gap.kinds.hidden_mass import HiddenMass
 from plant_model.gap.observations import Observations, observe
 from plant_model.machine import Machine
 from plant_model.machine_file import read_machine
@@ -25,7 +25,7 @@ NOTHING = np.zeros((0, 0))
 
 
 def known_of(machine: Machine, observed: Observations) -> CalibratedRun:
-    none = RunSensitivities(NOTHING, NOTHING, NOTHING, {}, NOTHING)
+    none = RunSensitivities(NOTHING, NOTHING, NOTHING, NOTHING, {}, NOTHING)
     return CalibratedRun(machine, observed, none)
 
 
@@ -42,7 +42,7 @@ def test_the_answers_are_those_of_simulating_every_path(run: CalibratedRun) -> N
     chosen = np.random.default_rng(1).choice(len(paths), 24, replace=False)
     boundary = [one for one in paths if one.boundary][:6]
     some = list(dict.fromkeys([*(paths[i] for i in chosen), *boundary]))
-    told = path_answers(run.machine, run.observed, [*map(added, some)], SIZES_W_PER_K)
+    told = path_answers(run.machine, run.observed, [*map(added, some)])
     assert told is not None
     assert_those_of_simulating(HeatPath, some, told, run)
 
@@ -51,9 +51,7 @@ def test_the_answers_of_what_motion_adds_are_those_of_simulating_it(run: Calibra
     paths = list(ConductanceWithMotion.all_of([run]))
     chosen = np.random.default_rng(2).choice(len(paths), 24, replace=False)
     some = [paths[i] for i in chosen]
-    told = path_answers(
-        run.machine, run.observed, [*map(added, some)], conductance_with_motion.SIZES_W_PER_K
-    )
+    told = path_answers(run.machine, run.observed, [*map(added, some)])
     assert told is not None
     # What hardly shows need not be exact: between shaft and rotor it changes within a step.
     assert_those_of_simulating(ConductanceWithMotion, some, told, run, 2e-3)
@@ -61,8 +59,14 @@ def test_the_answers_of_what_motion_adds_are_those_of_simulating_it(run: Calibra
         np.testing.assert_array_equal(one, same)
 
 
+def test_the_answers_of_masses_are_those_of_simulating_them(run: CalibratedRun) -> None:
+    masses = list(HiddenMass.all_of([run]))
+    assert_those_of_simulating(HiddenMass, masses, HiddenMass.answers(masses, run), run)
+
+
 def added(one: HeatPath | ConductanceWithMotion) -> AddedPath:
-    return AddedPath((one.place[0], one.place[1]), *one.place[2:])
+    sizes = tuple(point["conductance"] for point in one.points())
+    return AddedPath(one.place[:2], sizes, *one.place[2:])
 
 
 def assert_those_of_simulating(
@@ -88,6 +92,6 @@ def test_where_something_depends_on_temperature_every_path_is_simulated(
     pairs = [*map(added, paths)]
     for key in ("viscosity_temperature", "forced_convection", "column_bending"):
         machine = with_effect(run.machine, key)
-        assert path_answers(machine, run.observed, pairs, SIZES_W_PER_K) is None
+        assert path_answers(machine, run.observed, pairs) is None
     told = HeatPath.answers(paths, known_of(machine, run.observed))
     assert [one.shape[0] for one in told] == [2, 2]

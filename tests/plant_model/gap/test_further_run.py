@@ -83,11 +83,14 @@ def test_evidence_is_what_least_squares_cannot_explain(
     (one,) = observe(best.machine, [Run("new", frame)], channels=names)
     moved = Priors.of(best.base, calibrated=True)
     fixed = Priors.of(best.machine, calibrated=False)
-    new = run_design(best.machine, one, moved, sensitivities_of(best.machine, one, moved, fixed))
+    *old, new = (
+        run_design(best.machine, o, moved, sensitivities_of(best.machine, o, moved, fixed))
+        for o in (*best.observed, one)
+    )
     shared = new.shared.shape[1]
-    own = [design.nuisance.shape[1] for design in (*best.designs, new)]
+    own = [design.nuisance.shape[1] for design in (*old, new)]
     rows, right = [], []
-    for i, design in enumerate((*best.designs, new)):
+    for i, design in enumerate((*old, new)):
         parts = [design.shared, *(np.zeros((len(design.residual), n)) for n in own)]
         parts[1 + i] = design.nuisance
         rows.append(np.hstack(parts))
@@ -118,7 +121,9 @@ def test_a_path_that_a_thermometer_may_read_is_weighed_too(
     calibration = calibrate(base, observed, starts=1, iterations=1, sensitivities=known)
     fit = score_fit(base, (change.key,), observed, calibration, known)
     told = module._told_so_far(fit)
-    assert len(told) == fit.designs[0].shared.shape[1] + 1
+    priors = [Priors.of(jig_borer_lumps, calibrated=which) for which in (True, False)]
+    without = sensitivities_of(jig_borer_lumps, observed[0], *priors).other.shape[1]
+    assert len(told) == len(Priors.of(base, calibrated=True).names) + without + 1
     found = further_run([fit, rival], observed)
     assert found is not None
     assert found.evidence > 0.0
