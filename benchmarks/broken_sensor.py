@@ -220,10 +220,18 @@ def main() -> None:
     parser.add_argument("--lathe", type=Path, help="folder of the lathe's run files")
     parser.add_argument("--out", type=Path, help="page whose table is to be made anew")
     args = parser.parse_args()
+    page = ""
+    if args.out is not None:
+        # Before the work, which takes minutes.
+        try:
+            page = args.out.read_text(encoding="utf-8")
+        except OSError as error:
+            parser.error(f"--out: {args.out}: {error.strerror}")
+        if any(page.count(mark) != 1 for mark in MARKS):
+            parser.error(f"--out: {args.out}: needs {MARKS[0]} and {MARKS[1]} once each")
     text = table(args.lathe)
     print(text, end="")
     if args.out is not None:
-        page = args.out.read_text(encoding="utf-8")
         before, _, rest = page.partition(MARKS[0])
         _, _, after = rest.partition(MARKS[1])
         write_atomically(args.out, f"{before}{MARKS[0]}\n{text}{MARKS[1]}{after}")
