@@ -110,17 +110,34 @@ class RunDesign:
     nuisance : array, shape (N, O)
     weight : array, shape (N,)
         Robust square-root weight, already in all of them.
+    alone : tuple of int
+        Parameters that no other run tells anything of: their columns are the last of ``nuisance``,
+        and nothing in ``shared``.
     """
 
     residual: FloatArray
     shared: FloatArray
     nuisance: FloatArray
     weight: FloatArray
+    alone: tuple[int, ...] = ()
 
     def cleaned(self, columns: FloatArray) -> FloatArray:
         """Return columns (N, m) less what the nuisance parameters can imitate under their prior."""
         inner = self.nuisance.T @ self.nuisance + np.eye(self.nuisance.shape[1])
         return columns - self.nuisance @ np.linalg.solve(inner, self.nuisance.T @ columns)
+
+    def deviations_alone(self, covariance: FloatArray) -> FloatArray:
+        """Return standard deviations of the parameters that this run alone tells of, (alone,).
+
+        Parameters
+        ----------
+        covariance : array, shape (Q, Q)
+            Of the shared unknowns, over all runs.
+        """
+        inner = np.linalg.inv(self.nuisance.T @ self.nuisance + np.eye(self.nuisance.shape[1]))
+        by_shared = inner @ (self.nuisance.T @ self.shared)
+        variance = np.diag(inner) + np.sum((by_shared @ covariance) * by_shared, axis=1)
+        return np.asarray(np.sqrt(variance[len(variance) - len(self.alone) :]))
 
 
 def design_of(
@@ -152,7 +169,8 @@ def run_design(
     own = np.hstack([known.nuisance, shared[:, alone]])
     shared[:, alone] = 0.0
     return RunDesign(
-        linear.residual * weight, shared * weight[:, None], own * weight[:, None], weight
+        *(linear.residual * weight, shared * weight[:, None], own * weight[:, None], weight),
+        tuple(alone),
     )
 
 

@@ -150,6 +150,8 @@ def score_fit(
     # What calibration does not move makes what it moves less certain.
     covariance = np.linalg.inv(grams.shared.sum(axis=0) + np.eye(grams.shared.shape[1]))
     spread = np.sqrt(np.diag(covariance))[: len(moved.names)]
+    for design in designs:
+        spread[list(design.alone)] = design.deviations_alone(covariance)
     # Where more is left than the tolerance explains, what the runs say is less certain by as much.
     pieces = len(observed) * len(observed[0].channels)
     spread = np.minimum(spread * np.sqrt(max(1.0, float(scores.cost[0]) / pieces)), 1.0)

@@ -152,6 +152,23 @@ def dense_deviations(designs: list[RunDesign], count: int) -> np.ndarray:
     return np.asarray(np.sqrt((inverse**2).sum(axis=1))[:count])
 
 
+def test_what_one_run_alone_tells_is_as_certain_as_in_one_dense_problem() -> None:
+    """A fault that began in the last run has no other run's interval, and not its prior's."""
+    generator = np.random.default_rng(4)
+    designs = []
+    for rows, alone in ((60, ()), (40, (1,))):
+        shared, own = generator.normal(size=(rows, 3)), generator.normal(size=(rows, 2))
+        own = np.hstack([own, shared[:, list(alone)] + 0.5 * shared[:, [0]]])
+        shared[:, 1] = 0.0
+        own = own[:, : 2 + len(alone)]
+        designs.append(RunDesign(np.zeros(rows), shared, own, np.ones(rows), alone))
+    squares = sum(one.shared.T @ one.cleaned(one.shared) for one in designs)
+    (found,) = designs[1].deviations_alone(np.linalg.inv(squares + np.eye(3)))
+    dense = dense_deviations(designs, 3 + 2 + 3)
+    assert found == pytest.approx(dense[-1], rel=1e-9)
+    assert found < 0.5
+
+
 @pytest.mark.parametrize("noise", [0.0, 0.4])
 def test_the_intervals_of_an_explanation_are_those_of_one_dense_problem(
     noise: float, jig_borer_lumps: Machine, observed: list[Observations]
