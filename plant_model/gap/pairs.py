@@ -148,7 +148,8 @@ def _left_by(
     if len(known) < 2:
         return float(single[known[0]]) if known else nothing
     pairs = [(i, j) for i, j in (known[:2], known[1::-1]) if i < len(costs)]
-    return min((float(costs[pair]) for pair in pairs), default=float(single[known].min()))
+    both = [float(costs[pair]) for pair in pairs if np.isfinite(costs[pair])]
+    return min(both, default=float(single[known].min()))
 
 
 def _costs(

@@ -16,7 +16,7 @@ from plant_model.gap.candidates import MOST, Candidate, with_effect
 from plant_model.gap.design import RunDesign, RunSensitivities, all_sensitivities
 from plant_model.gap.effect_rounds import _both, _round, select_effects
 from plant_model.gap.observations import observe
-from plant_model.gap.pairs import ProposedPair, screened_pairs
+from plant_model.gap.pairs import ProposedPair, _left_by, screened_pairs
 from plant_model.gap.refit import CandidateFit, score_fit
 from plant_model.gap.screen import NormalMatrices, ResidualSets, Screen
 from plant_model.gap.search import Search
@@ -138,3 +138,11 @@ def test_a_pair_is_not_named_where_only_one_is_there(jig_borer_lumps: Machine) -
         # As if the screening had proposed the two.
         pair = ProposedPair(*places, 0.0, 0.1)
         assert _both(pool, before, sensitivities, known, pair, ASKED, quiet) is None
+
+
+def test_two_that_cannot_be_put_together_are_compared_by_the_better_one() -> None:
+    some = [Candidate(name, {}, ()) for name in NAMES[:2]]
+    costs = np.full((2, 2), np.inf)
+    assert _left_by(NAMES[:2], some, 9.0, np.array([3.0, 5.0]), costs) == 3.0
+    costs[1, 0] = 2.0
+    assert _left_by(NAMES[:2], some, 9.0, np.array([3.0, 5.0]), costs) == 2.0
