@@ -51,7 +51,17 @@ class Drive:
     row_times: FloatArray
 
     def first_boundaries(self, machine: Machine) -> FloatArray:
-        """Return the boundary temperatures at the start, in the machine's order [degC]."""
+        """Return the boundary temperatures at the start, in the machine's order.
+
+        Parameters
+        ----------
+        machine : Machine
+
+        Returns
+        -------
+        array, shape (boundaries,)
+            [degC]
+        """
         return np.array([self.first[name][0] for name in machine.boundary_index])
 
     def refined(self, parts: int) -> Drive:
@@ -60,6 +70,10 @@ class Drive:
         Parameters
         ----------
         parts : int
+
+        Returns
+        -------
+        Drive
         """
         if parts == 1:
             return self
