@@ -14,8 +14,8 @@ import numpy as np
 from plant_model.parameters import FloatArray
 
 LOST = 0.01
-"""Squares that everything left out moves together at one standard deviation [tolerances^2]: a
-ten-thousandth of what a run costs that is within tolerance."""
+"""Squares that everything left out moves together at one standard deviation [tolerances^2]: a run
+of a dozen channels that is within tolerance costs a thousand times as much."""
 
 
 def fewer(columns: Sequence[FloatArray]) -> list[FloatArray]:

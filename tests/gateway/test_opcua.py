@@ -26,7 +26,7 @@ from scenarios.gateway.opcua import (
 )
 from scenarios.gateway.serving import Service
 from scenarios.gateway.unit import CompensatorUnit
-from tests.gateway.bus import Control, Program, gateway_thread, programs
+from tests.gateway.bus import Control, Program, gateway_thread, programs, wait_for
 from tests.gateway.conftest import Wire, new_wire
 
 asyncua = pytest.importorskip("asyncua")
@@ -260,7 +260,8 @@ def test_a_server_that_is_dead_or_hangs_is_a_line_in_the_log(own_hall: Hall, num
     assert answer["valid"] == "valid"
     assert slowest < 2.0
     if number == "SIGKILL":
-        assert any("goes on without it" in line for line in own_hall.said)
+        # A busy computer may take longer to end a process than these cycles last.
+        wait_for(lambda: any("goes on without it" in line for line in own_hall.said))
     begun = time.monotonic()
     status.close()
     assert time.monotonic() - begun < 15.0
