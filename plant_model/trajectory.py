@@ -88,8 +88,7 @@ def shared_trajectory(
     else:
         stepped = trajectory(machine, network, drive, begin, tolerance)
     nodes, slices = network.node_count, state_slices(effects)
-    size = nodes + sum(place.stop - place.start for place in slices.values())
-    out = np.empty((len(start), len(drive.grid), size))
+    out = np.empty((len(start), len(drive.grid), nodes + sum(len(one.states) for one in effects)))
     out[..., :nodes] = stepped[back, :, :nodes]
     states |= _by_effect(network, stepped[..., nodes:])
     states = {key: part[back] for key, part in states.items()}
@@ -116,8 +115,7 @@ def _ahead(network: Network, drive: Drive, start: FloatArray) -> tuple[FloatArra
     unknown = np.full((*shape, network.node_count), np.nan)
     outside = np.full((len(steps), network.boundary_count), np.nan)
     own = np.zeros((len(start), len(drive.grid), network.state_count))
-    begin = {name: values[:1] for name, values in drive.held.items()}
-    own[:, 0] = network.start_states(start, begin)
+    own[:, 0] = network.start_states(start, _at_begin(drive))
     rates = network.dependent(drive.held, outside, unknown, own[:, 1:])[1]
     own[:, 1:] = own[:, :1] + np.cumsum(rates * steps[:, None], axis=1)
     first, last = (
@@ -133,11 +131,12 @@ def _distinct(
     """Return the positions of sets of different temperatures, and which of these each set has."""
     quiet = (*NOT_WARMING, *(f"effects.{effect.key}." for effect in others))
     columns = [column for name, column in values.varying() if not name.startswith(quiet)]
-    if np.any(np.nan_to_num(start) != np.nan_to_num(start[:1])):
-        columns.append(start)
+    known = np.nan_to_num(start)
+    if np.any(known != known[:1]):
+        columns.append(known)
     if not columns:
         return np.zeros(1, dtype=np.intp), np.zeros(len(start), dtype=np.intp)
-    rows = np.nan_to_num(np.concatenate(columns, axis=1))
+    rows = np.concatenate(columns, axis=1)
     which, back = np.unique(rows, axis=0, return_index=True, return_inverse=True)[1:]
     if len(which) == len(start):
         which = back = np.arange(len(start))
@@ -162,10 +161,10 @@ def trajectory(
     first = np.stack([drive.first[name] for name in names], axis=-1)
     last = np.stack([drive.last[name] for name in names], axis=-1)
     nodes = network.node_count
-    at_start = drive.held | drive.first
-    own = network.start_states(start, {name: values[:1] for name, values in at_start.items()})
     out = np.empty((len(start), len(drive.grid), nodes + network.state_count))
-    out[:, 0] = np.concatenate([start, own], axis=1)
+    out[:, 0, :nodes] = start
+    if not network.linear:
+        out[:, 0, nodes:] = network.start_states(start, _at_begin(drive))
     steps = np.diff(drive.grid)
     changes = np.flatnonzero(np.any(np.diff(levels, axis=0) != 0.0, axis=1)) + 1
     bounds = [0, *changes.tolist(), len(steps)]
@@ -201,11 +200,15 @@ def trajectory(
     return out
 
 
+def _at_begin(drive: Drive) -> dict[str, FloatArray]:
+    """Return all inputs at the start, shape (1,) each."""
+    return {name: values[:1] for name, values in (drive.held | drive.first).items()}
+
+
 def _followed(network: Network, drive: Drive, temperatures: FloatArray) -> FloatArray:
     """Return own states that follow temperatures, (sets, K + 1, nodes), on the same grid."""
     at_start, at_end = (drive.held | ends for ends in (drive.first, drive.last))
-    first = {name: values[:1] for name, values in at_start.items()}
-    own = network.start_states(temperatures[:, 0], first)
+    own = network.start_states(temperatures[:, 0], _at_begin(drive))
     ends = (at_start, temperatures[:, :-1]), (at_end, temperatures[:, 1:])
     return np.concatenate([own[:, None], network.followed(own, np.diff(drive.grid), *ends)], axis=1)
 

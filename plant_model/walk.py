@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import inspect
 import pkgutil
 from collections.abc import Iterable
 from typing import TypeVar
@@ -13,7 +14,7 @@ T = TypeVar("T")
 def classes_found(
     package: str, folder: Iterable[str], base: type[T], what: str
 ) -> dict[str, type[T]]:
-    """Return the subclass of *base* that each module of a package holds, by module name.
+    """Return the concrete subclass of *base* that each module of a package holds, by module name.
 
     Parameters
     ----------
@@ -40,6 +41,7 @@ def classes_found(
             entry
             for entry in vars(importlib.import_module(f"{package}.{module}")).values()
             if isinstance(entry, type) and issubclass(entry, base) and entry is not base
+            if not inspect.isabstract(entry)
         ]
         if len(classes) != 1 or getattr(classes[0], "name", None) != module:
             raise ImportError(f"{place}/{module}.py must hold one {thing}, and of the file's name")

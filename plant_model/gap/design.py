@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -121,10 +122,14 @@ class RunDesign:
     weight: FloatArray
     alone: tuple[int, ...] = ()
 
+    @cached_property
+    def _inner(self) -> FloatArray:
+        """Normal matrix of the nuisance parameters with their prior, (O, O)."""
+        return np.asarray(self.nuisance.T @ self.nuisance + np.eye(self.nuisance.shape[1]))
+
     def cleaned(self, columns: FloatArray) -> FloatArray:
         """Return columns (N, m) less what the nuisance parameters can imitate under their prior."""
-        inner = self.nuisance.T @ self.nuisance + np.eye(self.nuisance.shape[1])
-        return columns - self.nuisance @ np.linalg.solve(inner, self.nuisance.T @ columns)
+        return columns - self.nuisance @ np.linalg.solve(self._inner, self.nuisance.T @ columns)
 
     def deviations_alone(self, covariance: FloatArray) -> FloatArray:
         """Return standard deviations of the parameters that this run alone tells of, (alone,).
@@ -134,7 +139,7 @@ class RunDesign:
         covariance : array, shape (Q, Q)
             Of the shared unknowns, over all runs.
         """
-        inner = np.linalg.inv(self.nuisance.T @ self.nuisance + np.eye(self.nuisance.shape[1]))
+        inner = np.linalg.inv(self._inner)
         by_shared = inner @ (self.nuisance.T @ self.shared)
         variance = np.diag(inner) + np.sum((by_shared @ covariance) * by_shared, axis=1)
         return np.asarray(np.sqrt(variance[len(variance) - len(self.alone) :]))

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from measurement.runs import Run
-from plant_model.gap.design import run_design, sensitivities_of
+from plant_model.gap.design import RunDesign, run_design, sensitivities_of
 from plant_model.gap.observations import Observations, observe
 from plant_model.gap.priors import Priors
 from plant_model.gap.refit import CandidateFit
@@ -201,17 +201,16 @@ def _told_so_far(best: CandidateFit) -> FloatArray:
     About the best fit, and column by column: those directions that move nothing in the runs so far
     may well move something in the next.
     """
-    moved, fixed = _priors(best)
-    designs = [
-        run_design(best.machine, one, moved, sensitivities_of(best.machine, one, moved, fixed))
-        for one in best.observed
-    ]
+    designs = [_design(best, one) for one in best.observed]
     return np.asarray(NormalMatrices.of(designs, ()).shared.sum(axis=0))
 
 
-def _priors(best: CandidateFit) -> tuple[Priors, Priors]:
-    """Return what calibration moves, and what it does not."""
-    return Priors.of(best.base, calibrated=True), Priors.of(best.machine, calibrated=False)
+def _design(best: CandidateFit, one: Observations) -> RunDesign:
+    """Return the design of a run about the best fit, column by column."""
+    moved = Priors.of(best.base, calibrated=True)
+    fixed = Priors.of(best.machine, calibrated=False)
+    about = sensitivities_of(best.machine, one, moved, fixed)
+    return run_design(best.machine, one, moved, about)
 
 
 def _evidence(
@@ -224,8 +223,7 @@ def _evidence(
     """Return the cost that the rival's run leaves to the best fit, calibrated on all runs."""
     frame = simulate(rival, inputs, step_s=EVERY_S, tolerance=1e-2).run_frame()
     (one,) = observe(best.machine, [Run("further_run", frame)], channels=names)
-    moved, fixed = _priors(best)
-    design = run_design(best.machine, one, moved, sensitivities_of(best.machine, one, moved, fixed))
+    design = _design(best, one)
     clean = design.cleaned(design.residual)
     against = design.shared.T @ clean
     matrix = known + design.shared.T @ design.cleaned(design.shared) + np.eye(len(known))

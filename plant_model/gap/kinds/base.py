@@ -10,6 +10,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 
 from plant_model.effects import catalogue
+from plant_model.gap.added_paths import AddedPath, path_answers
 from plant_model.gap.description import key_of
 from plant_model.gap.design import RunSensitivities
 from plant_model.gap.linearise import modelled, simulate_at
@@ -176,6 +177,24 @@ class Change(ABC):
             shown = np.repeat(base, ends[-1], axis=0)
         change = (shown - base) * known.observed.weights
         return np.split(change.reshape(int(ends[-1]), -1), ends[:-1])
+
+
+class PathChange(Change):
+    """A change that is one more heat path: thousands are computed in one go."""
+
+    @abstractmethod
+    def path(self) -> AddedPath:
+        """Return the path, at all sizes of `points`."""
+
+    def sizes(self) -> tuple[float, ...]:
+        """Return the conductances of `points` [W/K]."""
+        return tuple(point[self.first] for point in self.points())
+
+    @classmethod
+    def answers(cls, changes: Sequence[Self], known: CalibratedRun) -> list[FloatArray]:
+        """Return the answers of all paths in one go, where the machine allows that."""
+        found = path_answers(known.machine, known.observed, [one.path() for one in changes])
+        return super().answers(changes, known) if found is None else found
 
 
 def with_item(machine: Machine, item: Item, effect: str) -> Machine:

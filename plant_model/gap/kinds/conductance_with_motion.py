@@ -10,10 +10,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Self
 
-from plant_model.gap.added_paths import AddedPath, path_answers
-from plant_model.gap.kinds.base import CalibratedRun, Change, free, with_item
+from plant_model.gap.added_paths import AddedPath
+from plant_model.gap.kinds.base import CalibratedRun, PathChange, free, with_item
 from plant_model.machine import Item, Machine
-from plant_model.parameters import FloatArray
 
 SIZES_W_PER_K = (2.0, 20.0)
 """Conductances tried, at the top of the input's range [W/K]."""
@@ -26,7 +25,7 @@ MOTIONS = ("rpm", "mm_min", "lpm", "1")
 
 
 @dataclass(frozen=True)
-class ConductanceWithMotion(Change):
+class ConductanceWithMotion(PathChange):
     """More exchange on a path of the machine while an input moves it."""
 
     name: ClassVar[str] = "conductance_with_motion"
@@ -51,12 +50,9 @@ class ConductanceWithMotion(Change):
                 if one._name not in names:
                     yield one
 
-    @classmethod
-    def answers(cls, changes: Sequence[Self], known: CalibratedRun) -> list[FloatArray]:
-        """Return the answers of all paths in one go, where the machine allows that."""
-        paths = [AddedPath(one.place[:2], SIZES_W_PER_K, one.place[2]) for one in changes]
-        found = path_answers(known.machine, known.observed, paths)
-        return super().answers(changes, known) if found is None else found
+    def path(self) -> AddedPath:
+        """Return the path that motion adds to."""
+        return AddedPath(self.place[:2], self.sizes(), self.place[2])
 
     @property
     def _name(self) -> str:

@@ -7,17 +7,16 @@ from dataclasses import dataclass
 from itertools import combinations, product
 from typing import ClassVar, Self
 
-from plant_model.gap.added_paths import AddedPath, path_answers
+from plant_model.gap.added_paths import AddedPath
 from plant_model.gap.kinds.base import (
     CalibratedRun,
-    Change,
+    PathChange,
     conductance_of,
     free,
     joined,
     parts_joined,
 )
 from plant_model.machine import Machine
-from plant_model.parameters import FloatArray
 
 SIZES_W_PER_K = (3.0, 30.0)
 """Conductances tried: one through a thin section or a still surface, one through a joint [W/K]."""
@@ -27,7 +26,7 @@ LARGEST_W_PER_K = 1000.0
 
 
 @dataclass(frozen=True)
-class HeatPath(Change):
+class HeatPath(PathChange):
     """A heat path between a part and another part or a boundary temperature."""
 
     name: ClassVar[str] = "heat_path"
@@ -51,12 +50,9 @@ class HeatPath(Change):
             if new and pair[1] in others:
                 yield cls(pair, pair[1] in machine.boundary_index)
 
-    @classmethod
-    def answers(cls, changes: Sequence[Self], known: CalibratedRun) -> list[FloatArray]:
-        """Return the answers of all paths in one go, where the machine allows that."""
-        paths = [AddedPath(one.place, SIZES_W_PER_K) for one in changes]
-        found = path_answers(known.machine, known.observed, paths)
-        return super().answers(changes, known) if found is None else found
+    def path(self) -> AddedPath:
+        """Return the path between its two ends."""
+        return AddedPath(self.place, self.sizes())
 
     def points(self) -> list[dict[str, float]]:
         """Return a small and a large conductance."""

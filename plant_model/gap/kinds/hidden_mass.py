@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 from itertools import product
 from typing import ClassVar, Self
 
-from plant_model.gap.added_paths import AddedPath, path_answers
+from plant_model.gap.added_paths import AddedPath
 from plant_model.gap.kinds.base import (
     CalibratedRun,
-    Change,
+    PathChange,
     conductance_of,
     free,
     joined,
@@ -18,7 +18,6 @@ from plant_model.gap.kinds.base import (
     taken_names,
 )
 from plant_model.machine import Machine, Node
-from plant_model.parameters import FloatArray
 
 MASSES = (0.5, 2.0)
 """Heat capacities tried, in those of the part [1]."""
@@ -31,7 +30,7 @@ DELAYS_S = (900.0, 3600.0, 10800.0)
 
 
 @dataclass(frozen=True)
-class HiddenMass(Change):
+class HiddenMass(PathChange):
     """A mass behind a part; it loses heat to that part only and starts as warm as that."""
 
     name: ClassVar[str] = "hidden_mass"
@@ -50,17 +49,10 @@ class HiddenMass(Change):
             if f"{node.name}_behind" not in taken and node.name in others:
                 yield cls((node.name,), node.capacity.value)
 
-    @classmethod
-    def answers(cls, changes: Sequence[Self], known: CalibratedRun) -> list[FloatArray]:
-        """Return the answers of all masses in one go, where the machine allows that."""
-        paths = []
-        for one in changes:
-            sizes, masses = (
-                tuple(point[name] for point in one.points()) for name in (cls.first, "capacity")
-            )
-            paths.append(AddedPath(one.place, sizes, masses=masses))
-        found = path_answers(known.machine, known.observed, paths)
-        return super().answers(changes, known) if found is None else found
+    def path(self) -> AddedPath:
+        """Return the path from the part to the mass."""
+        masses = tuple(point["capacity"] for point in self.points())
+        return AddedPath(self.place, self.sizes(), masses=masses)
 
     @property
     def _mass(self) -> str:
