@@ -38,6 +38,8 @@ class Hidden:
     """Amplitudes called weak, medium and strong."""
     channels: ClassVar[tuple[str, ...]] = ()
     catalogued: ClassVar[bool] = True
+    in_other_words: ClassVar[tuple[tuple[str, tuple[str, ...]], ...]] = ()
+    """Changes of the machine's file, kind and place, that say the same; ``*`` is any part."""
 
     def __init__(self, size: float, rng: np.random.Generator, channel: str = "") -> None:
         self.size, self.channel = float(size), channel

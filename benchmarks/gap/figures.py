@@ -20,6 +20,7 @@ from benchmarks.gap.outcome import (
     OPEN_OUTCOMES,
     OUTCOMES,
     RIGHT,
+    SAME,
     UNKNOWN,
     WRONG,
     holds,
@@ -71,6 +72,7 @@ COLOURS = {
     BROKEN: "#5aa7c7",
     UNKNOWN: "#9aa7b8",
     NONE: "#dfe4ea",
+    SAME: "#86c89b",
     WRONG: "#c0392b",
     NAMED: "#c0392b",
 }

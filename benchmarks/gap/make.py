@@ -59,6 +59,9 @@ def write_case(planned: Planned, out: Path) -> Path:
                 "unit": effect.unit,
                 "more": effect.more,
                 "catalogued": effect.catalogued,
+                "in_other_words": [
+                    {"kind": kind, "place": list(place)} for kind, place in effect.in_other_words
+                ],
             }
             for effect, (_, size, _) in zip(effects, planned.case.hidden, strict=True)
         ],

@@ -13,9 +13,11 @@ BROKEN, UNKNOWN, NONE = "left out as broken", "unknown", "none"
 OUTCOMES = (RIGHT, ONE_OF, MORE, BROKEN, UNKNOWN, NONE, WRONG)
 """What can be said where one effect of the catalogue is missing."""
 
-NAMED = "named"
-OPEN_OUTCOMES = (UNKNOWN, NONE, NAMED)
-"""What can be said where nothing of the catalogue is missing; naming an effect is false."""
+NAMED, SAME = "named", "in other words"
+OPEN_OUTCOMES = (UNKNOWN, NONE, SAME, NAMED)
+"""What can be said where nothing of the catalogue is missing; naming an effect is false. The third
+is a change of the description that says the same as what is hidden: a heap of chips is a heat
+source of the bed."""
 
 BOTH, FIRST = "both", "one of the two"
 PAIR_OUTCOMES = (BOTH, FIRST, MORE, UNKNOWN, NONE, WRONG)
@@ -96,7 +98,7 @@ def outcome(
     if kind == "pair":
         return _of_pair(truth, groups)
     if kind not in ONE_EFFECT:
-        return NAMED
+        return SAME if _in_other_words(truth, groups) else NAMED
     (effect,) = truth
     hits = [holds(group, effect) for group in groups]
     if not any(hits):
@@ -112,6 +114,21 @@ def outcome_of_mistake(mistake: dict[str, Any], answer: dict[str, Any]) -> str:
         (mistake["kind"], mistake["place"]), *named_in(answer), verdict=answer["verdict"]
     )
     return SAYING_NOTHING[answer["verdict"]] if told == SILENT else told
+
+
+def _in_other_words(truth: Sequence[dict[str, Any]], groups: list[Group]) -> bool:
+    """Tell whether each group holds a change of the description that says what is hidden."""
+    known = [one for effect in truth for one in effect.get("in_other_words", ())]
+    return all(any(_says_so(key, one) for key in group for one in known) for group in groups)
+
+
+def _says_so(key: str, change: dict[str, Any]) -> bool:
+    name, _, where = key.partition(":")
+    place, said = where.split("+"), change["place"]
+    more = [one for one in place if one not in said]
+    found = [one for one in said if one in place]
+    free = said.count("*")
+    return name == change["kind"] and len(more) == free and len(found) == len(said) - free
 
 
 def _of_pair(truth: Sequence[dict[str, Any]], groups: list[Group]) -> str:

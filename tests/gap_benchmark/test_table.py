@@ -88,6 +88,32 @@ def test_every_name_is_false_where_nothing_of_the_catalogue_is_missing(kind: str
     assert outcome(kind, truth, [], "none_missing") == "none"
 
 
+@pytest.mark.parametrize(
+    ("places", "told"),
+    [
+        ([("bed",)], "in other words"),
+        ([("bed", "feed")], "named"),
+        ([("column",)], "named"),
+        ([("bed",), ("column",)], "named"),
+        ([("motor", "air", "speed"), ("bed",)], "in other words"),
+        ([("air", "speed")], "named"),
+    ],
+)
+def test_a_change_of_the_file_may_say_what_no_catalogue_holds(
+    places: list[tuple[str, ...]], told: str
+) -> None:
+    words = [
+        {"kind": "heat_source", "place": ["bed"]},
+        {"kind": "heat_source", "place": ["*", "air", "speed"]},
+    ]
+    truth = [hidden("chip_heap") | {"in_other_words": words}]
+    named = [{"name": "heat_source", "place": list(place)} for place in places]
+    groups = groups_of({"effects": named, "one_of": []})
+    assert outcome("outside", truth, groups, "effect") == told
+    # Where the catalogue has a name for it, that is asked for.
+    assert outcome("effect", truth, groups, "effect") == "wrong"
+
+
 @pytest.fixture
 def records(tmp_path: Path) -> Folder:
     """One record of everything that the tables tell apart."""

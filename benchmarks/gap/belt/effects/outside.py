@@ -26,6 +26,7 @@ class HydraulicPulses(Hidden):
     unit: ClassVar[str] = "W"
     sizes: ClassVar[tuple[float, float, float]] = (100.0, 300.0, 900.0)
     catalogued: ClassVar[bool] = False
+    in_other_words = (("heat_source", ("column",)),)
 
     def draw(self, rng: np.random.Generator) -> None:
         """Choose the pulses."""

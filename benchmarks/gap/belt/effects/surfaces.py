@@ -22,6 +22,7 @@ class ForcedConvection(Hidden):
     name: ClassVar[str] = "forced_convection"
     unit: ClassVar[str] = "1"
     sizes: ClassVar[tuple[float, float, float]] = (0.5, 1.5, 4.0)
+    in_other_words = (("conductance_with_motion", ("*", "enclosure_air", "speed")),)
 
     def scales(self, now: Now) -> dict[str, float]:
         """Return the factors at this speed."""

@@ -40,6 +40,7 @@ class ForcedConvection(Hidden):
     name: ClassVar[str] = "forced_convection"
     unit: ClassVar[str] = "1"
     sizes: ClassVar[tuple[float, float, float]] = (0.5, 1.5, 4.0)
+    in_other_words = (("conductance_with_motion", ("*", "inside", "speed")),)
 
     def scales(self, now: Now) -> dict[str, float]:
         """Return the factor at this speed."""
@@ -133,6 +134,7 @@ class ChipHeap(Hidden):
     unit: ClassVar[str] = "W"
     sizes: ClassVar[tuple[float, float, float]] = (100.0, 300.0, 900.0)
     catalogued: ClassVar[bool] = False
+    in_other_words = (("heat_source", ("bed_left",)), ("heat_source", ("bed_middle",)))
 
     def draw(self, rng: np.random.Generator) -> None:
         """Choose the program."""

@@ -63,6 +63,8 @@ class Hidden:
     """Amplitudes called weak, medium and strong."""
     channels: ClassVar[tuple[str, ...]] = ()
     catalogued: ClassVar[bool] = True
+    in_other_words: ClassVar[tuple[tuple[str, tuple[str, ...]], ...]] = ()
+    """Changes of the machine's file, kind and place, that say the same; ``*`` is any part."""
     planned: ClassVar[bool] = True
     """Whether the plan of cases asks for it; what came later has a benchmark of its own."""
 

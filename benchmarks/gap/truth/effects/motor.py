@@ -140,6 +140,7 @@ class EncoderHeat(Hidden):
     unit: ClassVar[str] = "W"
     sizes: ClassVar[tuple[float, float, float]] = (20.0, 50.0, 100.0)
     catalogued: ClassVar[bool] = False
+    in_other_words = (("heat_source", ("housing_rear",)), ("heat_source", ("shaft_rear",)))
 
     def begin(self, spindle: Spindle, drive: Drive) -> None:
         """It sits at the last cells of housing and shaft."""
@@ -161,6 +162,7 @@ class PumpPulses(Hidden):
     unit: ClassVar[str] = "W"
     sizes: ClassVar[tuple[float, float, float]] = (40.0, 80.0, 200.0)
     catalogued: ClassVar[bool] = False
+    in_other_words = (("heat_source", ("housing_motor_ym",)), ("heat_source", ("pedestal",)))
 
     def draw(self, rng: np.random.Generator) -> None:
         """Choose period and share of time."""

@@ -27,6 +27,7 @@ class ForcedConvection(Hidden):
     name: ClassVar[str] = "forced_convection"
     unit: ClassVar[str] = "1"
     sizes: ClassVar[tuple[float, float, float]] = (1.0, 2.0, 4.0)
+    in_other_words = (("conductance_with_motion", ("*", "ambient", "speed")),)
 
     def scales(self, now: Now) -> dict[str, float]:
         """Return the factors at this speed."""
