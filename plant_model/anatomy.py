@@ -10,6 +10,10 @@ import numpy as np
 from plant_model.machine import Input, Item, Machine
 from plant_model.parameters import FloatArray
 
+TOUCHES = 4
+"""Contacts from which a part may be the air of an enclosure: judgement. Taking another part for it
+costs a candidate that explains nothing."""
+
 
 def input_in(machine: Machine, unit: str) -> Input | None:
     """Return the first input in a unit: ``rpm`` the spindle's speed, ``Nm`` its torque.
@@ -94,6 +98,32 @@ def spindle_nodes(machine: Machine) -> set[str]:
     parts = parts + machine.of_kind("sources", "bearing", "motor")
     roles = ("nodes", "inner", "outer", "rotor", "stator")
     return {name for item in parts for role in roles for name in item.refs.get(role, ())}
+
+
+def enclosed_air(machine: Machine) -> str | None:
+    """Return the part that is the air of an enclosure, if the machine has one.
+
+    No machine file says so: it is the part with the most contacts, if it has `TOUCHES` or more and
+    is neither the spindle's nor moves the tool or the work.
+
+    Parameters
+    ----------
+    machine : Machine
+    """
+    moving = {
+        name
+        for item in machine.items
+        if item.family == "structure"
+        for name in item.refs.get("nodes", ())
+    }
+    touching = Counter(
+        name
+        for item in machine.of_kind("links", "contact")
+        for name in item.refs["between"]
+        if name not in moving | spindle_nodes(machine)
+    )
+    name, count = touching.most_common(1)[0] if touching else ("", 0)
+    return name if count >= TOUCHES else None
 
 
 def base_node(machine: Machine) -> int:

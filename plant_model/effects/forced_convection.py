@@ -7,16 +7,22 @@ from typing import ClassVar
 
 import numpy as np
 
-from plant_model.anatomy import input_in, spindle_nodes
+from plant_model.anatomy import enclosed_air, input_in, spindle_nodes
 from plant_model.effects.base import Effect, Exchange, Inputs, exchange
+from plant_model.machine import Machine
 from plant_model.parameters import FloatArray, Parameter
+
+OUTSIDE = "outside"
+"""The usual driver: air of the hall."""
 
 
 class ForcedConvection(Effect):
-    """Film coefficient outside h = h0 (1 + c (n / n_ref)^0.7), n_ref the highest speed.
+    """Film coefficient h = h0 (1 + c (n / n_ref)^0.7), n_ref the highest speed.
 
-    It acts on the surfaces of the spindle: shaft, housing, tool, bearings and motor; where a
-    machine file gives none of these a surface, on all. The exponent is that of a cylinder turning
+    It acts on the surfaces of the spindle in the hall: shaft, housing, tool, bearings and motor;
+    where a machine file gives none of these a surface, on all. In an enclosure whose air is a part
+    (`plant_model.anatomy.enclosed_air`) it may act on all contacts of that air instead: chuck or
+    tool stir it. Which of the two, its driver says. The exponent is that of a cylinder turning
     in still air: 2/3 in Anderson and Saunders, Proc. R. Soc. A 217 (1953) 555-562, and in Kays and
     Bjorklund, Trans. ASME 80 (1958) 70-78; 0.7 in Dropkin and Carmi, Trans. ASME 79 (1957) 741-749.
     That parts which do not turn share in it, and by how much, is engineering judgement.
@@ -25,7 +31,8 @@ class ForcedConvection(Effect):
     name: ClassVar[str] = "forced_convection"
     title: ClassVar[str] = "Convection outside growing with speed"
     explanation: ClassVar[str] = (
-        "The turning spindle stirs the air and cools its own outside; at standstill that stops."
+        "The turning spindle stirs the air and cools its own outside, or all that is in its "
+        "enclosure; at standstill that stops."
     )
     parameters: ClassVar[dict[str, Parameter]] = {
         "gain": Parameter(1.5, "1", 0.0, 4.0, "judgement: 5 to 45 W/(m2 K) in all")
@@ -33,16 +40,31 @@ class ForcedConvection(Effect):
     amplitude: ClassVar[str] = "gain"
     conductance_inputs: ClassVar[tuple[str, ...]] = ("speed",)
 
+    @classmethod
+    def drivers(cls, machine: Machine) -> dict[str, str]:
+        """Return the air that may be stirred: the hall's, and that of an enclosure."""
+        inside = enclosed_air(machine)
+        return {OUTSIDE: "the air outside", inside: f"the air of {inside}"} if inside else {}
+
     def prepare(self) -> None:
         """Find the surfaces and what each has at standstill [W/K]."""
-        surfaces = self.machine.of_kind("links", "convection")
-        spindle = spindle_nodes(self.machine)
-        near = [item for item in surfaces if item.refs["between"][0] in spindle]
-        scale = self.own("gain") * self.scale_of("surface_convection")
-        self._surfaces = [
-            (item, scale * self.of(item, "area") * self.of(item, "coefficient"))
-            for item in near or surfaces
-        ]
+        if self.driver in ("", OUTSIDE):
+            surfaces = self.machine.of_kind("links", "convection")
+            spindle = spindle_nodes(self.machine)
+            near = [item for item in surfaces if item.refs["between"][0] in spindle]
+            scale = self.own("gain") * self.scale_of("surface_convection")
+            self._surfaces = [
+                (item, scale * self.of(item, "area") * self.of(item, "coefficient"))
+                for item in near or surfaces
+            ]
+        else:
+            contacts = self.machine.of_kind("links", "contact")
+            scale = self.own("gain") * self.scale_of("conduction")
+            self._surfaces = [
+                (item, scale * self.of(item, "conductance"))
+                for item in contacts
+                if self.driver in item.refs["between"]
+            ]
         speed = input_in(self.machine, "rpm")
         self._reference = max(speed.high, -speed.low) if speed else 1.0
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from measurement.errors import BadInput
+from plant_model.anatomy import enclosed_air
 from plant_model.effects import catalogue
 from plant_model.gap.candidates import missing_effects, with_effect
 from plant_model.gap.keys import driver_keys, driver_of, law_of, laws_of, unused_with
@@ -113,6 +115,40 @@ def test_thermal_preload_follows_shaft_and_housing(jig_borer_lumps: Machine) -> 
 
 def test_a_bearing_between_no_other_parts_has_one_driver() -> None:
     assert list(catalogue()["thermal_preload"].drivers(bare())) == ["inner_outer"]
+
+
+def test_the_air_of_an_enclosure_is_the_part_with_most_contacts(jig_borer_lumps: Machine) -> None:
+    for one in (read_machine("jig_borer"), jig_borer_lumps, bare()):
+        assert enclosed_air(one) is None
+    forced = catalogue()["forced_convection"]
+    for name, air in (("lathe", "air"), ("belt_spindle", "enclosure_air")):
+        machine = read_machine(name)
+        assert enclosed_air(machine) == air
+        assert list(forced.drivers(machine)) == ["outside", air]
+    # A part that grows is none, however many others it touches.
+    lengths = [item for item in machine.items if item.family == "structure"]
+    grows = replace(lengths[0], name="grows", refs={"nodes": (air,)})
+    assert enclosed_air(replace(machine, items=(*machine.items, grows))) != air
+    assert list(forced.drivers(jig_borer_lumps)) == []
+
+
+def test_forced_convection_stirs_the_air_that_drives_it() -> None:
+    machine = read_machine("lathe")
+    _, effect = made(machine, "forced_convection:air", gain=2.0)
+    (speed,) = (entry for entry in machine.inputs if entry.unit == "rpm")
+    contacts = [one for one in machine.of_kind("links", "contact") if "air" in one.refs["between"]]
+    for share in (0.0, 0.5, 1.0):
+        stirred = effect.conductance({"speed": np.array([share * speed.high])}, None, None)
+        assert len(stirred) == len(contacts)
+        for one, item in zip(stirred, contacts, strict=True):
+            assert {one.node, one.other} == {machine.node_index[n] for n in item.refs["between"]}
+            at_rest = item.parameters["conductance"].value
+            assert one.conductance[0, 0] == pytest.approx(2.0 * at_rest * share**0.7)
+    # Outside it is the hall's air, as ever.
+    _, effect = made(machine, "forced_convection", gain=2.0)
+    stirred = effect.conductance({"speed": np.array([speed.high])}, None, None)
+    assert stirred
+    assert all(one.boundary for one in stirred)
 
 
 def test_slow_structure_follows_the_part_that_drives_it(jig_borer_lumps: Machine) -> None:
