@@ -26,8 +26,10 @@ from plant_model.gap.screen import NormalMatrices, ResidualSets, Scores, Screen
 from plant_model.gap.selection import (
     ABOVE_TOLERANCE,
     MOST_RUNS,
+    RIVAL_ODDS,
     SelectionRound,
     cost_per_run_and_channel,
+    odds_among,
     select_effect,
 )
 from plant_model.integrate import IntegrationError
@@ -285,7 +287,8 @@ def select_for_channel(
     Notes
     -----
     The rules are those of :func:`plant_model.gap.selection.select_effect`, asked of the channel. A
-    change must also explain more of everything than chance does.
+    change must also explain more of everything than chance does. What the channel cannot tell
+    apart, all channels together may.
     """
     channels = len(baseline.observed[0].channels)
     before = _left_in(baseline, channels)[:, channel]
@@ -302,13 +305,24 @@ def select_for_channel(
         replace(baseline, loro_cost=before), good, max(least, null_q99s[1]), 1
     )
     whole = {one.added[-1]: one for one in tried}
-    return replace(
+    chosen = replace(
         selection,
         baseline=baseline,
         null_q99=null_q99s[1],
         fits=tuple(whole[one.added[-1]] for one in selection.fits),
-        above_tolerance=cost_per_run_and_channel(baseline, channels) > ABOVE_TOLERANCE,
+        above_tolerance=cost_per_run_and_channel(baseline) > ABOVE_TOLERANCE,
     )
+    if not selection.named:
+        return chosen
+    odds = odds_among({key: whole[key] for key in selection.one_of})
+    weights = np.array([odds.get(one.added[-1], 0.0) for one in selection.fits])
+    chosen = replace(
+        chosen,
+        probability=tuple((weights / weights.sum()).tolist()),
+        one_of=tuple(key for key, odd in odds.items() if odd >= RIVAL_ODDS),
+    )
+    here = next(one for one in good if one.added[-1] == chosen.one_of[0]).loro_cost
+    return replace(chosen, explained_share=1.0 - float(here.sum()) / float(before.sum()))
 
 
 def _left_in(one: CandidateFit, channels: int) -> FloatArray:

@@ -58,8 +58,7 @@ def select_changes(
     """
     found: list[NamedChange] = []
     after = baseline
-    channels = len(baseline.observed[0].channels)
-    while len(found) < most and not (found and cost_per_run_and_channel(after, channels) < SETTLED):
+    while len(found) < most and not (found and cost_per_run_and_channel(after) < SETTLED):
         progress(f"looking for what the description lacks, {len(found) + 1}")
         one, grown = select_change(pool, after, sensitivities, seed)
         if one is None:

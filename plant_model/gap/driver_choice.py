@@ -13,7 +13,7 @@ from plant_model.gap.candidates import with_effect
 from plant_model.gap.design import RunSensitivities
 from plant_model.gap.keys import law_of
 from plant_model.gap.refit import CandidateFit, refit_in_full
-from plant_model.gap.selection import RIVAL_ODDS, SelectionRound, cost_unit, odds_against_best
+from plant_model.gap.selection import RIVAL_ODDS, SelectionRound, odds_among
 from plant_model.machine import Machine
 
 WORSE = 0.5
@@ -94,23 +94,19 @@ def on_its_driver(
         for one in same
         if one is not first
     }
-    full = [leading if one is first else jobs[one.added[-1]].result() for one in same]
-    order = np.argsort([float(one.loro_cost.sum()) for one, _ in full])
-    costs = np.array([float(full[i][0].loro_cost.sum()) for i in order])
-    pieces = len(full[0][0].loro_cost) * len(full[0][0].observed[0].channels)
-    odds = odds_against_best(costs, cost_unit(float(costs[0]), pieces))
-    left = [same[i].added[-1] for i, odd in zip(order, odds, strict=True) if odd >= RIVAL_ODDS]
-    others = [key for key in selection.one_of if law_of(key) != law]
-    calibrated = {
-        one.added[-1]: replace(found, acts=one.acts)
-        for one, (found, _) in zip(same, full, strict=True)
+    full = {
+        one.added[-1]: leading if one is first else jobs[one.added[-1]].result() for one in same
     }
+    odds = odds_among({key: found for key, (found, _) in full.items()})
+    left = [key for key, odd in odds.items() if odd >= RIVAL_ODDS]
+    others = [key for key in selection.one_of if law_of(key) != law]
+    calibrated = {one.added[-1]: replace(full[one.added[-1]][0], acts=one.acts) for one in same}
     chosen = replace(
         selection,
         one_of=(*left, *others),
         fits=tuple(calibrated.get(one.added[-1], one) for one in selection.fits),
     )
-    after, sensitivities = full[int(order[0])]
+    after, sensitivities = full[left[0]]
     return chosen, after, sensitivities
 
 

@@ -90,9 +90,8 @@ def select_effects(
     after : CandidateFit
         With those that were named.
     """
-    channels = len(started.observed[0].channels)
     known, rounds, after = _one_by_one(pool, started, sensitivities, search, progress)
-    left = cost_per_run_and_channel(after, channels)
+    left = cost_per_run_and_channel(after)
     if left > ABOVE_TOLERANCE and search.most_effects > 1 and len(after.added) <= 2:
         _, screened = known
         pairs = screened_pairs(started, screened.tried, screened.best, after.added, search.seed)
@@ -101,7 +100,7 @@ def select_effects(
             if found and clearly_better(found[1], after, LONG_ODDS):
                 rounds, after = found
                 break
-    if not adequate(started, after, channels):
+    if not adequate(started, after):
         rounds, after = [replace(rounds[0], one_of=())], started
     return rounds, after
 
@@ -117,7 +116,7 @@ def _one_by_one(
 
     Returns the first round as it was judged, all rounds as they were in the end, and the fit.
     """
-    at_first, channels = float(started.loro_cost.sum()), len(started.observed[0].channels)
+    at_first = float(started.loro_cost.sum())
     known = _round(pool, started, sensitivities, at_first, search, progress)
     rounds, after = [known[0]], started
     while rounds[-1].named:
@@ -131,7 +130,7 @@ def _one_by_one(
         if len(rounds) > 1:
             progress("asking again which of the first it is")
             rounds[0], after = swapped(rounds[0], after, sensitivities)
-        settled = cost_per_run_and_channel(after, channels) < SETTLED
+        settled = cost_per_run_and_channel(after) < SETTLED
         if settled or len(rounds) == search.most_effects:
             break
         one, _ = _round(pool, after, sensitivities, at_first, search, progress)

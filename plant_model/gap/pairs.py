@@ -87,9 +87,7 @@ def screened_pairs(
     single = alone.loro_cost[0].sum() - alone.loro_gain[0].sum(axis=0)
     before, nothing = float(baseline.loro_cost.sum()), float(alone.loro_cost[0].sum())
     left = _left_by(found, some, nothing, single, costs)
-    unit = cost_unit(
-        float(costs.min()), len(baseline.loro_cost) * len(baseline.observed[0].channels)
-    )
+    unit = cost_unit(float(costs.min()), baseline.pieces)
     good = np.argwhere(_much_more(left, costs, before, unit))
     if not len(good):
         return []
@@ -121,7 +119,7 @@ def both_needed(both: CandidateFit, alone: Sequence[CandidateFit], at_first: flo
         Leave-one-run-out cost before any effect was added.
     """
     cost = float(both.loro_cost.sum())
-    unit = cost_unit(cost, len(both.loro_cost) * len(both.observed[0].channels))
+    unit = cost_unit(cost, both.pieces)
     left = np.array([float(one.loro_cost.sum()) for one in alone])
     return bool(np.all(_much_more(left, cost, at_first, unit)))
 

@@ -107,6 +107,11 @@ class CandidateFit:
         """Whether what was added last is an effect, and not another start of a part."""
         return bool(self.added) and self.added[-1].partition(":")[0] in catalogue()
 
+    @property
+    def pieces(self) -> int:
+        """Pieces of evidence: every channel of every run."""
+        return len(self.loro_cost) * len(self.observed[0].channels)
+
     def position(self) -> FloatArray:
         """Return where calibration left its parameters, in the fitting scale, shape (P,)."""
         return Priors.of(self.base, calibrated=True).position(self.machine)

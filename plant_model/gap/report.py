@@ -212,10 +212,7 @@ def report_of(
         "evidence": {
             "share_explained": first.explained_share,
             "share_by_chance": first.null_q99,
-            "cost_per_run_and_channel": float(
-                first.baseline.loro_cost.sum()
-                / (len(found.observed) * len(found.observed[0].channels))
-            ),
+            "cost_per_run_and_channel": cost_per_run_and_channel(first.baseline),
         },
     }
     return table if cosimulation is None else table | {"cosimulation": dict(cosimulation)}
@@ -235,8 +232,7 @@ def _remaining(
     """Return what of the runs used can still be explained: whether, how much, where, by what."""
     return {
         "is_reducible": reference.is_left,
-        "above_tolerance": cost_per_run_and_channel(found.after, len(found.observed[0].channels))
-        > ABOVE_TOLERANCE,
+        "above_tolerance": cost_per_run_and_channel(found.after) > ABOVE_TOLERANCE,
         "squared_tolerances": reference.reducible,
         "before": before.reducible,
         "share": reference.share,

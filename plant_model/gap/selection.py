@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,7 +24,9 @@ MOSTLY = 0.5
 explained, what was named does little of what is missing [1]: something else is."""
 
 LEAST_GAIN = 10.0
-"""Fall of the leave-one-run-out cost that an effect must bring, in units of `cost_unit` [1]."""
+"""Fall of the cost that an effect must bring, of the leave-one-run-out cost and of what calibration
+on all runs leaves, each in units of `cost_unit` [1]: what makes runs easier to predict and explains
+none of them only takes the place of other unknowns."""
 
 LATER_SHARE, LATER_MOST = 0.1, 0.5
 """Share of what was left at first that a further effect must explain, or of what is left now [1].
@@ -97,15 +99,15 @@ class SelectionRound:
         return next((one for one in self.fits if one.added[-1:] == key), self.fits[0])
 
 
-def cost_per_run_and_channel(baseline: CandidateFit, channels: int) -> float:
+def cost_per_run_and_channel(baseline: CandidateFit) -> float:
     """Return the leave-one-run-out cost per run and channel [tolerances squared]."""
-    return float(baseline.loro_cost.sum()) / (len(baseline.loro_cost) * channels)
+    return float(baseline.loro_cost.sum()) / baseline.pieces
 
 
-def adequate(before: CandidateFit, after: CandidateFit, channels: int) -> bool:
+def adequate(before: CandidateFit, after: CandidateFit) -> bool:
     """Tell whether what was added explains most of what was missing, or leaves little."""
     explained = 1.0 - float(after.loro_cost.sum()) / float(before.loro_cost.sum())
-    return explained >= MOSTLY or cost_per_run_and_channel(after, channels) <= ABOVE_TOLERANCE
+    return explained >= MOSTLY or cost_per_run_and_channel(after) <= ABOVE_TOLERANCE
 
 
 def cost_unit(least: float, pieces: int) -> float:
@@ -118,6 +120,21 @@ def odds_against_best(costs: FloatArray, unit: float) -> FloatArray:
     return np.asarray(np.exp(-(costs - costs.min()) / (2.0 * unit)))
 
 
+def odds_among(fits: Mapping[str, CandidateFit]) -> dict[str, float]:
+    """Return the odds of explanations of the same runs against the best of them, the best first.
+
+    Parameters
+    ----------
+    fits : mapping of str to CandidateFit
+        By any names, one or more.
+    """
+    left = {name: float(one.loro_cost.sum()) for name, one in fits.items()}
+    ranked = sorted(left, key=lambda name: left[name])
+    costs = np.array([left[name] for name in ranked])
+    odds = odds_against_best(costs, cost_unit(float(costs[0]), fits[ranked[0]].pieces))
+    return dict(zip(ranked, odds.tolist(), strict=True))
+
+
 def clearly_better(one: CandidateFit, other: CandidateFit, odds: float) -> bool:
     """Tell whether one explanation of the same runs leaves so much less than another.
 
@@ -127,9 +144,7 @@ def clearly_better(one: CandidateFit, other: CandidateFit, odds: float) -> bool:
     odds : float
         The odds against the other must be less than this [1].
     """
-    costs = np.array([float(one.loro_cost.sum()), float(other.loro_cost.sum())])
-    pieces = len(one.loro_cost) * len(one.observed[0].channels)
-    return bool(odds_against_best(costs, cost_unit(float(costs.min()), pieces))[1] < odds)
+    return odds_among({"one": one, "other": other})["other"] < odds
 
 
 def out_of_range(one: CandidateFit, share: float) -> bool:
@@ -144,6 +159,21 @@ def _helps(best: CandidateFit, baseline: CandidateFit) -> bool:
     """Tell whether a fit makes most of those runs better in which its effect acts."""
     better = best.loro_cost < baseline.loro_cost
     return bool(np.mean(better[list(best.acts)] if any(best.acts) else better) >= MOST_RUNS)
+
+
+def _explains(best: CandidateFit, baseline: CandidateFit) -> bool:
+    """Tell whether a fit leaves clearly less of all runs together, too.
+
+    It may show before the runs' own unknowns are calibrated, which can do some of its work, or
+    after.
+    """
+    pairs = (
+        (baseline.cost, best.cost),
+        (baseline.calibration.cost, best.calibration.cost),
+    )
+    return any(
+        before - after > LEAST_GAIN * cost_unit(after, best.pieces) for before, after in pairs
+    )
 
 
 def _fits_far_better(one: CandidateFit, best: CandidateFit) -> bool:
@@ -209,7 +239,8 @@ def select_effect(
     much = gain > LATER_SHARE * at_first or share >= LATER_MOST
     enough = share >= max(LEAST_SHARE, null_q99) and gain > LEAST_GAIN * unit and much
     keys = [ranked[i].added[-1] for i in rivals]
-    named = bool(keys) and enough and _helps(ranked[first], baseline) and not _of_any_sensor(keys)
+    named = bool(keys) and enough and not _of_any_sensor(keys)
+    named = named and _helps(ranked[first], baseline) and _explains(ranked[first], baseline)
     return SelectionRound(
         baseline,
         tuple(ranked),
@@ -217,5 +248,5 @@ def select_effect(
         float(share if named or not len(costs) else 1.0 - costs[0] / before),
         null_q99,
         tuple(keys) if named else (),
-        cost_per_run_and_channel(baseline, channels) > ABOVE_TOLERANCE,
+        cost_per_run_and_channel(baseline) > ABOVE_TOLERANCE,
     )

@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from plant_model.gap.candidates import beyond_usual_range, given_values, widened, with_effect
 from plant_model.gap.design import RunSensitivities
 from plant_model.gap.keys import law_of
 from plant_model.gap.observations import Observations
 from plant_model.gap.refit import CandidateFit, fit_effects, refit_in_full
-from plant_model.gap.selection import RIVAL_ODDS, SelectionRound, cost_unit, odds_against_best
+from plant_model.gap.selection import RIVAL_ODDS, SelectionRound, odds_among
 from plant_model.machine import Machine
 
 
@@ -50,11 +48,7 @@ def swapped(
         if beyond_usual_range(after.machine, key):
             base = widened(base, key)
         options[name] = fit_effects(base, (*alone.added, key), observed, [start], sensitivities)
-    ranked = sorted(options, key=lambda name: float(options[name].loro_cost.sum()))
-    costs = np.array([float(options[name].loro_cost.sum()) for name in ranked])
-    pieces = len(after.loro_cost) * len(after.observed[0].channels)
-    odds = odds_against_best(costs, cost_unit(float(costs[0]), pieces))
-    left = [name for name, odd in zip(ranked, odds, strict=True) if odd >= RIVAL_ODDS]
+    left = [name for name, odd in odds_among(options).items() if odd >= RIVAL_ODDS]
     best = options[left[0]]
     if best is not after:
         best, _ = refit_in_full(best)

@@ -129,8 +129,11 @@ class _Scored:
         beyond_usual: tuple[str, ...] = (),
         *,
         is_ordinary: bool = False,
+        cost: float | None = None,
     ) -> None:
         self.added, self.loro_cost, self.acts = (name,), np.array(unseen), acts
+        self.pieces, self.cost = 14 * len(unseen), sum(unseen) if cost is None else cost
+        self.calibration = SimpleNamespace(cost=self.cost)
         self.at_bounds, self.beyond_usual, self.is_ordinary = at_bounds, beyond_usual, is_ordinary
 
 
@@ -151,6 +154,21 @@ def test_judging(costs: dict[str, list[float]], chance: float, named: tuple[str,
     selection = select_effect(now, tried, chance, channels=14)  # type: ignore[arg-type]
     assert selection.one_of == named
     assert sum(selection.probability) == pytest.approx(1.0)
+
+
+def test_what_helps_to_predict_must_also_explain() -> None:
+    now = _Scored("", [50.0, 50.0, 50.0], cost=60.0)
+    for cost, named in ((45.0, ("a",)), (52.0, ()), (65.0, ())):
+        found = _Scored("a", [20.0, 20.0, 20.0], cost=cost)
+        assert select_effect(now, [found], 0.1, channels=14).one_of == named  # type: ignore[list-item, arg-type]
+    # What a run's own unknowns can do as well shows before they are calibrated.
+    found = _Scored("a", [20.0, 20.0, 20.0], cost=55.0)
+    found.calibration = SimpleNamespace(cost=45.0)
+    assert select_effect(now, [found], 0.1, channels=14).one_of == ("a",)  # type: ignore[list-item, arg-type]
+    # Where much is left, it must explain as much more.
+    much, some = (_Scored("", [900.0] * 3, cost=left) for left in (840.0, 600.0))
+    assert select_effect(much, [_Scored("a", [300.0] * 3, cost=420.0)], 0.1, channels=14).named  # type: ignore[list-item, arg-type]
+    assert not select_effect(some, [_Scored("a", [300.0] * 3, cost=510.0)], 0.1, channels=14).named  # type: ignore[list-item, arg-type]
 
 
 def test_only_runs_in_which_an_effect_acts_speak_of_it() -> None:

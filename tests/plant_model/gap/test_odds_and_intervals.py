@@ -7,6 +7,7 @@ by the chi-squared quantile, and one dense least-squares problem without any eli
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -31,6 +32,8 @@ class _Scored:
     def __init__(self, name: str, unseen: np.ndarray) -> None:
         self.added, self.loro_cost, self.acts, self.at_bounds = (name,), unseen, (), ()
         self.beyond_usual, self.is_ordinary = (), False
+        self.pieces, self.cost = 14 * len(unseen), float(unseen.sum())
+        self.calibration = SimpleNamespace(cost=self.cost)
 
 
 @pytest.mark.parametrize("unit", [1.0, 4.0])

@@ -61,6 +61,7 @@ def _case(hidden: tuple[str, ...]) -> tuple[Any, list[Candidate], dict[str, int]
         designs=tuple(designs),
         observed=(observed,) * RUNS,
         loro_cost=scores.loro_cost[0],
+        pieces=RUNS * CHANNELS,
         position=lambda: np.zeros(0),
     )
     return baseline, tried, {NAMES[i]: int(i) for i in order}

@@ -96,10 +96,10 @@ def test_an_answer_that_makes_the_unseen_run_worse_is_taken_back(
     jig_borer_lumps: Machine, observed: list[Observations]
 ) -> None:
     def scored(name: str, machine: Machine) -> _Scored:
-        one = _Scored(name, [20.0, 20.0, 20.0])
+        one = _Scored(name, [20.0 if name else 50.0] * 3)
         one.machine, one.observed = machine, observed[:3]
         if not name:
-            one.added, one.loro_cost = (), np.array([50.0, 50.0, 50.0])
+            one.added = ()
         return one
 
     now = scored("", jig_borer_lumps)
