@@ -21,7 +21,9 @@ from plant_model.gap.report import GapComparison, report_of
 from plant_model.gap.search import Search
 from plant_model.gap.selection import _of_any_sensor
 from plant_model.machine import Machine
+from plant_model.machine_file import read_machine
 from tests.plant_model.gap.conftest import runs_of
+from tests.plant_model.gap.test_planted_mistakes import runs_of as lathe_runs
 
 RIVALS = ("thermal_preload", "friction_speed_exponent", "slow_structure")
 LEFT_OUT = [name for name in catalogue() if name not in RIVALS]
@@ -97,3 +99,16 @@ def test_the_driver_that_acts_is_the_one_that_is_named(jig_borer_lumps: Machine)
     assert "driven by shaft against housing" in five_lines(table)[1]
     same = [*effect["other_drivers"], *(one.get("driver") for one in table["runners_up"])]
     assert "inner_outer" in same, "the other one was asked, too"
+
+
+@pytest.mark.long
+def test_which_air_the_spindle_stirs_is_told_from_the_runs() -> None:
+    machine = read_machine("lathe")
+    rivals = ("forced_convection", "windage", "friction_speed_exponent", "slow_structure")
+    search = Search([name for name in catalogue() if name not in rivals])
+    runs = lathe_runs(with_effect(machine, "forced_convection:air", {"gain": 3.0}))
+    found = find_gap(machine, runs[:4], search)
+    assert found.verdict == "effect"
+    assert found.after.added == ("forced_convection:air",)
+    gain = found.after.machine.parameters["effects.forced_convection:air.gain"]
+    assert gain.value == pytest.approx(3.0, rel=0.3)
