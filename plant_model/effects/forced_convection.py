@@ -44,7 +44,7 @@ class ForcedConvection(Effect):
     def drivers(cls, machine: Machine) -> dict[str, str]:
         """Return the air that may be stirred: the hall's, and that of an enclosure."""
         inside = enclosed_air(machine)
-        return {OUTSIDE: "the air outside", inside: f"the air of {inside}"} if inside else {}
+        return {OUTSIDE: "the hall's air", inside: f"the air inside ({inside})"} if inside else {}
 
     def prepare(self) -> None:
         """Find the surfaces and what each has at standstill [W/K]."""
