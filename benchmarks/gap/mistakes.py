@@ -13,7 +13,6 @@ import argparse
 import json
 import os
 import sys
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -39,6 +38,7 @@ from plant_model.gap.kinds.hidden_mass import HiddenMass  # noqa: E402
 from plant_model.gap.kinds.moves_axis import MovesAxis  # noqa: E402
 from plant_model.gap.kinds.sensor_place import SensorPlace  # noqa: E402
 from plant_model.gap.report import report_of  # noqa: E402
+from plant_model.gap.search import Search  # noqa: E402
 from plant_model.machine import Machine  # noqa: E402
 from plant_model.machine_file import read_machine  # noqa: E402
 from plant_model.simulate import simulate  # noqa: E402
@@ -139,14 +139,13 @@ def runs_of(machine: Machine, seed: int = 0) -> list[Run]:
     return found
 
 
-def asked(
-    mistake: Mistake, given: Machine, seed: int, ask: Callable[..., Any] = answer
-) -> dict[str, Any]:
+def asked(mistake: Mistake, given: Machine, seed: int) -> dict[str, Any]:
     """Make a mistake and ask what is missing."""
     truth, told = mistake.machines(given)
     runs = runs_of(truth, seed)
     with clocked() as spent:
-        found, comparison, faults = ask(told, runs[:-1], runs[-1:], seed=seed)
+        search = Search(seed=seed, workers=1)
+        found, comparison, faults = answer(told, runs[:-1], runs[-1:], search)
     table = report_of(found, comparison, faults)
     named, rivals = named_in(table)
     return {
