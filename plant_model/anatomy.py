@@ -110,17 +110,14 @@ def enclosed_air(machine: Machine) -> str | None:
     ----------
     machine : Machine
     """
-    moving = {
-        name
-        for item in machine.items
-        if item.family == "structure"
-        for name in item.refs.get("nodes", ())
-    }
+    members = [item for item in machine.items if item.family == "structure"]
+    others = {name for item in members for name in item.refs.get("nodes", ())}
+    others |= spindle_nodes(machine)
     touching = Counter(
         name
         for item in machine.of_kind("links", "contact")
         for name in item.refs["between"]
-        if name not in moving | spindle_nodes(machine)
+        if name not in others
     )
     name, count = touching.most_common(1)[0] if touching else ("", 0)
     return name if count >= TOUCHES else None
