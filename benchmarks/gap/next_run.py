@@ -3,7 +3,7 @@
 DIR is that of ``benchmarks.gap.run``. Every question there whose answer left several names and
 asked for a run is asked again twice: with the run asked for, made on the machine of the case, and
 with a run of speeds drawn at random. ``DIR/next_run/NNNN.json`` holds what was said; a question
-whose file is there is not asked again. Only the first simulator makes further runs.
+whose file is there is not asked again.
 """
 
 from __future__ import annotations
@@ -20,9 +20,8 @@ from tqdm import tqdm
 
 from benchmarks.gap.ask import ask
 from benchmarks.gap.outcome import OPEN_OUTCOMES, OUTCOMES, PAIR_OUTCOMES, groups_of, outcome
-from benchmarks.gap.plan import SPLITS
-from benchmarks.gap.truth.case import TruthCase, simulate_further
-from benchmarks.gap.truths import USUAL
+from benchmarks.gap.plan import case_of
+from benchmarks.gap.truths import TRUTHS, USUAL
 from measurement.files import write_atomically
 from measurement.runs import write_run
 
@@ -30,32 +29,29 @@ FOLDER = "next_run"
 ASKED, RANDOM = "asked for", "at random"
 
 
-def case_of(record: Mapping[str, Any]) -> TruthCase:
-    """Return the case that a record is about."""
-    hidden = tuple((one["name"], one["size"], "") for one in record["truth"])
-    return TruthCase(SPLITS[record["split"]] + record["number"], hidden, noise=record["noise"])
-
-
 def ask_again(record: Mapping[str, Any], out: Path) -> dict[str, Any]:
     """Return what is said of a question with the run asked for, and with one at random."""
-    case = case_of(record)
-    stretches = record["answer"]["next_run"]["stretches"]["speed"]
+    case, further = case_of(record), TRUTHS[record.get("simulator", USUAL)].further
+    assert further is not None
+    stretches = {
+        name: [(float(time), float(value)) for time, value in some]
+        for name, some in record["answer"]["next_run"]["stretches"].items()
+    }
     said = {}
-    for which, speeds in ((ASKED, stretches), (RANDOM, ())):
+    for which, held in ((ASKED, stretches), (RANDOM, {})):
         folder = out / FOLDER / f"{record['name']}_{which.replace(' ', '_')}"
         if not folder.exists():
             folder.mkdir(parents=True)
-            for path in (out / "cases" / record["name"].removesuffix("_deleted")).glob("*.csv"):
+            for path in (out / "cases" / record["name"].removesuffix("_deleted")).iterdir():
                 (folder / path.name).write_bytes(path.read_bytes())
-        run = simulate_further(case, [(float(t), float(n)) for t, n in speeds])
+        run = further(case, held)
         write_run(run.frame, folder / "run_5.csv")
         answer = ask(folder, record["without"])["answer"]
+        groups = groups_of(answer, record.get("mistakes", ()))
         said[which] = {
-            "outcome": outcome(
-                record["kind"], record["truth"], groups_of(answer), answer["verdict"]
-            ),
+            "outcome": outcome(record["kind"], record["truth"], groups, answer["verdict"]),
             "verdict": answer["verdict"],
-            "named": [list(group) for group in groups_of(answer)],
+            "named": [list(group) for group in groups],
         }
     return {"name": record["name"], "before": record["answer"]["one_of_keys"], **said}
 
@@ -69,7 +65,7 @@ def main(arguments: list[str] | None = None) -> int:
     asking = [
         one
         for one in records
-        if one["answer"].get("next_run") and one.get("simulator", USUAL) == USUAL
+        if one["answer"].get("next_run") and TRUTHS[one.get("simulator", USUAL)].further
     ]
     if not asking:
         parser.error(f"{args.out}: no question there has asked for a run")

@@ -5,10 +5,11 @@ Every truth (`benchmarks.gap.truths`) has a plan of its own.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 from itertools import count as count_up
 from itertools import islice
+from typing import Any
 
 import numpy as np
 
@@ -127,6 +128,19 @@ def trials(
     if not found:
         raise ValueError("no case is of that kind")
     return found
+
+
+def case_of(record: Mapping[str, Any]) -> TruthCase:
+    """Return the case that a record is about.
+
+    Parameters
+    ----------
+    record : mapping
+        That `benchmarks.gap.run` wrote.
+    """
+    cases = _cases(record["split"], record.get("simulator", USUAL))
+    planned = next(one for one in cases if one.number == record["number"])
+    return replace(planned.case, noise=record["noise"])
 
 
 def _asked(planned: Planned, kinds: Collection[str]) -> list[Planned]:

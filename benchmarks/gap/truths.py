@@ -15,10 +15,14 @@ from benchmarks.gap.lathe import case as lathe_case
 from benchmarks.gap.lathe import effects as lathe_effects
 from benchmarks.gap.lathe import owner as lathe_owner
 from benchmarks.gap.truth import effects as jig_borer_effects
-from benchmarks.gap.truth.case import CaseRun, TruthCase, simulate_case
+from benchmarks.gap.truth.case import CaseRun, TruthCase, simulate_case, simulate_further
 
 USUAL = "jig_borer"
 """The truth that is asked unless another is named."""
+
+
+Stretches = Sequence[tuple[float, float]]
+"""Instants [s] and the value that an input has from each on."""
 
 
 @dataclass(frozen=True)
@@ -42,6 +46,9 @@ class Truth:
         What can be wrong in its owner's file.
     page : callable, optional
         From a case to its owner's file; without one the shipped machine is asked about.
+    further : callable, optional
+        From a case and the values of inputs from instants on to one more run; with none given, one
+        at random.
     """
 
     title: str
@@ -52,6 +59,7 @@ class Truth:
     beyond: Mapping[str, float] = field(default_factory=dict)
     mistakes: Mapping[str, tuple[str, tuple[str, ...]]] = field(default_factory=dict)
     page: Callable[[TruthCase], str] | None = None
+    further: Callable[[TruthCase, Mapping[str, Stretches]], CaseRun] | None = None
 
 
 TRUTHS = {
@@ -61,6 +69,7 @@ TRUTHS = {
         simulate_case,
         jig_borer_effects.catalogue(),
         truth.OUTSIDE,
+        further=simulate_further,
     ),
     "belt": Truth(
         "Belt-driven spindle in finite elements, with its owner's page",
@@ -71,6 +80,7 @@ TRUTHS = {
         belt_effects.BEYOND,
         {name: (one.kind, one.place) for name, one in MISTAKES.items()},
         belt_case.owners_page,
+        belt_case.simulate_further,
     ),
     "lathe": Truth(
         "Whole lathe in fine stretches, with its owner's file in lumps",
@@ -81,6 +91,7 @@ TRUTHS = {
         lathe_effects.BEYOND,
         {name: (one.kind, one.place) for name, one in lathe_owner.MISTAKES.items()},
         lathe_case.owners_file,
+        lathe_case.simulate_further,
     ),
     "page": Truth(
         "Jig borer in 266 cells, drawn around its page",

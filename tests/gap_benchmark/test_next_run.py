@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,15 +14,17 @@ import pytest
 from benchmarks.gap import next_run
 from benchmarks.gap.ask import runs_of
 from benchmarks.gap.make import write_case
-from benchmarks.gap.plan import plan
+from benchmarks.gap.plan import case_of, plan
 from benchmarks.gap.truth.case import simulate_case, simulate_further
+from benchmarks.gap.truths import TRUTHS
 
 STRETCHES = [[0.0, 9000.0], [10800.0, 0.0]]
+SPEEDS = [(time, speed) for time, speed in STRETCHES]
 
 
 def test_one_more_run_is_of_the_same_machine_at_the_speeds_asked_for() -> None:
     case = plan("development", 1, kind="effect")[0].case
-    further = simulate_further(case, [(t, n) for t, n in STRETCHES])
+    further = simulate_further(case, {"speed": SPEEDS})
     frame = further.frame
     late = frame["time_s"] > 10800.0
     assert set(frame.loc[late, "speed_rpm"]) == {0.0}
@@ -31,9 +34,31 @@ def test_one_more_run_is_of_the_same_machine_at_the_speeds_asked_for() -> None:
     first = known[0].frame["T1_degC"] - known[0].exact["T1_degC"]
     other = frame["T1_degC"] - further.exact["T1_degC"]
     assert np.std(other) == pytest.approx(np.std(first), rel=0.2)
-    again = simulate_further(case, [(t, n) for t, n in STRETCHES])
+    again = simulate_further(case, {"speed": SPEEDS})
     pd.testing.assert_frame_equal(frame, again.frame)
-    assert simulate_further(case).drive.family != "asked for"
+    assert simulate_further(case, {}).drive.family != "asked for"
+
+
+@pytest.mark.parametrize(("name", "feed"), [("lathe", "feed"), ("belt", "feed_z")])
+def test_the_other_simulators_make_one_more_run_too(name: str, feed: str) -> None:
+    truth = TRUTHS[name]
+    assert truth.further is not None
+    record = {"simulator": name, "split": "development", "number": 2, "noise": 1.0}
+    case = case_of(record)
+    (planned,) = (one for one in plan("development", 9, truth=name) if one.number == 2)
+    assert case == planned.case
+    held = {"speed": [(0.0, 1500.0), (7200.0, 0.0)], feed: [(0.0, 0.0), (3600.0, 4000.0)]}
+    short = replace(case, resolution=0.5)
+    frame = truth.further(short, held).frame
+    moved = next(frame[column] for column in frame if column.startswith("feed"))
+    late = frame["time_s"] >= 7200.0
+    assert set(frame.loc[late, "speed_rpm"]) == {0.0}
+    assert set(frame.loc[~late, "speed_rpm"]) == {1500.0}
+    assert set(moved[frame["time_s"] < 3600.0]) == {0.0}
+    assert set(moved[frame["time_s"] >= 3600.0]) == {4000.0}
+    assert set(frame.columns) == set(truth.simulate(replace(short, runs=("run_1",)))[0][0].frame)
+    # At random it is another kind of test, on the same machine.
+    assert truth.further(short, {}).drive.family != "asked for"
 
 
 def test_asks_again_with_both_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -98,35 +98,76 @@ def simulate_case(case: TruthCase) -> tuple[list[CaseRun], list[Hidden]]:
     return simulated(case, _machine(case), SHOP)
 
 
+def simulate_further(
+    case: TruthCase, stretches: Mapping[str, Sequence[tuple[float, float]]], seed: int = 0
+) -> CaseRun:
+    """Return one more run of a case's machine; see `Bench.further`."""
+    return Bench(case, _machine(case), SHOP).further(stretches, seed)
+
+
 def simulated(case: TruthCase, machine: Any, shop: Shop) -> tuple[list[CaseRun], list[Hidden]]:
     """Return the runs of a machine and the effects hidden in them."""
-    # One stream for each matter, so that hiding an effect changes nothing else.
-    hall_rng, noise_rng = (np.random.default_rng([case.seed, k]) for k in (4, 5))
-    mistake = shop.mistakes[case.mistake] if case.mistake else None
-    effects = [
-        make_from(shop.effects(), name, size, np.random.default_rng([case.seed, 10 + k]), channel)
-        for k, (name, size, channel) in enumerate(case.hidden)
-    ]
-    acting = [*effects]
-    if mistake is not None and mistake.unsaid is not None:
-        more = np.random.default_rng([case.seed, 9])
-        acting.append(mistake.unsaid(mistake.unsaid.sizes[1], more))
-    hall = {"mean": float(hall_rng.uniform(19.0, 25.0)), "swing": float(hall_rng.uniform(0.5, 2.5))}
-    period = float(hall_rng.choice(PERIODS))
-    meter = _Meter(shop, noise_rng, case.noise)
-    march, families = March(machine, acting), _families(hall_rng)
-    found = []
-    for number, name in enumerate(RUNS):
-        run_rng = np.random.default_rng([case.seed, 100 + number])
+    bench = Bench(case, machine, shop)
+    numbers = [number for number, name in enumerate(RUNS) if name in case.runs]
+    return [bench.run(RUNS[k], k, bench.families[k]) for k in numbers], bench.effects
+
+
+class Bench:
+    """One machine with its hall, its instruments and what is hidden in it."""
+
+    def __init__(self, case: TruthCase, machine: Any, shop: Shop) -> None:
+        self.case, self._shop = case, shop
+        # One stream for each matter, so that hiding an effect changes nothing else.
+        hall_rng, noise_rng = (np.random.default_rng([case.seed, k]) for k in (4, 5))
+        self._mistake = mistake = shop.mistakes[case.mistake] if case.mistake else None
+        own = [np.random.default_rng([case.seed, 10 + k]) for k in range(len(case.hidden))]
+        self.effects = [
+            make_from(shop.effects(), name, size, rng, channel)
+            for (name, size, channel), rng in zip(case.hidden, own, strict=True)
+        ]
+        acting = [*self.effects]
+        if mistake is not None and mistake.unsaid is not None:
+            more = np.random.default_rng([case.seed, 9])
+            acting.append(mistake.unsaid(mistake.unsaid.sizes[1], more))
+        self._hall = {
+            "mean": float(hall_rng.uniform(19.0, 25.0)),
+            "swing": float(hall_rng.uniform(0.5, 2.5)),
+        }
+        self._period = float(hall_rng.choice(PERIODS))
+        self._meter = _Meter(shop, noise_rng, case.noise)
+        self._march, self.families = March(machine, acting), _families(hall_rng)
+
+    def run(
+        self,
+        name: str,
+        number: int,
+        family: str,
+        stretches: Mapping[str, Sequence[tuple[float, float]]] | None = None,
+    ) -> CaseRun:
+        """Return a run of a family of speeds, or at given ones."""
+        rng = np.random.default_rng([self.case.seed, 100 + number])
         drive = make_drive(
-            families[number], run_rng, period, hall, before=PAST_HOURS, slower=shop.slower
+            family, rng, self._period, self._hall, before=PAST_HOURS, slower=self._shop.slower
         )
-        if name not in case.runs:
-            continue
-        exact = _record(march, drive, number, mistake, shop)
-        frame = meter.shown(exact, np.random.default_rng([case.seed, 200 + number]))
-        found.append(CaseRun(name, frame, exact, drive))
-    return found, effects
+        if stretches:
+            drive = drive.asked_for(stretches)
+        exact = _record(self._march, drive, number, self._mistake, self._shop)
+        frame = self._meter.shown(exact, np.random.default_rng([self.case.seed, 200 + number]))
+        return CaseRun(name, frame, exact, drive)
+
+    def further(self, stretches: Mapping[str, Sequence[tuple[float, float]]], seed: int) -> CaseRun:
+        """Return one more run, in the machine's own hall.
+
+        Parameters
+        ----------
+        stretches : mapping of str to sequence of (float, float)
+            From when on [s] an input has which value; if empty, a family of speeds is drawn.
+        seed : int
+            Of surroundings, disturbances and noise.
+        """
+        rng = np.random.default_rng([self.case.seed, 300 + seed])
+        family = str(rng.choice(list(FAMILIES)))
+        return self.run("further_run", len(RUNS) + seed, family, stretches)
 
 
 def _families(rng: np.random.Generator) -> list[str]:

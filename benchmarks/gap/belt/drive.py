@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.gap.belt.machine import TOP_SPEED
-from benchmarks.gap.truth.drive import GRID, wander
+from benchmarks.gap.truth.drive import ASKED, GRID, held_from, wander
 
 Array = NDArray[np.float64]
 
@@ -46,6 +46,17 @@ class Drive:
     outside: Array
     friction_factor: float = 1.0
     belt_factor: float = 1.0
+
+    def asked_for(self, stretches: Mapping[str, Sequence[tuple[float, float]]]) -> Drive:
+        """Return the same day at other speeds and feeds, each from an instant [s] on, unloaded.
+
+        *stretches* holds ``speed`` [r/min] and, if the axis moves, one more input [mm/min].
+        """
+        held = {name: held_from(some, self.time_s) for name, some in stretches.items()}
+        still = np.zeros(len(self.time_s))
+        speed = held.pop("speed", still)
+        (feed,) = held.values() or (still,)
+        return replace(self, family=ASKED, speed=speed, feed=feed, torque=still)
 
     def segments(self) -> list[tuple[int, int]]:
         """Return first and last row of every stretch in which nothing is switched."""

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
 import numpy as np
 import tomlkit
 
-from benchmarks.gap.belt.case import Shop, simulated
+from benchmarks.gap.belt.case import Bench, Shop, simulated
 from benchmarks.gap.belt.numbers import draw_hidden
 from benchmarks.gap.enclosed import Hidden
 from benchmarks.gap.lathe.effects import everything
@@ -38,3 +40,10 @@ def owners_file(case: TruthCase) -> str:
 def simulate_case(case: TruthCase) -> tuple[list[CaseRun], list[Hidden]]:
     """Return the runs of a case and the effects hidden in them."""
     return simulated(case, _lathe(case), SHOP)
+
+
+def simulate_further(
+    case: TruthCase, stretches: Mapping[str, Sequence[tuple[float, float]]], seed: int = 0
+) -> CaseRun:
+    """Return one more run of a case's lathe; see `benchmarks.gap.belt.case.Bench.further`."""
+    return Bench(case, _lathe(case), SHOP).further(stretches, seed)

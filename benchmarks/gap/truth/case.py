@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -87,16 +87,16 @@ def simulate_case(case: TruthCase) -> tuple[list[CaseRun], list[Hidden]]:
 
 
 def simulate_further(
-    case: TruthCase, stretches: Sequence[tuple[float, float]] = (), seed: int = 0
+    case: TruthCase, stretches: Mapping[str, Sequence[tuple[float, float]]], seed: int = 0
 ) -> CaseRun:
     """Return one more run of a case's machine, in its own hall.
 
     Parameters
     ----------
     case : TruthCase
-    stretches : sequence of (float, float)
-        From when on [s] the spindle turns how fast [r/min], for six hours; if empty, a family of
-        speeds is drawn.
+    stretches : mapping of str to sequence of (float, float)
+        ``speed``: from when on [s] the spindle turns how fast [r/min]; if empty, a family of speeds
+        is drawn.
     seed : int
         Of surroundings, disturbances and noise.
     """
@@ -104,7 +104,7 @@ def simulate_further(
     number = len(RUNS) + seed
     rng = np.random.default_rng([case.seed, 300 + seed])
     family = str(rng.choice(FAMILIES))
-    return bench.run("further_run", number, family, stretches)
+    return bench.run("further_run", number, family, stretches.get("speed", ()))
 
 
 class Bench:

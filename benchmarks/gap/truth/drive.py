@@ -13,6 +13,7 @@ Array = NDArray[np.float64]
 
 GRID = 20.0  # s
 REST = "rest"
+ASKED = "asked for"
 """The family of the standstill before a run."""
 FAMILIES = ("steps", "random", "stop_and_go", "iso", "ramp_down", "blocks")
 
@@ -52,13 +53,18 @@ class Drive:
 
     def at_speeds(self, stretches: Sequence[tuple[float, float]]) -> Drive:
         """Return the same day at other speeds [r/min], each from an instant [s] on, unloaded."""
-        starts, speeds = (np.array(part) for part in zip(*stretches, strict=True))
-        speed = speeds[np.searchsorted(starts, self.time_s, side="right") - 1]
-        return replace(self, family="asked for", speed=speed, torque=np.zeros(len(speed)))
+        speed = held_from(stretches, self.time_s)
+        return replace(self, family=ASKED, speed=speed, torque=np.zeros(len(speed)))
 
     def at(self, which: int) -> Array:
         """Return a column of `outside` at the rows."""
         return np.asarray(np.interp(self.time_s, self.grid_s, self.outside[:, which]))
+
+
+def held_from(stretches: Sequence[tuple[float, float]], time_s: Array) -> Array:
+    """Return what holds at every row, of values from an instant on."""
+    starts, values = (np.array(part) for part in zip(*stretches, strict=True))
+    return np.asarray(values[np.searchsorted(starts, time_s, side="right") - 1])
 
 
 def rest(drive: Drive, hours: float) -> Drive:
