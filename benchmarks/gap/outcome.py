@@ -125,10 +125,8 @@ def _in_other_words(truth: Sequence[dict[str, Any]], groups: list[Group]) -> boo
 def _says_so(key: str, change: dict[str, Any]) -> bool:
     name, _, where = key.partition(":")
     place, said = where.split("+"), change["place"]
-    more = [one for one in place if one not in said]
-    found = [one for one in said if one in place]
-    free = said.count("*")
-    return name == change["kind"] and len(more) == free and len(found) == len(said) - free
+    of_same_parts = {one for one in said if one != "*"} <= set(place)
+    return name == change["kind"] and len(place) == len(said) and of_same_parts
 
 
 def _of_pair(truth: Sequence[dict[str, Any]], groups: list[Group]) -> str:

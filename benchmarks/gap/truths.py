@@ -16,13 +16,10 @@ from benchmarks.gap.lathe import effects as lathe_effects
 from benchmarks.gap.lathe import owner as lathe_owner
 from benchmarks.gap.truth import effects as jig_borer_effects
 from benchmarks.gap.truth.case import CaseRun, TruthCase, simulate_case, simulate_further
+from benchmarks.gap.truth.drive import Held
 
 USUAL = "jig_borer"
 """The truth that is asked unless another is named."""
-
-
-Stretches = Sequence[tuple[float, float]]
-"""Instants [s] and the value that an input has from each on."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +56,7 @@ class Truth:
     beyond: Mapping[str, float] = field(default_factory=dict)
     mistakes: Mapping[str, tuple[str, tuple[str, ...]]] = field(default_factory=dict)
     page: Callable[[TruthCase], str] | None = None
-    further: Callable[[TruthCase, Mapping[str, Stretches]], CaseRun] | None = None
+    further: Callable[[TruthCase, Held], CaseRun] | None = None
 
 
 TRUTHS = {

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,6 +18,7 @@ from benchmarks.gap.belt.numbers import draw_drawing, draw_hidden
 from benchmarks.gap.belt.owner import MISTAKES, Mistake, page_of
 from benchmarks.gap.enclosed import Hidden
 from benchmarks.gap.truth.case import RUNS, CaseRun, TruthCase
+from benchmarks.gap.truth.drive import Held
 from benchmarks.gap.truth.effects import make_from
 
 PAST_HOURS = 20.0
@@ -95,21 +96,12 @@ def _mistake(case: TruthCase) -> Mistake | None:
 
 def simulate_case(case: TruthCase) -> tuple[list[CaseRun], list[Hidden]]:
     """Return the runs of a case and the effects hidden in them."""
-    return simulated(case, _machine(case), SHOP)
+    return Bench(case, _machine(case), SHOP).all_runs()
 
 
-def simulate_further(
-    case: TruthCase, stretches: Mapping[str, Sequence[tuple[float, float]]], seed: int = 0
-) -> CaseRun:
+def simulate_further(case: TruthCase, stretches: Held, seed: int = 0) -> CaseRun:
     """Return one more run of a case's machine; see `Bench.further`."""
     return Bench(case, _machine(case), SHOP).further(stretches, seed)
-
-
-def simulated(case: TruthCase, machine: Any, shop: Shop) -> tuple[list[CaseRun], list[Hidden]]:
-    """Return the runs of a machine and the effects hidden in them."""
-    bench = Bench(case, machine, shop)
-    numbers = [number for number, name in enumerate(RUNS) if name in case.runs]
-    return [bench.run(RUNS[k], k, bench.families[k]) for k in numbers], bench.effects
 
 
 class Bench:
@@ -135,14 +127,19 @@ class Bench:
         }
         self._period = float(hall_rng.choice(PERIODS))
         self._meter = _Meter(shop, noise_rng, case.noise)
-        self._march, self.families = March(machine, acting), _families(hall_rng)
+        self._march, self._families = March(machine, acting), _families(hall_rng)
+
+    def all_runs(self) -> tuple[list[CaseRun], list[Hidden]]:
+        """Return the runs of the case and the effects hidden in them."""
+        numbers = [number for number, name in enumerate(RUNS) if name in self.case.runs]
+        return [self.run(RUNS[k], k, self._families[k]) for k in numbers], self.effects
 
     def run(
         self,
         name: str,
         number: int,
         family: str,
-        stretches: Mapping[str, Sequence[tuple[float, float]]] | None = None,
+        stretches: Held | None = None,
     ) -> CaseRun:
         """Return a run of a family of speeds, or at given ones."""
         rng = np.random.default_rng([self.case.seed, 100 + number])
@@ -155,13 +152,13 @@ class Bench:
         frame = self._meter.shown(exact, np.random.default_rng([self.case.seed, 200 + number]))
         return CaseRun(name, frame, exact, drive)
 
-    def further(self, stretches: Mapping[str, Sequence[tuple[float, float]]], seed: int) -> CaseRun:
+    def further(self, stretches: Held, seed: int) -> CaseRun:
         """Return one more run, in the machine's own hall.
 
         Parameters
         ----------
-        stretches : mapping of str to sequence of (float, float)
-            From when on [s] an input has which value; if empty, a family of speeds is drawn.
+        stretches : Held
+            Speed [r/min] and feed [mm/min]; if empty, a family of tests is drawn.
         seed : int
             Of surroundings, disturbances and noise.
         """

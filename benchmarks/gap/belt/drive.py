@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.gap.belt.machine import TOP_SPEED
-from benchmarks.gap.truth.drive import ASKED, GRID, held_from, wander
+from benchmarks.gap.truth.drive import ASKED, GRID, Held, held_from, wander
 
 Array = NDArray[np.float64]
 
@@ -47,7 +47,7 @@ class Drive:
     friction_factor: float = 1.0
     belt_factor: float = 1.0
 
-    def asked_for(self, stretches: Mapping[str, Sequence[tuple[float, float]]]) -> Drive:
+    def asked_for(self, stretches: Held) -> Drive:
         """Return the same day at other speeds and feeds, each from an instant [s] on, unloaded.
 
         *stretches* holds ``speed`` [r/min] and, if the axis moves, one more input [mm/min].

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-
 import numpy as np
 import tomlkit
 
-from benchmarks.gap.belt.case import Bench, Shop, simulated
+from benchmarks.gap.belt.case import Bench, Shop
 from benchmarks.gap.belt.numbers import draw_hidden
 from benchmarks.gap.enclosed import Hidden
 from benchmarks.gap.lathe.effects import everything
@@ -15,6 +13,7 @@ from benchmarks.gap.lathe.machine import TOP_SPEED, Lathe
 from benchmarks.gap.lathe.numbers import HIDDEN, draw_drawing
 from benchmarks.gap.lathe.owner import MISTAKES, SENSORS, file_of
 from benchmarks.gap.truth.case import CaseRun, TruthCase
+from benchmarks.gap.truth.drive import Held
 
 SHOP = Shop(everything, MISTAKES, (*SENSORS, "hall"), ("x", "z"), slower=TOP_SPEED / 8000.0)
 """What the lathe's cases have of their own."""
@@ -39,11 +38,9 @@ def owners_file(case: TruthCase) -> str:
 
 def simulate_case(case: TruthCase) -> tuple[list[CaseRun], list[Hidden]]:
     """Return the runs of a case and the effects hidden in them."""
-    return simulated(case, _lathe(case), SHOP)
+    return Bench(case, _lathe(case), SHOP).all_runs()
 
 
-def simulate_further(
-    case: TruthCase, stretches: Mapping[str, Sequence[tuple[float, float]]], seed: int = 0
-) -> CaseRun:
+def simulate_further(case: TruthCase, stretches: Held, seed: int = 0) -> CaseRun:
     """Return one more run of a case's lathe; see `benchmarks.gap.belt.case.Bench.further`."""
     return Bench(case, _lathe(case), SHOP).further(stretches, seed)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from benchmarks.gap.truth.drive import FAMILIES, Drive, make_drive, rest
+from benchmarks.gap.truth.drive import FAMILIES, Drive, Held, make_drive, rest
 from benchmarks.gap.truth.effects import make_effect
 from benchmarks.gap.truth.effects.base import Hidden
 from benchmarks.gap.truth.march import March
@@ -86,17 +86,14 @@ def simulate_case(case: TruthCase) -> tuple[list[CaseRun], list[Hidden]]:
     return [bench.run(RUNS[k], k, bench.families[k]) for k in numbers], bench.effects
 
 
-def simulate_further(
-    case: TruthCase, stretches: Mapping[str, Sequence[tuple[float, float]]], seed: int = 0
-) -> CaseRun:
+def simulate_further(case: TruthCase, stretches: Held, seed: int = 0) -> CaseRun:
     """Return one more run of a case's machine, in its own hall.
 
     Parameters
     ----------
     case : TruthCase
-    stretches : mapping of str to sequence of (float, float)
-        ``speed``: from when on [s] the spindle turns how fast [r/min]; if empty, a family of speeds
-        is drawn.
+    stretches : Held
+        The ``speed`` [r/min]; if empty, a family of speeds is drawn.
     seed : int
         Of surroundings, disturbances and noise.
     """

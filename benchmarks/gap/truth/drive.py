@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -13,8 +13,11 @@ Array = NDArray[np.float64]
 
 GRID = 20.0  # s
 REST = "rest"
-ASKED = "asked for"
 """The family of the standstill before a run."""
+ASKED = "asked for"
+"""The family of a run at given speeds."""
+Held = Mapping[str, Sequence[tuple[float, float]]]
+"""Inputs by name: instants [s] and what each is from then on."""
 FAMILIES = ("steps", "random", "stop_and_go", "iso", "ramp_down", "blocks")
 
 
