@@ -194,7 +194,7 @@ def naming_by_size(records: Sequence[Record]) -> bytes:
         axes.set_xlabel("gap over that of nothing hidden (cases)")
         axes.spines[["top", "right"]].set_visible(False)
         axes.legend(
-            loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=6, frameon=False, fontsize=8.5
+            loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=3, frameon=False, fontsize=8.5
         )
     return png_bytes(figure)
 
