@@ -56,10 +56,11 @@ def five_lines(table: dict[str, Any]) -> list[str]:
             + (f" Something else remains: {_left(table)}." * _remains(table))
         )
     elif table["verdict"] == "unknown":
+        left = _left(table)
         lines.append(
             "What is missing: something that no effect of the catalogue explains"
             + _best(table["runners_up"], evidence["share_explained"])
-            + f" {_left(table).capitalize()}."
+            + f" {left[:1].upper()}{left[1:]}."
         )
     else:
         lines.append(f"What is missing: nothing that these runs prove{_hint(table)}.")

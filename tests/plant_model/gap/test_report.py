@@ -73,6 +73,20 @@ def test_what_is_too_little_to_be_named_is_said_all_the_same(
     assert "may act alike" not in rivals
 
 
+def test_channels_keep_their_names_in_the_answer() -> None:
+    remaining = {
+        "is_reducible": True,
+        "above_tolerance": True,
+        "where": [{"channel": "PT03", "regime": "standing"}],
+        "share": 0.23,
+        "predicted_by": [],
+    }
+    missing = five_lines(answer(verdict="unknown", remaining=remaining))[1]
+    assert missing.endswith(" 23% of it can be predicted from the inputs, most in PT03 standing.")
+    nothing = five_lines(answer(verdict="unknown"))[1]
+    assert nothing.endswith(" None of it follows from the inputs in the same way in every run.")
+
+
 def test_the_setting_of_what_a_part_switches_is_told() -> None:
     band = {"value": 1.5, "low": 1.2, "high": 1.8, "unit": "K"}
     named = {
