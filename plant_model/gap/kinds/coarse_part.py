@@ -1,8 +1,8 @@
 """A part that is one lump and should be two: it has two time constants where the file has one.
 
-Half of its mass becomes a far side. Heat comes in on the near side; either its thermometers, or
-what else it touches, or both are on the far side. Thermometers on one part that disagree are the
-same: one of them is on the far side.
+Half of its mass and of its surface becomes a far side. Heat comes in on the near side; either its
+thermometers, or what else it touches, or both are on the far side. Thermometers on one part that
+disagree are the same: one of them is on the far side.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from plant_model.gap.kinds.base import (
     joined,
     parts_joined,
     taken_names,
+    with_item,
 )
 from plant_model.machine import Item, Machine, Node
 from plant_model.parameters import Parameter
@@ -26,8 +27,12 @@ from plant_model.parameters import Parameter
 HALF = 0.5
 """Share of the mass on the far side [1]."""
 
-DELAYS_S = (180.0, 720.0, 2880.0)
-"""How slowly the far side follows the near one, as tried [s]."""
+DELAYS_S = (180.0, 720.0, 2880.0, 11520.0, 46080.0)
+"""How slowly the far side follows the near one, as tried: from a flange to a column's other end,
+which hardly follows in a shift [s]."""
+
+DELAY_RANGE_S = (6.0, 600_000.0)
+"""Shortest and longest that calibration may make it [s]."""
 
 
 @dataclass(frozen=True)
@@ -80,7 +85,10 @@ class CoarsePart(Change):
 
     def points(self) -> list[dict[str, float]]:
         """Return a few delays of the far side."""
-        return [{self.first: HALF * self.capacity / delay} for delay in DELAYS_S]
+        return [{self.first: self._conductance(delay)} for delay in DELAYS_S]
+
+    def _conductance(self, delay_s: float) -> float:
+        return HALF * self.capacity / delay_s
 
     def parameters(self) -> dict[str, str]:
         """Return the conductance between the sides."""
@@ -104,12 +112,26 @@ class CoarsePart(Change):
             replace(one, of=self._far) if one.name in self.sensors else one
             for one in machine.sensors
         )
-        items = tuple(self._moved(item) for item in machine.items) if self.links else machine.items
+        items = tuple(self._near(item) for item in machine.items)
         grown = replace(machine, nodes=(*nodes, far), sensors=sensors, items=items)
-        g = numbers[self.first]
-        return joined(grown, (name, self._far), free(g, "W/K", 30.0 * g, g / 30.0))
+        for item in items:
+            if self._is_surface(item):
+                other = replace(self._on_far_side(item), name=f"{item.name}_far")
+                grown = with_item(grown, other, "surface_convection")
+        high, low = (self._conductance(delay) for delay in DELAY_RANGE_S)
+        return joined(grown, (name, self._far), free(numbers[self.first], "W/K", high, low))
 
-    def _moved(self, item: Item) -> Item:
+    def _near(self, item: Item) -> Item:
+        """Return an item as it is afterwards: half of a surface; another link may have moved."""
+        if self._is_surface(item):
+            half = {**item.parameters, "area": _half(item.parameters["area"])}
+            return replace(item, parameters=half)
+        return self._on_far_side(item) if self.links else item
+
+    def _is_surface(self, item: Item) -> bool:
+        return item.kind == "convection" and self.place[0] in item.refs["between"]
+
+    def _on_far_side(self, item: Item) -> Item:
         """Return a link of the part as one of its far side; its name stays."""
         pair = item.refs.get("between", ())
         if item.family != "links" or self.place[0] not in pair:
@@ -118,11 +140,7 @@ class CoarsePart(Change):
         return replace(item, refs={**item.refs, "between": moved})
 
 
-def _half(capacity: Parameter) -> Parameter:
-    if capacity.tied:
-        return replace(capacity, factor=capacity.factor * HALF).following(
-            capacity.value / capacity.factor
-        )
-    return replace(
-        capacity, value=HALF * capacity.value, low=HALF * capacity.low, high=HALF * capacity.high
-    )
+def _half(whole: Parameter) -> Parameter:
+    if whole.tied:
+        return replace(whole, factor=whole.factor * HALF).following(whole.value / whole.factor)
+    return replace(whole, value=HALF * whole.value, low=HALF * whole.low, high=HALF * whole.high)

@@ -108,6 +108,24 @@ def test_no_second_source_is_tried_where_an_input_heats_a_part_already(
     assert ("shaft_middle", "speed") in places
 
 
+def test_a_part_in_two_has_half_of_its_surface_on_either_side(known: list[CalibratedRun]) -> None:
+    machine = known[0].machine
+    in_two = {one.place[0]: one for one in changes_of("coarse_part", known)}
+    films = [i for i in machine.of_kind("links", "convection") if i.refs["between"][0] in in_two]
+    assert films
+    for film in films:
+        part, air = film.refs["between"]
+        change = in_two[part]
+        grown = change.put_into(machine, change.points()[-1])
+        areas = {
+            item.refs["between"]: item.parameters["area"].value
+            for item in grown.of_kind("links", "convection")
+            if item.name in (film.name, f"{film.name}_far")
+        }
+        half = 0.5 * film.parameters["area"].value
+        assert areas == {(part, air): half, (f"{part}_far", air): half}
+
+
 @pytest.mark.parametrize("name", NAMES)
 def test_a_change_is_written_read_back_and_stepped(
     name: str, known: list[CalibratedRun], tmp_path: Path
