@@ -32,6 +32,9 @@ class Gap:
     ----------
     verdict : str
         ``effect``, ``one_of``, ``none_missing`` or ``unknown``.
+    in_doubt : bool
+        Whether more than the tolerance is left with what was named, as where it only stands for
+        something else.
     effects : list of str
         Names of the effects that were added.
     text : str
@@ -46,6 +49,7 @@ class Gap:
     """
 
     verdict: str
+    in_doubt: bool
     effects: list[str]
     text: str
     table: dict[str, Any]
@@ -140,7 +144,7 @@ def find_gap(
     shown = "\n".join(lines if out is not None else lines[:-1])
     names = [entry["name"] for entry in table["effects"]]
     kept = None if out is None else folder
-    return Gap(table["verdict"], names, shown, table, after, kept)
+    return Gap(table["verdict"], table["in_doubt"], names, shown, table, after, kept)
 
 
 def _file(run: Run, folder: Path) -> Path:

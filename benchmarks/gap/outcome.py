@@ -26,6 +26,10 @@ PAIR_OUTCOMES = (BOTH, FIRST, MORE, UNKNOWN, NONE, WRONG)
 MISTAKE_OUTCOMES = (RIGHT, ONE_OF, PLACE, UNKNOWN, NONE, WRONG)
 """What can be said where the machine's file has a mistake."""
 
+HOLDING = (RIGHT, ONE_OF, BOTH, FIRST, SAME)
+FALSE = (WRONG, MORE, NAMED, PLACE)
+"""Outcomes of an answer that names something: nothing in it is false, or something is."""
+
 SAYING_NOTHING = {"none_missing": NONE, "unknown": UNKNOWN}
 
 ONE_EFFECT = ("effect", "beyond")

@@ -88,6 +88,11 @@ class Record:
         broken = {fault["channel"] for fault in self.answer.get("data_faults", ())}
         return outcome(self.kind, self.truth, self.groups, self.answer["verdict"], broken)
 
+    @cached_property
+    def in_doubt(self) -> bool:
+        """Whether the answer says that more than the tolerance is left with what is named."""
+        return bool(self.answer["remaining"]["above_tolerance"])
+
     @property
     def ratio(self) -> float:
         """Gap that the calibrated model leaves, over that of nothing hidden [1]."""

@@ -8,10 +8,11 @@ from collections.abc import Callable, Iterable, Sequence
 from statsmodels.stats.proportion import proportion_confint
 
 from benchmarks.gap.amplitudes import amplitude_found
-from benchmarks.gap.descriptions import PLACE
 from benchmarks.gap.outcome import (
     BOTH,
+    FALSE,
     FIRST,
+    HOLDING,
     MISTAKE_OUTCOMES,
     MORE,
     NAMED,
@@ -103,6 +104,11 @@ def _target_rows(records: Sequence[Record]) -> list[list[str]]:
     def wrong_of(some: list[Record]) -> str:
         return bounded(len(with_outcome(some, WRONG, MORE)), len(some))
 
+    def held_where(*, in_doubt: bool) -> str:
+        some = [one for one in records if one.in_doubt is in_doubt]
+        kept = with_outcome(some, *HOLDING)
+        return bounded(len(kept), len(kept) + len(with_outcome(some, *FALSE)))
+
     def false_in(kind: str) -> str:
         asked = of_kind(records, kind)
         return bounded(len(with_outcome(asked, NAMED)), len(asked))
@@ -143,6 +149,12 @@ def _target_rows(records: Sequence[Record]) -> list[list[str]]:
             "at least 97 %",
             bounded(len(with_outcome(told, RIGHT, ONE_OF, MORE)), len(told)),
         ],
+        [
+            "Nothing false in an answer that names something and is not in doubt",
+            "",
+            held_where(in_doubt=False),
+        ],
+        ["... and is in doubt", "", held_where(in_doubt=True)],
         [
             "Reducible gap closed on the held-out run, named right: median",
             "at least 80 %",
@@ -309,7 +321,7 @@ def amplitudes(records: Sequence[Record]) -> str:
 
 def false_names(records: Sequence[Record]) -> str:
     """Return every case with a wrong name, one a row."""
-    wrong = [one for one in records if one.outcome in (WRONG, MORE, NAMED, PLACE)]
+    wrong = with_outcome(records, *FALSE)
     rows = [
         [
             one.name,

@@ -28,7 +28,7 @@ from plant_model.gap.selection import (
     MOST_RUNS,
     RIVAL_ODDS,
     SelectionRound,
-    cost_per_run_and_channel,
+    above_tolerance,
     odds_among,
     select_effect,
 )
@@ -310,7 +310,7 @@ def select_for_channel(
         baseline=baseline,
         null_q99=null_q99s[1],
         fits=tuple(whole[one.added[-1]] for one in selection.fits),
-        above_tolerance=cost_per_run_and_channel(baseline) > ABOVE_TOLERANCE,
+        above_tolerance=above_tolerance(baseline),
     )
     if not selection.named:
         return chosen

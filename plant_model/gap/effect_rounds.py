@@ -22,9 +22,9 @@ from plant_model.gap.refit import CandidateFit, fit_candidate
 from plant_model.gap.screen import NormalMatrices, ResidualSets, Screen
 from plant_model.gap.search import Search
 from plant_model.gap.selection import (
-    ABOVE_TOLERANCE,
     LEAST_SHARE,
     SelectionRound,
+    above_tolerance,
     adequate,
     clearly_better,
     cost_per_run_and_channel,
@@ -91,8 +91,7 @@ def select_effects(
         With those that were named.
     """
     known, rounds, after = _one_by_one(pool, started, sensitivities, search, progress)
-    left = cost_per_run_and_channel(after)
-    if left > ABOVE_TOLERANCE and search.most_effects > 1 and len(after.added) <= 2:
+    if above_tolerance(after) and search.most_effects > 1 and len(after.added) <= 2:
         _, screened = known
         pairs = screened_pairs(started, screened.tried, screened.best, after.added, search.seed)
         for pair in pairs:

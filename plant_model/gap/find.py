@@ -25,7 +25,7 @@ from plant_model.gap.reference import ReferenceModel
 from plant_model.gap.refit import CandidateFit, score_fit
 from plant_model.gap.regimes import residuals
 from plant_model.gap.search import USUAL, Search
-from plant_model.gap.selection import LEAST_SHARE, SelectionRound
+from plant_model.gap.selection import LEAST_SHARE, SelectionRound, above_tolerance
 from plant_model.gap.standing import calibrated
 from plant_model.machine import Machine
 
@@ -107,6 +107,15 @@ class GapResult:
             one.or_else for one in self.changes
         )
         return "one_of" if several else "effect"
+
+    @property
+    def in_doubt(self) -> bool:
+        """Whether something is named, and more than the tolerance is left with it.
+
+        A law that only acts like what is missing seldom fits to the end.
+        """
+        named = self.rounds[0].named or bool(self.changes)
+        return named and above_tolerance(self.after)
 
     def only_described(self) -> GapResult:
         """Return what was found without the effects, the description as it was changed."""

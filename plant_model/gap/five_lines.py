@@ -22,6 +22,11 @@ KINDS = {
 }
 """Kinds of data faults in words, where the kind itself is none."""
 
+IN_DOUBT = (
+    "In doubt: the model with it still leaves more than its tolerance, as it would if this only "
+    "stood for something else."
+)
+
 
 def five_lines(table: dict[str, Any]) -> list[str]:
     """Return what a machine engineer wants to know, in five lines.
@@ -52,7 +57,8 @@ def five_lines(table: dict[str, Any]) -> list[str]:
         )
         sure = table["effects"][0]
         lines.append(
-            f"What is missing: {titles}; {sure['evidence']}."
+            f"What {'may be' if table['in_doubt'] else 'is'} missing: {titles}; {sure['evidence']}."
+            + (" " + IN_DOUBT) * table["in_doubt"]
             + (f" Something else remains: {_left(table)}." * _remains(table))
         )
     elif table["verdict"] == "unknown":

@@ -28,7 +28,7 @@ from plant_model.gap.regimes import (
     places,
     residuals,
 )
-from plant_model.gap.selection import ABOVE_TOLERANCE, SelectionRound, cost_per_run_and_channel
+from plant_model.gap.selection import SelectionRound, above_tolerance, cost_per_run_and_channel
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
 from plant_model.sensors import displacement_names
@@ -177,6 +177,7 @@ def report_of(
     proposed = proposed_run(found)
     table = {
         "verdict": found.verdict,
+        "in_doubt": found.in_doubt,
         "effects": [
             *(
                 one.entry(found.after) | {"evidence": _evidence(one.selection, one.channel)}
@@ -232,7 +233,7 @@ def _remaining(
     """Return what of the runs used can still be explained: whether, how much, where, by what."""
     return {
         "is_reducible": reference.is_left,
-        "above_tolerance": cost_per_run_and_channel(found.after) > ABOVE_TOLERANCE,
+        "above_tolerance": above_tolerance(found.after),
         "squared_tolerances": reference.reducible,
         "before": before.reducible,
         "share": reference.share,

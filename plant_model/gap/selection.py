@@ -104,10 +104,15 @@ def cost_per_run_and_channel(baseline: CandidateFit) -> float:
     return float(baseline.loro_cost.sum()) / baseline.pieces
 
 
+def above_tolerance(fit: CandidateFit) -> bool:
+    """Tell whether so much is left that something is wrong even if no effect explains it."""
+    return cost_per_run_and_channel(fit) > ABOVE_TOLERANCE
+
+
 def adequate(before: CandidateFit, after: CandidateFit) -> bool:
     """Tell whether what was added explains most of what was missing, or leaves little."""
     explained = 1.0 - float(after.loro_cost.sum()) / float(before.loro_cost.sum())
-    return explained >= MOSTLY or cost_per_run_and_channel(after) <= ABOVE_TOLERANCE
+    return explained >= MOSTLY or not above_tolerance(after)
 
 
 def cost_unit(least: float, pieces: int) -> float:
@@ -248,5 +253,5 @@ def select_effect(
         float(share if named or not len(costs) else 1.0 - costs[0] / before),
         null_q99,
         tuple(keys) if named else (),
-        cost_per_run_and_channel(baseline) > ABOVE_TOLERANCE,
+        above_tolerance(baseline),
     )

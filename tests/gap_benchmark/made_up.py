@@ -29,6 +29,7 @@ def answer(
     one_of: tuple[str, ...] = (),
     verdict: str = "none_missing",
     gap: tuple[float, float] = (4.0, 4.0),
+    in_doubt: bool = False,
 ) -> dict[str, Any]:
     holdout = {"before": gap[0], "after": gap[1], "floor": 0.5}
     return {
@@ -36,6 +37,7 @@ def answer(
         "effects": list(effects),
         "one_of": list(one_of),
         "gap": {"holdout": holdout},
+        "remaining": {"above_tolerance": in_doubt},
     }
 
 

@@ -126,7 +126,8 @@ def records(tmp_path: Path) -> Folder:
     folder.put("effect", [hidden("windage", "weak")], weak, empty=3.0)
     folder.put("effect", [hidden(THERMOMETER, "medium")], answer(gap=(4.0, 4.0)), empty=2.5)
     folder.put("none", [], answer(gap=(3.0, 3.0)))
-    folder.put("none", [], answer(WINDAGE, one_of=("windage",), gap=(5.0, 4.0)))
+    doubtful = answer(WINDAGE, one_of=("windage",), gap=(5.0, 4.0), in_doubt=True)
+    folder.put("none", [], doubtful)
     unsure = answer(verdict="unknown", gap=(8.0, 8.0))
     folder.put("deleted", [hidden("windage")], unsure, empty=4.0)
     folder.put("outside", [hidden("sun_patch")], answer(gap=(3.0, 3.0)))
@@ -166,6 +167,9 @@ def test_the_figures_that_are_asked_for(records: Folder) -> None:
     assert holding.startswith("1 of 2 (50 %)")
     closed = next(value for name, value in cells.items() if "closed" in name)
     assert closed.strip(" |") == "83 %"
+    sure = next(value for name, value in cells.items() if name.startswith("Nothing false"))
+    assert sure.startswith("2 of 3 (67 %)")
+    assert cells["... and is in doubt"].startswith("0 of 1")
     assert cells["Processor seconds a case: median"].strip(" |") == "45"
 
 

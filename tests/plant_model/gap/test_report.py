@@ -41,6 +41,7 @@ def answer(**more: Any) -> dict[str, Any]:
     """Return what gap.json holds where nothing was found, with *more*."""
     table = {
         "verdict": "none_missing",
+        "in_doubt": False,
         "where": [],
         "data_faults": [],
         "effects": [],
@@ -105,6 +106,22 @@ def test_the_setting_of_what_a_part_switches_is_told() -> None:
     table = answer(verdict="effect", effects=[named], one_of_keys=["coolant_thermostat:rear_outer"])
     added = five_lines(table)[3]
     assert "band = 1.5 (1.2 to 1.8) K, on_above = 25.5 degC, dead_band = 2.5 K ->" in added
+
+
+@pytest.mark.parametrize("in_doubt", [True, False])
+def test_a_name_that_leaves_more_than_the_tolerance_is_in_doubt(in_doubt: bool) -> None:
+    named = {
+        "name": "windage",
+        "title": "Windage",
+        "parameters": {},
+        "larger_than_usual": [],
+        "evidence": "explains 74 %",
+    }
+    table = answer(verdict="effect", effects=[named], one_of_keys=["windage"], in_doubt=in_doubt)
+    missing = five_lines(table)[1]
+    assert missing.startswith("What may be missing: Windage;") == in_doubt
+    assert missing.startswith("What is missing: Windage;") != in_doubt
+    assert ("In doubt: the model with it still leaves more" in missing) == in_doubt
 
 
 @pytest.mark.parametrize(
