@@ -18,7 +18,7 @@ from measurement.files import write_atomically
 from measurement.units import UNITS
 from plant_model import fmi_slave as plant_slave
 from plant_model.effects import Effect, catalogue, item_kinds
-from plant_model.effects.base import NumberSpec
+from plant_model.item_forms import NumberSpec
 from plant_model.machine import FAMILIES, Machine
 from plant_model.machine_file import read_machine
 from plant_model.parameters import Parameter

@@ -16,7 +16,8 @@ from typing import Any
 from measurement.errors import BadInput, M, checked, shown
 from plant_model.drawing.expand import expanded, is_page
 from plant_model.effects import Effect, ItemSpec, catalogue, item_kinds
-from plant_model.effects.base import NumberSpec, possible
+from plant_model.effects.base import possible
+from plant_model.item_forms import NumberSpec
 from plant_model.machine import FAMILIES, REST, Axis, Input, Item, Machine, Node, Sensor
 from plant_model.machine_forms import DirectForm, FileForm, InputForm, ParameterForm, TiedForm
 from plant_model.parameters import NUMBERS, Parameter

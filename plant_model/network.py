@@ -11,7 +11,8 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from plant_model.effects import Effect, catalogue
-from plant_model.effects.base import Exchange, Inputs
+from plant_model.effects.base import Inputs
+from plant_model.exchange import Exchange
 from plant_model.integrate import Modes, linear_steps
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray, Values

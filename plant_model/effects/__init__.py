@@ -9,7 +9,8 @@ from __future__ import annotations
 
 from functools import cache
 
-from plant_model.effects.base import Effect, ItemSpec
+from plant_model.effects.base import Effect
+from plant_model.item_forms import ItemSpec
 from plant_model.walk import classes_found
 
 

@@ -7,15 +7,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from plant_model.effects.base import (
-    Effect,
-    Exchange,
-    Inputs,
-    ItemSpec,
-    NumberSpec,
-    amplitude,
-    exchange,
-)
+from plant_model.effects.base import Effect, Inputs, amplitude
+from plant_model.exchange import Exchange, exchange
+from plant_model.item_forms import ItemSpec, NumberSpec
 from plant_model.parameters import FloatArray, Parameter
 
 AIR_CONDUCTIVITY = 0.026  # W/(m K) at 25 degC
@@ -75,5 +69,7 @@ class AirGap(Effect):
             gap, radius = self.of(item, "gap") * 1e-3, self.of(item, "radius") * 1e-3
             taylor = omega**2 * radius * gap**3 / AIR_VISCOSITY**2
             film = gap_nusselt(taylor) * AIR_CONDUCTIVITY / (2.0 * gap)
-            found.append(exchange(self, item, self.own("scale") * film * self.of(item, "area")))
+            found.append(
+                exchange(self.machine, item, self.own("scale") * film * self.of(item, "area"))
+            )
         return found

@@ -7,11 +7,13 @@ instants. A parameter is (sets, 1) or (1, 1), an input (times,), so that product
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from typing import ClassVar
 
 import numpy as np
 
+from plant_model.effect_names import effect_key
+from plant_model.exchange import Exchange
+from plant_model.item_forms import ItemSpec
 from plant_model.machine import Item, Machine
 from plant_model.parameters import FloatArray, Parameter, Values
 
@@ -24,59 +26,6 @@ the growth of the tool per length [um/mm]."""
 
 ROUND = (-180.0, -135.0, -90.0, -45.0, 0.0, 45.0, 90.0, 135.0)
 """Directions [deg] at which the gap finder tries an effect that has one."""
-
-
-@dataclass(frozen=True)
-class NumberSpec:
-    """What a number of an item or an effect is: its unit and the range that makes sense at all."""
-
-    unit: str
-    low: float
-    high: float
-    default: float | None = None
-
-
-@dataclass(frozen=True)
-class ItemSpec:
-    """The form of one kind of item.
-
-    Attributes
-    ----------
-    refs : dict of str to str
-        Roles and what may stand there: ``node``, ``input``, ``boundary`` or a choice such as
-        ``node|boundary``; a trailing ``*`` allows a list.
-    numbers : dict of str to NumberSpec
-        Its parameters; one with a default may be left out.
-    only_one : str
-        What is said to a machine with more than one; empty if it may have many.
-    """
-
-    refs: dict[str, str]
-    numbers: dict[str, NumberSpec] = field(default_factory=dict)
-    only_one: str = ""
-
-
-@dataclass(frozen=True)
-class Exchange:
-    """Heat that *node* receives from a node or a boundary temperature: g (T_other - T_node) [W].
-
-    Attributes
-    ----------
-    node, other : int
-        Positions; *other* counts boundaries where ``boundary`` is set.
-    conductance : array, shape (sets or 1, times or 1)
-        g [W/K].
-    boundary : bool
-        Whether *other* is a boundary temperature.
-    one_way : bool
-        Heat carried by a flow from *other*, which itself gives nothing back (series coolant).
-    """
-
-    node: int
-    other: int
-    conductance: FloatArray
-    boundary: bool = False
-    one_way: bool = False
 
 
 class Effect:
@@ -525,60 +474,6 @@ def possible(effect: type[Effect], parameter: str) -> tuple[float, float]:
         low, high = effect.physical
         return low, high
     return BEYOND * min(usual.low, 0.0), BEYOND * max(usual.high, 0.0)
-
-
-def effect_key(name: str, channel: str = "") -> str:
-    """Return how a machine file names an effect: its name, and its channel or driver, if any.
-
-    Parameters
-    ----------
-    name : str
-    channel : str
-        The sensor that it acts on, or its driver; empty for an effect that has neither.
-    """
-    return f"{name}:{channel}" if channel else name
-
-
-def leaps_of(key: str) -> str:
-    """Return the name under which inputs hold what was seen of an effect's leaps.
-
-    An array, shape (K,): +1 or -1 where elongation was seen to leap up or down at the end of a
-    step, else 0. Such an input is there only where measured runs are compared with.
-
-    Parameters
-    ----------
-    key : str
-        As `effect_key` gives it.
-    """
-    return f"{key} leaps"
-
-
-def switched_by(key: str) -> str:
-    """Return the name under which inputs hold when a part was seen to switch an effect.
-
-    An array, shape (K,): the share of the step after each in which it was on. Such an input is
-    there only where measured runs are compared with: a model that is a little wrong of the part
-    would switch at other instants.
-
-    Parameters
-    ----------
-    key : str
-        As `effect_key` gives it.
-    """
-    return f"{key} on"
-
-
-def exchange(
-    effect: Effect, item: Item, conductance: FloatArray, *, one_way: bool = False
-) -> Exchange:
-    """Return the exchange of an item with the role ``between`` and a conductance [W/K]."""
-    first, second = item.refs["between"]
-    machine = effect.machine
-    if second in machine.boundary_index:
-        index = machine.boundary_index[second]
-        return Exchange(machine.node_index[first], index, conductance, boundary=True)
-    node, other = machine.node_index[first], machine.node_index[second]
-    return Exchange(node, other, conductance, one_way=one_way)
 
 
 def amplitude(

@@ -7,7 +7,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from plant_model.effects.base import POSE, Effect, Inputs, leaps_of
+from plant_model.effect_names import leaps_of
+from plant_model.effects.base import POSE, Effect, Inputs
 from plant_model.parameters import FloatArray, Parameter
 
 

@@ -8,7 +8,9 @@ from typing import ClassVar
 import numpy as np
 
 from plant_model.anatomy import incidence
-from plant_model.effects.base import Effect, Inputs, ItemSpec, NumberSpec, amplitude, exchange
+from plant_model.effects.base import Effect, Inputs, amplitude
+from plant_model.exchange import exchange
+from plant_model.item_forms import ItemSpec, NumberSpec
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray, Parameter, Values
 
@@ -125,8 +127,8 @@ class CoolantJacket(Effect):
         for item in self.items:
             if item.kind == "coolant_flow":
                 g = scale * self.of(item, "flow") / 60.0 * self.of(item, "heat_capacity")
-                exchanges.append(exchange(self, item, g, one_way=True))
+                exchanges.append(exchange(self.machine, item, g, one_way=True))
             else:
                 g = scale * self.of(item, "conductance")
-                exchanges.append(exchange(self, item, g))
+                exchanges.append(exchange(self.machine, item, g))
         self.constant_exchanges = exchanges

@@ -7,7 +7,8 @@ from typing import ClassVar
 import numpy as np
 
 from plant_model.anatomy import measured_parts
-from plant_model.effects.base import Effect, Inputs, switched_by
+from plant_model.effect_names import switched_by
+from plant_model.effects.base import Effect, Inputs
 from plant_model.effects.coolant_jacket import carried_from_inlets, flows_of
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray, Parameter

@@ -8,7 +8,8 @@ from typing import ClassVar
 import numpy as np
 
 from plant_model.anatomy import enclosed_air, input_in, spindle_nodes
-from plant_model.effects.base import Effect, Exchange, Inputs, exchange
+from plant_model.effects.base import Effect, Inputs
+from plant_model.exchange import Exchange, exchange
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray, Parameter
 
@@ -73,4 +74,4 @@ class ForcedConvection(Effect):
     ) -> Sequence[Exchange]:
         """Return the exchange that speed adds."""
         stirred = (np.abs(inputs["speed"]) / self._reference) ** 0.7
-        return [exchange(self, item, g * stirred) for item, g in self._surfaces]
+        return [exchange(self.machine, item, g * stirred) for item, g in self._surfaces]

@@ -6,7 +6,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from plant_model.effects.base import Effect, Inputs, ItemSpec, NumberSpec, amplitude
+from plant_model.effects.base import Effect, Inputs, amplitude
+from plant_model.item_forms import ItemSpec, NumberSpec
 from plant_model.parameters import FloatArray, Parameter
 
 

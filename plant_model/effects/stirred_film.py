@@ -7,15 +7,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from plant_model.effects.base import (
-    Effect,
-    Exchange,
-    Inputs,
-    ItemSpec,
-    NumberSpec,
-    amplitude,
-    exchange,
-)
+from plant_model.effects.base import Effect, Inputs, amplitude
+from plant_model.exchange import Exchange, exchange
+from plant_model.item_forms import ItemSpec, NumberSpec
 from plant_model.parameters import FloatArray, Parameter
 
 
@@ -69,5 +63,5 @@ class StirredFilm(Effect):
             (driver,) = item.refs["driven_by"]
             share = share_of_motion(inputs[driver], self._most[driver])
             g = self.own("scale") * self.of(item, "conductance") * share
-            found.append(exchange(self, item, g))
+            found.append(exchange(self.machine, item, g))
         return found

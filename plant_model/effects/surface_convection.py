@@ -6,7 +6,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from plant_model.effects.base import Effect, ItemSpec, NumberSpec, amplitude, exchange
+from plant_model.effects.base import Effect, amplitude
+from plant_model.exchange import exchange
+from plant_model.item_forms import ItemSpec, NumberSpec
 from plant_model.machine import Item
 from plant_model.parameters import FloatArray, Parameter
 
@@ -62,6 +64,8 @@ class SurfaceConvection(Effect):
         """Put the conductances into the constant exchanges."""
         scale = self.own("scale")
         self.constant_exchanges = [
-            exchange(self, item, scale * self.of(item, "area") * self.of(item, "coefficient"))
+            exchange(
+                self.machine, item, scale * self.of(item, "area") * self.of(item, "coefficient")
+            )
             for item in self.items
         ]

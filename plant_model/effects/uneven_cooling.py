@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from plant_model.effects.base import Effect, ItemSpec, NumberSpec, amplitude, exchange
+from plant_model.effects.base import Effect, amplitude
+from plant_model.exchange import exchange
+from plant_model.item_forms import ItemSpec, NumberSpec
 from plant_model.parameters import Parameter
 
 
@@ -36,5 +38,5 @@ class UnevenCooling(Effect):
         """Put the conductances into the constant exchanges."""
         scale = self.own("scale") * self.scale_of("coolant_jacket")
         self.constant_exchanges = [
-            exchange(self, item, scale * self.of(item, "difference")) for item in self.items
+            exchange(self.machine, item, scale * self.of(item, "difference")) for item in self.items
         ]

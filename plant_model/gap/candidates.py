@@ -8,8 +8,9 @@ from itertools import product
 
 import numpy as np
 
+from plant_model.effect_names import effect_key
 from plant_model.effects import Effect, catalogue
-from plant_model.effects.base import effect_key, possible
+from plant_model.effects.base import possible
 from plant_model.gap.keys import driver_keys, driver_of, laws_of, unused_with
 from plant_model.gap.leaps import Leaps, leaps_in
 from plant_model.gap.linearise import modelled, simulate_at

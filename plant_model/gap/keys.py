@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from plant_model.effect_names import effect_key
 from plant_model.effects import Effect, catalogue
-from plant_model.effects.base import effect_key
 from plant_model.machine import Machine
 
 

@@ -13,7 +13,8 @@ import numpy as np
 from scipy.ndimage import maximum_filter1d, median_filter
 
 from plant_model.drive import Drive
-from plant_model.effects.base import POSE, leaps_of
+from plant_model.effect_names import leaps_of
+from plant_model.effects.base import POSE
 from plant_model.gap.observations import Observations
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray

@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from plant_model.drive import Drive
-from plant_model.effects.base import switched_by
+from plant_model.effect_names import switched_by
 from plant_model.effects.coolant_jacket import flows_of
 from plant_model.gap.observations import BIN_S, Observations
 from plant_model.gap.periods import quick, without_slow

@@ -8,8 +8,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from plant_model.effect_names import effect_key
 from plant_model.effects import catalogue
-from plant_model.effects.base import effect_key
 from plant_model.machine import Machine
 from plant_model.machine_file import read_machine
 
