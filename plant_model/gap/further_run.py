@@ -15,6 +15,7 @@ from plant_model.gap.priors import Priors
 from plant_model.gap.refit import CandidateFit
 from plant_model.gap.regimes import noise_of
 from plant_model.gap.screen import NormalMatrices
+from plant_model.gap.selection import cost_unit
 from plant_model.machine import Input, Machine
 from plant_model.parameters import FloatArray
 from plant_model.sensors import displacement_names
@@ -73,7 +74,8 @@ class FurtherRun:
         By how much.
     evidence : float
         By how much the cost of the wrong one would rise, everything else calibrated anew: twice the
-        logarithm of the odds against it, for the rival that is told apart worst.
+        logarithm of the odds against it, for the rival that is told apart worst. In units of what
+        the best one leaves, in which the answer is judged, too.
     """
 
     profile: str
@@ -107,7 +109,8 @@ def further_run(
     Notes
     -----
     The rival's readings are predicted by the best fit, whose parameters may move as far as the runs
-    that there are leave open; what is left is the expected evidence against it.
+    that there are leave open; what is left is the expected evidence against it. A model that is
+    wrong by more than its tolerance will be no surer of the next run.
     """
     best, rivals = fits[0], fits[1:]
     names = observed[0].channels
@@ -124,18 +127,19 @@ def further_run(
     lengths = displacement_names(best.machine)
     found = None
     known = _told_so_far(best) if plans else np.zeros((0, 0))
+    unit = cost_unit(float(best.loro_cost.sum()), best.pieces)
     for _, profile, stretches, inputs, difference in plans[:WEIGHED]:
-        evidence = min(_evidence(best, one.machine, inputs, names, known) for one in rivals)
+        evidence = min(_evidence(best, one.machine, inputs, names, known) for one in rivals) / unit
         if found is None or evidence > found.evidence:
             i = int(np.argmax(difference / noise))
-            unit = "um" if names[i] in lengths else "K"
+            shown_in = "um" if names[i] in lengths else "K"
             held = {
                 entry.name: float(inputs[entry.name].iloc[0])
                 for entry in best.machine.inputs
                 if entry.is_boundary and entry.name in inputs
             }
             found = FurtherRun(
-                profile, stretches, held, names[i], float(difference[i]), unit, evidence
+                profile, stretches, held, names[i], float(difference[i]), shown_in, evidence
             )
     return found
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
@@ -60,6 +60,19 @@ def test_proposes_a_run_in_which_the_readings_differ(
     assert np.abs(shown[0] - shown[1]).max() == pytest.approx(found.difference, rel=1e-6)
     assert found.evidence > 0.0
     assert found.said().startswith(f"{found.profile}: {found.channel} would differ by up to")
+
+
+def test_a_model_that_leaves_much_will_be_no_surer_of_the_next_run(
+    fits: tuple[list[CandidateFit], list[Observations]],
+) -> None:
+    (first, second, _), observed = fits
+    sure = further_run([first, second], observed)
+    # Nine tolerances squared for every channel of every run.
+    poor = replace(first, loro_cost=np.full(len(observed), 9.0 * len(observed[0].channels)))
+    unsure = further_run([poor, second], observed)
+    assert sure is not None
+    assert unsure is not None
+    assert unsure.evidence == pytest.approx(sure.evidence / 9.0)
 
 
 def test_proposes_nothing_where_no_run_differs(
