@@ -173,6 +173,18 @@ def test_the_figures_that_are_asked_for(records: Folder) -> None:
     assert cells["Processor seconds a case: median"].strip(" |") == "45"
 
 
+@pytest.mark.parametrize(("in_doubt", "sure"), [(True, "0 of 1"), (False, "1 of 1")])
+def test_a_false_name_is_counted_and_whether_it_was_in_doubt(
+    in_doubt: bool, sure: str, tmp_path: Path
+) -> None:
+    folder = Folder(tmp_path)
+    told = answer(RADIATION, one_of=("radiation",), in_doubt=in_doubt)
+    folder.put("deleted", [hidden("windage")], told)
+    shown = sections.targets(read_records(tmp_path))
+    assert "| Falsely named, effect deleted from the catalogue | at most 10 % | 1 of 1" in shown
+    assert f"| ... without a word of doubt |  | {sure}" in shown
+
+
 def test_outcomes_by_strength(records: Folder) -> None:
     shown = sections.single_effects(read_records(records.folder)).splitlines()
     assert "| Strong: 2 times the gap of nothing hidden, or more | 1 | 1 |" in shown[2]
