@@ -15,7 +15,7 @@ from plant_model.gap.priors import Priors
 from plant_model.gap.refit import CandidateFit
 from plant_model.gap.regimes import noise_of
 from plant_model.gap.screen import NormalMatrices
-from plant_model.gap.selection import cost_unit
+from plant_model.gap.selection import RIVAL_ODDS, cost_unit
 from plant_model.machine import Input, Machine
 from plant_model.parameters import FloatArray
 from plant_model.sensors import displacement_names
@@ -91,7 +91,8 @@ class FurtherRun:
         odds = float(np.exp(min(0.5 * self.evidence, 50.0)))
         told = f"odds of {odds:.2g} to 1" if odds < 1e3 else "odds of more than 1,000 to 1"
         size = f"{self.difference:.2g} {self.unit}"
-        return f"{self.profile}: {self.channel} would differ by up to {size}, {told}"
+        enough = "" if 1.0 / odds < RIVAL_ODDS else ", too little to tell them apart for sure"
+        return f"{self.profile}: {self.channel} would differ by up to {size}, {told}{enough}"
 
 
 def further_run(

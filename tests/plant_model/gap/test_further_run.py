@@ -172,7 +172,9 @@ def test_the_scenario_file_is_the_run(tmp_path: Path) -> None:
     signals = tomllib.loads(path.read_text())["signals"]
     assert signals["speed"]["values"] == [9000.0, 0.0]
     assert signals["coolant_inlet"] == 22.0
-    assert "odds of 90 to 1" in run.said()
+    assert run.said().endswith("odds of 90 to 1")
+    faint = replace(run, evidence=1.7).said()
+    assert faint.endswith("odds of 2.3 to 1, too little to tell them apart for sure")
 
 
 def test_a_run_says_which_input_rests() -> None:
