@@ -33,8 +33,8 @@ class Gap:
     verdict : str
         ``effect``, ``one_of``, ``none_missing`` or ``unknown``.
     in_doubt : bool
-        Whether more than the tolerance is left with what was named, as where it only stands for
-        something else.
+        Whether more than the tolerance is left with what was named: something else is missing too,
+        or what was named only acts like it.
     effects : list of str
         Names of the effects that were added.
     text : str

@@ -112,7 +112,7 @@ class GapResult:
     def in_doubt(self) -> bool:
         """Whether something is named, and more than the tolerance is left with it.
 
-        A law that only acts like what is missing seldom fits to the end.
+        Then something else is missing too, or what is named only acts like it.
         """
         named = self.rounds[0].named or bool(self.changes)
         return named and above_tolerance(self.after)

@@ -23,8 +23,8 @@ KINDS = {
 """Kinds of data faults in words, where the kind itself is none."""
 
 IN_DOUBT = (
-    "In doubt: the model with it still leaves more than its tolerance, as it would if this only "
-    "stood for something else."
+    "In doubt: the model with it still leaves more than its tolerance, so something else is "
+    "missing too, or this only stands for it."
 )
 
 
