@@ -89,10 +89,10 @@ class FurtherRun:
     def said(self) -> str:
         """Return it as a sentence."""
         odds = float(np.exp(min(0.5 * self.evidence, 50.0)))
-        told = f"odds of {odds:.2g} to 1" if odds < 1e3 else "odds of more than 1,000 to 1"
-        size = f"{self.difference:.2g} {self.unit}"
+        about = f"{float(f'{odds:.2g}'):g}" if odds < 1e3 else "more than 1,000"
+        told = f"would differ by up to {self.difference:.2g} {self.unit}, odds of {about} to 1"
         enough = "" if 1.0 / odds < RIVAL_ODDS else ", too little to tell them apart for sure"
-        return f"{self.profile}: {self.channel} would differ by up to {size}, {told}{enough}"
+        return f"{self.profile}: {self.channel} {told}{enough}"
 
 
 def further_run(

@@ -173,6 +173,7 @@ def test_the_scenario_file_is_the_run(tmp_path: Path) -> None:
     assert signals["speed"]["values"] == [9000.0, 0.0]
     assert signals["coolant_inlet"] == 22.0
     assert run.said().endswith("odds of 90 to 1")
+    assert replace(run, evidence=10.3).said().endswith("odds of 170 to 1")
     faint = replace(run, evidence=1.7).said()
     assert faint.endswith("odds of 2.3 to 1, too little to tell them apart for sure")
 
