@@ -108,7 +108,8 @@ def test_a_late_machine_is_noticed_while_it_is_late(
                 break
         assert answer["valid"] == "valid"
         silent = control.ear.until(lambda answer: answer["valid"] == "invalid", 2.0)
-        assert time.monotonic() - last_sent > 0.15
+        # The gateway calls a frame late after 0.25 s.
+        assert 0.25 < time.monotonic() - last_sent < 1.1
         assert silent[-1]["bus_fault"] == "missing"
         assert silent[-1]["bus_fault_frame"] == "MachineHeartbeat"
         time.sleep(0.3)
