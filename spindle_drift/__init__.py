@@ -12,7 +12,8 @@ from measurement.errors import BadInput
 from measurement.iso230 import Summary
 from measurement.runs import Run
 from scenarios.version import version
-from spindle_drift.compensators import Comparison, Compensator, compare, fit
+from spindle_drift.comparisons import Comparison, compare
+from spindle_drift.compensators import Compensator, fit
 from spindle_drift.components import Scenario, build_fmu, run_scenario
 from spindle_drift.gaps import Gap, find_gap
 from spindle_drift.machines import Calibration, Machine, calibrate, simulate

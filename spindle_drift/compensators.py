@@ -1,9 +1,9 @@
-"""Compensators: fitted, compared, applied to runs."""
+"""Compensators: fitted, applied to runs, judged and watched."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,11 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from fmu_compensator.fit import comparison
-from fmu_compensator.fit.columns import targets_of
-from fmu_compensator.fit.contestants import contestants
 from fmu_compensator.fit.fitting import compensator_text, fit_compensator
-from fmu_compensator.fit.splits import Split, leave_out
 from fmu_compensator.fit.updating import update_compensator
 from fmu_compensator.monitoring import Report
 from fmu_compensator.monitoring import monitor as watch
@@ -30,7 +26,7 @@ from plant_model.machine_file import read_machine
 from scenarios.outputs import COMPENSATOR_FILE, check_output, guarding
 from scenarios.replay import rig_of_model
 from spindle_drift._inputs import MachineLike, RunLike, as_run, as_runs, usual
-from spindle_drift._plots import plot_bars, plot_judged
+from spindle_drift._plots import plot_judged
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -363,135 +359,4 @@ def _rig(run: Run, machine: MachineLike | None) -> tuple[Rig, list[str] | None]:
     return rig_from_table(given.model.rig, given.name), sensors
 
 
-@dataclass(frozen=True)
-class Comparison:
-    """How error models did on runs that they never saw.
-
-    Attributes
-    ----------
-    table : DataFrame
-        For each model its title, and for each target the RMSE on training and on unseen runs and
-        the share of the unseen drift that it predicts; best first, baselines included.
-    left_out : dict of str to str
-        Models that the runs cannot carry, and why.
-    notes : list of str
-        What was left out of the data.
-    details : dict
-        Everything, as ``spindle-drift compare --json`` prints it.
-    """
-
-    table: pd.DataFrame
-    left_out: dict[str, str]
-    notes: list[str]
-    details: dict[str, Any]
-
-    def plot(self, target: str | None = None) -> Figure:
-        """Return a figure of the errors on training and on unseen runs, best model first.
-
-        Parameters
-        ----------
-        target : str, optional
-            Which target's RMSE; by default the first one's.
-
-        Raises
-        ------
-        BadInput
-            For a target that the comparison has no RMSE of.
-        """
-        ends = ("_training", "_unseen")
-        names = [str(name) for name in self.table]
-        targets = [name.removesuffix(ends[1]) for name in names if name.endswith(ends[1])]
-        name = targets[0] if target is None else target
-        if name not in targets:
-            raise BadInput("plot", "target", f"{name!r} is not allowed: {', '.join(targets)}")
-        columns = {f"{name}{end}": end.strip("_") for end in ends}
-        shown = self.table[list(columns)].rename(columns=columns)
-        return plot_bars(shown, f"RMSE of {name}", "RMSE [µm, µrad]")
-
-    @property
-    def best(self) -> str:
-        """The model with the least error on unseen runs; baselines do not count."""
-        free = self.table[~self.table["uses_displacement"]]
-        return str(next(name for name in free.index if name not in ("no_model", "persistence")))
-
-
-def compare(
-    train: Sequence[RunLike],
-    validate: Sequence[RunLike] = (),
-    *,
-    models: Sequence[str] | None = None,
-    machine: MachineLike | None = None,
-    by: str = "run",
-    seed: int | None = None,
-    intervals: bool = False,
-) -> Comparison:
-    """Compare error models on runs that they never saw.
-
-    Parameters
-    ----------
-    train, validate : sequence of Run, DataFrame or path
-        To learn from, and to judge on. Without *validate*, each of *train* is left out in turn.
-    models : sequence of str, optional
-        Error models; all of them by default. No model and persistence always take part.
-    machine : Machine, path or name, optional
-        Says what the displacements mean; without it the columns' names do.
-    by : {"run", "speeds"}
-        What is left out in turn: each run, or all runs of the same speeds.
-    seed : int, optional
-        For models that start at random.
-    intervals : bool
-        Whether to learn prediction intervals and measure what they hold.
-
-    Returns
-    -------
-    Comparison
-
-    Raises
-    ------
-    BadInput
-        For runs or models that cannot be used.
-
-    Examples
-    --------
-    >>> import spindle_drift as sd
-    >>> names = ["training_down", "training_random", "stop_and_go"]
-    >>> runs = [sd.simulate("jig_borer", name, every_s=60.0, noise_seed=1) for name in names]
-    >>> found = sd.compare(runs[:2], runs[2:], models=["mlr", "ridge"])
-    >>> sorted(found.table.index[~found.table["uses_displacement"]])
-    ['mlr', 'no_model', 'persistence', 'ridge']
-    """
-    from spindle_drift.machines import as_machine
-
-    learnt, judged = as_runs(list(train)), as_runs(list(validate)) if len(validate) else []
-    splits = [Split("the judged runs", learnt, judged)] if judged else leave_out(learnt, by)
-    same = {run.sha256 for run in learnt} & {run.sha256 for run in judged}
-    if same:
-        run = next(run for run in judged if run.sha256 in same)
-        raise BadInput("compare", run.name, "is in both: it would be judged on what it saw")
-    rig = targets_of([*learnt, *judged], as_machine(machine or USUAL_MACHINE).model.rig)
-    found = comparison.compare(
-        splits,
-        rig,
-        contestants(models, seed=seed),
-        strict=models is not None,
-        intervals=intervals,
-    )
-    details = found.to_dict()
-    return Comparison(
-        _ranking(details["models"], found.targets), dict(found.left_out), list(found.notes), details
-    )
-
-
-def _ranking(models: Sequence[Mapping[str, Any]], targets: Sequence[str]) -> pd.DataFrame:
-    rows = {}
-    for entry in models:
-        row = {"title": entry["title"], "uses_displacement": bool(entry["uses_displacement"])}
-        for target in targets:
-            row[f"{target}_training"] = entry["train"][target]["rmse"]
-            row[f"{target}_unseen"] = entry["validate"][target]["rmse"]
-            row[f"{target}_predicted"] = entry["validate"][target]["eta"]
-        rows[entry["name"]] = row
-    return pd.DataFrame.from_dict(rows, orient="index")
-
-
-__all__ = ["Comparison", "Compensator", "compare", "fit"]
+__all__ = ["Compensator", "fit"]
