@@ -50,3 +50,8 @@ def lag(values: Any, tau_s: float, step_s: float = 60.0) -> Any:
     for k in range(1, len(values)):
         out[k] = out[k - 1] + share * (values[k - 1] - out[k - 1])
     return out
+
+
+def rms(values: Any) -> float:
+    """Return the root mean square of what is known."""
+    return float(np.sqrt(np.nanmean(np.square(values))))
