@@ -38,8 +38,8 @@ TOOL_MM = 100.0
 BREAKS_S = 7200.0
 EVERY_S = 30.0
 LEARNT = "202008"
-LATHE_MODEL = "bayes"
-"""Fitted in seconds, and it uses all sensors."""
+LATHE_MODEL = "gaussian"
+"""What `fit` takes; it uses all sensors."""
 HEAD = "| Run and fault | Axis | None | All good | Going on | Hold and fade | Within | Status 4 |"
 MARKS = ("<!-- broken_sensor -->", "<!-- end broken_sensor -->")
 FAULTS: dict[str, Callable[[Array], Array]] = {
@@ -75,7 +75,7 @@ class Judged:
 
 def without_spare(model: Model) -> Model:
     """Return the same compensator, which knows no way to go on."""
-    return replace(model, table={key: v for key, v in model.table.items() if key != "spare"})
+    return replace(model, table={**model.table, "spare": None})
 
 
 def drive(model: Model, run: Run, readings: Array, drift: Array, after_s: float) -> Judged:

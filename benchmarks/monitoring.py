@@ -1,6 +1,6 @@
 """How often `monitor` raises a false alarm, and how often it finds what was planted.
 
-    python -m benchmarks.monitoring DATA [--model bayes] [--page docs/lifecycle.md]
+    python -m benchmarks.monitoring DATA [--model gaussian] [--page docs/lifecycle.md]
 
 DATA is the folder that holds ``lathe/`` and ``electric_spindle/``; what is missing is left out.
 Each compensator is fitted to the training runs of a split; the runs left out are then its log, one
@@ -173,7 +173,7 @@ def main() -> int:
     """Ask, print the tables, and write them into a page."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=Path, metavar="DATA")
-    parser.add_argument("--model", default="bayes")
+    parser.add_argument("--model", default="gaussian")
     parser.add_argument("--page", type=Path, help="page to write the tables into")
     args = parser.parse_args()
     todo = list(questions(args.folder))

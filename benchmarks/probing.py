@@ -1,6 +1,6 @@
 """What probe cycles bring: error against probes a run, on runs that a compensator never saw.
 
-    python -m benchmarks.probing DATA [--model bayes] [--json FILE] [--page docs/probing.md]
+    python -m benchmarks.probing DATA [--model gaussian] [--json FILE] [--page docs/probing.md]
 
 DATA holds ``lathe`` and ``electric_spindle``. A compensator is fitted to some runs and driven
 through the others; at a probe it is given the run's own measured drift, with 0.5 um of noise.
@@ -215,7 +215,7 @@ def main() -> int:
     """Run the benchmark, print its tables, and put them into the page."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("data", type=Path)
-    parser.add_argument("--model", default="bayes")
+    parser.add_argument("--model", default="gaussian")
     parser.add_argument("--json", type=Path, metavar="FILE")
     parser.add_argument("--page", type=Path, metavar="FILE", help="page whose tables to replace")
     args = parser.parse_args()

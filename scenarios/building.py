@@ -19,7 +19,7 @@ from typing import Any, NoReturn
 
 from fmu_compensator.native.build import native_compensator
 from fmu_compensator.runtime.fmi_slave import MODEL_FILE, status_meanings, variables
-from fmu_compensator.runtime.modelfile import Model, ModelFileError, parse_model, without_training
+from fmu_compensator.runtime.modelfile import Model, ModelFileError, parse_model
 from fmu_packaging.description import Identity
 from fmu_packaging.documentation import Page, table
 from fmu_packaging.native.build import Native, native_package
@@ -101,7 +101,7 @@ def compensator_recipe(path: Path, name: str, native: bool = False) -> tuple[Rec
         "CompensatorSlave",
         roots=roots,
         whole=("fmu_compensator.runtime.error_models",),
-        data={MODEL_FILE: without_training(data.decode()).encode()},
+        data={MODEL_FILE: data},
         page=_compensator_page(model, hashlib.sha256(data).hexdigest(), native),
         icon=(ASSETS / "compensator.png").read_bytes(),
         added=error_model_files(model, roots),

@@ -13,6 +13,9 @@ import numpy.typing as npt
 
 from scenarios.signals.base import FloatArray
 
+INTERVAL = "#9fb9d6"
+"""Colour of the interval."""
+
 BEFORE = "#8b929c"
 """Colour of what is not compensated."""
 
@@ -53,6 +56,21 @@ class Line:
     held: bool = False
     thin: bool = False
     rank: int = 1
+
+
+def interval(time_s: FloatArray, half_width: FloatArray) -> list[Line]:
+    """Return the lines between which a compensator expects most of what it leaves.
+
+    Parameters
+    ----------
+    time_s, half_width : array (samples,)
+        [s], [um]; a half width below 0 is not known.
+    """
+    known = np.where(half_width >= 0.0, half_width, np.nan)
+    if not np.isfinite(known).any():
+        return []
+    label = "interval of what is left"
+    return [Line(label, time_s, sign * known, INTERVAL, thin=True, rank=0) for sign in (1.0, -1.0)]
 
 
 @dataclass(frozen=True)

@@ -44,17 +44,6 @@ def check_jobs(command: str, jobs: int) -> None:
         raise BadInput(command, "--jobs", f"{jobs} is not allowed: 1 or more")
 
 
-def kinds_of(among: str | None) -> list[str] | None:
-    """Return the error models that ``--among`` names.
-
-    Parameters
-    ----------
-    among : str or None
-        Names with commas between; None means all of them.
-    """
-    return None if among is None else [name.strip() for name in among.split(",")]
-
-
 @contextmanager
 def bar() -> Iterator[Callable[[str, float], None]]:
     """Show a bar with the time left; give what tells it how far the work is."""
@@ -94,56 +83,62 @@ def report(table: dict[str, Any], path: Path) -> list[str]:
             f"condition number {fit['condition_number']:.1f}, "
             f"largest variance inflation {inflation:.1f}"
         )
-    lines += ["", *judgement(figures["models"]), *promise(figures)]
-    return [*lines, f"wrote {path}"]
+    promised = promise(figures, len(provenance["runs"]))
+    return [promised[0], *lines, *promised[1:], f"wrote {path}"]
 
 
-def judgement(models: list[dict[str, Any]]) -> list[str]:
-    """Return the table of the models that were judged for the choice."""
-    if not models or (len(models) == 1 and not models[0].get("ratio_to_none")):
-        return []
-    lines = [
-        "Error left on runs left out, in % of no compensation; each model is kept near the careful "
-        "one:",
-        f"{'model':<18}{'hard half':>12}{'worst fold':>12}   which",
-    ]
-    for row in models:
-        name = f"{row['model']}{' *' if row['chosen'] else ''}"
-        if "refused" in row:
-            lines.append(f"{name:<18}{'-':>12}{'-':>12}   {row['refused']}")
-            continue
-        ratios = row["ratio_to_none"]
-        worst = max(ratios, key=ratios.__getitem__)
-        cells = f"{100 * row['hard_folds']:>12.0f}{100 * row['worst_fold']:>12.0f}"
-        lines.append(f"{name:<18}{cells}   {worst}")
-    lines.append(f"{'no compensation':<18}{100:>12}{100:>12}")
-    return [*lines, "* chosen: the simplest within one standard error of the best", ""]
+def promise(figures: dict[str, Any], runs: int) -> list[str]:
+    """Return what the fit may promise: the worse of like and unlike runs left out, first.
 
-
-def promise(figures: dict[str, Any]) -> list[str]:
-    """Return what the fit may promise, and where it measured nothing."""
+    Parameters
+    ----------
+    figures : dict
+        Of the file's provenance.
+    runs : int
+        So many were given.
+    """
     unseen = figures["unseen"] or {}
+    kinds = [kind for kind in ("like", "unlike") if kind in unseen]
+    if not kinds:
+        first = (
+            f"nothing is promised for other runs: {runs} were given, and three are the fewest of "
+            "which one can be left out"
+        )
+    else:
+        worse = {
+            axis: max(unseen[kind][axis]["model"] for kind in kinds) for axis in unseen[kinds[0]]
+        }
+        left = ", ".join(
+            f"{axis} {value:.1f} of {max(unseen[k][axis]['no_model'] for k in kinds):.1f}"
+            for axis, value in worse.items()
+        )
+        first = f"promise, from {runs} runs left out: what is left is {left} um RMSE"
     lines = [
-        f"{'RMSE [um, urad]':<18}"
-        + "".join(f"{name:>12}" for name in ("no model", "training", "like runs", "unlike runs"))
+        first,
+        "",
+        f"{'RMSE [um]':<18}"
+        + "".join(f"{name:>12}" for name in ("none", "training", "like runs", "unlike runs")),
     ]
-    for target, row in figures["training"].items():
+    for axis, row in figures["training"].items():
         cells = [
-            f"{unseen[kind][target]['model']:>12.2f}" if kind in unseen else f"{'-':>12}"
+            f"{unseen[kind][axis]['model']:>12.2f}" if kind in unseen else f"{'-':>12}"
             for kind in ("like", "unlike")
         ]
-        none, model = row["no_model"]["rmse"], row["model"]["rmse"]
-        lines.append(f"{target:<18}{none:>12.2f}{model:>12.2f}{''.join(cells)}")
-    if not unseen:
-        return [
-            *lines,
-            "nothing is promised for other runs: fewer than three runs were given, so none could be"
-            " left out",
-        ]
-    hardest = max(unseen["unlike_folds"], key=lambda one: one["ratio_to_none"], default=None)
+        lines.append(f"{axis:<18}{row['no_model']:>12.2f}{row['model']:>12.2f}{''.join(cells)}")
+    if not kinds:
+        return lines
+    held = ", ".join(
+        f"{kind} {100 * min(row['inside'] for row in unseen[kind].values()):.0f} %"
+        for kind in kinds
+    )
     lines += [
-        "like runs: each predicted by a model of the others; unlike: whole conditions left out",
+        "like runs: each predicted by a compensator of the others; unlike: whole conditions left "
+        "out",
+        f"the 90 % interval holds, axis that it holds least: {held}",
     ]
+    hardest = max(
+        unseen.get("unlike_folds", ()), key=lambda one: one["ratio_to_none"], default=None
+    )
     if hardest is not None:
         share = 100 * hardest["ratio_to_none"]
         lines.append(f"worst: {hardest['left_out']} left out, {share:.0f} % of the drift is left")

@@ -10,7 +10,6 @@ import numpy as np
 
 from fmu_compensator.runtime.modelfile import Model
 from measurement.drift import counted, measured_drift
-from measurement.errors import BadInput
 from measurement.rig import Rig
 from measurement.runs import FloatArray, Run
 from measurement.units import split_column
@@ -57,13 +56,6 @@ class Probing:
         BadInput
             If it takes no measurement, or has no interval that a limit could be held against.
         """
-        if not model.takes_measured:
-            raise BadInput(
-                model.source, "correction", "is missing, so a probe corrects nothing: fit it anew"
-            )
-        if self.when_um is not None and model.interval is None:
-            problem = "is missing, so no uncertainty can pass a limit: fit to three or more runs"
-            raise BadInput(model.source, "interval", problem)
 
 
 class ProbedRun:

@@ -28,7 +28,7 @@ from measurement.faults.record import SLOWER
 from measurement.resampling import GAP_INTERVALS
 from measurement.rig import FivePointRig, Rig, rig_from_table
 from measurement.runs import Run
-from scenarios.charts import BEFORE, LINES, Chart, Line, Panel
+from scenarios.charts import BEFORE, LINES, Chart, Line, Panel, interval
 from scenarios.fmu import Port, Slave, interruptible
 from scenarios.fmu_file import read_description
 from scenarios.probing import ProbedRun, Probing
@@ -54,7 +54,7 @@ class Replay:
         What was measured.
     frame : DataFrame
         ``time_s``, ``drift_X_um`` ... as measured, ``dX_um`` ... as sent, ``error_X_um`` ... what
-        is left, and the status.
+        is left, ``dX_uncertainty_um`` ... half the width of its interval, and the status.
     left_out : int
         Rows that do not count, since a displacement sensor was broken.
     faults : tuple of Fault
@@ -166,7 +166,7 @@ def replay(
     kinds = [kind for kind in GROSS if not (keep_frozen and kind in STANDING)]
     # The compensator gets all readings as they are; what it is judged by must be right.
     left = cleaned([run], faults, kinds)[0]
-    length = _tool_length(fmu) if tool_length_mm is None else tool_length_mm
+    length = tool_length_of(fmu) if tool_length_mm is None else tool_length_mm
     drift = measured_drift(left, rig, length, model.input_form)
     out = (left.frame[rig.columns].isna() & run.frame[rig.columns].notna()).any(axis=1)
     drift[out] = np.nan
@@ -186,6 +186,7 @@ def replay(
         columns[f"error_{axis}_um"] = drift[f"drift_{axis}_um"] + sent[f"d{axis}"]
         if probed is not None:
             columns[f"held_error_{axis}_um"] = drift[f"drift_{axis}_um"] - probed.held(axis)
+        if f"d{axis}_uncertainty" in sent:
             columns[f"d{axis}_uncertainty_um"] = sent[f"d{axis}_uncertainty"]
     frame = pd.DataFrame({**columns, "status_1": codes})
     rows = None if probed is None else tuple(probed.rows)
@@ -194,8 +195,13 @@ def replay(
     return Replay(run, frame, int(out.sum()), tuple(faults), tuple(events), facts, rows)
 
 
-def _tool_length(fmu: Path) -> float:
-    """Return the tool length that an FMU starts with [mm]."""
+def tool_length_of(fmu: Path) -> float:
+    """Return the tool length that an FMU starts with [mm].
+
+    Parameters
+    ----------
+    fmu : Path
+    """
     for variable in read_description(fmu).modelVariables:
         if variable.name == TOOL_LENGTH:
             return float(variable.start)
@@ -319,6 +325,8 @@ def chart_of(found: Replay, name: str) -> Chart:
             if found.probes is not None:
                 unprobed = frame[f"unprobed_error_{axis}_um"].to_numpy()
                 lines.insert(1, Line(LABEL, time_s, unprobed, LINES[1]))
+            if f"d{axis}_uncertainty_um" in frame:
+                lines += interval(time_s, frame[f"d{axis}_uncertainty_um"].to_numpy(float))
             panels.append(Panel(f"{axis} [µm]", tuple(lines)))
     return Chart(name, f"Drift before and after compensation: {found.run.name}", "", tuple(panels))
 

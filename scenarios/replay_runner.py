@@ -13,8 +13,17 @@ from typing import Any
 import numpy as np
 from tqdm import tqdm
 
+from fmu_compensator.fit.advice import advice
 from measurement.errors import BadInput
-from measurement.faults import LEVELS, by_column, group_line, looked_over
+from measurement.faults import (
+    GROSS,
+    LEVELS,
+    by_column,
+    cleaned,
+    find_faults,
+    group_line,
+    looked_over,
+)
 from measurement.rig import FivePointRig, rig_from_table
 from measurement.runs import read_run, write_run
 from measurement.units import split_column
@@ -22,7 +31,15 @@ from measurement.warm import named_warm
 from plant_model.machine_file import read_machine
 from scenarios.fmu_files import find_fmu
 from scenarios.probing import PAUSE_S, Probing
-from scenarios.replay import Replay, chart_of, model_of, replay, results_of, rig_of_model
+from scenarios.replay import (
+    Replay,
+    chart_of,
+    model_of,
+    replay,
+    results_of,
+    rig_of_model,
+    tool_length_of,
+)
 from scenarios.report import Page, write_report
 from scenarios.results import (
     DIGITS,
@@ -110,6 +127,7 @@ def run_replay(
         fmu = find_fmu(compensator, fmu_dir, near, Path(work), quiet=quiet)
         model = model_of(fmu)
         rig = rig_of_model(model, _five_point(machine))
+        length = tool_length_of(fmu) if tool_length_mm is None else tool_length_mm
         hidden = quiet or not sys.stderr.isatty()
         replays = [
             replay(fmu, model, run, rig, tool_length_mm, keep_frozen=keep_frozen, probing=probing)
@@ -119,6 +137,8 @@ def run_replay(
     if len(groups) > 1:
         groups.insert(0, overall(groups, ALL))
     notes = _notes(replays)
+    left = cleaned(found, find_faults(found), GROSS)
+    notes += advice(model, found, left, rig, length)
     with results_folder(out) as folder:
         files = {}
         for entry, name in zip(replays, names, strict=True):

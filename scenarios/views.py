@@ -13,7 +13,7 @@ import pandas as pd
 from measurement.errors import BadInput
 from measurement.rig import FivePointRig, rig_from_table
 from measurement.units import UNITS, split_column
-from scenarios.charts import BEFORE, LINES, MANY, MEASURED, Chart, Line, Panel
+from scenarios.charts import BEFORE, LINES, MANY, MEASURED, Chart, Line, Panel, interval
 from scenarios.recording import Recording
 from scenarios.signals.base import FloatArray
 from scenarios.table import NO_COMPENSATION, Group, group_of
@@ -175,6 +175,9 @@ def drift_chart(name: str, what: str, group: Sequence[Recording]) -> Chart:
             error: FloatArray = entry.frame[f"error_{axis}_um"].to_numpy(dtype=np.float64)
             colour, rank = LINES[number % len(LINES)], len(after) - number
             lines.append(Line(label_of(entry), time_s, error, colour, thin=True, rank=rank))
+            if number == 0 and f"d{axis}_uncertainty_um" in entry.frame:
+                width = entry.frame[f"d{axis}_uncertainty_um"].to_numpy(dtype=np.float64)
+                lines += interval(time_s, width)
         panels.append(Panel(f"{axis} [µm]", tuple(lines)))
     title = f"Drift of the tool tip before and after compensation: {lowered(what)}"
     return Chart(name, title, "", tuple(panels))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from scenarios.charts import BEFORE, LINES, MANY, MEASURED, Chart, Line, Panel
+from scenarios.charts import BEFORE, LINES, MANY, MEASURED, Chart, Line, Panel, interval
 from scenarios.figures import draw_on
 
 if TYPE_CHECKING:
@@ -26,6 +26,7 @@ def plot_judged(frame: pd.DataFrame, name: str) -> Figure:
             (
                 Line("without compensation", time_s, _of(frame, f"drift_{axis}_um"), BEFORE),
                 Line("compensated", time_s, _of(frame, f"error_{axis}_um"), LINES[0], rank=2),
+                *interval(time_s, _of(frame, f"d{axis}_uncertainty_um")),
             ),
         )
         for axis in AXES

@@ -82,7 +82,6 @@ def compare(
     machine: MachineLike | None = None,
     by: str = "run",
     seed: int | None = None,
-    intervals: bool = False,
 ) -> Comparison:
     """Compare error models on runs that they never saw.
 
@@ -98,8 +97,6 @@ def compare(
         What is left out in turn: each run, or all runs of the same speeds.
     seed : int, optional
         For models that start at random.
-    intervals : bool
-        Whether to learn prediction intervals and measure what they hold.
 
     Returns
     -------
@@ -131,7 +128,6 @@ def compare(
         rig,
         contestants(models, seed=seed),
         strict=models is not None,
-        intervals=intervals,
     )
     details = found.to_dict()
     return Comparison(

@@ -35,7 +35,7 @@ USUAL_MACHINE = "jig_borer"
 TOOL_LENGTH_MM = 150.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Compensator:
     """A compensator: temperatures, speed and tool length in, offsets of the axes out.
 
@@ -51,8 +51,8 @@ class Compensator:
     ...         for name in ("training_down", "training_random")]
     >>> compensator = sd.fit(runs, model="mlr", machine="jig_borer")
     >>> offsets = compensator.predict(runs[0])
-    >>> list(offsets.columns)
-    ['time_s', 'dX_um', 'dY_um', 'dZ_um', 'valid_1', 'status_1']
+    >>> list(offsets.columns)[:5]
+    ['time_s', 'dX_um', 'dY_um', 'dZ_um', 'dX_uncertainty_um']
     >>> sd.Compensator.load(compensator.save("c.json")).name
     'mlr_compensator'
     """
@@ -95,23 +95,24 @@ class Compensator:
 
     @property
     def figures(self) -> pd.DataFrame:
-        """RMSE of each target: without a model, on the training runs, and on runs left out.
+        """RMSE [um] of each axis: no compensation, training runs, and runs left out.
 
-        Of the latter ``like`` are runs like the rest and ``unlike`` whole conditions. In um, or
-        urad for a tilt; NaN where fewer than three runs were there to leave one out.
+        Of the latter ``like`` are runs like the rest and ``unlike`` whole conditions; NaN where
+        fewer than three runs were there to leave one out. Each is what the installed compensator
+        leaves.
         """
         told = self.model.provenance["figures"]
         unseen = told.get("unseen") or {}
         rows = {
-            target: {
-                "no_model": row["no_model"]["rmse"],
-                "training": row["model"]["rmse"],
+            axis: {
+                "no_model": row["no_model"],
+                "training": row["model"],
                 **{
-                    kind: unseen[kind][target]["model"] if kind in unseen else math.nan
+                    kind: unseen[kind][axis]["model"] if kind in unseen else math.nan
                     for kind in ("like", "unlike")
                 },
             }
-            for target, row in told["training"].items()
+            for axis, row in told["training"].items()
         }
         return pd.DataFrame.from_dict(rows, orient="index")
 
@@ -153,7 +154,8 @@ class Compensator:
         Returns
         -------
         DataFrame
-            ``time_s`` [s], ``dX_um``, ``dY_um``, ``dZ_um`` [um], ``valid_1`` and ``status_1``.
+            ``time_s`` [s], ``dX_um`` ... and half the width of their interval,
+            ``dX_uncertainty_um`` ... [um] (-1: not known), ``valid_1`` and ``status_1``.
 
         Raises
         ------
@@ -175,14 +177,20 @@ class Compensator:
         rows = np.column_stack(columns).tolist()
         speed = frame["speed_rpm"].tolist() if "speed_rpm" in frame else [math.nan] * len(time)
         works = runtime.RunningCompensator(self.model)
-        sent = [(0.0, 0.0, 0.0, 0.0, float(runtime.WAITING))]
+        sent = [(0.0, 0.0, 0.0, -1.0, -1.0, -1.0, 0.0, float(runtime.WAITING))]
         for at, step in enumerate(np.diff(time).tolist()):
             out = works.step(float(time[at]), step, rows[at], speed[at], tool_length_mm)
-            sent.append((out.dX, out.dY, out.dZ, float(out.valid), float(out.status)))
-        names = ["dX_um", "dY_um", "dZ_um", "valid_1", "status_1"]
+            sent.append((*out[:3], *out[6:9], float(out.valid), float(out.status)))
+        offsets = [f"d{axis}{what}_um" for what in ("", "_uncertainty") for axis in "XYZ"]
+        names = [*offsets, "valid_1", "status_1"]
         found = pd.DataFrame(sent, columns=names)
         found.insert(0, "time_s", recorded.time_s)
         return found
+
+    def __repr__(self) -> str:
+        """Return one line."""
+        used, runs = len(self.used), len(self.model.provenance["runs"])
+        return f"<Compensator {self.name}: {used} temperatures, {runs} runs>"
 
     def judge(
         self,
@@ -205,7 +213,8 @@ class Compensator:
         Returns
         -------
         DataFrame
-            ``drift_X_um``, ``dX_um``, ``error_X_um`` and so on for each axis that was measured.
+            ``drift_X_um``, ``dX_um``, ``error_X_um``, ``dX_uncertainty_um`` and so on for each axis
+            that was measured.
         """
         recorded = as_run(run)
         meant = rig_of_model(self.model, _five_point(machine))
@@ -217,6 +226,7 @@ class Compensator:
                 columns[f"drift_{axis}_um"] = drift[f"drift_{axis}_um"]
                 columns[f"d{axis}_um"] = sent[f"d{axis}_um"]
                 columns[f"error_{axis}_um"] = drift[f"drift_{axis}_um"] + sent[f"d{axis}_um"]
+                columns[f"d{axis}_uncertainty_um"] = sent[f"d{axis}_uncertainty_um"]
         return pd.DataFrame(columns)
 
     def plot(
@@ -247,7 +257,7 @@ class Compensator:
         runs : Run, DataFrame or path, or several
             Each from its start on; drift measured in all rows, in some, or in none.
         machine : Machine, path or name, optional
-            Says what the displacements mean where the file keeps no training runs.
+            Says what the displacements mean; by default what they meant in training.
 
         Returns
         -------
@@ -259,26 +269,23 @@ class Compensator:
         BadInput
             If a run lacks a thermometer that it uses.
         """
-        rig = None
-        if machine is not None or "training" not in self.model.table:
-            rig = rig_of_model(self.model, _five_point(machine))
+        rig = None if machine is None else rig_of_model(self.model, _five_point(machine))
         return watch(self.model, as_runs(runs), rig)
 
     def update(self, runs: RunLike | Sequence[RunLike], **options: Any) -> Compensator:
-        """Return a compensator fitted to the runs that this one kept, and to new ones.
+        """Return the compensator after new runs; those that it was fitted to are not needed.
 
         Parameters
         ----------
         runs : Run, DataFrame or path, or several
             New runs.
         **options
-            Of `fmu_compensator.fit.updating.update_compensator`: ``choose``, ``candidates``,
-            ``created``, ``jobs``.
+            Of `fmu_compensator.fit.updating.update_compensator`: ``created``.
 
         Raises
         ------
         BadInput
-            If this one kept no runs, or a new run is an old one.
+            If a new run is an old one, or lacks a column.
 
         Examples
         --------
@@ -290,7 +297,7 @@ class Compensator:
         >>> [run["name"] for run in new.model.provenance["runs"]] == names
         True
         """
-        table = update_compensator(self.model, as_runs(runs), **options)
+        table, _ = update_compensator(self.model, as_runs(runs), **options)
         return Compensator(parse_model(compensator_text(table), self.name))
 
 
@@ -308,7 +315,7 @@ def fit(
     runs : Run, DataFrame or path, or several
         The training runs.
     model : str, optional
-        Kind of error model; by default the simplest of the best on runs left out.
+        Kind of error model, the mean function of the Gaussian; by default there is none.
     machine : Machine, path or name, optional
         Says which sensors the runs hold, and what the displacements mean. Without it the columns'
         names say so.

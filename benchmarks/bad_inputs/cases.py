@@ -87,7 +87,7 @@ FITTING = [
     _option("a date that is none", f"{FIT} --created 2026-13-40", "2026-13-40"),
     _option("a name that is none", f"{FIT} --name 9lives", "9lives"),
     _option("no processes", f"{FIT} --jobs 0", "0 is not allowed"),
-    _option("candidates beside a model", f"{FIT} --among mlr,bp", "--among"),
+    _option("more than all of the drift", f"{FIT} --share 1.5", "1.5 is not allowed"),
     _option("a threshold of 2", f"{FIT} --lambda 2 --points grey", "2"),
     _option("an unknown score", f"{FIT} --points grey --score best", "best"),
     _option("an unknown geometry", f"{FIT} --form bent", "bent"),
@@ -122,16 +122,17 @@ COMPENSATORS = [
     BadInputCase("no such compensator", "monitor nowhere.json a.csv", "nowhere.json"),
     BadInputCase("a run in place of a compensator", "monitor a.csv b.csv", "a.csv"),
     BadInputCase(
-        "half a compensator file", "monitor c.json a.csv", "c.json", {"c.json": '{"format": 2,'}
+        "half a compensator file", "monitor c.json a.csv", "c.json", {"c.json": '{"format": 3,'}
     ),
-    _compensator("a newer format", "newer version", '"format": 2', '"format": 99'),
+    _compensator("a newer format", "newer version", '"format": 3', '"format": 99'),
+    _compensator("an older format", "older version", '"format": 3', '"format": 2'),
     _compensator("another kind of file", "kind", "spindle-drift compensator", "recipe"),
     _compensator("a number that is a word", "", '"offset_um": ', '"offset_um": "much", "x": '),
     _compensator("an unknown field", "colour", '"kind"', '"colour": "red", "kind"'),
     _compensator("a field twice", "twice", '"input_form"', '"input_form": "rise", "input_form"'),
     _compensator("NaN in a field", "NaN", '"slew_um_per_s": 1.0', '"slew_um_per_s": NaN'),
     _compensator("a sensor twice", "another sensor", '"name": "T2"', '"name": "T1"'),
-    _compensator("training runs damaged", "training", '"time_s": "0 ', '"time_s": "zero '),
+    _compensator("a negative half width", "deviations", '"deviations": ', '"deviations": -'),
     BadInputCase(
         "a log without a thermometer",
         "monitor c.json a.csv",

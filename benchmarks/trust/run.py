@@ -17,7 +17,7 @@ from typing import Any
 
 from tqdm import tqdm
 
-from benchmarks.trust.judge import CHOICE, judge
+from benchmarks.trust.judge import CHOICE, PROTOTYPE, judge
 from benchmarks.trust.questions import (
     Question,
     electric_questions,
@@ -28,7 +28,7 @@ from benchmarks.trust.tables import tables, write_docs
 from measurement.errors import BadInput
 from measurement.files import write_atomically
 
-MODELS = f"{CHOICE},mlr,bayes,ridge,lasso,arx,ne,gp,thermal_states,bp"
+MODELS = f"{CHOICE},{PROTOTYPE},mlr,bayes,ridge,lasso,arx,ne,gp,thermal_states,bp"
 
 
 def questions(folder: Path) -> Iterator[Question]:

@@ -56,7 +56,15 @@ def _summary(good: Sequence[dict[str, Any]]) -> list[str]:
 def _questions(good: Sequence[dict[str, Any]]) -> list[str]:
     lines = []
     for data in dict.fromkeys(one["data"] for one in good):
-        heads = ["Judged on", "", "axis", "none", "fit's own choice", "coverage, half width"]
+        heads = [
+            "Judged on",
+            "",
+            "axis",
+            "none",
+            "fit's own choice",
+            "promised",
+            "coverage, half width",
+        ]
         heads += ["status 2", "others, error in % of none"]
         width = len(heads) - all(one["model"] == CHOICE for one in good)
         lines += [f"### {data.capitalize()}", ""]
@@ -80,10 +88,12 @@ def _rows(question: str, here: Sequence[dict[str, Any]]) -> list[list[str]]:
         cells = [question, like] if number == 0 else ["", ""]
         cells += [axis, f"{figures['none']:.1f}"]
         if own is None:
-            cells += ["-", "-", "-"]
+            cells += ["-", "-", "-", "-"]
         else:
             name = f" (`{own['kind']}`)" if number == 0 else ""
             cells.append(f"{figures['rmse']:.2f}{name}")
+            told = figures.get("promised")
+            cells.append("-" if told is None else f"{told:.2f}")
             cells.append(f"{100 * figures['coverage']:.0f} %, {figures['half_width']:.1f}")
             cells.append(f"{100 * own['outside']:.0f} %" if number == 0 else "")
         cells.append(others if number == 0 else "")

@@ -50,19 +50,17 @@ figure = (
 # %% [markdown]
 # ## Fit
 #
-# Four days to learn from; the fifth is kept back. `fit` leaves runs out, whole conditions among them,
-# and takes the simplest of the models that do best there. We name three candidates, so that this page
-# builds quickly; without `candidates` it judges nine.
+# Four days to learn from; the fifth is kept back.
 
 # %%
 train, unseen = log.runs[:4], log.runs[4]
-compensator = sd.fit(train, candidates=["mlr", "bayes", "ridge"], name="my_compensator")
+compensator = sd.fit(train, name="my_compensator")
 compensator.model.title
 
 # %% [markdown]
-# What it promises: root mean square errors in µm without a model, on its own training runs, and on runs
-# left out: like the rest, and unlike them. Believe the last two. Beyond such conditions nothing is
-# promised, and the compensator says so while it runs (status 2) and sends smaller offsets.
+# What it promises: root mean square errors in µm without compensation, on its own training runs, and on runs
+# left out: like the rest, and unlike them. Believe the worse of the last two. In conditions that training did not
+# see the compensator says so while it runs (status 2), and its interval widens.
 
 # %%
 compensator.figures
@@ -90,8 +88,7 @@ print(report.verdict, "-", report.summary)
 # %% [markdown]
 # ## Take it elsewhere
 #
-# The file holds the model, what it knows of itself, and the thinned training runs, so that `update` can
-# take in more days without the old files. The FMU is FMI 2.0 co-simulation: temperatures, speed and
+# The file holds what was learnt and how surely, so that `update` can take in more days without the old ones. The FMU is FMI 2.0 co-simulation: temperatures, speed and
 # tool length in; offsets, uncertainty and status out.
 
 # %%

@@ -23,7 +23,7 @@ runs = [
     sd.simulate("jig_borer", name, every_s=60.0, noise_seed=1)
     for name in ("training_down", "training_random", "training_stops")
 ]
-compensator = sd.fit(runs, model="bayes", machine="jig_borer")
+compensator = sd.fit(runs, machine="jig_borer")
 fmu = sd.build_fmu(compensator, folder, name="compensator")
 fmu.name, f"{fmu.stat().st_size / 1e3:.0f} kB"
 

@@ -7,27 +7,21 @@ has seen half of them at random knows the other half.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from concurrent.futures import Executor
-from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
-from fmu_compensator.fit.careful import CarefulModel
 from fmu_compensator.fit.columns import MeasuredColumns, shown_targets
 from fmu_compensator.fit.contestants import NO_MODEL, ONE_STEP, Contestant, held
-from fmu_compensator.fit.data import Prepared, PreparedRun, prepare
-from fmu_compensator.fit.intervals import COVERAGE, Interval, Residuals, conformal
-from fmu_compensator.fit.recipe import Recipe
+from fmu_compensator.fit.data import Prepared, prepare
+from fmu_compensator.fit.installed import COVERAGE, Installed
 from fmu_compensator.fit.splits import Split
 from fmu_compensator.fit.training import Array, TrainingRun
-from fmu_compensator.fit.unseen import predict_unseen, residuals_of
 from measurement.errors import BadInput
 from measurement.figures import figures_of_merit
 from measurement.rig import Rig
 from measurement.warm import cold_starts, named_warm
-from measurement.workers import workers
 
 
 @dataclass(frozen=True)
@@ -174,9 +168,7 @@ def compare(
     entrants: Sequence[Contestant],
     *,
     strict: bool = False,
-    intervals: bool = True,
     on_step: Callable[[str], None] = lambda label: None,
-    jobs: int = 1,
 ) -> Comparison:
     """Return how every contestant does on every split.
 
@@ -190,12 +182,8 @@ def compare(
         See `contestants`.
     strict : bool
         Let a model that cannot be fitted end the comparison; else it is left out with a reason.
-    intervals : bool
-        Learn a prediction interval from training runs left out, and measure its coverage.
     on_step : callable
         Told the label of each piece of work as it begins: one per split and contestant.
-    jobs : int
-        Processes that share the fits of intervals; the numbers are the same.
 
     Raises
     ------
@@ -211,21 +199,20 @@ def compare(
     rows: list[Row] = []
     left_out: dict[str, str] = {}
     last: BadInput | None = None
-    with workers(jobs) if jobs > 1 else nullcontext() as pool:
-        for entrant in entrants:
-            rows_here = _rows_of(entrant)
-            try:
-                for one in bench:
-                    on_step(f"{entrant.name} on {one.split.name}")
-                    one.judge(entrant, rows_here, list(places.values()), pool, intervals=intervals)
-            except BadInput as refusal:
-                if strict:
-                    raise
-                left_out[entrant.name] = str(refusal)
-                last = refusal
-                continue
-            # A model that can use measurements may turn out not to (a hybrid of such that cannot).
-            rows += [row for row in rows_here if row.validate]
+    for entrant in entrants:
+        rows_here = _rows_of(entrant)
+        try:
+            for one in bench:
+                on_step(f"{entrant.name} on {one.split.name}")
+                one.judge(entrant, rows_here, list(places.values()))
+        except BadInput as refusal:
+            if strict:
+                raise
+            left_out[entrant.name] = str(refusal)
+            last = refusal
+            continue
+        # A model that can use measurements may turn out not to (a hybrid of such that cannot).
+        rows += [row for row in rows_here if row.validate]
     if last is not None and not any(row.chosen for row in rows):
         raise last  # no model can be fitted at all
     _measure_coverage(rows)
@@ -283,24 +270,19 @@ class _Bench:
             for note in (*train.notes, *(n for n in validate.notes if "rows left out" in n))
         ]
 
-    def judge(
-        self,
-        entrant: Contestant,
-        rows: Sequence[Row],
-        places: list[int],
-        pool: Executor | None,
-        *,
-        intervals: bool,
-    ) -> None:
-        """Fit a contestant and add what it predicts to its rows."""
+    def judge(self, entrant: Contestant, rows: Sequence[Row], places: list[int]) -> None:
+        """Fit a contestant and add what it predicts to its rows.
+
+        Judged is what `fit` would install, the Gaussian included; one step ahead it is the error
+        model by itself, as the studies do it.
+        """
         if entrant.recipe is None:
             self._baseline(rows, places)
             return
         recipe = entrant.recipe
         train, validate = self.of(recipe.input_form)
-        chosen, _ = recipe.choose(train, train.runs)
-        fitted = recipe.fit(train, train.runs, chosen)
-        band = _band(recipe, train, chosen, pool) if intervals else None
+        installed = Installed.fit(recipe, train, train.runs)
+        fitted, chosen = installed.fitted, installed.chosen
         for row in rows:
             free = not row.uses_displacement
             if not free and not fitted.uses_measured:
@@ -309,13 +291,13 @@ class _Bench:
             row.chosen = [train.sensors[index] for index in chosen]
             for runs, judged in ((train.runs, row.train), (validate.runs, row.validate)):
                 for run in runs:
-                    whole = recipe.rows(run, chosen)
-                    values = fitted.predict(whole, None if free else whole.targets)
-                    width = None
-                    if band is not None and free and judged is row.validate:
-                        kept = np.isin(run.history(chosen).time_s, whole.time_s)
-                        width = band.half_width(run, chosen)[kept]
-                    judged += _judged(whole, values, places, width)
+                    if free:
+                        whole, values, width = installed.predict(run)
+                        judged += _judged(whole, values, places, width)
+                    else:
+                        whole = recipe.rows(run, chosen)
+                        values = fitted.predict(whole, whole.targets)
+                        judged += _judged(whole, values, places, None)
 
     def _baseline(self, rows: Sequence[Row], places: list[int]) -> None:
         train, validate = self.of("rise")
@@ -342,32 +324,6 @@ def _judged(
             None if width is None else width[known][:, places],
         )
     ]
-
-
-class _Band:
-    """The prediction interval of a fitted model, from training runs left out."""
-
-    def __init__(self, interval: Interval, careful: CarefulModel) -> None:
-        self._interval, self._careful = interval, careful
-
-    def half_width(self, run: PreparedRun, chosen: Sequence[int]) -> Array:
-        """Return the half width at the rows of a run's history, shape (n, m) [um, urad]."""
-        targets, novelty = self._careful.predict(run, chosen)
-        time_s = run.history(chosen).time_s
-        hours = (time_s - time_s[:1]) / 3600.0
-        return self._interval.half_width(Residuals(hours, np.zeros_like(targets), novelty))
-
-
-def _band(
-    recipe: Recipe, train: Prepared, chosen: Sequence[int], pool: Executor | None
-) -> _Band | None:
-    """Return the interval of a model without a leash; None where there are too few runs."""
-    try:
-        records = predict_unseen(recipe, train, pool=pool)
-        careful = CarefulModel.fit(train.runs, chosen, recipe.input_form)
-    except BadInput:  # a fold's runs alone may be too poor; then there is no interval
-        return None
-    return _Band(conformal(residuals_of(records, None)), careful) if records else None
 
 
 def _measure_coverage(rows: Iterable[Row]) -> None:

@@ -4,34 +4,36 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor
 from contextlib import nullcontext
-from functools import cache
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
-import numpy as np
-
-from fmu_compensator.fit.choosing import choose_model
-from fmu_compensator.fit.conditions import LIKE
-from fmu_compensator.fit.data import Prepared, prepare
-from fmu_compensator.fit.error_models.base import FittedModel
-from fmu_compensator.fit.guarding import Guarding, guarding
+from fmu_compensator.fit.conditions import Fold, folds_of
+from fmu_compensator.fit.data import Prepared, left_out, prepare
+from fmu_compensator.fit.installed import Installed
+from fmu_compensator.fit.promise import RunLeft, by_axis, judge_runs, promise
 from fmu_compensator.fit.ranges import limits_table, sensor_table
 from fmu_compensator.fit.recipe import Recipe
-from fmu_compensator.fit.remembered import remembered
+from fmu_compensator.fit.run_conditions import ranges_of
 from fmu_compensator.fit.spare import spare_table
-from fmu_compensator.fit.training import Array, TrainingRun
-from fmu_compensator.fit.unseen import Unseen, predict_unseen, promise
+from fmu_compensator.fit.training import TrainingRun
 from fmu_compensator.runtime.fields import Fields
-from fmu_compensator.runtime.geometry import FORMS, geometry_from_fields
-from fmu_compensator.runtime.modelfile import FORMAT, KIND, model_text
+from fmu_compensator.runtime.geometry import FORMS, FivePoint, geometry_from_fields
+from fmu_compensator.runtime.modelfile import FORMAT, KIND, model_text, parse_model
 from measurement.errors import BadInput, shown
-from measurement.figures import figures_of_merit
+from measurement.faults import cleaned, find_faults
 from measurement.rig import FivePointRig, Rig
 from measurement.runs import Run
 from measurement.warm import cold_starts
 from measurement.workers import workers
 
-FIGURES = ("max_abs", "mean_abs", "rmse", "r2", "eta")
+USUAL_MODEL = "gaussian"
+FREE_SLEW = 1000.0
+"""Runs left out are judged without waiting for the axes to move [um/s]."""
+JUDGED_TOOL_MM = 100.0
+"""At this tool length, or the nearest that is allowed, runs left out are judged [mm]."""
 
 
 def fit_compensator(
@@ -50,8 +52,7 @@ def fit_compensator(
     name: str | None = None,
     title: str | None = None,
     created: str | None = None,
-    candidates: Sequence[str] | None = None,
-    keep_runs: bool = True,
+    judge: bool = True,
     jobs: int = 1,
     on_step: Callable[[str, float], None] = lambda label, done: None,
     **model_options: Any,
@@ -65,9 +66,8 @@ def fit_compensator(
     rig : rig of `measurement.rig`
         What the displacement columns mean.
     model : str, optional
-        Kind of error model: a file in `fmu_compensator.fit.error_models`. By default the simplest
-        that is among the best on runs left out, conditions that it must go beyond included:
-        `fmu_compensator.fit.choosing`.
+        Kind of error model: a file in `fmu_compensator.fit.error_models`, the mean function of the
+        Gaussian. By default there is none: `fmu_compensator.fit.gaussian` does it all.
     points : {"grey", "hierarchical", "fuzzy", "all"} or names, optional
         The temperatures to use: one per group of the grey, hierarchical or fuzzy clustering, every
         one that moves in every run, or those named (a sequence, or one text with commas). By
@@ -86,16 +86,14 @@ def fit_compensator(
     tool_length_mm : tuple of float, optional
         Shortest and longest tool [mm].
     limits : mapping, optional
-        ``offset_um``, ``slew_um_per_s``, ``hold_s``, ``recover_s`` where the defaults do not suit.
+        ``offset_um``, ``slew_um_per_s``, ``hold_s``, ``recover_s``, ``share`` where the defaults do
+        not suit.
     leave_out_frozen : bool
         Do not use rows in which a displacement is frozen or saturated.
     name, title, created : str, optional
         For the file; *created* is a date (YYYY-MM-DD). No clock is read.
-    candidates : sequence of str, optional
-        Kinds to choose among where no *model* is named.
-    keep_runs : bool
-        Keep the runs, thinned, in the file, so that it can be updated without them:
-        `fmu_compensator.fit.remembered`.
+    judge : bool
+        Leave runs and conditions out, to promise what the compensator leaves there.
     jobs : int
         Processes that fit without some of the runs side by side; the file is the same.
     on_step : callable
@@ -129,94 +127,137 @@ def fit_compensator(
     if model is None and model_options:
         name = next(iter(model_options))
         raise BadInput("fit", name, "an option needs a model to belong to: name one (--model)")
-
-    @cache
-    def prepare_form(form: str) -> Prepared:
-        return prepare(runs, rig, form, sensors=sensors, leave_out_frozen=leave_out_frozen)
-
-    def recipe_of(kind: str) -> Recipe:
-        return Recipe(kind, points or "", input_form or "", dict(grey or {}), model_options)
-
-    decision = None
-    with workers(jobs) if jobs > 1 else nullcontext() as pool:
-        if model is None:
-            decision = choose_model(prepare_form, recipe_of, candidates, on_step, pool)
-            recipe, records = decision.chosen.recipe, decision.chosen.records
-        else:
-            recipe = recipe_of(model)
-            records = predict_unseen(
-                recipe,
-                prepare_form(recipe.input_form),
-                lambda done: on_step(recipe.kind, done),
-                pool=pool,
-            )
-    model, input_form = recipe.kind, recipe.input_form
-    prepared = prepare_form(input_form)
-    geometry_table = _geometry_table(rig, geometry_form)
-    geometry = geometry_from_fields(Fields(geometry_table, "fit", "geometry"))
-    chosen, choice = recipe.choose(prepared, prepared.runs)
-    fitted = recipe.fit(prepared, prepared.runs, chosen)
-    rows = [run.complete(chosen) for run in prepared.runs]
-    limits_of = limits_table(geometry, rows, tool_length_mm, limits or {})
-    around = guarding(
-        prepared,
-        chosen,
-        input_form,
-        [fitted.predict(run.history(chosen)) for run in prepared.runs],
-        records,
-        geometry,
-        limits_of["tool_length_mm"],
+    recipe = Recipe(
+        model or USUAL_MODEL, points or "", input_form or "", dict(grey or {}), model_options
     )
+    prepared = prepare(
+        runs, rig, recipe.input_form, sensors=sensors, leave_out_frozen=leave_out_frozen
+    )
+    bench = _Bench(
+        list(runs),
+        prepared,
+        rig,
+        recipe,
+        geometry_form,
+        tool_length_mm,
+        dict(limits or {}),
+        leave_out_frozen,
+    )
+    folds = folds_of(prepared.runs) if judge else []
+    with workers(jobs) if jobs > 1 and len(folds) > 1 else nullcontext() as pool:
+        unseen = bench.left_out(folds, lambda done: on_step(recipe.kind, done), pool)
+    everything = range(len(runs))
+    installed, table = bench.table(everything)
+    training = bench.judged(table, everything) if judge else []
+    rows = [run.complete(installed.chosen) for run in prepared.runs]
     named = recipe.points if isinstance(recipe.points, str) else list(recipe.points)
-    options = {"points": named, "input_form": input_form, **recipe.grey, **model_options}
-    table = {
-        "format": FORMAT,
-        "kind": KIND,
-        "name": name or f"{model}_compensator",
-        "title": title or f"{model} on {len(chosen)} temperatures, fitted to {_count(runs)}",
-        "created": created,
-        "sensors": [
-            sensor_table(sensor, prepared.runs, index)
-            for index, sensor in enumerate(prepared.sensors)
+    options = {"points": named, "input_form": recipe.input_form, **recipe.grey, **model_options}
+    table["name"] = name or f"{recipe.kind}_compensator"
+    count = f"{len(installed.chosen)} temperatures, fitted to {_count(runs)}"
+    table["title"] = title or f"{recipe.kind} on {count}"
+    table["created"] = created
+    table["provenance"] = {
+        "runs": [
+            {"name": run.name, "sha256": run.sha256, "rows": len(kept.time_s)}
+            for run, kept in zip(runs, rows, strict=True)
         ],
-        "chosen": [prepared.sensors[index] for index in chosen],
-        "input_form": input_form,
-        "error_model": {"kind": model, "targets": list(geometry.targets), **fitted.table()},
-        "geometry": geometry_table,
-        "limits": limits_of,
-        "interval": around.interval,
-        "guard": around.guard,
-        "correction": around.correction,
-        "spare": spare_table(prepared.runs, chosen, fitted, geometry, limits_of["tool_length_mm"]),
-        "provenance": {
-            "runs": [
-                {"name": run.name, "sha256": run.sha256, "rows": len(kept.time_s)}
-                for run, kept in zip(runs, rows, strict=True)
-            ],
-            "notes": [*prepared.notes, *_dropped(prepared, rows), *([warm] if warm else [])],
-            "options": _plain(options),
-            "figures": _plain(
-                {
-                    "choice": choice,
-                    "models": [] if decision is None else decision.table(),
-                    "fit": fitted.report(),
-                    "training": _figures(
-                        prepared.targets,
-                        rows,
-                        [
-                            predicted_known(fitted, recipe.rows(run, chosen))
-                            for run in prepared.runs
-                        ],
-                    ),
-                    "unseen": _unseen_figures(prepared.targets, records, around),
-                }
-            ),
-        },
+        "notes": [*prepared.notes, *_dropped(prepared, rows), *([warm] if warm else [])],
+        "options": _plain(options),
+        "rig": rig.model_dump(mode="json"),
+        "figures": _plain(
+            {
+                "choice": installed.choice,
+                "fit": installed.fitted.report(),
+                "training": by_axis(training),
+                "conditions": ranges_of(runs, table["chosen"]),
+                "unseen": promise(unseen),
+            }
+        ),
     }
-    if keep_runs:
-        table["training"] = remembered(runs, rig, prepared.sensors, leave_out_frozen)
     compensator_text(table)
     return table
+
+
+@dataclass(frozen=True)
+class _Bench:
+    """Runs made ready, from which compensators are made with all of them or with some."""
+
+    runs: list[Run]
+    prepared: Prepared
+    rig: Rig
+    recipe: Recipe
+    geometry_form: str
+    tool_length_mm: tuple[float, float] | None
+    limits: dict[str, float]
+    leave_out_frozen: bool
+
+    def table(self, places: Sequence[int]) -> tuple[Installed, dict[str, Any]]:
+        """Return what is installed after some of the runs, and its file without a provenance."""
+        prepared = self.prepared
+        runs = [prepared.runs[place] for place in places]
+        installed = Installed.fit(self.recipe, prepared, runs)
+        chosen = installed.chosen
+        geometry_table = _geometry_table(self.rig, self.geometry_form)
+        geometry = geometry_from_fields(Fields(geometry_table, "fit", "geometry"))
+        rows = [run.complete(chosen) for run in runs]
+        error_model = installed.fitted.table()
+        return installed, {
+            "format": FORMAT,
+            "kind": KIND,
+            "name": "left_out",
+            "title": "",
+            "created": None,
+            "sensors": [
+                sensor_table(sensor, runs, index) for index, sensor in enumerate(prepared.sensors)
+            ],
+            "chosen": [prepared.sensors[index] for index in chosen],
+            "input_form": self.recipe.input_form,
+            "error_model": {
+                "kind": self.recipe.kind,
+                "targets": list(geometry.targets),
+                **error_model,
+            },
+            "gaussian": installed.table(),
+            "spare": spare_table(runs, installed),
+            "geometry": geometry_table,
+            "limits": limits_table(geometry, rows, self.tool_length_mm, self.limits),
+            "provenance": {"runs": [], "notes": [], "options": {}, "figures": {}},
+        }
+
+    @cached_property
+    def left(self) -> list[Run]:
+        """The runs without what is broken in them."""
+        faults = find_faults(self.runs)
+        return cleaned(self.runs, faults, left_out(self.leave_out_frozen))
+
+    def left_out(
+        self, folds: Sequence[Fold], on_step: Callable[[float], None], pool: Executor | None
+    ) -> list[RunLeft]:
+        """Return what compensators leave of the runs that they were fitted without."""
+        if folds:
+            _ = self.left  # once, and not in each process
+        different = list({fold.out: fold for fold in folds}.values())
+        waiting = [pool.submit(self.of_fold, one.out) for one in different] if pool else []
+        answers = {}
+        for number, fold in enumerate(different):
+            answers[fold.out] = waiting[number].result() if waiting else self.of_fold(fold.out)
+            on_step((number + 1) / len(different))
+        return [replace(one, fold=fold) for fold in folds for one in answers[fold.out]]
+
+    def of_fold(self, out: Sequence[int]) -> list[RunLeft]:
+        """Return what a compensator of the other runs leaves of these."""
+        kept = [place for place in range(len(self.runs)) if place not in out]
+        return self.judged(self.table(kept)[1], out)
+
+    def judged(self, table: dict[str, Any], places: Sequence[int]) -> list[RunLeft]:
+        """Return what a compensator leaves of some of the runs."""
+        free = {**table, "limits": {**table["limits"], "slew_um_per_s": FREE_SLEW}}
+        model = parse_model(compensator_text(free), "fit")
+        tool = JUDGED_TOOL_MM
+        if isinstance(model.geometry, FivePoint):
+            tool = model.limits.nearest_tool(tool)
+        pairs = ((self.runs[place], self.left[place]) for place in places)
+        return judge_runs(model, pairs, self.rig, tool)
 
 
 def compensator_text(table: dict[str, Any]) -> str:
@@ -236,72 +277,6 @@ def compensator_text(table: dict[str, Any]) -> str:
         return model_text(table)
     except ValueError as error:
         raise BadInput("fit", "", str(error)) from None
-
-
-def predicted_known(fitted: FittedModel, run: TrainingRun) -> Array:
-    """Return what a model predicts for the rows in which all targets were measured."""
-    return fitted.predict(run)[run.known]
-
-
-def _unseen_figures(
-    targets: Sequence[str], records: Sequence[Unseen], found: Guarding
-) -> dict[str, Any] | None:
-    """Return what the predictions of runs left out are worth, for the provenance."""
-    if not records:
-        return None
-    like = [one for one in records if one.fold.kind == LIKE]
-    held = [one.held(found.leash) for one in like]
-    interval = found.targets
-    assert interval is not None
-    return {
-        **promise(records, found.leash, targets),
-        "interval": {
-            "coverage": interval.coverage,
-            # Half width: scale times (fresh_h plus the hours since the start) to the power, times
-            # the root of one plus per_novelty times the novelty.
-            "scale": dict(zip(targets, interval.scale.tolist(), strict=True)),
-            "power": interval.power,
-            "per_novelty": interval.per_novelty,
-            "longest_h": interval.longest_h,
-        },
-        "by_run": found.by_run,
-        "rmse_by_run": [
-            {
-                "run": one.run,
-                **_model_and_none(targets, _rms(one.measured - values), _rms(one.measured)),
-            }
-            for one, values in zip(like, held, strict=True)
-        ],
-    }
-
-
-def _model_and_none(targets: Sequence[str], model: Array, none: Array) -> dict[str, Any]:
-    return {
-        target: {"model": float(one), "no_model": float(other)}
-        for target, one, other in zip(targets, model, none, strict=True)
-    }
-
-
-def _rms(residual: Array) -> Array:
-    return np.asarray(np.sqrt(np.mean(residual**2, axis=0)))
-
-
-def _figures(
-    targets: Sequence[str], rows: Sequence[TrainingRun], predicted: Sequence[Any]
-) -> dict[str, Any]:
-    """Return figures of merit per target, beside those of no model (a prediction of zero)."""
-    measured = np.concatenate([run.targets for run in rows])
-    values = np.concatenate(list(predicted))
-    result = {}
-    for number, target in enumerate(targets):
-        y = measured[:, number]
-        with_model = figures_of_merit(y, values[:, number])
-        without = figures_of_merit(y, np.zeros_like(y))
-        result[target] = {
-            "model": {key: with_model[key] for key in FIGURES},
-            "no_model": {key: without[key] for key in FIGURES},
-        }
-    return result
 
 
 def _dropped(prepared: Prepared, rows: Sequence[TrainingRun]) -> list[str]:

@@ -33,7 +33,7 @@ TRAINED_MARGIN, SMALLEST_TRAINED_MARGIN_K = 0.05, 0.3
 """The trained range is widened by this share of itself [1], at least by the second [K]."""
 OFFSET_MARGIN, SMALLEST_OFFSET_UM = 2.0, 20.0
 """Factor on the largest drift seen, at the longest tool [1]; at least the second [um]."""
-DEFAULT_LIMITS = {"slew_um_per_s": 1.0, "hold_s": 300.0, "recover_s": 10.0}
+DEFAULT_LIMITS = {"slew_um_per_s": 1.0, "hold_s": 300.0, "recover_s": 10.0, "share": 1.0}
 """1 um/s is what a well-known control tracks thermal offsets at."""
 
 

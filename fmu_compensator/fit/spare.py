@@ -9,12 +9,8 @@ from typing import Any
 import numpy as np
 
 from fmu_compensator.fit.data import PreparedRun
-from fmu_compensator.fit.error_models.base import FittedModel
-from fmu_compensator.fit.guarding import likeliest_memory, rows_apart, usual_drift
-from fmu_compensator.fit.intervals import axis_drift
+from fmu_compensator.fit.installed import Installed
 from fmu_compensator.fit.training import Array, TrainingRun
-from fmu_compensator.fit.unseen import DEVIATIONS
-from fmu_compensator.runtime.geometry import Geometry
 
 NOISE_K = 0.05
 """No thermometer is believed to agree with the others better than this [K]."""
@@ -23,6 +19,10 @@ STRENGTHS = np.logspace(-6.0, 1.0, 22)
 MOST_SENSORS = 200
 """With more chosen sensors the file would be all precision matrix."""
 MOST_ROWS = 120
+MEMORIES_H = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0)
+"""How long what is a sensor's own may stay alike [h]."""
+PACE_H = 0.25
+"""Rows this far apart are looked at for it [h]."""
 MOST_RUNS = 8
 """So many runs, evenly chosen, tell how far an error of a reading moves the drift."""
 
@@ -103,13 +103,7 @@ def best_strength(runs: Sequence[Array]) -> float:
     return float(min(STRENGTHS, key=missed))
 
 
-def spare_table(
-    runs: Sequence[PreparedRun],
-    chosen: Sequence[int],
-    fitted: FittedModel,
-    geometry: Geometry,
-    tool_length_mm: Sequence[float],
-) -> dict[str, Any] | None:
+def spare_table(runs: Sequence[PreparedRun], installed: Installed) -> dict[str, Any] | None:
     """Return the file's table; None where one sensor cannot be told from others.
 
     That is with one run, as nothing is left to try it on, with one sensor, and with more than
@@ -119,36 +113,62 @@ def spare_table(
     ----------
     runs : sequence of PreparedRun
         All training runs.
-    chosen : sequence of int
-        The error model's sensors.
-    fitted : FittedModel
-        The error model.
-    geometry : Geometry
-        From targets to drift.
-    tool_length_mm : sequence of float
-        Shortest and longest tool.
+    installed : Installed
+        What was fitted to them.
     """
+    chosen = installed.chosen
     records = [one for one in (Rises.of(run, chosen) for run in runs) if one is not None]
     if len(records) < 2 or not 2 <= len(chosen) <= MOST_SENSORS:
         return None
     rises = [one.values for one in records]
-    strength = best_strength(rises)
-    known = precision(rises, strength)
-    errors = left_out_errors(rises, strength)
+    known = precision(rises, best_strength(rises))
+    errors = left_out_errors(rises, best_strength(rises))
     variance = np.mean([(one**2).mean(axis=0) for one in errors], axis=0)
-    moved = _moved(records, errors, fitted, geometry, tool_length_mm)
-    rows = [run.history(chosen) for run in runs]
-    usual = np.sqrt(usual_drift(rows, geometry, tool_length_mm))
+    drift = [run.targets[run.known] for run in (run.history(chosen) for run in runs)]
+    usual = np.mean([one.T @ one / len(one) for one in drift if len(one)], axis=0)
     return {
-        "precision": [[_plain(value) for value in row] for row in known.tolist()],
-        "growth": [_plain(value) for value in variance * np.diag(known)],
+        "precision": _listed(known),
+        "growth": _listed(variance * np.diag(known)),
         "memory_s": 3600.0 * likeliest_memory(_series(records, errors, variance)),
-        "deviations": _plain(DEVIATIONS),
-        "shortest_tool_um_per_K": [[_plain(value) for value in row] for row in moved[:3]],
-        "longest_tool_um_per_K": [[_plain(value) for value in row] for row in moved[3:]],
-        "shortest_tool_usual_um": [_plain(value) for value in usual[:3]],
-        "longest_tool_usual_um": [_plain(value) for value in usual[3:]],
+        "usual_start": None if installed.usual is not None else _listed(_usual_start(runs, chosen)),
+        "sensitivity": _listed(_sensitivity(records, errors, installed)),
+        "usual": _listed(usual),
     }
+
+
+def _usual_start(runs: Sequence[PreparedRun], chosen: Sequence[int]) -> Array:
+    """Return each sensor's usual first reading above the median of all, shape (k,) [K]."""
+    columns = list(chosen)
+    there = [run.temperatures[:, columns] for run in runs]
+    first = [
+        one[np.isfinite(one).all(axis=1)][0] for one in there if np.isfinite(one).all(axis=1).any()
+    ]
+    return np.asarray(np.median([one - np.median(one) for one in first], axis=0))
+
+
+def likeliest_memory(series: Sequence[tuple[Array, Array]]) -> float:
+    """Return which of `MEMORIES_H` explains series best: times [h] and values, shape (n, m) [1]."""
+
+    def likelihood(memory: float) -> float:
+        total = 0.0
+        for hours, values in series:
+            kept = np.exp(-np.diff(hours) / memory)[:, None]
+            step = values[1:] - kept * values[:-1]
+            variance = np.maximum(1.0 - kept**2, 1e-6)
+            size = np.maximum(np.mean(values**2, axis=0), 1e-6)
+            total -= float(np.mean(step**2 / variance / size + np.log(variance)))
+        return total
+
+    return max(MEMORIES_H, key=likelihood)
+
+
+def rows_apart(hours: Array) -> list[int]:
+    """Return rows that are at least `PACE_H` apart."""
+    kept = [0]
+    for row, hour in enumerate(hours):
+        if hour - hours[kept[-1]] >= PACE_H:
+            kept.append(row)
+    return kept
 
 
 def _series(
@@ -162,34 +182,30 @@ def _series(
     return [(hours, values) for hours, values in found if len(hours) > 1]
 
 
-def _moved(
-    records: Sequence[Rises],
-    errors: Sequence[Array],
-    fitted: FittedModel,
-    geometry: Geometry,
-    tool_length_mm: Sequence[float],
-) -> Array:
-    """Return how far the drift moves with each sensor's error, shape (6, k) [um/K].
+def _sensitivity(records: Sequence[Rises], errors: Sequence[Array], installed: Installed) -> Array:
+    """Return how far the targets move with each sensor's error, shape (m, k) [um/K, urad/K].
 
-    By the error model itself, memory and all: root mean square of the drift's change over that of
-    the error, X, Y, Z at the shortest tool, then at the longest.
+    By what is installed itself, memory and all: root mean square of the targets' change over that
+    of the error.
     """
     few = np.unique(np.linspace(0, len(records) - 1, MOST_RUNS).astype(int))
-    count = errors[0].shape[1]
-    change, wrong, along = np.zeros((6, count)), np.zeros(count), np.zeros((6, count))
+    count, targets = errors[0].shape[1], len(installed.constant)
+    change, wrong, along = np.zeros((targets, count)), np.zeros(count), np.zeros((targets, count))
     for place in few:
-        rows, error = records[place].rows, errors[place]
-        usual = fitted.predict(rows)
+        rows, error, rises = records[place].rows, errors[place], records[place].values
+        usual = installed.values(rows, rises)
         for sensor in range(count):
-            inputs = rows.inputs.copy()
-            inputs[:, sensor] += error[:, sensor]
-            targets = fitted.predict(replace(rows, inputs=inputs)) - usual
-            drift = np.hstack([axis_drift(geometry, targets, one) for one in tool_length_mm])
-            change[:, sensor] += (drift**2).mean(axis=0)
+            off = np.zeros_like(error)
+            off[:, sensor] = error[:, sensor]
+            moved = installed.values(replace(rows, inputs=rows.inputs + off), rises + off) - usual
+            change[:, sensor] += (moved**2).mean(axis=0)
             wrong[sensor] += (error[:, sensor] ** 2).mean()
-            along[:, sensor] += (drift * error[:, [sensor]]).mean(axis=0)
+            along[:, sensor] += (moved * error[:, [sensor]]).mean(axis=0)
     return np.asarray(np.sign(along) * np.sqrt(change / np.maximum(wrong, 1e-12)))
 
 
-def _plain(value: float) -> float:
-    return float(f"{value:.9g}")
+def _listed(values: Array) -> Any:
+    """Return numbers as the file carries them: nine digits."""
+    if values.ndim:
+        return [_listed(value) for value in values]
+    return float(f"{float(values):.9g}")

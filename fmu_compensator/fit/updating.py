@@ -1,102 +1,100 @@
-"""New runs into a compensator that kept its old ones."""
+"""New runs into a compensator, without the old ones: its Gaussian is conditioned on them, too."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from inspect import signature
+import copy
+from collections.abc import Mapping, Sequence
 from typing import Any
 
-from fmu_compensator.fit.fitting import fit_compensator
-from fmu_compensator.fit.points import choose_points
-from fmu_compensator.fit.remembered import remembered_runs
+import numpy as np
+
+from fmu_compensator.driving import drive
+from fmu_compensator.fit.data import PreparedRun, left_out, prepare
+from fmu_compensator.fit.gaussian import Gaussian, Sample, directions, sample_of
+from fmu_compensator.fit.installed import listed, rises_of
+from fmu_compensator.fit.promise import RunLeft, left_of
+from fmu_compensator.fit.ranges import limits_table, sensor_table
+from fmu_compensator.fit.run_conditions import ranges_of
+from fmu_compensator.fit.training import Array, TrainingRun
 from fmu_compensator.runtime.modelfile import Model
 from measurement.errors import BadInput
-from measurement.rig import Rig
+from measurement.faults import cleaned, find_faults
+from measurement.rig import Rig, rig_from_table
 from measurement.runs import Run
 
-GREY = frozenset(signature(choose_points).parameters)
-KEPT = ("slew_um_per_s", "hold_s", "recover_s")
+FEWEST_RUNS = 2
+"""An update keeps the scales, and one run alone does not say how runs differ: on the simulated jig
+borer the update of such a fit was worse than none."""
 
 
 def update_compensator(
-    model: Model,
-    runs: Sequence[Run],
-    *,
-    choose: bool = False,
-    candidates: Sequence[str] | None = None,
-    created: str | None = None,
-    jobs: int = 1,
-    on_step: Callable[[str, float], None] = lambda label, done: None,
-) -> dict[str, Any]:
-    """Fit a compensator anew to the runs that it kept and to new ones.
+    model: Model, runs: Sequence[Run], *, created: str | None = None
+) -> tuple[dict[str, Any], list[RunLeft]]:
+    """Take new runs into a compensator.
 
-    Everything is learnt again, as `fit_compensator` does from all the runs: the points, the
-    numbers, how far to believe them, and what is promised. Name, geometry, limits, tool lengths and
-    options stay.
+    The error model and the Gaussian's scales stay. Its weights are conditioned on the new runs as
+    they were on the old ones, so no old run is needed; how far to believe them follows, and with it
+    the interval and what counts as new. What the old compensator
+    left in the new runs, which it had never seen, stands in the file's provenance.
 
     Parameters
     ----------
     model : Model
-        A compensator file that keeps its training runs.
+        A compensator file.
     runs : sequence of Run
         New runs, with the same thermometers and displacements.
-    choose : bool
-        Choose the error model anew. By default its kind and options stay.
-    candidates : sequence of str, optional
-        Kinds to choose among.
     created : str, optional
         Date for the file (YYYY-MM-DD).
-    jobs : int
-        Processes.
-    on_step : callable
-        Told a model after each of its fits, and which share of the work is done [1].
 
     Returns
     -------
-    dict
+    table : dict
         The new file's content, checked.
+    before : list of RunLeft
+        What the old compensator left of the new runs.
 
     Raises
     ------
     BadInput
-        If the file keeps no runs, a new run is an old one, or the fit fails.
+        If the file does not say what its rig was, a new run is an old one, or a column is missing.
     """
-    table = model.table
-    old, rig = remembered_runs(table, model.source)
-    _check_new(old, runs, rig, model)
+    rig = _rig(model)
+    _check_new(model, runs, rig)
+    names = [sensor.name for sensor in model.sensors]
+    prepared = prepare(runs, rig, model.input_form, sensors=names)
+    chosen = [prepared.sensors.index(model.sensors[index].name) for index in model.chosen]
+    before = _before(model, runs, rig)
+    table = copy.deepcopy(model.table)
+    samples = [sample_of_run(model, run, chosen) for run in prepared.runs]
+    _condition(table["gaussian"], samples)
+    _widen(table, model, prepared.runs, prepared.sensors, chosen)
     provenance = table["provenance"]
-    options = dict(provenance["options"])
-    points, form = options.pop("points", None), options.pop("input_form", None)
-    grey = {name: options.pop(name) for name in list(options) if name in GREY}
-    kind = None if choose else str(table["error_model"]["kind"])
-    limits = table["limits"]
-    new = fit_compensator(
-        [*old, *runs],
-        rig,
-        kind,
-        points=None if choose else points,
-        input_form=None if choose else form,
-        grey=grey,
-        sensors=[sensor.name for sensor in model.sensors],
-        geometry_form=table["geometry"].get("form", "rigid"),
-        tool_length_mm=tuple(limits["tool_length_mm"]),
-        limits={name: limits[name] for name in KEPT},
-        leave_out_frozen=bool(table["training"].get("leave_out_frozen", True)),
-        name=model.name,
-        created=created,
-        candidates=candidates,
-        jobs=jobs,
-        on_step=on_step,
-        **({} if choose else options),
-    )
-    new["provenance"]["runs"][: len(old)] = provenance["runs"]
-    # Larger drift may have come with the new runs; a limit that somebody set is not lowered.
-    new["limits"]["offset_um"] = max(limits["offset_um"], new["limits"]["offset_um"])
-    return new
+    rows = [int(run.complete(chosen).known.sum()) for run in prepared.runs]
+    provenance["runs"] += [
+        {"name": run.name, "sha256": run.sha256, "rows": count}
+        for run, count in zip(runs, rows, strict=True)
+    ]
+    provenance["notes"] += [note for note in prepared.notes if note not in provenance["notes"]]
+    figures = provenance["figures"]
+    used = [model.sensors[index].name for index in model.chosen]
+    figures["conditions"] = _together(figures.get("conditions") or (), ranges_of(runs, used))
+    figures["updated"] = [*figures.get("updated", ()), *(_listed_left(one) for one in before)]
+    table["created"] = created
+    return table, before
 
 
-def _check_new(old: Sequence[Run], runs: Sequence[Run], rig: Rig, model: Model) -> None:
-    known = {run.sha256: run.name for run in old}
+def _rig(model: Model) -> Rig:
+    if "rig" not in model.provenance:
+        problem = "is missing: fit it anew with all runs"
+        raise BadInput(model.source, "provenance.rig", problem)
+    return rig_from_table(model.provenance["rig"], f"{model.source}: provenance.rig")
+
+
+def _check_new(model: Model, runs: Sequence[Run], rig: Rig) -> None:
+    known = {run["sha256"]: run["name"] for run in model.provenance["runs"]}
+    if len(known) < FEWEST_RUNS:
+        problem = f"{len(known)} run stands behind it, too few for its scales: fit all runs anew"
+        raise BadInput(model.source, "provenance.runs", problem)
     for run in runs:
         if run.sha256 in known:
             problem = f"is already in the compensator, as {known[run.sha256]}"
@@ -106,3 +104,109 @@ def _check_new(old: Sequence[Run], runs: Sequence[Run], rig: Rig, model: Model) 
         if lost is not None:
             problem = "is missing, and the compensator was fitted with it"
             raise BadInput(run.path or run.name, f"column {lost}", problem)
+
+
+def _before(model: Model, runs: Sequence[Run], rig: Rig) -> list[RunLeft]:
+    left = cleaned(runs, find_faults(runs), left_out(frozen=True))
+    tool = model.limits.tool_length_mm[1]
+    return [
+        left_of(drive(model, run, clean, rig, tool), run.name)
+        for run, clean in zip(runs, left, strict=True)
+    ]
+
+
+def sample_of_run(model: Model, run: PreparedRun, chosen: Sequence[int]) -> Sample:
+    """Return what a new run says of the weights: its rows less the error model's prediction.
+
+    Parameters
+    ----------
+    model : Model
+    run : PreparedRun
+        The new run.
+    chosen : sequence of int
+        Places of the compensator's sensors among the run's.
+    """
+    table = model.table["gaussian"]
+    rows = run.history(chosen)
+    missed = rows.targets - _mean(model, rows) - np.array(table["constant"])
+    usual = np.array(table["usual"]) if "usual" in table else None
+    return sample_of(rows, rises_of(run, rows, chosen, usual), missed, table["settled_h"])
+
+
+def _mean(model: Model, rows: TrainingRun) -> Array:
+    """Return what the file's error model predicts, row by row."""
+    error_model = model.new_error_model()
+    steps = np.diff(rows.time_s, prepend=rows.time_s[:1])
+    speed = rows.speed.tolist()
+    return np.array(
+        [
+            error_model.predict(inputs, float(step), turning)
+            for inputs, step, turning in zip(rows.inputs.tolist(), steps, speed, strict=True)
+        ]
+    ).reshape(-1, rows.targets.shape[1])
+
+
+def gaussian_of(table: Mapping[str, Any]) -> Gaussian:
+    """Return the model of a file's table ``gaussian``.
+
+    Parameters
+    ----------
+    table : mapping
+    """
+    seen = np.array(table["seen"]).reshape(-1, len(table["weights"][0]))
+    return Gaussian(
+        np.array(table["weights"]).T,
+        table["scale"] * np.eye(seen.shape[1]) - seen.T @ seen,
+        table["scale"],
+        float(np.sqrt(table["walk_per_h"])),
+        np.diag(np.square(table["spread"])),
+        table["rows"],
+    )
+
+
+def _condition(table: dict[str, Any], samples: Sequence[Sample]) -> None:
+    """Condition the Gaussian of a file's table on further runs."""
+    after = gaussian_of(table).updated([one for one in samples if len(one.hours)])
+    table["weights"] = listed(after.weights.T)
+    table["seen"] = listed(directions(after, samples), digits=12)
+    table["spread"] = listed(np.sqrt(np.diag(after.spread)))
+    table["rows"] = after.rows
+
+
+def _widen(
+    table: dict[str, Any],
+    model: Model,
+    runs: Sequence[PreparedRun],
+    sensors: Sequence[str],
+    chosen: Sequence[int],
+) -> None:
+    """Widen what is plausible, and how large an offset may be, by what the new runs show."""
+    for entry in table["sensors"]:
+        if entry["name"] not in sensors:
+            continue
+        new = sensor_table(entry["name"], runs, sensors.index(entry["name"]))
+        for names, better in ((("low", "trained_low"), min), (("high", "trained_high"), max)):
+            for name in names:
+                entry[name] = better(entry[name], new[name])
+        for name in ("rate_per_s", "noise"):
+            entry[name] = max(entry[name], new[name])
+    rows = [run.complete(chosen) for run in runs]
+    limits = limits_table(model.geometry, rows, model.limits.tool_length_mm, {})
+    old = table["limits"]
+    old["offset_um"] = max(old["offset_um"], limits["offset_um"])
+
+
+def _together(
+    old: Sequence[Sequence[float] | None], new: Sequence[Sequence[float] | None]
+) -> list[Any]:
+    if not old:
+        return list(new)
+    return [
+        a or b if a is None or b is None else [min(a[0], b[0]), max(a[1], b[1])]
+        for a, b in zip(old, new, strict=True)
+    ]
+
+
+def _listed_left(one: RunLeft) -> dict[str, Any]:
+    axes = {axis: {"no_model": v.none, "model": v.left} for axis, v in one.axes.items()}
+    return {"run": one.run, "axes": axes}

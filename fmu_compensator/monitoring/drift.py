@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from scipy.stats import t as student
 
+from fmu_compensator.driving import AXES, Driven
 from fmu_compensator.fit.training import Array
 from fmu_compensator.monitoring.bounds import FEWEST, upper_bound
-from fmu_compensator.monitoring.driving import AXES, Driven
 
 FEWEST_ROWS = 3
 """With fewer measurements a run says nothing of its drift [1]."""

@@ -15,25 +15,24 @@ from math import nan
 import numpy as np
 from scipy.stats import binom
 
-from fmu_compensator.fit.remembered import remembered_runs
+from fmu_compensator.driving import Driven, drive
+from fmu_compensator.fit.run_conditions import Condition, conditions_of
 from fmu_compensator.monitoring.bounds import RISK
-from fmu_compensator.monitoring.conditions import Condition, Conditions
 from fmu_compensator.monitoring.drift import AxisError, Gain, axis_errors, bounds_of, gain_of
-from fmu_compensator.monitoring.driving import Driven, drive
-from fmu_compensator.monitoring.sensors import Agreement, Disagreement
+from fmu_compensator.monitoring.sensors import Agreement, Astray
 from fmu_compensator.runtime.compensator import HOLDING, SPARED, UNTRAINED
 from fmu_compensator.runtime.modelfile import Model
 from measurement.faults import GROSS, LEVELS, Fault, cleaned, find_faults
-from measurement.rig import Rig
+from measurement.rig import Rig, rig_from_table
 from measurement.runs import Run
 from measurement.warm import named_warm
 
 FITS, SENSOR, CHANGED = "fits", "sensor", "changed"
 OUTSIDE, UNUSUAL, NOT_MEASURED = "outside", "unusual_runs", "not_measured"
 VERDICTS = {
-    SENSOR: "a thermometer is broken, or reads what no other explains",
     CHANGED: "the drift is no longer what was learnt",
-    OUTSIDE: "conditions are outside training",
+    OUTSIDE: "new conditions: the runs are outside training",
+    SENSOR: "a thermometer is broken, or reads what no other explains",
     UNUSUAL: "some runs drifted unlike training, so few that it may be chance",
     NOT_MEASURED: "temperatures are as in training; the drift was not measured",
     FITS: "still fits",
@@ -157,46 +156,35 @@ def monitor(
             f"the machine was warm when these began: {warm}; what is left of them is no sign that "
             "the compensator fits no longer"
         )
-    old: list[Run] = []
-    if "training" in model.table:
-        old, kept_rig = remembered_runs(model.table, model.source)
-        rig = rig or kept_rig
-    else:
-        notes.append(
-            "the file keeps no training runs: whether the thermometers agree with each other, and "
-            "how the conditions compare, was not looked at"
-        )
+    if rig is None and "rig" in model.provenance:
+        rig = rig_from_table(model.provenance["rig"], f"{model.source}: provenance.rig")
     figures = model.provenance["figures"]
-    if model.interval is None:
-        notes.append("the file promises no interval, so no error can be called too large")
-    elif not (figures.get("unseen") or {}).get("by_run"):
+    if not (figures.get("unseen") or {}).get("by_run"):
         notes.append(
             "the file does not say how runs left out of training differed: an error counts as too "
             "large where its root mean square passes the promised half width"
         )
     length = model.limits.tool_length_mm[1] if tool_length_mm is None else tool_length_mm
-    agreement = Agreement([_without_broken(run) for run in old], used)
-    conditions = Conditions(old, used)
-    bounds = bounds_of(figures)
-    faults = find_faults([*old, *runs])
+    agreement, bounds = Agreement(model), bounds_of(figures)
+    faults = find_faults(runs)
     reports = []
     for place, run in enumerate(runs):
         left = _without_broken(run)
         driven = drive(model, run, left, rig, length)
-        here = [one for one in faults if one.place == len(old) + place]
+        here = [one for one in faults if one.place == place]
         reports.append(
             _run_report(
                 run,
                 driven,
                 _worth_saying(here, run, used, model.input_form),
                 agreement.of(left),
-                conditions.of(run),
+                conditions_of(run, used, figures.get("conditions") or ()),
                 axis_errors(driven, bounds),
                 [sensor.name for sensor in model.sensors],
             )
         )
         on_run(run)
-    promised = nan if model.interval is None else model.interval.coverage
+    promised = model.new_gaussian().coverage
     return replace(_report(reports), promised=promised, inside=_inside(reports), notes=tuple(notes))
 
 
@@ -229,7 +217,7 @@ def _run_report(
     run: Run,
     driven: Driven,
     faults: Sequence[Fault],
-    agreement: Disagreement | None,
+    astray: Astray | None,
     conditions: Sequence[Condition],
     errors: Sequence[AxisError],
     sensors: Sequence[str],
@@ -249,8 +237,7 @@ def _run_report(
             for one in unusual
         ]
     new = [one.text for one in conditions if one.is_new]
-    apart = agreement if agreement is not None and agreement.distance > agreement.bound else None
-    if outside >= OUTSIDE_SHARE or (apart is not None and apart.sensor is None):
+    if outside >= OUTSIDE_SHARE:
         verdict = CHANGED if unusual else OUTSIDE
         reasons.append(f"outside training in {outside:.0%} of the samples: {_last_said(driven)}")
         reasons += [f"new: {text}" for text in new]
@@ -264,10 +251,10 @@ def _run_report(
         verdict = SENSOR
         sensor = sensors[said.status_sensor - 1] if said.status_sensor else None
         reasons = [said.status_text, *reasons]
-    elif apart is not None and apart.sensor is not None:
-        verdict, sensor = SENSOR, apart.sensor
+    elif astray is not None:
+        verdict, sensor = SENSOR, astray.sensor
         reasons = [
-            f"{sensor} is {apart.off_by_K:.1f} K from what the others say; without it they are "
+            f"{sensor} is {astray.off_by_K:.1f} K from what the others say; without it they are "
             "as in training",
             *reasons,
         ]
@@ -315,7 +302,12 @@ def _report(runs: Sequence[RunReport]) -> Report:
             gain = gain_of(axis, errors)
             if gain is not None:
                 gains.append(gain)
-    return Report(verdict, VERDICTS[verdict], ADVICE[verdict], tuple(runs), tuple(gains))
+    sensors = list(dict.fromkeys(one.sensor for one in of[SENSOR] if one.sensor))
+    summary = VERDICTS[verdict]
+    if sensors:
+        named = f"{', '.join(sensors)}: broken, or not what the others explain"
+        summary = named if verdict == SENSOR else f"{summary}; {named}"
+    return Report(verdict, summary, ADVICE[verdict], tuple(runs), tuple(gains))
 
 
 def _chance(unusual: int, runs: int) -> float:

@@ -26,13 +26,8 @@ from fmu_packaging.variables import Variable
 
 C_FOLDER = Path(__file__).resolve().parent / "c"
 ERROR_MODELS = "error_models"
-ROOTS = (
-    "geometry",
-    "error_model",
-    "guard",
-    "correction",
-    "spare",
-)  # the file's tables that C reads
+KIND = re.compile(r"^const struct error_model_kind (\w+)_kind\b", re.MULTILINE)
+ROOTS = ("geometry", "error_model", "gaussian", "spare")  # the file's tables that C reads
 TEXT_OUTPUT = "status_text"
 NUMBERS_PER_LINE = 6
 HEAD = "/* Made by spindle-drift from {what}; not to be edited. */\n"
@@ -45,8 +40,9 @@ def program() -> dict[str, str]:
 
 
 def kinds() -> list[str]:
-    """Return the error models that have a C twin: one file, one model."""
-    return sorted(path.stem for path in (C_FOLDER / ERROR_MODELS).glob("*.c"))
+    """Return the error models that have a C twin: those that run alike share a file."""
+    texts = [path.read_text("utf-8") for path in (C_FOLDER / ERROR_MODELS).glob("*.c")]
+    return sorted(KIND.findall("\n".join(texts)))
 
 
 def data_sources(model: Model, variables: Sequence[Variable], name: str, guid: str) -> str:
@@ -69,8 +65,7 @@ def data_sources(model: Model, variables: Sequence[Variable], name: str, guid: s
         if kind not in kinds():
             raise NativeError(f"{model.source}: error_model.kind: {kind!r} has no C twin")
     tree = _Tree()
-    # A file of an older format has no field for what it does not know; that is as null.
-    roots = {key: tree.field(_root(model, key), None) for key in ROOTS}
+    roots = {key: tree.field(model.table.get(key), None) for key in ROOTS}
     found = kinds()
     chosen = ", ".join(map(str, model.chosen))
     lines = [
@@ -85,7 +80,6 @@ def data_sources(model: Model, variables: Sequence[Variable], name: str, guid: s
         f"const size_t model_target_count = {len(model.targets)};",
         f"const bool model_takes_rises = {_literal(model.input_form == 'rise')};",
         f"const struct limits model_limits = {_struct(model.limits)};",
-        *_interval(model),
         "",
         *tree.lines,
         *(f"const struct field model_{key} = {value};" for key, value in roots.items()),
@@ -105,12 +99,6 @@ def data_sources(model: Model, variables: Sequence[Variable], name: str, guid: s
         f"const struct ports model_ports = {_ports(model, variables)};",
     ]
     return "\n".join(lines) + "\n"
-
-
-def _root(model: Model, key: str) -> Any:
-    """Return a table of the file, with the fields that it may leave out."""
-    table = model.table.get(key)
-    return {"fast": 0.0, **table} if key == "correction" and table is not None else table
 
 
 def constants() -> str:
@@ -205,15 +193,6 @@ def _table(kind: str, name: str, rows: Iterator[str] | map[str]) -> list[str]:
     return [f"const {kind} {name}[] = {{", *(f"    {row}," for row in rows), "};"]
 
 
-def _interval(model: Model) -> list[str]:
-    if model.interval is None:
-        return ["const struct interval *const model_interval = NULL;"]
-    return [
-        f"static const struct interval interval = {_struct(model.interval)};",
-        "const struct interval *const model_interval = &interval;",
-    ]
-
-
 def _struct(thing: Any) -> str:
     """Return a dataclass as an initialiser: a field that the C type lacks does not compile."""
     parts = [f".{field.name} = {_literal(getattr(thing, field.name))}" for field in fields(thing)]
@@ -267,9 +246,7 @@ def _ports(model: Model, variables: Sequence[Variable]) -> str:
     refs = {variable.name: ref for ref, variable in enumerate(variables)}
     measured = [f"{MEASURED}_{target}" for target in model.targets]
     sensors = [sensor.name for sensor in model.sensors]
-    expected = [*sensors, "speed", "tool_length"]
-    if MEASURED in refs:
-        expected += [*measured, MEASURED]
+    expected = [*sensors, "speed", "tool_length", *measured, MEASURED]
     found = [variable.name for variable in variables if not variable.is_output]
     for name, wanted in zip(
         [*found, "nothing"], [*expected, "model_file", "nothing"], strict=False
@@ -279,9 +256,8 @@ def _ports(model: Model, variables: Sequence[Variable]) -> str:
     names = {
         "speed": "speed",
         "tool_length": "tool_length",
-        "model_file": "model_file",
         "measured_targets": measured[0],
         "measured": MEASURED,
     }
-    parts = [f".{port} = {refs.get(name, 'NONE')}" for port, name in names.items()]
+    parts = [f".{port} = {refs[name]}" for port, name in names.items()]
     return f"{{{', '.join(parts)}}}"

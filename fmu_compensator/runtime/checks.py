@@ -38,7 +38,8 @@ class Sensor:
         A reading that stays exactly the same for longer is stale, once the sensor was seen to be
         alive [s]; None: never.
     trained_low, trained_high : float
-        Range of the model's input seen in training, in the file's input form [degC or K].
+        Range of the model's input seen in training, in the file's input form [degC or K]; for
+        people and `monitor`.
     """
 
     name: str
@@ -130,18 +131,19 @@ class SensorCheck:
             if self._last is not None and self._moves < ALIVE_AFTER:
                 self._moves += 1
             self._last, self._unchanged = value, 0.0
-        if not sensor.low <= value <= sensor.high:
-            limit = f"below {sensor.low:g}" if value < sensor.low else f"above {sensor.high:g}"
-            return self._fault(IMPLAUSIBLE, f"{sensor.name} {value:.1f} degC is {limit} degC")
+        away = allowed = 0.0
         if self._good is not None:
             if self._jumped_after is not None:
                 span = min(span, max(RETURN_S, self._jumped_after))
             away, allowed = abs(value - self._good), sensor.noise + sensor.rate_per_s * span
-            if away > allowed:
-                if self._jumped_after is None:
-                    self._jumped_after = self._since_good
-                text = f"{value:.1f} degC jumped by {away:.1f} K, {allowed:.2g} K allowed"
-                return self._fault(TOO_FAST, f"{sensor.name} {text}")
+            if away > allowed and self._jumped_after is None:
+                self._jumped_after = self._since_good
+        if not sensor.low <= value <= sensor.high:
+            limit = f"below {sensor.low:g}" if value < sensor.low else f"above {sensor.high:g}"
+            return self._fault(IMPLAUSIBLE, f"{sensor.name} {value:.1f} degC is {limit} degC")
+        if away > allowed:
+            text = f"{value:.1f} degC jumped by {away:.1f} K, {allowed:.2g} K allowed"
+            return self._fault(TOO_FAST, f"{sensor.name} {text}")
         limit_s = sensor.stale_after_s if self._moves == ALIVE_AFTER else None
         if limit_s is not None and self._unchanged > limit_s:
             return self._fault(

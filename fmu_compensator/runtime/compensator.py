@@ -8,9 +8,8 @@ from statistics import median
 from typing import Any, NamedTuple
 
 from fmu_compensator.runtime.checks import IMPLAUSIBLE, MISSING, Fault, SensorCheck
-from fmu_compensator.runtime.guard import Guard
 from fmu_compensator.runtime.modelfile import Model
-from fmu_compensator.runtime.prediction import LARGEST, Prediction, restore_part, three
+from fmu_compensator.runtime.prediction import Prediction, three
 from fmu_compensator.runtime.spare import Spare, Starts
 
 OK, WAITING, UNTRAINED, RECOVERING, SPARED = 0, 1, 2, 3, 4
@@ -18,7 +17,7 @@ HOLDING, RAMPING, AT_ZERO = 10, 20, 30  # plus the cause, 1 to 4
 STATUS_TEXTS = {
     OK: "offsets follow the model",
     WAITING: "waiting for the first valid sample",
-    UNTRAINED: "outside the range seen in training",
+    UNTRAINED: "outside the conditions seen in training",
     RECOVERING: "moving to the wanted offsets",
     SPARED: "going on without a sensor",
     HOLDING: "holding the last good offsets",
@@ -26,9 +25,7 @@ STATUS_TEXTS = {
     AT_ZERO: "offsets are zero",
 }
 LONGEST_S = 1e9  # a longer step is as good as this one, and sums of it stay finite
-JOINT = 5
-"""Cause of `UNTRAINED` where no temperature alone is outside training, but all of them together."""
-FORMAT = 2
+FORMAT = 3
 
 
 class Output(NamedTuple):
@@ -43,13 +40,13 @@ class Output(NamedTuple):
     dX_uncertainty, dY_uncertainty, dZ_uncertainty : float
         Half the width of the interval about the drift that is compensated, at this tool length, in
         which most unseen drift lies [um]: wider the newer the inputs are, narrower after a
-        measurement. The last good one while the inputs are bad. -1: not known, because the file
-        has no interval, or nothing was predicted yet.
+        measurement. The last good one while the inputs are bad. -1: not known, because the axis
+        was not measured in training, or nothing was predicted yet.
     valid : bool
         Whether the offsets follow the model. False while waiting, recovering or in a fault.
     status : int
-        0 ok; 1 waiting for the first valid sample; 2 ok, but outside the range seen in training;
-        3 recovering; 4 going on without one or two broken sensors, whose readings are estimated
+        0 ok; 1 waiting for the first valid sample; 2 ok, but in conditions that training did not
+        see; 3 recovering; 4 going on without broken sensors, whose readings are estimated
         from the others' (it wins over 2: somebody has to mend them); 1x holding, 2x ramping to
         zero, 3x at zero, where x is the cause: 1 missing, 2 out of the plausible range, 3 changing
         too fast, 4 stale.
@@ -76,7 +73,7 @@ class Output(NamedTuple):
 
 
 class RunningCompensator:
-    """Inputs checked, error model on its leash, offset geometry, limits.
+    """Inputs checked, error model and Gaussian, offset geometry, limits.
 
     Parameters
     ----------
@@ -91,8 +88,8 @@ class RunningCompensator:
     never step. The reference of the rise form outlives a fault.
 
     What the offsets are to be, and how far they may be off, is the `Prediction`. Where the file has
-    a spare, one or two broken sensors are no fault as long as what they are likely to read is known
-    well enough: `Spare`.
+    a spare, broken sensors are no fault as long as what they are likely to read is known well
+    enough: `Spare`.
     """
 
     def __init__(self, model: Model) -> None:
@@ -101,8 +98,8 @@ class RunningCompensator:
         self._prediction = Prediction(model, self._spare)
         self._checks = [SensorCheck(model.sensors[i], i + 1) for i in model.chosen]
         self._rise = model.input_form == "rise"
-        chosen = [model.sensors[index] for index in model.chosen]
-        self._trained = [(sensor.trained_low, sensor.trained_high) for sensor in chosen]
+        gaussian = self._prediction.gaussian
+        self._fixed = gaussian.usual if gaussian.fixed else None
         self.reset()
 
     def reset(self) -> None:
@@ -121,7 +118,6 @@ class RunningCompensator:
         self._fault_age = 0.0  # [s]
         self._good_for = 0.0  # since the last bad sample [s]
         self._offset = (0.0, 0.0, 0.0)
-        self._since_start = 0.0  # [s]
 
     def step(
         self,
@@ -175,12 +171,10 @@ class RunningCompensator:
         readings = [temperatures[index] for index in self.model.chosen]
         fault = self._look(readings, elapsed, tool_length)
         self._prediction.wait(elapsed)
-        if self._started:
-            self._since_start = min(self._since_start + elapsed, LONGEST_S)
-        inputs: list[float] = []
         if fault is None:
-            inputs = self._inputs(readings)
-            self._prediction.step(inputs, readings, speed, tool_length, self._since_start)
+            rises = self._rises(readings)
+            inputs = rises if self._rise else readings
+            self._prediction.step(inputs, rises, speed, tool_length)
             if not self._started:
                 self._started = self._recovering = True
             # What was measured while the inputs were bad has no prediction to be compared with.
@@ -189,7 +183,7 @@ class RunningCompensator:
         if not self._started:
             return self._output(False, WAITING, fault)
         self._follow(fault, elapsed)
-        return self._move(step_s, inputs)
+        return self._move(step_s)
 
     def _elapsed(self, time_s: float, step_s: float) -> float:
         """Return the time since the sample before this one [s]; 0 for the first."""
@@ -235,9 +229,9 @@ class RunningCompensator:
     ) -> Fault | None:
         """Replace what broken sensors read; return the fault that is left."""
         limits, idle = self.model.limits, self._checks[spare.turn].idle
-        share = limits.tool_share(tool_length)
+        axes = self.model.geometry.weights(limits.nearest_tool(tool_length))
         starts = None if self._started or not bad else self._starts(readings, bad)
-        used = spare.step(readings, bad, idle, elapsed_s, limits.recover_s, share, starts)
+        used = spare.step(readings, bad, idle, elapsed_s, limits.recover_s, axes, starts)
         if fault is not None:
             self._spared = fault
         if used is None:
@@ -251,26 +245,22 @@ class RunningCompensator:
 
     def _starts(self, readings: Sequence[float], bad: Sequence[int]) -> Starts | None:
         """Return from where rises may count without some sensors; None where a level matters."""
-        guard, good = (
-            self._prediction.guard,
-            [place for place in range(len(readings)) if place not in bad],
-        )
-        if not self._rise or guard is None or not good:
+        good = [place for place in range(len(readings)) if place not in bad]
+        usual = None if self._spare is None else self._spare.usual_start
+        if usual is None or not good:
             return None
         middle = median([readings[place] for place in good])
         first, unread = [], []
         for place, known in enumerate(self._reference):
-            likely = guard.usual_start(place, middle) if known is None else known
-            if likely is None:
-                return None
+            likely = middle + usual[place] if known is None else known
             if known is None:
                 unread.append(place)
             first.append(likely)
         return Starts(first, unread)
 
-    def _inputs(self, readings: Sequence[float]) -> list[float]:
-        if not self._rise:
-            return list(readings)
+    def _rises(self, readings: Sequence[float]) -> list[float]:
+        if self._fixed is not None:
+            return list(map(float.__sub__, readings, self._fixed))
         pairs = zip(readings, self._reference, strict=True)
         return [value - start for value, start in pairs if start is not None]
 
@@ -286,7 +276,7 @@ class RunningCompensator:
             if self._good_for >= self.model.limits.recover_s:
                 self._fault, self._recovering = None, True
 
-    def _move(self, step_s: float, inputs: Sequence[float]) -> Output:
+    def _move(self, step_s: float) -> Output:
         """Move the offsets for one step and say how they stand."""
         if self._fault is None:
             wanted = self._prediction.wanted
@@ -294,7 +284,7 @@ class RunningCompensator:
             if self._recovering and self._offset != wanted:
                 return self._output(False, RECOVERING, None)
             self._recovering = False
-            return self._trained_output(inputs)
+            return self._valid_output()
         if self._fault_age < self.model.limits.hold_s:
             return self._output(False, HOLDING + self._fault.cause, self._fault)
         self._slew((0.0, 0.0, 0.0), step_s)
@@ -310,16 +300,12 @@ class RunningCompensator:
             slewed(z, wanted[2], step_s),
         )
 
-    def _trained_output(self, inputs: Sequence[float]) -> Output:
-        """Return a valid output, which says so if an input lies outside what training saw."""
+    def _valid_output(self) -> Output:
+        """Return a valid output, which says so where training did not see such conditions."""
         if self._spared is not None:
             return self._output(True, SPARED, self._without(self._spared))
-        for (low, high), value in zip(self._trained, inputs, strict=True):
-            if not low <= value <= high:
-                return self._output(True, UNTRAINED, self._untrained(inputs))
-        guard = self._prediction.guard
-        if guard is not None and inputs and self._prediction.novelty > guard.known:
-            return self._output(True, UNTRAINED, self._together(guard))
+        if self._prediction.gaussian.is_new:
+            return self._output(True, UNTRAINED, self._new())
         return self._output(True, OK, None)
 
     def _without(self, fault: Fault) -> Fault:
@@ -332,30 +318,14 @@ class RunningCompensator:
                 return Fault(fault.cause, fault.sensor, fault.text + also)
         return fault
 
-    def _untrained(self, inputs: Sequence[float]) -> Fault | None:
-        """Return the first input that lies outside what training saw."""
-        for index, value in zip(self.model.chosen, inputs, strict=True):
-            sensor = self.model.sensors[index]
-            if not sensor.trained_low <= value <= sensor.trained_high:
-                unit = "K rise" if self._rise else "degC"
-                text = (
-                    f"{sensor.name} {value:.1f} {unit} is outside the "
-                    f"{sensor.trained_low:.1f} to {sensor.trained_high:.1f} seen in training"
-                )
-                return Fault(0, index + 1, text)
-        return None
-
-    def _together(self, guard: Guard) -> Fault:
-        """Return the inputs that lie outside what training saw only when taken together."""
-        novelty = self._prediction.novelty
-        places = [self.model.chosen[place] for place in guard.culprits(novelty)]
+    def _new(self) -> Fault:
+        """Return the inputs that make most of the uncertainty that is due to new conditions."""
+        gaussian = self._prediction.gaussian
+        places = [self.model.chosen[place] for place in gaussian.culprits()]
         names = ", ".join(self.model.sensors[index].name for index in places)
-        times = novelty / guard.known if guard.known > 0.0 else LARGEST
-        text = (
-            "temperatures together are outside training, novelty "
-            f"{min(times, LARGEST):.1f} times the largest known: {names}"
-        )
-        return Fault(JOINT, places[0] + 1, text)
+        part = 100.0 * gaussian.novelty / (gaussian.novelty + gaussian.usual_variance)
+        text = f"conditions outside training make {part:.0f} % of the uncertainty: {names}"
+        return Fault(0, places[0] + 1, text)
 
     def _output(self, valid: bool, status: int, reason: Fault | None) -> Output:
         text = STATUS_TEXTS[status if status < HOLDING else status - status % 10]
@@ -380,7 +350,6 @@ class RunningCompensator:
             "fault_age": self._fault_age,
             "good_for": self._good_for,
             "offset": list(self._offset),
-            "since_start": self._since_start,
             **self._prediction.state(),
             "spare": [] if self._spare is None else self._spare.state(),
             "checks": [check.state() for check in self._checks],
@@ -407,7 +376,10 @@ class RunningCompensator:
                 count = f"{len(state[name])} chosen sensors, the file {len(known[name])}"
                 raise ValueError(f"the state holds {count}")
         self._prediction.restore(state)
-        restore_part(self._spare, state, "spare")
+        if self._spare is not None:
+            self._spare.restore(state["spare"])
+        elif len(state["spare"]):
+            raise ValueError("the state holds a spare, the file has none")
         for check, remembered in zip(self._checks, state["checks"], strict=True):
             check.restore(remembered)
         self._last_time = state["last_time"]
@@ -417,4 +389,3 @@ class RunningCompensator:
         self._spared = None if state["spared"] is None else Fault(*state["spared"])
         self._fault_age, self._good_for = state["fault_age"], state["good_for"]
         self._offset = three(state["offset"])
-        self._since_start = state["since_start"]

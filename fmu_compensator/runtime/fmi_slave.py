@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from typing import Any, ClassVar
 
 from fmu_compensator.runtime.compensator import HOLDING, STATUS_TEXTS, WAITING, RunningCompensator
-from fmu_compensator.runtime.interval import NOT_KNOWN
 from fmu_compensator.runtime.modelfile import Model, ModelFileError, load_model, parse_model
+from fmu_compensator.runtime.prediction import NOT_KNOWN
 from fmu_packaging.slave import DriftSlave, FmuError
 from fmu_packaging.variables import Variable
 
@@ -15,7 +15,7 @@ MODEL_FILE = "compensator.json"
 """The bundled compensator file, in the FMU's resources."""
 
 MEASURED = "measured"
-"""The input that says whether the measured targets count, in an FMU whose model uses them."""
+"""The input that says whether the measured targets count."""
 
 HALF_WIDTHS = ("dX_uncertainty", "dY_uncertainty", "dZ_uncertainty")
 REALS = ("dX", "dY", "dZ", "elongation", "yaw", "pitch", *HALF_WIDTHS)
@@ -50,7 +50,7 @@ class CompensatorSlave(DriftSlave):
         self._reals = [self.refs[name] for name in REALS]
         self._valid, self._text = self.refs["valid"], self.refs["status_text"]
         self._codes = [self.refs["status"], self.refs["status_sensor"]]
-        self._probed = self.refs.get(MEASURED, -1)
+        self._probed = self.refs[MEASURED]
 
     def declare(self) -> Sequence[Variable]:
         """Return the variables that the bundled file asks for."""
@@ -75,7 +75,7 @@ class CompensatorSlave(DriftSlave):
         self._numbers = [0, *(place + 1 for place in places)]
         self._compensator = RunningCompensator(model)
         # Another file may predict other targets than this FMU has inputs for.
-        self._takes_measured = self._probed >= 0 and model.targets == self._bundled.targets
+        self._takes_measured = model.targets == self._bundled.targets
         self.outputs.update(dict.fromkeys(self._reals, 0.0))
         for name in HALF_WIDTHS:
             self.put(name, NOT_KNOWN)
@@ -160,8 +160,7 @@ def variables(model: Model) -> list[Variable]:
             start=min(max(USUAL_TOOL, low), high),
         ),
     ]
-    if model.takes_measured:
-        declared += _measured_inputs(model)
+    declared += _measured_inputs(model)
     declared += [
         _output(
             f"d{axis}",
@@ -249,7 +248,7 @@ def _measured_inputs(model: Model) -> list[Variable]:
 
 def _half_widths(model: Model) -> list[Variable]:
     """Return the outputs that say how far the prediction may be off."""
-    share = "most" if model.interval is None else f"{100 * model.interval.coverage:g} %"
+    share = f"{100 * model.new_gaussian().coverage:g} %"
     return [
         _output(
             f"d{axis}_uncertainty",

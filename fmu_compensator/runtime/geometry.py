@@ -45,6 +45,16 @@ class Geometry(ABC):
         """
 
     @abstractmethod
+    def weights(self, tool_length_mm: float) -> list[list[float]]:
+        """Return how the drift follows from small targets: rows for X, Y, Z [um/um, um/urad].
+
+        Parameters
+        ----------
+        tool_length_mm : float
+            From the gauge line to the tool tip [mm].
+        """
+
+    @abstractmethod
     def pose(self, targets: Sequence[float]) -> tuple[float, float, float]:
         """Return elongation [um], yaw and pitch [urad]; 0 for what the rig does not measure.
 
@@ -126,6 +136,18 @@ class FivePoint(Geometry):
         beyond = length - self.near_to_gauge_mm * UM_PER_MM
         return near_x + beyond * slope_x, near_y + beyond * slope_y, z
 
+    def weights(self, tool_length_mm: float) -> list[list[float]]:
+        """Return how the drift follows from small targets: rows for X, Y, Z [um/um, um/urad]."""
+        turning = self.form == "pure_rotation"
+        near = 0.0 if turning else 1.0
+        arm = tool_length_mm - (0.0 if turning else self.near_to_gauge_mm)
+        slope = arm * UM_PER_MM * RAD_PER_URAD
+        return [
+            [0.0, slope, 0.0, near, 0.0],
+            [0.0, 0.0, slope, 0.0, near],
+            [-1.0, 0.0, 0.0, 0.0, 0.0],
+        ]
+
     def pose(self, targets: Sequence[float]) -> tuple[float, float, float]:
         """Return elongation [um], yaw and pitch [urad]."""
         return targets[0], targets[1], targets[2]
@@ -189,6 +211,13 @@ class Direct(Geometry):
         for (place, sign), value in zip(self._places, targets, strict=True):
             drift[place] = sign * value
         return drift[0], drift[1], drift[2]
+
+    def weights(self, tool_length_mm: float) -> list[list[float]]:
+        """Return how the drift follows from the targets: rows for X, Y, Z [1]."""
+        rows = [[0.0] * len(self._places) for _ in AXES]
+        for target, (place, sign) in enumerate(self._places):
+            rows[place][target] = float(sign)
+        return rows
 
     def pose(self, targets: Sequence[float]) -> tuple[float, float, float]:
         """Return the elongation [um]: growth towards -Z where Z is measured; no tilt [urad]."""

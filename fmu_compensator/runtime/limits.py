@@ -24,6 +24,8 @@ class Limits:
         How long the inputs must be good after a fault before they are used again [s].
     tool_length_mm : tuple of float
         Shortest and longest tool that the geometry is good for [mm].
+    share : float
+        Which share of the predicted drift is sent, 0 to 1 [1]: 1 is best by squared error.
     """
 
     offset_um: float
@@ -31,6 +33,7 @@ class Limits:
     hold_s: float
     recover_s: float
     tool_length_mm: tuple[float, float]
+    share: float = 1.0
 
     @classmethod
     def from_fields(cls, fields: Fields) -> Limits:
@@ -41,6 +44,7 @@ class Limits:
             fields.number("hold_s", 0, 1e6),
             fields.number("recover_s", 0, 1e6),
             cls._tool_length(fields),
+            fields.number("share", 0.0, 1.0) if fields.has("share") else 1.0,
         )
         fields.done()
         return limits
@@ -54,15 +58,10 @@ class Limits:
             )
         return low, high
 
-    def tool_share(self, tool_length_mm: float) -> float:
-        """Return where a tool is from the shortest (0) to the longest (1).
-
-        Outside the range it is at the nearer end; 0 where the range is one length, or where the
-        length is not a number.
-        """
+    def nearest_tool(self, tool_length_mm: float) -> float:
+        """Return the nearest allowed tool length [mm]; the shortest where it is not a number."""
         low, high = self.tool_length_mm
-        share = (tool_length_mm - low) / (high - low) if low < high else 0.0
-        return min(share, 1.0) if share > 0.0 else 0.0
+        return min(tool_length_mm, high) if tool_length_mm > low else low
 
     def saturated(self, offset_um: float) -> float:
         """Return the nearest allowed offset [um]."""

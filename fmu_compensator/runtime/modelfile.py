@@ -13,13 +13,11 @@ from pathlib import Path
 from typing import Any
 
 from fmu_compensator.runtime.checks import Sensor
-from fmu_compensator.runtime.correction import Correction
 from fmu_compensator.runtime.error_models import error_models
 from fmu_compensator.runtime.error_models.base import ErrorModel
 from fmu_compensator.runtime.fields import Fields, ModelFileError
+from fmu_compensator.runtime.gaussian import Gaussian
 from fmu_compensator.runtime.geometry import Geometry, geometry_from_fields
-from fmu_compensator.runtime.guard import Guard
-from fmu_compensator.runtime.interval import Interval
 from fmu_compensator.runtime.limits import Limits
 from fmu_compensator.runtime.spare import Spare
 
@@ -29,12 +27,10 @@ __all__ = [
     "load_model",
     "model_text",
     "parse_model",
-    "without_training",
 ]
 
-FORMAT = 2
-"""1 had no guard, no correction, and an interval that knew nothing of novelty."""
-WITH_GUARD = 2
+FORMAT = 3
+"""1 and 2 held an error model and layers around it; 3 holds one Gaussian."""
 KIND = "spindle-drift compensator"
 LARGEST_FILE = 4_000_000  # bytes; a large network is a few hundred thousand
 MOST_SENSORS = 500
@@ -65,8 +61,6 @@ class Model:
         From targets to the drift of the tool tip.
     limits : Limits
         What the offsets may do.
-    interval : Interval or None
-        How far the drift may be from the predicted one; None where the file does not say.
     provenance : dict
         Runs, options and figures of merit of the fit.
     table : dict
@@ -84,7 +78,6 @@ class Model:
     targets: tuple[str, ...]
     geometry: Geometry
     limits: Limits
-    interval: Interval | None
     provenance: dict[str, Any]
     table: dict[str, Any]
     source: str
@@ -94,22 +87,14 @@ class Model:
         fields = Fields(self.table["error_model"], self.source, "error_model")
         return _error_model(fields, len(self.chosen), self.geometry)
 
-    @property
-    def takes_measured(self) -> bool:
-        """Whether measured targets make the offsets better."""
-        return self.new_correction() is not None or self.new_error_model().uses_measured
-
-    def new_guard(self) -> Guard | None:
-        """Return a fresh guard; None where the file has none."""
-        return _guard(Fields(self.table, self.source), len(self.chosen), len(self.targets))
-
-    def new_correction(self) -> Correction | None:
-        """Return a fresh correction by measurements; None where the file has none."""
-        return _correction(Fields(self.table, self.source), len(self.targets))
+    def new_gaussian(self) -> Gaussian:
+        """Return what stands on the error model, fresh."""
+        fields = Fields(self.table["gaussian"], self.source, "gaussian")
+        return Gaussian.from_fields(fields, len(self.chosen), len(self.targets))
 
     def new_spare(self) -> Spare | None:
         """Return what broken sensors are likely to read, fresh; None where the file has none."""
-        return _spare(Fields(self.table, self.source), len(self.chosen))
+        return _spare(Fields(self.table, self.source), len(self.chosen), len(self.targets))
 
 
 def load_model(path: str | Path) -> Model:
@@ -195,22 +180,6 @@ def model_text(table: dict[str, Any], source: str = "compensator file") -> str:
     return text
 
 
-def without_training(text: str) -> str:
-    """Return a compensator file's text without the training runs that `update` needs.
-
-    Who gets an FMU need not get the measurements.
-
-    Parameters
-    ----------
-    text : str
-        Of a file that can be read.
-    """
-    table = json.loads(text)
-    if not isinstance(table, dict) or "training" not in table:
-        return text
-    return json.dumps({key: table[key] for key in table if key != "training"}, indent=1) + "\n"
-
-
 def _model(table: object, source: str) -> Model:
     fields = Fields(table, source)
     fields.choice("kind", (KIND,))
@@ -219,6 +188,9 @@ def _model(table: object, source: str) -> Model:
         raise fields.refusal(
             "format", f"the file was written by a newer version; this one reads format {FORMAT}"
         )
+    if number < FORMAT:
+        again = "fit it again from its runs: spindle-drift fit RUN... -o FILE"
+        raise fields.refusal("format", f"{number} is of an older version; {again}")
     created = fields.raw("created")
     if created is not None:
         _check_date(fields, fields.text("created"))
@@ -226,7 +198,6 @@ def _model(table: object, source: str) -> Model:
     chosen = _chosen(fields, sensors)
     geometry = geometry_from_fields(fields.table("geometry"))
     limits = Limits.from_fields(fields.table("limits"))
-    interval = fields.table_or_none("interval")
     model = Model(
         name=fields.name("name"),
         title=fields.text("title"),
@@ -237,37 +208,20 @@ def _model(table: object, source: str) -> Model:
         targets=geometry.targets,
         geometry=geometry,
         limits=limits,
-        interval=None
-        if interval is None
-        else Interval.from_fields(interval, novelty=number >= WITH_GUARD),
         provenance=_provenance(fields.table("provenance")),
         table=fields.as_table(),
         source=source,
     )
     _error_model(fields.table("error_model"), len(chosen), geometry)
-    _guard(fields, len(chosen), len(geometry.targets))
-    _correction(fields, len(geometry.targets))
-    _spare(fields, len(chosen))
-    if fields.has("training"):
-        fields.table_or_none("training")  # for `update`; nothing here needs it
+    Gaussian.from_fields(fields.table("gaussian"), len(chosen), len(geometry.targets))
+    _spare(fields, len(chosen), len(geometry.targets))
     fields.done()
     return model
 
 
-def _guard(fields: Fields, inputs: int, targets: int) -> Guard | None:
-    table = fields.table_or_none("guard") if fields.raw("format") >= WITH_GUARD else None
-    return None if table is None else Guard.from_fields(table, inputs, targets)
-
-
-def _correction(fields: Fields, targets: int) -> Correction | None:
-    table = fields.table_or_none("correction") if fields.raw("format") >= WITH_GUARD else None
-    return None if table is None else Correction.from_fields(table, targets)
-
-
-def _spare(fields: Fields, inputs: int) -> Spare | None:
-    known = fields.raw("format") >= WITH_GUARD and fields.has("spare")
-    table = fields.table_or_none("spare") if known else None
-    return None if table is None else Spare.from_fields(table, inputs)
+def _spare(fields: Fields, inputs: int, targets: int) -> Spare | None:
+    table = fields.table_or_none("spare")
+    return None if table is None else Spare.from_fields(table, inputs, targets)
 
 
 def _sensors(fields: Fields) -> tuple[Sensor, ...]:
@@ -312,6 +266,8 @@ def _provenance(fields: Fields) -> dict[str, Any]:
         if not isinstance(note, str):
             raise fields.refusal(f"notes.{index}", "must be a text")
     fields.table("options").keys()
+    if fields.has("rig"):
+        fields.table("rig").keys()
     fields.table("figures").keys()
     fields.done()
     return fields.as_table()

@@ -10,7 +10,6 @@ from typing import NamedTuple
 from fmu_compensator.runtime.fields import Fields
 from fmu_compensator.runtime.lags import checked_state
 
-MOST_BROKEN = 2
 BLEND_S = 120.0
 """A reading that is taken from elsewhere moves there with this time constant [s]."""
 FRESH = 0.1
@@ -43,10 +42,10 @@ class Spare:
         P_{bb}\, r_b = z_b\, e^{-t/\tau} - P_{bg}\, r_g, \qquad
         \mathrm{cov}(r_b) = P_{bb}^{-1}, \text{ each deviation times } \sqrt{g (1 - e^{-2t/\tau})}
 
-    r is the rise above the first reading, b stands for the broken sensors (at most `MOST_BROKEN`)
-    and g for the good ones. :math:`z = P r` is what the others did not explain of a sensor while it
-    still was good, t since then: the broken one goes on from where it stood. With at most two of
-    them no larger system is to be solved than two by two.
+    r is the rise above the first reading, b stands for the broken sensors and g for the good ones.
+    :math:`z = P r` is what the others did not explain of a sensor while it still was good, t since
+    then: the broken one goes on from where it stood. The compensator goes on as long as what the
+    broken sensors leave open moves some axis by less than it usually drifts.
 
     A sensor that never read since the start has a rise all the same: that of the estimate. Where it
     starts is a guess; once it is good, its readings count from where the estimate is then, and what
@@ -60,13 +59,13 @@ class Spare:
         g: variance of the error on runs left out, over that which P says [1].
     memory_s : float
         tau: how long a sensor's difference from what the others say stays alike [s].
-    deviations : float
-        Half width of the file's interval in standard deviations [1].
-    shortest, longest : list of list of float, 3 x chosen
-        What an error of a reading does to the drift along X, Y, Z at the shortest and the longest
-        tool [um/K].
-    usual_shortest, usual_longest : list of float
-        Root mean square drift of training along X, Y, Z at either tool [um]; 0: not measured.
+    usual_start : list of float or None
+        What each sensor usually reads at the start, above the median of all [K]; None where rises
+        count from fixed temperatures.
+    sensitivity : list of list of float, targets x chosen
+        What a lasting error of a reading does to the targets [um/K, urad/K].
+    usual : list of list of float, targets x targets
+        Mean square of the drift in training [um^2, um urad, urad^2].
     """
 
     def __init__(
@@ -74,20 +73,17 @@ class Spare:
         precision: list[list[float]],
         growth: list[float],
         memory_s: float,
-        deviations: float,
-        shortest: list[list[float]],
-        longest: list[list[float]],
-        usual_shortest: list[float],
-        usual_longest: list[float],
+        usual_start: list[float] | None,
+        sensitivity: list[list[float]],
+        usual: list[list[float]],
     ) -> None:
-        self.deviations = deviations
+        self.usual_start = usual_start
         self._precision, self._growth, self._memory_s = precision, growth, memory_s
-        self._shortest, self._longest = shortest, longest
-        self._usual_shortest, self._usual_longest = usual_shortest, usual_longest
+        self._sensitivity, self._usual = sensitivity, usual
         self.reset()
 
     @classmethod
-    def from_fields(cls, fields: Fields, inputs: int) -> Spare:
+    def from_fields(cls, fields: Fields, inputs: int, targets: int) -> Spare:
         """Return the spare of a file's table.
 
         Raises
@@ -98,18 +94,15 @@ class Spare:
         precision = fields.matrix("precision", inputs, inputs, LARGEST)
         _check_precision(fields, precision)
         growth = _not_negative(fields, "growth", inputs, LARGEST)
-        usual = [
-            _not_negative(fields, f"{tool}_tool_usual_um", 3, 1e6)
-            for tool in ("shortest", "longest")
-        ]
         spare = cls(
             precision,
             growth,
             fields.number("memory_s", 1.0, LARGEST),
-            fields.number("deviations", 0.0, 10.0),
-            fields.matrix("shortest_tool_um_per_K", 3, inputs, 1e6),
-            fields.matrix("longest_tool_um_per_K", 3, inputs, 1e6),
-            *usual,
+            None
+            if fields.raw("usual_start") is None
+            else fields.numbers("usual_start", inputs, 1e4),
+            fields.matrix("sensitivity", targets, inputs, 1e6),
+            fields.matrix("usual", targets, targets, 1e12),
         )
         fields.done()
         return spare
@@ -143,7 +136,7 @@ class Spare:
         idle: float,
         elapsed_s: float,
         recover_s: float,
-        tool_share: float,
+        axes: Sequence[Sequence[float]],
         starts: Starts | None = None,
     ) -> list[float] | None:
         """Take in one sample; return the readings to use [degC], None if there is no going on.
@@ -160,18 +153,18 @@ class Spare:
             Time since the sample before this one [s].
         recover_s : float
             How long a sensor must be good to be used again [s].
-        tool_share : float
-            Where the tool is from the shortest (0) to the longest (1).
+        axes : sequence of sequence of float
+            How the drift along X, Y, Z follows from the targets: `Geometry.weights`.
         starts : Starts, optional
             From where rises may count if not all are good; without it they must be to start.
         """
         if not self._started:
-            return self._start(readings, bad, elapsed_s, tool_share, starts)
+            return self._start(readings, bad, elapsed_s, axes, starts)
         self._clock = min(self._clock + elapsed_s, MOST_S)
         before = list(self._good_for)
         self._count(bad, elapsed_s, recover_s)
         broken = self.broken
-        if not self._can_go_on(broken, tool_share):
+        if not self._can_go_on(broken, axes):
             if bad:
                 self._stopped = True
                 return None
@@ -183,7 +176,7 @@ class Spare:
         used = self._filled(readings, broken)
         kept = exp(-elapsed_s / BLEND_S)
         self._blend(used, before, kept)
-        self._fade_extra(broken, kept, tool_share)
+        self._fade_extra(broken, kept, axes)
         self._compare(used, idle)
         self._stopped, self._last = False, used
         return used
@@ -193,7 +186,7 @@ class Spare:
         readings: Sequence[float],
         bad: Sequence[int],
         elapsed_s: float,
-        tool_share: float,
+        axes: Sequence[Sequence[float]],
         starts: Starts | None,
     ) -> list[float] | None:
         """Take in a sample before the first one in use."""
@@ -208,7 +201,7 @@ class Spare:
             return None
         good_for = [0.0 if place in bad else -1.0 for place in range(len(readings))]
         waited, self._clock = self._clock, 0.0
-        if not self._can_go_on(bad, tool_share):
+        if not self._can_go_on(bad, axes):
             self._clock = waited
             return None
         self._started = True
@@ -237,17 +230,15 @@ class Spare:
                 good_for += elapsed_s
                 self._good_for[place] = -1.0 if good_for >= recover_s else good_for
 
-    def _can_go_on(self, broken: Sequence[int], tool_share: float) -> bool:
+    def _can_go_on(self, broken: Sequence[int], axes: Sequence[Sequence[float]]) -> bool:
         """Return whether some drift stays known to better than its usual size, for long."""
         if not broken:
             return True
-        if len(broken) > MOST_BROKEN:
+        if len(broken) == len(self._growth):
             return False
-        for axis, extra in enumerate(self._variances(broken, tool_share, lasting=True)):
-            usual = self._usual(axis, tool_share)
-            if usual > 0.0 and extra <= usual * usual:
-                return True
-        return False
+        usual = [_quadratic(self._usual, weights) for weights in axes]
+        lost = self._added(broken, axes, lasting=True)
+        return any(most > 0.0 and extra <= most for extra, most in zip(lost, usual, strict=True))
 
     def _filled(self, readings: Sequence[float], broken: Sequence[int]) -> list[float]:
         """Return the readings with what the broken sensors are likely to read [degC]."""
@@ -262,50 +253,47 @@ class Spare:
             row = self._precision[place]
             kept = exp(-(self._clock - self._seen[place]) / self._memory_s)
             pulls.append(row[place] * self._own[place] * kept - sum(map(mul, row, rises)))
-        (aa, ab, bb), determinant = self._covariance(broken)
-        a = broken[0]
-        if len(broken) == 1:
-            used[a] = self._first[a] + aa * pulls[0] / determinant
-        else:
-            b = broken[1]
-            used[a] = self._first[a] + (aa * pulls[0] + ab * pulls[1]) / determinant
-            used[b] = self._first[b] + (ab * pulls[0] + bb * pulls[1]) / determinant
+        for place, rise in zip(broken, self._solved(broken, pulls), strict=True):
+            used[place] = self._first[place] + rise
         return used
 
-    def _covariance(self, broken: Sequence[int]) -> tuple[tuple[float, float, float], float]:
-        """Return the inverse of P_bb times its determinant: (aa, ab, bb), and the determinant."""
-        a = broken[0]
-        if len(broken) == 1:
-            return (1.0, 0.0, 0.0), self._precision[a][a]
-        b = broken[1]
-        p, q, r = self._precision[a][a], self._precision[a][b], self._precision[b][b]
-        return (r, -q, p), p * r - q * q
-
-    def _variances(self, broken: Sequence[int], tool_share: float, *, lasting: bool) -> list[float]:
-        """Return what the broken sensors add to the variance of the drift, for X, Y, Z [um^2]."""
-        (aa, ab, bb), determinant = self._covariance(broken)
-        found = []
-        for axis in range(3):
-            a = self._weight(axis, broken[0], tool_share, lasting=lasting)
-            total = aa * a * a
-            if len(broken) > 1:
-                b = self._weight(axis, broken[1], tool_share, lasting=lasting)
-                total += 2.0 * ab * a * b + bb * b * b
-            found.append(max(total / determinant, 0.0))
+    def _solved(self, broken: Sequence[int], right: Sequence[float]) -> list[float]:
+        """Return the solution of P_bb x = right, by elimination: P_bb is positive definite."""
+        rows = [
+            [*(self._precision[one][other] for other in broken), value]
+            for one, value in zip(broken, right, strict=True)
+        ]
+        count = len(rows)
+        for at in range(count):
+            for below in range(at + 1, count):
+                part = rows[below][at] / rows[at][at]
+                for column in range(at, count + 1):
+                    rows[below][column] -= part * rows[at][column]
+        found = [0.0] * count
+        for at in reversed(range(count)):
+            known = sum(rows[at][column] * found[column] for column in range(at + 1, count))
+            found[at] = (rows[at][count] - known) / rows[at][at]
         return found
 
-    def _weight(self, axis: int, place: int, tool_share: float, *, lasting: bool) -> float:
-        """Return what a unit of P_bb's deviation of one sensor does to the drift [um/K]."""
-        shortest, longest = self._shortest[axis][place], self._longest[axis][place]
-        told = 1.0
-        if not lasting:
-            told = -expm1(-2.0 * (self._clock - self._seen[place]) / self._memory_s)
-        weight = shortest + tool_share * (longest - shortest)
-        return weight * sqrt(self._growth[place] * told)
-
-    def _usual(self, axis: int, tool_share: float) -> float:
-        shortest, longest = self._usual_shortest[axis], self._usual_longest[axis]
-        return shortest + tool_share * (longest - shortest)
+    def _added(
+        self, broken: Sequence[int], axes: Sequence[Sequence[float]], *, lasting: bool
+    ) -> list[float]:
+        """Return what the broken sensors add to the variance of the drift, for X, Y, Z [um^2]."""
+        roots = []
+        for place in broken:
+            told = 1.0
+            if not lasting:
+                told = -expm1(-2.0 * (self._clock - self._seen[place]) / self._memory_s)
+            roots.append(sqrt(self._growth[place] * told))
+        found = []
+        for weights in axes:
+            moved = [
+                root
+                * sum(w * row[place] for w, row in zip(weights, self._sensitivity, strict=True))
+                for place, root in zip(broken, roots, strict=True)
+            ]
+            found.append(max(sum(map(mul, moved, self._solved(broken, moved))), 0.0))
+        return found
 
     def _blend(self, used: list[float], before: Sequence[float], kept: float) -> None:
         """Let no reading step when it comes from elsewhere than in the sample before."""
@@ -324,9 +312,11 @@ class Spare:
         for place, gap in enumerate(self._gap):
             used[place] += gap
 
-    def _fade_extra(self, broken: Sequence[int], kept: float, tool_share: float) -> None:
+    def _fade_extra(
+        self, broken: Sequence[int], kept: float, axes: Sequence[Sequence[float]]
+    ) -> None:
         if broken:
-            now = self._variances(broken, tool_share, lasting=False)
+            now = self._added(broken, axes, lasting=False)
             self._extra = [max(new, old * kept) for new, old in zip(now, self._extra, strict=True)]
         elif any(self._extra):
             self._extra = [old * kept for old in self._extra]
@@ -344,33 +334,10 @@ class Spare:
         self._own[place] = sum(map(mul, row, rises)) / row[place]
         self._seen[place] = self._clock
 
-    def faded(self, axis: int, tool_share: float, doubt: float) -> float:
-        """Return which share of an offset is still backed by what is known, 0 to 1.
-
-        Parameters
-        ----------
-        axis : int
-            0, 1, 2 for X, Y, Z.
-        tool_share : float
-            Where the tool is from the shortest (0) to the longest (1).
-        doubt : float
-            Share of the error's variance that is left since a measurement, 0 to 1.
-        """
-        extra, usual = self._extra[axis] * doubt, self._usual(axis, tool_share)
-        return usual * usual / (usual * usual + extra) if extra > 0.0 else 1.0
-
-    def widened(
-        self, half_width: tuple[float, float, float], doubt: float
-    ) -> tuple[float, float, float]:
-        """Return half widths with what the broken sensors add [um]; what is not known stays so."""
-        if not any(self._extra):
-            return half_width
-        scale = self.deviations * self.deviations * doubt
-        x, y, z = (
-            sqrt(width * width + scale * extra) if width >= 0.0 and extra > 0.0 else width
-            for width, extra in zip(half_width, self._extra, strict=True)
-        )
-        return x, y, z
+    @property
+    def added(self) -> list[float]:
+        """What broken sensors add to the variance of the drift now, for X, Y, Z [um^2]."""
+        return self._extra
 
     def state(self) -> list[float]:
         """Return what is remembered."""
@@ -422,16 +389,24 @@ def _not_negative(fields: Fields, key: str, length: int, limit: float) -> list[f
 
 
 def _check_precision(fields: Fields, precision: list[list[float]]) -> None:
-    """Refuse a matrix by which one or two sensors have no variance."""
+    """Refuse a matrix by which some sensors, given the others, have no variance."""
+    left = [list(row) for row in precision]
     for i, row in enumerate(precision):
-        if not row[i] > 0.0:
-            problem = f"{row[i]:g} is not allowed: must be above 0"
-            raise fields.refusal(f"precision.{i}.{i}", problem)
         for j, other in enumerate(precision[:i]):
-            problem = f"{row[j]:g} is not allowed: "
             if row[j] != other[i]:
-                problem += f"must be that of precision.{j}.{i} ({other[i]:g})"
-                raise fields.refusal(f"precision.{i}.{j}", problem)
-            if not row[j] * row[j] < row[i] * other[j]:
-                problem += f"below {sqrt(row[i] * other[j]):g} in size"
-                raise fields.refusal(f"precision.{i}.{j}", problem)
+                problem = f"{row[j]:g} is not allowed: must be that of precision.{j}.{i}"
+                raise fields.refusal(f"precision.{i}.{j}", f"{problem} ({other[i]:g})")
+        if not left[i][i] > 0.0:
+            problem = f"{row[i]:g} is not allowed: the matrix must be positive definite"
+            raise fields.refusal(f"precision.{i}.{i}", problem)
+        for below in left[i + 1 :]:
+            part = below[i] / left[i][i]
+            below[i:] = [a - part * b for a, b in zip(below[i:], left[i][i:], strict=True)]
+
+
+def _quadratic(matrix: Sequence[Sequence[float]], weights: Sequence[float]) -> float:
+    return sum(
+        one * other * matrix[row][column]
+        for row, one in enumerate(weights)
+        for column, other in enumerate(weights)
+    )

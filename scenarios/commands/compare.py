@@ -22,7 +22,6 @@ from measurement.files import write_atomically
 from measurement.runs import Run, read_run
 from plant_model.machine_file import read_machine
 from scenarios.comparison_page import ranking_text, write_figures, write_page
-from scenarios.fit_text import add_jobs, check_jobs
 from scenarios.outputs import FOLDER
 from scenarios.results import results_folder, write_table
 
@@ -64,10 +63,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "where the runs have its columns; else every displacement column is a target)",
     )
     parser.add_argument("--seed", type=int, help="for models that start at random")
-    parser.add_argument(
-        "--no-intervals", action="store_true", help="do not learn prediction intervals: faster"
-    )
-    add_jobs(parser)
     parser.add_argument("--json", action="store_true", help="print JSON instead of tables")
     parser.add_argument(
         "--out",
@@ -85,7 +80,6 @@ def run(args: argparse.Namespace) -> int:
     BadInput
         For runs, models or options that cannot be used.
     """
-    check_jobs("compare", args.jobs)
     if args.seed is not None and not 0 <= args.seed < 2**31:
         raise BadInput("compare", "seed", f"{args.seed} is not allowed: 0 to {2**31 - 1}")
     splits = _splits(args)
@@ -105,9 +99,7 @@ def run(args: argparse.Namespace) -> int:
             rig,
             entrants,
             strict=names is not None,
-            intervals=not args.no_intervals,
             on_step=tell,
-            jobs=args.jobs,
         )
     result = comparison.to_dict() | {"data": [fault.to_dict() for fault in faults]}
     text = json.dumps(result, indent=1, allow_nan=False)

@@ -9,14 +9,13 @@ from inspect import signature
 from pathlib import Path
 from typing import Any
 
-from fmu_compensator.fit.choosing import CANDIDATES
 from fmu_compensator.fit.fitting import compensator_text, fit_compensator
 from measurement.errors import BadInput, shown
 from measurement.files import write_atomically
 from measurement.rig import Rig, default_rig, rig_from_table
 from measurement.runs import Run, read_run
 from plant_model.machine_file import read_machine
-from scenarios.fit_text import add_jobs, bar, check_jobs, kinds_of, report
+from scenarios.fit_text import add_jobs, bar, check_jobs, report
 from scenarios.grey_options import add_grey_options, grey_options
 from scenarios.outputs import COMPENSATOR_FILE
 
@@ -34,14 +33,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("runs", nargs="+", metavar="RUN", type=Path, help="run file (CSV)")
     parser.add_argument(
         "--model",
-        help="error model (default: the simplest of the best on runs left out, those included that "
-        "go beyond the others: docs/trust.md)",
+        help="error model, the mean function of the Gaussian (default: gaussian, no mean function)",
     )
     parser.add_argument(
-        "--among",
-        metavar="NAME,NAME...",
-        help="error models to choose among, from the simplest on, where no --model is named "
-        f"(default: {','.join(CANDIDATES)})",
+        "--share",
+        type=float,
+        help="share of the predicted drift to send, 0 to 1 (default: 1)",
     )
     parser.add_argument(
         "-o",
@@ -106,11 +103,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--name", help="name in the file")
     parser.add_argument("--title", help="title in the file")
     parser.add_argument("--created", metavar="YYYY-MM-DD", help="date in the file (default: none)")
-    parser.add_argument(
-        "--forget-runs",
-        action="store_true",
-        help="keep no training runs in the file; 'update' and parts of 'monitor' then need them",
-    )
     add_jobs(parser)
     parser.add_argument("--json", action="store_true", help="print the figures as JSON")
 
@@ -120,8 +112,6 @@ def run(args: argparse.Namespace) -> int:
     runs = [read_run(path) for path in args.runs]
     rig, sensors = _rig(runs[0], args.machine)
     check_jobs("fit", args.jobs)
-    if args.among is not None and args.model is not None:
-        raise BadInput("fit", "--among", "cannot stand beside --model")
     with bar() as on_step:
         table = _fitted(args, runs, rig, sensors, on_step)
     path = write_atomically(args.output, compensator_text(table))
@@ -144,16 +134,15 @@ def _fitted(
         runs,
         rig,
         args.model,
-        candidates=kinds_of(args.among),
         on_step=on_step,
         jobs=args.jobs,
-        keep_runs=not args.forget_runs,
         points=args.points,
         input_form=args.input_form,
         grey=_choice_options(args),
         sensors=sensors,
         geometry_form=args.form,
         tool_length_mm=None if args.tool_length is None else tuple(args.tool_length),
+        limits={} if args.share is None else {"share": args.share},
         name=args.name,
         title=args.title,
         created=args.created,

@@ -34,8 +34,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--machine",
-        help="machine whose rig says what the displacements mean, where the compensator file keeps "
-        "no runs (S1 to S5, S5 along +Z)",
+        help="machine whose rig says what the displacements mean (default: what they meant in "
+        "training)",
     )
     parser.add_argument(
         "--out", type=Path, metavar="DIR", help="also write monitor.json and a figure here"
@@ -61,10 +61,8 @@ def run(args: argparse.Namespace) -> int:
     model = model_of(args.compensator) if fmu else load_model(args.compensator)
     runs = [read_run(path) for path in args.runs]
     rig = None
-    if args.machine is not None or "training" not in model.table:
-        named = None
-        if args.machine is not None:
-            named = rig_from_table(read_machine(args.machine).rig, args.machine)
+    if args.machine is not None:
+        named = rig_from_table(read_machine(args.machine).rig, args.machine)
         rig = rig_of_model(model, named if isinstance(named, FivePointRig) else None)
     with tqdm(total=len(runs), unit="run", disable=args.quiet or None, leave=False) as bar:
         report = monitor(model, runs, rig, on_run=lambda one: _count(bar))
@@ -92,7 +90,8 @@ def lines_of(report: Any) -> list[str]:
         f"({gain.low:.2f} to {gain.high:.2f}, 95 %)"
         for gain in report.gains
     ]
-    if report.inside and not math.isnan(report.promised):
+    calm = report.verdict in ("fits", "unusual_runs")
+    if calm and report.inside and not math.isnan(report.promised):
         held = ", ".join(f"{axis} {share:.0%}" for axis, share in report.inside.items())
         lines.append(f"inside the interval that promises {report.promised:.0%}: {held}")
     lines += ["", "run by run; RMSE [um] of the drift, and of what the compensator leaves:"]

@@ -13,6 +13,7 @@ import pytest
 from fmu_compensator.runtime.modelfile import Model, parse_model
 from measurement.rig import DirectRig, FivePointRig
 from measurement.runs import Run
+from tests.fmu_compensator.gaussians import knows_nothing
 
 
 def sensor(name: str, **changes: Any) -> dict[str, Any]:
@@ -34,7 +35,7 @@ def sensor(name: str, **changes: Any) -> dict[str, Any]:
 def five_point_table() -> dict[str, Any]:
     """A compensator with a five-point rig: four sensors, of which T1 and T4 are used."""
     return {
-        "format": 1,
+        "format": 3,
         "kind": "spindle-drift compensator",
         "name": "small",
         "title": "a small one",
@@ -61,14 +62,8 @@ def five_point_table() -> dict[str, Any]:
             "recover_s": 5.0,
             "tool_length_mm": [0.0, 200.0],
         },
-        "interval": {
-            "coverage": 0.9,
-            "power": 0.5,
-            "fresh_h": 0.25,
-            "longest_h": 2.0,
-            "shortest_tool_um": [1.0, 2.0, 3.0],
-            "longest_tool_um": [2.0, 6.0, 3.0],
-        },
+        "gaussian": knows_nothing(5),
+        "spare": None,
         "provenance": {
             "runs": [{"name": "a", "sha256": "0" * 64, "rows": 10}],
             "notes": ["nothing left out"],
@@ -92,8 +87,7 @@ def direct_table(five_point_table: dict[str, Any]) -> dict[str, Any]:
             "intercept": [0.0, 0.0],
             "coefficients": [[1.0, 0.0], [0.0, 3.0]],
         },
-        "interval": five_point_table["interval"]
-        | {"shortest_tool_um": [1.0, None, 2.0], "longest_tool_um": [1.0, None, 2.0]},
+        "gaussian": knows_nothing(2),
     }
 
 

@@ -138,3 +138,17 @@ def test_state_continues(readings: list[float], split: int) -> None:
     second.restore(json.loads(json.dumps(first.state())))
     found += [second.look(value, 50.0) for value in readings[split:]]
     assert found == expected
+
+
+def test_a_reading_that_jumped_beyond_what_is_plausible_must_come_back() -> None:
+    sensor = Sensor("T1", 0.0, 55.0, 0.05, 0.5, None, 0.0, 50.0)
+    check = SensorCheck(sensor, 1)
+    assert check.look(25.0, 0.0) is None
+    jumped = check.look(56.0, 60.0)
+    assert jumped is not None
+    assert jumped.cause == IMPLAUSIBLE
+    for _ in range(120):  # in range again, but where no warming took it
+        told = check.look(54.0, 60.0)
+        assert told is not None
+        assert told.cause == TOO_FAST
+    assert check.look(30.0, 60.0) is None

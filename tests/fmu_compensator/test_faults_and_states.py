@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from fmu_compensator.runtime.compensator import RunningCompensator
 from tests.fmu_compensator.bench import ROOM, AsModel, Bench, warm
-from tests.fmu_compensator.guarded import guarded
+from tests.fmu_compensator.gaussians import learnt
 
 
 def test_it_waits_for_the_first_complete_sample(
@@ -122,17 +122,6 @@ def test_a_bad_tool_length_is_a_fault(
     assert output.status_text == "holding the last good offsets: " + text
 
 
-def test_outside_training_is_valid_and_said(
-    five_point_table: dict[str, Any], as_model: AsModel
-) -> None:
-    five_point_table["sensors"][3]["trained_high"] = 3.0
-    bench = warmed_bench(five_point_table, as_model)
-    output = bench.step()
-    assert (output.status, output.valid, output.status_sensor) == (2, True, 4)
-    assert output.status_text.endswith("K rise is outside the -1.0 to 3.0 seen in training")
-    assert output.status_text.startswith("T4 ")
-
-
 def test_offsets_saturate(five_point_table: dict[str, Any], as_model: AsModel) -> None:
     for sensor in five_point_table["sensors"]:
         sensor["noise"] = 50.0
@@ -156,12 +145,11 @@ ONCE = settings(
 @ONCE
 @given(st.lists(SAMPLE, max_size=40), st.booleans())
 def test_offsets_never_step_and_never_exceed_the_limit(
-    five_point_table: dict[str, Any], as_model: AsModel, samples: list[Any], guard: bool
+    five_point_table: dict[str, Any], as_model: AsModel, samples: list[Any], knows: bool
 ) -> None:
     five_point_table["limits"] |= {"hold_s": 3.0, "recover_s": 1.0, "offset_um": 4.0}
-    table = guarded(five_point_table) if guard else five_point_table
+    table = learnt(five_point_table) if knows else five_point_table
     compensator = RunningCompensator(as_model(table))
-    widest = 3000.0 if guard else 10.0  # novelty is that of 80 K at most
     before = (0.0, 0.0, 0.0)
     for time, step, temperatures, speed, tool, measured in samples:
         output = compensator.step(time, step, temperatures, speed, tool, measured)
@@ -172,7 +160,7 @@ def test_offsets_never_step_and_never_exceed_the_limit(
         assert output.valid == (output.status in {0, 2})
         assert output.status in {0, 1, 2, 3, *range(11, 15), *range(21, 25), *range(31, 35)}
         assert all(abs(value) < inf for value in output[3:6])
-        assert all(value == -1.0 or 0.0 < value < widest for value in output[6:9])
+        assert all(value == -1.0 or 0.0 < value < inf for value in output[6:9])
         assert "\n" not in output.status_text
         before = output[:3]
 
@@ -184,10 +172,10 @@ def test_a_restored_state_continues_bit_for_bit(
     as_model: AsModel,
     samples: list[Any],
     split: int,
-    guard: bool,
+    knows: bool,
 ) -> None:
     five_point_table["limits"] |= {"hold_s": 3.0, "recover_s": 1.0}
-    model = as_model(guarded(five_point_table) if guard else five_point_table)
+    model = as_model(learnt(five_point_table) if knows else five_point_table)
     whole, first, second = (
         RunningCompensator(model),
         RunningCompensator(model),
@@ -203,7 +191,7 @@ def test_a_restored_state_continues_bit_for_bit(
 
 
 def test_reset_starts_over(five_point_table: dict[str, Any], as_model: AsModel) -> None:
-    for table in (five_point_table, guarded(five_point_table)):
+    for table in (five_point_table, learnt(five_point_table)):
         bench = warmed_bench(table, as_model)
         bench.step(measured=[1.0] * 5)
         bench.step(measured=[1.0] * 5)
@@ -213,14 +201,14 @@ def test_reset_starts_over(five_point_table: dict[str, Any], as_model: AsModel) 
 
 def test_a_foreign_state_is_refused(five_point_table: dict[str, Any], as_model: AsModel) -> None:
     plain = RunningCompensator(as_model(five_point_table))
-    careful = RunningCompensator(as_model(guarded(five_point_table)))
-    for compensator, other in ((plain, careful), (careful, plain)):
+    knowing = RunningCompensator(as_model(learnt(five_point_table)))
+    for compensator, other in ((plain, knowing), (knowing, plain)):
         state, foreign = compensator.state(), other.state()
-        strange = [{name: foreign[name]} for name in ("guard", "correction")]
-        for damage in ({"format": 1}, {"format": 3}, {"reference": [1.0]}, *strange):
+        gaussian = {"gaussian": foreign["gaussian"]}
+        for damage in ({"format": 1}, {"format": 4}, {"reference": [1.0]}, gaussian):
             with pytest.raises(ValueError, match="state"):
                 compensator.restore(state | damage)
-        for name in ({*state} - {"guard"}, ()):
+        for name in ({*state} - {"gaussian"}, ()):
             with pytest.raises(ValueError, match="state"):
                 compensator.restore({key: state[key] for key in name})
 

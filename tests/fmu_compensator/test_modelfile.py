@@ -19,7 +19,7 @@ from fmu_compensator.runtime.modelfile import (
     model_text,
     parse_model,
 )
-from tests.fmu_compensator.guarded import guarded
+from tests.fmu_compensator.gaussians import knows_nothing, learnt
 
 FREE = ("provenance.options", "provenance.figures")  # any table of JSON values may stand there
 
@@ -77,11 +77,11 @@ def test_a_written_file_is_read_back_the_same(
 def test_every_field_is_needed(
     five_point_table: dict[str, Any], direct_table: dict[str, Any]
 ) -> None:
-    for table in (five_point_table, direct_table, guarded(five_point_table)):
+    for table in (five_point_table, direct_table, learnt(five_point_table)):
         tried = 0
         for path in places(table):
             # Notes, runs, directions seen and sensors not used by the model may be any number.
-            any_number = {("provenance", "notes"), ("provenance", "runs"), ("guard", "seen")}
+            any_number = {("provenance", "notes"), ("provenance", "runs"), ("gaussian", "seen")}
             if path[:2] in any_number and len(path) == 3:
                 continue
             if path in {("sensors", 1), ("sensors", 2)}:
@@ -96,17 +96,9 @@ def test_every_field_is_needed(
 def may_hold(field: str, junk: Any) -> bool:
     """Return whether the junk happens to be allowed in the field."""
     if junk is None:
-        may_be_null = (
-            "created",
-            "interval",
-            "stale_after_s",
-            "guard",
-            "correction",
-            *(f"{key}.{n}" for key in ("_tool_um", "fade_shortest", "fade_longest") for n in "012"),
-        )
-        return field.endswith(may_be_null)
+        return field.endswith(("created", "spare", "stale_after_s"))
     if junk == []:
-        return field in {"provenance.runs", "provenance.notes", "guard.seen"}
+        return field in {"provenance.runs", "provenance.notes", "gaussian.seen", "gaussian.lags_s"}
     if junk == {"a": 1}:
         return field in FREE
     return isinstance(junk, str) and field.startswith("provenance.notes.")
@@ -118,7 +110,7 @@ def may_hold(field: str, junk: Any) -> bool:
 def test_every_field_refuses_what_it_cannot_hold(
     five_point_table: dict[str, Any], direct_table: dict[str, Any], junk: Any
 ) -> None:
-    for table in (five_point_table, direct_table, guarded(five_point_table)):
+    for table in (five_point_table, direct_table, learnt(five_point_table)):
         for path in places(table):
             if may_hold(".".join(map(str, path)), junk):
                 continue
@@ -135,7 +127,7 @@ def test_every_field_refuses_what_it_cannot_hold(
 def test_any_change_gives_a_model_or_one_line(
     five_point_table: dict[str, Any], data: st.DataObject
 ) -> None:
-    table = data.draw(st.sampled_from([five_point_table, guarded(five_point_table)]))
+    table = data.draw(st.sampled_from([five_point_table, learnt(five_point_table)]))
     damaged = copy.deepcopy(table)
     for _ in range(data.draw(st.integers(1, 3))):
         paths = list(places(damaged))
@@ -173,7 +165,12 @@ def test_any_damaged_bytes_give_a_model_or_one_line(
 @pytest.mark.parametrize(
     ("field", "value", "told"),
     [
-        ("format", 3, "newer version"),
+        ("format", 4, "newer version"),
+        (
+            "format",
+            2,
+            "2 is of an older version; fit it again from its runs: spindle-drift fit RUN",
+        ),
         ("format", 0, "whole number"),
         ("kind", "other", "spindle-drift compensator"),
         ("extra", 1, "not a known field"),
@@ -194,39 +191,29 @@ def test_a_refusal_says_what_is_allowed(
     assert told in str(error)
 
 
-def test_an_older_format_has_neither_guard_nor_correction(
-    five_point_table: dict[str, Any],
-) -> None:
-    model = parse_model(json.dumps(five_point_table), "file.json")
-    assert (model.new_guard(), model.new_correction(), model.takes_measured) == (None, None, False)
-    assert model.interval is not None
-    assert model.interval.per_novelty == 0.0
-    newer = guarded(five_point_table)
-    for field in ("guard", "correction"):
-        error = assert_refused(five_point_table | {field: newer[field]})
-        assert (error.place, error.problem) == (f"'{field}'", "is not a known field")
-    assert "per_novelty" in str(assert_refused(five_point_table | {"interval": newer["interval"]}))
-    assert assert_refused(five_point_table | {"format": 2}).problem == "is missing"
+def test_a_file_of_a_version_before_says_how_to_go_on(five_point_table: dict[str, Any]) -> None:
+    fields = {"guard": {}, "correction": None, "interval": None, "training": {}}
+    error = assert_refused(five_point_table | fields | {"format": 2})
+    again = "fit it again from its runs: spindle-drift fit RUN... -o FILE"
+    assert str(error) == f"file.json: format: 2 is of an older version; {again}"
 
 
-def test_guard_and_correction_may_each_be_left_out(five_point_table: dict[str, Any]) -> None:
-    table = guarded(five_point_table)
-    whole = parse_model(model_text(table), "file.json")
-    assert whole.new_guard() is not None
-    assert whole.takes_measured
-    bare = parse_model(model_text(table | {"guard": None, "correction": None}), "file.json")
-    assert (bare.new_guard(), bare.new_correction(), bare.takes_measured) == (None, None, False)
-
-
-def test_a_guard_must_fit_the_chosen_sensors_and_the_targets(
+def test_a_gaussian_must_fit_the_chosen_sensors_and_the_targets(
     five_point_table: dict[str, Any], direct_table: dict[str, Any]
 ) -> None:
-    table = guarded(five_point_table)
-    table["guard"] = table["guard"] | {"usual": [0.0, 0.0, 0.0]}
-    assert assert_refused(table).place == "guard.usual"
-    for field in ("guard", "correction"):
-        table = guarded(direct_table) | {field: guarded(five_point_table)[field]}
-        assert assert_refused(table).place.split(".")[0] == field
+    wrong = five_point_table | {"gaussian": knows_nothing(5, inputs=3)}
+    assert assert_refused(wrong).place == "gaussian.weights.0"
+    wrong = direct_table | {"gaussian": five_point_table["gaussian"]}
+    assert assert_refused(wrong).place.split(".")[0] == "gaussian"
+
+
+def test_a_share_may_be_left_out_and_is_between_nothing_and_all(
+    five_point_table: dict[str, Any],
+) -> None:
+    assert parse_model(model_text(five_point_table), "file.json").limits.share == 1.0
+    for share in (-0.1, 1.1, None):
+        five_point_table["limits"]["share"] = share
+        assert assert_refused(five_point_table).place == "limits.share"
 
 
 def test_a_refusal_names_the_place_of_a_number(five_point_table: dict[str, Any]) -> None:

@@ -17,6 +17,8 @@ from fmu_compensator.runtime.spare import BLEND_S, Spare
 Array = npt.NDArray[np.float64]
 SENSORS = 5
 RECOVER_S, MEMORY_S = 10.0, 1800.0
+AXES = [[1.0, 0.5], [0.0, 0.0], [0.0, -1.0]]
+"""How the drift along X, Y, Z follows from two targets."""
 
 
 def covariance(seed: int) -> Array:
@@ -30,35 +32,34 @@ def table_of(known: Array, **changes: Any) -> dict[str, Any]:
         "precision": ((inverse + inverse.T) / 2.0).tolist(),
         "growth": [1.0, 2.0, 1.0, 4.0, 1.0],
         "memory_s": MEMORY_S,
-        "deviations": 1.6,
-        "shortest_tool_um_per_K": [[1.0, -2.0, 0.5, 0.0, 3.0], [0.0] * 5, [2.0] * 5],
-        "longest_tool_um_per_K": [[2.0, -4.0, 1.0, 0.0, 6.0], [0.0] * 5, [2.0] * 5],
-        "shortest_tool_usual_um": [20.0, 0.0, 30.0],
-        "longest_tool_usual_um": [40.0, 0.0, 30.0],
+        "usual_start": [0.0, 1.0, -0.5, 2.0, 10.0],
+        "sensitivity": [[1.0, -2.0, 0.5, 0.0, 3.0], [2.0] * 5],
+        "usual": [[400.0, 100.0], [100.0, 900.0]],
     } | changes
 
 
 def spare_of(table: Any) -> Spare:
-    return Spare.from_fields(Fields(json.loads(json.dumps(table)), "f.json", "spare"), SENSORS)
+    fields = Fields(json.loads(json.dumps(table)), "f.json", "spare")
+    return Spare.from_fields(fields, SENSORS, len(AXES[0]))
 
 
 def step(
     spare: Spare, readings: Array, bad: tuple[int, ...] = (), elapsed_s: float = 10.0
 ) -> list[float] | None:
     shown = [nan if place in bad else value for place, value in enumerate(readings.tolist())]
-    return spare.step(shown, bad, 0.0, elapsed_s, RECOVER_S, 0.0)
+    return spare.step(shown, bad, 0.0, elapsed_s, RECOVER_S, AXES)
 
 
 FIRST = np.array([20.0, 21.0, 19.5, 22.0, 30.0])
 
 
-@pytest.mark.parametrize("bad", [(0,), (3,), (1, 4)])
+@pytest.mark.parametrize("bad", [(0,), (1, 4), (0, 2, 3), (1, 2, 3, 4)])
 @pytest.mark.parametrize("seed", range(3))
 def test_after_long_it_is_the_conditional_mean_and_deviation(
     seed: int, bad: tuple[int, ...]
 ) -> None:
     known, random = covariance(seed), np.random.default_rng(seed)
-    spare = spare_of(table_of(known))
+    spare = spare_of(table_of(known, usual=[[1e6, 0.0], [0.0, 1e6]]))  # it always goes on
     rises = random.normal(0.0, 3.0, SENSORS)
     step(spare, FIRST)
     used = step(spare, FIRST + rises, bad, 1e8)  # what was a sensor's own is forgotten by then
@@ -70,17 +71,10 @@ def test_after_long_it_is_the_conditional_mean_and_deviation(
     assert np.array(used)[list(bad)] == pytest.approx(FIRST[list(bad)] + weights @ rises[good])
     left = known[np.ix_(bad, bad)] - weights @ known[np.ix_(good, bad)]
     table = table_of(known)
-    for axis in (0, 2):
-        slope = np.array(table["shortest_tool_um_per_K"])[axis, list(bad)]
-        slope = slope * np.sqrt(np.array(table["growth"])[list(bad)])
-        extra = slope @ left @ slope
-        width = spare.widened((3.0, -1.0, 4.0), 0.5)[axis]
-        before = (3.0, -1.0, 4.0)[axis]
-        assert width == pytest.approx(np.sqrt(before**2 + 1.6**2 * 0.5 * extra))
-        usual = table["shortest_tool_usual_um"][axis]
-        share = usual**2 / (usual**2 + 0.5 * extra)
-        assert spare.faded(axis, 0.0, 0.5) == pytest.approx(share)
-    assert spare.widened((3.0, -1.0, 4.0), 0.5)[1] == -1.0
+    grown = np.sqrt(np.array(table["growth"])[list(bad)])
+    moved = np.array(AXES) @ np.array(table["sensitivity"])[:, list(bad)] * grown
+    assert spare.added == pytest.approx(np.einsum("ij,jk,ik->i", moved, left, moved))
+    assert spare.added[1] == 0.0
 
 
 def test_it_goes_on_from_where_it_stood_and_forgets_that_with_time() -> None:
@@ -96,13 +90,14 @@ def test_it_goes_on_from_where_it_stood_and_forgets_that_with_time() -> None:
     first = step(spare, FIRST + rises, (0,))
     assert first is not None
     assert first[0] == pytest.approx(FIRST[0] + rises[0], abs=1e-9)
-    assert spare.faded(0, 0.0, 1.0) > 0.98  # hardly a doubt so soon
+    doubt = spare.added[0]  # hardly any so soon
     steps = [first[0]]
     while len(steps) < 1000:
         found = step(spare, FIRST + rises, (0,))
         assert found is not None
         steps.append(found[0])
     assert np.max(np.abs(np.diff(steps))) < 0.05
+    assert 0.0 < doubt < 0.1 * spare.added[0]
     own = (rises[0] - likely) * exp(-1000 * 10.0 / MEMORY_S)
     assert steps[-1] == pytest.approx(FIRST[0] + likely + own, rel=1e-3)
 
@@ -127,14 +122,16 @@ def test_a_sensor_comes_back_after_a_while_and_without_a_step() -> None:
     assert later[0] - true == pytest.approx((back[0] - true) * exp(-1.0))
 
 
-def test_three_are_too_many_and_so_is_one_that_nothing_tells_of() -> None:
+def test_it_goes_on_as_long_as_the_drift_is_known_better_than_its_usual_size() -> None:
     spare = spare_of(table_of(covariance(1)))
     assert step(spare, FIRST, (2,)) is None  # no reference yet
     assert step(spare, FIRST) is not None
-    assert step(spare, FIRST, (0, 2)) is not None
-    assert step(spare, FIRST, (0, 2, 3)) is None
+    for bad in ((0,), (0, 2), (0, 2, 3)):
+        assert step(spare, FIRST, bad) is not None
+        assert spare.broken == list(bad)
+    assert step(spare, FIRST, (0, 1, 2, 3, 4)) is None  # nobody is left to tell
     assert step(spare, FIRST) == FIRST.tolist()  # all good again
-    unsure = spare_of(table_of(covariance(1), shortest_tool_um_per_K=[[1e3] * 5] * 3))
+    unsure = spare_of(table_of(covariance(1), sensitivity=[[1e3] * 5] * 2))
     assert step(unsure, FIRST) is not None
     assert step(unsure, FIRST, (0,)) is None
 
@@ -162,12 +159,12 @@ def test_a_state_goes_on_in_another() -> None:
     [
         ({"memory_s": 0.0}, "spare.memory_s: 0.0 is not allowed"),
         ({"growth": [1.0, 1.0, -1.0, 1.0, 1.0]}, "spare.growth.2: -1 is not allowed: at least 0"),
-        ({"deviations": None}, "spare.deviations: None is not allowed"),
+        ({"sensitivity": [[1.0] * 5]}, "spare.sensitivity"),
         ({"precision": [[1.0] * 4] * 5}, "spare.precision.0"),
-        ({"precision": np.zeros((5, 5)).tolist()}, "precision.0.0: 0 is not allowed: must be abo"),
-        ({"precision": np.ones((5, 5)).tolist()}, "precision.1.0: 1 is not allowed: below 1 in s"),
+        ({"precision": np.zeros((5, 5)).tolist()}, "precision.0.0: 0 is not allowed: the matrix"),
+        ({"precision": np.ones((5, 5)).tolist()}, "precision.1.1: 1 is not allowed: the matrix"),
         ({"precision": (np.eye(5) + np.eye(5, k=1) / 9).tolist()}, "must be that of precision.0.1"),
-        ({"longest_tool_usual_um": [1.0, -1.0, 1.0]}, "spare.longest_tool_usual_um.1: -1"),
+        ({"usual": [[1.0]]}, "spare.usual"),
         ({"more": 1}, "is not a known field"),
     ],
 )

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from fmu_compensator.runtime.modelfile import model_text
+from tests.fmu_compensator.gaussians import knows_nothing
 
 TARGETS = ("elongation", "yaw", "pitch", "near_x", "near_y")
 
@@ -16,7 +17,7 @@ def five_point_table(sensors: int = 11, gain: float = 1.0) -> dict[str, Any]:
     """
     weights = [[2.0, 1.0], [1.5, -0.5], [0.5, 0.25], [0.4, 0.1], [-0.3, 0.2]]
     return {
-        "format": 1,
+        "format": 3,
         "kind": "spindle-drift compensator",
         "name": f"by_hand_{gain:g}".replace(".", "_"),
         "title": "Numbers made by hand",
@@ -56,14 +57,8 @@ def five_point_table(sensors: int = 11, gain: float = 1.0) -> dict[str, Any]:
             "recover_s": 5.0,
             "tool_length_mm": [0.0, 400.0],
         },
-        "interval": {
-            "coverage": 0.9,
-            "power": 0.25,
-            "fresh_h": 0.25,
-            "longest_h": 8.0,
-            "shortest_tool_um": [0.5, 0.6, 0.7],
-            "longest_tool_um": [1.5, 1.6, 0.7],
-        },
+        "gaussian": knows_nothing(len(TARGETS)) | {"walk_per_h": 0.25},
+        "spare": None,
         "provenance": {"runs": [], "options": {}, "figures": {}, "notes": []},
     }
 

@@ -159,12 +159,10 @@ static void show(fmi2Component c, fmi2Status status)
     const struct remembered *memory = &content->remembered;
     printf("%d |", (int)status);
     show_outputs(c);
-    double single[] = {memory->last_time,   memory->started,    memory->recovering,
-                       memory->fault.cause, memory->fault.sensor, memory->spared.cause,
-                       memory->spared.sensor, memory->fault_age,
-                       memory->good_for,    memory->unmodelled, memory->since_start,
-                       memory->growth,      memory->novelty,    memory->has_predicted,
-                       memory->has_measured};
+    double single[] = {memory->last_time,     memory->started,     memory->recovering,
+                       memory->fault.cause,   memory->fault.sensor, memory->spared.cause,
+                       memory->spared.sensor, memory->fault_age,   memory->good_for,
+                       memory->unmodelled,    memory->predicted,   memory->has_measured};
     show_numbers(single, sizeof single / sizeof single[0]);
     show_numbers(memory->wanted, 3);
     show_numbers(memory->offset, 3);

@@ -142,6 +142,10 @@ def gp(random: Random, inputs: int, targets: int) -> Table:
     }
 
 
+def no_mean(random: Random, inputs: int, targets: int) -> Table:
+    return {}
+
+
 def vac(random: Random, inputs: int, targets: int) -> Table:
     kinds = random.sample(sorted(set(MADE) - {"vac"}), random.randint(1, 4))
     models = [{"kind": kind, **MADE[kind](random, inputs, targets)} for kind in kinds]
@@ -168,6 +172,7 @@ MADE: dict[str, Callable[[Random, int, int], Table]] = {
     "bp": bp,
     "fem": fem,
     "ga_bp": bp,
+    "gaussian": no_mean,
     "gp": gp,
     "lasso": thermal_states,
     "mlr": mlr,
@@ -188,32 +193,26 @@ def _geometry(random: Random, direct: bool) -> tuple[Table, tuple[str, ...]]:
     return {"kind": "direct", "axes": columns}, tuple(columns)
 
 
-PARTS = (
-    ("guard", "correction", "spare"),
-    None,
-    ("guard", "spare"),
-    ("correction",),
-    ("guard", "correction"),
-    ("spare",),
-)
-"""What a file of each seed has besides its error model; None: the format that knows no more."""
+SEEDS = range(6)
+"""Of the files of each kind; every second one has a spare."""
+SIX = range(6, 24)
+"""Of these a file has as many sensors, all in use, so that it can go on without several."""
 
 
 def made_model(kind: str, seed: int) -> Model:
     """Return a compensator of one kind; a seed decides on everything else."""
     # Kinds that run the same map are made alike.
     random = Random(f"{MADE[kind].__name__} {seed}")
-    sensors = random.randint(1, 5)
-    chosen = random.sample(range(sensors), random.randint(1, sensors))
+    sensors = 6 if seed in SIX else random.randint(1, 5)
+    chosen = random.sample(range(sensors), sensors if seed in SIX else random.randint(1, sensors))
     geometry, targets = _geometry(random, direct=seed % 3 == 0)
-    wide = random.random() < 0.5
     table = {
-        "format": 1,
+        "format": 3,
         "kind": "spindle-drift compensator",
         "name": f"made_{kind}_{seed}",
         "title": "Random numbers",
         "created": None,
-        "sensors": [_sensor(random, number, wide) for number in range(sensors)],
+        "sensors": [_sensor(random, number) for number in range(sensors)],
         "chosen": [f"T{place + 1}" for place in chosen],
         "input_form": ("rise", "absolute", "level")[seed % 3],
         "error_model": {
@@ -228,79 +227,61 @@ def made_model(kind: str, seed: int) -> Model:
             "hold_s": random.choice([0.0, 40.0]),
             "recover_s": random.choice([0.0, 15.0]),
             "tool_length_mm": random.choice([[0.0, 260.0], [100.0, 100.0]]),
+            **random.choice([{}, {"share": random.uniform(0.5, 1.0)}]),
         },
-        "interval": _interval(random),
         "provenance": {"runs": [], "options": {}, "figures": {}, "notes": []},
     }
-    parts = PARTS[seed % len(PARTS)]
-    if parts is not None:
-        table |= {
-            "format": 2,
-            "guard": _guard(random, len(chosen), len(targets)) if "guard" in parts else None,
-            "correction": _correction(random, len(targets)) if "correction" in parts else None,
-        }
-        if "spare" in parts:
-            table["spare"] = _spare(Random(f"spare {seed}"), len(chosen))
-        if table["interval"] is not None:
-            table["interval"]["per_novelty"] = random.choice([0.0, 0.3, 30.0])
+    fixed = seed % 4 == 0 if seed in SIX else random.random() < 0.3
+    inputs, outputs = len(chosen), len(targets)
+    table["gaussian"] = gaussian(Random(f"gaussian {seed}"), inputs, outputs, fixed)
+    spare = _spare(Random(f"spare {seed}"), inputs, outputs, fixed)
+    table["spare"] = spare if seed % 2 == 0 else None
     return parse_model(json.dumps(table), "made")
 
 
-def _guard(random: Random, inputs: int, targets: int) -> Table:
+def gaussian(random: Random, inputs: int, targets: int, fixed: bool) -> Table:
     lags = random.sample([30.0, 600.0, 7200.0], random.randint(0, 3))
-    prior = random.choice([1e-4, 1e-3, 1e-2, 1.0])
-    fixed = random.random() < 0.3
-    width = inputs * (1 + 2 * len(lags))
-    # All directions together take off less than the prior gives; at times they take off more.
-    count = random.randint(0, 4)
-    size = (random.choice([0.9, 0.9, 3.0]) * prior / (width * max(count, 1))) ** 0.5
+    width = inputs * (1 + len(lags))
+    scale = random.choice([0.01, 0.1, 3.0])
+    # Of each direction that training saw some variance is left, at times less than none.
+    count = random.choice([0, 1, 4, 9, 17])
+    size = (random.choice([0.9, 0.9, 3.0]) * scale / (width * max(count, 1))) ** 0.5
     return {
-        "lags_s": lags,
         "reference": "fixed" if fixed else "start",
-        "usual": row(random, inputs, 18.0, 24.0) if fixed else row(random, inputs, -9.0, 9.0),
+        **({"usual": row(random, inputs, 18.0, 24.0)} if fixed else {}),
         "constant": row(random, targets),
-        "direct": matrix(random, targets, inputs, 3.0),
-        "rise_lags": [matrix(random, targets, inputs) for _ in lags],
-        "start_lags": [matrix(random, targets, inputs) for _ in lags],
-        "prior": prior,
+        "settled_h": random.choice([0.0, 8.0]),
+        "lags_s": lags,
+        "weights": matrix(random, targets, width, 2.0),
+        "scale": scale,
         "seen": matrix(random, count, width, size),
-        "known": random.choice([0.0, 0.05, 0.5, 5.0]),
-        "leash": [random.choice([0.0, 2.0, 30.0, 1e6]) for _ in range(targets)],
-        "fade_shortest": [random.choice([None, 0.3]), 0.01, 2.5],
-        "fade_longest": [1.0, random.choice([None, 0.2]), 0.0],
+        "walk_per_h": random.choice([0.0, 0.3, 4.0]),
+        "spread": row(random, targets, 0.5, 9.0),
+        "rows": 100.0,
+        "deviations": 2.35,
+        "coverage": 0.9,
     }
 
 
-def _spare(random: Random, inputs: int) -> Table:
+def _spare(random: Random, inputs: int, targets: int, fixed: bool) -> Table:
     # A sum of squares and something on the diagonal is a precision.
-    parts = matrix(random, inputs, inputs, 2.0)
-    precision = [[sum(map(mul, a, b)) for b in parts] for a in parts]
+    parts, ways = matrix(random, inputs, inputs, 2.0), matrix(random, targets, targets, 4.0)
+    precision, usual = (
+        [[sum(map(mul, a, b)) for b in rows] for a in rows] for rows in (parts, ways)
+    )
     for place in range(inputs):
         precision[place][place] += random.choice([0.1, 10.0])
-    size = random.choice([0.3, 0.3, 300.0])
     return {
         "precision": precision,
         "growth": row(random, inputs, 0.0, 9.0),
         "memory_s": random.choice([1.0, 600.0, 1e5]),
-        "deviations": 1.6,
-        "shortest_tool_um_per_K": matrix(random, 3, inputs, size),
-        "longest_tool_um_per_K": matrix(random, 3, inputs, size),
-        "shortest_tool_usual_um": [2.0, 0.0, 5.0],
-        "longest_tool_usual_um": [4.0, 0.0, 5.0],
+        "usual_start": None if fixed else row(random, inputs, -9.0, 9.0),
+        "sensitivity": matrix(random, targets, inputs, random.choice([0.1, 0.3, 30.0])),
+        "usual": usual,
     }
 
 
-def _correction(random: Random, targets: int) -> Table:
-    return {
-        "memory_s": random.choice([1.0, 600.0, 1e5]),
-        "spread": row(random, targets, 0.5, 30.0),
-        "noise": row(random, targets, 1e-3, 100.0),
-        **({} if random.random() < 0.5 else {"fast": 0.2}),
-    }
-
-
-def _sensor(random: Random, number: int, wide: bool) -> Table:
-    low = -1000.0 if wide else random.uniform(-5.0, 18.0)
+def _sensor(random: Random, number: int) -> Table:
     return {
         "name": f"T{number + 1}",
         "unit": "degC",
@@ -309,21 +290,8 @@ def _sensor(random: Random, number: int, wide: bool) -> Table:
         "rate_per_s": random.choice([0.05, 2.0]),
         "noise": 0.5,
         "stale_after_s": random.choice([None, 30.0]),
-        "trained_low": low,
-        "trained_high": 1000.0 if wide else low + random.uniform(1.0, 20.0),
-    }
-
-
-def _interval(random: Random) -> Table | None:
-    if random.random() < 0.3:
-        return None
-    return {
-        "coverage": 0.9,
-        "power": random.uniform(0.0, 1.0),
-        "fresh_h": 0.25,
-        "longest_h": random.uniform(0.0, 0.2),
-        "shortest_tool_um": [random.choice([None, 0.5]), 1.5, 2.5],
-        "longest_tool_um": [1.0, random.choice([None, 2.0]), 3.0],
+        "trained_low": -5.0,
+        "trained_high": 25.0,
     }
 
 
@@ -333,7 +301,7 @@ class Samples:
     def __init__(self, model: Model, seed: int) -> None:
         self.random = Random(f"samples {seed}")
         self.model = model
-        self.probed = model.takes_measured
+        self.joint = row(self.random, len(model.targets), -9.0, 9.0)
         self.time = self.random.choice([0.0, 1e5])
         self.base = [self.random.uniform(18.0, 24.0) for _ in model.sensors]
         self.shift = [0.0 for _ in model.sensors]
@@ -342,9 +310,10 @@ class Samples:
         self.shown = list(self.base)
         self.silent: dict[int, int] = {}  # samples for which a sensor says nothing
 
-    def silence(self, samples: int) -> None:
-        """Let one of the sensors in use say nothing for a while, from now on."""
-        self.silent[self.random.choice(self.model.chosen)] = samples
+    def silence(self, samples: int, sensors: int = 1) -> None:
+        """Let some of the sensors in use say nothing for a while, from now on."""
+        for place in self.random.sample(self.model.chosen, min(sensors, len(self.model.chosen))):
+            self.silent[place] = samples
 
     def next(self) -> tuple[float, float, list[float], float, float, list[float] | None]:
         """Return time, step, temperatures, speed, tool length and measured targets."""
@@ -353,11 +322,13 @@ class Samples:
         self.time += step
         if random.random() < 0.02:
             self.speed = random.choice([0.0, 0.5, 1000.0, 8000.0, 16000.0, 3e4])
+        if random.random() < 0.01:  # a joint settles
+            self.joint = row(random, len(self.model.targets), -300.0, 300.0)
         measured = None
-        if self.probed and random.random() < 0.2:
-            measured = row(random, len(self.model.targets), -60.0, 60.0)
+        if random.random() < 0.2:
+            measured = [value + random.uniform(-2.0, 2.0) for value in self.joint]
             if random.random() < 0.2:
-                measured[0] = random.choice([NAN, INF, 1e300])
+                measured[0] = random.choice([NAN, INF, 1e300, 4000.0])
         return (
             self._now(),
             step,

@@ -28,7 +28,8 @@ static void find(void *library, const char *name, void *function)
 }
 #endif
 
-enum { SENSORS = 11, INPUTS = 13, OUTPUTS = 9, TEXT = 25 };
+/* Six inputs for measurements lie between those that are set and the outputs. */
+enum { SENSORS = 11, INPUTS = 13, FIRST = 19, OUTPUTS = 9, TEXT = 31 };
 
 static void logger(
     fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status, fmi2String category,
@@ -66,10 +67,10 @@ int main(int count, char **arguments)
         return 1;
     }
     for (int k = 0; k < 300; k++) {
-        fmi2ValueReference refs[INPUTS + OUTPUTS], text_ref = TEXT;
+        fmi2ValueReference refs[FIRST + OUTPUTS], text_ref = TEXT;
         double in[INPUTS], out[OUTPUTS];
         fmi2String text = NULL;
-        for (int i = 0; i < INPUTS + OUTPUTS; i++) {
+        for (int i = 0; i < FIRST + OUTPUTS; i++) {
             refs[i] = (fmi2ValueReference)i;
         }
         for (int i = 0; i < SENSORS; i++) {
@@ -81,7 +82,7 @@ int main(int count, char **arguments)
         in[SENSORS + 1] = 120.0;
         set(c, refs, INPUTS, in);
         printf("%d", (int)step(c, k, 1.0, fmi2True));
-        get(c, refs + INPUTS, OUTPUTS, out);
+        get(c, refs + FIRST, OUTPUTS, out);
         get_text(c, &text_ref, 1, &text);
         for (int i = 0; i < OUTPUTS; i++) {
             printf(" %.17g", out[i]);

@@ -33,7 +33,7 @@ def opened3(path):
     fmu.outs = [v.valueReference for v in description.modelVariables
                 if v.causality == "output" and v.type == "Float64"]
     fmu.ins = [v.valueReference for v in description.modelVariables
-               if v.causality == "input" and v.type == "Float64"]
+               if v.causality == "input" and v.type == "Float64" and "measured" not in v.name]
     return fmu
 """
 

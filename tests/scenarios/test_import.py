@@ -179,13 +179,13 @@ def test_what_reads_warm_restarts_leaves_them_out_or_says_so(
         frame = one.frame.iloc[:120].assign(**{WARM_START: mark})
         files.append(str(write_run(frame, tmp_path / f"{one.name}{len(files)}.csv")))
     warm = Path(files[2]).stem
-    fit = ["--model", "mlr", "--forget-runs", "--json"]
+    fit = ["--model", "mlr", "--json"]
     assert main(["fit", *files, "-o", str(tmp_path / "some.json"), *fit]) == 0
     told = json.loads(capsys.readouterr().out)
     assert f"left out, since the machine was warm when they began: {warm}" in told["notes"]
     assert main(["fit", *files[:2], "-o", str(tmp_path / "cold.json"), *fit]) == 0
     assert json.loads(capsys.readouterr().out)["figures"] == told["figures"]
-    argv = ["--train", *files[:2], "--validate", files[2], "--models", "mlr", "--no-intervals"]
+    argv = ["--train", *files[:2], "--validate", files[2], "--models", "mlr"]
     assert main(["compare", *argv]) == 0
     assert (
         f"judged like cold starts, though the machine was warm: {warm}" in capsys.readouterr().out

@@ -37,7 +37,7 @@ def test_an_update_writes_a_file_and_shows_the_old_one_s_errors(
     out = tmp_path / "d.json"
     assert main(["update", str(compensator), str(new_run), "-o", str(out)]) == 0
     told = capsys.readouterr().out
-    assert "new: X " in told
+    assert "  new: X " in told
     assert f"wrote {out}" in told
     names = [run["name"] for run in load_model(out).provenance["runs"]]
     assert names == ["old0", "old1", "old2", "old3", "new"]
@@ -53,19 +53,15 @@ def test_an_update_does_not_replace_the_old_file_unasked(
     assert compensator.read_bytes() == before
 
 
-def test_an_update_of_a_file_without_runs_is_refused_in_a_line(
-    new_run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+def test_an_update_of_a_file_of_a_version_before_is_refused_in_a_line(
+    compensator: Path, new_run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    files = [
-        str(write_run(make_run(f"f{n}", n, hours=1.0), tmp_path / f"f{n}.csv")) for n in range(3)
-    ]
-    kept = tmp_path / "forgetful.json"
-    assert main(["fit", *files, "--model", "mlr", "--forget-runs", "-o", str(kept)]) == 0
+    compensator.write_text(compensator.read_text().replace('"format": 3', '"format": 2'))
     capsys.readouterr()
-    assert main(["update", str(kept), str(new_run), "-o", str(tmp_path / "x.json")]) == 2
+    assert main(["update", str(compensator), str(new_run), "-o", str(tmp_path / "x.json")]) == 2
     error = capsys.readouterr().err
     assert error.count("\n") == 1
-    assert "training: is missing" in error
+    assert "fit it again from its runs: spindle-drift fit RUN" in error
     assert not (tmp_path / "x.json").exists()
 
 

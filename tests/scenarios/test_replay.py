@@ -251,7 +251,7 @@ def test_a_compensator_of_measured_runs_helps_on_runs_it_never_saw(
 ) -> None:
     model, out = tmp_path / "lathe.json", tmp_path / "out"
     training, unseen = lathe_runs[:-6], lathe_runs[-6:]
-    few = ["--points", "all", "--among", "mlr,bayes"]
+    few = ["--points", "all"]
     assert main(["fit", *map(str, training), *few, "-o", str(model)]) == 0
     assert main(["replay", str(model), *map(str, unseen), "--out", str(out)]) == 0
     assert "All runs together" in capsys.readouterr().out

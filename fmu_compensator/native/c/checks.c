@@ -40,20 +40,23 @@ struct reason sensor_look(
         memory->last = value;
         memory->unchanged = 0.0;
     }
+    double extent = 0.0, allowed = 0.0;
+    if (!isnan(memory->good)) {
+        extent = fabs(value - memory->good);
+        allowed = corridor(sensor, memory);
+        if (extent > allowed && isnan(memory->jumped_after)) {
+            memory->jumped_after = memory->since_good;
+        }
+    }
     if (!(sensor->low <= value && value <= sensor->high)) {
         reason.cause = CHECKS_IMPLAUSIBLE;
         return reason;
     }
-    if (!isnan(memory->good)) {
-        reason.extent = fabs(value - memory->good);
-        reason.allowed = corridor(sensor, memory);
-        if (reason.extent > reason.allowed) {
-            if (isnan(memory->jumped_after)) {
-                memory->jumped_after = memory->since_good;
-            }
-            reason.cause = CHECKS_TOO_FAST;
-            return reason;
-        }
+    if (extent > allowed) {
+        reason.extent = extent;
+        reason.allowed = allowed;
+        reason.cause = CHECKS_TOO_FAST;
+        return reason;
     }
     /* Where the file sets no limit it is NaN, and nothing is above that. */
     if (memory->moves == CHECKS_ALIVE_AFTER && memory->unchanged > sensor->stale_after_s) {

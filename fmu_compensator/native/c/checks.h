@@ -8,10 +8,10 @@
 
 /* Why the inputs cannot be used, or what an output is about; its words are made when asked for.
 
-   Where temperatures are outside training only when taken together, the value is how often the
-   novelty is the largest known one, and the other two are further sensors, 0 for none. */
+   Where conditions are new, the value is their part of the uncertainty [%], and the other two are
+   further sensors, 0 for none. */
 struct reason {
-    int32_t cause;  /* 1 to 4, see the status codes; 5: temperatures together; 0: none */
+    int32_t cause;  /* 1 to 4, see the status codes; 0: none */
     int32_t sensor; /* from 1; 0: none */
     double value;   /* the reading */
     double extent;  /* how far it jumped [K], or for how long it is unchanged [s] */

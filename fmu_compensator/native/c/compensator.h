@@ -5,10 +5,9 @@
 #include <stdint.h>
 
 #include "checks.h"
-#include "correction.h"
 #include "error_model.h"
+#include "gaussian.h"
 #include "geometry.h"
-#include "guard.h"
 #include "setup.h"
 #include "spare.h"
 
@@ -32,26 +31,25 @@ struct output {
 
 struct compensator {
     struct geometry geometry;
+    struct gaussian gaussian;
     struct error_model *error_model;
-    struct guard *guard;           /* NULL: the file has none, as below */
-    struct correction *correction;
-    struct spare *spare;
-    bool *bad;                                      /* of one sample: which cannot be used */
-    bool *unread;                                   /* and which never read */
-    size_t numbers;                                 /* how long the row of numbers remembered is */
-    double *inputs, *readings, *targets, *careful; /* of one sample */
-    double *first, *sorted;                        /* likely first readings */
+    struct spare *spare;                          /* NULL: the file has none */
+    size_t numbers;                               /* how long the row of numbers remembered is */
+    bool *bad;                                    /* of one sample: which cannot be used */
+    double *rises, *readings, *missed;            /* of one sample */
+    double *axes;   /* how the drift along X, Y, Z follows from the targets; of the tool length */
+    double *spread; /* root of a unit of variance along X, Y, Z [um], then that length [mm] */
 };
 
 /* What is remembered, beside the row of numbers: the reference of each chosen sensor, what its
-   check remembers, the measured targets, the predicted ones of the last good sample, the states of
-   guard, correction, spare and error model. NaN stands for nothing. */
+   check remembers, the measured targets, the predicted ones, the states of Gaussian, spare and
+   error model. NaN stands for nothing. */
 struct remembered {
-    double last_time, fault_age, good_for, unmodelled, since_start, growth, novelty;
+    double last_time, fault_age, good_for, unmodelled;
     double wanted[3], offset[3], pose[3], half_width[3];
     struct reason fault;  /* the newest, kept until recovered from; cause 0: none */
     struct reason spared; /* the newest of a sensor that is done without; cause 0: none */
-    int32_t started, recovering, has_measured, has_predicted;
+    int32_t started, recovering, has_measured, predicted;
 };
 
 /* Makes it from the compiled-in file; whether that worked stands in the setup. */

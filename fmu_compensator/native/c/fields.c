@@ -2,29 +2,24 @@
 
 #include <string.h>
 
-/* Returns the field of whatever form, or NULL where it is absent. */
-static const struct field *named(
-    struct setup *setup, const struct field *table, const char *name)
-{
-    for (size_t i = 0; table != NULL && i < table->count; i++) {
-        if (strcmp(table->items[i].name, name) == 0) {
-            return &table->items[i];
-        }
-    }
-    setup_fail(setup, "the compiled-in file lacks", name);
-    return NULL;
-}
-
-/* Returns the field, or NULL where it is absent or of another form; an empty list is of any. */
+/* Returns the field, or NULL where it is absent or of another form; null and an empty list are of
+   any form. */
 static const struct field *find(
     struct setup *setup, const struct field *table, const char *name, enum field_form form)
 {
-    const struct field *field = named(setup, table, name);
-    if (field == NULL || field->form == form
-        || (field->form == FIELD_LIST && field->count == 0)) {
-        return field;
+    for (size_t i = 0; table != NULL && i < table->count; i++) {
+        const struct field *field = &table->items[i];
+        if (strcmp(field->name, name) != 0) {
+            continue;
+        }
+        if (field->form == form || field->form == FIELD_NULL
+            || (field->form == FIELD_LIST && field->count == 0)) {
+            return field;
+        }
+        setup_fail(setup, "the compiled-in file has another kind of value in", name);
+        return NULL;
     }
-    setup_fail(setup, "the compiled-in file has another kind of value in", name);
+    setup_fail(setup, "the compiled-in file lacks", name);
     return NULL;
 }
 
@@ -75,23 +70,4 @@ const struct field *field_list(
 const struct field *field_table(struct setup *setup, const struct field *table, const char *name)
 {
     return find(setup, table, name, FIELD_TABLE);
-}
-
-void field_axes(
-    struct setup *setup, const struct field *table, const char *name, double absent,
-    double values[3])
-{
-    const struct field *field = named(setup, table, name);
-    for (size_t axis = 0; axis < 3; axis++) {
-        values[axis] = absent;
-        if (field == NULL || axis >= field->count) {
-            continue;
-        }
-        /* Three numbers are a row of them; where null stands among them they are a list. */
-        if (field->form == FIELD_NUMBERS) {
-            values[axis] = field->numbers[axis];
-        } else if (field->form == FIELD_LIST && field->items[axis].form == FIELD_NUMBER) {
-            values[axis] = field->items[axis].numbers[0];
-        }
-    }
 }

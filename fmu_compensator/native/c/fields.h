@@ -36,9 +36,4 @@ const struct field *field_list(
     struct setup *setup, const struct field *table, const char *name, size_t *count);
 const struct field *field_table(struct setup *setup, const struct field *table, const char *name);
 
-/* Puts down three numbers for X, Y and Z, with the value of an absent one where null stands. */
-void field_axes(
-    struct setup *setup, const struct field *table, const char *name, double absent,
-    double values[3]);
-
 #endif

@@ -60,6 +60,22 @@ void geometry_drift(
     }
 }
 
+void geometry_weights(
+    const struct geometry *geometry, double tool_length_mm, size_t count, double *weights)
+{
+    double near_mm = geometry->pure_rotation ? 0.0 : geometry->near_to_gauge_mm;
+    memset(weights, 0, 3 * count * sizeof(double));
+    for (size_t i = 0; i < geometry->columns; i++) {
+        weights[geometry->axis[i] * count + i] = geometry->sign[i];
+    }
+    if (geometry->needs_tool_length) {
+        double slope = (tool_length_mm - near_mm) * GEOMETRY_UM_PER_MM * GEOMETRY_RAD_PER_URAD;
+        weights[1] = weights[count + 2] = slope;
+        weights[3] = weights[count + 4] = geometry->pure_rotation ? 0.0 : 1.0;
+        weights[2 * count] = -1.0;
+    }
+}
+
 void geometry_pose(const struct geometry *geometry, const double *targets, double pose[3])
 {
     pose[0] = pose[1] = pose[2] = 0.0;

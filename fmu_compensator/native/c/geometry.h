@@ -23,6 +23,10 @@ void geometry_make(struct setup *setup, const struct field *table, struct geomet
 void geometry_drift(
     const struct geometry *geometry, const double *targets, double tool_length_mm, double drift[3]);
 
+/* Puts down how the drift follows from small targets: rows for X, Y, Z, each of count weights. */
+void geometry_weights(
+    const struct geometry *geometry, double tool_length_mm, size_t count, double *weights);
+
 /* Puts down elongation [um], yaw and pitch [urad]; 0 for what the rig does not measure. */
 void geometry_pose(const struct geometry *geometry, const double *targets, double pose[3]);
 

@@ -49,7 +49,7 @@ const char *model_step(
     (void)problem;
     input.speed = values[model_ports.speed];
     input.tool_length = values[model_ports.tool_length];
-    if (model_ports.measured != NONE && values[model_ports.measured] != 0.0) {
+    if (values[model_ports.measured] != 0.0) {
         input.measured = values + model_ports.measured_targets;
     }
     compensator_step(&self->compensator, &all->remembered, all->numbers, &input, &all->output);

@@ -8,7 +8,6 @@
 
 #include "error_model.h"
 #include "fields.h"
-#include "interval.h"
 #include "model.h"
 
 /* One temperature input; see the Python twin, checks.Sensor. */
@@ -25,6 +24,7 @@ struct sensor {
 struct limits {
     double offset_um, slew_um_per_s, hold_s, recover_s;
     double tool_length_mm[2];
+    double share; /* of the predicted drift that is sent [1] */
 };
 
 struct status_text {
@@ -32,9 +32,9 @@ struct status_text {
     const char *text;
 };
 
-/* Value references that the program must know; NONE where the FMU has no such variable. */
+/* Value references that the program must know. */
 struct ports {
-    size_t speed, tool_length, model_file;
+    size_t speed, tool_length;
     size_t measured_targets; /* of the first; the others follow */
     size_t measured;
 };
@@ -46,13 +46,11 @@ extern const size_t model_chosen_count;
 extern const size_t model_target_count;
 extern const bool model_takes_rises; /* temperatures minus their first valid reading */
 extern const struct limits model_limits;
-extern const struct interval *const model_interval; /* NULL: the file has none */
 extern const struct field model_geometry;
 extern const struct field model_error_model;
 extern const bool model_corrects_itself; /* the error model takes measured targets its own way */
-extern const struct field model_guard;      /* FIELD_NULL: the file has none, as below */
-extern const struct field model_correction;
-extern const struct field model_spare;
+extern const struct field model_gaussian;
+extern const struct field model_spare; /* FIELD_NULL: the file has none */
 extern const struct error_model_kind *const model_kinds[];
 extern const size_t model_kind_count;
 extern const struct status_text model_status_texts[];

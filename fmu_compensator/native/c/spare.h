@@ -5,59 +5,48 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-#include "constants.h"
 #include "fields.h"
 #include "setup.h"
 
-/* See the Python twin. It is constant once made; its owner keeps the state, in the order in which
-   the Python twin's state() lists it. */
+/* See the Python twin. It is constant once made; its owner keeps the state. */
 struct spare {
-    size_t inputs;
+    size_t inputs, targets;
     size_t states; /* how many numbers it remembers */
-    double memory_s, deviations;
-    const double *precision, *growth;
-    const double *um_per_k[2], *usual_um[2]; /* at the shortest and the longest tool */
-    double *before, *rises;                  /* of one sample */
+    double memory_s;
+    const double *precision, *growth, *sensitivity, *usual;
+    const double *usual_start; /* NULL: rises count from fixed temperatures */
+    double *before, *rises, *moved, *solved, *rows; /* of one sample */
+    size_t *broken;
 };
 
-/* The broken sensors; more than count can be gone on without, only the first ones stand here. */
-struct broken {
-    size_t count;
-    size_t places[SPARE_MOST_BROKEN];
+/* The parts of the state, in the order in which the Python twin's state() lists them. */
+struct spare_state {
+    double *started, *stopped, *clock, *turn;
+    double *first, *last, *own, *seen, *gap, *good_for, *unread, *shift; /* of each sensor */
+    double *extra, *lasting;                                             /* of X, Y, Z */
+};
+
+/* What has come in with one sample. */
+struct spare_sample {
+    double *readings;    /* of the chosen sensors; those of bad ones are replaced [degC] */
+    const bool *bad;     /* which cannot be used */
+    double *reference;   /* what each read first, NaN: nothing yet; guessed where that must be */
+    double idle;         /* for how long the one in turn has stood still, over stale [1] */
+    double elapsed_s;    /* since the sample before */
+    double recover_s;    /* how long a sensor must be good to be used again */
+    const double *axes;  /* how the drift along X, Y, Z follows from the targets, row by row */
 };
 
 /* Makes the spare that a table of the file describes; NULL where the file has none. */
-struct spare *spare_make(struct setup *setup, const struct field *table, size_t inputs);
+struct spare *spare_make(
+    struct setup *setup, const struct field *table, size_t inputs, size_t targets);
+
+struct spare_state spare_state(const struct spare *self, double *state);
 
 /* Forgets everything. */
-void spare_reset(const struct spare *spare, double *state);
+void spare_reset(const struct spare *self, double *state);
 
-/* Returns whose reading is compared with the others' in the next sample. */
-size_t spare_turn(const double *state);
-
-/* Returns the sensors that are done without, or wait for their return. */
-struct broken spare_broken(const struct spare *spare, const double *state);
-
-/* From where rises count if not all sensors are good at the start. */
-struct starts {
-    bool known;          /* false: all must be good */
-    const double *first; /* what each sensor read first, or is likely to have read [degC] */
-    const bool *unread;  /* of which it is only likely */
-};
-
-/* Takes in one sample and replaces what broken sensors read [degC]; bad tells of each whether its
-   reading cannot be used. Returns whether it is possible to go on; if not, nothing is replaced. */
-bool spare_step(
-    const struct spare *spare, double *state, double *readings, const bool *bad, double idle,
-    double elapsed_s, double recover_s, double tool_share, const struct starts *starts);
-
-/* Returns which share of an axis's offset is still backed by what is known, 0 to 1. */
-double spare_faded(
-    const struct spare *spare, const double *state, size_t axis, double tool_share,
-    double doubt);
-
-/* Adds to half widths what the broken sensors bring [um]; what is not known stays so. */
-void spare_widen(
-    const struct spare *spare, const double *state, double half_width[3], double doubt);
+/* Takes in one sample; returns whether it is possible to go on. */
+bool spare_step(const struct spare *self, double *state, const struct spare_sample *sample);
 
 #endif

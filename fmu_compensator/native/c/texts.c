@@ -38,24 +38,12 @@ static void add_reading(char *text, size_t size, const struct sensor *sensor, do
     add_number(text, size, "%.1f", value);
 }
 
-static void add_untrained(char *text, size_t size, const struct reason *reason)
-{
-    const struct sensor *sensor = &model_sensors[reason->sensor - 1];
-    add_reading(text, size, sensor, reason->value);
-    add(text, size, model_takes_rises ? " K rise" : " degC");
-    add(text, size, " is outside the ");
-    add_number(text, size, "%.1f", sensor->trained_low);
-    add(text, size, " to ");
-    add_number(text, size, "%.1f", sensor->trained_high);
-    add(text, size, " seen in training");
-}
-
-static void add_together(char *text, size_t size, const struct reason *reason)
+static void add_new(char *text, size_t size, const struct reason *reason)
 {
     const double others[] = {reason->extent, reason->allowed};
-    add(text, size, "temperatures together are outside training, novelty ");
-    add_number(text, size, "%.1f", reason->value);
-    add(text, size, " times the largest known: ");
+    add(text, size, "conditions outside training make ");
+    add_number(text, size, "%.0f", reason->value);
+    add(text, size, " % of the uncertainty: ");
     add(text, size, model_sensors[reason->sensor - 1].name);
     for (size_t i = 0; i < 2 && others[i] != 0.0; i++) {
         add(text, size, ", ");
@@ -113,11 +101,7 @@ void status_text(const struct output *output, char *text, size_t size)
     int32_t status = output->status;
     text[0] = '\0';
     if (status == COMPENSATOR_UNTRAINED) {
-        if (reason->cause == COMPENSATOR_JOINT) {
-            add_together(text, size, reason);
-        } else {
-            add_untrained(text, size, reason);
-        }
+        add_new(text, size, reason);
         return;
     }
     status = status < COMPENSATOR_HOLDING ? status : status - status % 10;

@@ -19,8 +19,7 @@ class ErrorModel(ABC):
     uses_measured : bool
         Whether it gets better with measured targets at run time, every sample or now and then.
     corrects_itself : bool
-        Whether it does so in a way of its own; else a `Correction` can do it as well, and does
-        where the file has one.
+        Whether it does so in a way of its own; else the Gaussian that stands on it does.
     """
 
     uses_measured: bool = False

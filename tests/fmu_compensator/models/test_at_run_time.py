@@ -53,37 +53,6 @@ def outputs(
     return found
 
 
-def test_a_measurement_counts_from_the_next_sample_on(text: str) -> None:
-    plain, probed = (RunningCompensator(parse_model(text, "t")) for _ in range(2))
-    free = outputs(plain, 0, 200)
-    # A little off: what is far off has to be confirmed first (test_correction.py).
-    near = [*(value - 0.1 for value in free[100][3:6]), *DRIFT[3:]]
-    told = outputs(probed, 0, 200, probed=100, drift=near)
-    assert free[:101] == told[:101]
-    elongation = [row[3] for row in told]
-    assert near[0] - 0.1 < elongation[101] < free[101][3] - 1e-3
-
-
-def test_the_state_holds_the_models_memory_and_the_last_measurement(text: str) -> None:
-    first = RunningCompensator(parse_model(text, "t"))
-    outputs(first, 0, 101, probed=100)
-    state = json.loads(json.dumps(first.state(), allow_nan=False))
-    assert state["measured"] == DRIFT
-    other = RunningCompensator(parse_model(text, "t"))
-    other.restore(state)
-    assert outputs(other, 101, 60) == outputs(first, 101, 60)
-
-
-def test_what_is_not_finite_counts_as_not_measured(text: str) -> None:
-    plain, probed = (RunningCompensator(parse_model(text, "t")) for _ in range(2))
-    temperatures, speed = samples(1)[0]
-    plain.step(0.0, 10.0, temperatures, speed, 120.0)
-    probed.step(0.0, 10.0, temperatures, speed, 120.0, [float("nan"), *DRIFT[1:]])
-    assert plain.state() == probed.state()
-    with pytest.raises(ValueError, match="2 measured targets were given, the file has 5"):
-        plain.step(10.0, 10.0, temperatures, speed, 120.0, [1.0, 2.0])
-
-
 def test_the_fmu_takes_measurements_and_continues_from_a_state(text: str, tmp_path: Path) -> None:
     model = tmp_path / "model.json"
     model.write_text(text)
@@ -119,16 +88,6 @@ def test_options_of_a_model_reach_it_and_wrong_ones_do_not(text: str) -> None:
         fit_compensator(RUNS[:1], RIG, "bp", turbo=True)
 
 
-def test_the_file_says_how_far_a_prediction_may_be_off(text: str) -> None:
-    figures = parse_model(text, "t").provenance["figures"]["unseen"]
-    interval = figures["interval"]
-    assert interval["coverage"] == 0.9
-    # Three runs: the worst one's own quantile counts, so no RMSE is larger than the half width.
-    rmse = max(row["elongation"]["model"] for row in figures["rmse_by_run"])
-    grown = (0.25 + interval["longest_h"]) ** interval["power"]
-    assert interval["scale"]["elongation"] * grown * 3.0 > rmse > 0.0
-
-
 def test_a_sensor_with_another_level_in_some_runs_is_not_used_by_level() -> None:
     moved = [
         type(run)(run.name, run.frame.assign(T4_degC=run.frame["T4_degC"] + 31.0))
@@ -139,4 +98,4 @@ def test_a_sensor_with_another_level_in_some_runs_is_not_used_by_level() -> None
     )
     assert "T4" not in table["chosen"]
     assert any("the level form would carry it" in note for note in table["provenance"]["notes"])
-    assert np.isfinite(table["provenance"]["figures"]["training"]["yaw"]["model"]["rmse"])
+    assert np.isfinite(table["provenance"]["figures"]["training"]["Z"]["model"])

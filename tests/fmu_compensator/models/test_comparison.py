@@ -9,10 +9,13 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from fmu_compensator.driving import drive
 from fmu_compensator.fit.columns import MeasuredColumns, targets_of
 from fmu_compensator.fit.comparison import compare
 from fmu_compensator.fit.contestants import contestants
+from fmu_compensator.fit.fitting import compensator_text, fit_compensator
 from fmu_compensator.fit.splits import Split, leave_out
+from fmu_compensator.runtime.modelfile import parse_model
 from measurement.errors import BadInput
 from measurement.figures import figures_of_merit
 from measurement.runs import Run
@@ -28,7 +31,7 @@ def one_split() -> Split:
 def test_the_json_form_and_the_ranking() -> None:
     steps: list[str] = []
     entrants = contestants(["mlr", "ne", "arma"])
-    found = compare([one_split()], RIG, entrants, intervals=False, on_step=steps.append)
+    found = compare([one_split()], RIG, entrants, on_step=steps.append)
     table = json.loads(json.dumps(found.to_dict(), allow_nan=False))
     assert list(table["targets"].items()) == [
         ("elongation", "um"),
@@ -58,7 +61,7 @@ def test_the_json_form_and_the_ranking() -> None:
 
 
 def test_the_figures_are_those_of_the_rows() -> None:
-    found = compare([one_split()], RIG, contestants(["mlr"]), intervals=False)
+    found = compare([one_split()], RIG, contestants(["mlr"]))
     row = next(row for row in found.rows if row.name == "mlr")
     measured = np.concatenate([one.measured[:, 0] for one in row.validate])
     predicted = np.concatenate([one.predicted[:, 0] for one in row.validate])
@@ -69,21 +72,25 @@ def test_the_figures_are_those_of_the_rows() -> None:
     assert measured == pytest.approx(truth.to_numpy())
 
 
-def test_intervals_are_learnt_from_training_runs_and_judged_on_new_ones() -> None:
-    found = compare([one_split()], RIG, contestants(["mlr"]))
-    row = next(row for row in found.to_dict()["models"] if row["name"] == "mlr")
-    assert row["interval"]["coverage_wanted"] == 0.9
-    shares = row["interval"]["coverage_measured"]
-    assert set(shares) == {"elongation", "yaw", "pitch"}
-    # Three runs learn from: the worst of four is a new one once in four.
-    assert all(share > 0.5 for share in shares.values())
-    none = compare([one_split()], RIG, contestants(["mlr"]), intervals=False)
-    assert all("interval" not in row for row in none.to_dict()["models"])
-
-
-def test_processes_change_nothing() -> None:
-    alone, shared = (compare([one_split()], RIG, contestants(["mlr"]), jobs=n) for n in (1, 2))
-    assert alone.to_dict() == shared.to_dict()
+def test_judged_is_what_is_installed_with_the_interval_that_it_promises() -> None:
+    found = compare([one_split()], RIG, contestants(["mlr", "gaussian"]))
+    rows = {row["name"]: row for row in found.to_dict()["models"]}
+    for name in ("mlr", "gaussian"):
+        interval = rows[name]["interval"]
+        assert interval["coverage_wanted"] == 0.9
+        shares = interval["coverage_measured"]
+        assert set(shares) == {"elongation", "yaw", "pitch"}
+        assert all(share > 0.5 for share in shares.values())
+        assert rows[name]["score"] < 0.05
+    assert "interval" not in rows["no_model"]
+    table = fit_compensator(RUNS[:3], RIG, "mlr", limits={"slew_um_per_s": 1000.0}, judge=False)
+    driven = drive(parse_model(compensator_text(table), "m"), RUNS[3], RUNS[3], RIG, 100.0)
+    [judged] = [row for row in found.rows if row.name == "mlr"]
+    elongation = np.array([output.elongation for output in driven.outputs])
+    [here] = [one for one in judged.validate if one.run == RUNS[3].name]
+    rows_there = np.isin(here.time_s, driven.time_s)
+    # A compensator that is stepped every minute, and a fit that saw every half: nearly the same.
+    assert elongation == pytest.approx(here.predicted[rows_there, 0], abs=0.2)
 
 
 def test_any_displacement_columns_serve() -> None:
@@ -94,7 +101,7 @@ def test_any_displacement_columns_serve() -> None:
     runs = [renamed(run) for run in RUNS]
     rig = targets_of(runs, RIG.model_dump())
     assert rig == MeasuredColumns(["probe_a_um", "probe_b_um"])
-    found = compare([Split("x", runs[:3], runs[3:])], rig, contestants(["mlr"]), intervals=False)
+    found = compare([Split("x", runs[:3], runs[3:])], rig, contestants(["mlr"]))
     assert found.targets == ["probe_a_um", "probe_b_um"]
     assert found.units == ["um", "um"]
     assert targets_of(RUNS, RIG.model_dump()) == RIG
@@ -110,19 +117,19 @@ def test_what_a_simulation_adds_is_no_target() -> None:
 def test_a_model_that_cannot_be_fitted_is_left_out_with_a_reason() -> None:
     runs = [Run(run.name, run.frame.drop(columns="speed_rpm")) for run in RUNS]
     split = Split("x", runs[:3], runs[3:])
-    found = compare([split], RIG, contestants(["mlr", "ne"]), intervals=False)
+    found = compare([split], RIG, contestants(["mlr", "ne"]))
     assert "ne" not in [row.name for row in found.rows]
     assert "speed_rpm" in found.left_out["ne"]
     assert found.to_dict()["left_out"][0]["name"] == "ne"
     with pytest.raises(BadInput, match="speed_rpm"):
-        compare([split], RIG, contestants(["ne"]), strict=True, intervals=False)
+        compare([split], RIG, contestants(["ne"]), strict=True)
 
 
 def test_runs_left_out_in_turn_are_each_judged_once() -> None:
     splits = leave_out(RUNS[:3], "run")
     assert [split.name for split in splits] == ["a", "b", "c"]
     assert all(split.validate[0] not in split.train for split in splits)
-    found = compare(splits, RIG, contestants(["mlr"]), intervals=False)
+    found = compare(splits, RIG, contestants(["mlr"]))
     row = next(row for row in found.rows if row.name == "mlr")
     assert sorted(one.run for one in row.validate) == ["a", "b", "c"]
     assert len(row.train) == 6

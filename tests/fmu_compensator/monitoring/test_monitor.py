@@ -30,7 +30,7 @@ DISPLACEMENTS = RIG.columns
 
 
 def fitted(**options: bool) -> Model:
-    table = fit_compensator(TRAINING, RIG, "bayes", points="all", **options)
+    table = fit_compensator(TRAINING, RIG, **options)
     return parse_model(compensator_text(table), "m.json")
 
 
@@ -127,10 +127,10 @@ def test_a_broken_thermometer_is_a_fault_of_the_sensor_not_of_the_machine(model:
     assert (told.verdict, told.sensor) == (SENSOR, "T1")
 
 
-def test_it_says_what_a_file_without_its_runs_cannot_tell() -> None:
-    report = monitor(fitted(keep_runs=False), NEW, RIG)
+def test_it_says_what_a_file_without_runs_left_out_cannot_tell() -> None:
+    report = monitor(fitted(judge=False), NEW, RIG)
     assert report.verdict == FITS
-    assert any("keeps no training runs" in note for note in report.notes)
+    assert any("runs left out of training differed" in note for note in report.notes)
 
 
 def test_a_run_without_a_thermometer_in_use_is_refused(model: Model) -> None:

@@ -7,8 +7,8 @@
 #include <string.h>
 
 #include "../constants.h"
+#include "../error_model.h"
 #include "../numbers.h"
-#include "thermal_states.h"
 
 struct lag {
     double tau_s;
@@ -61,7 +61,7 @@ static void make_lags(struct setup *setup, const struct field *table, struct the
     }
 }
 
-struct error_model *thermal_states_make(
+static struct error_model *make(
     struct setup *setup, const struct field *table, size_t inputs, size_t targets)
 {
     struct thermal_states *self = setup_take(setup, 1, sizeof *self);
@@ -153,7 +153,7 @@ static double weighted(const struct thermal_states *self, const double *lagged, 
     return total;
 }
 
-void thermal_states_predict(
+static void predict(
     const struct error_model *model, double *state, const struct sample *sample, double *targets)
 {
     const struct thermal_states *self = (const struct thermal_states *)model;
@@ -187,5 +187,8 @@ void thermal_states_predict(
     }
 }
 
-const struct error_model_kind thermal_states_kind = {
-    "thermal_states", thermal_states_make, NULL, thermal_states_predict};
+const struct error_model_kind thermal_states_kind = {"thermal_states", make, NULL, predict};
+/* Found in other ways, these run as thermal states do. */
+const struct error_model_kind bayes_kind = {"bayes", make, NULL, predict};
+const struct error_model_kind lasso_kind = {"lasso", make, NULL, predict};
+const struct error_model_kind ridge_kind = {"ridge", make, NULL, predict};

@@ -71,30 +71,38 @@ def values_of(run: Run, sensors: Sequence[str]) -> list[float]:
     ]
 
 
-class Conditions:
-    """The conditions of the training runs.
+def ranges_of(runs: Sequence[Run], sensors: Sequence[str]) -> list[list[float] | None]:
+    """Return the smallest and the largest of each condition, in the order of `NAMES`.
 
     Parameters
     ----------
     runs : sequence of Run
-        Training runs; may be empty.
+        Training runs.
     sensors : sequence of str
         Thermometers that the compensator uses.
     """
+    found: list[list[float] | None] = []
+    for column in np.array([values_of(run, sensors) for run in runs]).T:
+        known = column[np.isfinite(column)]
+        found.append([float(known.min()), float(known.max())] if len(known) else None)
+    return found
 
-    def __init__(self, runs: Sequence[Run], sensors: Sequence[str]) -> None:
-        self._sensors = list(sensors)
-        self._known = np.array([values_of(run, sensors) for run in runs])
 
-    def of(self, run: Run) -> list[Condition]:
-        """Return a run's conditions beside the training's, those that both know."""
-        if not len(self._known):
-            return []
-        found = []
-        for place, value in enumerate(values_of(run, self._sensors)):
-            known = self._known[:, place]
-            known = known[np.isfinite(known)]
-            if len(known) and np.isfinite(value):
-                low, high = float(known.min()), float(known.max())
-                found.append(Condition(*NAMES[place], value, low, high))
-        return found
+def conditions_of(
+    run: Run, sensors: Sequence[str], ranges: Sequence[Sequence[float] | None]
+) -> list[Condition]:
+    """Return a run's conditions beside the training's, those that both know.
+
+    Parameters
+    ----------
+    run : Run
+    sensors : sequence of str
+        Thermometers that the compensator uses.
+    ranges : sequence
+        What `ranges_of` gave of the training runs.
+    """
+    found = []
+    for (name, unit), value, known in zip(NAMES, values_of(run, sensors), ranges, strict=False):
+        if known is not None and np.isfinite(value):
+            found.append(Condition(name, unit, value, *known))
+    return found

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,12 +12,12 @@ from fmu_compensator.fit.data import bridged
 from fmu_compensator.fit.training import Array
 from fmu_compensator.runtime.compensator import WAITING, Output, RunningCompensator
 from fmu_compensator.runtime.modelfile import Model
-from measurement.drift import measured_drift
+from measurement.drift import counted, measured_drift
 from measurement.errors import BadInput
 from measurement.rig import Rig
 from measurement.runs import Run
 
-STEP_S = 30.0
+STEP_S = 60.0
 """Rows closer together tell nothing more of drift [s]."""
 AXES = ("X", "Y", "Z")
 
@@ -67,7 +68,15 @@ class Driven:
         return np.where(width >= 0.0, width, np.nan)
 
 
-def drive(model: Model, run: Run, left: Run, rig: Rig | None, tool_length_mm: float) -> Driven:
+def drive(
+    model: Model,
+    run: Run,
+    left: Run,
+    rig: Rig | None,
+    tool_length_mm: float,
+    *,
+    probe_every_s: float | None = None,
+) -> Driven:
     """Return what a compensator does in a run.
 
     Parameters
@@ -82,6 +91,8 @@ def drive(model: Model, run: Run, left: Run, rig: Rig | None, tool_length_mm: fl
         known.
     tool_length_mm : float
         At which the drift is taken.
+    probe_every_s : float, optional
+        Give it the run's own targets this often, as a probe without noise would [s].
 
     Raises
     ------
@@ -106,12 +117,31 @@ def drive(model: Model, run: Run, left: Run, rig: Rig | None, tool_length_mm: fl
     speed = run.frame["speed_rpm"].to_numpy(float) if "speed_rpm" in run.frame else nothing
     compensator = RunningCompensator(model)
     steps = np.diff(time_s, prepend=time_s[0] - STEP_S)
+    probes = _probes(model, left, rig, rows, probe_every_s)
     outputs = [
-        compensator.step(float(time), float(step), reading, float(turning), tool_length_mm)
-        for time, step, reading, turning in zip(time_s, steps, readings, speed[rows], strict=True)
+        compensator.step(float(time), float(step), reading, float(turning), tool_length_mm, probe)
+        for time, step, reading, turning, probe in zip(
+            time_s, steps, readings, speed[rows], probes, strict=True
+        )
     ]
     drift = _drift(model, left, rig, tool_length_mm)[rows]
     return Driven(time_s, outputs, drift)
+
+
+def _probes(
+    model: Model, run: Run, rig: Rig | None, rows: Sequence[int], every_s: float | None
+) -> list[list[float] | None]:
+    """Return the targets as a probe shows them, row by row; None where there is none."""
+    found: list[list[float] | None] = [None] * len(rows)
+    if every_s is None or rig is None:
+        return found
+    targets = counted(rig.targets(run), model.input_form).to_numpy(float)[rows]
+    time_s = run.time_s[rows]
+    last = float(time_s[0])
+    for row in np.flatnonzero(np.isfinite(targets).all(axis=1)):
+        if time_s[row] - last >= every_s:
+            found[row], last = targets[row].tolist(), float(time_s[row])
+    return found
 
 
 def _rows(time_s: Array) -> list[int]:

@@ -1,0 +1,106 @@
+"""What to do after a compensator was tried on runs: measure one of them, or probe."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from fmu_compensator.driving import drive
+from fmu_compensator.fit.data import prepare
+from fmu_compensator.fit.gaussian import Gaussian, Sample
+from fmu_compensator.fit.promise import by_axis, left_of
+from fmu_compensator.fit.run_conditions import conditions_of, values_of
+from fmu_compensator.fit.updating import gaussian_of, sample_of_run
+from fmu_compensator.runtime.compensator import UNTRAINED
+from fmu_compensator.runtime.modelfile import Model
+from measurement.rig import Rig
+from measurement.runs import Run
+
+HOURLY_S = 3600.0
+
+
+def advice(
+    model: Model, runs: Sequence[Run], left: Sequence[Run], rig: Rig, tool_length_mm: float
+) -> list[str]:
+    """Return up to three lines: where the error came from, what to measure, what a probe would do.
+
+    Parameters
+    ----------
+    model : Model
+        The compensator that was tried.
+    runs : sequence of Run
+        On these runs.
+    left : sequence of Run
+        The same without what is broken.
+    rig : Rig
+        What the displacements mean.
+    tool_length_mm : float
+        At which the drift is taken.
+    """
+    pairs = list(zip(runs, left, strict=True))
+    driven = [drive(model, run, clean, rig, tool_length_mm) for run, clean in pairs]
+    if not any(np.isfinite(one.error).any() for one in driven):
+        return []
+    squares = [np.nansum(one.error**2, axis=1) for one in driven]
+    total = sum(float(one.sum()) for one in squares)
+    outside = sum(
+        float(one[each.status == UNTRAINED].sum())
+        for one, each in zip(squares, driven, strict=True)
+    )
+    share = outside / total if total > 0.0 else 0.0
+    lines = [f"{share:.0%} of the squared error came from conditions outside training (status 2)."]
+    named = _most_telling(model, runs, rig)
+    if named is not None:
+        lines.append(named)
+    probed = [
+        drive(model, run, clean, rig, tool_length_mm, probe_every_s=HOURLY_S)
+        for run, clean in pairs
+    ]
+    before = by_axis([left_of(one, run.name) for one, run in zip(driven, runs, strict=True)])
+    after = by_axis([left_of(one, run.name) for one, run in zip(probed, runs, strict=True)])
+    cells = [f"{axis} {after[axis]['model']:.1f} um" for axis in before if axis in after]
+    beside = [f"{axis} {row['model']:.1f} um" for axis, row in before.items()]
+    lines.append(
+        f"A probe every hour would leave {', '.join(cells)} RMSE (without: {', '.join(beside)})."
+    )
+    return lines
+
+
+def _most_telling(model: Model, runs: Sequence[Run], rig: Rig) -> str | None:
+    """Return which of the runs would make the others surest, had it been learnt from."""
+    if len(runs) < 2:
+        return None
+    names = [sensor.name for sensor in model.sensors]
+    prepared = prepare(runs, rig, model.input_form, sensors=names)
+    used = [model.sensors[index].name for index in model.chosen]
+    if any(name not in prepared.sensors for name in used):
+        return None
+    chosen = [prepared.sensors.index(name) for name in used]
+    samples = [sample_of_run(model, run, chosen) for run in prepared.runs]
+    known = gaussian_of(model.table["gaussian"])
+    width = [
+        _uncertainty([*samples[:at], *samples[at + 1 :]], known.updated([one]))
+        if len(one.hours)
+        else np.inf
+        for at, one in enumerate(samples)
+    ]
+    best = int(np.argmin(width))
+    others = [*samples[:best], *samples[best + 1 :]]
+    now = _uncertainty(others, known)
+    if not np.isfinite(width[best]) or now <= 0.0:
+        return None
+    ranges = model.provenance["figures"].get("conditions") or ()
+    new = [one.text for one in conditions_of(runs[best], used, ranges) if one.is_new]
+    start = values_of(runs[best], used)[0]
+    what = "; ".join(new) or f"temperature at the start {start:.1f} degC"
+    return (
+        f"Of these runs {runs[best].name} would bring most ({what}): after `update` with it the "
+        f"weights' part of the others' uncertainty falls by {1.0 - width[best] / now:.0%}."
+    )
+
+
+def _uncertainty(samples: Sequence[Sample], model: Gaussian) -> float:
+    """Return the mean deviation that the weights bring, over that of the noise [1]."""
+    parts = [np.sqrt(model.novelty(one.features)).mean() for one in samples if len(one.hours)]
+    return float(np.mean(parts)) if parts else 0.0

@@ -1,0 +1,220 @@
+"""What is installed: a mean function with the Gaussian that stands on it, fitted to some runs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from scipy.stats import t as student
+
+from fmu_compensator.fit.data import Prepared, PreparedRun
+from fmu_compensator.fit.error_models.base import FittedModel
+from fmu_compensator.fit.gaussian import (
+    DEGREES,
+    LAGS_S,
+    Gaussian,
+    Sample,
+    directions,
+    rises_and_lags,
+    sample_of,
+)
+from fmu_compensator.fit.recipe import Recipe
+from fmu_compensator.fit.training import Array, TrainingRun
+from fmu_compensator.runtime.gaussian import OF_FIXED, OF_START
+
+COVERAGE = 0.9
+"""Share of unseen drift that an interval is to hold [1]."""
+DEVIATIONS = float(student.ppf(0.5 + COVERAGE / 2.0, DEGREES))
+"""Half width of the interval in standard deviations [1]."""
+PARTS = 5
+"""Of the runs, each predicted by a mean function fitted to the others, so that the Gaussian learns
+what it leaves in runs that it did not see."""
+FEWEST_FOR_PARTS = 4
+"""With fewer runs a mean function of the others is too unlike the one that is installed: on two
+runs of the simulated jig borer it did worse than no compensation. What it left of its own runs is
+used, and the interval is then too narrow for a flexible mean function."""
+
+
+@dataclass(frozen=True)
+class Installed:
+    """A mean function and its Gaussian.
+
+    Attributes
+    ----------
+    recipe : Recipe
+        How the mean function was fitted.
+    chosen : list of int
+        Indices of its sensors.
+    choice : dict
+        How they were chosen, for the provenance.
+    fitted : FittedModel
+        The mean function.
+    gaussian : Gaussian
+    samples : list of Sample
+        What the Gaussian was learnt from.
+    usual : array (k,) or None
+        Temperatures that rises count from where they do not count from the start [degC].
+    constant : array (m,)
+        The drift there [um, urad].
+    settled_h : float
+        For how long the random walk has gone on at the start of a run [h].
+    """
+
+    recipe: Recipe
+    chosen: list[int]
+    choice: Any
+    fitted: FittedModel
+    gaussian: Gaussian
+    samples: list[Sample]
+    usual: Array | None
+    constant: Array
+    settled_h: float
+
+    @classmethod
+    def fit(
+        cls,
+        recipe: Recipe,
+        prepared: Prepared,
+        runs: Sequence[PreparedRun],
+    ) -> Installed:
+        """Return what is installed after these runs.
+
+        Parameters
+        ----------
+        recipe : Recipe
+            Points are chosen anew: a choice that has seen other runs would flatter it.
+        prepared : Prepared
+            Names of sensors and targets.
+        runs : sequence of PreparedRun
+            To learn from.
+
+        Raises
+        ------
+        BadInput
+            If the runs cannot carry the error model.
+        """
+        chosen, choice = recipe.choose(prepared, runs)
+        fitted = recipe.fit(prepared, runs, chosen)
+        rows = [run.history(chosen) for run in runs]
+        missed = [run.targets - fitted.predict(run) for run in rows]
+        if len(runs) >= FEWEST_FOR_PARTS:
+            for part in range(PARTS):
+                others = [run for at, run in enumerate(runs) if at % PARTS != part]
+                by_others = recipe.fit(prepared, others, chosen)
+                for at in range(part, len(runs), PARTS):
+                    missed[at] = rows[at].targets - by_others.predict(rows[at])
+        usual, constant, settled_h = None, np.zeros(len(prepared.targets)), 0.0
+        if recipe.input_form == "absolute":
+            usual = np.mean(np.vstack([run.inputs for run in rows]), axis=0)
+            constant = np.nanmean(np.vstack(missed), axis=0)
+            settled_h = max(float(np.ptp(run.time_s)) for run in rows) / 3600.0
+        samples = [
+            sample_of(row, rises_of(run, row, chosen, usual), left - constant, settled_h)
+            for run, row, left in zip(runs, rows, missed, strict=True)
+        ]
+        return cls(
+            recipe,
+            chosen,
+            choice,
+            fitted,
+            Gaussian.fit(samples),
+            samples,
+            usual,
+            constant,
+            settled_h,
+        )
+
+    def sample(self, run: PreparedRun) -> Sample:
+        """Return what a further run says of the weights."""
+        rows = run.history(self.chosen)
+        missed = rows.targets - self.fitted.predict(rows) - self.constant
+        return sample_of(rows, rises_of(run, rows, self.chosen, self.usual), missed, self.settled_h)
+
+    def predict(self, run: PreparedRun) -> tuple[TrainingRun, Array, Array]:
+        """Return a run's rows with all inputs, what is predicted for them, and the half widths.
+
+        Returns
+        -------
+        rows : TrainingRun
+            n rows.
+        values, half_width : array (n, m)
+            [um, urad]
+        """
+        rows = run.history(self.chosen)
+        rises = rises_of(run, rows, self.chosen, self.usual)
+        features, values = rises_and_lags(rows.time_s, rises), self.values(rows, rises)
+        hours = self.settled_h + (rows.time_s - rows.time_s[:1]) / 3600.0
+        along = features @ self.seen.T
+        novelty = self.gaussian.scale * (features**2).sum(axis=1) - (along**2).sum(axis=1)
+        variance = 1.0 + self.gaussian.walk**2 * hours + np.maximum(novelty, 0.0)
+        spread = np.sqrt(np.diag(self.gaussian.spread))
+        return rows, values, DEVIATIONS * np.sqrt(variance)[:, None] * spread
+
+    def values(self, rows: TrainingRun, rises: Array) -> Array:
+        """Return what is predicted for rows with all inputs, shape (n, m) [um, urad]."""
+        features = rises_and_lags(rows.time_s, rises)
+        return self.fitted.predict(rows) + self.constant + features @ self.gaussian.weights
+
+    @cached_property
+    def seen(self) -> Array:
+        """Directions of the weights that the runs determine, shape (q, p) [1/K]."""
+        return directions(self.gaussian, self.samples)
+
+    def table(self) -> dict[str, Any]:
+        """Return the file's table ``gaussian``."""
+        model = self.gaussian
+        return {
+            "reference": OF_START if self.usual is None else OF_FIXED,
+            **({} if self.usual is None else {"usual": listed(self.usual)}),
+            "constant": listed(self.constant),
+            "settled_h": self.settled_h,
+            "lags_s": list(LAGS_S),
+            "weights": listed(model.weights.T),
+            "scale": listed(model.scale, digits=12),
+            "seen": listed(self.seen, digits=12),
+            "walk_per_h": listed(model.walk**2),
+            "spread": listed(np.sqrt(np.diag(model.spread))),
+            "rows": listed(model.rows),
+            "deviations": listed(DEVIATIONS),
+            "coverage": COVERAGE,
+        }
+
+
+def rises_of(
+    run: PreparedRun, rows: TrainingRun, chosen: Sequence[int], usual: Array | None
+) -> Array:
+    """Return the rises that the Gaussian takes in, shape (n, k) [K].
+
+    Parameters
+    ----------
+    run : PreparedRun
+    rows : TrainingRun
+        Its ``history``.
+    chosen : sequence of int
+        The sensors.
+    usual : array (k,) or None
+        Temperatures to count from [degC]; None: from each sensor's first reading.
+    """
+    if usual is not None:
+        return rows.inputs - usual
+    temperatures = run.temperatures[:, list(chosen)]
+    there = np.isfinite(temperatures)
+    first = temperatures[np.argmax(there, axis=0), np.arange(temperatures.shape[1])]
+    return np.asarray(temperatures[there.all(axis=1)] - first)
+
+
+def listed(values: Any, digits: int = 9) -> Any:
+    """Return numbers as the file carries them, in lists.
+
+    Parameters
+    ----------
+    values : array of any shape, or a number
+    digits : int
+        Significant ones: the variance is a small difference of large numbers, and needs more.
+    """
+    if np.ndim(values):
+        return [listed(value, digits) for value in np.asarray(values)]
+    return float(f"{float(values):.{digits}g}")

@@ -1,5 +1,0 @@
-/* LASSO regression on temperatures and their lags: it runs as thermal states do. */
-#include "thermal_states.h"
-
-const struct error_model_kind lasso_kind = {
-    "lasso", thermal_states_make, NULL, thermal_states_predict};

@@ -1,0 +1,320 @@
+"""What the thermometers say of the drift, how surely, and what a measurement changes in it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import sqrt
+from operator import mul
+
+from fmu_compensator.runtime.fields import Fields
+from fmu_compensator.runtime.lags import checked_state, share, taus
+
+LARGEST = 1e6
+MOST_DIRECTIONS = 1000
+MOST_PROBES = 8
+"""So many rows hold how far all measurements narrow the interval; what they said stays."""
+FURTHEST = 2.0
+"""A measurement that is off by more half widths must be confirmed by the next one [1]."""
+CULPRITS, CULPRIT_SHARE = 3, 0.15
+"""Up to so many sensors are named where inputs are new, each with this share of the novelty [1]."""
+OF_START, OF_FIXED = "start", "fixed"
+
+
+class Gaussian:
+    r"""Weights, random walk and noise as one Gaussian, conditioned on the training.
+
+    .. math::
+        y = m + W x + b, \qquad
+        \mathrm{var}(y) = \Sigma\,(1 + \rho^2 t + g\,|x|^2 - \sum_i (d_i \cdot x^+)^2)
+
+    m is the error model's prediction, x the rises and their first-order lags, b a random walk since
+    the start, and x+ = (x, 1) with b's place last. Rows d of training end in 0. A measurement adds
+    one row and moves W and b: the Kalman update of both. The novelty is the part of the variance
+    that is the weights', g |x|^2 less what training saw of it; inputs are new where it is the
+    larger part.
+
+    Parameters
+    ----------
+    reference : {"start", "fixed"}
+        Rises count from the first sample, or from the fixed temperatures ``usual``.
+    usual : list of float, one per input
+        The fixed temperatures [degC]; not used with "start".
+    constant : list of float, one per target
+        The drift at the reference [um, urad].
+    settled_h : float
+        For how long the walk has gone on at the first sample [h]; 0 with "start".
+    lags_s : list of float
+        Time constants [s].
+    weights : list of list of float, a row per target
+        W, over: rises, then lag by lag [um/K, urad/K].
+    scale : float
+        g [1/K^2].
+    seen : list of list of float
+        d of training [1/K].
+    walk_per_h : float
+        rho^2 [1/h].
+    spread : list of float, one per target
+        Standard deviation of the noise, the root of Sigma's diagonal [um, urad].
+    deviations : float
+        Half width of the interval in standard deviations [1].
+    coverage : float
+        Share of unseen drift that the interval is to hold [1].
+    """
+
+    def __init__(
+        self,
+        reference: str,
+        usual: list[float],
+        constant: list[float],
+        settled_h: float,
+        lags_s: list[float],
+        weights: list[list[float]],
+        scale: float,
+        seen: list[list[float]],
+        walk_per_h: float,
+        spread: list[float],
+        deviations: float,
+        coverage: float,
+    ) -> None:
+        self.fixed = reference == OF_FIXED
+        self.usual, self.spread = usual, spread
+        self.deviations, self.coverage = deviations, coverage
+        self._constant, self._settled_h = constant, settled_h
+        self._lags_s, self._learnt, self._scale, self._seen = lags_s, weights, scale, seen
+        self._walk_per_h = walk_per_h
+        self._inputs = len(weights[0]) // (1 + len(lags_s))
+        # Steps are mostly of one length: the lags' shares of it are worth keeping.
+        self._elapsed_s, self._shares = 0.0, [0.0] * len(lags_s)
+        self.reset()
+
+    @classmethod
+    def from_fields(cls, fields: Fields, inputs: int, targets: int) -> Gaussian:
+        """Return the model of a file's table.
+
+        Raises
+        ------
+        ModelFileError
+            For the first field that is missing or out of range.
+        """
+        lags_s = taus(fields, "lags_s")
+        width = inputs * (1 + len(lags_s))
+        rows = len(fields.items("seen", 0, MOST_DIRECTIONS, "lists of numbers"))
+        reference = fields.choice("reference", (OF_START, OF_FIXED))
+        spread = fields.numbers("spread", targets, LARGEST)
+        for place, value in enumerate(spread):
+            if not value > 0.0:
+                raise fields.refusal(f"spread.{place}", f"{value:g} is not allowed: above 0")
+        model = cls(
+            reference,
+            fields.numbers("usual", inputs, 1e4) if reference == OF_FIXED else [0.0] * inputs,
+            fields.numbers("constant", targets, LARGEST),
+            fields.number("settled_h", 0.0, LARGEST),
+            lags_s,
+            fields.matrix("weights", targets, width, LARGEST),
+            fields.number("scale", 0.0, LARGEST**2),
+            fields.matrix("seen", rows, width, LARGEST) if rows else [],
+            fields.number("walk_per_h", 0.0, LARGEST),
+            spread,
+            fields.number("deviations", 0.0, 1e3),
+            fields.number("coverage", 0.01, 0.9999),
+        )
+        fields.number("rows", 0.0, 1e9)  # for `update`
+        fields.done()
+        return model
+
+    def reset(self) -> None:
+        """Forget everything but what was learnt."""
+        self._hours = self._settled_h
+        self._lagged = [[0.0] * self._inputs for _ in self._lags_s]
+        self._features = [0.0] * len(self._learnt[0])
+        self._weights = self._learnt
+        self._bias = list(self._constant)  # the walk, and the drift at the reference
+        self._leaps = 0.0  # variance that confirmed leaps brought to the walk, over Sigma [1]
+        self._probes: list[list[float]] = []  # rows of d, the walk's place last
+        self._suspect: list[float] = []  # what an unconfirmed measurement says the bias is
+        self.added, self.novelty, self.variance = list(self._constant), 0.0, 1.0
+        self._left = self.variance  # of the weights and the walk, after all measurements
+
+    def step(self, rises: Sequence[float], elapsed_s: float) -> None:
+        """Take in one good sample.
+
+        Puts down what is added to the error model's prediction (``added`` [um, urad]), its
+        variance over Sigma (``variance`` [1]) and the novelty of the inputs (``novelty`` [1]).
+
+        Parameters
+        ----------
+        rises : sequence of float
+            Of the chosen sensors [K].
+        elapsed_s : float
+            Time since the good sample before this one [s]; 0 for the first.
+        """
+        if elapsed_s != self._elapsed_s:
+            self._elapsed_s = elapsed_s
+            self._shares = [share(elapsed_s, tau_s) for tau_s in self._lags_s]
+        self._hours += elapsed_s / 3600.0
+        features = list(rises)
+        for lag, part in enumerate(self._shares):
+            values = [
+                value + part * (rise - value)
+                for value, rise in zip(self._lagged[lag], rises, strict=True)
+            ]
+            self._lagged[lag] = values
+            features += values
+        self._features = features
+        novelty = self._scale * sum(map(mul, features, features))
+        for row in self._seen:
+            along = sum(map(mul, row, features))
+            novelty -= along * along
+        self.novelty = max(novelty, 0.0)
+        left = self.novelty + self._walk_per_h * self._hours + self._leaps
+        for row in self._probes:
+            along = sum(map(mul, row, features)) + row[-1]
+            left -= along * along
+        self._left = max(left, 0.0)
+        self.variance = 1.0 + self._left
+        self.added = [
+            bias + sum(map(mul, weights, features))
+            for bias, weights in zip(self._bias, self._weights, strict=True)
+        ]
+
+    @property
+    def usual_variance(self) -> float:
+        """Variance of noise and walk over Sigma: what is left in conditions like training [1]."""
+        return 1.0 + self._walk_per_h * self._hours
+
+    @property
+    def is_new(self) -> bool:
+        """Whether more than half of the variance is that of conditions training did not see."""
+        return self.novelty > self.usual_variance
+
+    def take(self, missed: Sequence[float]) -> None:
+        """Condition on a measurement at the last sample.
+
+        Parameters
+        ----------
+        missed : sequence of float
+            Measured minus predicted, what is ``added`` included [um, urad].
+        """
+        furthest = FURTHEST * self.deviations
+        limits = [furthest * sqrt(self.variance) * value for value in self.spread]
+        if any(abs(value) > limit for value, limit in zip(missed, limits, strict=True)):
+            whole = [bias + value for bias, value in zip(self._bias, missed, strict=True)]
+            last, self._suspect = self._suspect, whole
+            if not last or any(
+                abs(a - b) > limit for a, b, limit in zip(whole, last, limits, strict=True)
+            ):
+                return
+            # Seen twice: a joint settled. The walk may have leapt by as much.
+            sizes = [a / b for a, b in zip(missed, self.spread, strict=True)]
+            leap = max(size * size for size in sizes)
+            self._leaps += leap
+            self._left += leap
+        self._suspect = []
+        self._condition(missed)
+
+    def _condition(self, missed: Sequence[float]) -> None:
+        features = self._features
+        column = [self._scale * value for value in features]
+        walk = self._walk_per_h * self._hours + self._leaps
+        told = []
+        for row in self._seen:
+            along = sum(map(mul, row, features))
+            column = [value - along * weight for value, weight in zip(column, row, strict=True)]
+        for row in self._probes:
+            along = sum(map(mul, row, features)) + row[-1]
+            column = [value - along * weight for value, weight in zip(column, row, strict=False)]
+            walk -= along * row[-1]
+            told.append(along)
+        size = 1.0 + self._left
+        self._weights = [
+            [weight + value * miss / size for weight, value in zip(weights, column, strict=True)]
+            for weights, miss in zip(self._weights, missed, strict=True)
+        ]
+        self._bias = [
+            bias + walk * miss / size for bias, miss in zip(self._bias, missed, strict=True)
+        ]
+        if len(self._probes) == MOST_PROBES:
+            # Two rows turned in their plane narrow as much as before. Turned so that one of them
+            # says nothing of this sample, that one may go.
+            (oldest, kept), (a, b) = self._probes[:2], told[:2]
+            if a != 0.0:
+                length = sqrt(a * a + b * b)
+                kept = [(a * u + b * v) / length for u, v in zip(oldest, kept, strict=True)]
+            self._probes[:2] = [kept]
+        root = sqrt(size)
+        self._probes.append([value / root for value in (*column, walk)])
+
+    def culprits(self) -> list[int]:
+        """Return the places of the inputs that make the last sample new, the worst first."""
+        shares = [self._scale * value for value in self._features]
+        for row in self._seen:
+            along = sum(map(mul, row, self._features))
+            shares = [value - along * weight for value, weight in zip(shares, row, strict=True)]
+        parts = [0.0] * self._inputs
+        for place, (value, feature) in enumerate(zip(shares, self._features, strict=True)):
+            parts[place % self._inputs] += value * feature
+        order = sorted(range(self._inputs), key=lambda place: -parts[place])
+        named = [n for n in order[:CULPRITS] if parts[n] >= CULPRIT_SHARE * self.novelty]
+        return named or order[:1]
+
+    def axis_deviation(self, weights: Sequence[float]) -> float:
+        """Return the root of what a unit of ``variance`` is along an axis [um].
+
+        Errors of tilt and radial drift go together, nobody knows with which sign: they are added.
+
+        Parameters
+        ----------
+        weights : sequence of float
+            How the drift along it follows from the targets: `Geometry.weights`.
+        """
+        return sum(abs(weight) * value for weight, value in zip(weights, self.spread, strict=True))
+
+    def state(self) -> list[float]:
+        """Return what is remembered; longer after measurements."""
+        changed = [value for row in self._weights for value in row] if self._probes else []
+        return [
+            self._hours,
+            self._leaps,
+            self.novelty,
+            self.variance,
+            self._left,
+            float(len(self._suspect)),
+            float(len(self._probes)),
+            *(value for row in self._lagged for value in row),
+            *self._features,
+            *self._bias,
+            *self.added,
+            *self._suspect,
+            *(value for row in self._probes for value in row),
+            *changed,
+        ]
+
+    def restore(self, state: Sequence[float]) -> None:
+        """Take up the state that `state` returned.
+
+        Raises
+        ------
+        ValueError
+            If the state is not one of this file's.
+        """
+        targets, width = len(self._constant), len(self._features)
+        self.reset()
+        shortest = 7 + self._inputs * len(self._lags_s) + width + 2 * targets
+        numbers = checked_state(state, len(state))
+        suspected, probes = (int(value) for value in [*numbers, *[0.0] * 7][5:7])
+        if suspected not in (0, targets) or not 0 <= probes <= MOST_PROBES:
+            raise ValueError("the state counts measurements that there cannot be")
+        changed = targets * width if probes else 0
+        values = iter(checked_state(numbers, shortest + suspected + probes * (width + 1) + changed))
+
+        def rows(count: int, length: int) -> list[list[float]]:
+            return [[next(values) for _ in range(length)] for _ in range(count)]
+
+        self._hours, self._leaps, self.novelty, self.variance, self._left = rows(1, 5)[0]
+        rows(1, 2)
+        self._lagged = rows(len(self._lags_s), self._inputs)
+        self._features, self._bias = rows(1, width)[0], rows(1, targets)[0]
+        self.added, self._suspect = rows(1, targets)[0], rows(1, suspected)[0]
+        self._probes = rows(probes, width + 1)
+        if probes:
+            self._weights = rows(targets, width)

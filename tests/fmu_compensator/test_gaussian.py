@@ -1,0 +1,295 @@
+"""The Gaussian, fitted and at run time, beside regression with the covariance of all rows."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from math import inf, nan
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fmu_compensator.fit import gaussian as fitting
+from fmu_compensator.fit.gaussian import Gaussian, directions
+from fmu_compensator.runtime.fields import Fields, ModelFileError
+from fmu_compensator.runtime.gaussian import Gaussian as Installed
+from tests.fmu_compensator.dense import LAGS_S, Array, Dense, drawn
+from tests.fmu_compensator.gaussians import knows_nothing
+
+INPUTS, WALK = 2, 0.7
+WIDTH = INPUTS * (1 + len(LAGS_S))
+WEIGHTS = np.random.default_rng(1).normal(0.0, 0.8, (WIDTH, 2))
+SAMPLES = [drawn(seed, WEIGHTS, walk=WALK) for seed in range(3)]
+FURTHER = [drawn(10 + seed, WEIGHTS, walk=WALK) for seed in range(3)]
+NEW = drawn(99, WEIGHTS, walk=WALK, rows=40)
+
+
+@pytest.fixture
+def walks_alike(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every run's walk is of the usual size, and every direction is kept."""
+    monkeypatch.setattr(Gaussian, "size_of", lambda self, sample: 1.0)
+    monkeypatch.setattr(fitting, "LOST", 0.0)
+
+
+def known() -> Gaussian:
+    return Gaussian.fit(SAMPLES)
+
+
+def assert_alike(model: Gaussian, dense: Dense) -> None:
+    for hour, features in zip(NEW.hours, NEW.features, strict=True):
+        mean, variance = dense.predict(99, hour, features)
+        assert features @ model.weights == pytest.approx(mean, rel=1e-6, abs=1e-8)
+        novelty = model.novelty(features[None])[0]
+        assert 1.0 + model.walk**2 * hour + novelty == pytest.approx(variance, rel=1e-7)
+
+
+@pytest.mark.usefixtures("walks_alike")
+def test_the_posterior_is_regression_on_all_rows() -> None:
+    model = known()
+    assert_alike(model, Dense.of(model.scale, model.walk, SAMPLES))
+
+
+@pytest.mark.usefixtures("walks_alike")
+def test_the_scales_are_the_likeliest() -> None:
+    model = known()
+
+    def cost(scale: float, walk: float) -> float:
+        # The weak prior: a weight is 1.5 um/K, give or take a factor of e.
+        usual = 0.5 * np.log(scale * np.diag(model.spread)) - np.log(1.5)
+        return Dense.of(scale, walk, SAMPLES).cost() + 0.5 * float(np.sum(usual**2))
+
+    best = cost(model.scale, model.walk)
+    for scale, walk in ((1.5, 1.0), (1 / 1.5, 1.0), (1.0, 1.3), (1.0, 1 / 1.3)):
+        assert cost(scale * model.scale, walk * model.walk) > best
+
+
+def test_a_run_that_wanders_teaches_less(monkeypatch: pytest.MonkeyPatch) -> None:
+    runs = [*SAMPLES, *FURTHER, drawn(5, WEIGHTS, walk=WALK, size=30.0)]
+
+    def off(model: Gaussian) -> float:
+        return float(np.sqrt(np.mean((NEW.features @ (model.weights - WEIGHTS)) ** 2)))
+
+    careful = Gaussian.fit(runs)
+    sizes = [careful.size_of(one) for one in runs]
+    assert sizes[-1] > 2.0 * max(sizes[:-1])
+    monkeypatch.setattr(Gaussian, "size_of", lambda self, sample: 1.0)
+    assert off(careful) < 0.7 * off(Gaussian.fit(runs))
+
+
+@pytest.mark.usefixtures("walks_alike")
+def test_an_update_needs_no_old_run_and_no_order() -> None:
+    model = known()
+    whole = model.updated(FURTHER)
+    assert_alike(whole, Dense.of(model.scale, model.walk, [*SAMPLES, *FURTHER]))
+    in_turn = model
+    for one in reversed(FURTHER):
+        in_turn = in_turn.updated([one])
+    assert in_turn.weights == pytest.approx(whole.weights, rel=1e-6, abs=1e-9)
+    assert in_turn.covariance == pytest.approx(whole.covariance, abs=1e-9 * model.scale)
+    assert in_turn.spread == pytest.approx(whole.spread)
+    anew = Gaussian.fit([*SAMPLES, *FURTHER])  # at scales of its own, which are nearly the same
+    assert whole.spread == pytest.approx(anew.spread, rel=0.3, abs=0.1)
+    exact = [replace(one, missed=one.features @ model.weights) for one in FURTHER]
+    for _ in range(20):
+        model = model.updated(exact)
+    assert (np.diag(model.spread) >= fitting.SMALLEST_NOISE**2).all()
+    assert in_turn.rows == whole.rows == sum(len(one.hours) for one in (*SAMPLES, *FURTHER))
+
+
+def test_directions_left_out_make_an_interval_wider_and_never_narrower() -> None:
+    model = known()
+    rows = directions(model, SAMPLES)
+    assert 0 < len(rows) < WIDTH
+    kept = model.scale * np.eye(WIDTH) - rows.T @ rows
+    assert np.linalg.eigvalsh(kept - model.covariance).min() > -1e-9 * model.scale
+    for one in SAMPLES:
+        wide = np.einsum("ij,jk,ik->i", one.features, kept, one.features)
+        usual = 1.0 + model.walk**2 * one.hours + model.novelty(one.features)
+        assert np.mean(wide - model.novelty(one.features)) < 0.1 * np.mean(usual)
+
+
+def installed(model: Gaussian) -> Installed:
+    """Return the runtime's Gaussian with all directions."""
+    return Installed(
+        "start",
+        [0.0] * INPUTS,
+        [0.0, 0.0],
+        0.0,
+        list(LAGS_S),
+        model.weights.T.tolist(),
+        model.scale,
+        directions(model, SAMPLES).tolist(),
+        model.walk**2,
+        np.sqrt(np.diag(model.spread)).tolist(),
+        2.35,
+        0.9,
+    )
+
+
+def step(works: Installed, row: int) -> Array:
+    elapsed = 3600.0 * (NEW.hours[row] - (NEW.hours[row - 1] if row else 0.0))
+    works.step(NEW.features[row, :INPUTS].tolist(), float(elapsed))
+    return np.array(works.added)
+
+
+@pytest.mark.usefixtures("walks_alike")
+def test_probing_is_regression_on_the_measured_rows_too() -> None:
+    model = known()
+    works, dense = installed(model), Dense.of(model.scale, model.walk, SAMPLES)
+    works.step([0.0] * INPUTS, 0.0)
+    for row, (hour, features) in enumerate(zip(NEW.hours, NEW.features, strict=True)):
+        added = step(works, row)
+        mean, variance = dense.predict(99, hour, features)
+        assert added == pytest.approx(mean, rel=1e-6, abs=1e-8)
+        assert works.variance == pytest.approx(variance, rel=1e-7)
+        if row in (3, 4, 15, 16, 30):
+            seen = added + [1.0, -0.7] * np.sqrt(np.diag(model.spread))
+            works.take((seen - added).tolist())
+            dense.measured(99, hour, features, seen)
+
+
+@pytest.mark.usefixtures("walks_alike")
+def test_a_bad_probe_changes_nothing_until_the_next_one_confirms_it() -> None:
+    model = known()
+    works, plain = installed(model), installed(model)
+    spread = np.sqrt(np.diag(model.spread))
+    far = 5.0 * 2.35 * np.sqrt(1.0 + works.variance) * spread
+    for row in range(6):
+        step(works, row)
+        step(plain, row)
+    works.take(far.tolist())
+    assert step(works, 6) == pytest.approx(step(plain, 6), abs=0.0)
+    assert works.variance == plain.variance
+    for one in (works, plain):  # a good one after it: the bad one is forgotten
+        one.take([0.0, 0.0])
+        step(one, 7)
+    works.take(far.tolist())
+    assert step(works, 8) == pytest.approx(step(plain, 8), abs=0.0)
+    works.take((-far).tolist())  # as far on the other side confirms nothing
+    assert step(works, 9) == pytest.approx(step(plain, 9), abs=0.0)
+    works.take((0.9 * -far).tolist())
+    moved = step(works, 10) - step(plain, 10)
+    assert moved == pytest.approx(-0.9 * far, rel=0.1)
+    assert works.variance < plain.variance + 1.0
+
+
+@pytest.mark.usefixtures("walks_alike")
+def test_a_confirmed_leap_is_a_leap_of_the_walk() -> None:
+    model = known()
+    works, dense = installed(model), Dense.of(model.scale, model.walk, SAMPLES)
+    spread = np.sqrt(np.diag(model.spread))
+    far = np.array([40.0, -30.0]) * spread
+    for row in range(5):
+        added = step(works, row)
+    works.take(far.tolist())
+    added = step(works, 5)
+    works.take(far.tolist())
+    leap = 40.0**2
+    dense.measured(99, NEW.hours[5], NEW.features[5], added + far, leap)
+    for row in range(6, 12):
+        mean, variance = dense.predict(99, NEW.hours[row], NEW.features[row], leap)
+        assert step(works, row) == pytest.approx(mean, rel=1e-6)
+        assert works.variance == pytest.approx(variance, rel=1e-6)
+
+
+def test_the_measurements_before_the_last_eight_only_narrow_less() -> None:
+    works, plain = installed(known()), installed(known())
+    lengths = []
+    for row in range(30):
+        step(works, row)
+        step(plain, row)
+        works.take([0.0, 0.0])
+        assert works.variance <= plain.variance
+        lengths.append(len(works.state()))
+    assert len(set(lengths[:8])) == 8
+    assert set(lengths[8:]) == {lengths[7]}
+    assert 1.0 <= works.variance < 0.8 * plain.variance
+
+
+def test_culprits_are_the_inputs_that_bring_most_of_the_novelty() -> None:
+    model, works = known(), installed(known())
+    covariance = model.scale * np.eye(WIDTH) - (rows := directions(model, SAMPLES)).T @ rows
+    for row, features in enumerate(NEW.features):
+        step(works, row)
+        parts = (features * (covariance @ features)).reshape(-1, INPUTS).sum(axis=0)
+        assert works.novelty == pytest.approx(parts.sum())
+        named = works.culprits()
+        assert named[0] == np.argmax(parts)
+        if len(named) == 1:
+            assert parts.min() < 0.15 * parts.sum()
+
+
+def test_a_state_goes_on_bit_for_bit_with_probes_and_with_one_in_doubt() -> None:
+    model = known()
+    one, other = installed(model), installed(model)
+    lengths = set()
+    for row in range(len(NEW.hours)):
+        assert step(one, row).tolist() == step(other, row).tolist()
+        assert (one.variance, one.novelty) == (other.variance, other.novelty)
+        missed = {5: [0.3, 0.1], 9: [500.0, 0.0], 14: [0.1, 0.2], 20: [90.0, 1.0], 21: [90.0, 1.0]}
+        if row in missed:
+            one.take(missed[row])
+            other.take(missed[row])
+        again = installed(model)
+        again.restore(json.loads(json.dumps(other.state(), allow_nan=False)))
+        assert again.state() == other.state()
+        lengths.add(len(other.state()))
+        other = again
+    assert len(lengths) > 3  # before and after probes, and with one that awaits confirmation
+    one.reset()
+    assert one.state() == installed(model).state()
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        lambda state: state[:-1],
+        lambda state: [*state, 0.0],
+        lambda state: [],
+        lambda state: [nan, *state[1:]],
+        lambda state: [*state[:5], nan, *state[6:]],
+        lambda state: [*state[:6], inf, *state[7:]],
+        lambda state: [*state[:5], 1.0, *state[6:]],
+        lambda state: [*state[:6], 9.0, *state[7:]],
+        lambda state: [*state[:6], -1.0, *state[7:]],
+        lambda state: [*state[:6], "one", *state[7:]],
+        lambda state: [*state[:3], None, *state[4:]],
+    ],
+)
+def test_a_damaged_state_is_refused(damage: Any) -> None:
+    works = installed(known())
+    step(works, 0)
+    works.take([0.1, 0.1])
+    step(works, 1)
+    with pytest.raises(ValueError, match="state"):
+        works.restore(damage(works.state()))
+
+
+def read(table: dict[str, Any]) -> Installed:
+    fields = Fields(json.loads(json.dumps(table)), "f.json", "gaussian")
+    return Installed.from_fields(fields, INPUTS, 2)
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ({"reference": "end"}, "gaussian.reference"),
+        ({"reference": "fixed"}, "gaussian.usual"),
+        ({"usual": [20.0, 20.0]}, "not a known field"),
+        ({"spread": [1.0, 0.0]}, "gaussian.spread.1: 0 is not allowed: above 0"),
+        ({"weights": [[0.0] * 2] * 3}, "gaussian.weights"),
+        ({"lags_s": [600.0]}, "gaussian.weights.0"),
+        ({"seen": [[1.0]]}, "gaussian.seen.0"),
+        ({"scale": -1.0}, "gaussian.scale"),
+        ({"walk_per_h": -1.0}, "gaussian.walk_per_h"),
+        ({"coverage": 1.0}, "gaussian.coverage"),
+        ({"rows": None}, "gaussian.rows"),
+    ],
+)
+def test_a_wrong_field_is_refused_in_one_line(change: dict[str, Any], told: str) -> None:
+    read(knows_nothing(2))
+    with pytest.raises(ModelFileError) as refused:
+        read(knows_nothing(2) | change)
+    assert told in str(refused.value)
+    assert "\n" not in str(refused.value)

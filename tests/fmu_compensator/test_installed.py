@@ -1,0 +1,155 @@
+"""What is installed: what the file does at run time is what was fitted and judged."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fmu_compensator.driving import drive
+from fmu_compensator.fit.data import prepare
+from fmu_compensator.fit.fitting import compensator_text, fit_compensator
+from fmu_compensator.fit.gaussian import Gaussian
+from fmu_compensator.fit.installed import COVERAGE, DEVIATIONS, Installed
+from fmu_compensator.fit.recipe import Recipe
+from fmu_compensator.runtime.compensator import UNTRAINED, RunningCompensator
+from fmu_compensator.runtime.modelfile import parse_model
+from measurement.runs import Run
+from tests.fmu_compensator.conftest import DIRECT_RIG, RIG, make_run
+from tests.fmu_compensator.dense import LAGS_S, drawn
+from tests.fmu_compensator.test_error_models import KINDS, QUICK
+
+SENSORS = [f"T{number}" for number in range(1, 5)]
+FREE = {"slew_um_per_s": 1000.0, "offset_um": 1000.0}
+
+
+def direct(name: str, seed: int) -> Run:
+    run = make_run(name, seed, hours=2.0, step_s=60.0)
+    frame = run.frame.assign(disp_x_um=run.frame["S1_um"], disp_z_um=-run.frame["S5_um"])
+    return Run(name, frame.drop(columns=[f"S{number}_um" for number in range(1, 6)]))
+
+
+RUNS = [direct(name, seed) for seed, name in enumerate("abc")]
+NEW = direct("new", 17)
+
+
+@pytest.mark.parametrize(
+    ("kind", "form"),
+    [*((kind, "") for kind in KINDS), ("gaussian", "absolute"), ("gaussian", "level")],
+)
+def test_the_file_does_what_was_fitted(kind: str, form: str) -> None:
+    options: dict[str, Any] = QUICK.get(kind, {})
+    table = fit_compensator(
+        RUNS,
+        DIRECT_RIG,
+        kind,
+        points="T1,T4",
+        input_form=form or None,
+        limits=FREE,
+        judge=False,
+        **options,
+    )
+    recipe = Recipe(kind, "T1,T4", form, {}, options)
+    prepared = prepare(RUNS, DIRECT_RIG, recipe.input_form)
+    twin = Installed.fit(recipe, prepared, prepared.runs)
+    [unseen] = prepare([NEW], DIRECT_RIG, recipe.input_form, sensors=SENSORS).runs
+    rows, values, width = twin.predict(unseen)
+    assert rows.time_s == pytest.approx(NEW.time_s)
+    compensator = RunningCompensator(parse_model(compensator_text(table), "file"))
+    readings = NEW.frame[[f"{name}_degC" for name in SENSORS]].to_numpy().tolist()
+    speeds = NEW.frame["speed_rpm"].tolist()
+    steps = np.diff(NEW.time_s, prepend=NEW.time_s[:1]).tolist()
+    told = [
+        compensator.step(time, step, reading, speed)
+        for time, step, reading, speed in zip(
+            NEW.time_s.tolist(), steps, readings, speeds, strict=True
+        )
+    ][1:]  # in no time nothing moves
+    assert {one.status for one in told} <= {0, 2}
+    found = np.array([[-one.dX, -one.dZ] for one in told])
+    assert found == pytest.approx(values[1:], rel=1e-6, abs=1e-6 * np.abs(values).max())
+    found = np.array([[one.dX_uncertainty, one.dZ_uncertainty] for one in told])
+    # Nine digits of a difference of large numbers: what the weights leave open.
+    assert found == pytest.approx(width[1:], rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("kind", "itself"), [("arma", True), ("arx", True), ("mlr", False), ("thermal_states", False)]
+)
+def test_a_measurement_goes_to_the_error_model_or_to_the_gaussian(kind: str, itself: bool) -> None:
+    options: dict[str, Any] = QUICK.get(kind, {})
+    table = fit_compensator(RUNS, DIRECT_RIG, kind, points="T1,T4", judge=False, **options)
+    model = parse_model(compensator_text(table), "file")
+    readings = NEW.frame[[f"{name}_degC" for name in SENSORS]].to_numpy().tolist()
+    states = []
+    for measured in (None, [0.1, -0.1]):
+        compensator = RunningCompensator(model)
+        for row, reading in enumerate(readings[:10]):
+            compensator.step(60.0 * row, 60.0, reading, 0.0, 100.0, measured)
+        states.append(compensator.state())
+    changed = [states[0][part] != states[1][part] for part in ("error_model", "gaussian")]
+    assert changed == [itself, not itself]
+
+
+def together(seed: int, apart: float = 0.0) -> Run:
+    """Return a run in which T1 and T4 rise alike, save what T4 has of its own."""
+    run = make_run(f"run{seed}", seed, hours=3.0, step_s=60.0)
+    rise = run.frame["T1_degC"] - 21.0
+    noise = 0.02 * np.random.default_rng(seed).standard_normal(len(rise))
+    own = apart * np.minimum(run.time_s / 5400.0, 1.0)
+    return Run(run.name, run.frame.assign(T4_degC=21.0 + 0.8 * rise + noise + own))
+
+
+def test_an_input_that_goes_its_own_way_is_said_and_named() -> None:
+    table = fit_compensator([together(seed) for seed in range(4)], RIG, points="T1,T4", judge=False)
+    model = parse_model(compensator_text(table), "file")
+    usual, new = together(9), together(9, apart=15.0)
+    assert UNTRAINED not in drive(model, usual, usual, RIG, 100.0).status
+    found = drive(model, new, new, RIG, 100.0)
+    assert (found.status[-60:] == UNTRAINED).all()
+    assert found.outputs[-1].status_text.startswith("conditions outside training make ")
+    assert "T4" in found.outputs[-1].status_text
+    assert model.sensors[found.outputs[-1].status_sensor - 1].name in ("T1", "T4")
+    calm = drive(model, usual, usual, RIG, 100.0)
+    assert (found.half_width[-1] > 1.5 * calm.half_width[-1]).all()
+
+
+def test_the_interval_holds_what_it_promises_of_runs_drawn_from_the_model() -> None:
+    weights = np.random.default_rng(2).normal(0.0, 1.0, (2 * (1 + len(LAGS_S)), 2))
+    random = np.random.default_rng(3)
+
+    def runs(count: int, first: int) -> list[Any]:
+        sizes = 1.0 / np.sqrt(random.chisquare(3.0, count) / 3.0)
+        return [
+            drawn(first + place, weights, walk=10.0, size=size, rows=24)
+            for place, size in enumerate(sizes)
+        ]
+
+    model = Gaussian.fit(runs(10, 0))
+    spread = np.sqrt(np.diag(model.spread))
+    inside = []
+    for one in runs(100, 100):
+        variance = 1.0 + model.walk**2 * one.hours + model.novelty(one.features)
+        half = DEVIATIONS * np.sqrt(variance)[:, None] * spread
+        inside.append(np.mean(np.abs(one.missed - one.features @ model.weights) <= half))
+    # A few runs tell the size of the walk within a factor; the interval is rather too wide.
+    assert COVERAGE - 0.05 < np.mean(inside) < COVERAGE + 0.08
+
+
+def test_the_interval_grows_with_time_and_shrinks_after_a_probe() -> None:
+    runs = [make_run(name, seed, hours=2.0, noise=0.3) for seed, name in enumerate("abc")]
+    model = parse_model(compensator_text(fit_compensator(runs, RIG, judge=False)), "file")
+    rest = make_run("rest", 5, hours=6.0, step_s=60.0)
+    columns = [f"{name}_degC" for name in SENSORS]
+    still = {name: 21.0 + 1e-3 * np.sin(rest.time_s) for name in columns}
+    rest = Run("rest", rest.frame.assign(**still, **dict.fromkeys(RIG.columns, 0.0)))
+    plain, probed = (
+        drive(model, rest, rest, RIG, 100.0, probe_every_s=every).half_width
+        for every in (None, 7200.0)
+    )
+    assert (np.diff(plain, axis=0) > 0.0).all()
+    assert (plain[-1] > 1.1 * plain[1]).all()
+    assert (probed[118:120] == plain[118:120]).all()
+    assert (probed[123] < 0.95 * plain[123]).all()
+    assert (probed[235] > probed[123]).all()

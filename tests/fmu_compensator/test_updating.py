@@ -1,0 +1,113 @@
+"""New runs into a compensator, without the old ones."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fmu_compensator.driving import drive
+from fmu_compensator.fit import gaussian as fitting
+from fmu_compensator.fit.fitting import compensator_text, fit_compensator
+from fmu_compensator.fit.gaussian import Gaussian
+from fmu_compensator.fit.promise import left_of
+from fmu_compensator.fit.updating import update_compensator
+from fmu_compensator.runtime.modelfile import Model, parse_model
+from measurement.errors import BadInput
+from measurement.runs import Run
+from tests.fmu_compensator.conftest import RIG, make_run
+
+
+def runs(*seeds: int) -> list[Run]:
+    return [make_run(f"run{seed}", seed, hours=2.0, noise=0.1) for seed in seeds]
+
+
+def model_of(given: list[Run], kind: str | None = None, **options: Any) -> Model:
+    table = fit_compensator(given, RIG, kind, judge=False, **options)
+    return parse_model(compensator_text(table), "m.json")
+
+
+def updated(model: Model, given: list[Run]) -> Model:
+    return parse_model(compensator_text(update_compensator(model, given)[0]), "u.json")
+
+
+def rms_left(model: Model, run: Run) -> np.ndarray:
+    error = drive(model, run, run, RIG, 100.0).error
+    return np.sqrt(np.nanmean(error**2, axis=0))
+
+
+@pytest.mark.parametrize("kind", ["gaussian", "mlr"])
+def test_one_by_one_is_all_at_once(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Gaussian, "size_of", lambda self, sample: 1.0)
+    monkeypatch.setattr(fitting, "LOST", 0.0)  # no direction is left out
+    model = model_of(runs(0, 1), kind, points="T1,T4")
+    whole = updated(model, runs(2, 3, 4)).table["gaussian"]
+    in_turn = model
+    for run in reversed(runs(2, 3, 4)):
+        in_turn = updated(in_turn, [run])
+    found = in_turn.table["gaussian"]
+    for name in ("weights", "spread"):
+        size = np.abs(whole[name]).max()
+        assert np.array(found[name]) == pytest.approx(np.array(whole[name]), abs=1e-4 * size)
+    one, other = (np.array(table["seen"]) for table in (whole, found))
+    assert one.T @ one == pytest.approx(other.T @ other, abs=1e-5 * whole["scale"])
+    assert found["rows"] == whole["rows"] > model.table["gaussian"]["rows"]
+    assert {run["name"] for run in in_turn.provenance["runs"]} == {f"run{n}" for n in range(5)}
+
+
+def test_an_update_is_about_as_good_as_a_fit_to_all_runs() -> None:
+    old, whole = model_of(runs(0, 1, 2)), model_of(runs(0, 1, 2, 3, 4, 5))
+    new, [unseen] = updated(old, runs(3, 4, 5)), runs(20)
+    after, best = (rms_left(model, unseen) for model in (new, whole))
+    assert (after < 1.5 * best + 0.1).all()
+    seen = [np.array(one.table["gaussian"]["seen"]) for one in (old, new)]
+    assert np.sum(seen[1] ** 2) > np.sum(seen[0] ** 2)  # more is known of the weights
+
+
+def test_what_the_old_one_left_of_the_new_runs_is_put_down() -> None:
+    model, new = model_of(runs(0, 1)), runs(2, 3)
+    table, before = update_compensator(model, new, created="2026-02-03")
+    longest = model.limits.tool_length_mm[1]
+    for one, run in zip(before, new, strict=True):
+        assert one == left_of(drive(model, run, run, RIG, longest), run.name)
+    told = table["provenance"]["figures"]["updated"]
+    assert [one["run"] for one in told] == ["run2", "run3"]
+    assert told[0]["axes"]["Z"]["model"] == before[0].axes["Z"].left
+    assert table["created"] == "2026-02-03"
+    again, _ = update_compensator(parse_model(compensator_text(table), "u.json"), runs(4))
+    told = again["provenance"]["figures"]["updated"]
+    assert [one["run"] for one in told] == ["run2", "run3", "run4"]
+
+
+def test_an_update_keeps_options_and_limits_and_widens_what_is_plausible() -> None:
+    old = model_of(
+        runs(0, 1, 2),
+        "bayes",
+        points=["T1", "T4"],
+        name="mine",
+        tool_length_mm=(0.0, 150.0),
+        limits={"hold_s": 77.0, "offset_um": 333.0, "share": 0.8},
+    )
+    cold = make_run("cold", 3, hours=2.0, start=5.0)
+    new = update_compensator(old, [cold])[0]
+    assert new["error_model"] == old.table["error_model"]
+    for name in ("chosen", "name", "limits", "geometry"):
+        assert new[name] == old.table[name]
+    lows = [
+        (one["low"], other["low"])
+        for one, other in zip(new["sensors"], old.table["sensors"], strict=True)
+    ]
+    assert all(now < before - 10.0 for now, before in lows)
+
+
+def test_it_refuses_what_it_cannot_take_in() -> None:
+    model = model_of(runs(0, 1, 2))
+    with pytest.raises(BadInput, match="already in the compensator, as run2"):
+        update_compensator(model, runs(2))
+    lost = Run("lost", make_run("lost", 9).frame.drop(columns="T4_degC"))
+    with pytest.raises(BadInput, match="T4_degC: is missing"):
+        update_compensator(model, [lost])
+    del model.provenance["rig"]
+    with pytest.raises(BadInput, match=r"provenance\.rig: is missing: fit it anew"):
+        update_compensator(model, runs(3))
