@@ -102,6 +102,10 @@ class PlantSlave(DriftSlave):
 def variable_name(parameter: str) -> str:
     """Return a machine parameter's name as an FMU writes it.
 
+    Parameters
+    ----------
+    parameter : str
+
     >>> variable_name("links.rotor-stator.conductance")
     "links.'rotor-stator'.conductance"
     """
@@ -199,7 +203,7 @@ def variables(machine: Machine) -> list[Variable]:
         for sensor in start_sensors(machine)
     ]
     declared += [
-        _parameter(variable_name(name), name, parameter, machine)
+        _parameter(variable_name(name), name, parameter)
         for name, parameter in machine.parameters.items()
         if parameter.calibrate
     ]
@@ -220,7 +224,7 @@ def _input(entry: Input) -> Variable:
         entry.name,
         "real",
         "input",
-        f"{entry.name.replace('_', ' ').capitalize()}, run-file column {entry.column}",
+        f"{entry.name.replace('_', ' ').capitalize()}; {entry.column} in run files",
         unit=entry.unit,
         low=entry.low,
         high=entry.high,
@@ -245,15 +249,24 @@ def _reading(name: str, text: str, unit: str) -> Variable:
     )
 
 
-def _parameter(variable: str, name: str, parameter: Parameter, machine: Machine) -> Variable:
+FAMILIES = {
+    "numbers": "{words}, a number of the machine's page",
+    "nodes": "{words} of the lump {item}",
+    "links": "{words} of the heat path {item}",
+    "sources": "{words} of the heat source {item}",
+    "structure": "{words} of the part {item} of the structure",
+    "effects": "{words} of the effect {item}",
+}
+
+
+def _parameter(variable: str, name: str, parameter: Parameter) -> Variable:
     family, *item, number = name.split(".")
-    source = machine.references.get(parameter.source, parameter.source)
     words = number.replace("_", " ").capitalize()
     return Variable(
         variable,
         "real",
         "parameter",
-        f"{' of '.join([words, *item])} ({family}); source: {source}",
+        FAMILIES[family].format(words=words, item=".".join(item)),
         unit=parameter.unit,
         low=parameter.low,
         high=parameter.high,
