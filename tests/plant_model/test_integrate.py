@@ -196,3 +196,16 @@ def test_own_states_are_stepped_with_the_temperatures(jig_borer_lumps: Machine) 
         decay, slope = np.exp(-10.0 / 300.0), (b - a) / 10.0
         lagged = b - slope * 300.0 + (lagged - a + slope * 300.0) * decay
     assert state[0, -1] == pytest.approx(lagged, abs=2e-3)
+
+
+def test_a_long_step_goes_down_to_what_a_short_one_does() -> None:
+    """Heat that dies away in 5 ms, in a step of a day: a 2^-14th of that would be 5 s."""
+    day, fades_s, heat = 86400.0, 0.005, 1.0
+    modes = Modes(np.zeros((1, 1)), np.eye(1)[None], np.eye(1)[None])
+    scheme = ExponentialRungeKutta(modes)
+
+    def forcing(at: float, state: FloatArray) -> FloatArray:
+        return np.full_like(state, heat * np.exp(-at * day / fades_s) / fades_s)
+
+    end = scheme.interval(np.zeros((1, 1)), day, forcing)
+    assert end[0, 0] == pytest.approx(heat, abs=1e-3)

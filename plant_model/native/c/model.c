@@ -36,7 +36,7 @@ static const char *refusal(size_t ref, double value, char problem[PROBLEM_LENGTH
     const struct range *range = &machine_ranges[ref];
     const char *name = model_variables[ref].name;
     snprintf(
-        problem, PROBLEM_LENGTH, "%.200s: %g is not allowed: it must be %g to %g %.40s", name,
+        problem, PROBLEM_LENGTH, "%.200s: %g is not allowed: it must be %g to %g%.40s", name,
         value, range->low, range->high, range->unit);
     for (char *c = problem + strlen(name); *c != '\0'; c++) {
         *c = *c == ',' ? '.' : *c;
