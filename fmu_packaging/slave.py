@@ -345,7 +345,8 @@ class DriftSlave(Fmi2Slave):
                 self._fail(f"{variable.name} cannot be set: it is an output")
             if self._phase is Phase.TERMINATED:
                 self._fail(f"{variable.name} cannot be set after the end of the simulation")
-            if variable.is_parameter and self._phase is Phase.STEPPING:
+            fixed = variable.is_parameter and variable.variability != "tunable"
+            if fixed and self._phase is Phase.STEPPING:
                 self._fail(f"{variable.name} cannot be set after the start")
         for ref, value in zip(vrs, values, strict=False):
             variable = self.variables[ref]

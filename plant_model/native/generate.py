@@ -289,6 +289,8 @@ def variable_sources(variables: Sequence[Variable], name: str, guid: str) -> str
         else:
             start = float(variable.start or 0.0)
         kind, causality = variable.kind.upper(), variable.causality.upper()
+        if variable.variability == "tunable":
+            causality = "TUNABLE_PARAMETER"
         rows.append(_braced((f'"{variable.name}"', kind, causality, literal(start), offset)))
         low, high = _bounds(variable)
         unit = "" if variable.unit == "1" else f" {variable.unit}"
