@@ -122,6 +122,7 @@ show([refused(fmu.getFloat64, [999]), refused(fmu.setFloat64, [fmu.refs["dX"]], 
     assert found == [3, 3, 3, 2, 3, 0]
 
 
+@pytest.mark.long
 def test_fmpy_compiles_the_sources_into_the_same_numbers(folder: Path, tmp_path: Path) -> None:
     built, path = folder / "compensator_native_fmi3.fmu", tmp_path / "bare.fmu"
     with zipfile.ZipFile(built) as given, zipfile.ZipFile(path, "w") as bare:
