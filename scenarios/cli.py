@@ -22,6 +22,7 @@ import tempfile
 import threading
 import traceback
 from collections.abc import Iterator, Sequence
+from functools import cache
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
@@ -184,6 +185,7 @@ def _guarded(module: ModuleType, args: argparse.Namespace) -> int:
     return code
 
 
+@cache
 def commands() -> dict[str, tuple[str, str]]:
     """Return every command's module and one line of help, without importing it."""
     found = {}

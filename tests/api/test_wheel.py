@@ -71,14 +71,14 @@ def run(installed: Path, folder: Path, *argv: str) -> str:
     return done.stdout
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_it_holds_the_rooms_and_nothing_else(installed: Path) -> None:
     tops = {path.name for path in installed.iterdir() if not path.name.endswith(".dist-info")}
     assert tops == ROOMS
     assert (installed / "spindle_drift" / "py.typed").is_file()
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_it_fits_builds_an_fmu_and_runs_a_scenario(installed: Path, tmp_path: Path) -> None:
     assert run(installed, tmp_path, "-W", "error", "-c", CODE, str(installed)).startswith(
         "version "
@@ -86,7 +86,7 @@ def test_it_fits_builds_an_fmu_and_runs_a_scenario(installed: Path, tmp_path: Pa
     assert {path.name for path in tmp_path.iterdir()} == {"mine", "out", "dist"}
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_its_command_lists_scenarios_and_imports(installed: Path, tmp_path: Path) -> None:
     assert "step_speed" in run(installed, tmp_path, "-m", "scenarios.cli", "list")
     (tmp_path / "log.csv").write_text("t [s];T1 [K]\n0;293,15\n1;293,2\n2;293,3\n")

@@ -173,7 +173,6 @@ def test_records_keep_numbers_and_leave_out_what_is_bulky() -> None:
     assert [one["name"] for one in entry["parameters"]] == ["effects.windage.power"]
 
 
-@pytest.mark.slow
 def test_calibration_alone_leaves_a_gap_above_the_noise(tmp_path: Path) -> None:
     (none,) = plan("development", 1, kind="none")
     write_case(none, tmp_path)

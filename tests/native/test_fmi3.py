@@ -141,6 +141,7 @@ def test_the_sources_say_how_they_are_compiled(folder: Path) -> None:
     assert named["offsets"] == ["dX", "dY", "dZ"]
 
 
+@pytest.mark.long
 def test_fmpy_compiles_the_sources_into_the_same_numbers(folder: Path, tmp_path: Path) -> None:
     built, path = folder / "compensator_native_fmi3.fmu", tmp_path / "bare.fmu"
     with zipfile.ZipFile(built) as given, zipfile.ZipFile(path, "w") as bare:

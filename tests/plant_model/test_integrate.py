@@ -79,9 +79,9 @@ def test_dependent_network_equals_an_independent_solver(jig_borer_lumps: Machine
 
 def test_error_control_keeps_what_it_promises(jig_borer_lumps: Machine) -> None:
     machine = with_effects(jig_borer_lumps, "radiation", "viscosity_temperature")
-    inputs = inputs_over(2.0, every_s=60.0)
+    inputs = inputs_over(1.0, every_s=60.0)
     default = simulate(machine, inputs, step_s=60.0).temperatures
-    close = simulate(machine, inputs, step_s=5.0, tolerance=1e-9).temperatures
+    close = simulate(machine, inputs, step_s=20.0, tolerance=1e-7).temperatures
     assert np.abs(default - close).max() < 1e-3
 
 
@@ -103,8 +103,8 @@ def test_convergence_order_is_three(jig_borer_lumps: Machine) -> None:
             state = stepper.advance(state, 1200.0 / steps, held, (force, force), (outside, outside))
         return state
 
-    exact = end(16384)
-    errors = np.array([np.abs(end(steps) - exact).max() for steps in (256, 512, 1024, 2048)])
+    exact = end(8192)
+    errors = np.array([np.abs(end(steps) - exact).max() for steps in (256, 512, 1024)])
     orders = np.log2(errors[:-1] / errors[1:])
     assert errors[-1] < 1e-4
     assert np.all(orders > 2.6), orders
