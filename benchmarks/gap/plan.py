@@ -20,8 +20,7 @@ from benchmarks.gap.truths import TRUTHS, USUAL
 SPLITS = {"development": 1_000_000, "reported": 2_000_000, "second": 3_000_000}
 """First seed of each split; no machine, run or disturbance is in two of them.
 
-The second was drawn when the gap finder became one list with one score, and asked once before and
-once after."""
+The second was drawn to ask two versions of the gap finder the same questions, once each."""
 KINDS = ("none", "effect", "outside", "pair", "beyond", "mistake")
 NONE_SHARE, PAIRS = 25, 25
 
