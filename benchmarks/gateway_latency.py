@@ -29,9 +29,9 @@ from typing import Any
 import can
 import numpy as np
 
-from scenarios.gateway.codec import Sender, Value
-from scenarios.gateway.database import COMPENSATOR, MACHINE, Database, read_database
-from scenarios.gateway.unit import options_of
+from gateway.codec import Sender, Value
+from gateway.database import COMPENSATOR, MACHINE, Database, read_database
+from gateway.unit import options_of
 
 ROOT = Path(__file__).resolve().parents[1]
 PING, PONG = 0x300, 0x301

@@ -13,8 +13,8 @@ import numpy as np
 from benchmarks.gateway_faults.classes import FAULTS, MASQUERADE
 from benchmarks.gateway_faults.harness import Episode, Outcome, Wire
 from benchmarks.gateway_faults.states import RESTARTS
-from scenarios.gateway.database import read_database
-from scenarios.gateway.node import GatewaySettings
+from gateway.database import read_database
+from gateway.node import GatewaySettings
 
 ON_THE_MACHINES_CLOCK = ("gateway stopped, then goes on", "machine's clock stands, step 0")
 HEAD = f"{'':52}{'episodes':>9}{'noticed':>9}{'answers':>9}{'unsafe':>8}{'valid again':>13}"

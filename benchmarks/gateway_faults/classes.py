@@ -7,9 +7,9 @@ from collections.abc import Callable
 import can
 
 from benchmarks.gateway_faults.harness import CYCLE_S, Episode, Messages
-from scenarios.gateway.codec import Sender
-from scenarios.gateway.database import COMPENSATOR, MACHINE
-from scenarios.gateway.e2e import protected
+from gateway.codec import Sender
+from gateway.database import COMPENSATOR, MACHINE
+from gateway.e2e import protected
 
 Fault = Callable[[Episode], None]
 FAULTS: dict[str, Fault] = {}

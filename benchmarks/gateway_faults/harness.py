@@ -11,11 +11,11 @@ from typing import Any
 import can
 import numpy as np
 
-from scenarios.gateway.codec import Sender, Value, decode
-from scenarios.gateway.database import COMPENSATOR, MACHINE, Database
-from scenarios.gateway.link import Link
-from scenarios.gateway.node import GatewayNode, GatewaySettings
-from scenarios.gateway.unit import Saved
+from gateway.codec import Sender, Value, decode
+from gateway.database import COMPENSATOR, MACHINE, Database
+from gateway.link import Link
+from gateway.node import GatewayNode, GatewaySettings
+from gateway.unit import Saved
 
 CYCLE_S = 0.1
 OLDEST_S = 0.5

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.gateway_faults.harness import Episode, Wire
-from scenarios.gateway.unit import OLDEST_S, StateFile
+from gateway.unit import OLDEST_S, StateFile
 
 FMU = "an FMU"
 

@@ -6,11 +6,11 @@ from collections.abc import Callable, Iterable, Mapping
 
 import can
 
-from scenarios.gateway.codec import Sender, Value, name_of
-from scenarios.gateway.database import COMPENSATOR, MACHINE, Database
-from scenarios.gateway.e2e import protected
-from scenarios.gateway.node import GatewayNode, GatewaySettings
-from scenarios.gateway.unit import CompensatorUnit, Saved
+from gateway.codec import Sender, Value, name_of
+from gateway.database import COMPENSATOR, MACHINE, Database
+from gateway.e2e import protected
+from gateway.node import GatewayNode, GatewaySettings
+from gateway.unit import CompensatorUnit, Saved
 
 WARM = {"T1": 24.0, "T4": 26.0}
 """What moves the offsets of the bench's compensator, which uses T1 and T4."""

@@ -16,14 +16,14 @@ from typing import IO, Any
 import can
 import cantools
 
+from gateway.codec import Sender, Value
+from gateway.database import COMPENSATOR, DBC, MACHINE, Database
+from gateway.framelog import FrameLog
+from gateway.link import Link
+from gateway.node import GatewaySettings
+from gateway.serving import Service
+from gateway.unit import CompensatorUnit
 from scenarios.cli import main
-from scenarios.gateway.codec import Sender, Value
-from scenarios.gateway.database import COMPENSATOR, DBC, MACHINE, Database
-from scenarios.gateway.framelog import FrameLog
-from scenarios.gateway.link import Link
-from scenarios.gateway.node import GatewaySettings
-from scenarios.gateway.serving import Service
-from scenarios.gateway.unit import CompensatorUnit
 from tests.gateway.conftest import Wire
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import can
 
-from scenarios.gateway.database import MACHINE, Database
+from gateway.database import MACHINE, Database
 from tests.gateway.bench import sealed, with_bytes
 
 Messages = list[can.Message]

@@ -13,17 +13,17 @@ from typing import Any
 
 import pytest
 
+from gateway.mapcheck import node_dictionary, node_eds, node_mapping, problems_of
+from gateway.node import GatewaySettings
+from gateway.serving import Service
 from measurement.errors import BadInput
-from scenarios.gateway.mapcheck import node_dictionary, node_eds, node_mapping, problems_of
-from scenarios.gateway.node import GatewaySettings
-from scenarios.gateway.serving import Service
 from tests.gateway.bus import gateway_thread
 from tests.gateway.conftest import Wire
 
 canopen = pytest.importorskip("canopen")
 from canopen.sdo import SdoAbortedError  # noqa: E402
 
-from scenarios.gateway.canopen_node import CanOpenNode  # noqa: E402
+from gateway.canopen_node import CanOpenNode  # noqa: E402
 
 NODE = 5
 PATIENCE_S = 20.0

@@ -13,9 +13,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from measurement.errors import BadInput
-from scenarios.gateway.codec import Encoder, Problem, decode, high_raw, low_raw, name_of, raw_of
-from scenarios.gateway.database import (
+from gateway.codec import Encoder, Problem, decode, high_raw, low_raw, name_of, raw_of
+from gateway.database import (
     COMPENSATOR,
     DBC,
     ERROR,
@@ -26,6 +25,7 @@ from scenarios.gateway.database import (
     Signal,
     read_database,
 )
+from measurement.errors import BadInput
 from tests.gateway.bench import start_values
 
 DATABASE = read_database()

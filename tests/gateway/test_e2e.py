@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from scenarios.gateway.codec import Sender
-from scenarios.gateway.database import COMPENSATOR, MACHINE, SIZE, Database, read_database
-from scenarios.gateway.e2e import COUNTERS, counter_of, crc_of, intact, protected
-from scenarios.gateway.supervision import Reception
+from gateway.codec import Sender
+from gateway.database import COMPENSATOR, MACHINE, SIZE, Database, read_database
+from gateway.e2e import COUNTERS, counter_of, crc_of, intact, protected
+from gateway.supervision import Reception
 
 DATABASE = read_database()
 """Hypothesis does not go with fixtures."""

@@ -10,17 +10,17 @@ from pathlib import Path
 import can
 import pytest
 
+from gateway import page
+from gateway.busload import bus_load, frame_bits
+from gateway.codec import Sender
+from gateway.control import OffsetFollower
+from gateway.database import COMPENSATOR, DBC, MACHINE, Database
+from gateway.machine import Ear
+from gateway.page import PAGE, frames_text, updated
+from gateway.supervision import Cycle
+from gateway.unit import CompensatorUnit, StateFile, check_units, options_of
 from measurement.errors import BadInput
 from scenarios.cli import main
-from scenarios.gateway import page
-from scenarios.gateway.busload import bus_load, frame_bits
-from scenarios.gateway.codec import Sender
-from scenarios.gateway.control import OffsetFollower
-from scenarios.gateway.database import COMPENSATOR, DBC, MACHINE, Database
-from scenarios.gateway.machine import Ear
-from scenarios.gateway.page import PAGE, frames_text, updated
-from scenarios.gateway.supervision import Cycle
-from scenarios.gateway.unit import CompensatorUnit, StateFile, check_units, options_of
 from tests.gateway.bench import WARM, Bench
 from tests.scenarios.tiny_fmus import COMPENSATOR as TINY_COMPENSATOR
 from tests.scenarios.tiny_fmus import build_tiny
@@ -191,7 +191,7 @@ def test_the_load_is_that_of_the_cycle_times(database: Database) -> None:
 
 
 def test_the_page_is_up_to_date(database: Database) -> None:
-    """If this fails: python -m scenarios.gateway.page."""
+    """If this fails: python -m gateway.page."""
     text = PAGE.read_text(encoding="utf-8")
     assert updated(text, database) == text
 

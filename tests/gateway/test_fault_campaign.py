@@ -9,12 +9,12 @@ import pytest
 
 from benchmarks.gateway_faults.__main__ import Play, plays
 from benchmarks.gateway_faults.harness import Wire
-from scenarios.gateway.database import Database
-from scenarios.gateway.judging import Rival
-from scenarios.gateway.node import GatewayNode
-from scenarios.gateway.reference import Reference
-from scenarios.gateway.supervision import _Watch
-from scenarios.gateway.timebase import Timebase
+from gateway.database import Database
+from gateway.judging import Rival
+from gateway.node import GatewayNode
+from gateway.reference import Reference
+from gateway.supervision import _Watch
+from gateway.timebase import Timebase
 
 PLAYS = dict(plays())
 UNHEARD = ("random frames",)

@@ -11,9 +11,9 @@ from pathlib import Path
 import can
 import pytest
 
-from scenarios.gateway import background, framelog
-from scenarios.gateway.background import Background
-from scenarios.gateway.framelog import FrameLog
+from gateway import background, framelog
+from gateway.background import Background
+from gateway.framelog import FrameLog
 from tests.gateway.bus import wait_for
 
 ENDINGS = [".log", ".asc", ".blf"]
@@ -52,7 +52,7 @@ def test_a_log_survives_a_kill_but_for_its_last_second(tmp_path: Path, ending: s
     path = tmp_path / f"frames{ending}"
     program = (
         "import os, sys, time; from pathlib import Path\n"
-        "from scenarios.gateway.framelog import FrameLog\n"
+        "from gateway.framelog import FrameLog\n"
         "from tests.gateway.test_framelog import frame\n"
         "log = FrameLog(Path(sys.argv[1]))\n"
         "for k in range(300): log.write(frame(k))\n"

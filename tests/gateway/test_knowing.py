@@ -8,13 +8,13 @@ from math import nan
 import can
 import pytest
 
-from scenarios.gateway.codec import Sender, high_raw
-from scenarios.gateway.database import COMPENSATOR, MACHINE, Database
-from scenarios.gateway.node import GatewaySettings
-from scenarios.gateway.reference import Proof, Reference
-from scenarios.gateway.supervision import Reception
-from scenarios.gateway.timebase import DRIFT, QUARANTINE_S, Timebase
-from scenarios.gateway.unit import CompensatorUnit, Saved
+from gateway.codec import Sender, high_raw
+from gateway.database import COMPENSATOR, MACHINE, Database
+from gateway.node import GatewaySettings
+from gateway.reference import Proof, Reference
+from gateway.supervision import Reception
+from gateway.timebase import DRIFT, QUARANTINE_S, Timebase
+from gateway.unit import CompensatorUnit, Saved
 from tests.gateway.bench import WARM, Bench
 
 NOT_COLD = {"thermal_state": "warm"}

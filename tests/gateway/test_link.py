@@ -9,11 +9,11 @@ from typing import Any
 import can
 import pytest
 
+from gateway import link as module
+from gateway.framelog import FrameLog
+from gateway.link import FIRST_WAIT_S, LONGEST_WAIT_S, MOST_FAILURES, Link
+from gateway.replay import recorded
 from measurement.errors import BadInput
-from scenarios.gateway import link as module
-from scenarios.gateway.framelog import FrameLog
-from scenarios.gateway.link import FIRST_WAIT_S, LONGEST_WAIT_S, MOST_FAILURES, Link
-from scenarios.gateway.replay import recorded
 from tests.gateway.bench import with_bytes
 
 MESSAGE = can.Message(arbitration_id=0x210, data=bytes(8), is_extended_id=False)

@@ -16,17 +16,17 @@ import cantools
 import numpy as np
 import pytest
 
+from gateway.codec import Sender, Value
+from gateway.database import COMPENSATOR, MACHINE, Database, key_of
+from gateway.mapcheck import problems_of
+from gateway.mapfile import MAPS, map_path
+from gateway.mapping import read_mapping
+from gateway.node import GatewaySettings
+from gateway.reference import Proof
+from gateway.sampling import Sampling
+from gateway.unit import CompensatorUnit
 from measurement.errors import BadInput
 from measurement.runs import read_run
-from scenarios.gateway.codec import Sender, Value
-from scenarios.gateway.database import COMPENSATOR, MACHINE, Database, key_of
-from scenarios.gateway.mapcheck import problems_of
-from scenarios.gateway.mapfile import MAPS, map_path
-from scenarios.gateway.mapping import read_mapping
-from scenarios.gateway.node import GatewaySettings
-from scenarios.gateway.reference import Proof
-from scenarios.gateway.sampling import Sampling
-from scenarios.gateway.unit import CompensatorUnit
 from tests.gateway.bench import WARM, Bench
 from tests.gateway.bus import Program, gateway_thread, programs
 from tests.gateway.conftest import Wire

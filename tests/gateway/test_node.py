@@ -7,10 +7,10 @@ from itertools import pairwise
 
 import pytest
 
-from scenarios.gateway.codec import raw_of
-from scenarios.gateway.database import MACHINE, Database
-from scenarios.gateway.node import GatewaySettings
-from scenarios.gateway.unit import CompensatorUnit, Saved
+from gateway.codec import raw_of
+from gateway.database import MACHINE, Database
+from gateway.node import GatewaySettings
+from gateway.unit import CompensatorUnit, Saved
 from tests.gateway.bench import WARM, Bench, with_bytes
 from tests.gateway.conftest import HOLD_S, RECOVER_S, SLEW_UM_PER_S
 from tests.gateway.faults import (

@@ -15,17 +15,17 @@ from typing import Any, TypeVar
 
 import pytest
 
-from measurement.errors import BadInput
-from scenarios.gateway.database import Database
-from scenarios.gateway.node import GatewaySettings
-from scenarios.gateway.opcua import (
+from gateway.database import Database
+from gateway.node import GatewaySettings
+from gateway.opcua import (
     Security,
     checked_url,
     hall_status,
     security_of,
 )
-from scenarios.gateway.serving import Service
-from scenarios.gateway.unit import CompensatorUnit
+from gateway.serving import Service
+from gateway.unit import CompensatorUnit
+from measurement.errors import BadInput
 from tests.gateway.bus import Control, Program, gateway_thread, programs, wait_for
 from tests.gateway.conftest import Wire, new_wire
 

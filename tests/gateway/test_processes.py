@@ -13,9 +13,9 @@ import can
 import numpy as np
 import pytest
 
+from gateway.database import COMPENSATOR, Database
 from measurement.runs import read_run
 from scenarios.cosimulation import simulate
-from scenarios.gateway.database import COMPENSATOR, Database
 from scenarios.scenario import read_scenario
 from tests.gateway.bench import WARM
 from tests.gateway.bus import Answer, Control, Listener, Program, programs

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from scenarios.gateway.database import Database
+from gateway.database import Database
 from tests.gateway.bench import WARM
 from tests.gateway.bus import Control, Program, programs
 from tests.gateway.conftest import Wire

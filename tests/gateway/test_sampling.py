@@ -7,12 +7,12 @@ from math import inf, nan
 
 import pytest
 
-from scenarios.gateway.codec import Encoder
-from scenarios.gateway.database import MACHINE, Database, Frame, Substitute
-from scenarios.gateway.mapfile import map_path
-from scenarios.gateway.mapping import read_mapping
-from scenarios.gateway.protection import CHECKS, Checked, Protection
-from scenarios.gateway.sampling import Sampling, Substitution
+from gateway.codec import Encoder
+from gateway.database import MACHINE, Database, Frame, Substitute
+from gateway.mapfile import map_path
+from gateway.mapping import read_mapping
+from gateway.protection import CHECKS, Checked, Protection
+from gateway.sampling import Sampling, Substitution
 
 COUNTS = 16
 # Of the ASCII digits 1 to 9, as the catalogue of parametrised CRC algorithms lists it; the sum and

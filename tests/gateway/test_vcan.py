@@ -12,13 +12,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from scenarios.gateway.codec import Sender, Value
-from scenarios.gateway.database import COMPENSATOR, MACHINE, Database
-from scenarios.gateway.link import Link
-from scenarios.gateway.machine import Ear
-from scenarios.gateway.node import GatewaySettings
-from scenarios.gateway.page import session_lines, session_messages
-from scenarios.gateway.supervision import Cycle
+from gateway.codec import Sender, Value
+from gateway.database import COMPENSATOR, MACHINE, Database
+from gateway.link import Link
+from gateway.machine import Ear
+from gateway.node import GatewaySettings
+from gateway.page import session_lines, session_messages
+from gateway.supervision import Cycle
 from tests.gateway.bench import WARM
 from tests.gateway.bus import Control, gateway_thread, wait_for
 from tests.gateway.conftest import SLEW_UM_PER_S, Wire

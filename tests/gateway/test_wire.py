@@ -12,15 +12,15 @@ import cantools
 import numpy as np
 import pytest
 
+from gateway.codec import Sender, Value
+from gateway.database import COMPENSATOR, DBC, MACHINE, PROTECTION, Database
+from gateway.link import Link
+from gateway.machine import Pace
+from gateway.node import GatewaySettings
+from gateway.plant import MachinePlant
+from gateway.simulating import Simulation
 from scenarios.cosimulation import simulate
 from scenarios.fmu import FmuError
-from scenarios.gateway.codec import Sender, Value
-from scenarios.gateway.database import COMPENSATOR, DBC, MACHINE, PROTECTION, Database
-from scenarios.gateway.link import Link
-from scenarios.gateway.machine import Pace
-from scenarios.gateway.node import GatewaySettings
-from scenarios.gateway.plant import MachinePlant
-from scenarios.gateway.simulating import Simulation
 from scenarios.scenario import read_scenario
 from tests.gateway.bench import WARM
 from tests.gateway.bus import Control, Listener, gateway_thread, wait_for
