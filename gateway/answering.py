@@ -24,6 +24,10 @@ class Unit(Protocol):
         """Take in a sample and advance."""
         ...
 
+    def renew(self) -> None:
+        """Forget everything: the next sample is the first."""
+        ...
+
     def text(self) -> str:
         """Return the status in words."""
         ...

@@ -13,7 +13,8 @@ from math import isfinite, nan
 import can
 from cantools.database.errors import DecodeError
 
-from gateway.database import ERROR, NOT_AVAILABLE, OTHER, Database, Frame, Signal
+from gateway.database import ERROR, MACHINE, NOT_AVAILABLE, OTHER, Database, Frame, Signal
+from gateway.proof import ECHO, ECHO_BITS, PROOF, proof_of
 
 Value = float | str
 """A number in the signal's unit, or a name from its value table."""
@@ -134,14 +135,41 @@ class Sender:
         The frames.
     node : str
         Who sends.
+    key : bytes, optional
+        What a proof is made with; see `proof.proof_of`.
     """
 
-    def __init__(self, database: Database, node: str) -> None:
+    def __init__(self, database: Database, node: str, key: bytes | None = None) -> None:
         self._encoders = [Encoder(frame) for frame in database.of(node)]
+        proving = database.proof if node == MACHINE else None
+        self._proving, self._key = proving.key if proving else None, key
 
-    def messages(self, values: Mapping[str, Value]) -> list[can.Message]:
-        """Return the messages of a cycle, the closing one last."""
-        return [message for encoder in self._encoders for message in encoder.messages(values)]
+    def messages(
+        self, values: Mapping[str, Value], challenge: int | None = None
+    ) -> list[can.Message]:
+        """Return the messages of a cycle, the closing one last.
+
+        Parameters
+        ----------
+        values : mapping of str to float or str
+            By signal; one that is not in it is missing.
+        challenge : int, optional
+            The newest one that was heard, for a node that proves its cycles to be fresh.
+        """
+        made = {
+            encoder.frame.key: encoder.messages(values)
+            for encoder in self._encoders
+            if encoder.frame.key != self._proving
+        }
+        for encoder in self._encoders:
+            if encoder.frame.key == self._proving:
+                others = [bytes(message.data) for sent in made.values() for message in sent]
+                told: dict[str, Value] = {}
+                if challenge is not None:
+                    proof = proof_of(challenge, others, self._key)
+                    told = {ECHO: challenge & ECHO_BITS, PROOF: proof}
+                made[encoder.frame.key] = encoder.messages({**values, **told})
+        return [message for encoder in self._encoders for message in made[encoder.frame.key]]
 
 
 @dataclass(frozen=True)

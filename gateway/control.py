@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import isfinite
 
-from gateway.supervision import Cycle
+from gateway.reception import Cycle
 
 OFFSETS = ("dX", "dY", "dZ")
 NONE_YET, FOLLOWING, HOLDING, RETURNING = "none_yet", "following", "holding", "returning_to_zero"

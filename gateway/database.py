@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import inf
 from pathlib import Path
 from typing import Any
@@ -15,6 +15,7 @@ from cantools.database.can import Message
 from cantools.database.can import Signal as CanSignal
 
 from gateway.e2e import COUNTERS
+from gateway.proof import CHALLENGE, ECHO, PROOF
 from gateway.protection import PROFILE_1, Profile1, Protection
 from measurement.errors import BadInput
 
@@ -236,6 +237,17 @@ class Database:
         return any(name in frame.signals for frame in self.frames)
 
     @property
+    def proof(self) -> Frame | None:
+        """The machine's frame that proves a cycle to be fresh, if there is one."""
+        if self.every_s is not None:
+            return None
+        return next((frame for frame in self.of(MACHINE) if PROOF in frame.signals), None)
+
+    def unproven(self) -> Database:
+        """Return the frames for a machine that cannot prove anything."""
+        return replace(self, frames=tuple(f for f in self.frames if f is not self.proof))
+
+    @property
     def trust(self) -> str:
         """The least of the protections of the machine's frames."""
         levels = {frame.protection.trust for frame in self.of(MACHINE)}
@@ -362,6 +374,9 @@ def check(database: Database) -> None:
         _check_node(database, node)
     if "cold" not in database.signal("thermal_state").codes:
         raise BadInput(database.path, "thermal_state", "has no value named cold")
+    proof = database.proof
+    if proof is not None and (ECHO not in proof.signals or not database.has(CHALLENGE)):
+        raise BadInput(database.path, proof.name, f"needs {ECHO} beside, and a {CHALLENGE}")
     for node, name in ((MACHINE, "machine_time"), (COMPENSATOR, "answered_time")):
         frame = database.closing(node)
         if name not in frame.signals:

@@ -1,19 +1,21 @@
-"""Whether a cycle can be used: its time, its age, the machine's state, and a second gateway.
+"""Whether a cycle can be used: is it proven fresh, what does its machine do, do the clocks agree.
 
-`supervision` checks frames and counts; this module compares a whole cycle with the clocks.
+`reception` checks frames and counts; this module judges a whole cycle. What a machine does not tell
+(a proof, a time, a state) is not asked of it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from math import inf, isnan
+from math import inf, isnan, nan
 
 import can
 
-from gateway.codec import high_raw, name_of
-from gateway.database import Frame, key_of
-from gateway.supervision import Cycle, Finding
+from gateway.codec import decode, high_raw, name_of
+from gateway.database import MACHINE, Database, Frame, key_of
+from gateway.proof import Challenges
+from gateway.reception import Cycle, Finding
 from gateway.timebase import Timebase
 
 RIVAL_S = 1.0
@@ -22,11 +24,26 @@ RIVAL_S = 1.0
 
 @dataclass(frozen=True)
 class Verdict:
-    """Whether a cycle can be used, what is wrong with it, and the machine's reported state."""
+    """Whether a cycle can be used, and why not.
+
+    Attributes
+    ----------
+    usable, proven : bool
+        Whether it can be, and whether it is proven to be fresh.
+    finding : Finding or None
+        What is wrong.
+    machine_state : str
+        What the machine says that it does.
+    unseen_s : float
+        Time that the machine's clock has seen go by and this computer's has not, by the latter's
+        rate [s].
+    """
 
     usable: bool
     finding: Finding | None
     machine_state: str
+    proven: bool = False
+    unseen_s: float = 0.0
 
     def finding_is(self, fault: str) -> bool:
         """Return whether a certain fault is what is wrong."""
@@ -34,30 +51,48 @@ class Verdict:
 
 
 class Judge:
-    """Compares the cycles of a machine with the clocks.
+    """Judges the cycles of a machine.
 
     Parameters
     ----------
-    closing : Frame
-        The machine's heartbeat.
+    database : Database
+        Its frames: what they do not carry is not judged.
     speed_up : float or None
         Seconds of the machine in a second of this computer's clock; None: the machine's time has
         nothing to do with this clock.
     timeout_s : float
         How old a cycle may be, and how late or early by the machine's own time [s].
+    challenges : Challenges
+        What a proof must answer.
 
     Attributes
     ----------
     raw : int
         The machine's time, as the newest cycle carries it.
+    period_s : float
+        It starts anew after this time [s].
     """
 
-    def __init__(self, closing: Frame, speed_up: float | None, timeout_s: float) -> None:
-        self._closing, self._timeout_s = closing, timeout_s
-        self._states = closing.signals["machine_state"]
-        self._time = closing.signals["machine_time"]
-        self._times = high_raw(self._time) + 1  # the count wraps below the special codes
-        self._timebase = speed_up and Timebase(self._times, self._time.scale, speed_up, timeout_s)
+    period_s = inf
+
+    def __init__(
+        self, database: Database, speed_up: float | None, timeout_s: float, challenges: Challenges
+    ) -> None:
+        self._closing, self._timeout_s = database.closing(MACHINE), timeout_s
+        signals = {signal.name: signal for _, signal in database.signals(MACHINE)}
+        self._proof: Frame | None = database.proof
+        self._challenges = challenges
+        self._states = signals.get("machine_state")
+        self._timebase: Timebase | None = None
+        self._timed = "machine_time" in signals
+        if self._timed:
+            self._time = signals["machine_time"]
+            self._times = high_raw(self._time) + 1  # the count wraps below the special codes
+            self.period_s = self._times * self._time.scale
+            # A proof bounds how late a cycle is; what is left to judge is the clock's rate.
+            tolerance_s = timeout_s if self._proof is None else challenges.young_s
+            if speed_up:
+                self._timebase = Timebase(self._times, self._time.scale, speed_up, tolerance_s)
         self._expected: int | None = None
         self.raw = 0
 
@@ -77,41 +112,63 @@ class Judge:
         begun : bool
             The compensator has begun.
         """
-        beat = cycle.heartbeat
-        state = name_of(self._states, beat["machine_state"])
-        running = state == "running"
-        wrong = self._time_fault(beat, arrived, running=running)
-        if not cycle.usable:
-            return Verdict(False, cycle.finding, state)
-        if now - arrived > self._timeout_s:
-            return Verdict(False, self._found("stale", f"waited {now - arrived:.3f} s"), state)
-        if wrong is not None and (running or begun):
-            return Verdict(False, wrong, state)
-        if running:
-            return Verdict(True, cycle.finding, state)
+        state = "running"
+        if self._states is not None:
+            state = name_of(self._states, cycle.heartbeat.get("machine_state", nan))
+        proven = self._proven(cycle, arrived)
+        wrong, unseen_s = None, 0.0
+        if proven or self._proof is None:
+            # What may be old says nothing of the machine's clock.
+            wrong = self._time_fault(cycle.heartbeat, arrived, state, proven=proven)
+            unseen_s = self._timebase.unseen_s if self._timebase else 0.0
         finding = cycle.finding
-        if not isnan(beat["machine_state"]) or finding is None:
+        usable = cycle.usable and state == "running"
+        if not cycle.usable:
+            pass
+        elif now - arrived > self._timeout_s:
+            usable, finding = False, self._found("stale", f"waited {now - arrived:.3f} s")
+        elif self._proof is not None and not proven:
+            text = "does not prove that its cycle is fresh"
+            usable, finding = False, Finding("not_fresh", self._proof, f"{self._proof.name} {text}")
+        elif wrong is not None and (state == "running" or begun):
+            usable, finding = False, wrong
+        elif not usable and (self._state_is_known(cycle) or finding is None):
             text = f"the machine is {state.replace('_', ' ')}"
             finding = Finding("machine_not_running", self._closing, text)
-        return Verdict(False, finding, state)
+        return Verdict(usable, finding, state, proven, unseen_s)
+
+    def _proven(self, cycle: Cycle, arrived: float) -> bool:
+        if self._proof is None or self._proof.key not in cycle.frames:
+            return False
+        told = decode(self._proof, cycle.frames[self._proof.key]).values
+        others = [data for key, data in sorted(cycle.frames.items()) if key != self._proof.key]
+        return self._challenges.proven(told, others, arrived)
+
+    def _state_is_known(self, cycle: Cycle) -> bool:
+        return not isnan(cycle.heartbeat.get("machine_state", nan))
 
     def _found(self, fault: str, text: str) -> Finding:
         return Finding(fault, self._closing, f"{self._closing.name} {text}")
 
     def _time_fault(
-        self, beat: Mapping[str, float], arrived: float, *, running: bool
+        self, beat: Mapping[str, float], arrived: float, state: str, *, proven: bool
     ) -> Finding | None:
         """Judge the machine's time: by what was announced, and by this computer's clock."""
+        if not self._timed or not beat:
+            return None
         jump = self._jump(beat)
-        if not running or isnan(beat["machine_time"] + beat["machine_step"]):
-            if self._timebase:
-                self._timebase.restart()
+        timebase = self._timebase
+        if timebase:
+            timebase.unseen_s = 0.0
+        if timebase and (state == "starting" or (proven and state != "running")):
+            timebase.restart(proven=proven)
+        if state != "running" or isnan(beat["machine_time"] + beat["machine_step"]):
             return jump
         if beat["machine_step"] <= 0.0:
             return self._found("time_stands", "has machine_step 0 while running")
-        if not self._timebase:
+        if not timebase:
             return jump
-        found = self._timebase.judge(self.raw, arrived, jumped=jump is not None)
+        found = timebase.judge(self.raw, arrived, jumped=jump is not None, proven=proven)
         # A machine that left cycles out is none the worse if its time fits this clock.
         return Finding(found[0], self._closing, found[1]) if found else None
 

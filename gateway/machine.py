@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from math import inf, nan
+from math import inf, isnan, nan
 
 import can
 
@@ -16,14 +16,13 @@ from gateway.database import (
     MACHINE,
     NOT_AVAILABLE,
     Database,
-    Substitute,
     key_of,
 )
 from gateway.link import Link
 from gateway.plant import MachinePlant
 from gateway.probes import TAKEN, ProbeSender
-from gateway.sampling import Sampling
-from gateway.supervision import Cycle, Reception
+from gateway.proof import CHALLENGE
+from gateway.reception import Cycle, Reception
 from scenarios.probe_cycle import HALF_WIDTHS
 
 FAREWELLS = 3
@@ -74,17 +73,21 @@ class Ear:
         timeout_s: float | None = None,
     ) -> None:
         frames, closing = database.of(COMPENSATOR), database.closing(COMPENSATOR)
-        self.reception: Reception | Sampling = Reception(frames, timeout_s)
         self._words = {s.name: s for _, s in database.signals(COMPENSATOR) if s.is_enumeration}
         self.timed = database.every_s is None
         if self.timed:
             self._scale = closing.signals["answered_time"].scale
             self._wrap = 1 << closing.signals["answered_time"].bits
             self._period = high_raw(database.signal("machine_time")) + 1
-        else:
-            # The gateway sends its frames together, if not protected so.
-            offsets = {name: Substitute() for name in OFFSETS}
-            self.reception = Sampling(frames, offsets, timeout_s, closing.key)
+        # A gateway sends its frames together, if not always protected so.
+        self.reception = Reception(
+            frames,
+            together=self.timed,
+            optional=() if self.timed else OFFSETS,
+            timeout_s=timeout_s,
+            look_after=closing.key,
+        )
+        self.challenge: int | None = None
         self.timeout_s = timeout_s or closing.timeout_s
         self._clock = clock
         self._fresh: Cycle | None = None
@@ -116,6 +119,8 @@ class Ear:
                 cycle = self.reception.take(key_of(message), message.data, self._clock())
                 if cycle is not None:
                     self._fresh = self.last = cycle
+                    heard = cycle.values.get(CHALLENGE, nan)
+                    self.challenge = self.challenge if isnan(heard) else int(heard)
                     if self.says("gateway_state") in ("starting", "ready"):
                         self.reception.renew()
                     if wanted is not None and self._answers(cycle, wanted):
@@ -309,7 +314,7 @@ class MachineNode:
             # The plant's drift is counted from its start.
             "thermal_state": "warm" if self._plant.point else "cold",
         }
-        self._link.send(self._sender.messages(values))
+        self._link.send(self._sender.messages(values, self.ear.challenge))
 
     def _heard(self, fresh: Cycle | None) -> Mapping[str, float]:
         """Return the flags and codes that go into the table beside the plant's signals."""

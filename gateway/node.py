@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
-from math import isnan, nan
+from math import inf, isnan, nan
 
 import can
 
@@ -22,15 +22,21 @@ from gateway.answering import AXES, Answered, Unit, by_tool_length, half_widths
 from gateway.codec import Sender, Value
 from gateway.database import COMPENSATOR, MACHINE, TRUST, Database, key_of
 from gateway.judging import Judge, Rival
-from gateway.listening import ears
 from gateway.probes import COUNTED, ProbeEar
+from gateway.proof import CHALLENGE, FRESHNESS, NOT_PROVEN, PROVEN, Challenges
+from gateway.reception import Cycle, Finding, Reception, Substitution
 from gateway.reference import Proof, Reference
-from gateway.sampling import Sampling, StateJudge, Substitution
-from gateway.supervision import Cycle, Finding, Reception
 from gateway.unit import Saved
 
 LONGEST_GAP_S = 3600.0
-"""Largest jump of the machine's time that the compensator is stepped over [s]."""
+"""A state is too old when the machine's time has gone on by more since it was saved [s]."""
+AGREE_S = 10.0
+"""By so much may the two ages of a state differ: the machine's and this computer's [s]."""
+WALL_STEP_S = 2.0
+"""A time of day that moves on by so much more than this computer's clock has been set, or has seen
+time that the clock has not [s]."""
+QUIET_S = 60.0
+"""The same fault of the same frame is said again after this time at the earliest [s]."""
 FAREWELLS = 2
 LATE_PERIODS = 2.5
 """Where frames come at their own pace, an answer that takes more periods than this is stale."""
@@ -57,6 +63,8 @@ class GatewaySettings:
         None: what the DBC says [s].
     proof : Proof
         What proves that the machine is cold.
+    key : bytes or None
+        What the machine's proofs of freshness are made with.
     """
 
     machine_clock: bool = False
@@ -64,6 +72,7 @@ class GatewaySettings:
     startup_s: float = 10.0
     timeout_s: float | None = None
     proof: Proof = field(default_factory=Proof)
+    key: bytes | None = field(default=None, repr=False)
 
 
 class GatewayNode:
@@ -89,6 +98,8 @@ class GatewayNode:
     clock : callable or None
         This computer's monotonic clock, looked at once more before offsets are called valid; None:
         not.
+    wall : callable or None
+        The time of day, which goes on where the other clock stands still; None: not looked at.
 
     Attributes
     ----------
@@ -112,20 +123,29 @@ class GatewayNode:
         warm: Saved | None = None,
         say: Callable[[str], None] = lambda line: None,
         clock: Callable[[], float] | None = None,
+        wall: Callable[[], float] | None = None,
     ) -> None:
         self._unit, self._send, self._settings, self._say = unit, send, settings, say
-        self._clock = clock
+        self._clock, self._wall = clock, wall
+        self._wall_offset_s = wall() - now if wall is not None else 0.0
         self._sender = Sender(database, COMPENSATOR)
         self._closing = closing = database.closing(MACHINE)
         self._every_s = database.every_s
         speed_up = None if settings.machine_clock else settings.speed_up
-        self.reception: Reception | Sampling
-        self._judge: Judge | StateJudge
-        self.reception, self._judge = ears(database, speed_up, settings.timeout_s)
         self._cycle_s = database.every_s or closing.cycle_s
         self._timeout_s = settings.timeout_s or (
             LATE_PERIODS * self._every_s if self._every_s else closing.timeout_s
         )
+        self.reception = Reception(
+            database.of(MACHINE),
+            together=self._every_s is None,
+            optional=database.substitutes,
+            timeout_s=settings.timeout_s,
+        )
+        # A control answers a challenge with its next cycle, which may be late like any other.
+        self._challenges = Challenges(self._timeout_s + self._cycle_s, settings.key)
+        self._judge = Judge(database, speed_up, self._timeout_s, self._challenges)
+        self._proves = database.proof is not None
         self._substitution = Substitution(database.substitutes)
         self._trust = TRUST.index(database.trust)
         self._when_invalid: dict[str, Value] = dict(database.when_invalid)
@@ -139,7 +159,7 @@ class GatewayNode:
         states = database.has("thermal_state") and database.signal("thermal_state").codes
         self._cold = states["cold"] if states else None
         self._usable_at = now
-        self._restored = warm is not None  # and not yet held against the machine's time
+        self._restored = warm  # until it has been held against the machine's time
         self._lost_track = False
         self._own_offsets = [
             database.signal(f"d{axis}") for axis in AXES if database.has(f"d{axis}")
@@ -156,7 +176,9 @@ class GatewayNode:
         self._covered = warm.machine_time_s if warm else None
         self._finding: Finding | None = None
         self._late_start = False
-        self.machine_time_s = self._covered or 0.0
+        self.machine_time_s, self._told_at = self._covered or 0.0, now
+        self._said: dict[tuple[str, str], float] = {}
+        self._proven = False
         self.told: Mapping[str, Value] = {}
         self.given: Mapping[str, float] = {}
         self.steps = 0
@@ -204,18 +226,19 @@ class GatewayNode:
         lost : str
             Why there is no bus, as the DBC names it; empty if there is one.
         """
-        if isinstance(self.reception, Sampling) and not lost:
-            self._look(self.reception, now)
+        if self._every_s is not None and not lost:
+            self._look(self._every_s, now)
             return
-        cycle = self.reception.silence()
+        cycle = self.reception.look(now, silent=True)
         finding = cycle.finding
         if lost:
             text = lost.replace("_", " ")
             finding = Finding(lost, self._closing, text)
         self._judge.forget()
         self.given = {}
+        unseen_s = self._unseen_by_wall(now)
         if self.begun:
-            step_s = self._own_step(now)
+            step_s = self._own_step(now) + unseen_s
             if self._covered is not None:
                 self._covered += step_s
             self._step({}, step_s, now)
@@ -223,19 +246,18 @@ class GatewayNode:
             text = f"no complete cycle of the machine within {self._settings.startup_s:g} s"
             finding = Finding("startup_timeout", self._closing, text)
             self._late_start = True
-        self._answer(finding, now, usable=False, lost=lost)
+        self._answer(finding, now, now, usable=False, lost=lost)
         self._deadline = now + self._cycle_s
 
-    def _look(self, reception: Sampling, now: float) -> None:
+    def _look(self, every_s: float, now: float) -> None:
         """Take what the frames that come at their own pace have brought."""
-        cycle = reception.look(now)
+        cycle = self.reception.look(now)
         if not (self.begun or cycle.usable) and now - self._started_at > self._settings.startup_s:
             self._late_start = True
         self._on_cycle(cycle, now, now)
-        assert self._every_s is not None
-        self._deadline += self._every_s
+        self._deadline += every_s
         if self._deadline <= now:
-            self._deadline = now + self._every_s
+            self._deadline = now + every_s
 
     @property
     def reference_known(self) -> bool:
@@ -257,14 +279,17 @@ class GatewayNode:
 
     def _on_cycle(self, cycle: Cycle, arrived: float, now: float) -> None:
         verdict = self._judge.judge(cycle, arrived, now, begun=self.begun)
-        self.machine_off = verdict.machine_state == "off"
-        if not isnan(cycle.heartbeat.get("machine_time", nan)):
-            self.machine_time_s = cycle.heartbeat["machine_time"]
-        elif self._every_s is not None:
-            self.machine_time_s = (now - self._started_at) * self._settings.speed_up
-        if verdict.machine_state == "starting":
+        unseen_s = max(verdict.unseen_s * self._settings.speed_up, self._unseen_by_wall(now))
+        self._proven = verdict.proven
+        if verdict.proven or not self._proves:
+            self._hear_clock(cycle.heartbeat, now)
+            self.machine_off = verdict.machine_state == "off"
+        if verdict.proven:
             self.reception.renew()
         usable = verdict.usable
+        if usable and self._restored is not None:
+            self._check_age(self._restored, cycle.heartbeat, now)
+            self._restored = None
         self.given = self._substitution.fill(cycle.values, now) if usable else {}
         if not self.begun and (usable or verdict.finding_is("machine_not_running")):
             self._look_for_reference(cycle, now)
@@ -274,11 +299,11 @@ class GatewayNode:
             if usable:
                 step_s = cycle.values.get("machine_step", nan)
                 probe = self.probes.due(self._judge.raw, step_s, self._unit.probed)
-            self._advance({**self.given, **probe}, cycle.heartbeat, now)
+            self._advance({**self.given, **probe}, cycle.heartbeat, now, unseen_s)
         elif cycle.usable and not usable:
             # In touch, and the machine has not begun: nothing to compensate yet.
             self.state, self._late_start = READY, False
-        self._answer(verdict.finding, arrived, usable=usable, ready=cycle.usable)
+        self._answer(verdict.finding, arrived, now, usable=usable, ready=cycle.usable)
 
     def _look_for_reference(self, cycle: Cycle, now: float) -> None:
         elapsed_s = (now - self._usable_at) * self._settings.speed_up
@@ -291,22 +316,67 @@ class GatewayNode:
             known = self.reference.known or "nothing proves any more that the machine is cold"
             self._say(f"reference: {known}")
 
-    def _advance(self, values: Mapping[str, float], beat: Mapping[str, float], now: float) -> None:
-        """Step the compensator over a cycle of the machine."""
+    def _hear_clock(self, beat: Mapping[str, float], now: float) -> None:
+        if not isnan(beat.get("machine_time", nan)):
+            self.machine_time_s, self._told_at = beat["machine_time"], now
+        elif self._every_s is not None:
+            self.machine_time_s = (now - self._started_at) * self._settings.speed_up
+            self._told_at = now
+
+    def machine_time_at(self, now: float) -> float:
+        """Return what the machine's clock is likely to show at a time [s]."""
+        gone_s = 0.0 if self._settings.machine_clock else now - self._told_at
+        return self.machine_time_s + gone_s * self._settings.speed_up
+
+    def _check_age(self, saved: Saved, beat: Mapping[str, float], now: float) -> None:
+        """Hold the age of the state that was restored against the machine's clock."""
+        if isnan(beat.get("machine_time", nan)):
+            return  # a machine without a clock: there is only this computer's
+        age_s = (beat["machine_time"] - saved.machine_time_s) % self._judge.period_s
+        own_s = (now - self._started_at + saved.age_s) * self._settings.speed_up
+        if self._settings.machine_clock:
+            self._lost_track = age_s > LONGEST_GAP_S
+        else:
+            self._lost_track = abs(age_s - own_s) > AGREE_S * self._settings.speed_up
+        if self._lost_track:
+            own = "" if self._settings.machine_clock else f", {own_s:.0f} s by this computer's"
+            self._say(f"the state is too old: {age_s:.0f} s by the machine's clock{own}")
+
+    def _unseen_by_wall(self, now: float) -> float:
+        """Return the compensator's time that only the time of day has seen go by [s]."""
+        if self._wall is None or self._settings.machine_clock:
+            return 0.0
+        offset_s = self._wall() - now
+        ahead_s, self._wall_offset_s = offset_s - self._wall_offset_s, offset_s
+        return ahead_s * self._settings.speed_up if ahead_s > WALL_STEP_S else 0.0
+
+    def _advance(
+        self, values: Mapping[str, float], beat: Mapping[str, float], now: float, unseen_s: float
+    ) -> None:
+        """Step the compensator over a cycle of the machine.
+
+        Time in which nothing came, or that one clock has seen and the others have not, counts as
+        time without inputs.
+        """
         step_s = self._own_step(now)
-        if self._settings.machine_clock and not isnan(beat["machine_time"] + beat["machine_step"]):
-            step_s = beat["machine_step"]
-            end = beat["machine_time"] + step_s
-            gap = end - step_s - self._covered if self._covered is not None else 0.0
-            self._covered = end
-            self._lost_track |= self._restored and gap > LONGEST_GAP_S
-            if self._lost_track and self._restored:
-                self._say(f"the state is older than {LONGEST_GAP_S:g} s of the machine's time")
-            self._restored = False
-            if 1e-6 < gap <= LONGEST_GAP_S:
-                # Time in which nothing came counts as time without inputs.
-                self._step({}, gap, now)
+        if not self._settings.machine_clock:
+            if now - self._stepped_at > self._timeout_s and not self._fresh:
+                cycle_s = self._cycle_s * self._settings.speed_up
+                unseen_s, step_s = max(unseen_s, step_s - cycle_s), cycle_s
+        elif not isnan(beat["machine_time"] + beat["machine_step"]):
+            step_s, begins_s = beat["machine_step"], beat["machine_time"]
+            unseen_s = begins_s - self._covered if self._covered is not None else 0.0
+            self._covered = begins_s + step_s
+        if unseen_s > 1e-6:
+            self._step({}, unseen_s, now)
         self._step(values, step_s, now)
+
+    def renew_reference(self) -> None:
+        """Count the drift from the next readings: somebody says that the machine is cold."""
+        self._unit.renew()
+        self.reference.say_cold()
+        self.begun, self._lost_track, self._restored = False, False, None
+        self._fresh, self._covered = True, None
 
     def _own_step(self, now: float) -> float:
         """Return the time since the last step by this computer's clock [s]."""
@@ -327,6 +397,7 @@ class GatewayNode:
         self,
         finding: Finding | None,
         arrived: float,
+        now: float,
         *,
         usable: bool,
         lost: str = "",
@@ -341,7 +412,7 @@ class GatewayNode:
         if valid and self._clock is not None and self._clock() - arrived > self._timeout_s:
             text = f"the answer took {self._clock() - arrived:.3f} s"
             finding, valid = Finding("stale", self._closing, text), False
-        self._note(finding, done=valid or (usable and not known))
+        self._note(finding, now, done=valid or (usable and not known))
         if lost:
             self.state = "reconnecting"
         elif self.begun or usable:
@@ -349,6 +420,7 @@ class GatewayNode:
         elif not ready:
             self.state = "startup_timeout" if self._late_start else STARTING
         kept = self._finding
+        issued = self._clock() if self._clock is not None else now
         values: dict[str, Value] = {
             **outputs,
             "valid": "valid" if valid else "invalid",
@@ -356,6 +428,8 @@ class GatewayNode:
             "bus_fault": kept.fault if kept else "none",
             "bus_fault_frame": kept.frame.frame_id & 0xFF if kept else 0.0,
             "answered_time": self._answered.value(self._judge.raw),
+            CHALLENGE: float(self._challenges.issue(issued)),
+            FRESHNESS: PROVEN if self._proven and usable else NOT_PROVEN,
             "trust": float(self._trust),
             "probes_taken": float(self.probes.taken % COUNTED),
             **half_widths(outputs, known=known),
@@ -371,14 +445,20 @@ class GatewayNode:
         """Whether the frames can carry the offsets."""
         return all(s.low <= outputs.get(s.name, nan) <= s.high for s in self._own_offsets)
 
-    def _note(self, finding: Finding | None, *, done: bool) -> None:
+    def _note(self, finding: Finding | None, now: float, *, done: bool) -> None:
         """Keep the last thing wrong until the offsets are valid again, or wait for a reference."""
         if finding is not None and self._finding is not None and self._finding.fault in LOSSES:
             # Nobody could hear of the loss while it lasted; what follows from it can wait.
             finding = self._finding if finding.fault in AFTER_LOSS else finding
-        changed = (finding.fault, finding.frame.name) if finding else None
-        before = (self._finding.fault, self._finding.frame.name) if self._finding else None
-        if finding is not None and changed != before:
-            self._say(f"{finding.fault.replace('_', ' ')}: {finding.text}")
+        if finding is not None:
+            self._mention(finding, now)
         if finding is not None or done:
             self._finding = finding
+
+    def _mention(self, finding: Finding, now: float) -> None:
+        """Say what is wrong when it begins, and the same thing not too often."""
+        kind = finding.fault, finding.frame.name
+        before = self._finding and (self._finding.fault, self._finding.frame.name)
+        if kind != before and now - self._said.get(kind, -inf) >= QUIET_S:
+            self._say(f"{finding.fault.replace('_', ' ')}: {finding.text}")
+            self._said[kind] = now

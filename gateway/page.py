@@ -155,11 +155,12 @@ def session_messages(database: Database) -> list[can.Message]:
     for axis, slope in (("X", -14.32), ("Y", -10.84), ("Z", 0.0)):
         answer[f"d{axis}_at_tool_length"] = answer[f"d{axis}"]
         answer |= {f"d{axis}_per_tool_length": slope, f"d{axis}_tool_length": 100.0}
+    answer |= {"challenge": 0x4F1C2A73, "freshness": "proven"}
     answer |= {"gateway_state": "running", "status_sensor": 0.0, "bus_fault": "none"}
     # The answer names the time that it answers by the low 16 bits of its milliseconds.
     answer |= {"bus_fault_frame": 0.0, "answered_time": (1_200_000 % 65536) / 1e3}
     return [
-        *Sender(database, MACHINE).messages(readings),
+        *Sender(database, MACHINE).messages(readings, 0x5D03917B),
         *Sender(database, COMPENSATOR).messages(answer),
     ]
 

@@ -16,9 +16,10 @@ that cools evenly looks the same.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import isfinite, nan
 
+SAID = "the user says that the machine is cold"
 COLD_FOR_S = 60.0
 """A machine that said so is still cold after this time [s]."""
 LONGEST_GAP_S = 60.0
@@ -66,10 +67,15 @@ class Reference:
 
     def __init__(self, proof: Proof, temperatures: Sequence[str]) -> None:
         self._proof, self._temperatures = proof, tuple(temperatures)
-        self.known = "the user says that the machine is cold" if proof.said else ""
+        self.known = SAID if proof.said else ""
         self._since_cold_s = float("inf")
         self._first: list[float] = []
         self._together_s = 0.0
+
+    def say_cold(self) -> None:
+        """Note that the user says that the machine is cold."""
+        self._proof = replace(self._proof, said=True)
+        self.known = SAID
 
     def take(self, values: Mapping[str, float], elapsed_s: float, *, cold: bool) -> str:
         """Take in a cycle that was in order; return what proves now that the machine is cold.

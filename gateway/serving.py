@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gateway.background import Background
+from gateway.clocks import steady
 from gateway.codec import Value
 from gateway.database import COMPENSATOR, MACHINE, Database
 from gateway.link import Link
@@ -75,7 +76,8 @@ class Service:
     duration_s: float | None = None
     stopped: Callable[[], bool] = lambda: False
     say: Callable[[str], None] = lambda line: None
-    clock: Callable[[], float] = time.monotonic
+    clock: Callable[[], float] = steady
+    wall: Callable[[], float] = time.time
     statuses: deque[tuple[float, int, int]] = field(default_factory=lambda: deque(maxlen=STATUSES))
     hall: HallStatus | None = None
     canopen: CanOpenNode | None = None
@@ -108,6 +110,7 @@ class Service:
         self.node = node = GatewayNode(
             *(self.database, self.unit, send, self.settings, begun, warm, self.say),
             self.clock,
+            self.wall,
         )
         if warm is None and not self.settings.proof.said:
             self.say("offsets stay invalid until the machine is known to be cold")
@@ -216,7 +219,7 @@ class Service:
 
     def _save(self, node: GatewayNode, store: StateFile, saver: Background) -> None:
         state = self.unit.slave.saved()
-        taken = (store.now(), self.unit.time_s, node.machine_time_s)
+        taken = (store.now(), self.unit.time_s, node.machine_time_at(self.clock()))
         saver.do(lambda: self._write(store, *taken, state))
 
     def _write(

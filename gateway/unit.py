@@ -214,6 +214,7 @@ class CompensatorUnit:
         kinds = ("Real", "Integer", "Boolean")
         self._ports = [Port(self.slave, self.slave.names("output", k), k) for k in kinds]
         self._texts = self.slave.names("output", "String")
+        self._new: bytes | None = None
         self.time_s = 0.0
         self.outputs: dict[str, float] = {}
 
@@ -237,9 +238,24 @@ class CompensatorUnit:
         """
         with self.slave.starting(1e9):
             pass
+        self._new = self.slave.saved() if self.slave.can_save else None
         if saved is not None:
             self.slave.restore(saved.state)
             self.time_s = saved.time_s
+        self._read()
+
+    def renew(self) -> None:
+        """Forget everything: the next sample is the first.
+
+        Raises
+        ------
+        FmuError
+            If the FMU cannot go back to how it was when it started.
+        """
+        if self._new is None:
+            raise self.slave.failure("it cannot take up an earlier state")
+        self.slave.restore(self._new)
+        self.time_s = 0.0
         self._read()
 
     def step(self, values: Mapping[str, float], step_s: float) -> dict[str, float]:

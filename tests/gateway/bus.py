@@ -24,6 +24,7 @@ from gateway.node import GatewaySettings
 from gateway.serving import Service
 from gateway.unit import CompensatorUnit
 from scenarios.cli import main
+from tests.gateway.bench import proven
 from tests.gateway.conftest import Wire
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -46,6 +47,7 @@ class Listener:
         self.bus = wire.open()
         self.dbc = cantools.database.load_file(DBC)
         self.known = {message.frame_id: message for message in self.dbc.messages}
+        self.challenge: int | None = None
 
     def next(self, timeout_s: float = PATIENCE_S) -> tuple[can.Message, Answer] | None:
         """Return the next of our frames and its content; None if none comes."""
@@ -57,6 +59,7 @@ class Listener:
                     continue
                 content = self.known[message.arbitration_id].decode(bytes(message.data))
                 plain = {name: getattr(value, "name", value) for name, value in content.items()}
+                self.challenge = plain.get("challenge", self.challenge)
                 return message, plain
         return None
 
@@ -94,7 +97,7 @@ class Control:
 
     def __init__(self, wire: Wire, database: Database, step_s: float) -> None:
         self.ear = Listener(wire)
-        self.sender = Sender(database, MACHINE)
+        self.sender, self.database = Sender(database, MACHINE), database
         self.time_s, self.step_s = 0.0, step_s
         self.answers: list[Answer] = []
 
@@ -106,7 +109,7 @@ class Control:
         content["thermal_state"] = "cold"
         content |= {"machine_state": state, "machine_time": self.time_s, "machine_step": step_s}
         self.time_s = round(self.time_s + step_s, 3)
-        return self.sender.messages(content | dict(values))
+        return self.sender.messages(content | dict(values), self.ear.challenge)
 
     def send(self, messages: list[can.Message]) -> None:
         """Send messages as they are."""
@@ -121,7 +124,10 @@ class Control:
         timeout_s: float = PATIENCE_S,
     ) -> Answer:
         """Run one cycle and return the answer to it, or to the silence that it was."""
-        self.send(change(self.messages(values, state)))
+        messages = change(self.messages(values, state))
+        if getattr(change, "by_sender", False):
+            messages = proven(self.database, messages, self.ear.challenge)
+        self.send(messages)
         self.answers += self.ear.until(lambda answer: True, timeout_s)
         return self.answers[-1]
 

@@ -17,7 +17,7 @@ from gateway.control import OffsetFollower
 from gateway.database import COMPENSATOR, DBC, MACHINE, Database
 from gateway.machine import Ear
 from gateway.page import PAGE, frames_text, updated
-from gateway.supervision import Cycle
+from gateway.reception import Cycle
 from gateway.unit import CompensatorUnit, StateFile, check_units, options_of
 from measurement.errors import BadInput
 from scenarios.cli import main
@@ -183,7 +183,7 @@ def _stuffed(bits: list[int]) -> list[int]:
 
 
 def test_the_load_is_that_of_the_cycle_times(database: Database) -> None:
-    assert bus_load(database) == pytest.approx(13 * 135 * 10 / 500_000)
+    assert bus_load(database) == pytest.approx(15 * 135 * 10 / 500_000)
     assert bus_load(database, 250_000) == pytest.approx(2 * bus_load(database))
 
 
@@ -216,7 +216,7 @@ def test_the_table_names_every_frame_and_signal(
         for frame, signal in database.signals(node):
             assert frame.name in printed
             assert signal.name in printed
-    assert "3.51 %" in printed
+    assert "4.05 %" in printed
 
 
 # What the commands refuse

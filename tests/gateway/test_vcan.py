@@ -18,7 +18,7 @@ from gateway.link import Link
 from gateway.machine import Ear
 from gateway.node import GatewaySettings
 from gateway.page import session_lines, session_messages
-from gateway.supervision import Cycle
+from gateway.reception import Cycle
 from tests.gateway.bench import WARM
 from tests.gateway.bus import Control, gateway_thread, wait_for
 from tests.gateway.conftest import SLEW_UM_PER_S, Wire
