@@ -8,6 +8,8 @@ a thread: a gateway that hangs shall not look alive.
 from __future__ import annotations
 
 import contextlib
+import time
+from collections import deque
 from collections.abc import Callable, Iterable, Mapping
 from math import isfinite
 from typing import Any
@@ -15,16 +17,25 @@ from typing import Any
 import can
 import canopen
 from canopen.nmt import NmtSlave
+from canopen.sdo import SdoAbortedError, SdoServer
+from canopen.sdo.constants import NO_MORE_DATA, SDO_STRUCT
 
-from gateway.canopen_pdo import FAULT, SENSOR, STATUS, VALID, layout
+from gateway.canopen_pdo import FAULT, RECEIVE, SENSOR, STATUS, VALID, layout
 from gateway.codec import Value
 from gateway.database import Database
+from gateway.link import ECHOING
+from measurement.errors import BadInput
 
 OPERATIONAL = 5
 GENERIC, COMMUNICATION, MANUFACTURER = 0x01, 0x10, 0x80
 """Bits of the error register."""
 NO_ERROR, COMMUNICATION_ERROR, DEVICE_SPECIFIC = 0x0000, 0x8100, 0xFF00
+COLLISION, TOO_SHORT, TOO_LONG = 0x8150, 0x8210, 0x8220
 """Error codes by CiA 301; the compensator's status is added to the last."""
+UNKNOWN_COMMAND = 0x05040001
+"""SDO abort code: the client's command is not valid, or not known."""
+LISTEN_S = 1.0
+"""Before it sends anything, a node listens for another of its number for two heartbeats [s]."""
 STOPPED = ("starting", "ready")
 """States of a gateway that has nothing to complain of yet."""
 
@@ -41,9 +52,61 @@ class _Nmt(NmtSlave):
         self.beat_ms = 0
 
 
+class _Sdo(SdoServer):
+    """Answers what the library's server would answer without a transfer, or not at all."""
+
+    _open = ""
+
+    def __init__(self, rx_cobid: int, tx_cobid: int, node: canopen.LocalNode) -> None:
+        super().__init__(rx_cobid, tx_cobid, node)
+        self._index = self._subindex = 0
+
+    def _begin(self, way: str, initiate: Callable[[bytes], None], request: bytes) -> None:
+        self._buffer, self._open = None, ""
+        initiate(request)
+        if self._buffer is not None:  # it does not fit into one frame
+            self._open = way
+
+    def init_upload(self, request: bytes) -> None:
+        self._begin("upload", super().init_upload, request)
+
+    def init_download(self, request: bytes) -> None:
+        self._begin("download", super().init_download, request)
+
+    def segmented_upload(self, command: int) -> None:
+        if self._open != "upload":
+            raise SdoAbortedError(UNKNOWN_COMMAND)
+        super().segmented_upload(command)
+        self._open = self._open if self._buffer else ""
+
+    def segmented_download(self, command: int, request: bytes) -> None:
+        if self._open != "download":
+            raise SdoAbortedError(UNKNOWN_COMMAND)
+        super().segmented_download(command, request)
+        self._open = "" if command & NO_MORE_DATA else self._open
+
+    def block_upload(self, data: bytes) -> None:
+        """Change to a transfer in segments, if the client allows it.
+
+        It says by the threshold in byte 5 up to which size it does; 0 means never.
+        """
+        _, self._index, self._subindex = SDO_STRUCT.unpack_from(data)
+        if data[0] & 0x03:
+            raise SdoAbortedError(UNKNOWN_COMMAND)  # no block transfer was begun
+        size = len(self._node.get_data(self._index, self._subindex, check_readable=True))
+        if not 0 < size <= data[5]:
+            raise SdoAbortedError(UNKNOWN_COMMAND)
+        self.init_upload(data)
+
+    def request_aborted(self, data: bytes) -> None:
+        self._open = ""
+        super().request_aborted(data)
+
+
 class _Node(canopen.LocalNode):
     def __init__(self, node_id: int, dictionary: canopen.ObjectDictionary) -> None:
         super().__init__(node_id, dictionary)
+        self.sdo = _Sdo(0x600 + node_id, 0x580 + node_id, self)
         self.nmt = _Nmt(node_id, self)
         self._write_callbacks = [self.nmt.on_write]
 
@@ -63,6 +126,13 @@ class CanOpenNode:
         Interface, channel and options of python-can.
     say : callable
         Takes a line for people.
+    listen_s : float, optional
+        How long to listen for another node of this number before the first message [s].
+
+    Raises
+    ------
+    BadInput
+        If there is one.
     """
 
     def __init__(
@@ -72,6 +142,7 @@ class CanOpenNode:
         database: Database,
         bus: Mapping[str, Any],
         say: Callable[[str], None] = lambda line: None,
+        listen_s: float = LISTEN_S,
     ) -> None:
         self._network = canopen.Network()
         self._network.connect(**bus)
@@ -83,15 +154,38 @@ class CanOpenNode:
         self._say = say
         self._beaten_at = float("-inf")
         self._emergency = (NO_ERROR, 0, 0, 0)
+        self._echoes = str(bus.get("interface")) in ECHOING
+        self._sent = self._heard = 0
+        self._collided = False
+        self._wrong: dict[int, int] = {}
+        self._lengths: deque[tuple[int, int]] = deque(maxlen=100)
+        self._network.subscribe(0x700 + node_id, self._hear_node)
+        for pdo in layout(temperatures_of(database)):
+            if pdo.way == RECEIVE:
+                size = sum(entry.bits for entry in pdo.entries) // 8
+                self._network.subscribe(pdo.cob_id(node_id), self._weigher(pdo.number, size))
+        until = time.monotonic() + listen_s
+        while time.monotonic() < until and not self._heard:
+            time.sleep(0.02)
+        if self._heard:
+            self.close()
+            raise BadInput("--canopen", "", f"{node_id} is the number of another node on this bus")
         self._boot()
+
+    def _hear_node(self, cob_id: int, data: bytearray, timestamp: float) -> None:
+        self._heard += 1
+
+    def _weigher(self, number: int, size: int) -> Callable[[int, bytearray, float], None]:
+        return lambda cob_id, data, timestamp: self._lengths.append((number, len(data) - size))
 
     @property
     def operational(self) -> bool:
         """Whether the master has started the node: only then PDOs are used and sent."""
-        return bool(self._node.nmt._state == OPERATIONAL)
+        return bool(self._node.nmt._state == OPERATIONAL) and not self._collided
 
     def _boot(self) -> None:
         with contextlib.suppress(can.CanError, OSError):
+            self._sent += 1
             self._node.nmt.state = "INITIALISING"
             self._node.nmt.state = "PRE-OPERATIONAL"
 
@@ -130,9 +224,12 @@ class CanOpenNode:
                 self._boot()
             if nmt.beat_ms and now - self._beaten_at >= nmt.beat_ms / 1e3:
                 self._beaten_at = now
+                self._sent += 1
                 self._network.send_message(0x700 + nmt.id, [nmt._state])
+            self._look_around(nmt.id)
             if self.operational:
                 self._complain(told)
+                self._complain_of_lengths()
 
     def _complain(self, told: Mapping[str, Value]) -> None:
         status, sensor, fault = (self._raw[index, 0] for index in (STATUS, SENSOR, FAULT))
@@ -147,10 +244,35 @@ class CanOpenNode:
             self._emergency = emergency
             self._node.emcy.send(code, register, bytes(emergency[1:]))
 
+    def _look_around(self, node_id: int) -> None:
+        """Stop where another node of the same number has come to the bus."""
+        if self._heard > (self._sent if self._echoes else 0) and not self._collided:
+            self._collided = True
+            self._say(f"CANopen: another node {node_id} is on this bus; no PDO is used or sent")
+            self._node.emcy.send(COLLISION, GENERIC | COMMUNICATION)
+
+    def _complain_of_lengths(self) -> None:
+        """Send an emergency when an RPDO begins to have a wrong length, and when it is right."""
+        while self._lengths:
+            number, more = self._lengths.popleft()
+            code = NO_ERROR if not more else TOO_LONG if more > 0 else TOO_SHORT
+            if code == self._wrong.get(number, NO_ERROR):
+                continue
+            self._wrong[number] = code
+            if code or not self._emergency[0]:
+                register = GENERIC | COMMUNICATION if code else 0
+                self._node.emcy.send(code, register, bytes((number,)))
+
     def close(self) -> None:
         """Leave the bus."""
         with contextlib.suppress(can.CanError, OSError, RuntimeError):
             self._network.disconnect()
+
+
+def temperatures_of(database: Database) -> list[str]:
+    """Return the names of the signals that are temperatures."""
+    signals = [s for frame in database.frames for s in frame.signals.values()]
+    return [signal.name for signal in signals if signal.unit == "degC"]
 
 
 def _places(
@@ -160,9 +282,8 @@ def _places(
     from gateway.codec import raw_of
 
     signals = {s.name: s for frame in database.frames for s in frame.signals.values()}
-    temperatures = [name for name, s in signals.items() if s.unit == "degC"]
     found: dict[str, tuple[tuple[int, int], Callable[[Value], int]]] = {}
-    for pdo in layout(temperatures):
+    for pdo in layout(temperatures_of(database)):
         for entry in pdo.entries:
             signal = signals[entry.name]
 

@@ -10,12 +10,13 @@ from __future__ import annotations
 import io
 from collections.abc import Mapping as Table
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import canopen
 import cantools
 from canopen import objectdictionary as od
+from canopen.objectdictionary.eds import export_eds
 from cantools.database.can import Database as CanDatabase
 
 from gateway.mapfile import MapFile
@@ -35,6 +36,22 @@ VALID, STATUS, SENSOR, GATEWAY, FAULT, TRUSTED = 0x2200, 0x2201, 0x2202, 0x2203,
 UNCERTAINTY, LIMITS, HASH = 0x2210, 0x2300, 0x2301
 MICROMETRE, CELSIUS = 0xFA010000, 0x002D0000
 """Units by CiA 303-2: prefix, then unit."""
+REVISION = 1
+FILE = {
+    "FileName": "spindle_drift.eds",
+    "FileVersion": "1",
+    "FileRevision": "0",
+    "EDSVersion": "4.0",
+    "Description": "Compensator of thermal drift",
+    # The sheet is printed anew whenever it is asked for: its date is that of its form.
+    "CreationTime": "12:00PM",
+    "CreationDate": "11-23-2026",
+    "CreatedBy": "spindle-drift",
+    "ModificationTime": "12:00PM",
+    "ModificationDate": "11-23-2026",
+    "ModifiedBy": "spindle-drift",
+}
+"""What the data sheet says of itself."""
 KINDS = {"i16": (od.INTEGER16, 16), "i32": (od.INTEGER32, 32), "u8": (od.UNSIGNED8, 8)}
 RECEIVE, SEND = "inputs", "outputs"
 LIMIT_NAMES = ("offset_um", "slew_um_per_s", "hold_s", "recover_s")
@@ -159,6 +176,9 @@ def canopen_mapping(node_id: int, inputs: Sequence[str]) -> Mapping:
     mapping = mapping_of(source, checked(MapFile, table, source), dbc, source)
     if mapping.problems:
         raise mapping.problems[0]
+    # CiA 301: of an RPDO that is longer than its mapping, the first bytes are used.
+    frames = tuple(replace(frame, longer=True) for frame in mapping.database.frames)
+    mapping.database = replace(mapping.database, frames=frames)
     return mapping
 
 
@@ -202,20 +222,28 @@ def dictionary(
     information = found.device_information
     information.vendor_name = information.product_name = "spindle-drift"
     information.vendor_number = information.product_number = 0
-    information.nr_of_RXPDO, information.nr_of_TXPDO = 4, 3
+    information.revision_number, information.order_code = REVISION, "spindle-drift"
+    information.simple_boot_up_master = information.simple_boot_up_slave = False
+    information.granularity = information.dynamic_channels_supported = 0
+    information.group_messaging = information.LSS_supported = False
+    pdos = layout([name for name in inputs if name not in ("speed", "tool_length")])
+    information.nr_of_RXPDO = sum(pdo.way == RECEIVE for pdo in pdos)
+    information.nr_of_TXPDO = sum(pdo.way == SEND for pdo in pdos)
     information.allowed_baudrates = {125_000, 250_000, 500_000, 1_000_000}
     _variable(found, "Device type", 0x1000, 0, od.UNSIGNED32, PROFILE)
     _variable(found, "Error register", 0x1001, 0, od.UNSIGNED8, 0)
     _variable(found, "Manufacturer device name", 0x1008, 0, od.VISIBLE_STRING, "spindle-drift")
     _variable(found, "COB-ID EMCY", 0x1014, 0, od.UNSIGNED32, 0x80 + node_id)
+    _of_node(found[0x1014], node_id)
     _variable(
         *(found, "Producer heartbeat time", 0x1017, 0, od.UNSIGNED16, HEARTBEAT_MS), access="rw"
     )
-    numbers = {"Vendor-ID": 0, "Product code": 0, "Revision number": 1, "Serial number": 0}
+    numbers = {"Vendor-ID": 0, "Product code": 0, "Revision number": REVISION, "Serial number": 0}
     _record(found, "Identity object", 0x1018, od.UNSIGNED32, numbers)
     channels = {"cob_client": 0x600 + node_id, "cob_server": 0x580 + node_id}
     _record(found, "SDO server parameter", 0x1200, od.UNSIGNED32, channels)
-    pdos = layout([name for name in inputs if name not in ("speed", "tool_length")])
+    for sub in (1, 2):
+        _of_node(found[0x1200][sub], node_id)
     for pdo in pdos:
         _pdo(found, pdo, node_id)
     entries = [entry for pdo in pdos for entry in pdo.entries]
@@ -236,10 +264,17 @@ def dictionary(
 
 
 def eds_text(dictionary_: canopen.ObjectDictionary) -> str:
-    """Return an object dictionary as an electronic data sheet."""
+    """Return an object dictionary as an electronic data sheet (CiA 306-1)."""
     text = io.StringIO()
-    canopen.export_od(dictionary_, text, "eds")
-    return text.getvalue()
+    dictionary_.__edsFileInfo = {}  # or the library would add a version of its own
+    export_eds(dictionary_, text, dict(FILE))
+    # CiA 306-1 has this key, and the library does not know it: no PDO maps bits.
+    return text.getvalue().replace("GroupMessaging=", "CompactPDO=0\nGroupMessaging=", 1)
+
+
+def _of_node(variable: od.ODVariable, node_id: int) -> None:
+    """Note that an identifier moves with the number of the node."""
+    variable.default_raw = f"$NODEID+0x{variable.default - node_id:X}"
 
 
 def _variable(
@@ -306,6 +341,7 @@ def _pdo(found: canopen.ObjectDictionary, pdo: Pdo, node_id: int) -> None:
         (2, "Transmission type", od.UNSIGNED8, 255),
     ):
         communication.add_member(_made(name, index, sub, kind, value))
+    _of_node(communication[1], node_id)
     found.add_object(communication)
     mapped = {entry.name: entry.index << 16 | entry.sub << 8 | entry.bits for entry in pdo.entries}
     _record(found, what.format("mapping"), base + 0x200 + pdo.number - 1, od.UNSIGNED32, mapped)

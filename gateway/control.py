@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from math import isfinite
 
+from gateway.database import OFFSETS
 from gateway.reception import Cycle
 
-OFFSETS = ("dX", "dY", "dZ")
 NONE_YET, FOLLOWING, HOLDING, RETURNING = "none_yet", "following", "holding", "returning_to_zero"
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
-from math import inf
+from math import inf, isfinite
 from pathlib import Path
 from typing import Any
 
@@ -25,9 +25,11 @@ CRC, COUNTER, CYCLE = "crc", "counter", "cycle"
 PROTECTION = (CRC, COUNTER, CYCLE)
 ERROR, NOT_AVAILABLE, OTHER = "error", "not_available", "other"
 SIZE = 8  # bytes of every frame
+LONGEST_TEXT = 300
 EVENT = "Event"
 """The send type of frames that belong to no cycle."""
 EXTENDED = 1 << 31
+OFFSETS = ("dX", "dY", "dZ")
 TRUST = ("none", "partly", "protected")
 """From the least: what of the faults of a frame can be noticed."""
 # The signals that the two programs themselves need, and the node that sends them.
@@ -130,6 +132,8 @@ class Frame:
         The signal that says which page of signals a frame holds; empty for none.
     event : bool
         It is sent when there is something to say, and belongs to no cycle.
+    longer : bool
+        It may come with more bytes, which mean nothing.
     """
 
     name: str
@@ -148,6 +152,7 @@ class Frame:
     fixed: dict[str, float] = field(default_factory=dict)
     multiplexer: str = ""
     event: bool = False
+    longer: bool = False
 
     @property
     def key(self) -> int:
@@ -201,6 +206,8 @@ class Database:
         What stands for inputs without a value; also for those that no frame carries.
     when_invalid : dict of str to float
         What is sent in place of outputs while they are not valid.
+    axes : tuple of str or None
+        The axes that the machine has; None: all.
     """
 
     path: Path
@@ -209,6 +216,7 @@ class Database:
     every_s: float | None = None
     substitutes: dict[str, Substitute] = field(default_factory=dict)
     when_invalid: dict[str, float] = field(default_factory=dict)
+    axes: tuple[str, ...] | None = None
 
     def of(self, sender: str) -> tuple[Frame, ...]:
         """Return a node's frames of a cycle, by rising identifier: the order of sending."""
@@ -284,11 +292,22 @@ def load_dbc(path: Path) -> CanDatabase:
     except OSError as error:
         raise BadInput(path, "", f"cannot be read: {error.strerror}") from None
     except Exception as error:  # cantools and its parser raise many kinds
-        raise BadInput(path, "", f"is not a DBC file: {' '.join(str(error).split())}") from None
+        raise BadInput(path, "", f"is not a DBC file: {printable(str(error))}") from None
     assert isinstance(read, CanDatabase)
     if not read.messages:
         raise BadInput(path, "", "holds no frames")
+    for message in read.messages:
+        for signal in message.signals:
+            if not (isfinite(signal.scale) and signal.scale and isfinite(signal.offset)):
+                problem = f"has the factor {signal.scale:g} and the offset {signal.offset:g}"
+                raise BadInput(path, f"{message.name}.{signal.name}", problem)
     return read
+
+
+def printable(text: str) -> str:
+    """Return a text of somebody else's in a line that a terminal can take."""
+    line = " ".join("".join(c if c.isprintable() else " " for c in text).split())
+    return line if len(line) <= LONGEST_TEXT else f"{line[:LONGEST_TEXT]} …"
 
 
 def _frame(message: Message, path: Path) -> Frame:
@@ -308,6 +327,9 @@ def _frame(message: Message, path: Path) -> Frame:
     for signal in message.signals:
         if signal.is_float or signal.is_signed:
             raise BadInput(path, f"{message.name}.{signal.name}", "must be an unsigned integer")
+        words = [str(word) for word in (signal.choices or {}).values()]
+        if len(set(words)) < len(words):
+            raise BadInput(path, f"{message.name}.{signal.name}", "has two values of one name")
         if signal.minimum is None or signal.maximum is None:
             raise BadInput(
                 path, f"{message.name}.{signal.name}", "needs a smallest and a largest value"
@@ -377,6 +399,9 @@ def check(database: Database) -> None:
     proof = database.proof
     if proof is not None and (ECHO not in proof.signals or not database.has(CHALLENGE)):
         raise BadInput(database.path, proof.name, f"needs {ECHO} beside, and a {CHALLENGE}")
+    for name in OFFSETS:
+        if not database.has(name) and database.axes is None:
+            raise BadInput(database.path, COMPENSATOR, f"sends no signal {name}")
     for node, name in ((MACHINE, "machine_time"), (COMPENSATOR, "answered_time")):
         frame = database.closing(node)
         if name not in frame.signals:

@@ -46,7 +46,7 @@ class FrameLog:
     Raises
     ------
     BadInput
-        For an ending that names no form, or a file that cannot be written.
+        For an ending that names no form.
     """
 
     def __init__(
@@ -64,7 +64,7 @@ class FrameLog:
         try:
             self._open()
         except (OSError, ValueError) as error:
-            raise BadInput(path, "", f"cannot be written: {_line(error)}") from None
+            self._fail(error)
         self._thread = Background(ROOM, self._look)
 
     def write(self, message: can.Message) -> None:
@@ -154,8 +154,9 @@ class FrameLog:
             self._writer.file.flush()
 
     def _fail(self, error: Exception) -> None:
-        with contextlib.suppress(OSError, ValueError):
-            self._writer.stop()
+        if self._writer is not None:
+            with contextlib.suppress(OSError, ValueError):
+                self._writer.stop()
         self._writer = None
         self._retry_at = time.monotonic() + RETRY_S
         self._say(f"{self.path}: cannot be written: {_line(error)}; the gateway goes on without")

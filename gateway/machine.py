@@ -10,11 +10,12 @@ from math import inf, isnan, nan
 import can
 
 from gateway.codec import Sender, Value, high_raw, name_of
-from gateway.control import OFFSETS, OffsetFollower
+from gateway.control import OffsetFollower
 from gateway.database import (
     COMPENSATOR,
     MACHINE,
     NOT_AVAILABLE,
+    OFFSETS,
     Database,
     key_of,
 )
@@ -195,6 +196,8 @@ class MachineNode:
         Says when to end early.
     clock : callable
         Monotonic time [s].
+    key : bytes or None
+        What its proofs of freshness are made with.
     """
 
     def __init__(
@@ -206,10 +209,11 @@ class MachineNode:
         save: Callable[[], None] = lambda: None,
         stopped: Callable[[], bool] = lambda: False,
         clock: Callable[[], float] = time.monotonic,
+        key: bytes | None = None,
     ) -> None:
         self._plant, self._link, self._pace = plant, link, pace
         self._save, self._stopped, self._clock = save, stopped, clock
-        self._sender = Sender(database, MACHINE)
+        self._sender = Sender(database, MACHINE, key)
         self._probes = ProbeSender(database.events(MACHINE))
         plant.probe_with(self._probes.names)
         self._cycle_s = database.every_s or database.closing(MACHINE).cycle_s

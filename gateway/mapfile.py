@@ -107,6 +107,11 @@ class InputMap(_Mapped):
             raise ValueError("needs signal or constant, one of them")
         if (self.when_missing == HOLD) != (self.hold_s is not None):
             raise ValueError('when_missing = "hold" and hold_s need each other')
+        raws = list((self.values or {}).values())
+        twice = [raw for number, raw in enumerate(raws) if raw in raws[:number]]
+        if twice:
+            words = [word for word, raw in (self.values or {}).items() if raw == twice[0]]
+            raise ValueError(f"values: {' and '.join(words)} are both {twice[0]}")
         return self
 
 
@@ -137,6 +142,7 @@ class MapFile(_Form):
     dbc: Name
     title: str = Field(default="", max_length=400)
     bit_rate: Annotated[int, Field(ge=5000, le=1000000)] | None = None
+    axes: list[Literal["X", "Y", "Z"]] | None = Field(default=None, min_length=1, max_length=3)
     cycle: CycleMap
     frames: dict[Name, FrameMap] = Field(min_length=1, max_length=256)
     inputs: dict[Name, InputMap] = Field(min_length=1, max_length=256)

@@ -6,7 +6,7 @@ mends them all at once.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass, field, replace
 from math import inf
 from pathlib import Path
@@ -14,11 +14,11 @@ from pathlib import Path
 from cantools.database.can import Database as CanDatabase
 from cantools.database.can import Message
 
-from gateway.control import OFFSETS
 from gateway.database import (
     COMPENSATOR,
     MACHINE,
     NEEDED,
+    OFFSETS,
     Database,
     Frame,
     Signal,
@@ -75,13 +75,13 @@ class Mapping:
         self.problems.append(BadInput(self.path, place, problem))
 
     def check_compensator(
-        self, inputs: Iterable[str], outputs: Iterable[str], limit_um: float | None
+        self, inputs: Iterable[str], outputs: Collection[str], limit_um: float | None
     ) -> None:
         """Note what a compensator lacks in the map, or cannot send through it.
 
         Parameters
         ----------
-        inputs, outputs : iterable of str
+        inputs, outputs : iterable and collection of str
             Its variables.
         limit_um : float or None
             The largest offset that it sends, either way; None if it is not known [um].
@@ -93,7 +93,13 @@ class Mapping:
         for name in self.form.outputs:
             if name not in known:
                 self.say(f"outputs.{name}", "is not an output of the compensator or the gateway")
+        axes = self.form.axes or ("X", "Y", "Z")
         for name in OFFSETS:
+            sent, has = name in self.form.outputs, name[1] in axes
+            if name in outputs and has and not sent:
+                self.say(f"outputs.{name}", "is missing: the compensator sends it; see axes")
+            elif sent and not has:
+                self.say(f"outputs.{name}", f"is sent, and axes has no {name[1]}")
             if limit_um is None or not self.database.has(name):
                 continue
             signal = self.database.signal(name)
@@ -139,7 +145,9 @@ class _Reader:
         rate = form.bit_rate or int(attribute(dbc.dbc, "Baudrate", 500_000))
         every = form.cycle.every_ms
         self.every_s = every / 1e3 if every is not None else None
-        self.found = Mapping(path, form, Database(dbc_path, (), rate, self.every_s))
+        axes = tuple(form.axes) if form.axes is not None else None
+        database = Database(dbc_path, (), rate, self.every_s, axes=axes)
+        self.found = Mapping(path, form, database)
         self.say = self.found.say
         self._used: dict[str, str] = {}
 

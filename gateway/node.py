@@ -368,7 +368,10 @@ class GatewayNode:
             unseen_s = begins_s - self._covered if self._covered is not None else 0.0
             self._covered = begins_s + step_s
         if unseen_s > 1e-6:
-            self._step({}, unseen_s, now)
+            # In two steps: only a second sample that is missing shows that the first was no slip.
+            last_s = min(unseen_s, self._cycle_s * self._settings.speed_up)
+            self._step({}, unseen_s - last_s, now)
+            self._step({}, last_s, now)
         self._step(values, step_s, now)
 
     def renew_reference(self) -> None:

@@ -75,6 +75,19 @@ def add_bus_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--fmu-dir", type=Path, default=Path("dist"), metavar="DIR", help="where FMUs are (dist)"
     )
+    parser.add_argument(
+        "--freshness",
+        choices=("proven", "any"),
+        default="proven",
+        help="any: the machine cannot prove that its cycles are fresh; answers are marked so "
+        "(proven, where the frames carry a proof)",
+    )
+    parser.add_argument(
+        "--key",
+        type=Path,
+        metavar="FILE",
+        help="make and check these proofs with the key of this file (AES-CMAC)",
+    )
     parser.add_argument("--json", action="store_true", help="print a summary as JSON")
     parser.add_argument("--quiet", action="store_true", help="say nothing")
 
@@ -100,13 +113,20 @@ def read_frames(args: argparse.Namespace) -> tuple[Database, Mapping | None]:
     BadInput
         If the DBC file or the map cannot be read.
     """
+    mapping = None
     if args.map is None:
-        return read_database(args.dbc or DBC), None
-    if args.dbc is not None:
+        database = read_database(args.dbc or DBC)
+    elif args.dbc is not None:
         raise BadInput("--dbc", "", "has no meaning with --map, which names its DBC file")
-    mapping = read_mapping(map_path(args.map))
-    also_reads([mapping.path, mapping.database.path])
-    return mapping.database, mapping
+    else:
+        mapping = read_mapping(map_path(args.map))
+        also_reads([mapping.path, mapping.database.path])
+        database = mapping.database
+    if args.freshness == "any":
+        database = database.unproven()
+    if args.key is not None and database.proof is None:
+        raise BadInput("--key", "", "has no meaning: no frame carries a proof of freshness")
+    return database, mapping
 
 
 def told(problems: list[BadInput]) -> int:
@@ -210,6 +230,28 @@ def teller(name: str, args: argparse.Namespace) -> Iterator[Callable[[str], None
         yield say
     finally:
         printer.close()
+
+
+@contextlib.contextmanager
+def on_signal(name: str, do: Callable[[], None]) -> Iterator[None]:
+    """Call a function at a signal, where the system has it.
+
+    Parameters
+    ----------
+    name : str
+        Such as ``SIGUSR1``.
+    do : callable
+        Called in the main thread; short.
+    """
+    number = getattr(signal, name, None)
+    if number is None:
+        yield
+        return
+    kept = signal.signal(number, lambda *_: do())
+    try:
+        yield
+    finally:
+        signal.signal(number, kept)
 
 
 @contextlib.contextmanager

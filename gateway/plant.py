@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from gateway.control import OFFSETS
+from gateway.database import OFFSETS
 from gateway.unit import Saved, StatefulSlave
 from measurement.errors import BadInput
 from scenarios.cosimulation import NOISE_SEED

@@ -97,6 +97,8 @@ class Watch:
     def take(self, data: bytes | bytearray, now: float) -> str:
         """Judge one frame; return ``good``, or the fault."""
         frame = self.frame
+        if frame.longer:
+            data = data[: frame.size]
         if len(data) != frame.size:
             text = f"has {len(data)} bytes instead of {frame.size}"
             return self._reject("wrong_length", text)

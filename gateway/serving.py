@@ -17,6 +17,7 @@ from gateway.database import COMPENSATOR, MACHINE, Database
 from gateway.link import Link
 from gateway.node import GatewayNode, GatewaySettings
 from gateway.opcua import HallStatus
+from gateway.systemd import ServiceManager
 from gateway.unit import CompensatorUnit, StateFile, check_units
 from measurement.errors import BadInput
 
@@ -59,6 +60,10 @@ class Service:
         Says when to end.
     say : callable
         Takes a line for people.
+    renewed : callable
+        Says, once, that somebody has called the machine cold.
+    manager : ServiceManager
+        Hears that the gateway lives.
     hall : HallStatus or None
         Is told what the gateway knows.
     canopen : CanOpenNode or None
@@ -79,6 +84,8 @@ class Service:
     clock: Callable[[], float] = steady
     wall: Callable[[], float] = time.time
     statuses: deque[tuple[float, int, int]] = field(default_factory=lambda: deque(maxlen=STATUSES))
+    renewed: Callable[[], bool] = lambda: False
+    manager: ServiceManager = field(default_factory=ServiceManager)
     hall: HallStatus | None = None
     canopen: CanOpenNode | None = None
     node: GatewayNode | None = None
@@ -114,6 +121,7 @@ class Service:
         )
         if warm is None and not self.settings.proof.said:
             self.say("offsets stay invalid until the machine is known to be cold")
+        self.manager.tell("READY=1")
         # The state goes to the disk beside the loop, and only the newest one.
         saver = Background(2)
         try:
@@ -141,6 +149,7 @@ class Service:
 
     def _leave(self, node: GatewayNode, state: str) -> None:
         """Announce on the bus that this node leaves, whatever else has failed."""
+        self.manager.tell("STOPPING=1")
         with contextlib.suppress(Exception):
             node.farewell(state)
 
@@ -189,6 +198,10 @@ class Service:
             if self.canopen is not None:
                 self.canopen.update(now, node.told, node.given)
             self._notice(node)
+            self.manager.alive(now)
+            if self.renewed():
+                self.say("the drift is counted from now: somebody says that the machine is cold")
+                node.renew_reference()
             if self.hall is not None:
                 self._tell(self.hall, node, now)
             if store is not None and node.begun and now - saved_at >= self.save_every_s:
@@ -242,4 +255,6 @@ class Service:
         if self.statuses and self.statuses[-1][1:] == (code, sensor):
             return
         self.statuses.append((node.machine_time_s, code, sensor))
-        self.say(f"status {code} at {node.machine_time_s:.1f} s: {self.unit.text()}")
+        text = f"status {code} at {node.machine_time_s:.1f} s: {self.unit.text()}"
+        self.manager.tell(f"STATUS={text}")
+        self.say(text)

@@ -40,6 +40,8 @@ class Simulation:
         Says when to end early.
     say : callable
         Takes a line for people.
+    key : bytes or None
+        What its proofs of freshness are made with.
     """
 
     database: Database
@@ -52,6 +54,7 @@ class Simulation:
     stopped: Callable[[], bool] = lambda: False
     say: Callable[[str], None] = lambda line: None
     clock: Callable[[], float] = time.monotonic
+    key: bytes | None = None
 
     def run(self) -> dict[str, Any]:
         """Simulate, and return a summary.
@@ -79,7 +82,14 @@ class Simulation:
         begun, first = self.clock(), self.plant.time_s
         self._saved_at = begun
         node = MachineNode(
-            self.database, self.plant, self.link, self.pace, self._save, self.stopped, self.clock
+            self.database,
+            self.plant,
+            self.link,
+            self.pace,
+            self._save,
+            self.stopped,
+            self.clock,
+            self.key,
         )
         node.run()
         return {

@@ -13,19 +13,19 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from ctypes import byref, c_char, c_size_t, c_void_p
 from dataclasses import dataclass
-from math import nan
+from math import isfinite, nan
 from pathlib import Path
 from typing import Any
 
 from measurement.errors import BadInput
 from measurement.files import read_bytes, write_atomically
 from scenarios.fmu import WARNING, Port, Slave
+from scenarios.outputs import STATE_KIND, begins_as_state
 from scenarios.wiring import PROBED
 
 FORMAT = 1
 OLDEST_S = 3600.0
 """Oldest saved state that is restored [s]."""
-KIND = "spindle-drift FMU state"
 
 
 class StatefulSlave(Slave):
@@ -123,7 +123,7 @@ class StateFile:
             If the file cannot be written.
         """
         table = {
-            "kind": KIND,
+            "kind": STATE_KIND,
             "format": FORMAT,
             "fmu": self._fmu,
             "saved": taken,
@@ -150,19 +150,22 @@ class StateFile:
             return None, "the file does not exist yet"
         if not self.path.is_file():
             raise BadInput(self.path, "", "is not an ordinary file")
+        text = read_bytes(self.path)
+        if not begins_as_state(text):
+            raise BadInput(self.path, "", "is not a state of an FMU")
         try:
-            table = json.loads(read_bytes(self.path))
-            if table["kind"] != KIND or table["format"] != FORMAT:
-                raise ValueError("another kind of file")
-            age = self._wall() - float(table["saved"])
-            found = Saved(
-                float(table["time_s"]),
-                float(table["machine_time_s"]),
-                age,
-                base64.b64decode(table["state"], validate=True),
-            )
+            table = json.loads(text)
+            if table["format"] != FORMAT:
+                raise ValueError("it is of another version")
+            state = base64.b64decode(table["state"], validate=True)
+            saved, *times = (float(table[key]) for key in ("saved", "time_s", "machine_time_s"))
+            if not all(map(isfinite, (saved, *times))):
+                raise ValueError("a time in it is not a number")
         except (ValueError, KeyError, TypeError) as error:
-            raise BadInput(self.path, "", f"is not a state of an FMU: {error}") from None
+            # A power cut may leave such a file; the gateway starts without it.
+            return None, f"it is damaged: {error}"
+        age = self._wall() - saved
+        found = Saved(times[0], times[1], age, state)
         if table["fmu"] != self._fmu:
             return None, "it belongs to another FMU"
         if age < 0.0:

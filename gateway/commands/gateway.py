@@ -14,7 +14,7 @@ from scenarios.outputs import LOG, STATE
 
 NAME = "gateway"
 HELP = "put the compensator FMU on a CAN bus"
-READS = ("dbc", "map", "compensator", "opcua_cert", "opcua_key", "opcua_trust")
+READS = ("dbc", "map", "key", "compensator", "opcua_cert", "opcua_key", "opcua_trust")
 WRITES = {"log": LOG, "state": STATE}
 
 
@@ -175,7 +175,8 @@ def _serve(
     from gateway.mapcheck import node_dictionary
     from gateway.node import GatewaySettings
     from gateway.opcua import hall_status
-    from gateway.options import new_link, stop_flag, teller
+    from gateway.options import new_link, on_signal, stop_flag, teller
+    from gateway.proof import read_key
     from gateway.reference import Proof
     from gateway.serving import Service
     from gateway.unit import CompensatorUnit, options_of
@@ -186,6 +187,8 @@ def _serve(
         link = new_link(args, database, MACHINE, say)
         stack.callback(link.close)
         stopped = stack.enter_context(stop_flag(link.reopen_log))
+        cold: list[bool] = []
+        stack.enter_context(on_signal("SIGUSR1", lambda: cold.append(True)))
         link.open(args.startup_timeout)
         # A Python FMU shares this process's standard error; its complaints come through its log.
         stack.enter_context(contextlib.redirect_stderr(printed))
@@ -215,6 +218,7 @@ def _serve(
             args.startup_timeout,
             args.timeout and args.timeout / 1e3,
             Proof(args.cold_start, args.ambient or "", args.together_band, args.together_time),
+            args.key and read_key(args.key),
         )
         service = Service(
             database,
@@ -227,6 +231,7 @@ def _serve(
             until_off=args.until_off,
             duration_s=args.duration,
             stopped=stopped,
+            renewed=lambda: bool(cold) and cold.pop(),
             say=say if hall is None else hall.also(say),
             hall=hall,
             canopen=node,

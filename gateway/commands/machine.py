@@ -14,7 +14,7 @@ from scenarios.outputs import LOG, RUN_FILE, STATE
 
 NAME = "machine"
 HELP = "put a simulated machine, or a recorded log, on a CAN bus"
-READS = ("scenario", "dbc", "map", "replay", "plant")
+READS = ("scenario", "dbc", "map", "key", "replay", "plant")
 WRITES = {"log": LOG, "state": STATE, "out": RUN_FILE}
 
 
@@ -139,6 +139,7 @@ def _simulate(args: argparse.Namespace, database: Any, speed_up: float | None) -
     from gateway.machine import Pace
     from gateway.options import new_link, stop_flag, teller
     from gateway.plant import MachinePlant
+    from gateway.proof import read_key
     from gateway.simulating import Simulation
     from measurement.runs import write_run
     from scenarios.fmu_files import find_fmu
@@ -164,6 +165,7 @@ def _simulate(args: argparse.Namespace, database: Any, speed_up: float | None) -
         simulation = Simulation(
             database, fmu, plant, link, pace, args.state, args.state_every, stopped, say
         )
+        simulation.key = args.key and read_key(args.key)
         summary = simulation.run()
         if args.out is not None:
             write_run(plant.frame(), args.out)

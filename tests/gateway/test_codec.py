@@ -199,6 +199,10 @@ GOOD = DBC.read_text(encoding="utf-8")
         ("machine_time", "machine_tine", "machine_time"),
         ("(0.01,-100) [-60|400]", "(0.01,-100) [0|0]", "smallest"),
         ("T1 : 16|16@1+", "T1 : 16|16@1-", "unsigned"),
+        ("T1 : 16|16@1+ (0.01,", "T1 : 16|16@1+ (0,", "MachineTemperatures1.T1: has the factor 0"),
+        ("dX : 16|16@1+ (0.02,", "dX : 16|16@1+ (0,", "CompensatorOffsets.dX: has the factor 0"),
+        (" dX ", " eX ", "COMPENSATOR: sends no signal dX"),
+        ('1 "starting" 2 "running"', '1 "running" 2 "running"', "two values of one name"),
         ("BO_ 528 MachineTemperatures1: 8", "BO_ 528 MachineTemperatures1: 7", ""),
     ],
 )
@@ -213,6 +217,17 @@ def test_a_dbc_file_that_will_not_do_is_refused(
     assert "\n" not in str(caught.value)
     assert str(path) in str(caught.value)
     assert word in str(caught.value)
+
+
+def test_a_file_that_is_no_text_is_refused_in_a_line_that_a_terminal_can_take(
+    tmp_path: Path,
+) -> None:
+    path = tmp_path / "binary.dbc"
+    path.write_bytes(b'VERSION ""\n\x1b[2J\x1b]0;owned\x07\x08' + bytes(range(256)) * 20)
+    with pytest.raises(BadInput) as caught:
+        read_database(path)
+    assert str(caught.value).isprintable()
+    assert len(caught.value.problem) < 400
 
 
 def refusal(path: Path) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from math import nan
@@ -112,7 +113,23 @@ def test_a_state_comes_back(tmp_path: Path, bench: Bench, new_unit: object) -> N
     assert other == (None, "it belongs to another FMU")
 
 
-@pytest.mark.parametrize("text", ["", "{}", "[]", '{"kind": 1}', "\x00", '{"kind": "spindle'])
+@pytest.mark.parametrize(
+    "cut", [0, 1, 20, 60, -2, "saved", "time_s", "machine_time_s", "format", "state"]
+)
+def test_a_state_that_is_damaged_is_not_used(tmp_path: Path, cut: int | str) -> None:
+    store = StateFile(tmp_path / "s.json", "x", lambda: 100.0)
+    store.write(100.0, 1.0, 2.0, b"state")
+    text = store.path.read_text()
+    assert store.read()[0] is not None
+    if isinstance(cut, str):
+        text = re.sub(rf'("{cut}": )("[^"]*"|[0-9.]+)', r"\1NaN", text)
+    store.path.write_text(text if isinstance(cut, str) else text[:cut])
+    found, why = store.read()
+    assert found is None
+    assert why.startswith("it is damaged: ")
+
+
+@pytest.mark.parametrize("text", ["{}", "[]", '{"kind": 1}', "\x00", "my notes"])
 def test_a_file_that_is_no_state_is_refused(tmp_path: Path, text: str) -> None:
     path = tmp_path / "s.json"
     path.write_text(text)

@@ -143,6 +143,23 @@ def test_a_full_disk_is_told_and_survived(tmp_path: Path, monkeypatch: pytest.Mo
     assert any("written again" in line for line in said)
 
 
+def test_a_disk_that_takes_no_log_does_not_keep_the_gateway_from_starting(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(framelog, "RETRY_S", 0.05)
+    folder, said = tmp_path / "logs", list[str]()
+    folder.write_text("no folder yet")
+    log = FrameLog(folder / "frames.log", said.append)
+    assert "cannot be written" in said[0]
+    log.write(frame(1))
+    folder.unlink()
+    time.sleep(0.1)
+    wait_for(lambda: bool(log.write(frame(2)) or (folder / "frames.log").exists()))
+    log.close()
+    assert set(numbers(folder / "frames.log")) == {2}
+    assert any("written again" in line for line in said)
+
+
 def test_a_job_that_fails_does_not_keep_others_from_being_done(
     capsys: pytest.CaptureFixture[str],
 ) -> None:

@@ -374,6 +374,13 @@ WRONG = [
         'status = { signal = "CMP_STATUS.CmpState", values = { ok = 0 } }',
         "outputs.status: values: lacks waiting, or a value named other",
     ),
+    ("starting = 1", "starting = 2", "are both 2"),
+    (
+        'dX = { signal = "CMP_OFFSET.OfsX", factor = -1, missing_raw = -32768 }\n',
+        "",
+        "outputs.dX: is missing: the compensator sends it; see axes",
+    ),
+    ("[cycle]", 'axes = ["X", "Y"]\n[cycle]', "outputs.dZ: is sent, and axes has no Z"),
     ("trust = ", "sunshine = ", "outputs.sunshine: is not an output of the compensator or"),
 ]
 
@@ -414,6 +421,14 @@ def test_all_problems_are_told_before_anything_is_sent(
         assert done.returncode == 2
         assert len(done.stderr.splitlines()) == 3, done.stderr
         assert ("SPN_TEMP" in done.stdout) == bool(more)
+
+
+def test_a_machine_without_an_axis_says_so(edited: Callable[..., Path], quick_fmu: Path) -> None:
+    path = edited(
+        ("[cycle]", 'axes = ["X", "Z"]\n[cycle]'),
+        ('dY = { signal = "CMP_OFFSET.OfsY", factor = -1, missing_raw = -32768 }\n', ""),
+    )
+    assert problems_of(read_mapping(path), quick_fmu) == []
 
 
 @pytest.mark.parametrize("name", ["machine_builder", "spindle_drift"])
