@@ -116,6 +116,8 @@ class Judge:
         if self._states is not None:
             state = name_of(self._states, cycle.heartbeat.get("machine_state", nan))
         proven = self._proven(cycle, arrived)
+        if not isnan(time_s := cycle.heartbeat.get("machine_time", nan)):
+            self.raw = round(time_s / self._time.scale)
         wrong, unseen_s = None, 0.0
         if proven or self._proof is None:
             # What may be old says nothing of the machine's clock.
@@ -180,7 +182,6 @@ class Judge:
             return self._found("not_available_value", "has no machine_time or machine_step")
         raw, step = round(time_s / self._time.scale), round(step_s / self._time.scale)
         expected, self._expected = self._expected, (raw + step) % self._times
-        self.raw = raw
         if expected is None or raw == expected:
             return None
         wanted = expected * self._time.scale

@@ -48,20 +48,22 @@ class Listener:
         self.dbc = cantools.database.load_file(DBC)
         self.known = {message.frame_id: message for message in self.dbc.messages}
         self.challenge: int | None = None
+        self.parts: Answer = {}
 
     def next(self, timeout_s: float = PATIENCE_S) -> tuple[can.Message, Answer] | None:
         """Return the next of our frames and its content; None if none comes."""
         until = time.monotonic() + timeout_s
-        while (left := until - time.monotonic()) > 0.0:
-            message = self.bus.recv(left)
-            if message is not None and message.arbitration_id in self.known:
+        while True:
+            message = self.bus.recv(max(until - time.monotonic(), 0.0))
+            if message is None:
+                return None
+            if message.arbitration_id in self.known:
                 if message.is_error_frame or message.is_extended_id or len(message.data) != 8:
                     continue
                 content = self.known[message.arbitration_id].decode(bytes(message.data))
                 plain = {name: getattr(value, "name", value) for name, value in content.items()}
                 self.challenge = plain.get("challenge", self.challenge)
                 return message, plain
-        return None
 
     def until(
         self, wanted: Callable[[Answer], bool], timeout_s: float = PATIENCE_S
@@ -69,23 +71,32 @@ class Listener:
         """Gather the gateway's answers until one is as wanted; fail if none comes in time."""
         until = time.monotonic() + timeout_s
         found: list[Answer] = []
-        parts: Answer = {}
         while (left := until - time.monotonic()) > 0.0:
             got = self.next(left)
             if got is None:
                 break
-            message, content = got
-            if self.known[message.arbitration_id].senders != [COMPENSATOR]:
-                continue
-            parts |= content
-            # The heartbeat ends an answer; one whose beginning was not heard is left out.
-            if "gateway_state" in content and "dX" in parts:
-                found.append(parts)
-                parts = {}
-                if wanted(found[-1]):
-                    return found
+            found += self._whole(*got)
+            if found and wanted(found[-1]):
+                return found
         shown = found[-1] if found else "nothing"
         raise AssertionError(f"not seen in {timeout_s:g} s; the last answer is {shown}")
+
+    def _whole(self, message: can.Message, content: Answer) -> list[Answer]:
+        """Return the answer that a frame ends; one whose beginning was not heard is left out."""
+        if self.known[message.arbitration_id].senders != [COMPENSATOR]:
+            return []
+        self.parts |= content
+        if "gateway_state" not in content:
+            return []
+        whole, self.parts = self.parts, {}
+        return [whole] if "dX" in whole else []
+
+    def waiting(self) -> list[Answer]:
+        """Return the answers that wait to be read; the newest challenge is known then."""
+        found: list[Answer] = []
+        while (got := self.next(0.0)) is not None:
+            found += self._whole(*got)
+        return found
 
     def close(self) -> None:
         """Leave the bus."""
@@ -124,6 +135,7 @@ class Control:
         timeout_s: float = PATIENCE_S,
     ) -> Answer:
         """Run one cycle and return the answer to it, or to the silence that it was."""
+        self.answers += self.ear.waiting()
         messages = change(self.messages(values, state))
         if getattr(change, "by_sender", False):
             messages = proven(self.database, messages, self.ear.challenge)
