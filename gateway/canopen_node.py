@@ -10,7 +10,7 @@ from __future__ import annotations
 import contextlib
 import time
 from collections import deque
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from math import isfinite
 from typing import Any
 
@@ -24,6 +24,7 @@ from gateway.canopen_pdo import FAULT, RECEIVE, SENSOR, STATUS, VALID, layout
 from gateway.codec import Value
 from gateway.database import Database
 from gateway.link import ECHOING
+from gateway.protocols.base import Participant, Report
 from measurement.errors import BadInput
 
 OPERATIONAL = 5
@@ -111,7 +112,7 @@ class _Node(canopen.LocalNode):
         self._write_callbacks = [self.nmt.on_write]
 
 
-class CanOpenNode:
+class CanOpenNode(Participant):
     """What a CANopen master sees of the gateway beside its PDOs.
 
     Parameters
@@ -179,7 +180,7 @@ class CanOpenNode:
         return lambda cob_id, data, timestamp: self._lengths.append((number, len(data) - size))
 
     @property
-    def operational(self) -> bool:
+    def operational(self) -> bool:  # type: ignore[override]
         """Whether the master has started the node: only then PDOs are used and sent."""
         return bool(self._node.nmt._state == OPERATIONAL) and not self._collided
 
@@ -192,28 +193,10 @@ class CanOpenNode:
     def _read(self, index: int, subindex: int, **more: object) -> int | None:
         return self._raw.get((index, subindex))
 
-    def gated(
-        self, send: Callable[[Iterable[can.Message]], object]
-    ) -> Callable[[Iterable[can.Message]], object]:
-        """Return what sends PDOs, while the node is operational.
-
-        Parameters
-        ----------
-        send : callable
-            Sends messages at once, in whatever state the node is.
-        """
-        return lambda messages: send(messages) if self.operational else None
-
-    def update(self, now: float, told: Mapping[str, Value], given: Mapping[str, float]) -> None:
-        """Show what the gateway sent and heard last; send a heartbeat or an EMCY if one is due.
-
-        Parameters
-        ----------
-        now : float
-            Monotonic time [s].
-        told, given : mapping
-            The newest answer, and what was heard for it.
-        """
+    def update(self, now: float, report: Callable[[], Report]) -> None:
+        """Show what was sent and heard last; send a heartbeat or an EMCY if one is due."""
+        found = report()
+        told, given = found.told, found.given
         for name, (place, raw_of) in self._places.items():
             value = told.get(name, given.get(name, float("nan")))
             self._raw[place] = raw_of(value)

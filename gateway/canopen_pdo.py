@@ -264,7 +264,13 @@ def dictionary(
 
 
 def eds_text(dictionary_: canopen.ObjectDictionary) -> str:
-    """Return an object dictionary as an electronic data sheet (CiA 306-1)."""
+    """Return an object dictionary as an electronic data sheet (CiA 306-1).
+
+    Parameters
+    ----------
+    dictionary_ : ObjectDictionary
+        From `dictionary`.
+    """
     text = io.StringIO()
     dictionary_.__edsFileInfo = {}  # or the library would add a version of its own
     export_eds(dictionary_, text, dict(FILE))

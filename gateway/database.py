@@ -219,29 +219,70 @@ class Database:
     axes: tuple[str, ...] | None = None
 
     def of(self, sender: str) -> tuple[Frame, ...]:
-        """Return a node's frames of a cycle, by rising identifier: the order of sending."""
+        """Return a node's frames of a cycle, by rising identifier: the order of sending.
+
+        Parameters
+        ----------
+        sender : {"MACHINE", "COMPENSATOR"}
+            The node.
+        """
         return tuple(f for f in self.frames if f.sender == sender and not f.event)
 
     def events(self, sender: str) -> tuple[Frame, ...]:
-        """Return a node's frames that belong to no cycle."""
+        """Return a node's frames that belong to no cycle.
+
+        Parameters
+        ----------
+        sender : {"MACHINE", "COMPENSATOR"}
+            The node.
+        """
         return tuple(f for f in self.frames if f.sender == sender and f.event)
 
     def closing(self, sender: str) -> Frame:
-        """Return the frame that closes a node's cycle: its heartbeat, the last one."""
+        """Return the frame that closes a node's cycle: its heartbeat, the last one.
+
+        Parameters
+        ----------
+        sender : {"MACHINE", "COMPENSATOR"}
+            The node.
+        """
         return self.of(sender)[-1]
 
     def signals(self, sender: str) -> Iterator[tuple[Frame, Signal]]:
-        """Yield every signal that a node sends in a cycle."""
+        """Yield every signal that a node sends in a cycle.
+
+        Parameters
+        ----------
+        sender : {"MACHINE", "COMPENSATOR"}
+            The node.
+
+        Yields
+        ------
+        tuple of Frame and Signal
+            By rising identifier.
+        """
         for frame in self.of(sender):
             for signal in frame.signals.values():
                 yield frame, signal
 
     def signal(self, name: str) -> Signal:
-        """Return a signal by its name."""
+        """Return a signal by its name.
+
+        Parameters
+        ----------
+        name : str
+            As the gateway calls it.
+        """
         return next(frame.signals[name] for frame in self.frames if name in frame.signals)
 
     def has(self, name: str) -> bool:
-        """Return whether a frame carries a signal."""
+        """Return whether a frame carries a signal.
+
+        Parameters
+        ----------
+        name : str
+            As the gateway calls it.
+        """
         return any(name in frame.signals for frame in self.frames)
 
     @property
@@ -264,6 +305,16 @@ class Database:
 
 def read_database(path: Path = DBC) -> Database:
     """Read a DBC file.
+
+    Parameters
+    ----------
+    path : Path, optional
+        By default the file that ships.
+
+    Returns
+    -------
+    Database
+        Its frames, which make whole cycles.
 
     Raises
     ------

@@ -152,6 +152,11 @@ class MapFile(_Form):
 def map_path(name: str) -> Path:
     """Return the file of a map: a path, or the name of one that ships.
 
+    Parameters
+    ----------
+    name : str
+        As on the command line.
+
     Raises
     ------
     BadInput

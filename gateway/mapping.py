@@ -71,7 +71,15 @@ class Mapping:
     problems: list[BadInput] = field(default_factory=list)
 
     def say(self, place: str, problem: str) -> None:
-        """Note a problem."""
+        """Note a problem.
+
+        Parameters
+        ----------
+        place : str
+            The key of the map.
+        problem : str
+            What is wrong with it.
+        """
         self.problems.append(BadInput(self.path, place, problem))
 
     def check_compensator(
@@ -123,6 +131,16 @@ class Mapping:
 
 def read_mapping(path: Path) -> Mapping:
     """Read a map and the DBC file that it names, from the map's folder.
+
+    Parameters
+    ----------
+    path : Path
+        The map.
+
+    Returns
+    -------
+    Mapping
+        What fits, and what does not.
 
     Raises
     ------

@@ -21,10 +21,10 @@ from urllib.parse import urlsplit
 
 from gateway.background import Background
 from gateway.codec import Value
+from gateway.protocols.base import Participant, Report
 from gateway.unit import CompensatorUnit
 from measurement.errors import BadInput
 
-DEFAULT_URL = "opc.tcp://127.0.0.1:4840/spindle-drift"
 EVERY_S = 0.5
 """How often values are updated [s]."""
 ROOM = 20
@@ -116,7 +116,7 @@ def _is_local(host: str) -> bool:
         return False
 
 
-class HallStatus:
+class HallStatus(Participant):
     """Passes the gateway's values and events to an OPC UA server.
 
     Parameters
@@ -205,18 +205,18 @@ class HallStatus:
         values |= {f"state.{key}": value for key, value in state.items()}
         self._write({"values": values})
 
+    def update(self, now: float, report: Callable[[], Report]) -> None:
+        """Send what the gateway does; see `Participant`."""
+        found = report()
+        self.tell(now, found.given, found.outputs, found.state)
+
+    def hear(self, line: str) -> None:
+        """Send a line for people as an event."""
+        self.event(line)
+
     def event(self, text: str, severity: int = INFO) -> None:
         """Send an event."""
         self._write({"event": text, "severity": severity})
-
-    def also(self, say: Callable[[str], None]) -> Callable[[str], None]:
-        """Return a function that passes on a line for people and also sends it as an event."""
-
-        def both(line: str) -> None:
-            say(line)
-            self.event(line)
-
-        return both
 
     def _write(self, news: Mapping[str, object]) -> None:
         if not self._ended:

@@ -16,11 +16,10 @@ from gateway.background import Background
 from gateway.database import COMPENSATOR, DBC, MACHINE, Database, read_database
 from gateway.framelog import LARGEST_MB, FrameLog
 from gateway.link import Link
-from gateway.mapfile import map_path
-from gateway.mapping import Mapping, read_mapping
+from gateway.mapping import Mapping
+from gateway.protocols.frames import mapping_named
 from gateway.unit import options_of
 from measurement.errors import BadInput
-from scenarios.outputs import also_reads
 
 ROOM = 1000
 """Most lines for people that may wait to be printed."""
@@ -113,20 +112,31 @@ def read_frames(args: argparse.Namespace) -> tuple[Database, Mapping | None]:
     BadInput
         If the DBC file or the map cannot be read.
     """
-    mapping = None
-    if args.map is None:
-        database = read_database(args.dbc or DBC)
-    elif args.dbc is not None:
-        raise BadInput("--dbc", "", "has no meaning with --map, which names its DBC file")
-    else:
-        mapping = read_mapping(map_path(args.map))
-        also_reads([mapping.path, mapping.database.path])
-        database = mapping.database
+    mapping = mapping_named(args.map, args.dbc)
+    database = read_database(args.dbc or DBC) if mapping is None else mapping.database
+    return served(args, database), mapping
+
+
+def served(args: argparse.Namespace, database: Database) -> Database:
+    """Return the frames as a machine serves them that can, or cannot, prove its cycles fresh.
+
+    Parameters
+    ----------
+    args : Namespace
+        With what `add_bus_arguments` declares.
+    database : Database
+        All frames.
+
+    Raises
+    ------
+    BadInput
+        If there is a key for a proof that no frame carries.
+    """
     if args.freshness == "any":
         database = database.unproven()
     if args.key is not None and database.proof is None:
         raise BadInput("--key", "", "has no meaning: no frame carries a proof of freshness")
-    return database, mapping
+    return database
 
 
 def told(problems: list[BadInput]) -> int:
@@ -242,6 +252,11 @@ def on_signal(name: str, do: Callable[[], None]) -> Iterator[None]:
         Such as ``SIGUSR1``.
     do : callable
         Called in the main thread; short.
+
+    Yields
+    ------
+    None
+        While the signal is dealt with so.
     """
     number = getattr(signal, name, None)
     if number is None:

@@ -114,6 +114,16 @@ class Challenges:
 def read_key(path: Path) -> bytes:
     """Read a key: 32 or 64 hexadecimal digits, in a file that only its owner may read.
 
+    Parameters
+    ----------
+    path : Path
+        The file.
+
+    Returns
+    -------
+    bytes
+        16 or 32 of them.
+
     Raises
     ------
     BadInput

@@ -8,7 +8,7 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from gateway.background import Background
 from gateway.clocks import steady
@@ -16,13 +16,10 @@ from gateway.codec import Value
 from gateway.database import COMPENSATOR, MACHINE, Database
 from gateway.link import Link
 from gateway.node import GatewayNode, GatewaySettings
-from gateway.opcua import HallStatus
+from gateway.protocols.base import Participant, Report, Send
 from gateway.systemd import ServiceManager
 from gateway.unit import CompensatorUnit, StateFile, check_units
 from measurement.errors import BadInput
-
-if TYPE_CHECKING:  # an extra
-    from gateway.canopen_node import CanOpenNode
 
 LONGEST_WAIT_S = 0.25
 """Longest wait for a frame before checking whether to stop [s]."""
@@ -64,10 +61,8 @@ class Service:
         Says, once, that somebody has called the machine cold.
     manager : ServiceManager
         Hears that the gateway lives.
-    hall : HallStatus or None
-        Is told what the gateway knows.
-    canopen : CanOpenNode or None
-        What a CANopen master sees beside the PDOs.
+    participants : list of Participant
+        The protocols that take part.
     """
 
     database: Database
@@ -86,10 +81,20 @@ class Service:
     statuses: deque[tuple[float, int, int]] = field(default_factory=lambda: deque(maxlen=STATUSES))
     renewed: Callable[[], bool] = lambda: False
     manager: ServiceManager = field(default_factory=ServiceManager)
-    hall: HallStatus | None = None
-    canopen: CanOpenNode | None = None
+    participants: list[Participant] = field(default_factory=list)
     node: GatewayNode | None = None
     _unsaved: bool = False
+
+    def __post_init__(self) -> None:
+        """Let the participants hear what people are told."""
+        say = self.say
+
+        def tell_all(line: str) -> None:
+            say(line)
+            for participant in self.participants:
+                participant.hear(line)
+
+        self.say = tell_all
 
     def run(self) -> dict[str, Any]:
         """Serve, and return a summary.
@@ -113,7 +118,9 @@ class Service:
         elif store is not None:
             self.say(f"{store.path}: the state is not used: {why_not}")
         begun = self.clock()
-        send = self.link.send if self.canopen is None else self.canopen.gated(self.link.send)
+        send: Send = self.link.send
+        for participant in self.participants:
+            send = participant.gated(send)
         self.node = node = GatewayNode(
             *(self.database, self.unit, send, self.settings, begun, warm, self.say),
             self.clock,
@@ -187,7 +194,7 @@ class Service:
             if lost and not self.link.lost:
                 node.reconnected()
             lost = bool(self.link.lost)
-            if self.canopen is not None and not self.canopen.operational:
+            if not all(participant.operational for participant in self.participants):
                 message = None
             closed = message is not None and node.handle(message, now, self.link.waited_s)
             wait = GRACE_S if message is not None and node.patient else 0.0
@@ -195,20 +202,18 @@ class Service:
                 self.link.trust()
             elif now >= node.deadline() + wait:
                 node.tick(now, self.link.lost)
-            if self.canopen is not None:
-                self.canopen.update(now, node.told, node.given)
+            for participant in self.participants:
+                participant.update(now, lambda: self._report(node))
             self._notice(node)
             self.manager.alive(now)
             if self.renewed():
                 self.say("the drift is counted from now: somebody says that the machine is cold")
                 node.renew_reference()
-            if self.hall is not None:
-                self._tell(self.hall, node, now)
             if store is not None and node.begun and now - saved_at >= self.save_every_s:
                 self._save(node, store, saver)
                 saved_at = now
 
-    def _tell(self, hall: HallStatus, node: GatewayNode, now: float) -> None:
+    def _report(self, node: GatewayNode) -> Report:
         told, outputs = node.told, self.unit.outputs
         state: dict[str, Value | bool] = {
             "valid": told.get("valid") == "valid",
@@ -224,7 +229,7 @@ class Service:
             "compensator": self.fmu.name,
             "compensator_sha256": self.unit.slave.sha256,
         }
-        hall.tell(now, node.given, outputs, state)
+        return Report(told, node.given, outputs, state)
 
     def _over(self, node: GatewayNode, begun: float) -> bool:
         late = self.duration_s is not None and self.clock() - begun >= self.duration_s

@@ -325,7 +325,13 @@ STATE_BEGINS = json.dumps({"kind": STATE_KIND})[:-1].encode()
 
 
 def begins_as_state(data: bytes) -> bool:
-    """Return whether a file's bytes are those of an FMU's state, or what is left of one."""
+    """Return whether a file's bytes are those of an FMU's state, or what is left of one.
+
+    Parameters
+    ----------
+    data : bytes
+        The beginning of the file, or all of it.
+    """
     return STATE_BEGINS.startswith(data[: len(STATE_BEGINS)])
 
 

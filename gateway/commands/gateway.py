@@ -20,8 +20,8 @@ WRITES = {"log": LOG, "state": STATE}
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
-    from gateway.opcua import DEFAULT_URL
     from gateway.options import add_bus_arguments
+    from gateway.protocols import adapters
 
     add_bus_arguments(parser)
     parser.add_argument(
@@ -74,31 +74,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="S",
         help="how long they must stay so, in the compensator's time [s] (1800)",
     )
-    parser.add_argument(
-        "--canopen", type=int, metavar="ID", help="be the CANopen node of this number (1 to 127)"
-    )
-    parser.add_argument(
-        "--eds", action="store_true", help="print the CANopen node's data sheet, and end"
-    )
-    parser.add_argument(
-        "--opcua",
-        nargs="?",
-        const=DEFAULT_URL,
-        metavar="URL",
-        help=f"show inputs, outputs and status by OPC UA, read-only ({DEFAULT_URL})",
-    )
-    parser.add_argument(
-        "--opcua-cert", type=Path, metavar="FILE", help="the OPC UA server's certificate"
-    )
-    parser.add_argument(
-        "--opcua-key", type=Path, metavar="FILE", help="key of the OPC UA server's certificate"
-    )
-    parser.add_argument(
-        "--opcua-trust",
-        type=Path,
-        metavar="DIR",
-        help="certificates of the clients that may read, or of those who signed them",
-    )
+    for adapter in adapters():
+        adapter.add_arguments(parser)
     parser.add_argument(
         "--duration", type=float, metavar="S", help="end after this time [s] (when interrupted)"
     )
@@ -112,15 +89,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Serve the bus until told to stop."""
-    from gateway.mapcheck import node_eds, node_mapping, problems_of
+    from gateway.database import DBC, read_database
+    from gateway.mapcheck import problems_of
     from gateway.mappage import map_text
-    from gateway.options import check_bus_arguments, check_positive, read_frames, told
+    from gateway.options import check_bus_arguments, check_positive, served, told
     from gateway.page import frames_text
+    from gateway.protocols import adapters
     from scenarios.fmu_files import find_fmu
 
-    database, mapping = read_frames(args)
-    if args.frames and mapping is None and args.canopen is None:
-        print(frames_text(database))
+    protocols = [adapter(args) for adapter in adapters()]
+    for protocol in protocols:
+        protocol.check()
+    if args.frames and args.map is None and args.canopen is None:
+        print(frames_text(served(args, read_database(args.dbc or DBC))))
         return 0
     check_bus_arguments(args)
     check_positive("--speed-up", args.speed_up)
@@ -128,23 +109,22 @@ def run(args: argparse.Namespace) -> int:
     check_positive("--duration", args.duration)
     check_positive("--together-band", args.together_band)
     check_positive("--together-time", args.together_time)
-    security = _security(args)
     with contextlib.ExitStack() as stack:
         work = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="spindle-drift-")))
         fmu = find_fmu(args.compensator, args.fmu_dir, Path(), work, quiet=args.quiet)
-        if args.eds:
-            print(node_eds(args.canopen, fmu), end="")
+        for text in filter(None, (protocol.printed(fmu) for protocol in protocols)):
+            print(text, end="")
             return 0
-        if args.canopen is not None:
-            mapping = node_mapping(args.canopen, fmu)
-            database = mapping.database
+        found = (protocol.mapping(fmu) for protocol in protocols)
+        mapping = next((one for one in found if one is not None), None)
+        database = served(args, mapping.database if mapping else read_database(args.dbc or DBC))
         if mapping is not None:
             problems = problems_of(mapping, fmu, machine_clock=args.clock == "machine")
             if args.frames:
                 print(map_text(mapping))
             if args.frames or problems:
                 return told(problems)
-        summary = _serve(args, database, fmu, mapping.unprotected() if mapping else [], security)
+        summary = _serve(args, database, fmu, mapping.unprotected() if mapping else [], protocols)
     if args.json:
         print(json.dumps(summary, indent=1))
     elif not args.quiet:
@@ -153,33 +133,16 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _security(args: argparse.Namespace) -> Any:
-    """Return what an OPC UA server is secured with; refuse one that is open to others."""
-    from gateway.opcua import checked_url, security_of
-    from measurement.errors import BadInput
-
-    security = security_of((args.opcua_cert, args.opcua_key, args.opcua_trust))
-    if args.opcua is not None:
-        checked_url(args.opcua, security)
-    elif security is not None:
-        raise BadInput("--opcua-cert", "", "has no meaning without --opcua")
-    if args.canopen is not None and (args.map is not None or args.dbc is not None):
-        raise BadInput("--canopen", "", "has PDOs for frames: no --map, no --dbc")
-    return security
-
-
 def _serve(
-    args: argparse.Namespace, database: Any, fmu: Path, unprotected: list[str], security: Any
+    args: argparse.Namespace, database: Any, fmu: Path, unprotected: list[str], protocols: list[Any]
 ) -> dict[str, Any]:
     from gateway.database import MACHINE
-    from gateway.mapcheck import node_dictionary
     from gateway.node import GatewaySettings
-    from gateway.opcua import hall_status
     from gateway.options import new_link, on_signal, stop_flag, teller
     from gateway.proof import read_key
     from gateway.reference import Proof
     from gateway.serving import Service
-    from gateway.unit import CompensatorUnit, options_of
+    from gateway.unit import CompensatorUnit
 
     printed = io.StringIO()
     with contextlib.ExitStack() as stack:
@@ -197,21 +160,10 @@ def _serve(
         say(f"{fmu.name} on {link.name}")
         for line in unprotected:
             say(line)
-        hall = None
-        if args.opcua is not None:
-            hall = hall_status(args.opcua, security, unit, say)
-            stack.callback(hall.close)
-        node = None
-        if args.canopen is not None:
-            from gateway.canopen_node import CanOpenNode
-
-            bus = {"interface": args.interface, "channel": args.channel}
-            node = CanOpenNode(
-                *(args.canopen, node_dictionary(args.canopen, fmu), database),
-                bus | options_of(args.option),
-                say,
-            )
-            stack.callback(node.close)
+        joined = [protocol.join(database, fmu, unit, say) for protocol in protocols]
+        participants = [participant for participant in joined if participant is not None]
+        for participant in participants:
+            stack.callback(participant.close)
         settings = GatewaySettings(
             args.clock == "machine",
             args.speed_up,
@@ -232,8 +184,7 @@ def _serve(
             duration_s=args.duration,
             stopped=stopped,
             renewed=lambda: bool(cold) and cold.pop(),
-            say=say if hall is None else hall.also(say),
-            hall=hall,
-            canopen=node,
+            say=say,
+            participants=participants,
         )
         return service.run()

@@ -9,7 +9,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import IO, Any
 
@@ -21,6 +21,7 @@ from gateway.database import COMPENSATOR, DBC, MACHINE, Database
 from gateway.framelog import FrameLog
 from gateway.link import Link
 from gateway.node import GatewaySettings
+from gateway.protocols.base import Participant
 from gateway.serving import Service
 from gateway.unit import CompensatorUnit
 from scenarios.cli import main
@@ -175,6 +176,7 @@ def gateway_thread(
     log: Path | None = None,
     said: list[str] | None = None,
     ends_with: type[Exception] | None = None,
+    participants: Sequence[Participant] = (),
 ) -> Iterator[Service]:
     """A gateway on the bus in a thread of this process; what it says goes into *said*."""
     lines = [] if said is None else said
@@ -185,6 +187,7 @@ def gateway_thread(
     unit = CompensatorUnit(fmu)
     done, problems = threading.Event(), []
     service = Service(database, fmu, unit, link, settings, stopped=done.is_set, say=lines.append)
+    service.participants.extend(participants)
 
     def run() -> None:
         try:

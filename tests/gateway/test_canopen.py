@@ -17,8 +17,9 @@ import can
 import pytest
 
 from gateway.database import MACHINE
-from gateway.mapcheck import node_dictionary, node_eds, node_mapping, problems_of
+from gateway.mapcheck import problems_of
 from gateway.node import GatewaySettings
+from gateway.protocols.canopen import node_dictionary, node_eds, node_mapping
 from gateway.serving import Service
 from measurement.errors import BadInput
 from tests.gateway.bus import gateway_thread
@@ -106,12 +107,9 @@ def pair(wire: Wire, fmu: Path) -> Iterator[tuple[Master, Service]]:
         node = CanOpenNode(NODE, node_dictionary(NODE, fmu), mapping.database, bus, listen_s=0.1)
         stack.callback(node.close)
         service = stack.enter_context(
-            gateway_thread(wire, mapping.database, fmu, GatewaySettings())
+            gateway_thread(wire, mapping.database, fmu, GatewaySettings(), participants=[node])
         )
-        service.canopen = node
-        assert service.node is not None or _comes(lambda: service.node is not None)
-        assert service.node is not None
-        service.node._send = node.gated(service.node._send)
+        assert _comes(lambda: service.node is not None)
         master = stack.enter_context(contextlib.closing(Master(wire, node_eds(NODE, fmu))))
         yield master, service
 
@@ -279,8 +277,7 @@ def test_a_second_node_of_the_same_number_is_noticed(quick_fmu: Path) -> None:
         master.until(lambda: master.heard.get("valid") == 1)
         beat = can.Message(arbitration_id=0x700 + NODE, data=b"\x05", is_extended_id=False)
         bus.send(beat)
-        assert service.canopen is not None
-        assert _comes(lambda: not service.canopen.operational)  # type: ignore[union-attr]
+        assert _comes(lambda: not service.participants[0].operational)
         assert _comes(lambda: 0x8150 in {error.code for error in master.node.emcy.log})
 
 
