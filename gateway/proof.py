@@ -106,7 +106,7 @@ class Challenges:
         return any(
             told.get(ECHO) == challenge & ECHO_BITS
             and told.get(PROOF) == proof_of(challenge, content, self._key)
-            for at, challenge in self._drawn
+            for at, challenge in reversed(self._drawn)
             if arrived - at <= self.young_s
         )
 

@@ -207,11 +207,17 @@ class Service:
             self._notice(node)
             self.manager.alive(now)
             if self.renewed():
-                self.say("the drift is counted from now: somebody says that the machine is cold")
-                node.renew_reference()
+                self._renew(node)
             if store is not None and node.begun and now - saved_at >= self.save_every_s:
                 self._save(node, store, saver)
                 saved_at = now
+
+    def _renew(self, node: GatewayNode) -> None:
+        if not self.unit.slave.can_save:
+            self.say("no new reference: this FMU cannot go back to how it was when it started")
+            return
+        self.say("the drift is counted from now: somebody says that the machine is cold")
+        node.renew_reference()
 
     def _report(self, node: GatewayNode) -> Report:
         told, outputs = node.told, self.unit.outputs

@@ -123,7 +123,7 @@ class Guarded:
         content |= {"speed": 3000.0, "tool_length": 150.0, "offset_use": "following"}
         content["thermal_state"] = "cold"
         content |= {"machine_state": state, "machine_time": self.time_s, "machine_step": step_s}
-        self.link.send(self.sender.messages(content | dict(values)))
+        self.link.send(self.sender.messages(content | dict(values), self.ear.challenge))
         until = time.monotonic() + (0.5 if state == "running" else 0.1)
         if self.ear.hear(self.link, until, self.time_s):
             cycle = self.ear.taken()
