@@ -22,7 +22,8 @@ compensator = sd.fit(runs, model="mlr", machine="jig_borer")
 fmu = sd.build_fmu(compensator, "mine", name="mine")
 found = sd.run_scenario("step_speed", "out", compensator=fmu, settings={"duration_s": 300})
 assert (Path("out") / "report.html").is_file() and len(found.frames) >= 2
-own = {"measurement", "fmu_packaging", "fmu_compensator", "plant_model", "scenarios"}
+own = {"measurement", "fmu_packaging", "fmu_compensator", "plant_model", "scenarios",
+       "gateway"}
 own |= {"spindle_drift"}
 here = sys.argv[1]
 for name, module in list(sys.modules.items()):
@@ -34,7 +35,8 @@ print("version", sd.__version__)
 
 
 ROOMS = {
-    "measurement", "fmu_packaging", "fmu_compensator", "plant_model", "scenarios", "spindle_drift"
+    "measurement", "fmu_packaging", "fmu_compensator", "plant_model", "scenarios", "gateway",
+    "spindle_drift"
 }  # fmt: skip
 
 
