@@ -4,7 +4,7 @@ The gateway runs as a process of its own. Measured, with the times at which the 
 frames to a third node:
 
 - latency from the last temperature frame of a cycle to the offset frame of its answer. Two more
-  frames of the cycle, its judgement, a step of the FMU, and six encoded frames lie between;
+  frames of the cycle, its judgement, a step of the FMU, and eight encoded frames lie between;
 - the highest rate of cycles at which every cycle is answered, is valid, and nothing is lost.
 
 Beside them, on the same bus in the same run, what bare python-can does: the time from a frame to
@@ -29,9 +29,9 @@ from typing import Any
 import can
 import numpy as np
 
-from scenarios.gateway.codec import Sender, Value
-from scenarios.gateway.database import COMPENSATOR, MACHINE, Database, read_database
-from scenarios.gateway.unit import options_of
+from gateway.codec import Sender, Value, decode
+from gateway.database import COMPENSATOR, MACHINE, Database, read_database
+from gateway.unit import options_of
 
 ROOT = Path(__file__).resolve().parents[1]
 PING, PONG = 0x300, 0x301
@@ -72,6 +72,8 @@ class Bench:
         names = {frame.name: frame for frame in self.database.of(COMPENSATOR)}
         self.offsets = names["CompensatorOffsets"].frame_id
         self.heartbeat = names["CompensatorHeartbeat"]
+        self.drawn = names["CompensatorChallenge"]
+        self.challenge: int | None = None
 
     def close(self) -> None:
         """Leave the bus."""
@@ -84,7 +86,7 @@ class Bench:
         values |= {"speed": 3000.0, "tool_length": 150.0, "offset_use": "following"}
         values["thermal_state"] = "cold"
         values |= {"machine_state": state, "machine_time": self.time_s, "machine_step": step_s}
-        for message in self.sender.messages(values):
+        for message in self.sender.messages(values, self.challenge):
             self.bus.send(message)
         self.time_s = round(self.time_s + step_s, 3)
 
@@ -93,6 +95,8 @@ class Bench:
         message = self.ear.recv(timeout_s)
         if message is None:
             return None
+        if message.arbitration_id == self.drawn.frame_id:
+            self.challenge = int(decode(self.drawn, message.data).values["challenge"])
         if message.arbitration_id != self.heartbeat.frame_id:
             return message, None
         content = self.heartbeat.message.decode(bytes(message.data))
@@ -103,7 +107,7 @@ class Bench:
         """Take in what waits, until nothing comes that is not the gateway's own idle talk."""
         until = time.monotonic() + quiet_s
         while time.monotonic() < until:
-            self.ear.recv(0.01)
+            self.hear(0.01)
 
     def begin(self) -> None:
         """Get in touch with the gateway."""

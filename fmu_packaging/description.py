@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from xml.etree import ElementTree as ET
 
 from fmu_packaging.slave import DriftSlave
-from fmu_packaging.units import BASES, DISPLAY, base_unit
+from fmu_packaging.units import BASES, DISPLAY, base_unit, fmi_name, quantity
 from fmu_packaging.variables import ZERO, Value, Variable
 
 PINNED_DATE = "2024-01-01T00:00:00Z"
@@ -40,12 +40,15 @@ class Program:
         Source files, by path in the folder of sources.
     variables : dict of str to Variable
         Those that stand in for the slave's of the same name.
+    categories : dict of str to str
+        The categories of its messages, and what they hold.
     """
 
     tool: str
     needs_host: bool
     sources: tuple[str, ...] = ()
     variables: Mapping[str, Variable] = field(default_factory=dict)
+    categories: Mapping[str, str] = field(default_factory=lambda: DriftSlave.log_categories)
 
 
 PYTHON = Program("pythonfmu", needs_host=True)
@@ -118,12 +121,12 @@ def model_description(
     )
     _co_simulation(root, identity, program)
     unit_definitions(root, variables)
-    type_definitions(root, slave)
-    log_categories(root, slave)
+    type_definitions(root, slave, variables)
+    log_categories(root, program)
     experiment(root, identity)
     listed = ET.SubElement(root, "ModelVariables")
     for reference, variable in enumerate(variables):
-        listed.append(_scalar_variable(variable, reference))
+        listed.append(_scalar_variable(variable, reference, type_of(slave, variable)))
     root.append(_structure(variables))
     ET.indent(root)
     body: bytes = ET.tostring(root, encoding="UTF-8", xml_declaration=True)
@@ -155,24 +158,59 @@ def _co_simulation(root: ET.Element, identity: Identity, program: Program) -> No
             ET.SubElement(listed, "File", {"name": path})
 
 
-def log_categories(root: ET.Element, slave: DriftSlave) -> None:
+def log_categories(root: ET.Element, program: Program) -> None:
     """Add the categories of messages."""
     categories = ET.SubElement(root, "LogCategories")
-    for name, text in slave.log_categories.items():
+    for name, text in program.categories.items():
         ET.SubElement(categories, "Category", {"name": name, "description": text})
 
 
-def type_definitions(root: ET.Element, slave: DriftSlave, fmi: int = 2) -> None:
-    """Add the enumerations that say what codes mean; the variables stay integers."""
-    definitions = ET.SubElement(root, "TypeDefinitions") if slave.enumerations else root
-    for name, meanings in slave.enumerations.items():
+def type_of(slave: DriftSlave, variable: Variable) -> str:
+    """Return the name of a variable's type, nothing where it has none of its own."""
+    name = variable.name.capitalize()
+    return name if name in slave.enumerations else ""
+
+
+def type_definitions(
+    root: ET.Element, slave: DriftSlave, variables: Sequence[Variable], fmi: int = 2
+) -> None:
+    """Add the types of integers whose codes mean something: range, and what each code says.
+
+    They are no enumerations: those of FMI 3.0 have 64 bits, and of Modelica no gaps.
+    """
+    typed = [variable for variable in variables if type_of(slave, variable)]
+    definitions = ET.SubElement(root, "TypeDefinitions") if typed else root
+    for variable in typed:
+        name = type_of(slave, variable)
+        meanings = slave.enumerations[name].items()
+        said = "; ".join(f"{code}: {text}" for code, text in meanings)
+        text = {"name": name, "description": said}
         if fmi == 2:
-            simple = ET.SubElement(definitions, "SimpleType", {"name": name})
-            listed = ET.SubElement(simple, "Enumeration")
+            simple = ET.SubElement(definitions, "SimpleType", text)
+            ET.SubElement(simple, "Integer", bounds(variable))
         else:
-            listed = ET.SubElement(definitions, "EnumerationType", {"name": name})
-        for code, text in meanings.items():
-            ET.SubElement(listed, "Item", {"name": text, "value": str(code)})
+            ET.SubElement(definitions, "Int32Type", text | bounds(variable))
+
+
+def bounds(variable: Variable) -> dict[str, str]:
+    """Return the attributes that say what a variable may be."""
+    found = {}
+    for key, value in (("min", variable.low), ("max", variable.high)):
+        if value is not None and variable.kind in {"real", "integer"}:
+            found[key] = number(value if variable.kind == "real" else int(value))
+    return found
+
+
+def measure(variable: Variable) -> dict[str, str]:
+    """Return the attributes that say what a real variable measures, and in which unit."""
+    shown = variable.display_unit or (variable.unit if variable.unit in DISPLAY else "")
+    found = {
+        "quantity": quantity(variable.unit),
+        "unit": fmi_name(variable.unit),
+        "displayUnit": shown,
+        "nominal": "" if variable.nominal is None else number(variable.nominal),
+    }
+    return {key: text for key, text in found.items() if text}
 
 
 def experiment(root: ET.Element, identity: Identity) -> None:
@@ -192,22 +230,23 @@ def unit_definitions(
     definitions = ET.SubElement(root, "UnitDefinitions")
     used = {variable.unit for variable in variables if variable.kind == "real"}
     for name in sorted(used.union(always)):
-        unit = ET.SubElement(definitions, "Unit", {"name": name})
-        base = base_unit(name)
+        unit = ET.SubElement(definitions, "Unit", {"name": fmi_name(name)})
+        base = base_unit(fmi_name(name))
         attributes = {power: str(base.powers[power]) for power in BASES if power in base.powers}
         if base.factor != 1.0:
             attributes["factor"] = number(base.factor)
         if base.offset:
             attributes["offset"] = number(base.offset)
         ET.SubElement(unit, "BaseUnit", attributes)
-        for shown, (factor, offset) in DISPLAY.get(name, {}).items():
+        others = DISPLAY.get(name, {})
+        for shown, (factor, offset) in ({name: (1.0, 0.0)} | others if others else {}).items():
             display = {"name": shown, "factor": number(factor)}
             if offset:
                 display["offset"] = number(offset)
             ET.SubElement(unit, "DisplayUnit", display)
 
 
-def _scalar_variable(variable: Variable, reference: int) -> ET.Element:
+def _scalar_variable(variable: Variable, reference: int, kind: str) -> ET.Element:
     element = ET.Element(
         "ScalarVariable",
         {
@@ -221,16 +260,10 @@ def _scalar_variable(variable: Variable, reference: int) -> ET.Element:
             **({"initial": "exact"} if variable.is_parameter else {}),
         },
     )
-    attributes: dict[str, str] = {}
+    attributes = {"declaredType": kind} if kind else {}
     if variable.kind == "real":
-        attributes["unit"] = variable.unit
-        if variable.display_unit:
-            attributes["displayUnit"] = variable.display_unit
-    for key, value in (("min", variable.low), ("max", variable.high)):
-        if value is not None and variable.kind in {"real", "integer"}:
-            attributes[key] = number(value if variable.kind == "real" else int(value))
-    if variable.nominal is not None and variable.kind == "real":
-        attributes["nominal"] = number(variable.nominal)
+        attributes |= measure(variable)
+    attributes |= bounds(variable)
     if not variable.is_output:
         attributes["start"] = number(
             ZERO[variable.kind] if variable.start is None else variable.start

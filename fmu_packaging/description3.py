@@ -9,10 +9,14 @@ from fmu_packaging.description import (
     PINNED_DATE,
     Identity,
     Program,
+    bounds,
     described,
     experiment,
+    log_categories,
+    measure,
     number,
     type_definitions,
+    type_of,
     unit_definitions,
 )
 from fmu_packaging.slave import DriftSlave
@@ -20,11 +24,11 @@ from fmu_packaging.variables import ZERO, Variable
 
 TYPES = {"real": "Float64", "integer": "Int32", "boolean": "Boolean", "string": "String"}
 TIME = "time"
-CATEGORIES = {
-    "logStatusDiscard": "Steps that were not made",
-    "logStatusError": "Calls that were refused",
-}
 OFFSETS = ("dX", "dY", "dZ")
+SPINDLE = ("speed", "tool_length")
+MEASURED = "measured"
+EXACT = "-ffp-contract=off"
+"""Contracted multiply-adds round once where the Python twin rounds twice."""
 
 CAPABILITIES = {
     "canHandleVariableCommunicationStepSize": "true",
@@ -78,14 +82,12 @@ def model_description3(
     attributes = {"needsExecutionTool": number(program.needs_host), **CAPABILITIES}
     ET.SubElement(root, "CoSimulation", {"modelIdentifier": identity.name, **attributes})
     unit_definitions(root, variables, always=("s",))
-    type_definitions(root, slave, 3)
-    categories = ET.SubElement(root, "LogCategories")
-    for name, text in CATEGORIES.items():
-        ET.SubElement(categories, "Category", {"name": name, "description": text})
+    type_definitions(root, slave, variables, 3)
+    log_categories(root, program)
     experiment(root, identity)
     listed = ET.SubElement(root, "ModelVariables")
     for reference, variable in enumerate(variables):
-        listed.append(_variable(variable, reference))
+        listed.append(_variable(variable, reference, type_of(slave, variable)))
     listed.append(_time(len(variables)))
     root.append(_structure(variables))
     ET.indent(root)
@@ -104,9 +106,11 @@ def build_description(identity: Identity, program: Program) -> bytes:
     """
     root = ET.Element("fmiBuildDescription", {"fmiVersion": "3.0"})
     configuration = ET.SubElement(root, "BuildConfiguration", {"modelIdentifier": identity.name})
-    sources = ET.SubElement(configuration, "SourceFileSet", {"language": "C99"})
+    options = {"language": "C99", "compiler": "gcc", "compilerOptions": EXACT}
+    sources = ET.SubElement(configuration, "SourceFileSet", options)
     for path in program.sources:
         ET.SubElement(sources, "SourceFile", {"name": path})
+    ET.SubElement(configuration, "Library", {"name": "m", "external": "true"})
     ET.indent(root)
     body: bytes = ET.tostring(root, encoding="UTF-8", xml_declaration=True)
     return body + b"\n"
@@ -115,7 +119,8 @@ def build_description(identity: Identity, program: Program) -> bytes:
 def terminals(slave: DriftSlave) -> bytes:
     """Return terminalsAndIcons.xml: what a tool can connect at once, by the names of its members.
 
-    ``temperatures`` are those that one FMU reads and the other uses, ``offsets`` dX, dY and dZ.
+    ``temperatures`` are those that one FMU reads and the other uses, ``offsets`` dX, dY and dZ,
+    ``spindle`` what both are told of speed and tool, ``measured`` what a probe has shown.
 
     Parameters
     ----------
@@ -126,26 +131,25 @@ def terminals(slave: DriftSlave) -> bytes:
     known = [variable for variable in slave.variables if not variable.is_parameter]
     offsets = [variable for variable in known if variable.name in OFFSETS]
     side = "input" if offsets and offsets[0].is_output else "output"
-    temperatures = [v for v in known if v.unit == "degC" and v.causality == side]
-    for name, members in (("temperatures", temperatures), ("offsets", offsets)):
-        attributes = {"name": name, "matchingRule": "bus"}
-        terminal = ET.SubElement(listed, "Terminal", attributes)
+    groups = {
+        "temperatures": [v for v in known if v.unit == "degC" and v.causality == side],
+        "offsets": offsets,
+        "spindle": [v for v in known if v.name in SPINDLE],
+        "measured": [v for v in known if v.name.partition("_")[0] == MEASURED],
+    }
+    for name, members in groups.items():
+        if not members:
+            continue
+        terminal = ET.SubElement(listed, "Terminal", {"name": name, "matchingRule": "bus"})
         for variable in members:
-            ET.SubElement(
-                terminal,
-                "TerminalMemberVariable",
-                {
-                    "variableName": variable.name,
-                    "memberName": variable.name,
-                    "variableKind": "signal",
-                },
-            )
+            facts = {"variableName": variable.name, "memberName": variable.name}
+            ET.SubElement(terminal, "TerminalMemberVariable", facts | {"variableKind": "signal"})
     ET.indent(root)
     body: bytes = ET.tostring(root, encoding="UTF-8", xml_declaration=True)
     return body + b"\n"
 
 
-def _variable(variable: Variable, reference: int) -> ET.Element:
+def _variable(variable: Variable, reference: int, kind: str) -> ET.Element:
     attributes = {
         "name": variable.name,
         "valueReference": str(reference),
@@ -155,15 +159,11 @@ def _variable(variable: Variable, reference: int) -> ET.Element:
     }
     if variable.causality != "input":
         attributes["initial"] = "calculated" if variable.is_output else "exact"
+    if kind:
+        attributes["declaredType"] = kind
     if variable.kind == "real":
-        attributes["unit"] = variable.unit
-        if variable.display_unit:
-            attributes["displayUnit"] = variable.display_unit
-        if variable.nominal is not None:
-            attributes["nominal"] = number(variable.nominal)
-    for key, value in (("min", variable.low), ("max", variable.high)):
-        if value is not None and variable.kind in {"real", "integer"}:
-            attributes[key] = number(value if variable.kind == "real" else int(value))
+        attributes |= measure(variable)
+    attributes |= bounds(variable)
     element = ET.Element(TYPES[variable.kind], attributes)
     if not variable.is_output:
         start = number(ZERO[variable.kind] if variable.start is None else variable.start)

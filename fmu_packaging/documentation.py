@@ -32,8 +32,10 @@ PYTHON_HOST = """
 <p>The FMU runs in Python 3.11 or newer, which the host provides{needs}. Binaries: linux64 and
 win64. A host that is not a Python program must have the Python library loaded first (on Linux:
 <code>LD_PRELOAD=libpython3.11.so</code>). Switch logging on in the host to see the FMU's messages;
-errors also go to standard error. Extract the FMU into a folder whose path has no characters that a
-URI would write as a percent code, spaces excepted: pythonfmu's binary cannot read them.</p>
+errors also go to standard error. The binary is pythonfmu's and hard on its host: a wrong reference
+is fatal, and a null pointer, or an extraction path with characters that a URI writes as a percent
+code (ü, #, +; spaces are fine), ends it. For any host that is not a Python program take the form in
+C99, which refuses these: <code>python build_fmu.py --native</code>.</p>
 """
 
 PYTHON_LICENCE = (
@@ -88,7 +90,7 @@ def index_page(
     steps = STEPS.format(fmi=running.fmi)
     parts.append(f"<h2>Running it</h2>\n{steps}{running.host}")
     parts.append(
-        "<h2>Licence</h2>\n<p>MIT; see <a href='licenses/LICENSE.txt'>LICENSE</a>. "
+        "<h2>Licence</h2>\n<p>MIT; see <a href='licenses/license.txt'>licence</a>. "
         f"{running.licence}</p>"
     )
     return (

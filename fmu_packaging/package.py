@@ -87,23 +87,37 @@ class Recipe:
 
 @dataclass(frozen=True)
 class Package:
-    """A built FMU: its files by path, its GUID, its bytes and an instance of its slave."""
+    """A built FMU: its files by path, its GUID, its bytes and an instance of its slave.
+
+    Attributes
+    ----------
+    tried_with : dict of str to bytes
+        Binaries, by path, that it is tried out with and goes without.
+    """
 
     name: str
     guid: str
     files: Mapping[str, bytes]
     slave: DriftSlave
+    tried_with: Mapping[str, bytes] = field(default_factory=dict)
 
-    def zipped(self) -> bytes:
-        """Return the FMU; the same files give the same bytes."""
+    def zipped(self, *, on_trial: bool = False) -> bytes:
+        """Return the FMU; the same files give the same bytes.
+
+        Parameters
+        ----------
+        on_trial : bool
+            With the binaries that it goes without.
+        """
+        files = {**self.files, **self.tried_with} if on_trial else self.files
         stream = io.BytesIO()
         with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
-            for path in sorted(self.files):
+            for path in sorted(files):
                 entry = zipfile.ZipInfo(path, PINNED_TIME)
                 entry.compress_type = zipfile.ZIP_DEFLATED
                 entry.create_system = 3  # the same on every system
                 entry.external_attr = 0o644 << 16
-                archive.writestr(entry, self.files[path], compresslevel=9)
+                archive.writestr(entry, files[path], compresslevel=9)
         return stream.getvalue()
 
 
@@ -149,7 +163,7 @@ def build(recipe: Recipe) -> Package:
         files["resources/requirements.txt"] = "".join(lines).encode()
     files |= _binaries(name)
     files["model.png"] = recipe.icon
-    files["documentation/licenses/LICENSE.txt"] = LICENCE.read_bytes()
+    files["documentation/licenses/license.txt"] = LICENCE.read_bytes()
     files["documentation/licenses/pythonfmu.txt"] = _pythonfmu_licence()
 
     slave = slave_of(recipe)

@@ -64,7 +64,7 @@ def publish(package: Package, folder: Path, reference: Reference) -> tuple[Path,
         return target, False
     with tempfile.TemporaryDirectory(prefix="fmu_check_") as apart, _writing(Path(apart)):
         candidate = Path(apart) / target.name
-        candidate.write_bytes(data)
+        candidate.write_bytes(package.zipped(on_trial=True))
         problems = validate_fmu(str(candidate))
         if problems:
             raise PublishError("\n".join(problems))

@@ -23,6 +23,7 @@ import sys
 import traceback
 from abc import abstractmethod
 from collections.abc import Sequence
+from enum import IntEnum
 from pathlib import Path
 from typing import Any, ClassVar, NoReturn
 
@@ -32,12 +33,22 @@ from pythonfmu.fmi2slave import Fmi2Slave
 from fmu_packaging.closing import close_in_order
 from fmu_packaging.variables import ZERO, Value, Variable
 
-STATE_FORMAT = 1
-SAME_TIME = 1e-9
-"""Clocks that differ by less, relative to what they show, agree."""
+STATE_FORMAT = 2
+SAME_TIME, SAME_TIME_SINGLE = 1e-9, 2.0**-23
+"""Clocks that differ by less, relative to what they show, agree. The wider one is what single
+precision leaves of a host's clock; within half a step it cannot be another step."""
 
 KINDS = ("real", "integer", "boolean", "string")
 _resources: dict[tuple[str, str], str] = {}
+
+
+class Phase(IntEnum):
+    """Where an instance is in its life."""
+
+    INSTANTIATED = 0
+    INITIALISING = 1
+    STEPPING = 2
+    TERMINATED = 3
 
 
 class FmuError(ValueError):
@@ -80,7 +91,7 @@ class DriftSlave(Fmi2Slave):
     clock_may_jump : bool
         Whether a step need not begin where the one before ended.
     enumerations : dict of str to dict of int to str
-        What the codes of integer variables mean, by the name of the enumeration.
+        What the codes of an integer variable mean, by the variable's name with a capital letter.
 
     Notes
     -----
@@ -90,6 +101,9 @@ class DriftSlave(Fmi2Slave):
 
     clock_may_jump: ClassVar[bool] = False
     enumerations: ClassVar[dict[str, dict[int, str]]] = {}
+    log_categories: ClassVar[dict[str, str]] = {
+        "logStatusError": "Calls that were refused and steps that were not made"
+    }
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
@@ -105,13 +119,10 @@ class DriftSlave(Fmi2Slave):
                 self.parameters[variable.name] = _start(variable)
             elif not variable.is_output:
                 self.settable[variable.kind][ref] = _start(variable)
-        self._counts = {kind: len(values) for kind, values in self.settable.items()}
         self.inputs: dict[int, float] = self.settable["real"]
         self.outputs: dict[int, float] = self.results["real"]
-        self._input_count = len(self.inputs)
-        self._input_starts = {kind: dict(values) for kind, values in self.settable.items()}
         self.time_s, self._stop_s = 0.0, math.inf
-        self._running = self._terminated = False
+        self._phase = Phase.INSTANTIATED
         self._broken = ""
 
     # What a subclass says
@@ -189,6 +200,8 @@ class DriftSlave(Fmi2Slave):
         self, start_time: float, stop_time: float | None = None, tolerance: float | None = None
     ) -> None:
         """Take the start time and the stop time [s]."""
+        if self._phase is not Phase.INSTANTIATED:
+            self._fail("the experiment must be set up before the initialisation")
         if not math.isfinite(start_time) or not start_time <= (stop_time or math.inf):
             self._fail("the experiment must begin at a finite time and not stop before it begins")
         self.time_s = start_time
@@ -196,13 +209,23 @@ class DriftSlave(Fmi2Slave):
 
     def terminate(self) -> None:
         """End the simulation: no step follows."""
-        self._terminated = True
+        if self._phase is not Phase.STEPPING:
+            self._fail("there is no simulation to be terminated")
+        self._phase = Phase.TERMINATED
+
+    def enter_initialization_mode(self) -> None:
+        """Begin the initialisation."""
+        if self._phase is not Phase.INSTANTIATED:
+            self._fail("the initialisation has begun already: reset first")
+        self._phase = Phase.INITIALISING
 
     def exit_initialization_mode(self) -> None:
         """Check the parameters and start; a failure is logged with its cause and is an error."""
+        if self._phase is not Phase.INITIALISING:
+            self._fail("the initialisation has not begun, or has ended")
         if not self._started():
             self._fail(self._broken)
-        self._running = True
+        self._phase = Phase.STEPPING
 
     def do_step(self, current_time: float, step_size: float) -> bool:
         """Advance by a step; a failure is logged with its traceback and the step is discarded."""
@@ -218,12 +241,15 @@ class DriftSlave(Fmi2Slave):
 
     def _may_step(self, time_s: float, step_s: float) -> None:
         """Refuse a step that cannot be."""
-        slack = SAME_TIME * (abs(self.time_s) + 1.0)
-        if self._terminated:
+        shown = abs(self.time_s) + 1.0
+        slack = max(SAME_TIME * shown, min(SAME_TIME_SINGLE * shown, step_s / 2.0))
+        if self._phase is Phase.TERMINATED:
             raise FmuError("a step after the end of the simulation")
-        if not self._running:
+        if self._phase is not Phase.STEPPING:
             raise FmuError(self._broken or "a step before the end of the initialisation")
-        if not 0.0 < step_s < math.inf:
+        if not math.isfinite(time_s):
+            raise FmuError("the step does not begin at a finite time")
+        if not (step_s > 0.0 and math.isfinite(time_s + step_s)):
             raise FmuError(f"a step of {step_s:g} s: it must be above 0 and finite")
         if not self.clock_may_jump and not abs(time_s - self.time_s) <= slack:
             raise FmuError(f"the step does not begin at {self.time_s:g} s, the time reached")
@@ -272,9 +298,10 @@ class DriftSlave(Fmi2Slave):
     def set_real(self, vrs: list[int], values: list[float]) -> None:
         """Set real inputs and parameters by value reference."""
         inputs = self.inputs
-        inputs.update(zip(vrs, values, strict=False))
-        if not self._running or len(inputs) != self._input_count:
-            self._settle("real", vrs, values)
+        if self._phase is Phase.STEPPING and all(map(inputs.__contains__, vrs)):
+            inputs.update(zip(vrs, values, strict=False))
+        else:
+            self._set("real", vrs, values)
 
     def set_integer(self, vrs: list[int], values: list[int]) -> None:
         """Set integer inputs and parameters by value reference."""
@@ -311,25 +338,23 @@ class DriftSlave(Fmi2Slave):
         return self.settable[kind][ref]
 
     def _set(self, kind: str, vrs: list[int], values: list[Any]) -> None:
-        self.settable[kind].update(zip(vrs, values, strict=False))
-        if not self._running or len(self.settable[kind]) != self._counts[kind]:
-            self._settle(kind, vrs, values)
-
-    def _settle(self, kind: str, vrs: list[int], values: list[Any]) -> None:
-        """Sort out a set call that was not of inputs only, or came before the start."""
-        given = dict(zip(vrs, values, strict=False))
-        store = self.settable[kind]
-        for ref in set(store) - set(self._input_starts[kind]):
-            del store[ref]
-        for ref, value in given.items():
+        """Set variables of one kind, all of them or none."""
+        for ref in vrs:
             variable = self._known(kind, ref, "set")
             if variable.is_output:
                 self._fail(f"{variable.name} cannot be set: it is an output")
+            if self._phase is Phase.TERMINATED:
+                self._fail(f"{variable.name} cannot be set after the end of the simulation")
+            fixed = variable.is_parameter and variable.variability != "tunable"
+            if fixed and self._phase is Phase.STEPPING:
+                self._fail(f"{variable.name} cannot be set after the start")
+        for ref, value in zip(vrs, values, strict=False):
+            variable = self.variables[ref]
             if variable.is_parameter:
-                if self._running:
-                    self._fail(f"{variable.name} cannot be set after the start")
                 self.parameters[variable.name] = value
-        if not self._running:
+            else:
+                self.settable[kind][ref] = value
+        if self._phase < Phase.STEPPING:
             for results in self.results.values():
                 results.clear()
 
@@ -344,14 +369,15 @@ class DriftSlave(Fmi2Slave):
     def _get_fmu_state(self) -> dict[str, Any]:
         """Return everything that a continued trajectory needs."""
         try:
-            hidden = json.dumps(self.hidden()) if self._running or self._started() else None
+            begun = self._phase >= Phase.STEPPING or self._started()
+            hidden = json.dumps(self.hidden()) if begun else None
         except Exception:
             self._fail(f"the FMU state cannot be had: {traceback.format_exc()}")
         return {
             "format": STATE_FORMAT,
             "model": f"{type(self).__module__}.{type(self).__name__}",
             "time_s": self.time_s,
-            "running": self._running,
+            "phase": self._phase,
             "parameters": dict(self.parameters),
             "settable": {kind: list(values.values()) for kind, values in self.settable.items()},
             "results": {kind: list(values.items()) for kind, values in self.results.items()},
@@ -364,7 +390,7 @@ class DriftSlave(Fmi2Slave):
         if problem:
             self._fail(f"the FMU state cannot be used: {problem}")
         try:
-            if not self._running or state["parameters"] != self.parameters:
+            if self._phase < Phase.STEPPING or state["parameters"] != self.parameters:
                 self.parameters = dict(state["parameters"])
                 self.begin()
             if state["hidden"] is not None:
@@ -378,7 +404,7 @@ class DriftSlave(Fmi2Slave):
             results.clear()
             results.update((int(ref), value) for ref, value in state["results"][kind])
         self.time_s = state["time_s"]
-        self._running, self._terminated = state["running"], False
+        self._phase = Phase(state["phase"])
 
     def _state_problem(self, state: dict[str, Any]) -> str:
         if "problem" in state:

@@ -28,6 +28,7 @@ SYMBOLS: dict[str, BaseUnit] = {
     "degC": BaseUnit(1.0, 273.15, {"K": 1}),
     "rpm": BaseUnit(math.pi / 30, 0.0, {"rad": 1, "s": -1}),
     "r": BaseUnit(2 * math.pi, 0.0, {"rad": 1}),
+    "rev": BaseUnit(2 * math.pi, 0.0, {"rad": 1}),
     "lpm": BaseUnit(1e-3 / 60, 0.0, {"m": 3, "s": -1}),
     "%": BaseUnit(0.01),
     "min": BaseUnit(60.0, 0.0, {"s": 1}),
@@ -57,6 +58,12 @@ PREFIXED: dict[str, BaseUnit] = {
 PREFIXES = {"": 1.0, "n": 1e-9, "u": 1e-6, "m": 1e-3, "c": 1e-2, "k": 1e3, "M": 1e6, "G": 1e9}
 
 ALIASES = {"Nm": "N m", "mm_min": "mm/min", "Nmm": "N mm"}
+IN_MODELICA = {
+    "1e-6/K": "um/(m.K)",
+    "W/(1000 r/min)": "mW.min/rev",
+    "W/(m/min)": "W.min/m",
+}
+"""What follows no rule: Modelica's units have no numbers and one stroke."""
 
 DISPLAY: dict[str, dict[str, tuple[float, float]]] = {
     "degC": {"K": (1.0, 273.15), "degF": (1.8, 32.0)},
@@ -68,13 +75,38 @@ DISPLAY: dict[str, dict[str, tuple[float, float]]] = {
 """What a tool may show instead: shown value = factor * value + offset."""
 
 
+QUANTITIES = {
+    "1": "",
+    "degC": "ThermodynamicTemperature",
+    "K": "TemperatureDifference",
+    "m": "Length",
+    "m2": "Area",
+    "s": "Time",
+    "rad": "Angle",
+    "rpm": "AngularVelocity",
+    "m/s": "Velocity",
+    "N": "Force",
+    "Nm": "Torque",
+    "W": "Power",
+    "W/K": "ThermalConductance",
+    "J/K": "HeatCapacity",
+    "W/(m2 K)": "CoefficientOfHeatTransfer",
+    "W/(m K)": "ThermalConductivity",
+    "1/K": "LinearExpansionCoefficient",
+    "lpm": "VolumeFlowRate",
+    "mm2/s": "KinematicViscosity",
+    "Pa": "Pressure",
+}
+"""What a unit of these dimensions measures, by the names of the Modelica Standard Library."""
+
+
 class UnitError(ValueError):
     """A unit that is not understood."""
 
 
 TOKEN = re.compile(
     r"\s*(?:(?P<number>\d+(?:\.\d+)?(?:e[+-]?\d+)?)|(?P<symbol>[A-Za-z%]+)(?P<power>-?\d)?"
-    r"|(?P<mark>[()/*]))"
+    r"|(?P<mark>[()/*.]))"
 )
 
 
@@ -84,8 +116,8 @@ def base_unit(unit: str) -> BaseUnit:
     Parameters
     ----------
     unit : str
-        Numbers and symbols with optional powers; a space or ``*`` multiplies, ``/`` divides by the
-        one symbol or bracket that follows.
+        Numbers and symbols with optional powers; a space, ``*`` or ``.`` multiplies, ``/`` divides
+        by the one symbol or bracket that follows.
 
     Raises
     ------
@@ -103,6 +135,44 @@ def base_unit(unit: str) -> BaseUnit:
         raise UnitError(f"{unit}: a bracket too many")
     powers = {base: power for base, power in found.powers.items() if power}
     return BaseUnit(found.factor, 0.0, powers)
+
+
+def fmi_name(unit: str) -> str:
+    """Return a unit as Modelica, and so other FMI tools, write it: ``N.m``, ``W/(m2.K)``.
+
+    Parameters
+    ----------
+    unit : str
+        As `base_unit` takes it.
+    """
+    text = ALIASES.get(unit, unit)
+    return IN_MODELICA.get(text) or re.sub(r"\s*\*\s*|\s+", ".", text)
+
+
+def own_name(unit: str) -> str:
+    """Return how this project writes a unit that another tool wrote, ``Nm`` for ``N.m``.
+
+    Parameters
+    ----------
+    unit : str
+    """
+    return {fmi_name(own): own for own in ALIASES}.get(unit, unit)
+
+
+def quantity(unit: str) -> str:
+    """Return what a unit measures; nothing where no name is known.
+
+    Parameters
+    ----------
+    unit : str
+        As `base_unit` takes it.
+    """
+    wanted = base_unit(unit)
+    for name, found in QUANTITIES.items():
+        known = base_unit(name)
+        if known.powers == wanted.powers and bool(known.offset) == bool(wanted.offset):
+            return found
+    return ""
 
 
 def _tokens(text: str) -> list[str | BaseUnit]:
@@ -128,7 +198,7 @@ def _product(tokens: list[str | BaseUnit]) -> BaseUnit:
     found, sign = BaseUnit(), 1
     while tokens and tokens[0] != ")":
         token = tokens.pop(0)
-        if token == "*":
+        if token in ("*", "."):
             continue
         if token == "/":
             sign = -1

@@ -72,7 +72,7 @@ class Variable:
 
     @property
     def is_parameter(self) -> bool:
-        """Whether it is set before the start and then stays."""
+        """Whether it is set before the start and then stays, unless it is tunable."""
         return self.causality == "parameter"
 
     def refusal(self, value: Value) -> str:

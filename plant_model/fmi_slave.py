@@ -10,6 +10,7 @@ from typing import Any
 
 from fmu_packaging.slave import DriftSlave, FmuError
 from fmu_packaging.variables import Variable
+from plant_model.effects import catalogue
 from plant_model.machine import Input, Machine
 from plant_model.parameters import Parameter, ParameterError
 from plant_model.stepper import AXES, OFFSETS, PlantStepper
@@ -49,17 +50,8 @@ class PlantSlave(DriftSlave):
         FmuError
             For a parameter or an input outside its range.
         """
-        moved = {
-            name: float(self.parameters[variable])
-            for variable, name in self._numbers.items()
-            if self.parameters[variable] != self._machine.parameters[name].value
-        }
         self._look()
-        try:
-            seed = int(self.parameters["noise_seed"])
-            self._stepper = PlantStepper(self._machine, moved or None, seed or None)
-        except ParameterError as error:
-            raise FmuError(str(error)) from None
+        self._stepper = self._made()
         inputs = dict(zip(self._names, self.inputs.values(), strict=True))
         first = inputs[next(iter(self._machine.boundary_index))]
         readings = {
@@ -70,9 +62,35 @@ class PlantSlave(DriftSlave):
         self._outputs = [self.refs[name] for name in self._stepper.outputs()]
         self._publish()
 
+    def _made(self) -> PlantStepper:
+        """Return the machine with the parameters in force."""
+        self._made_of = dict(self.parameters)
+        moved = {
+            name: float(self.parameters[variable])
+            for variable, name in self._numbers.items()
+            if self.parameters[variable] != self._machine.parameters[name].value
+        }
+        try:
+            seed = int(self.parameters["noise_seed"])
+            return PlantStepper(self._machine, moved or None, seed or None)
+        except ParameterError as error:
+            raise FmuError(str(error)) from None
+
+    def _retune(self) -> None:
+        """Go on with parameters that have been set since the last step."""
+        for name, value in self.parameters.items():
+            refusal = self.variables[self.refs[name]].refusal(value)
+            if refusal:
+                raise FmuError(refusal)
+        state = self._stepper.state()
+        self._stepper = self._made()
+        self._stepper.restore(state)
+
     def advance(self, time_s: float, step_s: float) -> None:
         """Step the machine with inputs held."""
         self._look()
+        if self.parameters != self._made_of:
+            self._retune()
         inputs = dict(zip(self._names, self.inputs.values(), strict=True))
         self._stepper.step(step_s, inputs)
         self._publish()
@@ -101,6 +119,10 @@ class PlantSlave(DriftSlave):
 
 def variable_name(parameter: str) -> str:
     """Return a machine parameter's name as an FMU writes it.
+
+    Parameters
+    ----------
+    parameter : str
 
     >>> variable_name("links.rotor-stator.conductance")
     "links.'rotor-stator'.conductance"
@@ -185,6 +207,7 @@ def variables(machine: Machine) -> list[Variable]:
         )
     )
     boundary = next(iter(machine.boundary_index))
+    free = tunable(machine)
     declared += [
         Variable(
             rise_name(sensor),
@@ -199,7 +222,7 @@ def variables(machine: Machine) -> list[Variable]:
         for sensor in start_sensors(machine)
     ]
     declared += [
-        _parameter(variable_name(name), name, parameter, machine)
+        _parameter(variable_name(name), name, parameter, tunable=name in free)
         for name, parameter in machine.parameters.items()
         if parameter.calibrate
     ]
@@ -220,7 +243,7 @@ def _input(entry: Input) -> Variable:
         entry.name,
         "real",
         "input",
-        f"{entry.name.replace('_', ' ').capitalize()}, run-file column {entry.column}",
+        f"{entry.name.replace('_', ' ').capitalize()}; {entry.column} in run files",
         unit=entry.unit,
         low=entry.low,
         high=entry.high,
@@ -245,15 +268,47 @@ def _reading(name: str, text: str, unit: str) -> Variable:
     )
 
 
-def _parameter(variable: str, name: str, parameter: Parameter, machine: Machine) -> Variable:
+TUNABLE_FAMILIES = ("links", "sources", "effects")
+FAMILIES = {
+    "numbers": "{words}, a number of the machine's page",
+    "nodes": "{words} of the lump {item}",
+    "links": "{words} of the heat path {item}",
+    "sources": "{words} of the heat source {item}",
+    "structure": "{words} of the part {item} of the structure",
+    "effects": "{words} of the effect {item}",
+}
+
+
+def tunable(machine: Machine) -> set[str]:
+    """Return the parameters that may change in mid-run: what wears, ages or is set on a machine.
+
+    These are heat paths, heat sources and effects. Capacities, lengths and expansions stay what
+    they are, and so does the scale of an effect with own states, which are there or not.
+
+    Parameters
+    ----------
+    machine : Machine
+    """
+    moves, stays = set[str](), set[str]()
+    for name, parameter in machine.parameters.items():
+        family, key, *_ = name.split(".")
+        if family == "numbers":
+            continue  # it moves what is tied to it
+        own_states = family == "effects" and catalogue()[key.partition(":")[0]].states
+        group = moves if family in TUNABLE_FAMILIES and not own_states else stays
+        group.add(parameter.tied or name)
+    return moves - stays
+
+
+def _parameter(variable: str, name: str, parameter: Parameter, *, tunable: bool) -> Variable:
     family, *item, number = name.split(".")
-    source = machine.references.get(parameter.source, parameter.source)
     words = number.replace("_", " ").capitalize()
     return Variable(
         variable,
         "real",
         "parameter",
-        f"{' of '.join([words, *item])} ({family}); source: {source}",
+        FAMILIES[family].format(words=words, item=".".join(item)),
+        variability="tunable" if tunable else "fixed",
         unit=parameter.unit,
         low=parameter.low,
         high=parameter.high,

@@ -21,8 +21,11 @@ from plant_model.parameters import FloatArray
 TOLERANCE = 1e-4
 """Local error that a step may leave [K]; two orders below a thermometer's resolution."""
 
-SMALLEST_SPLIT = 2.0**-14
-"""Smallest part of a step that error control goes down to."""
+SMALLEST_SPLIT, SMALLEST_S = 2.0**-14, 1e-3
+"""Error control goes down to this part of a step, or to this length [s], whichever is less."""
+
+MOST_PARTS = 100_000
+"""Parts of a step: one of weeks in which something keeps switching is refused, not endless."""
 
 Forcing = Callable[[float, FloatArray], FloatArray]
 """Of the fraction of the step (0..1) and the state, shape (sets, size): forcing, same shape."""
@@ -240,16 +243,17 @@ class ExponentialRungeKutta:
         IntegrationError
             When even the smallest split does not reach the tolerance.
         """
-        at = 0.0
+        at, smallest, parts = 0.0, min(SMALLEST_SPLIT, SMALLEST_S / length), 0
         while at < 1.0:
             part = min(self.part, 1.0 - at)
             end, error = self.once(state, length * part, forcing, at, part)
+            parts += 1
             worst = float(np.max(np.abs(apply(self.modes.to_state, error) / self._scale)))
-            if worst <= self.tolerance:
+            if worst <= self.tolerance and parts <= MOST_PARTS:
                 at, state = at + part, end
                 if worst < self.tolerance / 16.0:
                     self.part = min(1.0, 2.0 * self.part)
-            elif self.part <= SMALLEST_SPLIT or not np.isfinite(worst):
+            elif self.part <= smallest or parts > MOST_PARTS or not np.isfinite(worst):
                 raise IntegrationError(
                     f"an error of {worst:g} is left in a step of {length * part:g} s"
                 )

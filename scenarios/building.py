@@ -23,11 +23,17 @@ from fmu_compensator.runtime.modelfile import Model, ModelFileError, parse_model
 from fmu_packaging.description import Identity
 from fmu_packaging.documentation import Page, table
 from fmu_packaging.native.build import Native, native_package
-from fmu_packaging.native.compilers import CompileError, NativeError, compilers
+from fmu_packaging.native.compilers import (
+    CompileError,
+    Compiler,
+    NativeError,
+    compilers,
+    compilers_for_all,
+)
 from fmu_packaging.package import Package, Recipe, build
 from fmu_packaging.publish import PublishError, Reference, publish
 from measurement.errors import BadInput
-from plant_model.fmi_slave import MACHINE_FILE
+from plant_model.fmi_slave import MACHINE_FILE, variable_name
 from plant_model.machine import Machine
 from plant_model.machine_file import read_machine
 from plant_model.native.build import native_plant
@@ -210,7 +216,11 @@ def _plant_page(machine: Machine) -> Page:
         "the first one, as set before the initialisation ends.</p>"
     )
     effects = ", ".join(machine.effects) or "those of its links and sources"
-    sources = table(("source", "reference"), list(machine.references.items()))
+    origins = [
+        (variable_name(name), machine.references.get(entry.source, entry.source))
+        for name, entry in machine.parameters.items()
+        if entry.calibrate
+    ]
     return Page(
         "Spindle speed, boundary temperatures, tool length and offsets in; sensor readings, drift "
         "and the error left at the tool tip out.",
@@ -220,8 +230,12 @@ def _plant_page(machine: Machine) -> Page:
                 "Machine",
                 f"<p>{escape(machine.title)} ({escape(machine.name)}). Effects in force: "
                 f"{escape(effects)}. For another machine build another FMU: "
-                "<code>python build_fmu.py --only plant --machine FILE.toml</code>. Parameters "
-                "that calibration may move can be set below.</p>" + sources,
+                "<code>python build_fmu.py --only plant --machine FILE.toml</code>.</p>",
+            ),
+            (
+                "Where the parameters come from",
+                "<p>Those that calibration may move can be set.</p>"
+                + table(("parameter", "source"), origins),
             ),
         ),
     )
@@ -248,7 +262,17 @@ def _arguments(given: Sequence[str] | None) -> argparse.Namespace:
         "--native", action="store_true", help="build FMUs that need no Python, in C99"
     )
     parser.add_argument(
-        "--fmi", type=int, choices=(2, 3), default=2, help="version of FMI, with --native (2)"
+        "--fmi", type=int, choices=(2, 3), default=2, help="version of FMI (2); 3 builds --native"
+    )
+    parser.add_argument(
+        "--all-platforms",
+        action="store_true",
+        help="with --native: binaries for Linux, Windows and macOS, by the package ziglang",
+    )
+    parser.add_argument(
+        "--leave-out",
+        choices=("sources", "binaries"),
+        help="what an FMU without Python goes without",
     )
     parser.add_argument("--out", type=Path, default=_usual_folder(), help="folder (dist)")
     parser.add_argument("--name", help="name of the FMU, with --only")
@@ -257,8 +281,11 @@ def _arguments(given: Sequence[str] | None) -> argparse.Namespace:
     )
     parser.add_argument("--json", action="store_true", help="print the summary as JSON")
     arguments = parser.parse_args(given)
-    if arguments.fmi != 2 and not arguments.native:
-        parser.error("--fmi: only the FMUs without Python have FMI 3.0: add --native")
+    # Only the FMUs without Python have FMI 3.0.
+    arguments.native |= arguments.fmi == 3
+    for option in ("all_platforms", "leave_out"):
+        if getattr(arguments, option) and not arguments.native:
+            parser.error(f"--{option.replace('_', '-')}: add --native")
     if arguments.name is not None:
         if arguments.only is None:
             parser.error("--name: say which FMU it names, with --only")
@@ -270,6 +297,12 @@ def _arguments(given: Sequence[str] | None) -> argparse.Namespace:
     if arguments.out.exists() and not arguments.out.is_dir():
         parser.error(f"--out: {arguments.out} is not a folder")
     return arguments
+
+
+def _compilers(arguments: argparse.Namespace) -> list[Compiler]:
+    if not arguments.native:
+        return []
+    return compilers_for_all() if arguments.all_platforms else compilers()
 
 
 def _recipes(arguments: argparse.Namespace) -> list[tuple[Recipe, Reference]]:
@@ -359,13 +392,11 @@ def main(given: Sequence[str] | None = None) -> int:
     arguments = _arguments(given)
     try:
         recipes = _recipes(arguments)
-        found = compilers() if arguments.native else []
+        found = _compilers(arguments)
         with guarding("build_fmu", [arguments.model, arguments.machine], arguments.force):
             for recipe, _ in recipes:
                 check_outputs(arguments.out, recipe.identity.name)
-        natives = []
-        if arguments.native:
-            natives = [native_of(recipe, arguments.model) for recipe, _ in recipes]
+        natives = [native_of(recipe, arguments.model) for recipe, _ in recipes if arguments.native]
     except (BadInput, ModelFileError, NativeError) as error:
         print(error, file=sys.stderr)
         return 2
@@ -379,7 +410,12 @@ def main(given: Sequence[str] | None = None) -> int:
         try:
             if natives:
                 package = native_package(
-                    recipe, natives[place], found, arguments.fmi, measured=True
+                    recipe,
+                    natives[place],
+                    found,
+                    arguments.fmi,
+                    measured=True,
+                    leave_out=arguments.leave_out,
                 )
             else:
                 package = build(recipe)

@@ -1,9 +1,9 @@
 """The command line: ``spindle-drift COMMAND``.
 
-A command is a file in ``commands/`` with ``NAME``, ``HELP``, ``add_arguments(parser)`` and
-``run(args)``, which returns the exit code. NAME and HELP are read without importing the file, so
-that help is quick whatever the commands import. ``READS`` and ``WRITES`` name the arguments that
-are files: see `scenarios.outputs`.
+A command is a file in ``scenarios/commands`` or ``gateway/commands`` with ``NAME``, ``HELP``,
+``add_arguments(parser)`` and ``run(args)``, which returns the exit code. NAME and HELP are read
+without importing the file, so that help is quick whatever the commands import. ``READS`` and
+``WRITES`` name the arguments that are files: see `scenarios.outputs`.
 
 Exit codes: 0; 2 for input that cannot be used (one line on standard error); 1 for an FMU that
 failed (one line) or a mistake in this program (a traceback); 130 when interrupted, 143 when
@@ -22,6 +22,7 @@ import tempfile
 import threading
 import traceback
 from collections.abc import Iterator, Sequence
+from functools import cache
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
@@ -29,7 +30,8 @@ from typing import Any
 
 from scenarios.version import PROGRAM, version
 
-COMMANDS = Path(__file__).parent / "commands"
+ROOMS = ("scenarios", "gateway")
+"""Whose folders ``commands`` hold commands; by name, as this room does not know those above it."""
 TERMINATED = 128 + signal.SIGTERM
 """Exit code after SIGTERM, as a shell gives it."""
 AGAIN_S = 0.05
@@ -184,10 +186,11 @@ def _guarded(module: ModuleType, args: argparse.Namespace) -> int:
     return code
 
 
+@cache
 def commands() -> dict[str, tuple[str, str]]:
     """Return every command's module and one line of help, without importing it."""
     found = {}
-    for path in sorted(COMMANDS.glob("[a-z]*.py")):
+    for room, path in _files():
         constants = {
             statement.targets[0].id: ast.literal_eval(statement.value)
             for statement in ast.parse(path.read_text(encoding="utf-8")).body
@@ -195,8 +198,14 @@ def commands() -> dict[str, tuple[str, str]]:
             and isinstance(statement.targets[0], ast.Name)
             and statement.targets[0].id in ("NAME", "HELP")
         }
-        found[constants["NAME"]] = (f"scenarios.commands.{path.stem}", constants["HELP"])
+        found[constants["NAME"]] = (f"{room}.commands.{path.stem}", constants["HELP"])
     return found
+
+
+def _files() -> list[tuple[str, Path]]:
+    top = Path(__file__).parents[1]
+    found = [(room, path) for room in ROOMS for path in (top / room / "commands").glob("[a-z]*.py")]
+    return sorted(found, key=lambda entry: entry[1].stem)
 
 
 def _is_full(error: OSError) -> bool:

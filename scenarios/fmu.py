@@ -29,6 +29,7 @@ from fmpy.fmi2 import (
 from fmpy.logging import addLoggerProxy
 from numpy.typing import NDArray
 
+from fmu_packaging.units import own_name
 from measurement.units import UNITS
 from scenarios.fmu_file import FmuFile
 from scenarios.wiring import check_role, names_of, parameter_kind
@@ -233,7 +234,7 @@ class Slave:
         name : str
             A variable; a unit that columns do not know counts as none.
         """
-        unit = self.variables[name].unit
+        unit = own_name(self.variables[name].unit or "1")
         return f"{name}_{unit if unit in UNITS else '1'}"
 
     # Its life

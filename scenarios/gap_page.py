@@ -20,6 +20,7 @@ from scenarios.channel_charts import channel_charts, measured_against_model
 from scenarios.charts import BEFORE, LINES, Chart, Line
 from scenarios.figures import draw
 from scenarios.gap_map import RegimeMap, regime_map
+from scenarios.gap_picture import gap_picture
 from scenarios.gap_signature import signature_charts
 from scenarios.parameter_rows import parameter_rows
 from scenarios.report import chart_html, write_page
@@ -47,6 +48,7 @@ def write_gap_page(
         folder / PAGE,
         title=found.before.machine.title,
         lines=five_lines(table),
+        picture=gap_picture(table["channels"]),
         gap=[(names[key], row) for key, row in table["gap"].items()],
         channels=list(table["channels"].items()),
         rounds=[
@@ -57,12 +59,20 @@ def write_gap_page(
         remaining=table["remaining"],
         maps=_maps(found, unseen),
         faults=table["data_faults"],
-        parameters=parameter_rows(found.after.machine, found.after.calibration.parameters),
+        parameters=parameter_rows(
+            found.after.machine, found.after.calibration.parameters, _new_numbers(found)
+        ),
         cosimulation=table.get("cosimulation"),
         charts=[(chart, chart_html(chart)) for chart in charts],
         facts=facts,
     )
     return [page, *(draw(chart, folder) for chart in charts)]
+
+
+def _new_numbers(found: GapResult) -> list[str]:
+    """Return the numbers that the machine did not have before."""
+    had = found.before.machine.parameters
+    return [name for name in found.after.machine.parameters if name not in had]
 
 
 def _maps(found: GapResult, unseen: GapComparison) -> list[tuple[str, RegimeMap]]:

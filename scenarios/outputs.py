@@ -319,6 +319,27 @@ def _is_log(path: Path) -> bool:
     return not begin or begin.startswith(LOGS)
 
 
+STATE_KIND = "spindle-drift FMU state"
+STATE_BEGINS = json.dumps({"kind": STATE_KIND})[:-1].encode()
+"""How a state begins; a power cut may leave less of one, or nothing."""
+
+
+def begins_as_state(data: bytes) -> bool:
+    """Return whether a file's bytes are those of an FMU's state, or what is left of one.
+
+    Parameters
+    ----------
+    data : bytes
+        The beginning of the file, or all of it.
+    """
+    return STATE_BEGINS.startswith(data[: len(STATE_BEGINS)])
+
+
+def _is_state(path: Path) -> bool:
+    with path.open("rb") as file:
+        return begins_as_state(file.read(len(STATE_BEGINS)))
+
+
 def _is_page(path: Path) -> bool:
     """Return whether a file is a page of HTML that names this program as its maker."""
     return b'<meta name="generator" content="spindle-drift">' in path.read_bytes()[:2000]
@@ -331,7 +352,7 @@ SSP, FMU = "scenario package (.ssp)", "FMU"
 KINDS: dict[str, Callable[[Path], bool]] = {
     COMPENSATOR_FILE: _json_kind("spindle-drift compensator"),
     MACHINE_FILE: is_marked,
-    STATE: _json_kind("spindle-drift FMU state"),
+    STATE: _is_state,
     SSP: _zip_with("SystemStructure.ssd"),
     FMU: _zip_with("modelDescription.xml"),
     PAGE: _is_page,

@@ -13,7 +13,7 @@ DETERMINED = 0.5
 
 
 def parameter_rows(
-    machine: Machine, parameters: Sequence[ParameterEstimate]
+    machine: Machine, parameters: Sequence[ParameterEstimate], added: Sequence[str] = ()
 ) -> list[dict[str, Any]]:
     """Return the rows of the template ``parameters.html``, best determined first.
 
@@ -23,13 +23,15 @@ def parameter_rows(
         Says the ranges.
     parameters : sequence of ParameterEstimate
         What calibration says of its free parameters.
+    added : sequence of str
+        Those that the machine did not have before: nothing is known of them from before.
     """
     ranges = machine.parameters
     return [
         {
             "name": one.name,
             "unit": "" if one.unit == "1" else one.unit,
-            "prior": one.prior,
+            "prior": None if one.name in added else one.prior,
             "value": one.value,
             "low": one.low,
             "high": one.high,

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import sys
+import threading
+import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import NamedTuple
@@ -20,6 +22,9 @@ class Stage(NamedTuple):
 
 CALIBRATE = (Stage("start", 1.0, 10),)
 """What calibration says: starts, which rarely need all of their iterations."""
+
+SPEAKS_S = 10.0
+"""Where standard error is no terminal, a line is written at least so often [s]."""
 
 _ROUND = (
     Stage("screening", 10.0, 25),
@@ -71,12 +76,13 @@ class Fraction:
 def spoken(quiet: bool = False, stages: Sequence[Stage] = ()) -> Iterator[Callable[[str], None]]:
     """Show what is being done on one line of the terminal, with the time that has passed.
 
-    With *stages* a bar shows how much of them is done, and the time left.
+    With *stages* a bar shows how much of them is done, and the time left. Where standard error is
+    no terminal, a line is written every `SPEAKS_S` as long as it takes.
 
     Parameters
     ----------
     quiet : bool
-        Whether to show nothing, as where standard error is no terminal.
+        Whether to show nothing.
     stages : sequence of Stage
         What is said in the course of the work, in order.
 
@@ -85,13 +91,17 @@ def spoken(quiet: bool = False, stages: Sequence[Stage] = ()) -> Iterator[Callab
     callable
         Takes the words that say what is being done.
     """
+    if not quiet and not sys.stderr.isatty():
+        with _in_lines() as say:
+            yield say
+        return
     bar = "{percentage:3.0f} % |{bar}| " if stages else ""
     left = "<{remaining}" if stages else ""
     with tqdm(
         total=1.0 if stages else None,
         bar_format="{desc} " + bar + "[{elapsed}" + left + "]",
         file=sys.stderr,
-        disable=quiet or not sys.stderr.isatty(),
+        disable=quiet,
         leave=False,
     ) as line:
         fraction = Fraction(stages) if stages else None
@@ -102,3 +112,21 @@ def spoken(quiet: bool = False, stages: Sequence[Stage] = ()) -> Iterator[Callab
             line.refresh()
 
         yield say
+
+
+@contextmanager
+def _in_lines() -> Iterator[Callable[[str], None]]:
+    """Write a line every `SPEAKS_S` that says what is being done."""
+    began, doing, done = time.monotonic(), [""], threading.Event()
+
+    def speak() -> None:
+        while not done.wait(SPEAKS_S):
+            print(f"{time.monotonic() - began:.0f} s: {doing[0]}", file=sys.stderr, flush=True)
+
+    speaker = threading.Thread(target=speak, daemon=True)
+    speaker.start()
+    try:
+        yield lambda text: doing.__setitem__(0, text)
+    finally:
+        done.set()
+        speaker.join()

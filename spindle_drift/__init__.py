@@ -8,18 +8,21 @@ no file is replaced that this library did not make, unless ``force=True``.
 
 from __future__ import annotations
 
-from measurement.errors import BadInput
-from measurement.iso230 import Summary
-from measurement.runs import Run
-from scenarios.version import version
-from spindle_drift.comparisons import Comparison, compare
-from spindle_drift.compensators import Compensator, fit
-from spindle_drift.components import Scenario, build_fmu, run_scenario
-from spindle_drift.gaps import Gap, find_gap
-from spindle_drift.machines import Calibration, Machine, calibrate, simulate
-from spindle_drift.recordings import ImportedLog, import_log, read_run, summary
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
-__version__ = version()
+if TYPE_CHECKING:
+    from measurement.errors import BadInput
+    from measurement.iso230 import Summary
+    from measurement.runs import Run
+    from spindle_drift.comparisons import Comparison, compare
+    from spindle_drift.compensators import Compensator, fit
+    from spindle_drift.components import Scenario, build_fmu, run_scenario
+    from spindle_drift.gaps import Gap, find_gap
+    from spindle_drift.machines import Calibration, Machine, calibrate, simulate
+    from spindle_drift.recordings import ImportedLog, import_log, read_run, summary
+
+    __version__: str
 
 __all__ = [
     "BadInput",
@@ -43,3 +46,36 @@ __all__ = [
     "simulate",
     "summary",
 ]
+
+# Each name is imported when it is first used (PEP 562), for the libraries behind all of them take
+# seconds. Type checkers read the imports above instead.
+_HOMES = {
+    "measurement.errors": ("BadInput",),
+    "measurement.iso230": ("Summary",),
+    "measurement.runs": ("Run",),
+    "spindle_drift.comparisons": ("Comparison", "compare"),
+    "spindle_drift.compensators": ("Compensator", "fit"),
+    "spindle_drift.components": ("Scenario", "build_fmu", "run_scenario"),
+    "spindle_drift.gaps": ("Gap", "find_gap"),
+    "spindle_drift.machines": ("Calibration", "Machine", "calibrate", "simulate"),
+    "spindle_drift.recordings": ("ImportedLog", "import_log", "read_run", "summary"),
+}
+_HOME = {name: module for module, names in _HOMES.items() for name in names}
+
+if not TYPE_CHECKING:  # a type checker would take every name for one of the module's
+
+    def __getattr__(name: str) -> Any:
+        if name == "__version__":
+            from scenarios.version import version
+
+            found = version()
+        elif name in _HOME:
+            found = getattr(import_module(_HOME[name]), name)
+        else:
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        globals()[name] = found
+        return found
+
+
+def __dir__() -> list[str]:
+    return [*__all__, "__version__"]

@@ -2,20 +2,39 @@
 
 from __future__ import annotations
 
+import fcntl
 import os
+import shutil
 import signal
-from collections.abc import Iterator, Mapping
+import tempfile
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from hashlib import sha256
 from pathlib import Path
 
 import pytest
+from hypothesis import HealthCheck, settings
 
-from fmu_packaging.native.compilers import Compiler
-from measurement.files import write_atomically
+import build_fmu
+from fmu_packaging.native import compilers as native_compilers
+from fmu_packaging.native.compilers import Compiler, NativeError, compilers
 
-ROOT = Path(__file__).resolve().parent.parent
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parent
+BENCHMARKS = ("gap_benchmark", "gap_truth", "sensor_faults_benchmark")
+"""Folders of tests."""
+
 SHARED_DATA = ROOT.parent / "shared" / "data"
+OTHERS = {name: getattr(native_compilers, name) for name in ("FOR_WINDOWS", "FOR_AARCH64")}
+"""The compilers for other platforms, by the constants that name them."""
 
+
+# How long an example takes says more about the machine than about what is tested.
+settings.register_profile(
+    "any machine",
+    deadline=None,
+    suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture],
+)
+settings.load_profile("any machine")
 
 # A shell that starts the tests in the background, as many a CI does, leaves SIGINT ignored, and
 # what they start would inherit that: Ctrl-C could not be tested, and a test waited for it for ever.
@@ -23,27 +42,103 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
-@pytest.fixture(scope="session", autouse=True)
-def compiled_once(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    """The same sources give the same library: it is compiled once for all tests.
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """What only makes the benchmarks' tables is a matter of ``make long``."""
+    for item in items:
+        if item.path.relative_to(HERE).parts[0].startswith(BENCHMARKS):
+            item.add_marker(pytest.mark.long)
 
-    That they do is seen between processes, which share nothing (``tests/native/test_fmu.py``).
-    """
+
+@pytest.fixture(scope="session")
+def shared(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of what is made once for all processes of this run of the tests."""
     base = tmp_path_factory.getbasetemp()
-    shared = (base.parent if os.environ.get("PYTEST_XDIST_WORKER") else base) / "compiled"
-    shared.mkdir(exist_ok=True)
-    compiled = Compiler.library
+    folder = (base.parent if os.environ.get("PYTEST_XDIST_WORKER") else base) / "shared"
+    folder.mkdir(exist_ok=True)
+    return folder
 
-    def library(self: Compiler, sources: Mapping[str, str]) -> bytes:
-        known = sha256(repr((self, sorted(sources.items()))).encode()).hexdigest()
-        path = shared / known
-        if not path.is_file():
-            write_atomically(path, compiled(self, sources))
-        return path.read_bytes()
+
+def once(path: Path, make: Callable[[Path], object]) -> Path:
+    """Return a path where *make* has written something, in this process or in another."""
+    with path.with_name(f"{path.name}.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not path.exists():
+            with tempfile.TemporaryDirectory(dir=path.parent) as work:
+                make(Path(work) / "made")
+                (Path(work) / "made").rename(path)
+    return path
+
+
+@pytest.fixture(scope="session", autouse=True)
+def compiled_once(shared: Path) -> Iterator[None]:
+    """The same sources give the same library: it is compiled once, and for this machine only.
+
+    That they do is seen between processes that share nothing (``tests/native/test_fmu.py``), and
+    `every_compiler` is for tests of other platforms.
+    """
+    library, printed = Compiler.library, Compiler.printed
+
+    def place(*of: object) -> Path:
+        return shared / sha256(repr(of).encode()).hexdigest()
+
+    def known_library(self: Compiler, sources: Mapping[str, str]) -> bytes:
+        path = place(self, sorted(sources.items()))
+        return once(path, lambda new: new.write_bytes(library(self, sources))).read_bytes()
+
+    def known_printed(self: Compiler, sources: Mapping[str, str], more: Sequence[str] = ()) -> str:
+        path = place(self, sorted(sources.items()), *more)
+        return once(path, lambda new: new.write_text(printed(self, sources, more))).read_text()
 
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(Compiler, "library", library)
+        patched.setattr(Compiler, "library", known_library)
+        patched.setattr(Compiler, "printed", known_printed)
+        for name in OTHERS:
+            patched.setattr(native_compilers, name, "")
         yield
+
+
+@pytest.fixture(scope="module")
+def every_compiler() -> Iterator[None]:
+    """The compilers for other platforms, too."""
+    with pytest.MonkeyPatch.context() as patched:
+        for name, command in OTHERS.items():
+            patched.setattr(native_compilers, name, command)
+        yield
+
+
+@pytest.fixture(scope="session")
+def shipped(shared: Path) -> Path:
+    """The shipped plant and compensator as build_fmu.py makes them; tests copy what they change."""
+    return once(shared / "dist", built)
+
+
+@pytest.fixture(scope="session")
+def shipped_in_c(shared: Path, shipped: Path) -> Path:
+    """The same, beside their twins in C.
+
+    Without a compiler the tests that ask for it skip; in continuous integration they fail.
+    """
+    try:
+        compilers()
+    except NativeError as error:
+        pytest.fail(str(error)) if os.environ.get("CI") else pytest.skip(str(error))
+
+    def make(new: Path) -> None:
+        shutil.copytree(shipped, new)
+        built(new, "--native")
+
+    return once(shared / "dist_in_c", make)
+
+
+@pytest.fixture(scope="session")
+def shipped_in_fmi3(shared: Path, shipped_in_c: Path) -> Path:
+    """The twins in C for FMI 3.0."""
+    return once(shared / "dist_in_fmi3", lambda new: built(new, "--native", "--fmi", "3"))
+
+
+def built(folder: Path, *arguments: str) -> None:
+    """Run build_fmu.py into a folder."""
+    assert build_fmu.main([*arguments, "--out", str(folder)]) == 0
 
 
 @pytest.fixture(scope="session")

@@ -17,8 +17,10 @@ from benchmarks.gap.truth.case import TruthCase
 from benchmarks.gap.truth.effects.base import SIZES
 from benchmarks.gap.truths import TRUTHS, USUAL
 
-SPLITS = {"development": 1_000_000, "reported": 2_000_000}
-"""First seed of each split; no machine, run or disturbance is in both."""
+SPLITS = {"development": 1_000_000, "reported": 2_000_000, "second": 3_000_000}
+"""First seed of each split; no machine, run or disturbance is in two of them.
+
+The second was drawn to ask two versions of the gap finder the same questions, once each."""
 KINDS = ("none", "effect", "outside", "pair", "beyond", "mistake")
 NONE_SHARE, PAIRS = 25, 25
 
@@ -128,6 +130,24 @@ def trials(
     if not found:
         raise ValueError("no case is of that kind")
     return found
+
+
+def balanced(split: str, each: int, truth: str = USUAL) -> list[list[Planned]]:
+    """Return the first *each* cases of a split of every kind, and of one effect in every size.
+
+    What is not weak is asked for again with the effect deleted. Causes outside of the catalogue are
+    left out.
+    """
+    found: dict[int, list[Planned]] = {}
+    wishes = [(kind, None) for kind in KINDS if kind not in ("effect", "outside")]
+    for kind, size in [*wishes, *(("effect", size) for size in SIZES)]:
+        kinds = (kind, DELETED) if kind == "effect" else (kind,)
+        try:
+            some = trials(split, each, kinds=kinds, size=size, truth=truth)
+        except ValueError:
+            continue  # Not every simulator has all kinds.
+        found.update((asked[0].number, asked) for asked in some)
+    return list(found.values())
 
 
 def case_of(record: Mapping[str, Any]) -> TruthCase:

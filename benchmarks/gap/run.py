@@ -23,7 +23,7 @@ from tqdm import tqdm
 
 from benchmarks.gap.ask import ask, ask_empty, finder_version
 from benchmarks.gap.make import case_folder, write_case
-from benchmarks.gap.plan import EMPTY, SPLITS, TRIALS, Planned, trials
+from benchmarks.gap.plan import EMPTY, SPLITS, TRIALS, Planned, balanced, trials
 from benchmarks.gap.truth.effects.base import SIZES
 from benchmarks.gap.truths import TRUTHS, USUAL
 from measurement.files import write_atomically
@@ -99,14 +99,18 @@ def main(arguments: list[str] | None = None) -> int:
     if not 0.0 <= args.noise <= 100.0:
         _parser().error(f"--noise: {args.noise:g} is outside 0..100")
     try:
-        cases = trials(
-            args.split,
-            args.cases,
-            kinds=args.kind or TRIALS,
-            effect=args.effect,
-            size=args.size,
-            noise=args.noise,
-            truth=args.truth,
+        cases = (
+            balanced(args.split, args.each, args.truth)
+            if args.each
+            else trials(
+                args.split,
+                args.cases,
+                kinds=args.kind or TRIALS,
+                effect=args.effect,
+                size=args.size,
+                noise=args.noise,
+                truth=args.truth,
+            )
         )
     except ValueError as error:
         _parser().error(str(error))
@@ -154,6 +158,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--split", choices=SPLITS, required=True)
     parser.add_argument("--truth", choices=TRUTHS, default=USUAL, help=f"simulator ({USUAL})")
     parser.add_argument("--cases", type=int, default=143, help="how many (143, one of everything)")
+    parser.add_argument("--each", type=int, metavar="N", help="instead: N of each kind and size")
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="made or gone on in")
     parser.add_argument("--kind", nargs="+", choices=TRIALS, help="only questions of these kinds")
     parser.add_argument("--effect", help="only cases with this effect")

@@ -7,9 +7,9 @@ from collections.abc import Callable
 import can
 
 from benchmarks.gateway_faults.harness import CYCLE_S, Episode, Messages
-from scenarios.gateway.codec import Sender
-from scenarios.gateway.database import COMPENSATOR, MACHINE
-from scenarios.gateway.e2e import protected
+from gateway.codec import Sender
+from gateway.database import COMPENSATOR, MACHINE
+from gateway.e2e import protected
 
 Fault = Callable[[Episode], None]
 FAULTS: dict[str, Fault] = {}
@@ -34,7 +34,12 @@ def cycles(episode: Episode, low: int = 1, high: int = 20) -> range:
 
 def place(episode: Episode) -> int:
     """Return which frame of a cycle is hit."""
-    return int(episode.rng.integers(0, 6))
+    return int(episode.rng.integers(0, len(episode.database.of(MACHINE))))
+
+
+def not_last(episode: Episode) -> int:
+    """Return which frame of a cycle is hit; not the heartbeat."""
+    return int(episode.rng.integers(0, len(episode.database.of(MACHINE)) - 1))
 
 
 def with_data(message: can.Message, data: bytes, frame_id: int | None = None) -> can.Message:
@@ -114,7 +119,7 @@ def _length(episode: Episode) -> None:
 def _identifier(episode: Episode) -> None:
     for _ in cycles(episode):
         at = place(episode)
-        other = (at + 1) % 6
+        other = (at + 1) % len(episode.database.of(MACHINE))
 
         def route(messages: Messages, at: int = at, other: int = other) -> Messages:
             wrong = messages[other].arbitration_id
@@ -142,8 +147,9 @@ def _sequence(episode: Episode) -> None:
 def _order(episode: Episode) -> None:
     for _ in cycles(episode):
         # The heartbeat comes before at least one other frame.
-        order = [5, *(int(i) for i in episode.rng.permutation(5))]
-        swap = int(episode.rng.integers(0, 5))
+        last = len(episode.database.of(MACHINE)) - 1
+        order = [last, *(int(i) for i in episode.rng.permutation(last))]
+        swap = int(episode.rng.integers(0, last))
         order[0], order[swap] = order[swap], order[0]
         episode.cycle(lambda messages, order=order: [messages[i] for i in order])
 
@@ -178,7 +184,7 @@ def _late_for_good(episode: Episode) -> None:
     rng = episode.rng
     special = (15, 16, 30, 60, 120, 225, 240, 480)
     behind = int(rng.choice(special)) if rng.random() < 0.3 else int(rng.integers(1, 300))
-    at, kept = int(rng.integers(0, 5)), []
+    at, kept = not_last(episode), []
 
     def delay(messages: Messages) -> Messages:
         kept.append(messages[at])
@@ -191,7 +197,7 @@ def _late_for_good(episode: Episode) -> None:
 
 @fault("an extra frame, one count ahead")
 def _extra(episode: Episode) -> None:
-    at = int(episode.rng.integers(0, 5))
+    at = not_last(episode)
     other = Sender(episode.database, MACHINE)
     for _ in cycles(episode, 1, 5):
         readings = {f"T{n}": 60.0 for n in range(1, 12)} | {"tool_length": 240.0, "speed": 1.0}
@@ -200,7 +206,7 @@ def _extra(episode: Episode) -> None:
             while True:
                 ahead = other.messages(readings)[at]
                 if (ahead.data[1] & 0x0F) == ((messages[at].data[1] & 0x0F) + 1) % 15:
-                    return [*messages[:5], ahead, messages[5]]
+                    return [*messages[:-1], ahead, messages[-1]]
 
         episode.cycle(add)
 
@@ -333,11 +339,7 @@ def _bus(episode: Episode) -> None:
 
 @fault("machine starts anew")
 def _restart(episode: Episode) -> None:
-    episode.sender = Sender(episode.database, MACHINE)
-    episode.time_s = 0.0
-    for _ in cycles(episode, 0, 5):
-        episode.wait(CYCLE_S)
-        episode.give(episode.messages("starting"))
+    episode.start_machine()
 
 
 @fault("machine not running")
@@ -383,7 +385,7 @@ def _random(episode: Episode) -> None:
 @fault("a frame replaced, everything else right", MASQUERADE)
 def _masquerade(episode: Episode) -> None:
     for _ in cycles(episode):
-        at = int(episode.rng.integers(0, 5))
+        at = not_last(episode)
 
         def replace_one(messages: Messages, at: int = at) -> Messages:
             data = bytearray(messages[at].data)

@@ -11,11 +11,11 @@ from typing import Any
 import can
 import numpy as np
 
-from scenarios.gateway.codec import Sender, Value, decode
-from scenarios.gateway.database import COMPENSATOR, MACHINE, Database
-from scenarios.gateway.link import Link
-from scenarios.gateway.node import GatewayNode, GatewaySettings
-from scenarios.gateway.unit import Saved
+from gateway.codec import Sender, Value, decode
+from gateway.database import COMPENSATOR, MACHINE, Database
+from gateway.link import Link
+from gateway.node import GatewayNode, GatewaySettings
+from gateway.unit import Saved
 
 CYCLE_S = 0.1
 OLDEST_S = 0.5
@@ -158,22 +158,39 @@ class Episode:
         self.settings, self.cold = settings or GatewaySettings(), cold
         self.reference_known = cold or warm is not None
         self.now = 1000.0
-        self.glass = Glass(self.database)
+        self.wall_ahead_s = 1e9
         self.sender = Sender(self.database, MACHINE)
+        self.challenge: int | None = None
+        self.background: Change = lambda messages: messages
         self.time_s = self.read_s = float(rng.integers(0, 4_000_000))
-        self.node = GatewayNode(
-            *(self.database, self.glass, self._answer, self.settings, self.now, warm),
-            clock=lambda: self.now,
-        )
+        self.start_gateway(warm)
         self.truth: dict[int, tuple[float, dict[str, float]]] = {}
         self.outcome = Outcome()
         self.begun_at = (0.0, 0.0)
         self.rate = 1.0
         self.rate_matters = False
+        self.real_s: float | None = None
         self.rivals_at = -1e9
         self._valid = False
 
+    def start_gateway(self, warm: Saved | None = None) -> None:
+        """Start the gateway, or start it anew."""
+        self.glass = Glass(self.database)
+        self.node = GatewayNode(
+            *(self.database, self.glass, self._answer, self.settings, self.now, warm),
+            clock=lambda: self.now,
+            wall=lambda: self.now + self.wall_ahead_s,
+        )
+
     # The machine
+
+    def start_machine(self, time_s: float = 0.0) -> None:
+        """Start the machine anew, its clock at a time [s]."""
+        self.sender, self.time_s = Sender(self.database, MACHINE), time_s
+        self.challenge = None
+        for _ in range(int(self.rng.integers(1, 5))):
+            self.wait(CYCLE_S)
+            self.give(self.background(self.messages("starting")))
 
     def messages(self, state: str = "running", **more: Value) -> Messages:
         """Return the next cycle of the machine, as it leaves it."""
@@ -186,16 +203,17 @@ class Episode:
         values |= {"machine_time": self.time_s, "offset_use": "following"}
         values |= {"thermal_state": "cold" if self.cold else "warm"}
         values |= more
-        raw = round(float(values["machine_time"]) * 1e3) % 65536
-        self.truth[raw] = (self.now, readings)
+        if isfinite(float(values["machine_time"])):
+            raw = round(float(values["machine_time"]) * 1e3) % 65536
+            self.truth[raw] = (self.now, readings)
         self.read_s = self.time_s
-        self.time_s = round(self.time_s + step_s, 3)
-        return self.sender.messages(values)
+        self.time_s = round(self.time_s + (step_s or CYCLE_S * self.rate), 3)
+        return self.sender.messages(values, self.challenge)
 
     def cycle(self, change: Change = lambda messages: messages, **more: Value) -> None:
         """Run one cycle of the machine, changed on its way."""
         self.wait(CYCLE_S)
-        self.give(change(self.messages(**more)))
+        self.give(self.background(change(self.messages(**more))))
 
     def give(self, messages: Messages, waited_s: float = 0.0) -> None:
         """Hand messages over the bus to the gateway."""
@@ -218,6 +236,10 @@ class Episode:
         for _ in range(int(self.rng.integers(3, 20))):
             self.cycle()
         self.begin()
+
+    def pass_unseen(self, gone_s: float) -> None:
+        """Let time go by that this computer's clock does not see, from now on told of or not."""
+        self.real_s = self.glass.time_s - self.now + gone_s
 
     def begin(self) -> None:
         """From now on, judge the answers."""
@@ -242,6 +264,7 @@ class Episode:
                 values |= decode(frame, message.data).values
         if "valid" not in values:
             return
+        self.challenge = int(values["challenge"])
         self._valid = values["valid"] == 1.0
         self.outcome.answers += 1
         self.outcome.noticed |= not self._valid
@@ -258,6 +281,9 @@ class Episode:
         return same and alone and self.now - read_at <= OLDEST_S and self._keeps_time()
 
     def _keeps_time(self) -> bool:
+        if self.real_s is not None:
+            # Time that was told and did not go by makes a compensator careful, not wrong.
+            return self.glass.time_s >= self.now + self.real_s - WRONG_TIME_S
         if not self.rate_matters:
             return True
         own, machine = self.begun_at

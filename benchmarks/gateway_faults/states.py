@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.gateway_faults.harness import Episode, Wire
-from scenarios.gateway.unit import OLDEST_S, StateFile
+from gateway.unit import OLDEST_S, Saved, StateFile
 
 FMU = "an FMU"
 
@@ -30,9 +30,60 @@ def _episode(wire: Wire, rng: np.random.Generator, age_s: float | None, fmu: str
     return episode
 
 
+def _looks_young(wire: Wire, rng: np.random.Generator, *, machine_anew: bool) -> Episode:
+    """A computer without a clock battery: hours went by, and the state is of two seconds ago."""
+    episode = Episode(wire, rng, cold=False)
+    gone_s = float(rng.uniform(1.2, 10.0)) * OLDEST_S
+    then_s = episode.time_s
+    episode.start_gateway(_restored(100.0, then_s, float(rng.uniform(0.0, 60.0))))
+    episode.time_s = round(float(rng.uniform(0.0, 60.0)) if machine_anew else then_s + gone_s, 1)
+    episode.reference_known = False
+    episode.begin()
+    for _ in range(40):
+        episode.cycle()
+    return episode
+
+
+def _restored(time_s: float, machine_time_s: float, age_s: float) -> Saved | None:
+    """Write a state that is so old by the time of day, and read it again."""
+    with tempfile.TemporaryDirectory() as folder:
+        store = StateFile(Path(folder) / "state.json", FMU, lambda: 1e9)
+        store.write(1e9 - age_s, time_s, machine_time_s, b"state")
+        return store.read()[0]
+
+
+def _either_side(wire: Wire, rng: np.random.Generator) -> Episode:
+    """Gateway and machine start anew in any order, with the gateway's state of a moment ago."""
+    episode = Episode(wire, rng)
+    episode.settle()
+    for _ in range(int(rng.integers(1, 5))):
+        for _ in range(int(rng.integers(0, 30))):
+            episode.cycle()
+        if rng.random() < 0.5:
+            episode.start_machine(float(rng.choice([0.0, episode.time_s])))
+            continue
+        begun = episode.node.begun
+        saved = (episode.glass.time_s, episode.node.machine_time_at(episode.now))
+        away_s = round(float(rng.uniform(0.5, 600.0)), 1)
+        episode.now += away_s
+        # The machine goes on, or was started anew in the meantime.
+        episode.time_s = round(episode.time_s + away_s if rng.random() < 0.7 else away_s / 2.0, 3)
+        episode.start_gateway(_restored(*saved, away_s) if begun else None)
+        if rng.random() < 0.3:
+            episode.start_machine(episode.time_s)
+    return episode
+
+
 RESTARTS: dict[str, Callable[[Wire, np.random.Generator], Episode]] = {
     "no state": lambda wire, rng: _episode(wire, rng, None),
     "state too old": lambda wire, rng: _episode(wire, rng, float(rng.uniform(3601, 1e6))),
     "state from the future": lambda wire, rng: _episode(wire, rng, -float(rng.uniform(1, 1e6))),
     "state of another FMU": lambda wire, rng: _episode(wire, rng, 10.0, "another"),
+    "a state that looks young": lambda wire, rng: _looks_young(wire, rng, machine_anew=False),
+    "a state that looks young, machine anew": (
+        lambda wire, rng: _looks_young(wire, rng, machine_anew=True)
+    ),
+}
+BOTH: dict[str, Callable[[Wire, np.random.Generator], Episode]] = {
+    "restarts of either side": _either_side,
 }

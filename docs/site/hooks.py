@@ -25,7 +25,7 @@ TOP = {
     "CHANGELOG.md": "changelog.md",
 }
 """Pages at the top of the repository, and what they are called here."""
-BESIDE = {"LICENSE": "LICENSE.txt", "scenarios/gateway/spindle_drift.dbc": "spindle_drift.dbc"}
+BESIDE = {"LICENSE": "LICENSE.txt", "gateway/spindle_drift.dbc": "spindle_drift.dbc"}
 """Other files that pages link to."""
 LINK = re.compile(r"(!?\[[^\]]*\]\()([^)\s#]+)(#[^)\s]*)?(\))")
 FENCE = re.compile(r"^(`{3,})(\w+)[ \t]+([^\n`]+)$", re.MULTILINE)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
 
@@ -12,20 +12,23 @@ import fmpy
 from fmu_packaging.description import Program, described, model_description
 from fmu_packaging.description3 import build_description, model_description3, terminals
 from fmu_packaging.documentation import Running, index_page
-from fmu_packaging.native.compilers import Compiler, c_files
+from fmu_packaging.native.compilers import Compiler, c_files, in_one_file
 from fmu_packaging.native.names import with_prefix
 from fmu_packaging.package import LICENCE, Package, Recipe, guid_of, slave_of
 from fmu_packaging.variables import Variable
 
 Fmi = Literal[2, 3]
+Part = Literal["sources", "binaries"]
 HEADERS = Path(fmpy.__file__).parent / "c-code"
 C_FOLDER = Path(__file__).resolve().parent / "c"
 HOST = """
-<p>C99 without Python: the host needs nothing but the C library. Binaries: {platforms}. For another
-platform compile the folder <code>sources</code>: all files ending in <code>.c</code>, into one
-shared library, with <code>-ffp-contract=off</code>; <code>fmpy compile</code> does it, too. No step
-takes memory, and no two instances share any. Errors go to the host's log.</p>
+<p>C99 without Python: the host needs nothing but the C library. Binaries: {platforms}. {other}
+No step takes memory, and no two instances share any. Errors go to the host's log.</p>
 """
+SOURCES = """For another platform compile the folder <code>sources</code>: all files ending in
+<code>.c</code>, into one shared library, with <code>-ffp-contract=off</code>;
+<code>fmpy compile</code> does it, too."""
+NO_SOURCES = "The sources and the file that it was made from were left out."
 TWIN_OF = "twin_of.txt"
 """In the documentation of an FMU in C: the GUID of the Python FMU of the same content."""
 SIZES = """\
@@ -39,7 +42,15 @@ SIZES = """\
 
 #endif
 """
-LICENCE_OF_HEADERS = "The FMI headers in <code>sources</code> are under the 2-clause BSD licence."
+LICENCE_OF_HEADERS = (
+    "The FMI headers in <code>sources</code> are under the "
+    "<a href='licenses/fmi_headers.txt'>2-clause BSD licence</a>."
+)
+CATEGORIES = {
+    "logStatusDiscard": "Steps that were not made",
+    "logStatusError": "Calls that were refused",
+}
+"""Those of ``instance.c``."""
 
 # fmpy's header of FMI 2.0 leaves the standard's prefix out; here it comes back.
 NO_PREFIX = """\
@@ -134,6 +145,7 @@ def native_package(
     fmi: Fmi = 2,
     *,
     measured: bool = False,
+    leave_out: Part | None = None,
 ) -> Package:
     """Return the C twin of an FMU.
 
@@ -147,8 +159,11 @@ def native_package(
     fmi : {2, 3}
         Version of FMI.
     measured : bool
-        Whether the sources say how much memory they take where there is no heap; the first compiler
-        must be for this machine.
+        Whether the sources say how much memory they take where there is no heap; one of the
+        compilers must be for this machine.
+    leave_out : {"sources", "binaries"}, optional
+        What the FMU goes without: the file that it was made from goes with the sources, and without
+        binaries it is tried out with those that it goes without.
 
     Raises
     ------
@@ -157,41 +172,60 @@ def native_package(
     """
     identity, slave = recipe.identity, slave_of(recipe)
     fixed = {**front(fmi), **native.program}
-    twin = Program("C99", needs_host=False, variables=dict(native.variables))
+    twin = Program("C99", False, (), dict(native.variables), CATEGORIES)
     variables = described(slave, twin)
     sources = with_prefix({**fixed, **native.data(variables, "")}, fmi)
-    twin = Program("C99", False, tuple(c_files(sources)), dict(native.variables))
+    if leave_out != "sources":
+        twin = replace(twin, sources=tuple(c_files(sources)))
     if measured:
-        fixed[MEASURED] = memory_size(sources, compilers[0], fmi)
-    page = index_page(recipe.page, identity, variables, _running(compilers, fmi))
+        here = next(entry for entry in compilers if entry.platform3 == fmpy.platform_tuple)
+        fixed[MEASURED] = memory_size(sources, here, fmi)
+    page = index_page(recipe.page, identity, variables, _running(compilers, fmi, leave_out))
     files = {
         "model.png" if fmi == 2 else "terminalsAndIcons/icon.png": recipe.icon,
         "documentation/index.html": page.encode(),
-        "documentation/licenses/LICENSE.txt": LICENCE.read_bytes(),
-        f"documentation/{native.model_file}": recipe.data[native.model_file],
+        "documentation/licenses/license.txt": LICENCE.read_bytes(),
+        "documentation/licenses/fmi_headers.txt": _licence_of_headers(),
     }
+    if leave_out != "sources":
+        files[f"documentation/{native.model_file}"] = recipe.data[native.model_file]
     files |= {f"documentation/{name}": data for name, data in native.documents.items()}
     if fmi == 3:
         files["terminalsAndIcons/terminalsAndIcons.xml"] = terminals(slave)
-        files["sources/buildDescription.xml"] = build_description(identity, twin)
+        if twin.sources:
+            files["sources/buildDescription.xml"] = build_description(identity, twin)
     describe = model_description if fmi == 2 else model_description3
 
     def complete(guid: str) -> dict[str, str]:
         files["modelDescription.xml"] = describe(slave, identity, guid, twin)
         found = with_prefix({**fixed, **native.data(variables, guid)}, fmi)
-        files.update({f"sources/{path}": text.encode() for path, text in found.items()})
+        if twin.sources:
+            files.update({f"sources/{path}": text.encode() for path, text in found.items()})
         return found
 
     complete("")
     guid = guid_of(files)
     found = complete(guid)
+    binaries: dict[str, bytes] = {}
     for compiler in compilers:
         platform = compiler.platform if fmi == 2 else compiler.platform3
         path = f"binaries/{platform}/{identity.name}{compiler.suffix}"
-        files[path] = compiler.library(found)
-    return Package(identity.name, guid, files, slave)
+        library = compiler.library(found)
+        binaries[path] = in_one_file(binaries[path], library) if path in binaries else library
+    if leave_out == "binaries":
+        return Package(identity.name, guid, files, slave, tried_with=binaries)
+    return Package(identity.name, guid, files | binaries, slave)
 
 
-def _running(compilers: Sequence[Compiler], fmi: Fmi) -> Running:
-    platforms = " and ".join(compiler.platform for compiler in compilers)
-    return Running(HOST.format(platforms=platforms), LICENCE_OF_HEADERS, f"{fmi}.0")
+def _licence_of_headers() -> bytes:
+    """Return the notice that the FMI headers carry, which binaries must carry, too."""
+    text = (HEADERS / "fmi3FunctionTypes.h").read_text("utf-8")
+    begin, end = text.index("Copyright (C)"), text.rindex("-" * 70, 0, text.index("#ifdef"))
+    return text[begin:end].rstrip("-\n").encode() + b"\n"
+
+
+def _running(compilers: Sequence[Compiler], fmi: Fmi, leave_out: Part | None) -> Running:
+    names = dict.fromkeys(compiler.platform3 for compiler in compilers)
+    platforms = "none" if leave_out == "binaries" else ", ".join(names)
+    other = NO_SOURCES if leave_out == "sources" else SOURCES
+    return Running(HOST.format(platforms=platforms, other=other), LICENCE_OF_HEADERS, f"{fmi}.0")

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import importlib.util
 import os
 import shlex
 import shutil
+import struct
 import subprocess
+import sys
 import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -21,12 +24,25 @@ FOR_AARCH64 = "aarch64-linux-gnu-gcc"
 LIBRARY = ("-O2", "-fPIC", "-fvisibility=hidden", "-shared", "-s")
 # Nothing of the day and the folder of a build goes in: the same sources give the same bytes.
 LIBRARY_HERE = (*LIBRARY, "-Wl,--build-id=none", "-Wl,--no-undefined")
+LIBRARY_BY_ZIG = (*LIBRARY, "-fno-sanitize=undefined")
 LIBRARY_FOR_WINDOWS = (
     *(flag for flag in LIBRARY if flag != "-fPIC"),
     "-static-libgcc",
     "-D__USE_MINGW_ANSI_STDIO=1",
     "-Wl,--no-insert-timestamp",
 )
+
+
+OLDEST_GLIBC, OLDEST_MACOS = "2.17", "11.0"
+MACH_O_ALIGNMENT, FAT_MAGIC = 14, 0xCAFEBABE
+BY_ZIG = {
+    f"x86_64-linux-gnu.{OLDEST_GLIBC}": ("linux64", "x86_64-linux", ".so"),
+    "x86_64-windows-gnu": ("win64", "x86_64-windows", ".dll"),
+    f"aarch64-linux-gnu.{OLDEST_GLIBC}": ("aarch64-linux", "aarch64-linux", ".so"),
+    f"x86_64-macos.{OLDEST_MACOS}": ("darwin64", "x86_64-darwin", ".dylib"),
+    f"aarch64-macos.{OLDEST_MACOS}": ("darwin64", "aarch64-darwin", ".dylib"),
+}
+"""FMI's platforms by ziglang's. FMI 2.0 has one name for macOS, so both go into one file."""
 
 
 class NativeError(ValueError):
@@ -132,6 +148,40 @@ def compilers() -> list[Compiler]:
     if fmpy.system == "linux" and fmpy.platform_tuple != aarch64 and shutil.which(FOR_AARCH64):
         found.append(Compiler((FOR_AARCH64,), aarch64, aarch64, ".so", LIBRARY_HERE))
     return found
+
+
+def compilers_for_all() -> list[Compiler]:
+    """Return a compiler for every platform, all of them that of the package ziglang.
+
+    Raises
+    ------
+    NativeError
+        If that package is not installed.
+    """
+    if importlib.util.find_spec("ziglang") is None:
+        raise NativeError("--all-platforms: the package ziglang is missing: pip install ziglang")
+    zig = (sys.executable, "-m", "ziglang", "cc", "-target")
+    return [Compiler((*zig, target), *names, LIBRARY_BY_ZIG) for target, names in BY_ZIG.items()]
+
+
+def in_one_file(first: bytes, second: bytes) -> bytes:
+    """Return a library for macOS that holds those of two processors, as Apple's ``lipo`` makes it.
+
+    Parameters
+    ----------
+    first, second : bytes
+        Mach-O files of 64 bits.
+    """
+    room = 1 << MACH_O_ALIGNMENT
+    parts, entries, at = [], [], room
+    for library in (first, second):
+        processor, kind = struct.unpack_from("<II", library, 4)
+        entries.append(struct.pack(">5I", processor, kind, at, len(library), MACH_O_ALIGNMENT))
+        parts.append(library.ljust(-(-len(library) // room) * room, b"\0"))
+        at += len(parts[-1])
+    parts[-1] = second
+    head = struct.pack(">2I", FAT_MAGIC, len(entries)) + b"".join(entries)
+    return head.ljust(room, b"\0") + b"".join(parts)
 
 
 def write_sources(folder: Path, sources: Mapping[str, str]) -> None:

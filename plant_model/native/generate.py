@@ -13,7 +13,7 @@ from plant_model.fmi_slave import start_sensors
 from plant_model.machine import Machine
 from plant_model.native.emit import Stage, function, stage_function
 from plant_model.native.equations import Equations, equations_of
-from plant_model.native.trace import literal
+from plant_model.native.trace import Expr, literal
 from plant_model.rest import RestingParts
 from plant_model.sensors import noise_and_resolution
 from plant_model.stepper import OFFSETS
@@ -21,6 +21,7 @@ from plant_model.stepper import OFFSETS
 C_FOLDER = Path(__file__).resolve().parent / "c"
 LARGEST = sys.float_info.max
 NOISE_SEED = "noise_seed"
+PLUS = "\n           + "
 HEAD = "/* Made by spindle-drift from the machine {name}; not to be edited. */\n"
 
 
@@ -93,6 +94,7 @@ def _functions(equations: Equations) -> tuple[list[str], int, int]:
         "edges": [matrix[place] for place in _edges(equations)],
         "outside": list(equations.boundary.values()),
     }
+    of_matrix = "double *diagonal, double *edges, double *outside)"
     made = [
         function(
             f"void equations_fixed({k}, double *capacity, double *decay, double *time_constants)",
@@ -100,9 +102,11 @@ def _functions(equations: Equations) -> tuple[list[str], int, int]:
             first,
         ),
         function(
-            f"void equations_conductances({k}, {u}, double *diagonal, double *edges, "
-            "double *outside)",
-            _places(parts.items()),
+            f"void equations_conductances({k}, {u}, {of_matrix}", _places(parts.items()), first
+        ),
+        function(
+            f"void equations_moving({k}, {u}, {of_matrix}",
+            [(place, cell) for place, cell in _places(parts.items()) if _moves(cell)],
             first,
         ),
         function(
@@ -142,6 +146,7 @@ def _functions(equations: Equations) -> tuple[list[str], int, int]:
     made.append(
         stage_function("void equations_prepare(const double *p, double *k)", of_parameters, [])
     )
+    made.append(_rates(equations))
     return made, len(of_parameters.kept), len(of_inputs.kept)
 
 
@@ -153,12 +158,33 @@ def _edges(equations: Equations) -> list[tuple[int, int]]:
     return [place for place in equations.matrix if place[0] != place[1]]
 
 
+def _moves(cell: object) -> bool:
+    return isinstance(cell, Expr) and "u" in cell.rows
+
+
+def _rates(equations: Equations) -> str:
+    """Return the C function that multiplies the network with temperatures, row by row.
+
+    Written out: a loop over rows of unlike lengths takes four times as long.
+    """
+    rows = [[f"diagonal[{node}] * T[{node}]"] for node in range(len(equations.capacity))]
+    for number, (one, other) in enumerate(_edges(equations)):
+        rows[one].append(f"edges[{number}] * T[{other}]")
+        rows[other].append(f"edges[{number}] * T[{one}]")
+    head = "void equations_rates(const double *diagonal, const double *edges, const double *share, "
+    lines = [
+        f"    rates[{node}] = share[{node}]\n        * ({PLUS.join(row)});"
+        for node, row in enumerate(rows)
+    ]
+    unused = [] if _edges(equations) else ["    (void)edges;"]
+    return "\n".join([f"{head}const double *T, double *rates)", "{", *unused, *lines, "}", ""])
+
+
 def _tables(machine: Machine, equations: Equations) -> Iterator[str]:
     names = [entry.name for entry in machine.inputs]
     lagging = set(equations.lagging)
     states = range(len(equations.scales))
     axis = machine.axis
-    yield from _array("struct pair", "machine_edges", "EDGES", map(_braced, _edges(equations)))
     yield from _array("struct pair", "machine_outside", "OUTSIDE", map(_braced, equations.boundary))
     boundaries = (str(names.index(name)) for name in machine.boundary_index)
     yield from _array("size_t", "machine_boundaries", "BOUNDARIES", boundaries)
@@ -263,9 +289,12 @@ def variable_sources(variables: Sequence[Variable], name: str, guid: str) -> str
         else:
             start = float(variable.start or 0.0)
         kind, causality = variable.kind.upper(), variable.causality.upper()
+        if variable.variability == "tunable":
+            causality = "TUNABLE_PARAMETER"
         rows.append(_braced((f'"{variable.name}"', kind, causality, literal(start), offset)))
         low, high = _bounds(variable)
-        ranges.append(_braced((literal(low), literal(high), f'"{variable.unit}"')))
+        unit = "" if variable.unit == "1" else f" {variable.unit}"
+        ranges.append(_braced((literal(low), literal(high), f'"{unit}"')))
     seed = next(ref for ref, variable in enumerate(variables) if variable.name == NOISE_SEED)
     return "\n".join(
         [

@@ -12,6 +12,7 @@ import numpy as np
 from fmpy import read_model_description
 
 from fmu_packaging.native.compilers import Compiler
+from fmu_packaging.units import own_name
 from measurement.errors import BadInput
 from measurement.files import read_bytes
 from scenarios.cosimulation import plant_parameters, signals_over
@@ -131,7 +132,7 @@ def _plant_starts(case: Case, plant: Variables) -> dict[str, float]:
 
 def _column(name: str, plant: Variables, compensator: Variables | None) -> str:
     variable = plant[name] if name in plant else (compensator or {})[name]
-    return f"{name}_{variable.unit or '1'}"
+    return f"{name}_{own_name(variable.unit or '1')}"
 
 
 def _zipped(

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import ast
 import doctest
 import inspect
 import json
+import subprocess
+import sys
 from pathlib import Path
+from typing import TypeGuard
 
 import numpy as np
 import pandas as pd
@@ -31,13 +35,37 @@ RESULTS = [
     "Scenario",
     "Summary",
 ]
-SLOW = {"find_gap", "build_fmu", "run_scenario"}
 
 
 def test_the_names_are_these() -> None:
     assert sorted(sd.__all__) == sorted([*FUNCTIONS, *RESULTS])
     assert sd.__version__[0].isdigit()
     assert (Path(sd.__file__).parent / "py.typed").is_file()
+    with pytest.raises(AttributeError, match="no attribute 'fitt'"):
+        sd.fitt  # noqa: B018
+
+
+def test_a_name_is_imported_from_where_type_checkers_read_it() -> None:
+    (declared,) = (part for part in ast.parse(inspect.getsource(sd)).body if is_for_checkers(part))
+    homes = {
+        alias.name: part.module
+        for part in declared.body
+        if isinstance(part, ast.ImportFrom)
+        for alias in part.names
+    }
+    assert homes == sd._HOME
+    for name in sd.__all__:
+        assert getattr(sd, name).__module__.startswith(sd._HOME[name]), name
+
+
+def is_for_checkers(part: ast.stmt) -> TypeGuard[ast.If]:
+    return isinstance(part, ast.If) and ast.unparse(part.test) == "TYPE_CHECKING"
+
+
+def test_the_import_alone_loads_nothing_heavy() -> None:
+    code = "import sys, spindle_drift; print(sorted({'numpy', 'pandas', 'scipy'} & {*sys.modules}))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "[]\n"
 
 
 @pytest.mark.parametrize("name", FUNCTIONS)
@@ -55,10 +83,7 @@ def test_every_name_is_documented_and_typed(name: str) -> None:
         ), parameter.name
 
 
-@pytest.mark.parametrize(
-    "name",
-    [pytest.param(n, marks=[pytest.mark.slow] if n in SLOW else []) for n in FUNCTIONS],
-)
+@pytest.mark.parametrize("name", FUNCTIONS)
 def test_every_example_runs(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     found = getattr(sd, name)
@@ -107,7 +132,6 @@ def test_what_is_fitted_is_what_the_command_fits(runs: list[sd.Run], tmp_path: P
     assert figures["like"].notna().all()
 
 
-@pytest.mark.slow
 def test_offsets_are_those_of_the_fmu(
     fitted: sd.Compensator, runs: list[sd.Run], tmp_path: Path
 ) -> None:

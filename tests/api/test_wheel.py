@@ -22,7 +22,8 @@ compensator = sd.fit(runs, model="mlr", machine="jig_borer")
 fmu = sd.build_fmu(compensator, "mine", name="mine")
 found = sd.run_scenario("step_speed", "out", compensator=fmu, settings={"duration_s": 300})
 assert (Path("out") / "report.html").is_file() and len(found.frames) >= 2
-own = {"measurement", "fmu_packaging", "fmu_compensator", "plant_model", "scenarios"}
+own = {"measurement", "fmu_packaging", "fmu_compensator", "plant_model", "scenarios",
+       "gateway"}
 own |= {"spindle_drift"}
 here = sys.argv[1]
 for name, module in list(sys.modules.items()):
@@ -34,7 +35,8 @@ print("version", sd.__version__)
 
 
 ROOMS = {
-    "measurement", "fmu_packaging", "fmu_compensator", "plant_model", "scenarios", "spindle_drift"
+    "measurement", "fmu_packaging", "fmu_compensator", "plant_model", "scenarios", "gateway",
+    "spindle_drift"
 }  # fmt: skip
 
 
@@ -71,14 +73,14 @@ def run(installed: Path, folder: Path, *argv: str) -> str:
     return done.stdout
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_it_holds_the_rooms_and_nothing_else(installed: Path) -> None:
     tops = {path.name for path in installed.iterdir() if not path.name.endswith(".dist-info")}
     assert tops == ROOMS
     assert (installed / "spindle_drift" / "py.typed").is_file()
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_it_fits_builds_an_fmu_and_runs_a_scenario(installed: Path, tmp_path: Path) -> None:
     assert run(installed, tmp_path, "-W", "error", "-c", CODE, str(installed)).startswith(
         "version "
@@ -86,7 +88,7 @@ def test_it_fits_builds_an_fmu_and_runs_a_scenario(installed: Path, tmp_path: Pa
     assert {path.name for path in tmp_path.iterdir()} == {"mine", "out", "dist"}
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_its_command_lists_scenarios_and_imports(installed: Path, tmp_path: Path) -> None:
     assert "step_speed" in run(installed, tmp_path, "-m", "scenarios.cli", "list")
     (tmp_path / "log.csv").write_text("t [s];T1 [K]\n0;293,15\n1;293,2\n2;293,3\n")

@@ -8,19 +8,12 @@ import pytest
 
 from benchmarks.bad_inputs.case import Answer, BadInputCase
 from benchmarks.bad_inputs.cases import GROUPS
-from benchmarks.bad_inputs.run import answers, build_into, good_files, tables
+from benchmarks.bad_inputs.run import answers, good_files, tables
 
 
 @pytest.fixture(scope="module")
 def good() -> dict[str, bytes]:
     return good_files()
-
-
-@pytest.fixture(scope="module")
-def dist(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("dist")
-    build_into(folder)
-    return folder
 
 
 def test_there_are_a_hundred() -> None:
@@ -31,9 +24,9 @@ def test_there_are_a_hundred() -> None:
 
 @pytest.mark.parametrize("name", GROUPS)
 def test_each_gets_one_line_and_loses_nothing(
-    name: str, good: dict[str, bytes], dist: Path
+    name: str, good: dict[str, bytes], shipped: Path
 ) -> None:
-    found = answers(GROUPS[name], good, dist)
+    found = answers(GROUPS[name], good, shipped)
     assert [answer.problem for answer in found if answer.problem] == []
 
 

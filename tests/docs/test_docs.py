@@ -86,7 +86,8 @@ def test_links_resolve(page: Path) -> None:
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_paths_in_code_marks_exist(page: Path) -> None:
     text = FENCE.sub("", page.read_text(encoding="utf-8"))
-    rooms = "measurement|plant_model|fmu_compensator|fmu_packaging|scenarios|benchmarks|tests|docs"
+    rooms = "measurement|plant_model|fmu_compensator|fmu_packaging|scenarios|gateway"
+    rooms += "|benchmarks|tests|docs"
     for path in re.findall(rf"`((?:{rooms})/[\w./*-]*)`", text):
         known = re.sub(r"\bNAME\b", "*", path)
         assert any(ROOT.glob(known.rstrip("/"))), path

@@ -19,6 +19,7 @@ ROOMS = (
     "fmu_compensator",
     "plant_model",
     "scenarios",
+    "gateway",
     "spindle_drift",
 )
 NO_INTERFACE = {"property", "cached_property", "setter", "overload"}

@@ -95,6 +95,7 @@ def test_a_model_of_the_study_is_left_out_where_its_thermometers_are_missing() -
     assert [len(score.eta) for score in judge("elements", 1, "mlr")] == [1] * len(PROTOCOLS)
 
 
+@pytest.mark.long
 def test_the_study_sized_machine_has_the_studies_drift_and_a_cooler_that_follows_the_spindle() -> (
     None
 ):

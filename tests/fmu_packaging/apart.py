@@ -8,6 +8,8 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from tests.patience import PATIENCE_S
+
 PRELUDE = """
 import json, os, sys
 import fmpy
@@ -73,7 +75,7 @@ def apart(code: str, *arguments: object, before: str = "", path: Path | None = N
         [sys.executable, *flags, "-c", where + before + PRELUDE + code, *map(str, arguments)],
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=PATIENCE_S,
         check=False,
     )
     assert done.returncode == 0, f"exit code {done.returncode}\n{done.stderr}\n{done.stdout}"

@@ -45,11 +45,11 @@ def test_holds_what_users_expect(tiny: Package) -> None:
         "binaries/linux64/tiny.so",
         "binaries/win64/tiny.dll",
         "documentation/index.html",
-        "documentation/licenses/LICENSE.txt",
+        "documentation/licenses/license.txt",
         "documentation/licenses/pythonfmu.txt",
     } <= names
     assert not any(name.startswith("resources/pythonfmu/") for name in names)
-    assert b"MIT" in tiny.files["documentation/licenses/LICENSE.txt"]
+    assert b"MIT" in tiny.files["documentation/licenses/license.txt"]
 
 
 def test_every_variable_is_described(tiny: Package) -> None:
@@ -71,7 +71,7 @@ def test_units_have_their_si_factors(tiny: Package) -> None:
     units = {unit.get("name"): unit for unit in _description(tiny).iter("Unit")}
     assert units["um"][0].attrib == {"m": "1", "factor": "1e-06"}
     assert units["um/K"][0].attrib == {"m": "1", "K": "-1", "factor": "1e-06"}
-    assert [d.get("name") for d in units["um"].iter("DisplayUnit")] == ["mm"]
+    assert [d.get("name") for d in units["um"].iter("DisplayUnit")] == ["um", "mm"]
 
 
 def test_dependencies_are_what_the_slave_declares(tiny: Package) -> None:

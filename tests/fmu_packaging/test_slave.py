@@ -271,3 +271,32 @@ show([FmuBuilder.has_binary(), "site-packages" in pythonfmu.__file__])
         tiny_fmu(),
     )
     assert found == [True, True]
+
+
+LIFE = """
+from math import inf, nan
+import ctypes
+fmu = opened(sys.argv[1])
+single = ctypes.c_float
+reals = [r for r in fmu.ins if r != fmu.outs[0]][:1]
+said = {"exit before enter": status_of(fmu.exitInitializationMode),
+        "terminate before the start": status_of(fmu.terminate)}
+started(fmu)
+said["a second initialisation"] = status_of(fmu.enterInitializationMode)
+said["another experiment"] = status_of(fmu.setupExperiment, None, 5.0)
+for time in (nan, inf, -inf):
+    said[f"a clock of {time}"] = status_of(fmu.doStep, time, 1.0)
+before = fmu.getReal(reals)
+said["an input and an output"] = status_of(fmu.setReal, [*reals, fmu.outs[0]], [7.0, 1.0])
+kept = fmu.getReal(reals) == before
+step = single(0.1).value
+said["single precision"] = max(status_of(fmu.doStep, single(0.1 * k).value, step)
+                               for k in range(5000))
+fmu.terminate()
+said["an input after the end"] = status_of(fmu.setReal, reals, [1.0])
+show([sorted(what for what, status in said.items() if status == 0), kept])
+"""
+
+
+def test_a_host_that_keeps_no_order_is_refused(tiny_fmu: Fmu) -> None:
+    assert apart(LIFE, tiny_fmu()) == [["single precision"], True]

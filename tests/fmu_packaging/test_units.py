@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from fmu_packaging.units import UnitError, base_unit
+from fmu_packaging.units import ALIASES, UnitError, base_unit, fmi_name, own_name, quantity
 from measurement.units import UNITS
 
 IN_SI = {
@@ -58,6 +58,29 @@ def test_compound_units(unit: str, factor: float, powers: dict[str, int]) -> Non
     found = base_unit(unit)
     assert found.factor == pytest.approx(factor, rel=1e-12)
     assert found.powers == powers
+
+
+@pytest.mark.parametrize(
+    ("unit", "name", "measures"),
+    [
+        ("Nm", "N.m", "Torque"),
+        ("W/(m2 K)", "W/(m2.K)", "CoefficientOfHeatTransfer"),
+        ("1e-6/K", "um/(m.K)", "LinearExpansionCoefficient"),
+        ("W/(1000 r/min)", "mW.min/rev", ""),
+        ("degC", "degC", "ThermodynamicTemperature"),
+        ("K", "K", "TemperatureDifference"),
+        ("um", "um", "Length"),
+    ],
+)
+def test_units_in_modelicas_syntax_mean_the_same(unit: str, name: str, measures: str) -> None:
+    assert fmi_name(unit) == name
+    assert base_unit(name).powers == base_unit(unit).powers
+    assert base_unit(name).factor == pytest.approx(base_unit(unit).factor, rel=1e-15)
+    assert quantity(unit) == measures
+
+
+def test_a_column_gets_its_own_unit_back() -> None:
+    assert [own_name(fmi_name(unit)) for unit in ALIASES] == list(ALIASES)
 
 
 @pytest.mark.parametrize("unit", ["furlong", "W/(m2 K", "W)", "W/€", "", "kdegC"])

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import zipfile
+from html import unescape
 from pathlib import Path
 
 import fmpy
 import pytest
 
 import build_fmu
+from fmu_packaging.units import fmi_name
 from plant_model.fmi_slave import variable_name
 from plant_model.machine_file import read_machine
 from plant_model.stepper import PlantStepper
@@ -104,13 +107,15 @@ def test_parameters_carry_unit_range_and_source(built: Built) -> None:
     declared = {v.name: v for v in fmpy.read_model_description(str(built.plant)).modelVariables}
     movable = {n: p for n, p in machine.parameters.items() if p.calibrate}
     assert movable
+    with zipfile.ZipFile(built.plant) as archive:
+        page = unescape(archive.read("documentation/index.html").decode())
     for name, parameter in movable.items():
         variable = declared[variable_name(name)]
-        assert variable.unit == parameter.unit
+        assert variable.unit == fmi_name(parameter.unit)
         assert (float(variable.min), float(variable.max)) == (parameter.low, parameter.high)
         assert float(variable.start) == parameter.value
         source = machine.references.get(parameter.source, parameter.source)
-        assert source in variable.description
+        assert f"<td>{variable.name}</td><td>{source}</td>" in page
 
 
 def test_a_parameter_out_of_range_is_reported(built: Built) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,7 @@ import pytest
 from benchmarks.gap import run
 from benchmarks.gap.ask import LARGEST, ask_empty, plain, runs_of
 from benchmarks.gap.make import write_case
-from benchmarks.gap.plan import DELETED_SIZES, plan, trials
+from benchmarks.gap.plan import DELETED_SIZES, balanced, plan, trials
 from benchmarks.gap.truth.case import simulate_case
 from plant_model.gap.calibrate import ParameterEstimate
 from plant_model.machine import Machine
@@ -173,7 +174,17 @@ def test_records_keep_numbers_and_leave_out_what_is_bulky() -> None:
     assert [one["name"] for one in entry["parameters"]] == ["effects.windage.power"]
 
 
-@pytest.mark.slow
+def test_a_balanced_sample_has_every_kind_and_size() -> None:
+    asked = [one for case in balanced("development", 2, "lathe") for one in case]
+    counted = Counter(one.kind for one in asked)
+    assert counted == {"none": 2, "pair": 2, "beyond": 2, "mistake": 2, "effect": 6, "deleted": 4}
+    sizes = Counter(one.case.hidden[0][1] for one in asked if one.kind == "effect")
+    assert sizes == {"weak": 2, "medium": 2, "strong": 2}
+    assert not {one.case.seed for one in asked} & {
+        one.case.seed for case in balanced("second", 2, "lathe") for one in case
+    }
+
+
 def test_calibration_alone_leaves_a_gap_above_the_noise(tmp_path: Path) -> None:
     (none,) = plan("development", 1, kind="none")
     write_case(none, tmp_path)

@@ -6,11 +6,12 @@ from collections.abc import Callable, Iterable, Mapping
 
 import can
 
-from scenarios.gateway.codec import Sender, Value, name_of
-from scenarios.gateway.database import COMPENSATOR, MACHINE, Database
-from scenarios.gateway.e2e import protected
-from scenarios.gateway.node import GatewayNode, GatewaySettings
-from scenarios.gateway.unit import CompensatorUnit, Saved
+from gateway.codec import Sender, Value, name_of
+from gateway.database import COMPENSATOR, MACHINE, Database
+from gateway.e2e import protected
+from gateway.node import GatewayNode, GatewaySettings
+from gateway.proof import ECHO_BITS, proof_of
+from gateway.unit import CompensatorUnit, Saved
 
 WARM = {"T1": 24.0, "T4": 26.0}
 """What moves the offsets of the bench's compensator, which uses T1 and T4."""
@@ -33,18 +34,21 @@ class Bench:
         warm: Saved | None = None,
     ) -> None:
         self.database, self.unit, self.now = database, unit, 1000.0
+        self.wall_ahead_s = 1e9
         self.answers: list[dict[str, float | str]] = []
         self.said: list[str] = []
         self.sender = Sender(database, MACHINE)
         self.time_s = 0.0
         self.step_s = 0.1
+        self.challenge: int | None = None
         unit.start(warm)
         self.settings = settings or GatewaySettings()
         self.node = GatewayNode(
             *(database, unit, self._take, self.settings, self.now, warm, self.said.append),
             lambda: self.now,
+            lambda: self.now + self.wall_ahead_s,
         )
-        self._began: float | None = None
+        self.began: float | None = None
 
     def _take(self, messages: Iterable[can.Message]) -> None:
         found: dict[str, float | str] = {}
@@ -54,6 +58,8 @@ class Bench:
             assert isinstance(values, dict)
             found |= {name: getattr(value, "name", value) for name, value in values.items()}
         self.answers.append(found)
+        if isinstance(heard := found.get("challenge"), int):
+            self.challenge = heard
 
     @property
     def last(self) -> dict[str, float | str]:
@@ -81,14 +87,14 @@ class Bench:
             self._keep_time()
         all_values |= {"machine_time": self.time_s, "machine_step": step_s, **(values or {})}
         self.time_s = round(self.time_s + step_s, 3)
-        return self.sender.messages(all_values)
+        return self.sender.messages(all_values, self.challenge)
 
     def _keep_time(self) -> None:
         """The machine's clock goes on while it is not heard: leave cycles out to catch up."""
         step_s = self.step_s = 0.1 * self.settings.speed_up
-        if self._began is None:
-            self._began = self.now - self.time_s / self.settings.speed_up
-        behind_s = (self.now - self._began) * self.settings.speed_up - self.time_s
+        if self.began is None:
+            self.began = self.now - self.time_s / self.settings.speed_up
+        behind_s = (self.now - self.began) * self.settings.speed_up - self.time_s
         self.time_s = round(self.time_s + max(int(behind_s / step_s + 1e-6), 0) * step_s, 3)
 
     def give(self, messages: Iterable[can.Message], after_s: float = 0.1) -> None:
@@ -112,7 +118,11 @@ class Bench:
     ) -> dict[str, float | str]:
         """Run one cycle, changed on its way if asked for, and return the answer."""
         messages = self.frames(values)
-        self.give(change(messages) if change else messages)
+        if change is not None:
+            messages = change(messages)
+            if getattr(change, "by_sender", False):
+                messages = proven(self.database, messages, self.challenge)
+        self.give(messages)
         return self.last
 
     def settle(self, values: Mapping[str, Value] | None = None, seconds: float = 6.0) -> None:
@@ -129,6 +139,23 @@ class Bench:
 def with_bytes(message: can.Message, data: bytes) -> can.Message:
     """Return a message with other data."""
     return can.Message(arbitration_id=message.arbitration_id, data=data, is_extended_id=False)
+
+
+def proven(
+    database: Database, messages: list[can.Message], challenge: int | None
+) -> list[can.Message]:
+    """Return the messages of a cycle with the proof that their sender would have given."""
+    frame = database.proof
+    if frame is None or challenge is None:
+        return messages
+    others = [bytes(m.data) for m in messages if m.arbitration_id != frame.frame_id]
+    proof = (challenge & ECHO_BITS) | proof_of(challenge, others) << 16
+    return [
+        sealed(m, bytes(m.data[:2]) + proof.to_bytes(6, "little"), frame.data_id)
+        if m.arbitration_id == frame.frame_id
+        else m
+        for m in messages
+    ]
 
 
 def sealed(message: can.Message, data: bytes, data_id: int) -> can.Message:

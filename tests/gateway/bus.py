@@ -9,21 +9,23 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import IO, Any
 
 import can
 import cantools
 
+from gateway.codec import Sender, Value
+from gateway.database import COMPENSATOR, DBC, MACHINE, Database
+from gateway.framelog import FrameLog
+from gateway.link import Link
+from gateway.node import GatewaySettings
+from gateway.protocols.base import Participant
+from gateway.serving import Service
+from gateway.unit import CompensatorUnit
 from scenarios.cli import main
-from scenarios.gateway.codec import Sender, Value
-from scenarios.gateway.database import COMPENSATOR, DBC, MACHINE, Database
-from scenarios.gateway.framelog import FrameLog
-from scenarios.gateway.link import Link
-from scenarios.gateway.node import GatewaySettings
-from scenarios.gateway.serving import Service
-from scenarios.gateway.unit import CompensatorUnit
+from tests.gateway.bench import proven
 from tests.gateway.conftest import Wire
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -46,19 +48,23 @@ class Listener:
         self.bus = wire.open()
         self.dbc = cantools.database.load_file(DBC)
         self.known = {message.frame_id: message for message in self.dbc.messages}
+        self.challenge: int | None = None
+        self.parts: Answer = {}
 
     def next(self, timeout_s: float = PATIENCE_S) -> tuple[can.Message, Answer] | None:
         """Return the next of our frames and its content; None if none comes."""
         until = time.monotonic() + timeout_s
-        while (left := until - time.monotonic()) > 0.0:
-            message = self.bus.recv(left)
-            if message is not None and message.arbitration_id in self.known:
+        while True:
+            message = self.bus.recv(max(until - time.monotonic(), 0.0))
+            if message is None:
+                return None
+            if message.arbitration_id in self.known:
                 if message.is_error_frame or message.is_extended_id or len(message.data) != 8:
                     continue
                 content = self.known[message.arbitration_id].decode(bytes(message.data))
                 plain = {name: getattr(value, "name", value) for name, value in content.items()}
+                self.challenge = plain.get("challenge", self.challenge)
                 return message, plain
-        return None
 
     def until(
         self, wanted: Callable[[Answer], bool], timeout_s: float = PATIENCE_S
@@ -66,23 +72,32 @@ class Listener:
         """Gather the gateway's answers until one is as wanted; fail if none comes in time."""
         until = time.monotonic() + timeout_s
         found: list[Answer] = []
-        parts: Answer = {}
         while (left := until - time.monotonic()) > 0.0:
             got = self.next(left)
             if got is None:
                 break
-            message, content = got
-            if self.known[message.arbitration_id].senders != [COMPENSATOR]:
-                continue
-            parts |= content
-            # The heartbeat ends an answer; one whose beginning was not heard is left out.
-            if "gateway_state" in content and "dX" in parts:
-                found.append(parts)
-                parts = {}
-                if wanted(found[-1]):
-                    return found
+            found += self._whole(*got)
+            if found and wanted(found[-1]):
+                return found
         shown = found[-1] if found else "nothing"
         raise AssertionError(f"not seen in {timeout_s:g} s; the last answer is {shown}")
+
+    def _whole(self, message: can.Message, content: Answer) -> list[Answer]:
+        """Return the answer that a frame ends; one whose beginning was not heard is left out."""
+        if self.known[message.arbitration_id].senders != [COMPENSATOR]:
+            return []
+        self.parts |= content
+        if "gateway_state" not in content:
+            return []
+        whole, self.parts = self.parts, {}
+        return [whole] if "dX" in whole else []
+
+    def waiting(self) -> list[Answer]:
+        """Return the answers that wait to be read; the newest challenge is known then."""
+        found: list[Answer] = []
+        while (got := self.next(0.0)) is not None:
+            found += self._whole(*got)
+        return found
 
     def close(self) -> None:
         """Leave the bus."""
@@ -94,7 +109,7 @@ class Control:
 
     def __init__(self, wire: Wire, database: Database, step_s: float) -> None:
         self.ear = Listener(wire)
-        self.sender = Sender(database, MACHINE)
+        self.sender, self.database = Sender(database, MACHINE), database
         self.time_s, self.step_s = 0.0, step_s
         self.answers: list[Answer] = []
 
@@ -106,7 +121,7 @@ class Control:
         content["thermal_state"] = "cold"
         content |= {"machine_state": state, "machine_time": self.time_s, "machine_step": step_s}
         self.time_s = round(self.time_s + step_s, 3)
-        return self.sender.messages(content | dict(values))
+        return self.sender.messages(content | dict(values), self.ear.challenge)
 
     def send(self, messages: list[can.Message]) -> None:
         """Send messages as they are."""
@@ -121,7 +136,11 @@ class Control:
         timeout_s: float = PATIENCE_S,
     ) -> Answer:
         """Run one cycle and return the answer to it, or to the silence that it was."""
-        self.send(change(self.messages(values, state)))
+        self.answers += self.ear.waiting()
+        messages = change(self.messages(values, state))
+        if getattr(change, "by_sender", False):
+            messages = proven(self.database, messages, self.ear.challenge)
+        self.send(messages)
         self.answers += self.ear.until(lambda answer: True, timeout_s)
         return self.answers[-1]
 
@@ -157,6 +176,7 @@ def gateway_thread(
     log: Path | None = None,
     said: list[str] | None = None,
     ends_with: type[Exception] | None = None,
+    participants: Sequence[Participant] = (),
 ) -> Iterator[Service]:
     """A gateway on the bus in a thread of this process; what it says goes into *said*."""
     lines = [] if said is None else said
@@ -167,6 +187,7 @@ def gateway_thread(
     unit = CompensatorUnit(fmu)
     done, problems = threading.Event(), []
     service = Service(database, fmu, unit, link, settings, stopped=done.is_set, say=lines.append)
+    service.participants.extend(participants)
 
     def run() -> None:
         try:

@@ -15,9 +15,9 @@ import can
 import pytest
 
 from fmu_compensator.runtime.modelfile import model_text
+from gateway.database import Database, read_database
+from gateway.unit import CompensatorUnit
 from scenarios.fmu_files import build_compensator, build_plant
-from scenarios.gateway.database import Database, read_database
-from scenarios.gateway.unit import CompensatorUnit
 from tests.fmus.models import five_point_table
 from tests.gateway.bench import Bench
 

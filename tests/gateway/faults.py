@@ -6,12 +6,12 @@ from collections.abc import Callable
 
 import can
 
-from scenarios.gateway.database import MACHINE, Database
+from gateway.database import MACHINE, Database
 from tests.gateway.bench import sealed, with_bytes
 
 Messages = list[can.Message]
 Change = Callable[[Database], Callable[[Messages], Messages]]
-PLACES = range(6)
+PLACES = range(7)
 
 
 def corrupted(place: int) -> Change:
@@ -91,6 +91,7 @@ def raw_signal(name: str, raw: int) -> Change:
             messages[place] = sealed(messages[place], data, frame.data_id)
             return messages
 
+        do.by_sender = True  # type: ignore[attr-defined]
         return do
 
     return change

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import configparser
 import contextlib
 import io
+import re
 import subprocess
 import sys
 import time
@@ -11,21 +13,31 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+import can
 import pytest
 
+from gateway.database import MACHINE
+from gateway.mapcheck import problems_of
+from gateway.node import GatewaySettings
+from gateway.protocols.canopen import node_dictionary, node_eds, node_mapping
+from gateway.serving import Service
 from measurement.errors import BadInput
-from scenarios.gateway.mapcheck import node_dictionary, node_eds, node_mapping, problems_of
-from scenarios.gateway.node import GatewaySettings
-from scenarios.gateway.serving import Service
 from tests.gateway.bus import gateway_thread
-from tests.gateway.conftest import Wire
+from tests.gateway.conftest import Wire, new_wire
 
 canopen = pytest.importorskip("canopen")
 from canopen.sdo import SdoAbortedError  # noqa: E402
 
-from scenarios.gateway.canopen_node import CanOpenNode  # noqa: E402
+from gateway.canopen_node import CanOpenNode  # noqa: E402
 
 NODE = 5
+# CiA 306-1, sections 4.3 and 4.4.
+FILE_INFO = """FileName FileVersion FileRevision EDSVersion Description CreationTime CreationDate
+CreatedBy ModificationTime ModificationDate ModifiedBy"""
+DEVICE_INFO = """VendorName VendorNumber ProductName ProductNumber RevisionNumber OrderCode
+BaudRate_10 BaudRate_20 BaudRate_50 BaudRate_125 BaudRate_250 BaudRate_500 BaudRate_800
+BaudRate_1000 SimpleBootUpMaster SimpleBootUpSlave Granularity DynamicChannelsSupported CompactPDO
+GroupMessaging NrOfRXPDO NrOfTXPDO LSS_Supported"""
 PATIENCE_S = 20.0
 MILD = 20.4
 OFFSETS = tuple(f"AI input PV.d{axis}" for axis in "XYZ")
@@ -92,15 +104,12 @@ def pair(wire: Wire, fmu: Path) -> Iterator[tuple[Master, Service]]:
     mapping = node_mapping(NODE, fmu)
     with contextlib.ExitStack() as stack:
         bus = {"interface": wire.interface, "channel": wire.channel, **wire.options}
-        node = CanOpenNode(NODE, node_dictionary(NODE, fmu), mapping.database, bus)
+        node = CanOpenNode(NODE, node_dictionary(NODE, fmu), mapping.database, bus, listen_s=0.1)
         stack.callback(node.close)
         service = stack.enter_context(
-            gateway_thread(wire, mapping.database, fmu, GatewaySettings())
+            gateway_thread(wire, mapping.database, fmu, GatewaySettings(), participants=[node])
         )
-        service.canopen = node
-        assert service.node is not None or _comes(lambda: service.node is not None)
-        assert service.node is not None
-        service.node._send = node.gated(service.node._send)
+        assert _comes(lambda: service.node is not None)
         master = stack.enter_context(contextlib.closing(Master(wire, node_eds(NODE, fmu))))
         yield master, service
 
@@ -187,6 +196,105 @@ def test_limits_and_hash_are_read_and_nothing_is_written(wire: Wire, quick_fmu: 
             sdo.download(0x7130, 1, b"\0\0")
         with pytest.raises(SdoAbortedError):
             sdo.download(0x1A00, 1, b"\0\0\0\0")
+
+
+def answers(wire: Wire, request: bytes) -> list[bytes]:
+    """Send a request to the SDO server as it stands and return what it answers at once."""
+    with wire.open() as bus:
+        bus.send(can.Message(arbitration_id=0x600 + NODE, data=request, is_extended_id=False))
+        found: list[bytes] = []
+        while (message := bus.recv(5.0 if not found else 0.1)) is not None:
+            if message.arbitration_id == 0x580 + NODE:
+                found.append(bytes(message.data))
+        return found
+
+
+@pytest.mark.parametrize(
+    ("request_", "place"),
+    [
+        pytest.param("60 00 00 00 00 00 00 00", "000000", id="segment up without initiate"),
+        pytest.param("01 00 00 00 00 00 00 00", "000000", id="segment down without initiate"),
+        pytest.param("a0 01 23 02 7f 00 00 00", "012302", id="block upload, no other way allowed"),
+        pytest.param("a0 01 23 02 7f 05 00 00", "012302", id="block upload, larger than allowed"),
+        pytest.param("a3 00 00 00 00 00 00 00", "000000", id="block upload goes on, none begun"),
+        pytest.param("c0 01 23 02 00 00 00 00", "012302", id="block download"),
+        pytest.param("e0 00 00 00 00 00 00 00", "000000", id="no such command"),
+    ],
+)
+def test_what_the_sdo_server_cannot_do_it_aborts(
+    quick_fmu: Path, request_: str, place: str
+) -> None:
+    wire = new_wire("virtual")
+    with pair(wire, quick_fmu):
+        (answer,) = answers(wire, bytes.fromhex(request_))
+    assert answer == b"\x80" + bytes.fromhex(place) + (0x05040001).to_bytes(4, "little")
+
+
+def test_a_block_upload_becomes_one_in_segments_where_the_client_allows_it(
+    quick_fmu: Path,
+) -> None:
+    wire = new_wire("virtual")
+    with pair(wire, quick_fmu):
+        (answer,) = answers(wire, bytes.fromhex("a0 01 23 02 7f 40 00 00"))
+        assert answer == bytes.fromhex("41 01 23 02 40 00 00 00")
+        (segment,) = answers(wire, bytes.fromhex("60 00 00 00 00 00 00 00"))
+    assert segment[0] == 0
+
+
+@pytest.mark.parametrize(("more", "code"), [(-1, 0x8210), (1, 0x8220)])
+def test_an_rpdo_of_another_length_is_told_and_a_longer_one_is_used(
+    quick_fmu: Path, more: int, code: int
+) -> None:
+    wire = new_wire("virtual")
+    with pair(wire, quick_fmu) as (master, service), wire.open() as bus:
+        master.start()
+        master.until(lambda: master.heard.get("valid") == 1)
+        frame = next(frame for frame in service.database.of(MACHINE) if frame.size < 8)
+        size = frame.size
+
+        def send() -> None:
+            data = bytes([0x20, 0x08] * 6)[: size + more]
+            bus.send(can.Message(arbitration_id=frame.frame_id, data=data, is_extended_id=False))
+
+        before = service.node.reception.counts["good"]  # type: ignore[union-attr]
+        for _ in range(20):
+            send()
+            time.sleep(0.02)
+        assert _comes(lambda: code in {error.code for error in master.node.emcy.log})
+        counts = service.node.reception.counts  # type: ignore[union-attr]
+        assert (counts["good"] - before >= 20) == (more > 0)
+        assert (counts["wrong_length"] >= 20) == (more < 0)
+
+
+def test_a_second_node_of_the_same_number_is_noticed(quick_fmu: Path) -> None:
+    wire = new_wire("virtual")
+    with pair(wire, quick_fmu) as (master, service), wire.open() as bus:
+        mapping = node_mapping(NODE, quick_fmu)
+        other = {"interface": wire.interface, "channel": wire.channel}
+        with pytest.raises(BadInput, match="another node"):
+            CanOpenNode(NODE, node_dictionary(NODE, quick_fmu), mapping.database, other)
+        master.start()
+        master.until(lambda: master.heard.get("valid") == 1)
+        beat = can.Message(arbitration_id=0x700 + NODE, data=b"\x05", is_extended_id=False)
+        bus.send(beat)
+        assert _comes(lambda: not service.participants[0].operational)
+        assert _comes(lambda: 0x8150 in {error.code for error in master.node.emcy.log})
+
+
+def test_the_data_sheet_has_what_cia_306_asks_for(quick_fmu: Path) -> None:
+    sheet = configparser.RawConfigParser()
+    sheet.optionxform = str  # type: ignore[assignment,method-assign]
+    sheet.read_string(node_eds(NODE, quick_fmu))
+    assert set(FILE_INFO.split()) <= set(sheet["FileInfo"])
+    assert set(DEVICE_INFO.split()) <= set(sheet["DeviceInfo"])
+    assert sheet["DeviceInfo"]["RevisionNumber"] == str(int(sheet["1018sub3"]["DefaultValue"], 0))
+    for number, way in (("NrOfRXPDO", "14"), ("NrOfTXPDO", "18")):
+        there = [name for name in sheet.sections() if re.fullmatch(f"{way}0[0-9]", name)]
+        assert sheet["DeviceInfo"][number] == str(len(there))
+    cobs = [name for name in sheet.sections() if re.fullmatch("1[48]0.sub1|1200sub[12]|1014", name)]
+    assert len(cobs) >= 6
+    assert all(sheet[name]["DefaultValue"].startswith("$NODEID+0x") for name in cobs)
+    assert node_eds(NODE + 1, quick_fmu) == node_eds(NODE, quick_fmu)
 
 
 def test_the_heartbeat_is_the_gateways_own(wire: Wire, quick_fmu: Path) -> None:

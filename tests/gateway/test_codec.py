@@ -13,9 +13,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from measurement.errors import BadInput
-from scenarios.gateway.codec import Encoder, Problem, decode, high_raw, low_raw, name_of, raw_of
-from scenarios.gateway.database import (
+from gateway.codec import Encoder, Problem, decode, high_raw, low_raw, name_of, raw_of
+from gateway.database import (
     COMPENSATOR,
     DBC,
     ERROR,
@@ -26,12 +25,13 @@ from scenarios.gateway.database import (
     Signal,
     read_database,
 )
+from measurement.errors import BadInput
 from tests.gateway.bench import start_values
 
 DATABASE = read_database()
 ALL = [(frame, signal) for frame in DATABASE.frames for signal in frame.signals.values()]
 IDS = [f"{frame.name}.{signal.name}" for frame, signal in ALL]
-UNCODED = {"answered_time", "probe_time", "probes_taken"}
+UNCODED = {"answered_time", "challenge", "proof", "probe_time", "probes_taken"}
 """Every raw value of these counts: there is none to spare for a special code."""
 CODED = [(f, s) for f, s in ALL if s.name not in UNCODED]
 each_signal = pytest.mark.parametrize(("frame", "signal"), ALL, ids=IDS)
@@ -137,6 +137,7 @@ def test_every_frame_and_signal_says_what_it_is() -> None:
 def test_the_start_values_are_safe(database: Database) -> None:
     assert start_values(database) == {
         "valid": "invalid",
+        "freshness": "not_proven",
         "gateway_state": "starting",
         "status": "waiting",
         "bus_fault": "startup",
@@ -198,6 +199,10 @@ GOOD = DBC.read_text(encoding="utf-8")
         ("machine_time", "machine_tine", "machine_time"),
         ("(0.01,-100) [-60|400]", "(0.01,-100) [0|0]", "smallest"),
         ("T1 : 16|16@1+", "T1 : 16|16@1-", "unsigned"),
+        ("T1 : 16|16@1+ (0.01,", "T1 : 16|16@1+ (0,", "MachineTemperatures1.T1: has the factor 0"),
+        ("dX : 16|16@1+ (0.02,", "dX : 16|16@1+ (0,", "CompensatorOffsets.dX: has the factor 0"),
+        (" dX ", " eX ", "COMPENSATOR: sends no signal dX"),
+        ('1 "starting" 2 "running"', '1 "running" 2 "running"', "two values of one name"),
         ("BO_ 528 MachineTemperatures1: 8", "BO_ 528 MachineTemperatures1: 7", ""),
     ],
 )
@@ -212,6 +217,17 @@ def test_a_dbc_file_that_will_not_do_is_refused(
     assert "\n" not in str(caught.value)
     assert str(path) in str(caught.value)
     assert word in str(caught.value)
+
+
+def test_a_file_that_is_no_text_is_refused_in_a_line_that_a_terminal_can_take(
+    tmp_path: Path,
+) -> None:
+    path = tmp_path / "binary.dbc"
+    path.write_bytes(b'VERSION ""\n\x1b[2J\x1b]0;owned\x07\x08' + bytes(range(256)) * 20)
+    with pytest.raises(BadInput) as caught:
+        read_database(path)
+    assert str(caught.value).isprintable()
+    assert len(caught.value.problem) < 400
 
 
 def refusal(path: Path) -> str:

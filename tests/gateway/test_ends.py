@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from math import nan
@@ -10,17 +11,17 @@ from pathlib import Path
 import can
 import pytest
 
+from gateway import page
+from gateway.busload import bus_load, frame_bits
+from gateway.codec import Sender
+from gateway.control import OffsetFollower
+from gateway.database import COMPENSATOR, DBC, MACHINE, Database
+from gateway.machine import Ear
+from gateway.page import PAGE, frames_text, updated
+from gateway.reception import Cycle
+from gateway.unit import CompensatorUnit, StateFile, check_units, options_of
 from measurement.errors import BadInput
 from scenarios.cli import main
-from scenarios.gateway import page
-from scenarios.gateway.busload import bus_load, frame_bits
-from scenarios.gateway.codec import Sender
-from scenarios.gateway.control import OffsetFollower
-from scenarios.gateway.database import COMPENSATOR, DBC, MACHINE, Database
-from scenarios.gateway.machine import Ear
-from scenarios.gateway.page import PAGE, frames_text, updated
-from scenarios.gateway.supervision import Cycle
-from scenarios.gateway.unit import CompensatorUnit, StateFile, check_units, options_of
 from tests.gateway.bench import WARM, Bench
 from tests.scenarios.tiny_fmus import COMPENSATOR as TINY_COMPENSATOR
 from tests.scenarios.tiny_fmus import build_tiny
@@ -112,7 +113,23 @@ def test_a_state_comes_back(tmp_path: Path, bench: Bench, new_unit: object) -> N
     assert other == (None, "it belongs to another FMU")
 
 
-@pytest.mark.parametrize("text", ["", "{}", "[]", '{"kind": 1}', "\x00", '{"kind": "spindle'])
+@pytest.mark.parametrize(
+    "cut", [0, 1, 20, 60, -2, "saved", "time_s", "machine_time_s", "format", "state"]
+)
+def test_a_state_that_is_damaged_is_not_used(tmp_path: Path, cut: int | str) -> None:
+    store = StateFile(tmp_path / "s.json", "x", lambda: 100.0)
+    store.write(100.0, 1.0, 2.0, b"state")
+    text = store.path.read_text()
+    assert store.read()[0] is not None
+    if isinstance(cut, str):
+        text = re.sub(rf'("{cut}": )("[^"]*"|[0-9.]+)', r"\1NaN", text)
+    store.path.write_text(text if isinstance(cut, str) else text[:cut])
+    found, why = store.read()
+    assert found is None
+    assert why.startswith("it is damaged: ")
+
+
+@pytest.mark.parametrize("text", ["{}", "[]", '{"kind": 1}', "\x00", "my notes"])
 def test_a_file_that_is_no_state_is_refused(tmp_path: Path, text: str) -> None:
     path = tmp_path / "s.json"
     path.write_text(text)
@@ -183,7 +200,7 @@ def _stuffed(bits: list[int]) -> list[int]:
 
 
 def test_the_load_is_that_of_the_cycle_times(database: Database) -> None:
-    assert bus_load(database) == pytest.approx(13 * 135 * 10 / 500_000)
+    assert bus_load(database) == pytest.approx(15 * 135 * 10 / 500_000)
     assert bus_load(database, 250_000) == pytest.approx(2 * bus_load(database))
 
 
@@ -191,7 +208,7 @@ def test_the_load_is_that_of_the_cycle_times(database: Database) -> None:
 
 
 def test_the_page_is_up_to_date(database: Database) -> None:
-    """If this fails: python -m scenarios.gateway.page."""
+    """If this fails: python -m gateway.page."""
     text = PAGE.read_text(encoding="utf-8")
     assert updated(text, database) == text
 
@@ -216,7 +233,7 @@ def test_the_table_names_every_frame_and_signal(
         for frame, signal in database.signals(node):
             assert frame.name in printed
             assert signal.name in printed
-    assert "3.51 %" in printed
+    assert "4.05 %" in printed
 
 
 # What the commands refuse

@@ -11,9 +11,9 @@ from pathlib import Path
 import can
 import pytest
 
-from scenarios.gateway import background, framelog
-from scenarios.gateway.background import Background
-from scenarios.gateway.framelog import FrameLog
+from gateway import background, framelog
+from gateway.background import Background
+from gateway.framelog import FrameLog
 from tests.gateway.bus import wait_for
 
 ENDINGS = [".log", ".asc", ".blf"]
@@ -52,7 +52,7 @@ def test_a_log_survives_a_kill_but_for_its_last_second(tmp_path: Path, ending: s
     path = tmp_path / f"frames{ending}"
     program = (
         "import os, sys, time; from pathlib import Path\n"
-        "from scenarios.gateway.framelog import FrameLog\n"
+        "from gateway.framelog import FrameLog\n"
         "from tests.gateway.test_framelog import frame\n"
         "log = FrameLog(Path(sys.argv[1]))\n"
         "for k in range(300): log.write(frame(k))\n"
@@ -140,6 +140,23 @@ def test_a_full_disk_is_told_and_survived(tmp_path: Path, monkeypatch: pytest.Mo
         time.sleep(0.005)
     log.close()
     assert numbers(path)[-1] == 149
+    assert any("written again" in line for line in said)
+
+
+def test_a_disk_that_takes_no_log_does_not_keep_the_gateway_from_starting(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(framelog, "RETRY_S", 0.05)
+    folder, said = tmp_path / "logs", list[str]()
+    folder.write_text("no folder yet")
+    log = FrameLog(folder / "frames.log", said.append)
+    assert "cannot be written" in said[0]
+    log.write(frame(1))
+    folder.unlink()
+    time.sleep(0.1)
+    wait_for(lambda: bool(log.write(frame(2)) or (folder / "frames.log").exists()))
+    log.close()
+    assert set(numbers(folder / "frames.log")) == {2}
     assert any("written again" in line for line in said)
 
 

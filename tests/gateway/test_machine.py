@@ -9,12 +9,12 @@ from typing import Any
 import can
 import pytest
 
+from gateway.codec import Sender, decode, high_raw
+from gateway.database import COMPENSATOR, MACHINE, Database
+from gateway.machine import Ear, MachineNode, Pace
+from gateway.plant import MachinePlant
+from gateway.replay import LONGEST_PAUSE_S, replay
 from scenarios.cli import main
-from scenarios.gateway.codec import Sender, decode, high_raw
-from scenarios.gateway.database import COMPENSATOR, MACHINE, Database
-from scenarios.gateway.machine import Ear, MachineNode, Pace
-from scenarios.gateway.plant import MachinePlant
-from scenarios.gateway.replay import LONGEST_PAUSE_S, replay
 from scenarios.scenario import read_scenario
 
 CYCLE_S = 0.1
@@ -133,7 +133,7 @@ def test_a_long_pause_in_a_log_is_cut_out(
     database: Database, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     clock = Clock()
-    monkeypatch.setattr("scenarios.gateway.replay.time.sleep", clock.receive)
+    monkeypatch.setattr("gateway.replay.time.sleep", clock.receive)
     frames = [0.0, 0.1, 0.2, 50.2, 50.3, 1000.0, 1000.9]
     log = [can.Message(arbitration_id=0x210, data=bytes(8), timestamp=t) for t in frames]
     link: Any = clock

@@ -7,10 +7,10 @@ from itertools import pairwise
 
 import pytest
 
-from scenarios.gateway.codec import raw_of
-from scenarios.gateway.database import MACHINE, Database
-from scenarios.gateway.node import GatewaySettings
-from scenarios.gateway.unit import CompensatorUnit, Saved
+from gateway.codec import raw_of
+from gateway.database import MACHINE, Database
+from gateway.node import GatewaySettings
+from gateway.unit import CompensatorUnit, Saved
 from tests.gateway.bench import WARM, Bench, with_bytes
 from tests.gateway.conftest import HOLD_S, RECOVER_S, SLEW_UM_PER_S
 from tests.gateway.faults import (
@@ -98,7 +98,7 @@ def assert_no_step(bench: Bench, pause_s: float = 0.36) -> None:
         assert max(moves) <= allowed
 
 
-@pytest.mark.parametrize(("change", "fault"), [*WHOLE_CYCLE, *SIGNALS])
+@pytest.mark.parametrize(("change", "fault"), [*WHOLE_CYCLE, *SIGNALS[:-1]])
 def test_one_fault_is_enough_to_hold(bench: Bench, change: Change, fault: str) -> None:
     bench.settle(WARM)
     held = bench.offsets
@@ -116,6 +116,19 @@ def test_one_fault_is_enough_to_hold(bench: Bench, change: Change, fault: str) -
     for _ in range(round(RECOVER_S / 0.1) + 5):
         bench.cycle(WARM)
     assert bench.last["valid"] == "valid"
+
+
+def test_a_machine_time_that_jumps_and_comes_back_is_time_not_seen(bench: Bench) -> None:
+    bench.settle(WARM)
+    reached, time_s = bench.unit.time_s, bench.time_s
+    bench.cycle(WARM, raw_signal("machine_time", 5)(bench.database))
+    bench.cycle(WARM)
+    assert bench.last["bus_fault"] == "time_jump"
+    assert bench.unit.time_s - reached == pytest.approx(time_s, abs=0.5)
+    for _ in range(200):
+        bench.cycle(WARM)
+    assert bench.last["valid"] == "valid"
+    assert_no_step(bench)
 
 
 @pytest.mark.parametrize("place", PLACES)
@@ -230,17 +243,15 @@ def test_without_a_bus_offsets_are_given_up_and_the_return_is_ramped(bench: Benc
 def test_a_restart_of_the_machine_is_survived(bench: Bench, database: Database) -> None:
     bench.settle(WARM)
     held = bench.offsets
-    fresh = Bench.__new__(Bench)
-    fresh.__dict__ |= bench.__dict__
-    fresh.sender, fresh.time_s = type(bench.sender)(database, MACHINE), 0.0
+    bench.sender, bench.time_s, bench.began = type(bench.sender)(database, MACHINE), 0.0, None
     for _ in range(5):
-        fresh.give(fresh.frames(WARM, state="starting"))
-    assert fresh.last["bus_fault"] == "machine_not_running"
-    assert fresh.offsets == held
+        bench.give(bench.frames(WARM, state="starting"))
+    assert bench.last["bus_fault"] == "machine_not_running"
+    assert bench.offsets == held
     for _ in range(round((RECOVER_S + 1.0) / 0.1)):
-        fresh.cycle(WARM)
-    assert fresh.last["valid"] == "valid"
-    assert fresh.offsets == held
+        bench.cycle(WARM)
+    assert bench.last["valid"] == "valid"
+    assert bench.offsets == held
 
 
 def test_the_tool_frames_give_the_offset_at_other_tool_lengths(
@@ -269,7 +280,7 @@ def test_the_machine_clock_steps_by_the_machines_time(
     for n in range(1, 9):
         bench.cycle(WARM)
         assert unit.time_s == pytest.approx(2.5 * n)
-    bench.cycle(WARM, dropped(5)(database))
+    bench.cycle(WARM, dropped(6)(database))
     bench.cycle(WARM)
     assert unit.time_s == pytest.approx(25.0)
 

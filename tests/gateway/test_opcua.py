@@ -15,17 +15,18 @@ from typing import Any, TypeVar
 
 import pytest
 
-from measurement.errors import BadInput
-from scenarios.gateway.database import Database
-from scenarios.gateway.node import GatewaySettings
-from scenarios.gateway.opcua import (
+from gateway.database import Database
+from gateway.node import GatewaySettings
+from gateway.opcua import (
+    HallStatus,
     Security,
     checked_url,
     hall_status,
     security_of,
 )
-from scenarios.gateway.serving import Service
-from scenarios.gateway.unit import CompensatorUnit
+from gateway.serving import Service
+from gateway.unit import CompensatorUnit
+from measurement.errors import BadInput
 from tests.gateway.bus import Control, Program, gateway_thread, programs, wait_for
 from tests.gateway.conftest import Wire, new_wire
 
@@ -91,7 +92,7 @@ def told_hall(database: Database, fmu: Path) -> Iterator[Hall]:
         service = stack.enter_context(gateway_thread(wire, database, fmu, CLOCK))
         status = hall_status(url, None, service.unit, said.append)
         stack.callback(status.close)
-        service.hall = status
+        service.participants.append(status)
         control = stack.enter_context(contextlib.closing(Control(wire, database, 1.0)))
         yield Hall(service, control, url, said)
 
@@ -247,8 +248,8 @@ def test_a_gateway_that_stands_still_is_told_from_one_that_has_nothing_new(
 @pytest.mark.parametrize("number", ["SIGKILL", "SIGSTOP"])
 def test_a_server_that_is_dead_or_hangs_is_a_line_in_the_log(own_hall: Hall, number: str) -> None:
     own_hall.control.settle(MILD)
-    status = own_hall.service.hall
-    assert status is not None
+    (status,) = own_hall.service.participants
+    assert isinstance(status, HallStatus)
     os.kill(status._server.pid, getattr(signal, number))
     slowest = 0.0
     for _ in range(150):

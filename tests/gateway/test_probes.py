@@ -11,15 +11,15 @@ import can
 import numpy as np
 import pytest
 
+from gateway.answering import half_widths
+from gateway.database import COMPENSATOR, MACHINE, Database
+from gateway.mapfile import map_path
+from gateway.mapping import read_mapping
+from gateway.node import GatewaySettings
+from gateway.probes import COUNTED, MOST_TRIES, ProbeSender
+from gateway.unit import CompensatorUnit
 from measurement.runs import read_run
 from scenarios.cosimulation import simulate
-from scenarios.gateway.answering import half_widths
-from scenarios.gateway.database import COMPENSATOR, MACHINE, Database
-from scenarios.gateway.mapfile import map_path
-from scenarios.gateway.mapping import read_mapping
-from scenarios.gateway.node import GatewaySettings
-from scenarios.gateway.probes import COUNTED, MOST_TRIES, ProbeSender
-from scenarios.gateway.unit import CompensatorUnit
 from scenarios.scenario import read_scenario
 from tests.gateway.bench import WARM, Bench
 from tests.gateway.bus import Program, programs

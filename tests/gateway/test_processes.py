@@ -13,12 +13,12 @@ import can
 import numpy as np
 import pytest
 
+from gateway.database import COMPENSATOR, Database
 from measurement.runs import read_run
 from scenarios.cosimulation import simulate
-from scenarios.gateway.database import COMPENSATOR, Database
 from scenarios.scenario import read_scenario
 from tests.gateway.bench import WARM
-from tests.gateway.bus import Answer, Control, Listener, Program, programs
+from tests.gateway.bus import PATIENCE_S, Answer, Control, Listener, Program, programs
 from tests.gateway.conftest import SLEW_UM_PER_S, Wire
 
 LOCKSTEP = ("--clock", "machine", "--timeout", 10000)
@@ -84,7 +84,8 @@ def test_the_loop_of_two_processes_and_its_replay(
         assert np.abs(difference).max() <= 0.01 + 1e-9
     assert direct["dZ_um"].abs().max() > 1.0
 
-    gateway = start("gateway", *bus, *LOCKSTEP, "--until-off", "--log", again)
+    # Nothing proves that a recording is fresh.
+    gateway = start("gateway", *bus, *LOCKSTEP, "--until-off", "--log", again, "--freshness", "any")
     machine = start(
         *("machine", *bus, "--replay", log, "--speed-up", "max", "--timeout", 10000),
     )
@@ -104,19 +105,20 @@ def test_a_replay_keeps_the_recorded_pace(
 ) -> None:
     bus = [*shared_wire.arguments(), "--fmu-dir", fmu_folder]
     log = tmp_path / "paced.log"
-    bus += ["--timeout", 2000]  # a test must not fail because the computer is busy
+    bus += ["--timeout", 5000]  # a test must not fail because the computer is busy
     gateway = start("gateway", *bus, "--until-off", "--log", log)
     machine = start("machine", "step_speed", *bus, "--set", "duration_s=2", "--set", "record_s=1")
     assert machine.wait() == 0, machine.text()
     assert gateway.wait() == 0, gateway.text()
-    gateway = start("gateway", *bus, "--until-off", "--json")
+    gateway = start("gateway", *bus, "--until-off", "--json", "--freshness", "any")
     with contextlib.closing(Listener(shared_wire)) as listener:
         listener.until(lambda answer: True)
         begun = time.monotonic()
         machine = start("machine", *bus, "--replay", log, "--speed-up", 1)
         assert machine.wait() == 0, machine.text()
     # Two seconds of running, and the cycles before and after them.
-    assert 2.0 < time.monotonic() - begun < 15.0
+    # How long the process takes to start is the computer's affair.
+    assert 2.0 < time.monotonic() - begun < PATIENCE_S
     assert gateway.wait() == 0, gateway.text()
     frames = json.loads(gateway.text()[gateway.text().index("{\n") :])["frames"]
     assert frames["good"] > 100

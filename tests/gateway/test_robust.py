@@ -5,13 +5,14 @@ from __future__ import annotations
 import contextlib
 import os
 import signal
+import socket
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 
-from scenarios.gateway.database import Database
+from gateway.database import Database
 from tests.gateway.bench import WARM
 from tests.gateway.bus import Control, Program, programs
 from tests.gateway.conftest import Wire
@@ -48,7 +49,8 @@ def test_a_gateway_that_was_stopped_answers_nothing_old_as_valid(
         control.settle(WARM)
         send(gateway, signal.SIGSTOP)
         sent: dict[float, float] = {}
-        for _ in range(40):
+        # No more than a socket keeps.
+        for _ in range(30):
             answered = round(control.time_s * 1e3) % 65536 / 1e3
             control.send(control.messages(WARM))
             sent[answered] = time.monotonic()
@@ -100,6 +102,34 @@ def test_a_full_disk_and_a_hangup_do_not_stop_it_and_its_end_is_told(
         last = control.ear.until(lambda answer: answer["gateway_state"] == "stopping", 5.0)[-1]
     assert last["valid"] == "invalid"
     assert gateway.wait(20.0) == 0
+
+
+def test_a_service_is_alive_and_takes_a_new_reference(
+    shared_wire: Wire,
+    database: Database,
+    arguments: tuple[object, ...],
+    tmp_path: Path,
+    start: Callable[..., Program],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as manager:
+        manager.bind(str(tmp_path / "notify"))
+        manager.settimeout(60.0)
+        monkeypatch.setenv("NOTIFY_SOCKET", str(tmp_path / "notify"))
+        monkeypatch.setenv("WATCHDOG_USEC", "200000")
+        gateway = start(*arguments, "--timeout", 2000)
+        heard = [manager.recv(1000) for _ in range(20)]
+        assert heard[0] == b"READY=1"
+        assert heard.count(b"WATCHDOG=1") > 5
+        with contextlib.closing(Control(shared_wire, database, 1.0)) as control:
+            control.settle(WARM)
+            send(gateway, signal.SIGUSR1)
+            until = time.monotonic() + 60.0
+            while control.cycle(WARM)["dX"] != 0.0 or control.answers[-1]["valid"] != "valid":
+                assert time.monotonic() < until, gateway.text()
+        assert gateway.stop() == 0, gateway.text()
+        while manager.recv(1000) != b"STOPPING=1":
+            pass
 
 
 def test_two_gateways_notice_each_other(

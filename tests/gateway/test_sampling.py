@@ -7,12 +7,12 @@ from math import inf, nan
 
 import pytest
 
-from scenarios.gateway.codec import Encoder
-from scenarios.gateway.database import MACHINE, Database, Frame, Substitute
-from scenarios.gateway.mapfile import map_path
-from scenarios.gateway.mapping import read_mapping
-from scenarios.gateway.protection import CHECKS, Checked, Protection
-from scenarios.gateway.sampling import Sampling, Substitution
+from gateway.codec import Encoder
+from gateway.database import MACHINE, Database, Frame, Substitute
+from gateway.mapfile import map_path
+from gateway.mapping import read_mapping
+from gateway.protection import CHECKS, Checked, Protection
+from gateway.reception import Reception, Substitution
 
 COUNTS = 16
 # Of the ASCII digits 1 to 9, as the catalogue of parametrised CRC algorithms lists it; the sum and
@@ -86,7 +86,7 @@ def speeds(frame: Frame, count: int) -> list[bytes]:
 
 def looks(frame: Frame, frames: list[tuple[float, bytes]], at: float) -> tuple[float, str]:
     """Return the speed that a look at a time gives, and what is wrong."""
-    sampling = Sampling([frame])
+    sampling = Reception([frame], together=False)
     for k, (now, data) in enumerate(frames):
         sampling.take(frame.key, data, now)
         if k == 0:
@@ -119,7 +119,7 @@ def test_a_changed_frame_counts_as_not_received(turning: Frame) -> None:
 
 def test_two_senders_with_the_right_check_value_spoil_it(turning: Frame) -> None:
     one, other = speeds(turning, 30), speeds(turning, 40)[9:]
-    sampling = Sampling([turning])
+    sampling = Reception([turning], together=False)
     used = []
     for k, (first, second) in enumerate(zip(one, other, strict=False)):
         for data in (first, second):
@@ -141,8 +141,8 @@ def test_a_frame_that_may_never_be_late_must_come_once(turning: Frame) -> None:
 
 
 def test_a_frame_of_optional_signals_spoils_nothing(turning: Frame) -> None:
-    assert not Sampling([turning]).look(1.0).usable
-    assert Sampling([turning], {"speed": None}).look(1.0).usable
+    assert not Reception([turning], together=False).look(1.0).usable
+    assert Reception([turning], together=False, optional={"speed"}).look(1.0).usable
 
 
 def test_what_stands_for_a_missing_input() -> None:

@@ -12,13 +12,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from scenarios.gateway.codec import Sender, Value
-from scenarios.gateway.database import COMPENSATOR, MACHINE, Database
-from scenarios.gateway.link import Link
-from scenarios.gateway.machine import Ear
-from scenarios.gateway.node import GatewaySettings
-from scenarios.gateway.page import session_lines, session_messages
-from scenarios.gateway.supervision import Cycle
+from gateway.codec import Sender, Value
+from gateway.database import COMPENSATOR, MACHINE, Database
+from gateway.link import Link
+from gateway.machine import Ear
+from gateway.node import GatewaySettings
+from gateway.page import session_lines, session_messages
+from gateway.reception import Cycle
 from tests.gateway.bench import WARM
 from tests.gateway.bus import Control, gateway_thread, wait_for
 from tests.gateway.conftest import SLEW_UM_PER_S, Wire
@@ -123,7 +123,7 @@ class Guarded:
         content |= {"speed": 3000.0, "tool_length": 150.0, "offset_use": "following"}
         content["thermal_state"] = "cold"
         content |= {"machine_state": state, "machine_time": self.time_s, "machine_step": step_s}
-        self.link.send(self.sender.messages(content | dict(values)))
+        self.link.send(self.sender.messages(content | dict(values), self.ear.challenge))
         until = time.monotonic() + (0.5 if state == "running" else 0.1)
         if self.ear.hear(self.link, until, self.time_s):
             cycle = self.ear.taken()

@@ -13,12 +13,11 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-import build_fmu
-from fmu_packaging.native.compilers import NativeError, compilers
 from scenarios.cli import main
 from scenarios.cosimulation import simulate
 from scenarios.scenario import read_scenario
 from tests.conftest import ROOT
+from tests.patience import PATIENCE_S
 
 EXAMPLES = ROOT / "docs" / "examples"
 SCENARIO, VARIANT = "step_speed", "long_tool"
@@ -48,7 +47,7 @@ def run(*command: object, folder: Path, **environment: str) -> subprocess.Comple
         [str(part) for part in command],
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=PATIENCE_S,
         cwd=folder,
         env={**os.environ, "TMPDIR": str(folder), **environment},
         check=False,
@@ -75,45 +74,20 @@ def agree(found: pd.DataFrame, reference: pd.DataFrame, tolerance: float = TOLER
         assert off.max() <= tolerance, f"{name} is off by {off.max():g} at {off.idxmax():g} s"
 
 
-@pytest.fixture(scope="session")
-def fmus(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with both FMUs, as build_fmu.py makes them."""
-    folder = tmp_path_factory.mktemp("dist")
-    assert build_fmu.main(["--out", str(folder)]) == 0
-    return folder
-
-
 @pytest.fixture(scope="session", params=["python", "native"])
-def compensator(request: pytest.FixtureRequest, fmus: Path) -> Path:
+def compensator(request: pytest.FixtureRequest) -> Path:
     """The compensator FMU, of either kind."""
-    return fmus / "compensator.fmu" if request.param == "python" else native_fmu(fmus)
+    if request.param == "native":
+        folder: Path = request.getfixturevalue("shipped_in_c")
+        return folder / "compensator_native.fmu"
+    folder = request.getfixturevalue("shipped")
+    return folder / "compensator.fmu"
 
 
 @pytest.fixture(scope="session")
-def plant(fmus: Path, compensator: Path) -> Path:
+def plant(compensator: Path) -> Path:
     """The plant FMU, of the kind of the compensator."""
-    return native_fmu(fmus, "plant") if "native" in compensator.name else fmus / "plant.fmu"
-
-
-def native_fmu(folder: Path, kind: str = "compensator") -> Path:
-    """Return a C99 FMU, built into *folder* if it is not there."""
-    path = folder / f"{kind}_native.fmu"
-    if not path.is_file():
-        try:
-            compilers()
-        except NativeError as error:
-            pytest.fail(str(error)) if os.environ.get("CI") else pytest.skip(str(error))
-        arguments = ["--only", kind, "--native", "--out", str(folder)]
-        assert build_fmu.main(arguments) == 0
-    return path
-
-
-@pytest.fixture(scope="session")
-def in_fmi3(fmus: Path) -> tuple[Path, Path]:
-    """Plant and compensator in C as FMI 3.0."""
-    native_fmu(fmus)  # says what is missing where there is no compiler
-    assert build_fmu.main(["--native", "--fmi", "3", "--out", str(fmus)]) == 0
-    return fmus / "plant_native_fmi3.fmu", fmus / "compensator_native_fmi3.fmu"
+    return compensator.with_name(compensator.name.replace("compensator", "plant"))
 
 
 @pytest.fixture(scope="session")
@@ -137,13 +111,11 @@ def signals(reference: pd.DataFrame, tmp_path_factory: pytest.TempPathFactory) -
 
 
 @pytest.fixture(scope="session")
-def ssp(
-    fmus: Path, plant: Path, compensator: Path, tmp_path_factory: pytest.TempPathFactory
-) -> Path:
+def ssp(plant: Path, compensator: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The scenario as an .ssp file."""
     path = tmp_path_factory.mktemp("ssp") / f"{SCENARIO}.ssp"
     settings = [f"--set={key}={value}" for key, value in SETTINGS.items()]
-    arguments = ["ssp", SCENARIO, "--variant", VARIANT, "--fmu-dir", str(fmus)]
+    arguments = ["ssp", SCENARIO, "--variant", VARIANT, "--fmu-dir", str(plant.parent)]
     if "native" not in compensator.name:  # else it is what is taken by itself
         arguments += ["--plant", str(plant), "--compensator", str(compensator)]
     assert main([*arguments, *settings, "-o", str(path)]) == 0

@@ -15,7 +15,7 @@ import pandas as pd
 import pytest
 from fmpy import simulate_fmu
 
-from tests.masters.conftest import EXAMPLES, STEP_S, STOP_S, agree, native_fmu, needs, run
+from tests.masters.conftest import EXAMPLES, STEP_S, STOP_S, agree, needs, run
 
 WANTED = ("error_X", "error_Y", "error_Z", "drift_Z", "T1")
 SIX_DIGITS = 5.1e-7
@@ -83,20 +83,20 @@ def program(tmp_path: Path) -> tuple[Path, dict[str, str]]:
 
 
 def test_without_the_python_library_the_program_dies(
-    fmus: Path, program: tuple[Path, dict[str, str]], tmp_path: Path
+    shipped: Path, program: tuple[Path, dict[str, str]], tmp_path: Path
 ) -> None:
     path, environment = program
-    command = (path, "simulate", "--path", fmus / "compensator.fmu", "--stepSize", 1)
+    command = (path, "simulate", "--path", shipped / "compensator.fmu", "--stepSize", 1)
     done = run(*command, folder=tmp_path, **environment)
     assert done.returncode < 0, "docs/embedding.md says otherwise"
     assert not (tmp_path / "compensator.csv").exists()
 
 
 def test_the_c_fmu_runs_as_it_is(
-    fmus: Path, program: tuple[Path, dict[str, str]], tmp_path: Path
+    shipped_in_c: Path, program: tuple[Path, dict[str, str]], tmp_path: Path
 ) -> None:
     path, environment = program
-    fmu = native_fmu(fmus)
+    fmu = shipped_in_c / "compensator_native.fmu"
     rows = [warm(time_s) for time_s in (0.0, 100.0, 300.0)]
     (tmp_path / "warm.xml").write_text(SCENARIO.format(actions="".join(map(action, rows))))
     command = (path, "simulate", "--path", fmu, "--stepSize", 10, "--stopTime", 600)
@@ -118,10 +118,10 @@ def test_the_c_fmu_runs_as_it_is(
 
 
 def test_the_plant_in_c_runs_as_it_is(
-    fmus: Path, program: tuple[Path, dict[str, str]], tmp_path: Path
+    shipped_in_c: Path, program: tuple[Path, dict[str, str]], tmp_path: Path
 ) -> None:
     path, environment = program
-    fmu = native_fmu(fmus, "plant")
+    fmu = shipped_in_c / "plant_native.fmu"
     row = {"time": 0.0, "speed": 9000.0, "dZ": 20.0}
     (tmp_path / "warm.xml").write_text(SCENARIO.format(actions=action(row)))
     command = (path, "simulate", "--path", fmu, "--stepSize", 10, "--stopTime", 600)

@@ -22,8 +22,9 @@ def test_the_coupled_fmus(
     agree(example("in_ecospy.py", plant, compensator, signals, folder=tmp_path), reference)
 
 
+@pytest.mark.long
 def test_the_same_in_fmi_3(
-    request: pytest.FixtureRequest,
+    shipped_in_fmi3: Path,
     compensator: Path,
     signals: Path,
     reference: pd.DataFrame,
@@ -31,7 +32,7 @@ def test_the_same_in_fmi_3(
 ) -> None:
     if "native" not in compensator.name:
         pytest.skip("only FMUs in C have FMI 3.0")
-    in_fmi3 = request.getfixturevalue("in_fmi3")
+    in_fmi3 = [shipped_in_fmi3 / f"{kind}_native_fmi3.fmu" for kind in ("plant", "compensator")]
     agree(example("in_ecospy.py", *in_fmi3, signals, folder=tmp_path), reference)
 
 

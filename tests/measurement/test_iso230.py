@@ -172,6 +172,7 @@ def test_a_long_spectrum_is_cut_in_the_text_only() -> None:
     assert len(summary.to_dict()["segments"]) == len(summary.segments) == 39
 
 
+@pytest.mark.long
 @pytest.mark.real_data
 def test_every_measured_run_has_a_summary(
     lathe_runs: list[Path], electric_spindle_run: Path

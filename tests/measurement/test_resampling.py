@@ -21,7 +21,7 @@ def uneven(seed: int, samples: int = 200) -> np.ndarray:
     return np.cumsum(np.random.default_rng(seed).uniform(5.0, 45.0, samples))
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(
     seed=st.integers(0, 1000),
     slope=st.floats(-1, 1),

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from measurement import runs
@@ -143,11 +143,7 @@ def test_a_folder_and_a_missing_file_are_refused(tmp_path: Path) -> None:
 NUMBERS = st.floats(-60, 400) | st.just(math.nan)
 
 
-@settings(
-    max_examples=60,
-    deadline=None,
-    suppress_health_check=[HealthCheck.function_scoped_fixture],
-)
+@settings(max_examples=60)
 @given(
     times=st.lists(st.floats(-1e9, 1e9), min_size=1, max_size=20, unique=True),
     data=st.data(),
@@ -175,11 +171,7 @@ def test_writing_and_reading_give_the_same_numbers(
 CELL_FORM = re.compile(r"\s*([+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|nan|NaN|NAN|)\s*", re.ASCII)
 
 
-@settings(
-    max_examples=300,
-    deadline=None,
-    suppress_health_check=[HealthCheck.function_scoped_fixture],
-)
+@settings(max_examples=300)
 @given(
     row=st.integers(1, 3),
     column=st.integers(1, 3),
@@ -208,11 +200,7 @@ def test_a_mangled_cell_is_read_as_a_number_or_refused_by_name(
         assert value == expected or (math.isnan(value) and math.isnan(expected))
 
 
-@settings(
-    max_examples=200,
-    deadline=None,
-    suppress_health_check=[HealthCheck.function_scoped_fixture],
-)
+@settings(max_examples=200)
 @given(st.binary(max_size=60), st.integers(0, len(GOOD)), st.integers(0, len(GOOD)))
 def test_a_mangled_file_is_read_or_refused_in_one_line(
     tmp_path: Path, junk: bytes, start: int, end: int

@@ -14,10 +14,10 @@ def test_a_wait_is_ended_before_anything_is_raised() -> None:
     waited_for, reached = threading.Event(), []
     usual = signal.getsignal(signal.SIGINT)
     timer = threading.Timer(0.2, signal.raise_signal, [signal.SIGINT])
-    timer.start()
 
     def work() -> None:
         with ending_work(waited_for.set):
+            timer.start()
             waited_for.wait()
             reached.append("after the wait")
 
@@ -26,7 +26,7 @@ def test_a_wait_is_ended_before_anything_is_raised() -> None:
     timer.join()
     assert reached
     # Whoever waits for the same later finds its lock free.
-    assert waited_for.wait(1.0)
+    assert waited_for.wait(0.0)
     assert signal.getsignal(signal.SIGINT) is usual
 
 

@@ -22,9 +22,10 @@ from fmu_packaging.native.compilers import (
     run_compiler,
     write_sources,
 )
+from tests.patience import PATIENCE_S
 
 HERE = Path(__file__).resolve().parent
-SANITIZED = ("-g", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
+SANITIZED = ("-g", "-O0", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -51,7 +52,7 @@ class Driver:
             input="\n".join(lines) + "\n",
             capture_output=True,
             text=True,
-            timeout=300,
+            timeout=PATIENCE_S,
             check=False,
         )
         assert done.returncode == 0, done.stderr

@@ -24,7 +24,7 @@ QEMU, LIBRARIES = "qemu-aarch64", "/usr/aarch64-linux-gnu"
 
 
 @pytest.fixture(scope="module")
-def both() -> list[tuple[Compiler, list[str]]]:
+def both(every_compiler: None) -> list[tuple[Compiler, list[str]]]:
     """Each compiler, and how its programs are started."""
     lost = [name for name in (FOR_AARCH64, QEMU) if shutil.which(name) is None]
     if lost:
@@ -35,6 +35,7 @@ def both() -> list[tuple[Compiler, list[str]]]:
     return [(here, []), (other, [QEMU, "-L", LIBRARIES])]
 
 
+@pytest.mark.long
 def test_the_compensator_gives_the_numbers_and_words_of_this_machine(
     both: list[tuple[Compiler, list[str]]], tmp_path: Path
 ) -> None:
@@ -46,6 +47,7 @@ def test_the_compensator_gives_the_numbers_and_words_of_this_machine(
     same_lines(here.splitlines(), there.splitlines())
 
 
+@pytest.mark.long
 def test_the_plant_gives_the_numbers_of_this_machine(
     both: list[tuple[Compiler, list[str]]], tmp_path: Path
 ) -> None:

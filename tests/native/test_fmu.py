@@ -10,6 +10,7 @@ import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree as ET
 
 import fmpy
 import pytest
@@ -17,8 +18,9 @@ from fmpy.validation import validate_fmu
 
 import build_fmu
 from fmu_packaging.description import CAPABILITIES
-from fmu_packaging.native.compilers import STRICT, run_compiler
+from fmu_packaging.native.compilers import STRICT, compilers, run_compiler
 from tests.fmu_packaging.apart import apart
+from tests.fmu_packaging.test_slave import LIFE
 from tests.fmus.models import five_point_text
 
 RUN = """
@@ -173,6 +175,51 @@ show([said, [m[1] for m in messages]])
         assert word in said
 
 
+def test_a_host_that_keeps_no_order_is_refused(both: Both) -> None:
+    assert apart(LIFE, both.native) == [["single precision"], True]
+
+
+def test_only_the_categories_asked_for_are_logged(both: Both) -> None:
+    """Those declared are those there are."""
+    declared = fmpy.read_model_description(str(both.native)).logCategories
+    found = apart(
+        """
+import json
+fmu = started(opened(sys.argv[1]))
+seen = []
+for categories in (*json.loads(sys.argv[2]), None):
+    chosen = [] if categories is None else [categories]
+    fmu.setDebugLogging(True, chosen)
+    messages.clear()
+    status_of(fmu.doStep, 0.0, 0.0)
+    status_of(fmu.getReal, [999])
+    seen.append([m[0] for m in messages])
+fmu.setDebugLogging(False, [])
+messages.clear()
+status_of(fmu.getReal, [999])
+show([seen, messages, status_of(fmu.setDebugLogging, True, ["logAll"])])
+""",
+        both.native,
+        json.dumps([category.name for category in declared]),
+    )
+    assert found == [[[2], [3], [2, 3]], [], 3]
+
+
+def test_a_code_has_a_type_that_says_what_it_means(both: Both) -> None:
+    for path in (both.native, both.python):
+        status = next(
+            variable
+            for variable in fmpy.read_model_description(str(path)).modelVariables
+            if variable.name == "status"
+        )
+        assert status.declaredType.name == "Status"
+        with zipfile.ZipFile(path) as archive:
+            root = ET.fromstring(archive.read("modelDescription.xml"))
+        said = root.find("TypeDefinitions/SimpleType[@name='Status']")
+        assert said is not None
+        assert "1: waiting for the first valid sample" in str(said.get("description"))
+
+
 def test_a_state_of_another_model_is_refused(both: Both, tmp_path: Path) -> None:
     other = tmp_path / "other.json"
     other.write_text(five_point_text(gain=2.0))
@@ -194,24 +241,24 @@ show([status_of(two.deSerializeFMUstate, data), messages[-1][1]])
     assert found == [3, "the state belongs to another FMU"]
 
 
-def test_a_build_in_another_process_gives_the_same_bytes(both: Both, tmp_path: Path) -> None:
-    arguments = [
-        "--native",
-        "--only",
-        "compensator",
-        "--model",
-        str(both.model),
-        "--out",
-        str(tmp_path),
-        "--json",
-    ]
-    done = subprocess.run(
-        [sys.executable, build_fmu.__file__, *arguments], capture_output=True, text=True, check=True
-    )
-    assert json.loads(done.stdout)[0]["written"]
-    assert (tmp_path / both.native.name).read_bytes() == both.native.read_bytes()
+@pytest.mark.long
+def test_builds_in_two_processes_give_the_same_bytes(
+    both: Both, every_compiler: None, tmp_path: Path
+) -> None:
+    """On all platforms that there is a compiler for; nothing is remembered between them."""
+    arguments = ["--native", "--only", "compensator", "--model", str(both.model), "--json"]
+    for name in ("one", "other"):
+        command = [sys.executable, build_fmu.__file__, *arguments, "--out", str(tmp_path / name)]
+        done = subprocess.run(command, capture_output=True, text=True, check=True)
+        assert json.loads(done.stdout)[0]["written"]
+    one, other = (tmp_path / name / both.native.name for name in ("one", "other"))
+    assert one.read_bytes() == other.read_bytes()
+    with zipfile.ZipFile(one) as archive:
+        platforms = {name.split("/")[1] for name in archive.namelist() if "binaries/" in name}
+    assert platforms == {compiler.platform for compiler in compilers()}
 
 
+@pytest.mark.long
 def test_fmpy_compiles_the_sources_into_the_same_numbers(both: Both, tmp_path: Path) -> None:
     path = tmp_path / "compensator_native.fmu"
     with zipfile.ZipFile(both.native) as given, zipfile.ZipFile(path, "w") as bare:
@@ -221,6 +268,19 @@ def test_fmpy_compiles_the_sources_into_the_same_numbers(both: Both, tmp_path: P
     command = [sys.executable, "-m", "fmpy", "compile", str(path)]
     done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
+    with zipfile.ZipFile(path) as archive:
+        ending = fmpy.sharedLibraryExtension
+        library = next(name for name in archive.namelist() if name.endswith(ending))
+        archive.extract(library, tmp_path)
+    listed = subprocess.run(
+        ["nm", "-D", "--defined-only", str(tmp_path / library)],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    shown = [line.split()[-1] for line in listed.stdout.splitlines()]
+    assert "fmi2DoStep" in shown
+    assert [name for name in shown if not name.startswith("fmi2")] == []
     code = "show(steps(started(opened(sys.argv[1])), 0, 60))"
     assert apart(RUN + code, path) == apart(RUN + code, both.native)
 

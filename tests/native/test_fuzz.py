@@ -10,14 +10,15 @@ from fmu_compensator.native.generate import constants, data_sources, program
 from fmu_compensator.runtime.fmi_slave import variables
 from fmu_packaging.native.build import front
 from tests.native.made import made_model
-from tests.plant_model.native.test_fuzz import fuzz
+from tests.plant_model.native.test_fuzz import CALLS, fuzz
 
 
+@pytest.mark.parametrize("calls", CALLS)
 @pytest.mark.parametrize(("kind", "seed"), [("vac", 0), ("thermal_states", 6)])
 def test_fuzzed_calls_are_clean(
-    kind: str, seed: int, compiler: tuple[str, ...], tmp_path: Path
+    kind: str, seed: int, calls: int, compiler: tuple[str, ...], tmp_path: Path
 ) -> None:
     model = made_model(kind, seed)
     sources = {**front(2), **program(), "constants.h": constants()}
     sources["model_data.c"] = data_sources(model, variables(model), "fuzz", "{0}")
-    fuzz(sources, compiler, tmp_path)
+    fuzz(sources, calls, compiler, tmp_path)

@@ -9,13 +9,8 @@ import fmpy
 import numpy as np
 import pandas as pd
 
-import build_fmu
-from fmu_compensator.native.build import native_compensator
-from fmu_packaging.native.build import HEADERS, native_package
-from fmu_packaging.native.compilers import STRICT, compilers, run_compiler
-from fmu_packaging.package import build
-from plant_model.machine_file import read_machine
-from plant_model.native.build import native_plant
+from fmu_packaging.native.build import HEADERS
+from fmu_packaging.native.compilers import STRICT, run_compiler
 from plant_model.parameters import FloatArray
 from scenarios.cosimulation import simulate
 from scenarios.fmu_file import read_description
@@ -25,22 +20,16 @@ HOST = Path(__file__).resolve().parent / "loop_host.c"
 STEPS, STEP_S = 720, 10.0
 
 
-def test_the_loop_in_a_c_host_is_that_of_a_run(compiler: tuple[str, ...], tmp_path: Path) -> None:
-    made, name = compilers()[:1], "compensator_native"
-    recipe, _ = build_fmu.compensator_recipe(build_fmu.DEFAULT_MODEL, name, native=True)
-    packages = [native_package(recipe, native_compensator(recipe), made)]
-    recipe, _ = build_fmu.plant_recipe(read_machine("jig_borer"), "plant_native")
-    packages.append(native_package(recipe, native_plant(recipe), made))
-    packages.append(build(build_fmu.plant_recipe(read_machine("jig_borer"), "plant")[0]))
-    for package in packages:
-        (tmp_path / f"{package.name}.fmu").write_bytes(package.zipped())
+def test_the_loop_in_a_c_host_is_that_of_a_run(
+    compiler: tuple[str, ...], shipped_in_c: Path, tmp_path: Path
+) -> None:
     settings = [("duration_s", STEPS * STEP_S), ("step_s", STEP_S), ("record_s", STEP_S)]
     settings.append(("plant.noise", False))
     case = next(c for c in read_scenario("step_speed", settings).cases if "long" in c.name)
-    compensator = tmp_path / "compensator_native.fmu"
+    compensator = shipped_in_c / "compensator_native.fmu"
     # Its plant is the one in Python: two programs and two masters, and the same numbers.
-    expected = simulate(case, tmp_path / "plant.fmu", compensator, quiet=True).frame
-    found, names = in_c(tmp_path, compiler, expected)
+    expected = simulate(case, shipped_in_c / "plant.fmu", compensator, quiet=True).frame
+    found, names = in_c(shipped_in_c, tmp_path, compiler, expected)
     assert expected["dZ_um"].abs().max() > 5.0
     for place, column in enumerate(names):
         one, other = found[:, place], expected[column].to_numpy()
@@ -48,7 +37,7 @@ def test_the_loop_in_a_c_host_is_that_of_a_run(compiler: tuple[str, ...], tmp_pa
 
 
 def in_c(
-    folder: Path, compiler: tuple[str, ...], frame: pd.DataFrame
+    fmus: Path, folder: Path, compiler: tuple[str, ...], frame: pd.DataFrame
 ) -> tuple[FloatArray, list[str]]:
     """Return the outputs at every point, (points, outputs), and the columns that they stand in."""
     run_compiler(
@@ -56,7 +45,7 @@ def in_c(
     )
     parts, columns, command = {}, {}, [str(folder / "loop_host")]
     for kind in ("plant", "compensator"):
-        path = folder / f"{kind}_native.fmu"
+        path = fmus / f"{kind}_native.fmu"
         described = read_description(path)
         unpacked = Path(fmpy.extract(str(path), unzipdir=str(folder / kind)))
         library = f"{kind}_native{fmpy.sharedLibraryExtension}"

@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import build_fmu
 from scenarios.cosimulation import simulate
 from scenarios.scenario import library, read_scenario
 
@@ -15,21 +14,12 @@ STEP_S = 10.0
 SIMULATED = [path.stem for path in library() if read_scenario(path).cases]
 
 
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Both FMUs of the shipped compensator file, and the plant's."""
-    folder = tmp_path_factory.mktemp("dist")
-    for arguments in ([], ["--native"]):
-        assert build_fmu.main([*arguments, "--out", str(folder)]) == 0
-    return folder
-
-
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("name", SIMULATED)
-def test_a_scenario_goes_the_same_with_either(name: str, folder: Path) -> None:
+def test_a_scenario_goes_the_same_with_either(name: str, shipped_in_c: Path) -> None:
     for case in read_scenario(name, [("step_s", STEP_S)]).cases:
         python, native = (
-            simulate(case, folder / "plant.fmu", folder / file, quiet=True)
+            simulate(case, shipped_in_c / "plant.fmu", shipped_in_c / file, quiet=True)
             for file in ("compensator.fmu", "compensator_native.fmu")
         )
         assert list(native.frame) == list(python.frame)

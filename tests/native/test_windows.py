@@ -19,13 +19,14 @@ from fmu_packaging.native.build import HEADERS
 from fmu_packaging.native.compilers import FOR_WINDOWS, STRICT, run_compiler
 from tests.fmus.models import five_point_table
 from tests.native.made import gaussian
+from tests.patience import PATIENCE_S
 
 HOST = Path(__file__).with_name("printing_host.c")
 DEBIAN = "/usr/lib/wine"  # where Debian's package puts the program, out of the way
 
 
 @pytest.fixture(scope="module")
-def wine() -> str:
+def wine(every_compiler: None) -> str:
     """The program that runs programs for Windows."""
     found = shutil.which("wine64", path=os.pathsep.join([os.environ["PATH"], DEBIAN]))
     problem = "" if found else "wine64 is not there"
@@ -44,6 +45,7 @@ def model_of_the_host(folder: Path) -> Path:
     return path
 
 
+@pytest.mark.long
 def test_windows_gives_the_numbers_and_words_of_linux(
     wine: str, compiler: tuple[str, ...], tmp_path: Path
 ) -> None:
@@ -70,7 +72,7 @@ def test_windows_gives_the_numbers_and_words_of_linux(
             env=environment,
             capture_output=True,
             text=True,
-            timeout=300,
+            timeout=PATIENCE_S,
             check=True,
         ).stdout.splitlines()
         for command in (

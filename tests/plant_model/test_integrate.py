@@ -79,9 +79,9 @@ def test_dependent_network_equals_an_independent_solver(jig_borer_lumps: Machine
 
 def test_error_control_keeps_what_it_promises(jig_borer_lumps: Machine) -> None:
     machine = with_effects(jig_borer_lumps, "radiation", "viscosity_temperature")
-    inputs = inputs_over(2.0, every_s=60.0)
+    inputs = inputs_over(1.0, every_s=60.0)
     default = simulate(machine, inputs, step_s=60.0).temperatures
-    close = simulate(machine, inputs, step_s=5.0, tolerance=1e-9).temperatures
+    close = simulate(machine, inputs, step_s=20.0, tolerance=1e-7).temperatures
     assert np.abs(default - close).max() < 1e-3
 
 
@@ -103,8 +103,8 @@ def test_convergence_order_is_three(jig_borer_lumps: Machine) -> None:
             state = stepper.advance(state, 1200.0 / steps, held, (force, force), (outside, outside))
         return state
 
-    exact = end(16384)
-    errors = np.array([np.abs(end(steps) - exact).max() for steps in (256, 512, 1024, 2048)])
+    exact = end(8192)
+    errors = np.array([np.abs(end(steps) - exact).max() for steps in (256, 512, 1024)])
     orders = np.log2(errors[:-1] / errors[1:])
     assert errors[-1] < 1e-4
     assert np.all(orders > 2.6), orders
@@ -196,3 +196,16 @@ def test_own_states_are_stepped_with_the_temperatures(jig_borer_lumps: Machine) 
         decay, slope = np.exp(-10.0 / 300.0), (b - a) / 10.0
         lagged = b - slope * 300.0 + (lagged - a + slope * 300.0) * decay
     assert state[0, -1] == pytest.approx(lagged, abs=2e-3)
+
+
+def test_a_long_step_goes_down_to_what_a_short_one_does() -> None:
+    """Heat that dies away in 5 ms, in a step of a day: a 2^-14th of that would be 5 s."""
+    day, fades_s, heat = 86400.0, 0.005, 1.0
+    modes = Modes(np.zeros((1, 1)), np.eye(1)[None], np.eye(1)[None])
+    scheme = ExponentialRungeKutta(modes)
+
+    def forcing(at: float, state: FloatArray) -> FloatArray:
+        return np.full_like(state, heat * np.exp(-at * day / fades_s) / fades_s)
+
+    end = scheme.interval(np.zeros((1, 1)), day, forcing)
+    assert end[0, 0] == pytest.approx(heat, abs=1e-3)

@@ -154,7 +154,7 @@ junk = st.one_of(
 )
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(where=st.sampled_from(places(TABLE)), value=junk, delete=st.booleans())
 def test_a_mangled_field_is_refused_or_read(
     where: tuple[Any, ...], value: Any, delete: bool
@@ -177,7 +177,7 @@ def test_a_mangled_field_is_refused_or_read(
     assert "\n" not in message
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(text=st.binary(max_size=200))
 def test_any_bytes_are_refused_in_one_line(
     text: bytes, tmp_path_factory: pytest.TempPathFactory

@@ -185,7 +185,7 @@ def test_parameters_that_cannot_be_are_refused(
         simulate(jig_borer_lumps, inputs_over(0.1), parameters)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(
     speeds=st.lists(st.floats(0.0, 20000.0), min_size=3, max_size=30),
     seed=st.integers(0, 2**16),

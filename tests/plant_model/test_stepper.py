@@ -130,7 +130,7 @@ def test_axis_slower_than_its_increment_still_moves() -> None:
     assert seen[-1] == pytest.approx(1.0)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(
     wanted=st.lists(st.floats(allow_nan=True, allow_infinity=True), min_size=1, max_size=30),
     step=st.floats(0.01, 100.0),

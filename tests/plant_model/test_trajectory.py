@@ -80,7 +80,7 @@ def test_sets_that_share_temperatures_read_as_each_would_alone(
         "nodes.column.capacity": machine.parameters["nodes.column.capacity"].value
         * np.array([1.0, 1.0, 1.0, 1.1]),
     }
-    inputs, stepped = inputs_of("jig_borer_lumps", 2.0), []
+    inputs, stepped = inputs_of("jig_borer_lumps", 0.7), []
     step = module.trajectory
 
     def counted(machine: Machine, network: Network, *rest: Any) -> FloatArray:

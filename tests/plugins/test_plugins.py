@@ -134,7 +134,7 @@ sd.build_fmu(sys.argv[1], "fmus", name="dragging")
 """
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_plant_fmu_carries_the_effect_to_where_the_plug_in_is_not(
     site: Path, machine: Path, tmp_path: Path
 ) -> None:
@@ -163,7 +163,7 @@ except ValueError as error:
 """
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_an_error_model_is_fitted_and_goes_into_an_fmu(site: Path, tmp_path: Path) -> None:
     *_, refused = good(site, tmp_path, "-c", COMPENSATOR).splitlines()
     table = json.loads((tmp_path / "mean.json").read_text())

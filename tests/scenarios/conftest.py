@@ -7,17 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from scenarios.fmu_files import build_shipped
 from tests.scenarios.tiny_fmus import COMPENSATOR, PLANT, build_tiny
-
-
-@pytest.fixture(scope="session")
-def fmu_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The project's plant and compensator FMU."""
-    folder = tmp_path_factory.mktemp("dist")
-    for kind in ("plant", "compensator"):
-        build_shipped(kind, folder, quiet=True)
-    return folder
 
 
 @pytest.fixture(scope="session")

@@ -190,6 +190,7 @@ def test_every_stage_of_the_bar_is_one_that_is_said() -> None:
         assert any(text.startswith(stage.words) for text in said), stage.words
 
 
+@pytest.mark.long
 def test_the_fmus_show_the_gap_that_the_machines_show(
     machine: Machine, tightening: Machine, tmp_path: Path
 ) -> None:

@@ -22,9 +22,9 @@ SIMULATED = [path.stem for path in library() if read_scenario(path).cases]
 
 
 @pytest.mark.parametrize("name", SIMULATED)
-def test_every_scenario_runs(name: str, fmu_folder: Path) -> None:
+def test_every_scenario_runs(name: str, shipped: Path) -> None:
     for case in read_scenario(name, [("duration_s", 300)]).cases:
-        found = simulate(case, fmu_folder / "plant.fmu", fmu_folder / "compensator.fmu", quiet=True)
+        found = simulate(case, shipped / "plant.fmu", shipped / "compensator.fmu", quiet=True)
         frame = found.frame
         for axis in "XYZ":
             total = (frame[f"drift_{axis}_um"] + frame[f"offset_{axis}_um"]).to_numpy()
@@ -50,10 +50,9 @@ def test_every_scenario_keeps_to_what_its_machine_is_meant_for(name: str) -> Non
             assert fault.start_s < case.settings.duration_s
 
 
-@pytest.mark.slow
-def test_the_main_scenario_shows_what_it_is_for(fmu_folder: Path, tmp_path: Path) -> None:
-    scenario = read_scenario("step_speed")
-    table, groups, _ = run_scenario(scenario, tmp_path / "out", fmu_folder, quiet=True)
+def test_the_main_scenario_shows_what_it_is_for(shipped_in_c: Path, tmp_path: Path) -> None:
+    scenario = read_scenario("step_speed", [("step_s", 5)])
+    table, groups, _ = run_scenario(scenario, tmp_path / "out", shipped_in_c, quiet=True)
     short, long = groups
     for group in groups:
         reference, known, blind = group.rows
@@ -68,12 +67,12 @@ def test_the_main_scenario_shows_what_it_is_for(fmu_folder: Path, tmp_path: Path
     assert {row["name"] for group in table["table"] for row in group["rows"]} >= {"long_tool"}
 
 
-def test_a_missing_thermometer_never_makes_the_offsets_jump(fmu_folder: Path) -> None:
+def test_a_missing_thermometer_never_makes_the_offsets_jump(shipped: Path) -> None:
     overrides = [("duration_s", 1800), ("record_s", 10)]
     faults = [{"sensor": "T1", "kind": "missing", "start_s": 600, "end_s": 1200}]
     (case,) = read_scenario("sensor_failure", [*overrides, ("faults", faults)]).cases
-    found = simulate(case, fmu_folder / "plant.fmu", fmu_folder / "compensator.fmu", quiet=True)
-    slew = json_of(fmu_folder / "compensator.fmu")["limits"]["slew_um_per_s"]
+    found = simulate(case, shipped / "plant.fmu", shipped / "compensator.fmu", quiet=True)
+    slew = json_of(shipped / "compensator.fmu")["limits"]["slew_um_per_s"]
     for axis in "XYZ":
         assert found.frame[f"d{axis}_um"].diff().abs().max() <= slew * 1.0001
     codes = [event.code for event in found.events]
@@ -92,8 +91,8 @@ def json_of(fmu: Path) -> dict[str, dict[str, float]]:
     return table
 
 
-def test_the_rig_comes_from_the_plant(fmu_folder: Path, tiny_plant: Path) -> None:
-    rig = rig_of(fmu_folder / "plant.fmu")
+def test_the_rig_comes_from_the_plant(shipped: Path, tiny_plant: Path) -> None:
+    rig = rig_of(shipped / "plant.fmu")
     assert rig is not None
     assert rig.columns == [f"S{i}_um" for i in range(1, 6)]
     assert rig_of(tiny_plant) is None
@@ -122,18 +121,18 @@ def test_an_fmu_that_is_not_there_is_refused_with_the_nearest_name(
 
 
 def test_a_compensator_that_needs_what_nobody_gives_is_refused(
-    fmu_folder: Path, tiny_plant: Path, tiny_scenario: Path
+    shipped: Path, tiny_plant: Path, tiny_scenario: Path
 ) -> None:
     (case,) = read_scenario(tiny_scenario).cases
     with pytest.raises(BadInput, match=r"needs T2, .*T11, which is neither an output"):
-        simulate(case, tiny_plant, fmu_folder / "compensator.fmu", quiet=True)
+        simulate(case, tiny_plant, shipped / "compensator.fmu", quiet=True)
 
 
-def test_a_machine_file_is_built_into_a_plant(fmu_folder: Path, tmp_path: Path) -> None:
+def test_a_machine_file_is_built_into_a_plant(shipped: Path, tmp_path: Path) -> None:
     import plant_model
 
     machine = Path(plant_model.__file__).parent / "machines" / "jig_borer.toml"
-    argv = ["run", "iso230_3", "--fmu-dir", str(fmu_folder), "--out", str(tmp_path / "out")]
+    argv = ["run", "iso230_3", "--fmu-dir", str(shipped), "--out", str(tmp_path / "out")]
     assert main([*argv, "--plant", str(machine), "--set", "duration_s=60", "--quiet"]) == 0
     table = json.loads((tmp_path / "out" / "table.json").read_text())
     assert math.isfinite(table["table"][0]["rows"][0]["axes"]["Z"]["before_max_um"])

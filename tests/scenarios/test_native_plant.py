@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 import build_fmu
-from fmu_packaging.native.compilers import NativeError, compilers
 from scenarios import fmu_files
 from scenarios.cosimulation import simulate
 from scenarios.fmu_files import find_fmu
@@ -18,34 +17,21 @@ from scenarios.scenario import read_scenario
 from scenarios.views import rig_of
 
 
-@pytest.fixture(scope="module")
-def dist(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The shipped plant in both forms."""
-    try:
-        compilers()
-    except NativeError as error:
-        pytest.skip(str(error))
-    folder = tmp_path_factory.mktemp("dist")
-    for arguments in ([], ["--native"]):
-        assert build_fmu.main([*arguments, "--only", "plant", "--out", str(folder)]) == 0
-    return folder
-
-
 def test_the_twin_beside_the_plant_is_taken_and_a_path_means_that_file(
-    dist: Path, tmp_path: Path
+    shipped_in_c: Path, tmp_path: Path
 ) -> None:
     def found(name: str, native: bool = True) -> Path:
-        return find_fmu(name, dist, tmp_path, tmp_path, native=native)
+        return find_fmu(name, shipped_in_c, tmp_path, tmp_path, native=native)
 
-    assert found("plant.fmu") == dist / "plant_native.fmu"
-    assert found("plant.fmu", native=False) == dist / "plant.fmu"
-    assert found(str(dist / "plant.fmu")) == dist / "plant.fmu"
-    assert rig_of(dist / "plant_native.fmu") == rig_of(dist / "plant.fmu")
+    assert found("plant.fmu") == shipped_in_c / "plant_native.fmu"
+    assert found("plant.fmu", native=False) == shipped_in_c / "plant.fmu"
+    assert found(str(shipped_in_c / "plant.fmu")) == shipped_in_c / "plant.fmu"
+    assert rig_of(shipped_in_c / "plant_native.fmu") == rig_of(shipped_in_c / "plant.fmu")
 
 
-def test_a_compensator_has_a_twin_too(dist: Path, tmp_path: Path) -> None:
-    for arguments in ([], ["--native"]):
-        assert build_fmu.main([*arguments, "--only", "compensator", "--out", str(tmp_path)]) == 0
+def test_a_compensator_has_a_twin_too(shipped_in_c: Path, tmp_path: Path) -> None:
+    for file in ("compensator.fmu", "compensator_native.fmu"):
+        shutil.copy(shipped_in_c / file, tmp_path)
     work = tmp_path / "work"
     work.mkdir()
     python, native = (
@@ -60,27 +46,30 @@ def test_a_compensator_has_a_twin_too(dist: Path, tmp_path: Path) -> None:
     settings = [("duration_s", 3600), ("step_s", 5)]
     case = read_scenario("step_speed", settings).cases[0]
     one, other = (
-        simulate(case, dist / "plant_native.fmu", path, quiet=True).frame
+        simulate(case, shipped_in_c / "plant_native.fmu", path, quiet=True).frame
         for path in (python, built)
     )
     assert one["dZ_um"].abs().max() > 1.0
     assert np.max(np.abs(one.to_numpy() - other.to_numpy())) < 1e-8
 
 
-def test_what_is_no_twin_is_not_taken(dist: Path, tmp_path: Path) -> None:
+def test_what_is_no_twin_is_not_taken(shipped_in_c: Path, tmp_path: Path) -> None:
     other, work = tmp_path / "dist", tmp_path / "work"
     work.mkdir()
     assert build_fmu.main(["--only", "plant", "--machine", "lathe", "--out", str(other)]) == 0
-    shutil.copy(dist / "plant_native.fmu", other)
+    shutil.copy(shipped_in_c / "plant_native.fmu", other)
     found = find_fmu("plant.fmu", other, tmp_path, work, native=True)
     assert found == work / "plant_native.fmu"
     assert find_fmu("plant.fmu", other, tmp_path, work, native=True) == found
 
 
 def test_without_a_compiler_python_does_it_with_a_word(
-    dist: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    shipped_in_c: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
-    shutil.copy(dist / "plant.fmu", tmp_path)
+    shutil.copy(shipped_in_c / "plant.fmu", tmp_path)
     monkeypatch.setenv("CC", "no-such-compiler")
     fmu_files._say_once.cache_clear()
     found = find_fmu("plant.fmu", tmp_path, tmp_path / "near", tmp_path, native=True)
@@ -89,11 +78,11 @@ def test_without_a_compiler_python_does_it_with_a_word(
     assert capsys.readouterr().err == f"{found}: taken in Python: {why}\n"
 
 
-def test_both_give_the_same_recording(dist: Path) -> None:
+def test_both_give_the_same_recording(shipped_in_c: Path) -> None:
     settings = [("duration_s", 3600), ("compensator.enabled", False), ("step_s", 5)]
     case = read_scenario("random_speed", settings).cases[0]
     python, native = (
-        simulate(case, dist / file, None, quiet=True).frame
+        simulate(case, shipped_in_c / file, None, quiet=True).frame
         for file in ("plant.fmu", "plant_native.fmu")
     )
     assert list(python) == list(native)

@@ -10,10 +10,10 @@ from scenarios.cosimulation import simulate
 from scenarios.scenario import read_scenario
 
 
-def test_a_probe_cycle_in_the_loop(fmu_folder: Path) -> None:
+def test_a_probe_cycle_in_the_loop(shipped: Path) -> None:
     frames = {
         case.name: simulate(
-            case, fmu_folder / "plant.fmu", fmu_folder / "compensator.fmu", quiet=True
+            case, shipped / "plant.fmu", shipped / "compensator.fmu", quiet=True
         ).frame
         for case in read_scenario("probing", [("step_s", 10.0)]).cases
     }

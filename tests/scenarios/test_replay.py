@@ -244,8 +244,8 @@ def test_a_replay_scenario_finds_its_files_beside_it(
     assert [group["title"] for group in table["table"]] == ["monday"]
 
 
+@pytest.mark.long
 @pytest.mark.real_data
-@pytest.mark.slow
 def test_a_compensator_of_measured_runs_helps_on_runs_it_never_saw(
     lathe_runs: list[Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

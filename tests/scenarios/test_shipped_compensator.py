@@ -5,12 +5,15 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+import pytest
+
 from scenarios.cli import main
 
 ROOT = Path(__file__).resolve().parents[2]
 SHIPPED = ROOT / "fmu_compensator" / "library" / "jig_borer.json"
 
 
+@pytest.mark.long
 def test_make_compensator_gives_the_shipped_file(tmp_path: Path) -> None:
     makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
     training = re.search(r"^TRAINING := (.+)$", makefile, re.MULTILINE)

@@ -7,6 +7,7 @@
 #include "instance.h"
 #include "memory.h"
 #include "model.h"
+#include "rows.h"
 
 #define NAME_ROOM 72 /* names up to it take the same: see memory.c */
 
@@ -14,37 +15,33 @@ struct component {
     struct instance *instance;
     const fmi2CallbackFunctions *host;
     char *name;
-    fmi2Boolean logging;
+    unsigned logged; /* categories */
 };
 
-static void say(
+static fmi2Status said(
     const struct component *self, fmi2Status status, const char *about, const char *text)
 {
     char message[2 * PROBLEM_LENGTH];
-    if (!self->logging || self->host == NULL || self->host->logger == NULL) {
-        return;
+    enum category category = status == fmi2Discard ? DISCARDED : REFUSED;
+    if (self != NULL && (self->logged >> category & 1u) && self->host != NULL
+        && self->host->logger != NULL) {
+        snprintf(message, sizeof message, "%s%s", about, text);
+        self->host->logger(
+            self->host->componentEnvironment, self->name, status, category_names[category], "%s",
+            message);
     }
-    snprintf(message, sizeof message, "%s%s", about, text);
-    self->host->logger(
-        self->host->componentEnvironment, self->name, status,
-        status == fmi2Discard ? "logStatusDiscard" : "logStatusError", "%s", message);
+    return status;
 }
 
-static fmi2Status outcome(const struct component *self, const char *about, const char *problem)
+static fmi2Status outcome(const struct component *self, const char *problem)
 {
-    if (problem == NULL) {
-        return fmi2OK;
-    }
-    if (self != NULL) {
-        say(self, fmi2Error, about, problem);
-    }
-    return fmi2Error;
+    return problem == NULL ? fmi2OK : said(self, fmi2Error, "", problem);
 }
 
 /* Whether a call lacks its instance, or the place that its result or its values come to. */
 static bool incomplete(const struct component *self, const void *place)
 {
-    return outcome(self, "", self == NULL || place == NULL ? "a null pointer" : NULL) != fmi2OK;
+    return outcome(self, self == NULL || place == NULL ? "a null pointer" : NULL) != fmi2OK;
 }
 
 /* The same for a call with rows of values, which may be empty. */
@@ -56,12 +53,9 @@ static bool without(const struct component *self, const void *refs, const void *
 static fmi2Status variable_outcome(
     const struct component *self, fmi2ValueReference ref, const char *problem)
 {
-    char about[80] = "";
-    if (problem == NULL) {
-        return fmi2OK;
-    }
+    char about[80];
     snprintf(about, sizeof about, "value reference %u: ", ref);
-    return outcome(self, about, problem);
+    return said(self, fmi2Error, about, problem);
 }
 
 const char *fmi2GetTypesPlatform(void)
@@ -78,12 +72,11 @@ fmi2Status fmi2SetDebugLogging(
     fmi2Component c, fmi2Boolean on, size_t count, const fmi2String categories[])
 {
     struct component *self = c;
-    (void)count, (void)categories;
     if (incomplete(self, self)) {
         return fmi2Error;
     }
-    self->logging = on;
-    return fmi2OK;
+    const char *problem = "there is no such log category";
+    return outcome(self, instance_log(&self->logged, on, count, categories) ? NULL : problem);
 }
 
 /* Returns what keeps an instance from being used, NULL for nothing. */
@@ -109,7 +102,7 @@ fmi2Component fmi2Instantiate(
         return NULL;
     }
     self->host = host;
-    self->logging = logging;
+    self->logged = logging ? ~0u : 0u;
     self->instance = instance_new();
     size_t length = strlen(given) + 1;
     self->name = memory_take(1, length < NAME_ROOM ? NAME_ROOM : length);
@@ -118,7 +111,7 @@ fmi2Component fmi2Instantiate(
     }
     const char *problem = unusable(self, type, guid);
     if (problem != NULL || self->name == NULL) {
-        say(self, fmi2Error, "the FMU cannot be instantiated: ", problem == NULL ? "" : problem);
+        said(self, fmi2Error, "the FMU cannot be instantiated: ", problem == NULL ? "" : problem);
         fmi2FreeInstance(self);
         return NULL;
     }
@@ -144,25 +137,25 @@ fmi2Status fmi2SetupExperiment(
     if (incomplete(self, self)) {
         return fmi2Error;
     }
-    return outcome(self, "", instance_experiment(self->instance, start, stop_defined, stop));
+    return outcome(self, instance_experiment(self->instance, start, stop_defined, stop));
 }
 
 fmi2Status fmi2EnterInitializationMode(fmi2Component c)
 {
     struct component *self = c;
-    return incomplete(self, self) ? fmi2Error : outcome(self, "", instance_initialise(self->instance));
+    return incomplete(self, self) ? fmi2Error : outcome(self, instance_initialise(self->instance));
 }
 
 fmi2Status fmi2ExitInitializationMode(fmi2Component c)
 {
     struct component *self = c;
-    return incomplete(self, self) ? fmi2Error : outcome(self, "", instance_start(self->instance));
+    return incomplete(self, self) ? fmi2Error : outcome(self, instance_start(self->instance));
 }
 
 fmi2Status fmi2Terminate(fmi2Component c)
 {
     struct component *self = c;
-    return incomplete(self, self) ? fmi2Error : outcome(self, "", instance_terminate(self->instance));
+    return incomplete(self, self) ? fmi2Error : outcome(self, instance_terminate(self->instance));
 }
 
 fmi2Status fmi2Reset(fmi2Component c)
@@ -184,137 +177,22 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real step, fmi2Boolean
     }
     const char *problem = instance_may_step(self->instance, time, step);
     if (problem != NULL) {
-        return outcome(self, "", problem);
+        return outcome(self, problem);
     }
     problem = instance_step(self->instance, time, step);
-    if (problem != NULL) {
-        say(self, fmi2Discard, "the step was not made: ", problem);
-        return fmi2Discard;
-    }
-    return fmi2OK;
+    return problem == NULL ? fmi2OK
+                           : said(self, fmi2Discard, "the step was not made: ", problem);
 }
 
-fmi2Status fmi2GetReal(
-    fmi2Component c, const fmi2ValueReference refs[], size_t count, fmi2Real values[])
-{
-    struct component *self = c;
-    if (without(self, refs, values, count)) {
-        return fmi2Error;
-    }
-    for (size_t i = 0; i < count; i++) {
-        const char *problem = instance_get_real(self->instance, refs[i], &values[i]);
-        if (problem != NULL) {
-            return variable_outcome(self, refs[i], problem);
-        }
-    }
-    return fmi2OK;
-}
+#define FMI(name) fmi2##name
+#define FMI_INSTANCE fmi2Component
+#define AND_COUNT
+#define LACKS(self, refs, values, count) without(self, refs, values, count)
 
-static fmi2Status get_whole(
-    struct component *self, enum kind kind, const fmi2ValueReference refs[], size_t count,
-    int values[])
-{
-    if (without(self, refs, values, count)) {
-        return fmi2Error;
-    }
-    for (size_t i = 0; i < count; i++) {
-        int32_t value = 0;
-        const char *problem = instance_get_whole(self->instance, kind, refs[i], &value);
-        if (problem != NULL) {
-            return variable_outcome(self, refs[i], problem);
-        }
-        values[i] = value;
-    }
-    return fmi2OK;
-}
-
-fmi2Status fmi2GetInteger(
-    fmi2Component c, const fmi2ValueReference refs[], size_t count, fmi2Integer values[])
-{
-    return get_whole(c, INTEGER, refs, count, values);
-}
-
-fmi2Status fmi2GetBoolean(
-    fmi2Component c, const fmi2ValueReference refs[], size_t count, fmi2Boolean values[])
-{
-    return get_whole(c, BOOLEAN, refs, count, values);
-}
-
-fmi2Status fmi2GetString(
-    fmi2Component c, const fmi2ValueReference refs[], size_t count, fmi2String values[])
-{
-    struct component *self = c;
-    if (without(self, refs, values, count)) {
-        return fmi2Error;
-    }
-    for (size_t i = 0; i < count; i++) {
-        const char *problem = instance_get_string(self->instance, refs[i], &values[i]);
-        if (problem != NULL) {
-            return variable_outcome(self, refs[i], problem);
-        }
-    }
-    return fmi2OK;
-}
-
-fmi2Status fmi2SetReal(
-    fmi2Component c, const fmi2ValueReference refs[], size_t count, const fmi2Real values[])
-{
-    struct component *self = c;
-    if (without(self, refs, values, count)) {
-        return fmi2Error;
-    }
-    for (size_t i = 0; i < count; i++) {
-        const char *problem = instance_set_number(self->instance, REAL, refs[i], values[i]);
-        if (problem != NULL) {
-            return variable_outcome(self, refs[i], problem);
-        }
-    }
-    return fmi2OK;
-}
-
-static fmi2Status set_whole(
-    struct component *self, enum kind kind, const fmi2ValueReference refs[], size_t count,
-    const int values[])
-{
-    if (without(self, refs, values, count)) {
-        return fmi2Error;
-    }
-    for (size_t i = 0; i < count; i++) {
-        const char *problem = instance_set_number(self->instance, kind, refs[i], values[i]);
-        if (problem != NULL) {
-            return variable_outcome(self, refs[i], problem);
-        }
-    }
-    return fmi2OK;
-}
-
-fmi2Status fmi2SetInteger(
-    fmi2Component c, const fmi2ValueReference refs[], size_t count, const fmi2Integer values[])
-{
-    return set_whole(c, INTEGER, refs, count, values);
-}
-
-fmi2Status fmi2SetBoolean(
-    fmi2Component c, const fmi2ValueReference refs[], size_t count, const fmi2Boolean values[])
-{
-    return set_whole(c, BOOLEAN, refs, count, values);
-}
-
-fmi2Status fmi2SetString(
-    fmi2Component c, const fmi2ValueReference refs[], size_t count, const fmi2String values[])
-{
-    struct component *self = c;
-    if (without(self, refs, values, count)) {
-        return fmi2Error;
-    }
-    for (size_t i = 0; i < count; i++) {
-        const char *problem = instance_set_string(self->instance, refs[i], values[i]);
-        if (problem != NULL) {
-            return variable_outcome(self, refs[i], problem);
-        }
-    }
-    return fmi2OK;
-}
+ROWS(Real, fmi2Real, REAL, double, instance_get_real, instance_set_number)
+ROWS(Integer, fmi2Integer, INTEGER, int32_t, instance_get_whole, instance_set_number)
+ROWS(Boolean, fmi2Boolean, BOOLEAN, int32_t, instance_get_whole, instance_set_number)
+ROWS(String, fmi2String, STRING, const char *, instance_get_string, instance_set_string)
 
 fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state)
 {
@@ -328,7 +206,7 @@ fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state)
     } else {
         memcpy(*state, self->instance->memory, self->instance->memory_size);
     }
-    return outcome(self, "", *state == NULL ? "there is not enough memory for the state" : NULL);
+    return outcome(self, *state == NULL ? "there is not enough memory for the state" : NULL);
 }
 
 fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state)
@@ -338,7 +216,7 @@ fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state)
         return fmi2Error;
     }
     if (state == NULL) {
-        return outcome(self, "", "there is no state to continue from");
+        return outcome(self, "there is no state to continue from");
     }
     instance_restore(self->instance, state);
     return fmi2OK;
@@ -373,7 +251,7 @@ fmi2Status fmi2SerializeFMUstate(
         return fmi2Error;
     }
     if (state == NULL || size < state_bytes_size(self->instance)) {
-        return outcome(self, "", "the state does not fit into the bytes given for it");
+        return outcome(self, "the state does not fit into the bytes given for it");
     }
     state_to_bytes(self->instance, state, bytes);
     return fmi2OK;
@@ -388,7 +266,7 @@ fmi2Status fmi2DeSerializeFMUstate(
         return fmi2Error;
     }
     *state = state_from_bytes(self->instance, bytes, size, &problem);
-    return outcome(self, "", problem);
+    return outcome(self, problem);
 }
 
 fmi2Status fmi2GetDirectionalDerivative(
@@ -396,7 +274,7 @@ fmi2Status fmi2GetDirectionalDerivative(
     const fmi2ValueReference known[], size_t knowns, const fmi2Real seed[], fmi2Real change[])
 {
     (void)unknown, (void)unknowns, (void)known, (void)knowns, (void)seed, (void)change;
-    return outcome(c, "", "this FMU gives no derivatives");
+    return outcome(c, "this FMU gives no derivatives");
 }
 
 fmi2Status fmi2SetRealInputDerivatives(
@@ -404,7 +282,7 @@ fmi2Status fmi2SetRealInputDerivatives(
     const fmi2Real values[])
 {
     (void)refs, (void)count, (void)order, (void)values;
-    return outcome(c, "", "this FMU does not interpolate its inputs");
+    return outcome(c, "this FMU does not interpolate its inputs");
 }
 
 fmi2Status fmi2GetRealOutputDerivatives(
@@ -412,12 +290,12 @@ fmi2Status fmi2GetRealOutputDerivatives(
     fmi2Real values[])
 {
     (void)refs, (void)count, (void)order, (void)values;
-    return outcome(c, "", "this FMU gives no derivatives");
+    return outcome(c, "this FMU gives no derivatives");
 }
 
 fmi2Status fmi2CancelStep(fmi2Component c)
 {
-    return outcome(c, "", "this FMU makes no step that could be cancelled");
+    return outcome(c, "this FMU makes no step that could be cancelled");
 }
 
 fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Status *value)

@@ -7,23 +7,23 @@
 #include "instance.h"
 #include "memory.h"
 #include "model.h"
+#include "rows.h"
 
 struct component {
     struct instance *instance;
     fmi3InstanceEnvironment environment;
     fmi3LogMessageCallback log;
-    fmi3Boolean logging;
+    unsigned logged; /* categories */
 };
 
 static fmi3Status said(
     const struct component *self, fmi3Status status, const char *about, const char *text)
 {
     char message[2 * PROBLEM_LENGTH];
-    if (self != NULL && self->logging && self->log != NULL) {
+    enum category category = status == fmi3Discard ? DISCARDED : REFUSED;
+    if (self != NULL && (self->logged >> category & 1u) && self->log != NULL) {
         snprintf(message, sizeof message, "%s%s", about, text);
-        self->log(
-            self->environment, status,
-            status == fmi3Discard ? "logStatusDiscard" : "logStatusError", message);
+        self->log(self->environment, status, category_names[category], message);
     }
     return status;
 }
@@ -68,12 +68,11 @@ fmi3Status fmi3SetDebugLogging(
     fmi3Instance c, fmi3Boolean on, size_t count, const fmi3String categories[])
 {
     struct component *self = c;
-    (void)count, (void)categories;
     if (incomplete(self, self)) {
         return fmi3Error;
     }
-    self->logging = on;
-    return fmi3OK;
+    const char *problem = "there is no such log category";
+    return outcome(self, instance_log(&self->logged, on, count, categories) ? NULL : problem);
 }
 
 fmi3Instance fmi3InstantiateCoSimulation(
@@ -92,7 +91,7 @@ fmi3Instance fmi3InstantiateCoSimulation(
     }
     self->environment = environment;
     self->log = log;
-    self->logging = logging;
+    self->logged = logging ? ~0u : 0u;
     self->instance = instance_new();
     if (event_mode) {
         problem = "this FMU has no event mode";
@@ -181,151 +180,25 @@ fmi3Status fmi3DoStep(
     return fmi3OK;
 }
 
-fmi3Status fmi3GetFloat64(
-    fmi3Instance c, const fmi3ValueReference refs[], size_t count, fmi3Float64 values[],
-    size_t value_count)
+/* The time comes after the variables that the FMI 2.0 form has, too. */
+static const char *get_real(struct instance *self, enum kind kind, size_t ref, double *value)
 {
-    struct component *self = c;
-    if (without(self, refs, values, count, value_count)) {
-        return fmi3Error;
+    if (ref == model_variable_count) {
+        *value = self->memory->time_s;
+        return NULL;
     }
-    for (size_t i = 0; i < count; i++) {
-        const char *problem = NULL;
-        /* The time comes after the variables that the FMI 2.0 form has, too. */
-        if (refs[i] == model_variable_count) {
-            values[i] = self->instance->memory->time_s;
-        } else {
-            problem = instance_get_real(self->instance, refs[i], &values[i]);
-        }
-        if (problem != NULL) {
-            return variable_outcome(self, refs[i], problem);
-        }
-    }
-    return fmi3OK;
+    return instance_get_real(self, kind, ref, value);
 }
 
-fmi3Status fmi3GetInt32(
-    fmi3Instance c, const fmi3ValueReference refs[], size_t count, fmi3Int32 values[],
-    size_t value_count)
-{
-    struct component *self = c;
-    if (without(self, refs, values, count, value_count)) {
-        return fmi3Error;
-    }
-    for (size_t i = 0; i < count; i++) {
-        int32_t value = 0;
-        const char *problem = instance_get_whole(self->instance, INTEGER, refs[i], &value);
-        if (problem != NULL) {
-            return variable_outcome(self, refs[i], problem);
-        }
-        values[i] = value;
-    }
-    return fmi3OK;
-}
+#define FMI(name) fmi3##name
+#define FMI_INSTANCE fmi3Instance
+#define AND_COUNT , size_t value_count
+#define LACKS(self, refs, values, count) without(self, refs, values, count, value_count)
 
-fmi3Status fmi3GetBoolean(
-    fmi3Instance c, const fmi3ValueReference refs[], size_t count, fmi3Boolean values[],
-    size_t value_count)
-{
-    struct component *self = c;
-    if (without(self, refs, values, count, value_count)) {
-        return fmi3Error;
-    }
-    for (size_t i = 0; i < count; i++) {
-        int32_t value = 0;
-        const char *problem = instance_get_whole(self->instance, BOOLEAN, refs[i], &value);
-        if (problem != NULL) {
-            return variable_outcome(self, refs[i], problem);
-        }
-        values[i] = value != 0;
-    }
-    return fmi3OK;
-}
-
-fmi3Status fmi3GetString(
-    fmi3Instance c, const fmi3ValueReference refs[], size_t count, fmi3String values[],
-    size_t value_count)
-{
-    struct component *self = c;
-    if (without(self, refs, values, count, value_count)) {
-        return fmi3Error;
-    }
-    for (size_t i = 0; i < count; i++) {
-        const char *problem = instance_get_string(self->instance, refs[i], &values[i]);
-        if (problem != NULL) {
-            return variable_outcome(self, refs[i], problem);
-        }
-    }
-    return fmi3OK;
-}
-
-fmi3Status fmi3SetFloat64(
-    fmi3Instance c, const fmi3ValueReference refs[], size_t count, const fmi3Float64 values[],
-    size_t value_count)
-{
-    struct component *self = c;
-    if (without(self, refs, values, count, value_count)) {
-        return fmi3Error;
-    }
-    for (size_t i = 0; i < count; i++) {
-        const char *problem = instance_set_number(self->instance, REAL, refs[i], values[i]);
-        if (problem != NULL) {
-            return variable_outcome(self, refs[i], problem);
-        }
-    }
-    return fmi3OK;
-}
-
-fmi3Status fmi3SetInt32(
-    fmi3Instance c, const fmi3ValueReference refs[], size_t count, const fmi3Int32 values[],
-    size_t value_count)
-{
-    struct component *self = c;
-    if (without(self, refs, values, count, value_count)) {
-        return fmi3Error;
-    }
-    for (size_t i = 0; i < count; i++) {
-        const char *problem = instance_set_number(self->instance, INTEGER, refs[i], values[i]);
-        if (problem != NULL) {
-            return variable_outcome(self, refs[i], problem);
-        }
-    }
-    return fmi3OK;
-}
-
-fmi3Status fmi3SetBoolean(
-    fmi3Instance c, const fmi3ValueReference refs[], size_t count, const fmi3Boolean values[],
-    size_t value_count)
-{
-    struct component *self = c;
-    if (without(self, refs, values, count, value_count)) {
-        return fmi3Error;
-    }
-    for (size_t i = 0; i < count; i++) {
-        const char *problem = instance_set_number(self->instance, BOOLEAN, refs[i], values[i]);
-        if (problem != NULL) {
-            return variable_outcome(self, refs[i], problem);
-        }
-    }
-    return fmi3OK;
-}
-
-fmi3Status fmi3SetString(
-    fmi3Instance c, const fmi3ValueReference refs[], size_t count, const fmi3String values[],
-    size_t value_count)
-{
-    struct component *self = c;
-    if (without(self, refs, values, count, value_count)) {
-        return fmi3Error;
-    }
-    for (size_t i = 0; i < count; i++) {
-        const char *problem = instance_set_string(self->instance, refs[i], values[i]);
-        if (problem != NULL) {
-            return variable_outcome(self, refs[i], problem);
-        }
-    }
-    return fmi3OK;
-}
+ROWS(Float64, fmi3Float64, REAL, double, get_real, instance_set_number)
+ROWS(Int32, fmi3Int32, INTEGER, int32_t, instance_get_whole, instance_set_number)
+ROWS(Boolean, fmi3Boolean, BOOLEAN, int32_t, instance_get_whole, instance_set_number)
+ROWS(String, fmi3String, STRING, const char *, instance_get_string, instance_set_string)
 
 fmi3Status fmi3GetFMUState(fmi3Instance c, fmi3FMUState *state)
 {

@@ -5,9 +5,14 @@
 
 #include "memory.h"
 
+const char *const category_names[] = {"logStatusDiscard", "logStatusError"};
+
 static const char *const NOT_OF_THIS_KIND = "there is no such variable of this type";
 
-#define SAME_TIME 1e-9 /* clocks that differ by less, relative to what they show, agree */
+/* Clocks that differ by less, relative to what they show, agree. The wider one is what single
+   precision leaves of a host's clock; within half a step it cannot be another step. */
+#define SAME_TIME 1e-9
+#define SAME_TIME_SINGLE 0x1p-23
 
 struct instance *instance_new(void)
 {
@@ -107,12 +112,16 @@ const char *instance_terminate(struct instance *self)
 const char *instance_may_step(const struct instance *self, double time_s, double step_s)
 {
     const struct memory *memory = self->memory;
-    double slack = SAME_TIME * (fabs(memory->time_s) + 1.0);
+    double shown = fabs(memory->time_s) + 1.0;
+    double slack = fmax(SAME_TIME * shown, fmin(SAME_TIME_SINGLE * shown, step_s / 2.0));
     if (memory->phase == TERMINATED) {
         return "a step after the end of the simulation";
     }
     if (memory->phase != STEPPING) {
         return "a step before the end of the initialisation";
+    }
+    if (!isfinite(time_s)) {
+        return "the step does not begin at a finite time";
     }
     if (!model_clock_may_jump && !(fabs(time_s - memory->time_s) <= slack)) {
         return "the step does not begin at the time that has been reached";
@@ -125,7 +134,7 @@ const char *instance_may_step(const struct instance *self, double time_s, double
 
 const char *instance_step(struct instance *self, double time_s, double step_s)
 {
-    if (!(step_s > 0.0 && isfinite(step_s))) {
+    if (!(step_s > 0.0 && isfinite(time_s + step_s))) {
         return "the step must be above 0 s and finite";
     }
     const char *problem =
@@ -156,9 +165,9 @@ static const char *find_output(
     return problem;
 }
 
-const char *instance_get_real(struct instance *self, size_t ref, double *value)
+const char *instance_get_real(struct instance *self, enum kind kind, size_t ref, double *value)
 {
-    const struct variable *variable = variable_of(REAL, ref);
+    const struct variable *variable = variable_of(kind, ref);
     const void *place = NULL;
     if (variable == NULL) {
         return NOT_OF_THIS_KIND;
@@ -188,9 +197,10 @@ const char *instance_get_whole(struct instance *self, enum kind kind, size_t ref
     return problem;
 }
 
-const char *instance_get_string(struct instance *self, size_t ref, const char **value)
+const char *instance_get_string(
+    struct instance *self, enum kind kind, size_t ref, const char **value)
 {
-    const struct variable *variable = variable_of(STRING, ref);
+    const struct variable *variable = variable_of(kind, ref);
     size_t size = 0;
     if (variable == NULL) {
         return NOT_OF_THIS_KIND;
@@ -213,25 +223,30 @@ static const char *refusal(const struct instance *self, const struct variable *v
     if (variable->causality == OUTPUT) {
         return "an output cannot be set";
     }
+    if (self->memory->phase == TERMINATED) {
+        return "nothing can be set after the end of the simulation";
+    }
     if (variable->causality == PARAMETER && self->memory->phase >= STEPPING) {
         return "a parameter cannot be set after the start";
     }
     return NULL;
 }
 
-const char *instance_set_number(struct instance *self, enum kind kind, size_t ref, double value)
+const char *instance_set_number(
+    struct instance *self, enum kind kind, size_t ref, double value, bool really)
 {
     const char *problem = refusal(self, variable_of(kind, ref));
-    if (problem == NULL) {
+    if (problem == NULL && really) {
         self->values[ref] = value;
         self->memory->fresh = 0;
     }
     return problem;
 }
 
-const char *instance_set_string(struct instance *self, size_t ref, const char *value)
+const char *instance_set_string(
+    struct instance *self, enum kind kind, size_t ref, const char *value, bool really)
 {
-    const char *problem = refusal(self, variable_of(STRING, ref));
+    const char *problem = refusal(self, variable_of(kind, ref));
     size_t size = 0;
     char *kept = model_text_parameter(self->content, &size);
     if (problem != NULL) {
@@ -240,8 +255,29 @@ const char *instance_set_string(struct instance *self, size_t ref, const char *v
     if (value == NULL || strlen(value) >= size) {
         return "the text is too long";
     }
-    memset(kept, 0, size);
-    strcpy(kept, value);
-    self->memory->fresh = 0;
+    if (really) {
+        memset(kept, 0, size);
+        strcpy(kept, value);
+        self->memory->fresh = 0;
+    }
     return NULL;
+}
+
+bool instance_log(unsigned *logged, bool on, size_t count, const char *const categories[])
+{
+    unsigned chosen = count == 0 ? ~0u : 0u;
+    for (size_t i = 0; i < count; i++) {
+        size_t place = 0;
+        while (place < CATEGORIES
+               && (categories == NULL || categories[i] == NULL
+                   || strcmp(categories[i], category_names[place]) != 0)) {
+            place++;
+        }
+        if (place == CATEGORIES) {
+            return false;
+        }
+        chosen |= 1u << place;
+    }
+    *logged = on ? chosen : 0u;
+    return true;
 }

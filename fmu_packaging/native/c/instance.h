@@ -48,12 +48,24 @@ const char *instance_may_step(const struct instance *self, double time_s, double
 /* Advances by a step; returns what is wrong, NULL for nothing. */
 const char *instance_step(struct instance *self, double time_s, double step_s);
 
-/* Read and set a variable by value reference; each returns what is wrong, NULL for nothing. */
-const char *instance_get_real(struct instance *self, size_t ref, double *value);
+/* Read and set a variable by value reference; each returns what is wrong, NULL for nothing. Unless
+   really, setting only says whether it could be done: a row is set whole or not at all. */
+const char *instance_get_real(struct instance *self, enum kind kind, size_t ref, double *value);
 const char *instance_get_whole(struct instance *self, enum kind kind, size_t ref, int32_t *value);
-const char *instance_get_string(struct instance *self, size_t ref, const char **value);
-const char *instance_set_number(struct instance *self, enum kind kind, size_t ref, double value);
-const char *instance_set_string(struct instance *self, size_t ref, const char *value);
+const char *instance_get_string(
+    struct instance *self, enum kind kind, size_t ref, const char **value);
+const char *instance_set_number(
+    struct instance *self, enum kind kind, size_t ref, double value, bool really);
+const char *instance_set_string(
+    struct instance *self, enum kind kind, size_t ref, const char *value, bool really);
+
+/* The categories of messages, by the names in the model description; a set of them has a bit each. */
+enum category { DISCARDED, REFUSED, CATEGORIES };
+extern const char *const category_names[];
+
+/* Takes note of what is logged: nothing, or the categories named, or all without names. Returns
+   whether they are known; nothing changes if not. */
+bool instance_log(unsigned *logged, bool on, size_t count, const char *const categories[]);
 
 /* A state is a copy of the memory; NULL without memory. memory_give() ends it. */
 struct memory *instance_state(const struct instance *self);

@@ -9,7 +9,8 @@
 #include "setup.h"
 
 enum kind { REAL, INTEGER, BOOLEAN, STRING };
-enum causality { INPUT, OUTPUT, PARAMETER };
+/* A tunable parameter may be set between steps; the next one goes on with it. */
+enum causality { INPUT, OUTPUT, PARAMETER, TUNABLE_PARAMETER };
 
 /* One variable of the FMU; its place in the table is its value reference. */
 struct variable {

@@ -7,102 +7,140 @@
 #include "plant.h"
 
 #define TOLERANCE 1e-4               /* [K] */
-#define SMALLEST_SPLIT 0x1p-14
+#define SMALLEST_SPLIT 0x1p-14       /* of a step, or */
+#define SMALLEST_S 1e-3              /* a length, whichever is less [s] */
+#define MOST_PARTS 100000            /* of a step, which is not to be endless */
 #define NO_STEP "error control cannot reach its tolerance: the model changes too fast"
-#define NO_MODES "the thermal network is not finite"
 
-enum { HALF, FULL, A_GAIN, B_GAIN, W0, WA, WB };
+enum { OF_HALF, OF_FULL, A_GAIN, B_GAIN, W0, WA, WB };
+
+/* Temperatures and own states, or what changes them [K/s]. */
+struct point {
+    double nodes[NODES], states[AT_LEAST_ONE(STATES)];
+};
 
 /* What a step's forcing is made of. */
 struct step {
-    const struct plant *plant;
-    const struct modes *modes;
-    const double *inputs, *force, *h;
-    double (*weights)[SIZE];
+    struct plant *plant;
+    const double *inputs, *force, *held;
 };
 
-static void weigh(struct plant *self, const struct modes *modes, double h)
+/* What own states lose by themselves is stepped exactly, each on its own. */
+static void weigh(struct plant *self, double h)
 {
-    if (self->weights_of == modes && self->weights_step_s == h) {
+    if (self->weights_step_s == h) {
         return;
     }
-    for (size_t i = 0; i < SIZE; i++) {
-        double decay = i < NODES ? modes->decay[i] : self->decay[i - NODES];
-        double x = -decay * h, p1 = phi(1, x), p2 = phi(2, x), p3 = phi(3, x);
-        self->weights[HALF][i] = exp(x / 2.0);
-        self->weights[FULL][i] = exp(x);
+    for (int i = 0; i < STATES; i++) {
+        double x = -self->decay[i] * h, p1 = phi(1, x), p2 = phi(2, x), p3 = phi(3, x);
+        self->weights[OF_HALF][i] = exp(x / 2.0);
+        self->weights[OF_FULL][i] = exp(x);
         self->weights[A_GAIN][i] = phi(1, x / 2.0) * (h / 2.0);
         self->weights[B_GAIN][i] = h * p1;
         self->weights[W0][i] = h * (p1 - 3.0 * p2 + 4.0 * p3);
         self->weights[WA][i] = h * (4.0 * p2 - 8.0 * p3);
         self->weights[WB][i] = h * (4.0 * p3 - p2);
     }
-    self->weights_of = modes;
     self->weights_step_s = h;
 }
 
-static void forcing(const struct step *step, const double *in_modes, double *out)
+static struct point forcing(const struct step *step, const struct point *at)
 {
     const struct plant *plant = step->plant;
-    const double *states = in_modes + NODES;
-    double temperatures[NODES], heat[NODES], rate[NODES];
-    matrix_times(step->modes->to_state[0], in_modes, temperatures);
+    struct point found;
+    double heat[NODES];
     equations_dependent(
-        plant->k, step->inputs, step->h, temperatures, states, heat, out + NODES);
+        plant->k, step->inputs, step->held, at->nodes, at->states, heat, found.states);
     for (size_t i = 0; i < NODES; i++) {
-        rate[i] = (step->force[i] + heat[i]) / plant->capacity[i];
+        found.nodes[i] = (step->force[i] + heat[i]) * plant->share[i];
     }
-    matrix_times(step->modes->to_modes[0], rate, out);
     for (int i = 0; i < STATES; i++) {
-        out[NODES + i] += plant->decay[i] * states[i];
+        found.states[i] += plant->decay[i] * at->states[i];
     }
+    return found;
 }
 
-/* One step; returns the largest error, in K. */
-static double once(
-    const struct step *step, const double state[SIZE], double end[SIZE])
+/* Puts series of a difference of forcings into sums. */
+static void differ(
+    const struct step *step, const struct series *series, double h, const double *one,
+    const double *other, size_t count, const int kinds[], double sums[][NODES])
 {
-    double(*w)[SIZE] = step->weights;
-    double f0[SIZE], fa[SIZE], fb[SIZE], at[SIZE], error[SIZE], in_kelvin[NODES], worst = 0.0;
-    forcing(step, state, f0);
-    for (size_t i = 0; i < SIZE; i++) {
-        at[i] = w[HALF][i] * state[i] + w[A_GAIN][i] * f0[i];
-    }
-    forcing(step, at, fa);
-    for (size_t i = 0; i < SIZE; i++) {
-        at[i] = w[FULL][i] * state[i] + w[B_GAIN][i] * (2.0 * fa[i] - f0[i]);
-    }
-    forcing(step, at, fb);
-    for (size_t i = 0; i < SIZE; i++) {
-        end[i] = w[FULL][i] * state[i] + w[W0][i] * f0[i] + w[WA][i] * fa[i] + w[WB][i] * fb[i];
-        error[i] = w[WB][i] * (f0[i] - 2.0 * fa[i] + fb[i]);
-    }
-    matrix_times(step->modes->to_state[0], error, in_kelvin);
+    const struct plant *plant = step->plant;
+    double vector[NODES];
     for (size_t i = 0; i < NODES; i++) {
-        worst = larger(fabs(in_kelvin[i]), worst);
+        vector[i] = one[i] - other[i];
+    }
+    series_times(series, &plant->network, plant->share, h, vector, count, kinds, sums);
+}
+
+/* One step of length h; returns the largest error, in K.
+
+   With the differences of the forcings at the middle and the end from that at the start, v2 and v3,
+   and v1, the slope at the start, the scheme is
+   Ta = T + h/2 phi_1(h/2) v1, Tb = T + h phi_1 (v1 + 2 v2),
+   T' = T + h (phi_1 v1 + phi_2 (4 v2 - v3) + 4 phi_3 (v3 - 2 v2)). */
+static double once(
+    const struct step *step, double h, const struct point *state, struct point *end)
+{
+    static const int first[] = {HALF, ONE}, second[] = {ONE, TWO, THREE}, third[] = {TWO, THREE};
+    struct plant *plant = step->plant;
+    double(*w)[AT_LEAST_ONE(STATES)] = plant->weights;
+    double p[2][NODES], q[3][NODES], r[2][NODES], rates[NODES], worst = 0.0;
+    const struct series *series = series_for(&plant->series, plant->network.fastest * h);
+    struct point f0 = forcing(step, state), at;
+    weigh(plant, h);
+    equations_rates(
+        plant->network.diagonal, plant->network.edges, plant->share, state->nodes, rates);
+    differ(step, series, h, f0.nodes, rates, 2, first, p);
+    for (size_t i = 0; i < NODES; i++) {
+        at.nodes[i] = state->nodes[i] + h * p[0][i];
     }
     for (int i = 0; i < STATES; i++) {
-        worst = larger(fabs(error[NODES + i] / step->plant->scales[i]), worst);
+        at.states[i] = w[OF_HALF][i] * state->states[i] + w[A_GAIN][i] * f0.states[i];
+    }
+    struct point fa = forcing(step, &at);
+    differ(step, series, h, fa.nodes, f0.nodes, 3, second, q);
+    for (size_t i = 0; i < NODES; i++) {
+        at.nodes[i] = state->nodes[i] + h * (p[1][i] + 2.0 * q[0][i]);
+    }
+    for (int i = 0; i < STATES; i++) {
+        at.states[i] = w[OF_FULL][i] * state->states[i]
+                       + w[B_GAIN][i] * (2.0 * fa.states[i] - f0.states[i]);
+    }
+    struct point fb = forcing(step, &at);
+    differ(step, series, h, fb.nodes, f0.nodes, 2, third, r);
+    for (size_t i = 0; i < NODES; i++) {
+        double bent = 4.0 * (r[1][i] - 2.0 * q[2][i]);
+        end->nodes[i] = state->nodes[i] + h * (p[1][i] + 4.0 * q[1][i] - r[0][i] + bent);
+        worst = larger(fabs(h * (bent - (r[0][i] - 2.0 * q[1][i]))), worst);
+    }
+    for (int i = 0; i < STATES; i++) {
+        double a = fa.states[i], b = fb.states[i];
+        double error = w[WB][i] * (f0.states[i] - 2.0 * a + b);
+        end->states[i] = w[OF_FULL][i] * state->states[i] + w[W0][i] * f0.states[i]
+                         + w[WA][i] * a + w[WB][i] * b;
+        worst = larger(fabs(error / plant->scales[i]), worst);
     }
     return worst;
 }
 
 /* Goes through an interval, splitting it where the error asks for it. */
 static const char *interval(
-    struct plant *self, const struct step *step, double length, double *part, double state[SIZE])
+    const struct step *step, double length, double *part, struct point *state)
 {
-    double at = 0.0, end[SIZE];
-    while (at < 1.0) {
-        double now = smaller(*part, 1.0 - at);
-        weigh(self, step->modes, length * now);
-        double worst = once(step, state, end);
-        if (worst <= TOLERANCE) {
+    double at = 0.0, smallest = smaller(SMALLEST_SPLIT, SMALLEST_S / length);
+    double widest = MOST_REACH / (step->plant->network.fastest * length);
+    struct point end;
+    for (long parts = 1; at < 1.0; parts++) {
+        double now = smaller(smaller(*part, widest), 1.0 - at);
+        double worst = once(step, length * now, state, &end);
+        if (worst <= TOLERANCE && parts <= MOST_PARTS) {
             at += now;
-            memcpy(state, end, sizeof end);
+            *state = end;
             if (worst < TOLERANCE / 16.0) {
                 *part = smaller(1.0, 2.0 * *part);
             }
-        } else if (*part <= SMALLEST_SPLIT || !isfinite(worst)) {
+        } else if (*part <= smallest || parts > MOST_PARTS || !isfinite(worst)) {
             return NO_STEP;
         } else {
             *part = now / 2.0;
@@ -115,21 +153,18 @@ const char *dependent_advance(
     struct plant *self, double step_s, const double *inputs, const double *force, double *part,
     double *temperatures, double *states)
 {
-    double state[SIZE], h[AT_LEAST_ONE(KEPT_OF_INPUTS)];
-    const struct modes *modes = plant_modes(self);
-    if (modes == NULL) {
-        return NO_MODES;
-    }
-    struct step step = {self, modes, inputs, force, h, self->weights};
-    equations_held(self->k, inputs, h);
-    matrix_times(modes->to_modes[0], temperatures, state);
-    memcpy(state + NODES, states, STATES * sizeof *states);
-    const char *problem = interval(self, &step, step_s, part, state);
+    struct point state;
+    double held[AT_LEAST_ONE(KEPT_OF_INPUTS)];
+    struct step step = {self, inputs, force, held};
+    equations_held(self->k, inputs, held);
+    memcpy(state.nodes, temperatures, sizeof state.nodes);
+    memcpy(state.states, states, STATES * sizeof *states);
+    const char *problem = interval(&step, step_s, part, &state);
     if (problem != NULL) {
         return problem;
     }
-    matrix_times(modes->to_state[0], state, temperatures);
-    memcpy(states, state + NODES, STATES * sizeof *states);
+    memcpy(temperatures, state.nodes, sizeof state.nodes);
+    memcpy(states, state.states, STATES * sizeof *states);
     if (machine_settles) {
         double settled[AT_LEAST_ONE(STATES)];
         equations_settled(self->k, inputs, temperatures, states, settled);

@@ -41,7 +41,7 @@ struct resting {
 /* What a variable of the FMU must lie in. */
 struct range {
     double low, high;
-    const char *unit;
+    const char *unit; /* a space before it, or nothing */
 };
 
 /* Value references: the inputs come first, then tool_length and dX, dY, dZ; behind noise_seed the
@@ -58,7 +58,6 @@ struct axis_limits {
     double slew_um_per_s, limit_um, increment_um;
 };
 
-extern const struct pair machine_edges[AT_LEAST_ONE(EDGES)];
 extern const struct pair machine_outside[AT_LEAST_ONE(OUTSIDE)];
 extern const size_t machine_boundaries[AT_LEAST_ONE(BOUNDARIES)]; /* their places among inputs */
 extern const size_t machine_levels[AT_LEAST_ONE(LEVELS)]; /* inputs that conductances depend on */
@@ -82,6 +81,13 @@ void equations_fixed(
     const double *k, double *capacity, double *decay, double *time_constants);
 void equations_conductances(
     const double *k, const double *u, double *diagonal, double *edges, double *outside);
+/* Of these, what depends on inputs. */
+void equations_moving(
+    const double *k, const double *u, double *diagonal, double *edges, double *outside);
+/* The rates C^-1 L T [K/s]; share is 1 / C. */
+void equations_rates(
+    const double *diagonal, const double *edges, const double *share, const double *T,
+    double *rates);
 void equations_held(const double *k, const double *u, double *h);
 void equations_heat(const double *k, const double *u, const double *h, double *heat);
 void equations_dependent(

@@ -36,7 +36,7 @@ static const char *refusal(size_t ref, double value, char problem[PROBLEM_LENGTH
     const struct range *range = &machine_ranges[ref];
     const char *name = model_variables[ref].name;
     snprintf(
-        problem, PROBLEM_LENGTH, "%.200s: %g is not allowed: it must be %g to %g %.40s", name,
+        problem, PROBLEM_LENGTH, "%.200s: %g is not allowed: it must be %g to %g%.40s", name,
         value, range->low, range->high, range->unit);
     for (char *c = problem + strlen(name); *c != '\0'; c++) {
         *c = *c == ',' ? '.' : *c;
@@ -56,11 +56,17 @@ static const char *look(
     return NULL;
 }
 
+static bool same_parameters(const struct model *self, const double *values)
+{
+    size_t size = sizeof self->parameters;
+    return self->made && memcmp(self->parameters, values + FIRST_PARAMETER, size) == 0;
+}
+
 /* Makes the plant of the parameters, unless it is made of them already. */
 static void make(struct model *self, const double *values)
 {
     const double *parameters = values + FIRST_PARAMETER;
-    if (!self->made || memcmp(self->parameters, parameters, sizeof self->parameters) != 0) {
+    if (!same_parameters(self, values)) {
         memcpy(self->parameters, parameters, sizeof self->parameters);
         /* A restored state may hold a seed that a start would refuse. */
         uint32_t seed = parameters[0] > 0.0 ? (uint32_t)parameters[0] : 0;
@@ -92,9 +98,14 @@ const char *model_step(
 {
     const char *wrong = look(values, 0, INPUTS + 1 + AXES, problem);
     (void)time_s;
+    /* Parameters that have been set since the last step count from this one on. */
+    if (wrong == NULL && !same_parameters(self, values)) {
+        wrong = look(values, FIRST_PARAMETER, PARAMETERS, problem);
+    }
     if (wrong != NULL) {
         return wrong;
     }
+    make(self, values);
     return plant_step(
         &self->plant, content, step_s, values, values[INPUTS], values + INPUTS + 1);
 }

@@ -6,12 +6,10 @@
 #include "formulas.h"
 #include "noise.h"
 
-#define NO_MODES "the thermal network is not finite"
-#define MOST_PARTS 16        /* a Taylor series in as many parts costs less than to find modes */
-#define LARGEST_PART 6.0     /* its terms grow to 6^6/6! = 65 and cost no more than two digits */
-#define MOST_TERMS 60
-#define SMALL 1e-18
-#define REPEATED_ENOUGH 8.0  /* from then on modes pay */
+#define NOT_FINITE "the thermal network is not finite"
+#define TOO_LONG "the step is too long: temperatures would go on changing"
+#define MOST_PARTS 100000.0
+#define STEADY 1e-14         /* what changes by less in a part changes no more */
 #define MOST_ALLOWANCE 1e15  /* see the Python twin, axis.py */
 #define FINEST 1e-12         /* rounding to a resolution far below a double's changes nothing */
 
@@ -19,9 +17,9 @@ void plant_prepare(struct plant *self, const double *parameters, uint32_t seed)
 {
     memset(self, 0, sizeof *self);
     equations_prepare(parameters, self->k);
-    equations_fixed(self->k, self->capacity, self->decay, self->time_constants);
+    equations_fixed(self->k, self->share, self->decay, self->time_constants);
     for (size_t i = 0; i < NODES; i++) {
-        self->root[i] = sqrt(self->capacity[i]);
+        self->share[i] = 1.0 / self->share[i];
     }
     memcpy(self->scales, machine_state_scales, sizeof self->scales);
     self->linear = !machine_one_way;
@@ -33,6 +31,7 @@ void plant_prepare(struct plant *self, const double *parameters, uint32_t seed)
             self->scales[effect->first_state + j] = INFINITY;
         }
     }
+    self->series.kinds = self->linear ? 1 : SERIES;
     self->seed = seed;
 }
 
@@ -100,97 +99,6 @@ void plant_start(
     refresh(self, memory, inputs, tool_length);
 }
 
-/* Sees to it that the conductances at the level of the inputs are there. */
-static void take_level(struct plant *self, const double *inputs)
-{
-    double level[AT_LEAST_ONE(LEVELS)] = {0.0};
-    for (int i = 0; i < LEVELS; i++) {
-        level[i] = inputs[machine_levels[i]];
-    }
-    if (!self->conductances.known || !same_level(level, self->conductances.level)) {
-        conductances_at(&self->conductances, self->k, self->root, inputs);
-    }
-}
-
-struct modes *plant_modes(struct plant *self)
-{
-    for (int i = 0; i < LEVELS_KEPT; i++) {
-        struct modes *modes = &self->modes[i];
-        if (modes->known && same_level(modes->level, self->conductances.level)) {
-            return modes;
-        }
-    }
-    struct modes *modes = &self->modes[self->next];
-    self->next = (self->next + 1) % LEVELS_KEPT;
-    if (self->weights_of == modes) {
-        self->weights_of = NULL;
-    }
-    return modes_of(modes, &self->conductances, self->root) ? modes : NULL;
-}
-
-/* T(t + h) = T + h phi_1(-A h) (f / C - A T) by its Taylor series. */
-static void taylor(
-    const struct plant *self, double step_s, double parts, const double *force,
-    double *temperatures)
-{
-    const struct conductances *at = &self->conductances;
-    double h = step_s / parts, y[NODES], f[NODES], term[NODES], next[NODES];
-    for (size_t i = 0; i < NODES; i++) {
-        y[i] = temperatures[i] * self->root[i];
-        f[i] = force[i] / self->root[i];
-    }
-    for (double part = 0.0; part < parts; part++) {
-        double largest = 0.0;
-        conductances_times(at, y, term);
-        for (size_t i = 0; i < NODES; i++) {
-            largest = larger(largest, fabs(y[i]));
-            term[i] = h * (f[i] - term[i]);
-            y[i] += term[i];
-        }
-        for (int order = 2; order < MOST_TERMS; order++) {
-            double most = 0.0;
-            conductances_times(at, term, next);
-            for (size_t i = 0; i < NODES; i++) {
-                term[i] = next[i] * (-h / order);
-                y[i] += term[i];
-                most = larger(most, fabs(term[i]));
-            }
-            if (most <= SMALL * largest) {
-                break;
-            }
-        }
-    }
-    for (size_t i = 0; i < NODES; i++) {
-        temperatures[i] = y[i] / self->root[i];
-    }
-}
-
-/* The same by the modes. */
-static void by_modes(
-    const struct plant *self, struct modes *modes, double step_s, const double *force,
-    double *temperatures)
-{
-    double rate[NODES], old[NODES], driven[NODES];
-    if (!modes->step_known || modes->step_s != step_s) {
-        for (size_t i = 0; i < NODES; i++) {
-            double x = -modes->decay[i] * step_s;
-            modes->keep[i] = exp(x);
-            modes->gain[i] = step_s * phi(1, x);
-        }
-        modes->step_s = step_s;
-        modes->step_known = true;
-    }
-    for (size_t i = 0; i < NODES; i++) {
-        rate[i] = force[i] / self->capacity[i];
-    }
-    matrix_times(modes->to_modes[0], temperatures, old);
-    matrix_times(modes->to_modes[0], rate, driven);
-    for (size_t i = 0; i < NODES; i++) {
-        old[i] = modes->keep[i] * old[i] + modes->gain[i] * driven[i];
-    }
-    matrix_times(modes->to_state[0], old, temperatures);
-}
-
 /* The own states of a linear network after a step: a lag follows what is linear between. */
 static void follow(
     const struct plant *self, double step_s, const double *inputs, const double *before,
@@ -232,40 +140,48 @@ static void axis_step(struct axis_state *self, double wanted, double step_s)
     self->counts += move;
 }
 
-/* Notes for how long level and step have stayed. What is done next must follow from the memory
-   alone, or a restored instance would not continue bit for bit. */
-static void count(const struct plant *self, struct plant_memory *memory, double step_s)
+/* T(t + h) = T + h phi_1(-h A) (f / C - A T) with held heat. */
+static const char *temperatures_after(
+    struct plant *self, double step_s, const double *force, double *temperatures)
 {
-    bool same = memory->step_s == step_s && same_level(memory->level, self->conductances.level);
-    memory->repeated = same ? memory->repeated + 1.0 : 0.0;
-    if (memory->repeated > REPEATED_ENOUGH) {
-        memory->repeated = REPEATED_ENOUGH;
+    const int kinds[] = {ONE};
+    double fastest = self->network.fastest, parts = larger(1.0, ceil(fastest * step_s / MOST_REACH));
+    double h = step_s / parts, slope[NODES], sums[1][NODES];
+    const struct series *series = series_for(&self->series, fastest * h);
+    for (double part = 0.0; part < parts; part++) {
+        double most = 0.0, largest = 0.0;
+        if (part == MOST_PARTS) {
+            return TOO_LONG;
+        }
+        equations_rates(
+            self->network.diagonal, self->network.edges, self->share, temperatures, slope);
+        for (size_t i = 0; i < NODES; i++) {
+            slope[i] = force[i] * self->share[i] - slope[i];
+        }
+        series_times(series, &self->network, self->share, h, slope, 1, kinds, sums);
+        for (size_t i = 0; i < NODES; i++) {
+            temperatures[i] += h * sums[0][i];
+            most = larger(most, fabs(h * sums[0][i]));
+            largest = larger(largest, fabs(temperatures[i]));
+        }
+        if (most <= STEADY * largest) {
+            break;
+        }
     }
-    memory->step_s = step_s;
-    memcpy(memory->level, self->conductances.level, sizeof memory->level);
+    return NULL;
 }
 
 static const char *linear_advance(
-    struct plant *self, double repeated, double step_s, const double *inputs,
-    const double *force, double *temperatures, double *states)
+    struct plant *self, double step_s, const double *inputs, const double *force,
+    double *temperatures, double *states)
 {
     double before[NODES];
-    /* Without any exchange of heat nothing is fast, and the step is still one part. */
-    double parts = larger(1.0, ceil(self->conductances.fastest * step_s / LARGEST_PART));
     memcpy(before, temperatures, sizeof before);
-    if (repeated < REPEATED_ENOUGH && parts <= MOST_PARTS) {
-        taylor(self, step_s, parts, force, temperatures);
-    } else {
-        struct modes *modes = plant_modes(self);
-        if (modes == NULL) {
-            return NO_MODES;
-        }
-        by_modes(self, modes, step_s, force, temperatures);
-    }
-    if (STATES > 0) {
+    const char *problem = temperatures_after(self, step_s, force, temperatures);
+    if (problem == NULL && STATES > 0) {
         follow(self, step_s, inputs, before, temperatures, states);
     }
-    return NULL;
+    return problem;
 }
 
 const char *plant_step(
@@ -276,24 +192,22 @@ const char *plant_step(
     struct plant_memory next;
     const char *problem = NULL;
     memcpy(&next, memory, sizeof next);
-    take_level(self, inputs);
-    count(self, &next, step_s);
+    network_at(&self->network, self->k, self->share, inputs);
     equations_held(self->k, inputs, h);
     equations_heat(self->k, inputs, h, force);
     for (int i = 0; i < OUTSIDE; i++) {
         struct pair pair = machine_outside[i];
         double outside = inputs[machine_boundaries[pair.other]];
-        force[pair.node] += self->conductances.outside[i] * outside;
+        force[pair.node] += self->network.outside[i] * outside;
     }
     if (self->linear) {
-        problem = linear_advance(
-            self, next.repeated, step_s, inputs, force, next.temperatures, next.states);
+        problem = linear_advance(self, step_s, inputs, force, next.temperatures, next.states);
     } else {
         problem = dependent_advance(
             self, step_s, inputs, force, &next.part, next.temperatures, next.states);
     }
     for (size_t i = 0; problem == NULL && i < NODES; i++) {
-        problem = isfinite(next.temperatures[i]) ? NULL : NO_MODES;
+        problem = isfinite(next.temperatures[i]) ? NULL : NOT_FINITE;
     }
     if (problem != NULL) {
         return problem;

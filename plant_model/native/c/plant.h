@@ -5,9 +5,9 @@
 #include <stdint.h>
 
 #include "machine_data.h"
-#include "modes.h"
+#include "network.h"
+#include "series.h"
 
-#define LEVELS_KEPT 8
 #define AXES 3
 #define OUTPUTS (SENSORS + 3 * AXES) /* readings; then drift, offset in force and error an axis */
 
@@ -20,10 +20,8 @@ struct plant_memory {
     double time_s;
     double start[NODES], temperatures[NODES], states[AT_LEAST_ONE(STATES)];
     struct axis_state axes[AXES];
-    double level[AT_LEAST_ONE(LEVELS)], step_s; /* of the step before */
-    double repeated;                            /* for how many steps both have stayed */
-    double part;                                /* of a step that error control goes at a time */
-    double drawn;                               /* random numbers */
+    double part;  /* of a step that error control goes at a time */
+    double drawn; /* random numbers */
     double outputs[OUTPUTS];
 };
 
@@ -31,16 +29,14 @@ struct plant_memory {
    anything that the memory and the parameters do not decide. */
 struct plant {
     double k[AT_LEAST_ONE(KEPT_OF_PARAMETERS)];
-    double capacity[NODES], root[NODES]; /* C [J/K] and its square root */
+    double share[NODES]; /* 1 / C [K/J] */
     double decay[AT_LEAST_ONE(STATES)], time_constants[AT_LEAST_ONE(STATES)];
     double scales[AT_LEAST_ONE(STATES)]; /* infinite for a state whose effect is off */
     bool linear;
     uint32_t seed;
-    struct conductances conductances;
-    struct modes modes[LEVELS_KEPT];
-    size_t next; /* of the modes, to be overwritten */
-    double weights_step_s, weights[7][SIZE]; /* of error control; see dependent.c */
-    const struct modes *weights_of;
+    struct network network;
+    struct all_series series;
+    double weights_step_s, weights[7][AT_LEAST_ONE(STATES)]; /* of own states; see dependent.c */
 };
 
 /* Takes parameters in: tunable ones in the order of machine_tunable; the seed of the noise, 0 for
@@ -57,9 +53,6 @@ void plant_start(
 const char *plant_step(
     struct plant *self, struct plant_memory *memory, double step_s, const double *inputs,
     double tool_length, const double offsets[AXES]);
-
-/* The modes at the level in force; NULL where there are none. */
-struct modes *plant_modes(struct plant *self);
 
 /* One step of temperatures and own states where something depends on temperature; see
    dependent.c. What is wrong, NULL for nothing. */

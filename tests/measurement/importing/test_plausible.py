@@ -100,6 +100,7 @@ def test_a_sign_that_one_run_alone_has() -> None:
     assert "goes the other way in r1" in text
 
 
+@pytest.mark.long
 @pytest.mark.real_data
 def test_the_measured_lathe_is_not_doubted_and_turned_runs_are(lathe_runs: list[Path]) -> None:
     runs = [read_run(path) for path in lathe_runs]

@@ -17,7 +17,7 @@ LOSS = "motor_iron_loss"
 USUAL = {"power": 300.0, "eddy_share": 0.6, "stator_share": 0.85}
 
 
-@pytest.mark.parametrize("name", ["jig_borer_lumps", "lathe"])
+@pytest.mark.parametrize("name", ["jig_borer_lumps", pytest.param("lathe", marks=pytest.mark.long)])
 def test_its_size_is_found(name: str) -> None:
     machine = read_machine(name)
     runs_of = lathe_runs if name == "lathe" else jig_borer_runs

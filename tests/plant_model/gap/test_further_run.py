@@ -46,12 +46,20 @@ def fits(jig_borer_lumps: Machine) -> tuple[list[CandidateFit], list[Observation
     return found, observed
 
 
-def test_proposes_a_run_in_which_the_readings_differ(
-    fits: tuple[list[CandidateFit], list[Observations]],
-) -> None:
+@pytest.fixture(scope="module")
+def proposed(fits: tuple[list[CandidateFit], list[Observations]]) -> FurtherRun:
+    """Return the run that tells the first from the second."""
     (first, second, _), observed = fits
     found = further_run([first, second], observed)
     assert found is not None
+    return found
+
+
+def test_proposes_a_run_in_which_the_readings_differ(
+    fits: tuple[list[CandidateFit], list[Observations]], proposed: FurtherRun
+) -> None:
+    (first, second, _), observed = fits
+    found = proposed
     inputs = module._inputs(first.machine, found.stretches, observed)
     shown = [
         simulate(one.machine, inputs, step_s=60.0, tolerance=1e-2).readings[found.channel][0]
@@ -63,16 +71,14 @@ def test_proposes_a_run_in_which_the_readings_differ(
 
 
 def test_a_model_that_leaves_much_will_be_no_surer_of_the_next_run(
-    fits: tuple[list[CandidateFit], list[Observations]],
+    fits: tuple[list[CandidateFit], list[Observations]], proposed: FurtherRun
 ) -> None:
     (first, second, _), observed = fits
-    sure = further_run([first, second], observed)
     # Nine tolerances squared for every channel of every run.
     poor = replace(first, loro_cost=np.full(len(observed), 9.0 * len(observed[0].channels)))
     unsure = further_run([poor, second], observed)
-    assert sure is not None
     assert unsure is not None
-    assert unsure.evidence == pytest.approx(sure.evidence / 9.0)
+    assert unsure.evidence == pytest.approx(proposed.evidence / 9.0)
 
 
 def test_proposes_nothing_where_no_run_differs(

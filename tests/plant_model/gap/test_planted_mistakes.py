@@ -21,14 +21,14 @@ from plant_model.machine import Machine
 from plant_model.machine_file import read_machine
 
 LATHE = read_machine("lathe")
-MARKS = {
-    ("conductance_with_motion", "z_nut", "air", "feed"): [pytest.mark.slow],
-    ("coarse_part", "carriage"): [pytest.mark.long],
+PLANTED = {
+    ("conductance_with_motion", "z_nut", "air", "feed"),
+    ("coarse_part", "carriage"),
 }
 FOUND = [
-    pytest.param(one, marks=MARKS[key], id="-".join(key))
+    pytest.param(one, id="-".join(key))
     for one in mistakes(LATHE)
-    if (key := (one.kind, *one.place)) in MARKS
+    if (key := (one.kind, *one.place)) in PLANTED
 ]
 
 
@@ -51,6 +51,7 @@ def named_places(found: list[NamedChange]) -> list[list[tuple[str, tuple[str, ..
     ]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("mistake", FOUND)
 def test_a_mistake_is_named_with_its_place(mistake: Mistake) -> None:
     truth, told = mistake.machines(LATHE)
@@ -60,7 +61,7 @@ def test_a_mistake_is_named_with_its_place(mistake: Mistake) -> None:
     assert found[0].after.loro_cost.sum() < 0.9 * before.loro_cost.sum()
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_nothing_is_named_where_the_description_is_right() -> None:
     _, found = named(LATHE, runs_of(LATHE)[:5])
     assert found == []

@@ -111,7 +111,7 @@ def core_of(machine: Machine, compiler: Sequence[str], folder: Path) -> ctypes.C
     for name in ("model.h", "setup.h"):
         sources[name] = (C_FOLDER / name).read_text()
     write_sources(folder, sources)
-    flags = ("-O1", "-fPIC", "-fvisibility=hidden", "-shared", "-o", "core.so")
+    flags = ("-O0", "-fPIC", "-fvisibility=hidden", "-shared", "-o", "core.so")
     run_compiler([*compiler, *STRICT, *flags, *c_files(sources), "-lm"], folder)
     found = ctypes.CDLL(str(folder / "core.so"))
     found.core_new.restype = ctypes.c_void_p

@@ -103,7 +103,8 @@ static fmi2Status states(fmi2Component c)
 
 static fmi2Status call(fmi2Component *c)
 {
-    double step = draw(10) ? 1.0 + draw(30) : number();
+    /* A step of hours goes on in many parts, so few are. */
+    double odd = draw(40) ? -(double)draw(3) : number(), step = draw(10) ? 1.0 + draw(30) : odd;
     fmi2Status status = fmi2OK;
     switch (draw(60)) {
     case 0:

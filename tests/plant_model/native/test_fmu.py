@@ -54,12 +54,8 @@ class Both:
 
 
 @pytest.fixture(scope="module")
-def both(tmp_path_factory: pytest.TempPathFactory) -> Both:
-    folder = tmp_path_factory.mktemp("dist")
-    common = ["--only", "plant", "--out", str(folder)]
-    assert build_fmu.main(["--native", *common]) == 0
-    assert build_fmu.main(common) == 0
-    return Both(folder / "plant_native.fmu", folder / "plant.fmu")
+def both(shipped_in_c: Path) -> Both:
+    return Both(shipped_in_c / "plant_native.fmu", shipped_in_c / "plant.fmu")
 
 
 def facts(variable: Any) -> dict[str, Any]:
@@ -202,16 +198,64 @@ def test_there_is_no_global_state(both: Both, compiler: tuple[str, ...], tmp_pat
     assert not kinds & set("dDbBcC")
 
 
-def test_fmi3_gives_the_same_numbers(both: Both, tmp_path: Path) -> None:
-    folder = tmp_path / "dist"
-    arguments = ["--native", "--fmi", "3", "--only", "plant", "--out", str(folder)]
-    assert build_fmu.main(arguments) == 0
-    assert validate_fmu(str(folder / "plant_native_fmi3.fmu")) == []
-    one = folder / "plant_native_fmi3_ref.csv"
-    assert one.read_text() == both.native.with_name("plant_native_ref.csv").read_text()
+@pytest.mark.long
+def test_fmi3_gives_the_same_numbers(shipped_in_c: Path, shipped_in_fmi3: Path) -> None:
+    assert validate_fmu(str(shipped_in_fmi3 / "plant_native_fmi3.fmu")) == []
+    one, other = (
+        shipped_in_c / "plant_native_ref.csv",
+        shipped_in_fmi3 / "plant_native_fmi3_ref.csv",
+    )
+    assert one.read_text() == other.read_text()
 
 
+@pytest.mark.long
 def test_every_shipped_machine_builds(tmp_path: Path) -> None:
     machine = read_machine("lathe")
     arguments = ["--native", "--only", "plant", "--machine", machine.name, "--out", str(tmp_path)]
     assert build_fmu.main(arguments) == 0
+
+
+TUNED = """
+def changed(fmu, name, value):
+    return status_of(fmu.setReal, [fmu.refs[name]], [value])
+
+fmu, _ = ready(sys.argv[1], seed=5)
+first = steps(fmu, 0, 30)
+(preload,) = fmu.getReal([fmu.refs["sources.front.preload"]])
+said = [changed(fmu, "sources.front.preload", 1.3 * preload)]
+state = fmu.serializeFMUstate(fmu.getFMUstate())
+rows = steps(fmu, 30, 40)
+other = opened(sys.argv[1])
+other.setFMUstate(other.deSerializeFMUstate(state))
+same = steps(other, 30, 40) == rows
+plain, _ = ready(sys.argv[1], seed=5)
+stays = steps(plain, 0, 70)
+said.append(changed(fmu, "numbers.steel_expansion", 12.0))
+said.append(changed(fmu, "sources.front.preload", -1.0))
+fmu.setReal(fmu.ins, inputs(70))
+said.append(status_of(fmu.doStep, 70.0, 1.0))
+show([first + rows, stays, same, said, messages[-1][1]])
+"""
+
+
+def test_a_parameter_that_wears_changes_in_mid_run(both: Both) -> None:
+    (native, plain, same, said, cause), python = (
+        apart(RUN + TUNED, path) for path in (both.native, both.python)
+    )
+    assert same
+    assert python[2]
+    for one, other in zip(native, python[0], strict=True):
+        assert one == pytest.approx(other, rel=1e-8, abs=1e-8)
+    # As it was up to the change, and in the step after it.
+    assert native[:30] == plain[:30]
+    assert native[30] != plain[30]
+    assert said == [0, 3, 0, 2]
+    assert "sources.front.preload: -1 is not allowed" in cause
+
+
+def test_lengths_and_expansions_are_fixed(both: Both) -> None:
+    listed = fmpy.read_model_description(str(both.native)).modelVariables
+    found = {one.name: one.variability for one in listed if one.causality == "parameter"}
+    assert found["sources.front.preload"] == found["numbers.f0_ball_oil_air"] == "tunable"
+    assert found["numbers.steel_expansion"] == found["structure.pedestal_y.length"] == "fixed"
+    assert found["start_rise.T1"] == found["noise_seed"] == "fixed"

@@ -1,0 +1,109 @@
+"""What each step of the plant in C costs by itself, and the worst beside the median.
+
+A speed that stays, another that stays, then another in every step. A step's cost is the least of
+many runs. The empty FMU has the same variables, and its step does nothing.
+``python -m benchmarks.native_plant_steps``
+"""
+
+from __future__ import annotations
+
+import argparse
+import statistics
+import subprocess
+import tempfile
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import fmpy
+
+import build_fmu
+from fmu_packaging.native.build import HEADERS, native_package
+from fmu_packaging.native.compilers import STRICT, compilers, run_compiler
+from plant_model.effects import catalogue
+from plant_model.machine import Machine
+from plant_model.machine_file import read_machine
+from plant_model.native.build import native_plant
+
+HOST = Path(__file__).resolve().parent / "plant_steps.c"
+EMPTY = Path(__file__).resolve().parent / "empty_plant.c"
+STAYS, CHANGES = 20, 20
+SPEEDS = [
+    *[3000.0] * STAYS,
+    *[9000.0] * STAYS,
+    *(5000.0 + 137.0 * k for k in range(CHANGES)),
+]
+STEPS_S = (0.001, 0.01, 0.1, 1.0, 10.0)
+EFFECTS = ("natural_convection", "radiation", "viscosity_temperature")
+
+
+def machines() -> dict[str, Machine]:
+    """Return the machines to be measured, by what the table calls them."""
+    lumps, page = read_machine("jig_borer_lumps"), read_machine("jig_borer")
+    return {
+        "24 lumps": lumps,
+        "24 lumps, 3 effects": _with(lumps, EFFECTS),
+        "page of 95": page,
+        "page of 95, 3 effects": _with(page, EFFECTS),
+    }
+
+
+def _with(machine: Machine, names: Sequence[str]) -> Machine:
+    added = {name: dict(catalogue()[name].parameters) for name in names}
+    return replace(machine, effects=machine.effects | added)
+
+
+def measured(folder: Path, machine: Machine, empty: bool) -> Callable[[float, int], list[float]]:
+    """Return what measures the steps of a machine's FMU [ns], given their length and the runs."""
+    recipe, _ = build_fmu.plant_recipe(machine, "plant_native")
+    native = native_plant(recipe)
+    if empty:
+        native = replace(native, program={**native.program, "plant.c": EMPTY.read_text("utf-8")})
+    package = native_package(recipe, native, compilers()[:1])
+    folder.mkdir()
+    path = folder / "plant.fmu"
+    path.write_bytes(package.zipped())
+    unpacked = Path(fmpy.extract(str(path), unzipdir=str(folder / "plant")))
+    name = f"{package.name}{fmpy.sharedLibraryExtension}"
+    library = unpacked / "binaries" / fmpy.platform / name
+    command = [*compilers()[0].command, *STRICT, "-O2", f"-I{HEADERS}", "-o", "host", str(HOST)]
+    run_compiler([*command, "-ldl", "-lm"], folder)
+
+    def measure(step_s: float, runs: int) -> list[float]:
+        numbers = (runs, len(package.slave.inputs), step_s, *SPEEDS)
+        command = [str(folder / "host"), str(library), package.guid, *map(str, numbers)]
+        done = subprocess.run(command, capture_output=True, text=True, check=True)
+        return [float(line) for line in done.stdout.split()]
+
+    return measure
+
+
+def main() -> None:
+    """Measure, and print a table."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--runs", type=int, default=300)
+    given = parser.parse_args()
+    print(
+        f"{'machine':22} {'step [s]':>8} {'stays [us]':>11} {'changes [us]':>13} {'worst [us]':>11}"
+        f" {'worst / median':>15} {'empty [us]':>11}"
+    )
+    with tempfile.TemporaryDirectory() as name:
+        for number, (label, machine) in enumerate(machines().items()):
+            real, empty = (
+                measured(Path(name) / f"{number}{kind}", machine, bool(kind)) for kind in (0, 1)
+            )
+            for step_s in STEPS_S:
+                found, nothing = real(step_s, given.runs), empty(step_s, given.runs)
+                stays, changes, median, idle = (
+                    statistics.median(part) / 1e3
+                    for part in (found[: 2 * STAYS], found[2 * STAYS :], found, nothing)
+                )
+                worst = max(found) / 1e3
+                print(
+                    f"{label:22} {step_s:8g} {stays:11.2f} {changes:13.2f} {worst:11.2f}"
+                    f" {worst / median:15.2f} {idle:11.3f}"
+                )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,279 @@
+"""The gateway as a CANopen node: NMT, heartbeat, EMCY and SDO beside its PDOs.
+
+The PDOs are frames of the gateway as any others. Everything else goes through the canopen library,
+on a connection of its own to the same bus. The heartbeat is sent by the gateway's own loop, not by
+a thread: a gateway that hangs shall not look alive.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import time
+from collections import deque
+from collections.abc import Callable, Mapping
+from math import isfinite
+from typing import Any
+
+import can
+import canopen
+from canopen.nmt import NmtSlave
+from canopen.sdo import SdoAbortedError, SdoServer
+from canopen.sdo.constants import NO_MORE_DATA, SDO_STRUCT
+
+from gateway.canopen_pdo import FAULT, RECEIVE, SENSOR, STATUS, VALID, layout
+from gateway.codec import Value
+from gateway.database import Database
+from gateway.link import ECHOING
+from gateway.protocols.base import Participant, Report
+from measurement.errors import BadInput
+
+OPERATIONAL = 5
+GENERIC, COMMUNICATION, MANUFACTURER = 0x01, 0x10, 0x80
+"""Bits of the error register."""
+NO_ERROR, COMMUNICATION_ERROR, DEVICE_SPECIFIC = 0x0000, 0x8100, 0xFF00
+COLLISION, TOO_SHORT, TOO_LONG = 0x8150, 0x8210, 0x8220
+"""Error codes by CiA 301; the compensator's status is added to the last."""
+UNKNOWN_COMMAND = 0x05040001
+"""SDO abort code: the client's command is not valid, or not known."""
+LISTEN_S = 1.0
+"""Before it sends anything, a node listens for another of its number for two heartbeats [s]."""
+STOPPED = ("starting", "ready")
+"""States of a gateway that has nothing to complain of yet."""
+
+
+class _Nmt(NmtSlave):
+    """Keeps the heartbeat's time; the gateway's loop sends it."""
+
+    beat_ms = 0
+
+    def start_heartbeat(self, heartbeat_time_ms: int) -> None:
+        self.beat_ms = heartbeat_time_ms
+
+    def stop_heartbeat(self) -> None:
+        self.beat_ms = 0
+
+
+class _Sdo(SdoServer):
+    """Answers what the library's server would answer without a transfer, or not at all."""
+
+    _open = ""
+
+    def __init__(self, rx_cobid: int, tx_cobid: int, node: canopen.LocalNode) -> None:
+        super().__init__(rx_cobid, tx_cobid, node)
+        self._index = self._subindex = 0
+
+    def _begin(self, way: str, initiate: Callable[[bytes], None], request: bytes) -> None:
+        self._buffer, self._open = None, ""
+        initiate(request)
+        if self._buffer is not None:  # it does not fit into one frame
+            self._open = way
+
+    def init_upload(self, request: bytes) -> None:
+        self._begin("upload", super().init_upload, request)
+
+    def init_download(self, request: bytes) -> None:
+        self._begin("download", super().init_download, request)
+
+    def segmented_upload(self, command: int) -> None:
+        if self._open != "upload":
+            raise SdoAbortedError(UNKNOWN_COMMAND)
+        super().segmented_upload(command)
+        self._open = self._open if self._buffer else ""
+
+    def segmented_download(self, command: int, request: bytes) -> None:
+        if self._open != "download":
+            raise SdoAbortedError(UNKNOWN_COMMAND)
+        super().segmented_download(command, request)
+        self._open = "" if command & NO_MORE_DATA else self._open
+
+    def block_upload(self, data: bytes) -> None:
+        """Change to a transfer in segments, if the client allows it.
+
+        It says by the threshold in byte 5 up to which size it does; 0 means never.
+        """
+        _, self._index, self._subindex = SDO_STRUCT.unpack_from(data)
+        if data[0] & 0x03:
+            raise SdoAbortedError(UNKNOWN_COMMAND)  # no block transfer was begun
+        size = len(self._node.get_data(self._index, self._subindex, check_readable=True))
+        if not 0 < size <= data[5]:
+            raise SdoAbortedError(UNKNOWN_COMMAND)
+        self.init_upload(data)
+
+    def request_aborted(self, data: bytes) -> None:
+        self._open = ""
+        super().request_aborted(data)
+
+
+class _Node(canopen.LocalNode):
+    def __init__(self, node_id: int, dictionary: canopen.ObjectDictionary) -> None:
+        super().__init__(node_id, dictionary)
+        self.sdo = _Sdo(0x600 + node_id, 0x580 + node_id, self)
+        self.nmt = _Nmt(node_id, self)
+        self._write_callbacks = [self.nmt.on_write]
+
+
+class CanOpenNode(Participant):
+    """What a CANopen master sees of the gateway beside its PDOs.
+
+    Parameters
+    ----------
+    node_id : int
+        1 to 127.
+    dictionary : ObjectDictionary
+        From `canopen_pdo.dictionary`.
+    database : Database
+        The PDOs as frames.
+    bus : dict
+        Interface, channel and options of python-can.
+    say : callable
+        Takes a line for people.
+    listen_s : float, optional
+        How long to listen for another node of this number before the first message [s].
+
+    Raises
+    ------
+    BadInput
+        If there is one.
+    """
+
+    def __init__(
+        self,
+        node_id: int,
+        dictionary: canopen.ObjectDictionary,
+        database: Database,
+        bus: Mapping[str, Any],
+        say: Callable[[str], None] = lambda line: None,
+        listen_s: float = LISTEN_S,
+    ) -> None:
+        self._network = canopen.Network()
+        self._network.connect(**bus)
+        self._node = _Node(node_id, dictionary)
+        self._network.add_node(self._node)
+        self._node.add_read_callback(self._read)
+        self._raw: dict[tuple[int, int], int] = {}
+        self._places = _places(dictionary, database)
+        self._say = say
+        self._beaten_at = float("-inf")
+        self._emergency = (NO_ERROR, 0, 0, 0)
+        self._echoes = str(bus.get("interface")) in ECHOING
+        self._sent = self._heard = 0
+        self._collided = False
+        self._wrong: dict[int, int] = {}
+        self._lengths: deque[tuple[int, int]] = deque(maxlen=100)
+        self._network.subscribe(0x700 + node_id, self._hear_node)
+        for pdo in layout(temperatures_of(database)):
+            if pdo.way == RECEIVE:
+                size = sum(entry.bits for entry in pdo.entries) // 8
+                self._network.subscribe(pdo.cob_id(node_id), self._weigher(pdo.number, size))
+        until = time.monotonic() + listen_s
+        while time.monotonic() < until and not self._heard:
+            time.sleep(0.02)
+        if self._heard:
+            self.close()
+            raise BadInput("--canopen", "", f"{node_id} is the number of another node on this bus")
+        self._boot()
+
+    def _hear_node(self, cob_id: int, data: bytearray, timestamp: float) -> None:
+        self._heard += 1
+
+    def _weigher(self, number: int, size: int) -> Callable[[int, bytearray, float], None]:
+        return lambda cob_id, data, timestamp: self._lengths.append((number, len(data) - size))
+
+    @property
+    def operational(self) -> bool:  # type: ignore[override]
+        """Whether the master has started the node: only then PDOs are used and sent."""
+        return bool(self._node.nmt._state == OPERATIONAL) and not self._collided
+
+    def _boot(self) -> None:
+        with contextlib.suppress(can.CanError, OSError):
+            self._sent += 1
+            self._node.nmt.state = "INITIALISING"
+            self._node.nmt.state = "PRE-OPERATIONAL"
+
+    def _read(self, index: int, subindex: int, **more: object) -> int | None:
+        return self._raw.get((index, subindex))
+
+    def update(self, now: float, report: Callable[[], Report]) -> None:
+        """Show what was sent and heard last; send a heartbeat or an EMCY if one is due."""
+        found = report()
+        told, given = found.told, found.given
+        for name, (place, raw_of) in self._places.items():
+            value = told.get(name, given.get(name, float("nan")))
+            self._raw[place] = raw_of(value)
+        nmt = self._node.nmt
+        with contextlib.suppress(can.CanError, OSError):
+            if nmt._state == 0:  # the master asked for a reset
+                self._say("CANopen: reset by the master")
+                self._boot()
+            if nmt.beat_ms and now - self._beaten_at >= nmt.beat_ms / 1e3:
+                self._beaten_at = now
+                self._sent += 1
+                self._network.send_message(0x700 + nmt.id, [nmt._state])
+            self._look_around(nmt.id)
+            if self.operational:
+                self._complain(told)
+                self._complain_of_lengths()
+
+    def _complain(self, told: Mapping[str, Value]) -> None:
+        status, sensor, fault = (self._raw[index, 0] for index in (STATUS, SENSOR, FAULT))
+        code, register = NO_ERROR, 0
+        if not self._raw[VALID, 0] and told.get("gateway_state") not in STOPPED:
+            code, register = DEVICE_SPECIFIC + status, GENERIC | MANUFACTURER
+            if status == 0 and fault:
+                code, register = COMMUNICATION_ERROR, GENERIC | COMMUNICATION
+        emergency = (code, status, sensor, fault) if code else (NO_ERROR, 0, 0, 0)
+        self._raw[0x1001, 0] = register
+        if emergency != self._emergency:
+            self._emergency = emergency
+            self._node.emcy.send(code, register, bytes(emergency[1:]))
+
+    def _look_around(self, node_id: int) -> None:
+        """Stop where another node of the same number has come to the bus."""
+        if self._heard > (self._sent if self._echoes else 0) and not self._collided:
+            self._collided = True
+            self._say(f"CANopen: another node {node_id} is on this bus; no PDO is used or sent")
+            self._node.emcy.send(COLLISION, GENERIC | COMMUNICATION)
+
+    def _complain_of_lengths(self) -> None:
+        """Send an emergency when an RPDO begins to have a wrong length, and when it is right."""
+        while self._lengths:
+            number, more = self._lengths.popleft()
+            code = NO_ERROR if not more else TOO_LONG if more > 0 else TOO_SHORT
+            if code == self._wrong.get(number, NO_ERROR):
+                continue
+            self._wrong[number] = code
+            if code or not self._emergency[0]:
+                register = GENERIC | COMMUNICATION if code else 0
+                self._node.emcy.send(code, register, bytes((number,)))
+
+    def close(self) -> None:
+        """Leave the bus."""
+        with contextlib.suppress(can.CanError, OSError, RuntimeError):
+            self._network.disconnect()
+
+
+def temperatures_of(database: Database) -> list[str]:
+    """Return the names of the signals that are temperatures."""
+    signals = [s for frame in database.frames for s in frame.signals.values()]
+    return [signal.name for signal in signals if signal.unit == "degC"]
+
+
+def _places(
+    dictionary: canopen.ObjectDictionary, database: Database
+) -> dict[str, tuple[tuple[int, int], Callable[[Value], int]]]:
+    """Return where each signal of a PDO stands, and what makes its raw value."""
+    from gateway.codec import raw_of
+
+    signals = {s.name: s for frame in database.frames for s in frame.signals.values()}
+    found: dict[str, tuple[tuple[int, int], Callable[[Value], int]]] = {}
+    for pdo in layout(temperatures_of(database)):
+        for entry in pdo.entries:
+            signal = signals[entry.name]
+
+            def raw(value: Value, signal: Any = signal) -> int:
+                if not isinstance(value, str) and not isfinite(value) and signal.is_enumeration:
+                    return 0
+                return int(raw_of(signal, value))
+
+            found[entry.name] = (entry.index, entry.sub), raw
+    return found

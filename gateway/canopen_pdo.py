@@ -1,0 +1,353 @@
+"""The gateway's CANopen objects and PDOs: one layout, as frames for the gateway and as an EDS.
+
+Process values are INTEGER16 with one or two decimal digits, as analogue inputs of CiA 404 have them
+(objects 7130h, 6131h, 6132h). What the node receives, and its states, stand in the manufacturer's
+area.
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Mapping as Table
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import canopen
+import cantools
+from canopen import objectdictionary as od
+from canopen.objectdictionary.eds import export_eds
+from cantools.database.can import Database as CanDatabase
+
+from gateway.mapfile import MapFile
+from gateway.mapping import Mapping, mapping_of
+from measurement.errors import BadInput, checked
+
+MISSING = -32768
+"""What a process value that is not known is sent as."""
+MOST_TEMPERATURES = 12
+EVERY_MS = 100
+LATE_MS = 500
+HEARTBEAT_MS = 500
+PROFILE = 404
+OFFSETS, UNITS, DIGITS = 0x7130, 0x6131, 0x6132
+TEMPERATURES, SPEED, TOOL_LENGTH, STATE, THERMAL = 0x2100, 0x2101, 0x2102, 0x2103, 0x2104
+VALID, STATUS, SENSOR, GATEWAY, FAULT, TRUSTED = 0x2200, 0x2201, 0x2202, 0x2203, 0x2204, 0x2205
+UNCERTAINTY, LIMITS, HASH = 0x2210, 0x2300, 0x2301
+MICROMETRE, CELSIUS = 0xFA010000, 0x002D0000
+"""Units by CiA 303-2: prefix, then unit."""
+REVISION = 1
+FILE = {
+    "FileName": "spindle_drift.eds",
+    "FileVersion": "1",
+    "FileRevision": "0",
+    "EDSVersion": "4.0",
+    "Description": "Compensator of thermal drift",
+    # The sheet is printed anew whenever it is asked for: its date is that of its form.
+    "CreationTime": "12:00PM",
+    "CreationDate": "11-23-2026",
+    "CreatedBy": "spindle-drift",
+    "ModificationTime": "12:00PM",
+    "ModificationDate": "11-23-2026",
+    "ModifiedBy": "spindle-drift",
+}
+"""What the data sheet says of itself."""
+KINDS = {"i16": (od.INTEGER16, 16), "i32": (od.INTEGER32, 32), "u8": (od.UNSIGNED8, 8)}
+RECEIVE, SEND = "inputs", "outputs"
+LIMIT_NAMES = ("offset_um", "slew_um_per_s", "hold_s", "recover_s")
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A mapped object: the gateway's name, where it stands, its type, scale and unit."""
+
+    name: str
+    index: int
+    sub: int
+    kind: str
+    scale: float = 1.0
+    unit: str = ""
+
+    @property
+    def bits(self) -> int:
+        """Its length."""
+        return KINDS[self.kind][1]
+
+
+@dataclass(frozen=True)
+class Pdo:
+    """A PDO: its number from 1, whether it is received or sent, and its objects."""
+
+    number: int
+    way: str
+    entries: tuple[Entry, ...]
+
+    def cob_id(self, node_id: int) -> int:
+        """Return the identifier by the predefined connection set."""
+        return (0x100 if self.way == RECEIVE else 0x80) + 0x100 * self.number + node_id
+
+    @property
+    def name(self) -> str:
+        """What the frame is called."""
+        return f"{'R' if self.way == RECEIVE else 'T'}PDO{self.number}"
+
+
+def layout(temperatures: Sequence[str]) -> list[Pdo]:
+    """Return the PDOs for a compensator's temperatures.
+
+    Raises
+    ------
+    BadInput
+        If they are too many for the predefined PDOs.
+    """
+    if len(temperatures) > MOST_TEMPERATURES:
+        problem = f"{len(temperatures)} temperatures: three PDOs hold {MOST_TEMPERATURES}"
+        raise BadInput("--canopen", "", problem)
+    readings = [
+        Entry(name, TEMPERATURES, sub, "i16", 0.01, "degC")
+        for sub, name in enumerate(temperatures, 1)
+    ]
+    found = [
+        Pdo(number, RECEIVE, tuple(readings[first : first + 4]))
+        for number, first in enumerate(range(0, len(readings), 4), 1)
+    ]
+    found.append(
+        Pdo(
+            4,
+            RECEIVE,
+            (
+                Entry("speed", SPEED, 0, "i16", 1.0, "rpm"),
+                Entry("tool_length", TOOL_LENGTH, 0, "i32", 0.001, "mm"),
+                Entry("machine_state", STATE, 0, "u8"),
+                Entry("thermal_state", THERMAL, 0, "u8"),
+            ),
+        )
+    )
+    offsets = [Entry(f"d{a}", OFFSETS, n, "i16", 0.1, "um") for n, a in enumerate("XYZ", 1)]
+    widths = [
+        Entry(f"d{a}_uncertainty", UNCERTAINTY, n, "i16", 0.1, "um") for n, a in enumerate("XYZ", 1)
+    ]
+    valid, status = Entry("valid", VALID, 0, "u8"), Entry("status", STATUS, 0, "u8")
+    gateway, trust = Entry("gateway_state", GATEWAY, 0, "u8"), Entry("trust", TRUSTED, 0, "u8")
+    sensor, fault = Entry("status_sensor", SENSOR, 0, "u8"), Entry("bus_fault", FAULT, 0, "u8")
+    return [
+        *found,
+        Pdo(1, SEND, (*offsets, valid, status)),
+        Pdo(2, SEND, (*widths, gateway, trust)),
+        Pdo(3, SEND, (sensor, fault)),
+    ]
+
+
+def canopen_mapping(node_id: int, inputs: Sequence[str]) -> Mapping:
+    """Return the PDOs as frames of the gateway, for the inputs of a compensator.
+
+    Parameters
+    ----------
+    node_id : int
+        1 to 127.
+    inputs : sequence of str
+        The compensator's inputs; all but ``speed`` and ``tool_length`` are temperatures.
+
+    Raises
+    ------
+    BadInput
+        If they do not fit.
+    """
+    if not 1 <= node_id <= 127:
+        raise BadInput("--canopen", "", f"{node_id} is not allowed: 1 to 127")
+    pdos = layout([name for name in inputs if name not in ("speed", "tool_length")])
+    dbc = cantools.database.load_string(_dbc(node_id, pdos), database_format="dbc")
+    assert isinstance(dbc, CanDatabase)
+    source = Path(f"CANopen node {node_id}")
+    table: dict[str, object] = {
+        "format": 1,
+        "dbc": source.name,
+        "cycle": {"frames": "sampled", "every_ms": float(EVERY_MS)},
+        "frames": {p.name: {"protection": "none", "late_after_ms": float(LATE_MS)} for p in pdos},
+    }
+    for way in (RECEIVE, SEND):
+        table[way] = {
+            entry.name: {"signal": f"{pdo.name}.{entry.name}"}
+            | ({"missing_raw": MISSING} if entry.kind == "i16" else {})
+            for pdo in pdos
+            if pdo.way == way
+            for entry in pdo.entries
+        }
+    mapping = mapping_of(source, checked(MapFile, table, source), dbc, source)
+    if mapping.problems:
+        raise mapping.problems[0]
+    # CiA 301: of an RPDO that is longer than its mapping, the first bytes are used.
+    frames = tuple(replace(frame, longer=True) for frame in mapping.database.frames)
+    mapping.database = replace(mapping.database, frames=frames)
+    return mapping
+
+
+def _dbc(node_id: int, pdos: Sequence[Pdo]) -> str:
+    lines = ['VERSION ""', "", "NS_ :", "", "BS_:", "", "BU_: MASTER GATEWAY", ""]
+    for pdo in pdos:
+        size = sum(entry.bits for entry in pdo.entries) // 8
+        sender = "MASTER" if pdo.way == RECEIVE else "GATEWAY"
+        lines.append(f"BO_ {pdo.cob_id(node_id)} {pdo.name}: {size} {sender}")
+        start = 0
+        for entry in pdo.entries:
+            sign = "+" if entry.kind == "u8" else "-"
+            place = f"{start}|{entry.bits}@1{sign} ({entry.scale:g},0) [0|0]"
+            lines.append(f' SG_ {entry.name} : {place} "{entry.unit}" Vector__XXX')
+            start += entry.bits
+        lines.append("")
+    return "\n".join(lines)
+
+
+# The object dictionary
+
+
+def dictionary(
+    node_id: int, inputs: Sequence[str], name: str, sha256: str, limits: dict[str, float]
+) -> canopen.ObjectDictionary:
+    """Return the node's object dictionary.
+
+    Parameters
+    ----------
+    node_id : int
+        1 to 127.
+    inputs : sequence of str
+        See `canopen_mapping`.
+    name, sha256 : str
+        The compensator, and the hash of its file.
+    limits : dict of str to float
+        Those of the compensator that are known: `LIMIT_NAMES`.
+    """
+    found = canopen.ObjectDictionary()
+    found.node_id = node_id
+    information = found.device_information
+    information.vendor_name = information.product_name = "spindle-drift"
+    information.vendor_number = information.product_number = 0
+    information.revision_number, information.order_code = REVISION, "spindle-drift"
+    information.simple_boot_up_master = information.simple_boot_up_slave = False
+    information.granularity = information.dynamic_channels_supported = 0
+    information.group_messaging = information.LSS_supported = False
+    pdos = layout([name for name in inputs if name not in ("speed", "tool_length")])
+    information.nr_of_RXPDO = sum(pdo.way == RECEIVE for pdo in pdos)
+    information.nr_of_TXPDO = sum(pdo.way == SEND for pdo in pdos)
+    information.allowed_baudrates = {125_000, 250_000, 500_000, 1_000_000}
+    _variable(found, "Device type", 0x1000, 0, od.UNSIGNED32, PROFILE)
+    _variable(found, "Error register", 0x1001, 0, od.UNSIGNED8, 0)
+    _variable(found, "Manufacturer device name", 0x1008, 0, od.VISIBLE_STRING, "spindle-drift")
+    _variable(found, "COB-ID EMCY", 0x1014, 0, od.UNSIGNED32, 0x80 + node_id)
+    _of_node(found[0x1014], node_id)
+    _variable(
+        *(found, "Producer heartbeat time", 0x1017, 0, od.UNSIGNED16, HEARTBEAT_MS), access="rw"
+    )
+    numbers = {"Vendor-ID": 0, "Product code": 0, "Revision number": REVISION, "Serial number": 0}
+    _record(found, "Identity object", 0x1018, od.UNSIGNED32, numbers)
+    channels = {"cob_client": 0x600 + node_id, "cob_server": 0x580 + node_id}
+    _record(found, "SDO server parameter", 0x1200, od.UNSIGNED32, channels)
+    for sub in (1, 2):
+        _of_node(found[0x1200][sub], node_id)
+    for pdo in pdos:
+        _pdo(found, pdo, node_id)
+    entries = [entry for pdo in pdos for entry in pdo.entries]
+    for index, title in ((OFFSETS, "AI input PV"), (TEMPERATURES, "Temperatures")):
+        _group(found, title, [entry for entry in entries if entry.index == index])
+    _group(found, "Uncertainty", [entry for entry in entries if entry.index == UNCERTAINTY])
+    for entry in entries:
+        if entry.index not in (OFFSETS, TEMPERATURES, UNCERTAINTY):
+            kind = KINDS[entry.kind][0]
+            _variable(found, entry.name, entry.index, 0, kind, 0, mappable=True)
+    axes = ("dX", "dY", "dZ")
+    _record(found, "AI physical unit PV", UNITS, od.UNSIGNED32, dict.fromkeys(axes, MICROMETRE))
+    _record(found, "AI decimal digits PV", DIGITS, od.UNSIGNED8, dict.fromkeys(axes, 1))
+    told = {key: limits.get(key, float("nan")) for key in LIMIT_NAMES}
+    _record(found, "Limits of the compensator", LIMITS, od.REAL32, told)
+    _record(found, "Compensator", HASH, od.VISIBLE_STRING, {"Name": name, "SHA-256": sha256})
+    return found
+
+
+def eds_text(dictionary_: canopen.ObjectDictionary) -> str:
+    """Return an object dictionary as an electronic data sheet (CiA 306-1).
+
+    Parameters
+    ----------
+    dictionary_ : ObjectDictionary
+        From `dictionary`.
+    """
+    text = io.StringIO()
+    dictionary_.__edsFileInfo = {}  # or the library would add a version of its own
+    export_eds(dictionary_, text, dict(FILE))
+    # CiA 306-1 has this key, and the library does not know it: no PDO maps bits.
+    return text.getvalue().replace("GroupMessaging=", "CompactPDO=0\nGroupMessaging=", 1)
+
+
+def _of_node(variable: od.ODVariable, node_id: int) -> None:
+    """Note that an identifier moves with the number of the node."""
+    variable.default_raw = f"$NODEID+0x{variable.default - node_id:X}"
+
+
+def _variable(
+    found: canopen.ObjectDictionary,
+    name: str,
+    index: int,
+    sub: int,
+    kind: int,
+    value: float | str,
+    *,
+    access: str = "ro",
+    mappable: bool = False,
+) -> None:
+    found.add_object(_made(name, index, sub, kind, value, access=access, mappable=mappable))
+
+
+def _made(
+    name: str,
+    index: int,
+    sub: int,
+    kind: int,
+    value: float | str,
+    *,
+    access: str = "ro",
+    mappable: bool = False,
+) -> od.ODVariable:
+    variable = od.ODVariable(name, index, sub)
+    variable.data_type, variable.access_type = kind, access
+    variable.pdo_mappable, variable.default = mappable, value
+    return variable
+
+
+def _record(
+    found: canopen.ObjectDictionary, name: str, index: int, kind: int, members: Table[str, object]
+) -> None:
+    record = od.ODRecord(name, index)
+    record.add_member(_made("Number of entries", index, 0, od.UNSIGNED8, len(members)))
+    for sub, (member, value) in enumerate(members.items(), 1):
+        assert isinstance(value, float | int | str)
+        record.add_member(_made(member, index, sub, kind, value))
+    found.add_object(record)
+
+
+def _group(found: canopen.ObjectDictionary, name: str, entries: Sequence[Entry]) -> None:
+    if not entries:
+        return
+    record = od.ODRecord(name, entries[0].index)
+    record.add_member(_made("Number of entries", record.index, 0, od.UNSIGNED8, len(entries)))
+    for entry in entries:
+        record.add_member(
+            _made(entry.name, entry.index, entry.sub, od.INTEGER16, MISSING, mappable=True)
+        )
+    found.add_object(record)
+
+
+def _pdo(found: canopen.ObjectDictionary, pdo: Pdo, node_id: int) -> None:
+    base = 0x1400 if pdo.way == RECEIVE else 0x1800
+    what = f"{pdo.name} {{}} parameter"
+    communication = od.ODRecord(what.format("communication"), base + pdo.number - 1)
+    index = communication.index
+    for sub, name, kind, value in (
+        (0, "Highest sub-index supported", od.UNSIGNED8, 2),
+        (1, "COB-ID", od.UNSIGNED32, pdo.cob_id(node_id)),
+        (2, "Transmission type", od.UNSIGNED8, 255),
+    ):
+        communication.add_member(_made(name, index, sub, kind, value))
+    _of_node(communication[1], node_id)
+    found.add_object(communication)
+    mapped = {entry.name: entry.index << 16 | entry.sub << 8 | entry.bits for entry in pdo.entries}
+    _record(found, what.format("mapping"), base + 0x200 + pdo.number - 1, od.UNSIGNED32, mapped)

@@ -1,0 +1,200 @@
+"""The other end of the bus: a control with the plant FMU behind it, or a recorded log."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import io
+import json
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from scenarios.outputs import LOG, RUN_FILE, STATE
+
+NAME = "machine"
+HELP = "put a simulated machine, or a recorded log, on a CAN bus"
+READS = ("scenario", "dbc", "map", "key", "replay", "plant")
+WRITES = {"log": LOG, "state": STATE, "out": RUN_FILE}
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the command's arguments."""
+    from gateway.options import add_bus_arguments
+
+    parser.add_argument(
+        "scenario",
+        nargs="?",
+        default="step_speed",
+        metavar="SCENARIO",
+        help="a name from 'list', or a TOML file (step_speed); its first variant is run",
+    )
+    add_bus_arguments(parser)
+    parser.add_argument(
+        "--replay", type=Path, metavar="LOG", help="send the machine's frames of this log instead"
+    )
+    parser.add_argument(
+        "--speed-up",
+        default="1",
+        metavar="N",
+        help="times as fast as real time (1); 'max': by the scenario's step, as fast as the "
+        "gateway answers",
+    )
+    parser.add_argument("--plant", metavar="FILE", help="another plant: an FMU or a machine file")
+    parser.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="set a key of the scenario, for example duration_s=60",
+    )
+    parser.add_argument(
+        "--wait",
+        type=float,
+        default=10.0,
+        metavar="S",
+        help="time for the gateway to appear before the machine begins without it (10)",
+    )
+    parser.add_argument(
+        "--hold",
+        type=float,
+        default=60.0,
+        metavar="S",
+        help="machine time for which offsets are held without a gateway (60)",
+    )
+    parser.add_argument("--out", type=Path, metavar="FILE", help="write the run as a table (CSV)")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Run the machine to the end of its scenario or log."""
+    from gateway.options import check_bus_arguments, check_positive, read_frames, told
+    from measurement.errors import BadInput
+
+    check_bus_arguments(args)
+    check_positive("--wait", args.wait, zero=True)
+    check_positive("--hold", args.hold, zero=True)
+    database, mapping = read_frames(args)
+    if mapping is not None and mapping.problems:
+        return told(mapping.problems)
+    speed_up = None if args.speed_up == "max" else _number("--speed-up", args.speed_up)
+    check_positive("--speed-up", speed_up)
+    if speed_up is None and database.every_s is not None:
+        raise BadInput("--speed-up", "max", "sampled frames do not say what they answer: a number")
+    if args.replay is not None:
+        for name, value in (("--out", args.out), ("--state", args.state), ("--plant", args.plant)):
+            if value is not None:
+                raise BadInput(name, "", "has no meaning with --replay")
+        summary = _replay(args, database, speed_up)
+        text = f"{summary['frames']} frames sent"
+    else:
+        summary = _simulate(args, database, speed_up)
+        text = "{steps} steps, {answered} answered, {simulated_s:g} s in {seconds:.1f} s"
+        text = text.format(**summary)
+    if args.json:
+        print(json.dumps(summary, indent=1))
+    elif not args.quiet:
+        print(text)
+    return 0
+
+
+def _number(name: str, text: str) -> float:
+    from measurement.errors import BadInput
+
+    try:
+        return float(text)
+    except ValueError:
+        raise BadInput(name, "", f"{text!r} is not a number, nor 'max'") from None
+
+
+def _replay(args: argparse.Namespace, database: Any, speed_up: float | None) -> dict[str, Any]:
+    import time
+
+    from gateway.database import COMPENSATOR
+    from gateway.machine import Ear
+    from gateway.options import new_link, stop_flag, teller
+    from gateway.replay import recorded, replay
+
+    messages = recorded(args.replay, database)
+    with contextlib.ExitStack() as stack:
+        say = stack.enter_context(teller("machine", args))
+        link = stack.enter_context(contextlib.closing(new_link(args, database, COMPENSATOR, say)))
+        stopped = stack.enter_context(stop_flag(link.reopen_log))
+        link.open(args.wait)
+        say(f"{args.replay.name}, {len(messages)} frames, on {link.name}")
+        sent = replay(
+            messages,
+            database,
+            link,
+            Ear(database, time.monotonic, args.timeout and args.timeout / 1e3),
+            speed_up=speed_up,
+            wait_s=args.wait,
+            stopped=stopped,
+            clock=time.monotonic,
+        )
+    return {"frames": sent}
+
+
+def _simulate(args: argparse.Namespace, database: Any, speed_up: float | None) -> dict[str, Any]:
+    from gateway.database import COMPENSATOR
+    from gateway.machine import Pace
+    from gateway.options import new_link, stop_flag, teller
+    from gateway.plant import MachinePlant
+    from gateway.proof import read_key
+    from gateway.simulating import Simulation
+    from measurement.runs import write_run
+    from scenarios.fmu_files import find_fmu
+
+    case, near = _case(args, database, speed_up)
+    printed = io.StringIO()
+    with contextlib.ExitStack() as stack:
+        say = stack.enter_context(teller("machine", args))
+        work = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="spindle-drift-")))
+        name = args.plant or case.settings.plant.fmu
+        fmu = find_fmu(name, args.fmu_dir, near, work, quiet=args.quiet)
+        link = new_link(args, database, COMPENSATOR, say)
+        stack.callback(link.close)
+        stopped = stack.enter_context(stop_flag(link.reopen_log))
+        link.open(args.wait)
+        # A Python FMU shares this process's standard error; its complaints come through its log.
+        stack.enter_context(contextlib.redirect_stderr(printed))
+        plant = MachinePlant(fmu, case, say, printed, recorded=args.out is not None)
+        stack.push(lambda kind, error, trace: plant.close(error))
+        say(f"{fmu.name}, scenario {case.settings.name}, on {link.name}")
+        timeout_s = args.timeout and args.timeout / 1e3
+        pace = Pace(speed_up is None, args.wait, args.hold, timeout_s)
+        simulation = Simulation(
+            database, fmu, plant, link, pace, args.state, args.state_every, stopped, say
+        )
+        simulation.key = args.key and read_key(args.key)
+        summary = simulation.run()
+        if args.out is not None:
+            write_run(plant.frame(), args.out)
+    return summary
+
+
+def _case(args: argparse.Namespace, database: Any, speed_up: float | None) -> tuple[Any, Path]:
+    from gateway.database import MACHINE
+    from measurement.errors import BadInput
+    from scenarios.assignments import assignment
+    from scenarios.scenario import read_scenario
+
+    overrides = [assignment(text) for text in args.set]
+    if speed_up is not None:
+        step_s = (database.every_s or database.closing(MACHINE).cycle_s) * speed_up
+        # The table that --out writes holds every step: how often a scenario records is no matter.
+        overrides += [("step_s", step_s), ("record_s", step_s)]
+    scenario = read_scenario(args.scenario, overrides)
+    if not scenario.cases:
+        raise BadInput(scenario.path, "replay", "nothing is simulated; see --replay for a log")
+    case = scenario.cases[0]
+    if not database.has("machine_step"):
+        return case, scenario.path.resolve().parent
+    signal = database.signal("machine_step")
+    step_s, raw = case.settings.step_s, case.settings.step_s / signal.scale
+    if abs(raw - round(raw)) > 1e-6 or not 0.0 < step_s <= signal.high:
+        problem = (
+            f"{step_s:g} is not allowed: a multiple of {signal.scale:g} s, "
+            f"at most {signal.high:g} s"
+        )
+        raise BadInput(scenario.path, "step_s", problem)
+    return case, scenario.path.resolve().parent

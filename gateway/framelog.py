@@ -1,0 +1,209 @@
+"""The log of frames, written by a separate thread, so that it never stops the gateway.
+
+If the disk is full or the file cannot be written, frames are left out and counted, and writing is
+tried again. The log is flushed about once a second, so a killed program loses no more than that.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import can
+from can.io.blf import FILE_HEADER_STRUCT
+from can.util import channel2int
+
+from gateway.background import Background
+from measurement.errors import BadInput
+
+LOGS = (".log", ".asc", ".blf")
+ROOM = 20_000
+"""Frames that may wait to be written; at 120 a second nearly three minutes."""
+SYNC_S, RETRY_S = 1.0, 5.0
+"""How often the log is flushed, and how soon writing is tried again after a failure [s]."""
+LARGEST_MB = 100.0
+CHANNELS = 254
+KEPT = 9
+"""Older logs that are kept beside the newest: FILE.1 is the newest of them."""
+
+
+class FrameLog:
+    """Writes frames to a file from a thread of its own.
+
+    Parameters
+    ----------
+    path : Path
+        The log; its ending says the form. What is there already is kept.
+    say : callable, optional
+        Takes a line for people.
+    largest_mb : float, optional
+        A larger log is turned over [MB].
+
+    Raises
+    ------
+    BadInput
+        For an ending that names no form.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        say: Callable[[str], None] = lambda line: None,
+        largest_mb: float = LARGEST_MB,
+    ) -> None:
+        if path.suffix.lower() not in LOGS:
+            raise BadInput(path, "", f"its ending must be one of {', '.join(LOGS)}")
+        self.path, self._say, self._largest = path, say, largest_mb * 1e6
+        self._lost, self._retry_at, self._synced_at = 0, 0.0, time.monotonic()
+        self._writer: Any = None
+        self._reopen = False
+        try:
+            self._open()
+        except (OSError, ValueError) as error:
+            self._fail(error)
+        self._thread = Background(ROOM, self._look)
+
+    def write(self, message: can.Message) -> None:
+        """Take a frame for the thread to write."""
+        if self.path.suffix.lower() != ".log" and (channel2int(message.channel) or 0) > CHANNELS:
+            message.channel = 0  # these forms number channels, and not so far
+        self._thread.do(lambda: self._write(message))
+
+    def reopen(self) -> None:
+        """Begin a file of the log's name anew, where the old one was renamed."""
+        self._reopen = True
+
+    def close(self) -> None:
+        """Write what is left and close the file; a file that hangs is given up."""
+        self._thread.do(self._close)
+        done = self._thread.close()
+        lost = self._lost + self._thread.dropped
+        if lost or not done:
+            self._say(f"{self.path}: {lost} frames were not logged" + ("" if done else " or more"))
+
+    # In the thread
+
+    def _write(self, message: can.Message) -> None:
+        if self._writer is None and not self._open_again():
+            self._lost += 1
+            return
+        try:
+            self._writer.on_message_received(message)
+        except (OSError, ValueError) as error:
+            self._lost += 1
+            self._fail(error)
+        self._look()
+
+    def _look(self) -> None:
+        """Flush about once a second, and check whether the file is still the same."""
+        now = time.monotonic()
+        if now - self._synced_at < SYNC_S and not self._reopen:
+            return
+        self._synced_at = now
+        if self._writer is None:
+            self._open_again()
+            return
+        try:
+            self._sync()
+            if self._reopen or not self._is_there():
+                self._reopen = False
+                self._writer.stop()
+                self._open()
+            elif self.path.stat().st_size > self._largest:
+                self._writer.stop()
+                self._turn_over()
+                self._open()
+        except (OSError, ValueError) as error:
+            self._fail(error)
+
+    def _open(self) -> None:
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        there = self.path.exists() and self.path.stat().st_size > 0
+        if there and self.path.is_file():
+            _trim(self.path)
+        if there and self.path.suffix.lower() == ".asc":
+            # The writer cannot append to this form.
+            self._turn_over()
+            there = False
+        more = {} if self.path.suffix.lower() == ".asc" else {"append": there}
+        self._writer = can.Logger(str(self.path), **more)
+        self._file_id = self._identity()
+
+    def _open_again(self) -> bool:
+        now = time.monotonic()
+        if now < self._retry_at:
+            return False
+        try:
+            self._open()
+        except (OSError, ValueError):
+            self._retry_at = now + RETRY_S
+            return False
+        self._say(f"{self.path}: written again; {self._lost} frames were not")
+        return True
+
+    def _sync(self) -> None:
+        if self.path.suffix.lower() == ".blf":
+            # Its header must tell what is in the file, or a reader takes it for empty.
+            self._writer.stop()
+            self._writer = can.Logger(str(self.path), append=True)
+        else:
+            self._writer.file.flush()
+
+    def _fail(self, error: Exception) -> None:
+        if self._writer is not None:
+            with contextlib.suppress(OSError, ValueError):
+                self._writer.stop()
+        self._writer = None
+        self._retry_at = time.monotonic() + RETRY_S
+        self._say(f"{self.path}: cannot be written: {_line(error)}; the gateway goes on without")
+
+    def _close(self) -> None:
+        if self._writer is not None:
+            with contextlib.suppress(OSError, ValueError):
+                self._writer.stop()
+            self._writer = None
+            self._retry_at = float("inf")
+
+    def _identity(self) -> tuple[int, int]:
+        found = os.stat(self.path)
+        return found.st_dev, found.st_ino
+
+    def _is_there(self) -> bool:
+        try:
+            return self._identity() == self._file_id
+        except FileNotFoundError:
+            return False
+
+    def _turn_over(self) -> None:
+        for number in range(KEPT, 0, -1):
+            older = self.path.with_name(f"{self.path.stem}.{number}{self.path.suffix}")
+            newer = self.path.with_name(f"{self.path.stem}.{number - 1}{self.path.suffix}")
+            newer = self.path if number == 1 else newer
+            if newer.exists():
+                newer.replace(older)
+
+
+def _trim(path: Path) -> None:
+    """Cut off the half frame at the end that a killed program may have left."""
+    with path.open("rb+") as stream:
+        size = stream.seek(0, os.SEEK_END)
+        whole = size
+        if path.suffix.lower() == ".blf":
+            stream.seek(0)
+            header = stream.read(FILE_HEADER_STRUCT.size)
+            if len(header) == FILE_HEADER_STRUCT.size and header.startswith(b"LOGG"):
+                whole = FILE_HEADER_STRUCT.unpack(header)[10]
+        elif path.suffix.lower() == ".log":
+            stream.seek(max(0, size - 4096))
+            tail = stream.read()
+            whole = size - len(tail) + tail.rfind(b"\n") + 1
+        if 0 < whole < size:
+            stream.truncate(whole)
+
+
+def _line(error: Exception) -> str:
+    return " ".join(str(error).split()) or type(error).__name__

@@ -1,0 +1,222 @@
+"""Whether a cycle can be used: is it proven fresh, what does its machine do, do the clocks agree.
+
+`reception` checks frames and counts; this module judges a whole cycle. What a machine does not tell
+(a proof, a time, a state) is not asked of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import inf, isnan, nan
+
+import can
+
+from gateway.codec import decode, high_raw, name_of
+from gateway.database import MACHINE, Database, Frame, key_of
+from gateway.proof import Challenges
+from gateway.reception import Cycle, Finding
+from gateway.timebase import Timebase
+
+RIVAL_S = 1.0
+"""Two intact frames of another gateway within this time count, and they do for as long [s]."""
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """Whether a cycle can be used, and why not.
+
+    Attributes
+    ----------
+    usable, proven : bool
+        Whether it can be, and whether it is proven to be fresh.
+    finding : Finding or None
+        What is wrong.
+    machine_state : str
+        What the machine says that it does.
+    unseen_s : float
+        Time that the machine's clock has seen go by and this computer's has not, by the latter's
+        rate [s].
+    """
+
+    usable: bool
+    finding: Finding | None
+    machine_state: str
+    proven: bool = False
+    unseen_s: float = 0.0
+
+    def finding_is(self, fault: str) -> bool:
+        """Return whether a certain fault is what is wrong."""
+        return self.finding is not None and self.finding.fault == fault
+
+
+class Judge:
+    """Judges the cycles of a machine.
+
+    Parameters
+    ----------
+    database : Database
+        Its frames: what they do not carry is not judged.
+    speed_up : float or None
+        Seconds of the machine in a second of this computer's clock; None: the machine's time has
+        nothing to do with this clock.
+    timeout_s : float
+        How old a cycle may be, and how late or early by the machine's own time [s].
+    challenges : Challenges
+        What a proof must answer.
+
+    Attributes
+    ----------
+    raw : int
+        The machine's time, as the newest cycle carries it.
+    period_s : float
+        It starts anew after this time [s].
+    """
+
+    period_s = inf
+
+    def __init__(
+        self, database: Database, speed_up: float | None, timeout_s: float, challenges: Challenges
+    ) -> None:
+        self._closing, self._timeout_s = database.closing(MACHINE), timeout_s
+        signals = {signal.name: signal for _, signal in database.signals(MACHINE)}
+        self._proof: Frame | None = database.proof
+        self._challenges = challenges
+        self._states = signals.get("machine_state")
+        self._timebase: Timebase | None = None
+        self._timed = "machine_time" in signals
+        if self._timed:
+            self._time = signals["machine_time"]
+            self._times = high_raw(self._time) + 1  # the count wraps below the special codes
+            self.period_s = self._times * self._time.scale
+            # A proof bounds how late a cycle is; what is left to judge is the clock's rate.
+            tolerance_s = timeout_s if self._proof is None else challenges.young_s
+            if speed_up:
+                self._timebase = Timebase(self._times, self._time.scale, speed_up, tolerance_s)
+        self._expected: int | None = None
+        self.raw = 0
+
+    def forget(self) -> None:
+        """Expect no particular time next: cycles were lost."""
+        self._expected = None
+
+    def judge(self, cycle: Cycle, arrived: float, now: float, *, begun: bool) -> Verdict:
+        """Judge a cycle.
+
+        Parameters
+        ----------
+        cycle : Cycle
+            What the frames were found to be.
+        arrived, now : float
+            When its last frame arrived, and the present [s].
+        begun : bool
+            The compensator has begun.
+        """
+        state = "running"
+        if self._states is not None:
+            state = name_of(self._states, cycle.heartbeat.get("machine_state", nan))
+        proven = self._proven(cycle, arrived)
+        if not isnan(time_s := cycle.heartbeat.get("machine_time", nan)):
+            self.raw = round(time_s / self._time.scale)
+        wrong, unseen_s = None, 0.0
+        if proven or self._proof is None:
+            # What may be old says nothing of the machine's clock.
+            wrong = self._time_fault(cycle.heartbeat, arrived, state, proven=proven)
+            unseen_s = self._timebase.unseen_s if self._timebase else 0.0
+        finding = cycle.finding
+        usable = cycle.usable and state == "running"
+        if not cycle.usable:
+            pass
+        elif now - arrived > self._timeout_s:
+            usable, finding = False, self._found("stale", f"waited {now - arrived:.3f} s")
+        elif self._proof is not None and not proven:
+            text = "does not prove that its cycle is fresh"
+            usable, finding = False, Finding("not_fresh", self._proof, f"{self._proof.name} {text}")
+        elif wrong is not None and (state == "running" or begun):
+            usable, finding = False, wrong
+        elif not usable and (self._state_is_known(cycle) or finding is None):
+            text = f"the machine is {state.replace('_', ' ')}"
+            finding = Finding("machine_not_running", self._closing, text)
+        return Verdict(usable, finding, state, proven, unseen_s)
+
+    def _proven(self, cycle: Cycle, arrived: float) -> bool:
+        if self._proof is None or self._proof.key not in cycle.frames:
+            return False
+        told = decode(self._proof, cycle.frames[self._proof.key]).values
+        others = [data for key, data in sorted(cycle.frames.items()) if key != self._proof.key]
+        return self._challenges.proven(told, others, arrived)
+
+    def _state_is_known(self, cycle: Cycle) -> bool:
+        return not isnan(cycle.heartbeat.get("machine_state", nan))
+
+    def _found(self, fault: str, text: str) -> Finding:
+        return Finding(fault, self._closing, f"{self._closing.name} {text}")
+
+    def _time_fault(
+        self, beat: Mapping[str, float], arrived: float, state: str, *, proven: bool
+    ) -> Finding | None:
+        """Judge the machine's time: by what was announced, and by this computer's clock."""
+        if not self._timed or not beat:
+            return None
+        jump = self._jump(beat)
+        timebase = self._timebase
+        if timebase:
+            timebase.unseen_s = 0.0
+        if timebase and (state == "starting" or (proven and state != "running")):
+            timebase.restart(proven=proven)
+        if state != "running" or isnan(beat["machine_time"] + beat["machine_step"]):
+            return jump
+        if beat["machine_step"] <= 0.0:
+            return self._found("time_stands", "has machine_step 0 while running")
+        if not timebase:
+            return jump
+        found = timebase.judge(self.raw, arrived, jumped=jump is not None, proven=proven)
+        # A machine that left cycles out is none the worse if its time fits this clock.
+        return Finding(found[0], self._closing, found[1]) if found else None
+
+    def _jump(self, beat: Mapping[str, float]) -> Finding | None:
+        """Compare the machine's time with what it should be after the cycle before."""
+        time_s, step_s = beat["machine_time"], beat["machine_step"]
+        if isnan(time_s) or isnan(step_s):
+            self._expected = None
+            return self._found("not_available_value", "has no machine_time or machine_step")
+        raw, step = round(time_s / self._time.scale), round(step_s / self._time.scale)
+        expected, self._expected = self._expected, (raw + step) % self._times
+        if expected is None or raw == expected:
+            return None
+        wanted = expected * self._time.scale
+        text = f"machine_time is {time_s:.3f} s, expected was {wanted:.3f} s"
+        return Finding("time_jump", self._closing, text)
+
+
+class Rival:
+    """Listens for another gateway on the same bus.
+
+    Parameters
+    ----------
+    frames : sequence of Frame
+        What a gateway sends.
+    """
+
+    def __init__(self, frames: Sequence[Frame]) -> None:
+        self._frames = {frame.key: frame for frame in frames}
+        self._closing = frames[-1]
+        self._heard_at, self._until = -inf, -inf
+
+    def hear(self, message: can.Message, arrived: float) -> bool:
+        """Return whether a message is a gateway's; own ones are not heard, so it is another's."""
+        frame = self._frames.get(key_of(message))
+        if frame is None:
+            return False
+        # One such frame may be chance: a random one in 256 fits its CRC.
+        if len(message.data) == frame.size and frame.protection.intact(message.data):
+            if arrived - self._heard_at <= RIVAL_S:
+                self._until = arrived + RIVAL_S
+            self._heard_at = arrived
+        return True
+
+    def finding(self, now: float) -> Finding | None:
+        """Return the fault while another gateway is there."""
+        if now >= self._until:
+            return None
+        return Finding("second_gateway", self._closing, "another gateway sends on this bus")

@@ -1,0 +1,273 @@
+"""A connection to a bus, reopened when it is lost, with its log.
+
+No thread and no polling: `receive` waits in the driver until a frame comes or the time is up.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import time
+from collections import deque
+from collections.abc import Callable, Iterable
+from typing import Any
+
+import can
+
+from gateway.database import EXTENDED
+from gateway.framelog import FrameLog
+from measurement.errors import BadInput
+
+FIRST_WAIT_S, LONGEST_WAIT_S = 0.5, 8.0
+"""Back-off: the first wait before the bus is opened again, and the longest [s]."""
+MOST_FAILURES = 12
+"""So many frames in a row that cannot be sent mean that the bus is lost."""
+ERR_BUS_OFF = 0x40
+"""SocketCAN's class of error frames that says the controller has left the bus."""
+WALL_CLOCK = ("socketcan", "udp_multicast", "virtual")
+"""Interfaces that stamp a frame with this computer's time of day when it arrives."""
+ECHOING = ("udp_multicast",)
+"""Interfaces on which a node hears its own frames."""
+ECHOES = 256
+"""So many own frames may be on their way back."""
+DRIFT = 5e-4
+"""Another interface's clock may drift away from this computer's by so much."""
+Clock = Callable[[], float]
+
+
+class Link:
+    """A connection to a bus.
+
+    Parameters
+    ----------
+    interface, channel : str
+        As python-can names them: ``socketcan`` and ``vcan0``, ``virtual`` and any name.
+    ids : iterable of int
+        Keys of the frames to receive; where the driver can, the kernel drops all others.
+    log : FrameLog, optional
+        Takes every frame sent and received.
+    say : callable, optional
+        Takes a line for people when the bus is lost or back.
+    clock : callable, optional
+        Monotonic time [s].
+    options : dict, optional
+        More settings of the interface, by python-can's names.
+
+    Attributes
+    ----------
+    lost : str
+        Empty while the bus is up; otherwise ``bus_off`` or ``interface_lost``.
+    waited_s : float
+        How long the frame that was received last had waited in this computer [s].
+    junk : int
+        What arrived and was no frame.
+    """
+
+    def __init__(
+        self,
+        interface: str,
+        channel: str,
+        ids: Iterable[int],
+        log: FrameLog | None = None,
+        say: Callable[[str], None] = lambda line: None,
+        clock: Clock = time.monotonic,
+        options: dict[str, Any] | None = None,
+    ) -> None:
+        self.interface, self.channel = interface, channel
+        self._filters = [_filter(key) for key in sorted(ids)]
+        self._extended = any(one["extended"] for one in self._filters)
+        self._say, self._clock, self._options = say, clock, options or {}
+        self._bus: can.BusABC | None = None
+        self._wait_s, self._next_try = FIRST_WAIT_S, 0.0
+        self._failures = 0
+        self.lost = "interface_lost"
+        self.waited_s, self.junk = 0.0, 0
+        self._log = log
+        self._echoes: deque[tuple[int, bytes]] = deque(maxlen=ECHOES)
+        self._quickest_s, self._quickest_at = float("inf"), 0.0
+
+    @property
+    def name(self) -> str:
+        """What messages call this bus."""
+        return f"{self.interface} {self.channel}"
+
+    # Opening and closing
+
+    def open(self, patience_s: float = 0.0) -> None:
+        """Open the bus for the first time.
+
+        Parameters
+        ----------
+        patience_s : float
+            How long an interface may take to appear [s].
+
+        Raises
+        ------
+        BadInput
+            If there is no such interface or channel.
+        """
+        until = self._clock() + patience_s
+        while True:
+            try:
+                self._connect()
+                return
+            except can.CanInterfaceNotImplementedError as error:
+                raise BadInput("--interface", "", _line(error)) from None
+            except (can.CanError, OSError, ValueError, TypeError, ImportError) as error:
+                left = until - self._clock()
+                if left <= 0.0:
+                    raise BadInput(
+                        f"{self.interface}:{self.channel}", "", f"cannot be opened: {_line(error)}"
+                    ) from None
+                time.sleep(min(FIRST_WAIT_S, left))
+
+    def _connect(self) -> None:
+        self._bus = can.Bus(
+            interface=self.interface,
+            channel=self.channel,
+            can_filters=self._filters,
+            **self._options,
+        )
+        self.lost, self._failures = "", 0
+
+    def close(self) -> None:
+        """Leave the bus and finish the log."""
+        self._drop()
+        if self._log is not None:
+            self._log.close()
+
+    def _drop(self) -> None:
+        bus, self._bus = self._bus, None
+        if bus is not None:
+            with contextlib.suppress(can.CanError, OSError, ValueError):
+                bus.shutdown()
+
+    def _lose(self, reason: str, text: str) -> None:
+        if self.lost:
+            return
+        self._drop()
+        self.lost, self._next_try = reason, self._clock() + self._wait_s
+        self._say(
+            f"{self.name}: {reason.replace('_', ' ')} ({text}); next try in {self._wait_s:g} s"
+        )
+
+    def _reopen(self) -> None:
+        """Try once to open a bus that was lost; the wait before the next try doubles."""
+        try:
+            self._connect()
+        except (can.CanError, OSError, ValueError) as error:
+            self._drop()
+            self._wait_s = min(2.0 * self._wait_s, LONGEST_WAIT_S)
+            self._next_try = self._clock() + self._wait_s
+            self._say(f"{self.name}: still lost ({_line(error)}); next try in {self._wait_s:g} s")
+        else:
+            self._say(f"{self.name}: back")
+
+    def reopen_log(self) -> bool:
+        """Begin the log's file anew where it was renamed; return whether there is a log."""
+        if self._log is not None:
+            self._log.reopen()
+        return self._log is not None
+
+    def trust(self) -> None:
+        """Note that the bus works: the next loss starts with the shortest wait again."""
+        self._wait_s = FIRST_WAIT_S
+
+    # Frames
+
+    def receive(self, timeout_s: float) -> can.Message | None:
+        """Wait for a frame, at most *timeout_s* [s]; None if none came or the bus is lost."""
+        timeout_s = max(timeout_s, 0.0)
+        if self._bus is None:
+            pause = self._next_try - self._clock()
+            time.sleep(min(max(pause, 0.0), timeout_s))
+            if pause <= timeout_s:
+                self._reopen()
+            return None
+        try:
+            message = self._bus.recv(timeout_s)
+        except (can.CanError, OSError, ValueError) as error:
+            if _is_junk(error):
+                self.junk += 1
+            else:
+                self._lose("interface_lost", _line(error))
+            return None
+        if message is None or self._is_echo(message):
+            return None
+        self.waited_s = self._age(message)
+        self._record(message)
+        if message.is_error_frame:
+            if message.arbitration_id & ERR_BUS_OFF:
+                self._lose("bus_off", "reported by the controller")
+            return None
+        if message.is_remote_frame or message.is_fd:
+            return None
+        if message.is_extended_id and not self._extended:
+            return None
+        return message
+
+    def send(self, messages: Iterable[can.Message]) -> bool:
+        """Send frames; return whether all of them went out."""
+        for message in messages:
+            if self._bus is None:
+                return False
+            try:
+                self._bus.send(message)
+            except (can.CanError, OSError, ValueError) as error:
+                self._failures += 1
+                if self._failures >= MOST_FAILURES:
+                    self._lose("interface_lost", _line(error))
+                return False
+            self._failures = 0
+            if self.interface in ECHOING:
+                self._echoes.append((message.arbitration_id, bytes(message.data)))
+            if self._log is not None:
+                message.timestamp, message.is_rx = time.time(), False
+                self._record(message)
+        return True
+
+    def _is_echo(self, message: can.Message) -> bool:
+        """Return whether a frame is one of this node's own; each comes back once."""
+        frame = (message.arbitration_id, bytes(message.data))
+        if frame not in self._echoes:
+            return False
+        self._echoes.remove(frame)
+        return True
+
+    def _age(self, message: can.Message) -> float:
+        """Return how long ago a frame arrived, by the time that its driver stamped on it [s]."""
+        if not message.timestamp:
+            return 0.0
+        if self.interface in WALL_CLOCK:
+            return max(time.time() - message.timestamp, 0.0)
+        # The clock of an adapter began at any time: the quickest frame so far did not wait.
+        now = self._clock()
+        gap = now - message.timestamp
+        self._quickest_s = min(self._quickest_s + DRIFT * (now - self._quickest_at), gap)
+        self._quickest_at = now
+        return gap - self._quickest_s
+
+    def _record(self, message: can.Message) -> None:
+        if self._log is not None:
+            message.channel = self.channel
+            self._log.write(message)
+
+
+def _filter(key: int) -> can.typechecking.CanFilter:
+    extended = bool(key & EXTENDED)
+    return {
+        "can_id": key & ~EXTENDED,
+        "can_mask": 0x1FFFFFFF if extended else 0x7FF,
+        "extended": extended,
+    }
+
+
+def _is_junk(error: Exception) -> bool:
+    """Return whether the bus is well and only what arrived is not: a datagram that is no frame."""
+    cause = error.__cause__
+    return isinstance(error, can.CanOperationError) and not (
+        error.error_code or cause is None or isinstance(cause, OSError)
+    )
+
+
+def _line(error: Exception) -> str:
+    return " ".join(str(error).split()) or type(error).__name__

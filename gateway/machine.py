@@ -1,0 +1,329 @@
+"""The other end of the bus: a control that reads, sends, receives offsets and moves its axes."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from math import inf, isnan, nan
+
+import can
+
+from gateway.codec import Sender, Value, high_raw, name_of
+from gateway.control import OffsetFollower
+from gateway.database import (
+    COMPENSATOR,
+    MACHINE,
+    NOT_AVAILABLE,
+    OFFSETS,
+    Database,
+    key_of,
+)
+from gateway.link import Link
+from gateway.plant import MachinePlant
+from gateway.probes import TAKEN, ProbeSender
+from gateway.proof import CHALLENGE
+from gateway.reception import Cycle, Reception
+from scenarios.probe_cycle import HALF_WIDTHS
+
+FAREWELLS = 3
+STALE_CYCLES = 3.5
+"""An answer to readings from longer ago than this many cycles is not used."""
+
+
+@dataclass(frozen=True)
+class Pace:
+    """How fast the machine runs.
+
+    Attributes
+    ----------
+    lockstep : bool
+        The next cycle begins when the gateway has answered; otherwise when its time has come.
+    wait_s : float
+        How long a gateway may take to appear [s]; then the machine begins without one.
+    hold_s : float
+        How long offsets are held without a gateway, in the machine's time [s].
+    timeout_s : float or None
+        After which silence an answer is late, and in lockstep how long one is waited for; None:
+        what the DBC says [s].
+    """
+
+    lockstep: bool = False
+    wait_s: float = 10.0
+    hold_s: float = 60.0
+    timeout_s: float | None = None
+
+
+class Ear:
+    """Hears the gateway: its newest answer, and which time it answers.
+
+    Parameters
+    ----------
+    database : Database
+        The frames.
+    clock : callable
+        Monotonic time [s].
+    timeout_s : float, optional
+        Silence after which an answer is late; by default what the DBC says [s].
+    """
+
+    def __init__(
+        self,
+        database: Database,
+        clock: Callable[[], float],
+        timeout_s: float | None = None,
+    ) -> None:
+        frames, closing = database.of(COMPENSATOR), database.closing(COMPENSATOR)
+        self._words = {s.name: s for _, s in database.signals(COMPENSATOR) if s.is_enumeration}
+        self.timed = database.every_s is None
+        if self.timed:
+            self._scale = closing.signals["answered_time"].scale
+            self._wrap = 1 << closing.signals["answered_time"].bits
+            self._period = high_raw(database.signal("machine_time")) + 1
+        # A gateway sends its frames together, if not always protected so.
+        self.reception = Reception(
+            frames,
+            together=self.timed,
+            optional=() if self.timed else OFFSETS,
+            timeout_s=timeout_s,
+            look_after=closing.key,
+        )
+        self.challenge: int | None = None
+        self.timeout_s = timeout_s or closing.timeout_s
+        self._clock = clock
+        self._fresh: Cycle | None = None
+        self.last: Cycle | None = None
+
+    def hear(self, link: Link, until: float, time_s: float | None = None) -> bool:
+        """Listen until a time, or until the answer to the readings of *time_s* [s] has come.
+
+        Parameters
+        ----------
+        link : Link
+            Open.
+        until : float
+            On the clock that the ear was given [s].
+        time_s : float, optional
+            The machine's time that an answer is wanted to [s]; without it, what comes is taken
+            in.
+
+        Returns
+        -------
+        bool
+            Whether that answer has come; never true without *time_s*.
+        """
+        wanted = self._answer_to(time_s) if time_s is not None and self.timed else None
+        while True:
+            # At least one look, so that what waits is taken in even by one who is late.
+            message = link.receive(until - self._clock())
+            if message is not None:
+                cycle = self.reception.take(key_of(message), message.data, self._clock())
+                if cycle is not None:
+                    self._fresh = self.last = cycle
+                    heard = cycle.values.get(CHALLENGE, nan)
+                    self.challenge = self.challenge if isnan(heard) else int(heard)
+                    if self.says("gateway_state") in ("starting", "ready"):
+                        self.reception.renew()
+                    if wanted is not None and self._answers(cycle, wanted):
+                        return True
+            if self._clock() >= until:
+                return False
+
+    def _answer_to(self, time_s: float) -> int:
+        """Return what a machine time [s] is answered with; it wraps where the frame does."""
+        return round(time_s / self._scale) % self._period % self._wrap
+
+    def _answers(self, cycle: Cycle, wanted: int) -> bool:
+        if self.says("gateway_state") == "ready":
+            return False  # that was for a cycle before the machine began
+        return round(cycle.heartbeat["answered_time"] / self._scale) == wanted
+
+    def taken(self, time_s: float = 0.0, oldest_s: float = inf) -> Cycle | None:
+        """Return the newest answer; None if it was returned before, or is stale.
+
+        Parameters
+        ----------
+        time_s : float
+            The machine's time [s].
+        oldest_s : float
+            An answer to readings older than this is stale: frames that waited in a full queue
+            while the bus stood still are intact and in sequence, and yet of no use [s].
+        """
+        fresh, self._fresh = self._fresh, None
+        if fresh is None or not self.timed:
+            return fresh
+        answered = round(fresh.heartbeat["answered_time"] / self._scale)
+        age = (self._answer_to(time_s) - answered) % self._wrap * self._scale
+        return fresh if age <= oldest_s else None
+
+    def says(self, signal: str) -> str:
+        """Return what the gateway's heartbeat said last, as the DBC names it.
+
+        Parameters
+        ----------
+        signal : str
+            Of the heartbeat frame.
+
+        Returns
+        -------
+        str
+            The value's name; `NOT_AVAILABLE` where nothing was heard or the frames have no such
+            signal.
+        """
+        if self.last is None:
+            return NOT_AVAILABLE
+        if signal not in self._words:
+            return NOT_AVAILABLE
+        return name_of(self._words[signal], self.last.heartbeat.get(signal, nan))
+
+
+class MachineNode:
+    """The control and its machine.
+
+    Parameters
+    ----------
+    database : Database
+        The frames.
+    plant : MachinePlant
+        The machine, started.
+    link : Link
+        The bus, open.
+    pace : Pace
+        How fast.
+    save : callable
+        Called after each cycle; keeps the state now and then.
+    stopped : callable
+        Says when to end early.
+    clock : callable
+        Monotonic time [s].
+    key : bytes or None
+        What its proofs of freshness are made with.
+    """
+
+    def __init__(
+        self,
+        database: Database,
+        plant: MachinePlant,
+        link: Link,
+        pace: Pace,
+        save: Callable[[], None] = lambda: None,
+        stopped: Callable[[], bool] = lambda: False,
+        clock: Callable[[], float] = time.monotonic,
+        key: bytes | None = None,
+    ) -> None:
+        self._plant, self._link, self._pace = plant, link, pace
+        self._save, self._stopped, self._clock = save, stopped, clock
+        self._sender = Sender(database, MACHINE, key)
+        self._probes = ProbeSender(database.events(MACHINE))
+        plant.probe_with(self._probes.names)
+        self._cycle_s = database.every_s or database.closing(MACHINE).cycle_s
+        self._wrap_s = inf
+        if database.has("machine_time"):
+            counted = database.signal("machine_time")
+            self._wrap_s = (high_raw(counted) + 1) * counted.scale
+        self._lost_s = 0.0
+        self.ear = Ear(database, clock, pace.timeout_s)
+        self.follower = OffsetFollower(pace.hold_s)
+        self.answered = 0
+
+    def run(self, progress: Callable[[], None] = lambda: None) -> None:
+        """Run the scenario to its end, or until told to stop.
+
+        Raises
+        ------
+        FmuError
+            If the plant fails.
+        """
+        self._wait_for_gateway()
+        begun, count = self._clock(), 0
+        while True:
+            time_s = self.time_s
+            fresh = self.ear.taken(time_s, STALE_CYCLES * self._plant.step_s)
+            self.answered += fresh is not None and fresh.usable
+            offsets = self.follower.follow(fresh, self._plant.step_s)
+            self._plant.record(offsets, self._heard(fresh))
+            last = self._plant.done or self._stopped()
+            sent_at = self._clock()
+            self._link.send(self._probe())
+            self._send("running", self._plant.step_s)
+            if last:
+                self.ear.hear(self._link, sent_at + self._cycle_s, time_s)
+                break
+            self._plant.step(offsets)
+            count += 1
+            if not self._pace.lockstep:
+                count += self._left_out(self._clock() - begun - count * self._cycle_s)
+            self._listen(sent_at, begun + count * self._cycle_s, time_s)
+            self._save()
+            progress()
+        for state in ("stopping", *["off"] * FAREWELLS):
+            self._send(state, 0.0)
+            self.ear.hear(self._link, self._clock() + self._cycle_s)
+
+    @property
+    def time_s(self) -> float:
+        """The machine's time: the plant's, and that of cycles which were left out [s]."""
+        return self._plant.time_s + self._lost_s
+
+    def _left_out(self, late_s: float) -> int:
+        """Return how many cycles are given up, for being late by *late_s* [s].
+
+        A machine's clock does not wait for a busy computer, so its time on the bus goes on.
+        """
+        cycles = max(int(late_s / self._cycle_s), 0)
+        self._lost_s += cycles * self._plant.step_s
+        return cycles
+
+    def _listen(self, sent_at: float, due: float, time_s: float) -> None:
+        """Wait for the answer, or for the time of the next cycle."""
+        if not self._pace.lockstep:
+            self.ear.hear(self._link, due)
+            return
+        # A gateway that has answered gets its time; one that is away does not slow down more
+        # than a machine in real time would.
+        patience = self.ear.timeout_s
+        if self.follower.use not in ("following", "none_yet"):
+            patience = self._cycle_s
+        self.ear.hear(self._link, sent_at + patience, time_s)
+
+    def _wait_for_gateway(self) -> None:
+        until = self._clock() + self._pace.wait_s
+        while not self._stopped() and self._clock() < until:
+            self._send("starting", 0.0)
+            self.ear.hear(self._link, self._clock() + self._cycle_s)
+            known = self.ear.says("bus_fault") == "machine_not_running"
+            if known or (self.ear.last is not None and not self.ear.timed):
+                # It has our counters and is content with the rest. What it has sent so far
+                # belongs to no cycle of ours.
+                self.ear.taken()
+                return
+
+    def _probe(self) -> list[can.Message]:
+        """Return the frames of a probe, if one is due or waits to be taken."""
+        heard = self.ear.last.values if self.ear.last else {}
+        count = heard.get(TAKEN, nan)
+        measured = self._plant.measured([heard.get(name, nan) for name in HALF_WIDTHS])
+        if measured:
+            named = dict(zip(self._probes.names, measured, strict=True))
+            self._probes.start(named, count)
+        return self._probes.messages(self.time_s % self._wrap_s, count)
+
+    def _send(self, state: str, step_s: float) -> None:
+        values: dict[str, Value] = {**self._plant.readings()}
+        values |= {
+            "machine_state": state,
+            "machine_time": self.time_s % self._wrap_s,
+            "machine_step": step_s,
+            "offset_use": self.follower.use,
+            # The plant's drift is counted from its start.
+            "thermal_state": "warm" if self._plant.point else "cold",
+        }
+        self._link.send(self._sender.messages(values, self.ear.challenge))
+
+    def _heard(self, fresh: Cycle | None) -> Mapping[str, float]:
+        """Return the flags and codes that go into the table beside the plant's signals."""
+        values = self.ear.last.values if self.ear.last else {}
+        names = ("valid", "status", "status_sensor", "bus_fault")
+        found = {name: values.get(name, float("nan")) for name in names}
+        # What was valid once is not while nothing comes.
+        return found if fresh is not None else {**found, "valid": 0.0}

@@ -1,0 +1,190 @@
+"""The form of a mapping file (TOML): which signal of a control's DBC file is what.
+
+The keys are declared here as pydantic models; ``docs/gateway_maps.md`` explains them.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from typing import Annotated, Any, Final, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from gateway.protection import CHECKS, COUNTER_ONLY, NAMES, NONE, PROFILE_1
+from measurement.errors import BadInput, checked
+
+MAPS = Path(__file__).with_name("maps")
+"""The maps that ship."""
+MISSING: Final = "missing"
+HOLD: Final = "hold"
+FOLLOW: Final = "follow"
+
+Name = Annotated[str, Field(min_length=1, max_length=200)]
+Place = Annotated[str, Field(pattern=r"^[^.\s]+\.[^.\s]+$", max_length=200)]
+Places = Annotated[list[Place], Field(min_length=1, max_length=64)]
+Number = Annotated[float, Field(ge=-1e9, le=1e9)]
+Raw = Annotated[int, Field(ge=-(2**63), le=2**64 - 1)]
+Byte = Annotated[int, Field(ge=0, le=255)]
+
+
+class _Form(BaseModel):
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
+
+
+class FrameMap(_Form):
+    """What a frame's description needs beyond the DBC file."""
+
+    protection: str
+    check: Name = "crc"
+    counter: Name | None = None
+    counter_values: Annotated[int, Field(ge=2, le=65536)] | None = None
+    data_id: Annotated[int, Field(ge=0, le=65535)] | list[Byte] | None = None
+    cycle: Name | None = None
+    late_after_ms: Annotated[float, Field(gt=0, le=1e9)] | Literal["never"] | None = None
+    fill: dict[Name, Number] = Field(default_factory=dict, max_length=64)
+
+    @model_validator(mode="after")
+    def _fits(self) -> FrameMap:
+        if self.protection not in NAMES:
+            raise ValueError(f"protection must be one of {', '.join(NAMES)}")
+        if self.protection == COUNTER_ONLY and self.counter is None:
+            raise ValueError("protection counter needs counter: the signal that counts")
+        if self.protection in (NONE, PROFILE_1) and self.counter_values is not None:
+            raise ValueError(f"counter_values does not belong to protection {self.protection}")
+        if self.protection == NONE and self.counter is not None:
+            raise ValueError("with a counter, protection is counter, not none")
+        if (
+            self.counter is not None
+            and self.counter_values is None
+            and self.protection != (PROFILE_1)
+        ):
+            raise ValueError("counter needs counter_values: how many values it has")
+        if self.protection in CHECKS and isinstance(self.data_id, int):
+            raise ValueError("data_id must be a list of bytes for this protection")
+        if self.protection == PROFILE_1 and isinstance(self.data_id, list):
+            raise ValueError("data_id must be a number for this protection")
+        return self
+
+
+class _Mapped(_Form):
+    signal: Any = None
+    unit: Name | None = None
+    factor: Number = 1.0
+    values: dict[Name, Raw] | None = Field(default=None, max_length=256)
+    missing_raw: Raw | None = None
+    error_raw: Raw | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _short(cls, value: Any) -> Any:
+        return {"signal": value} if isinstance(value, str | list) else value
+
+    @model_validator(mode="after")
+    def _scales(self) -> _Mapped:
+        if self.factor == 0.0:
+            raise ValueError("factor must not be 0")
+        return self
+
+    @property
+    def places(self) -> list[str]:
+        """The signals, as frame and name; none for a constant."""
+        found = [self.signal] if isinstance(self.signal, str) else self.signal
+        return list(found or ())
+
+
+class InputMap(_Mapped):
+    """Where an input comes from, and what replaces it when it is missing."""
+
+    signal: Place | Places | None = None
+    constant: Number | Name | None = None
+    when_missing: Literal["missing", "hold"] | Number = MISSING
+    hold_s: Annotated[float, Field(gt=0, le=1e6)] | None = None
+
+    @model_validator(mode="after")
+    def _fits(self) -> InputMap:
+        if (self.signal is None) == (self.constant is None):
+            raise ValueError("needs signal or constant, one of them")
+        if (self.when_missing == HOLD) != (self.hold_s is not None):
+            raise ValueError('when_missing = "hold" and hold_s need each other')
+        raws = list((self.values or {}).values())
+        twice = [raw for number, raw in enumerate(raws) if raw in raws[:number]]
+        if twice:
+            words = [word for word, raw in (self.values or {}).items() if raw == twice[0]]
+            raise ValueError(f"values: {' and '.join(words)} are both {twice[0]}")
+        return self
+
+
+class OutputMap(_Mapped):
+    """Where an output goes, and what is sent while it is invalid."""
+
+    signal: Place | Places
+    when_invalid: Literal["follow", "missing"] | Number | None = None
+
+
+class CycleMap(_Form):
+    """How frames belong together."""
+
+    frames: Literal["together", "sampled"]
+    every_ms: Annotated[float, Field(ge=1, le=60000)] | None = None
+
+    @model_validator(mode="after")
+    def _fits(self) -> CycleMap:
+        if (self.frames == "sampled") != (self.every_ms is not None):
+            raise ValueError('frames = "sampled" and every_ms need each other')
+        return self
+
+
+class MapFile(_Form):
+    """A whole mapping file."""
+
+    format: Literal[1]
+    dbc: Name
+    title: str = Field(default="", max_length=400)
+    bit_rate: Annotated[int, Field(ge=5000, le=1000000)] | None = None
+    axes: list[Literal["X", "Y", "Z"]] | None = Field(default=None, min_length=1, max_length=3)
+    cycle: CycleMap
+    frames: dict[Name, FrameMap] = Field(min_length=1, max_length=256)
+    inputs: dict[Name, InputMap] = Field(min_length=1, max_length=256)
+    outputs: dict[Name, OutputMap] = Field(min_length=1, max_length=256)
+
+
+def map_path(name: str) -> Path:
+    """Return the file of a map: a path, or the name of one that ships.
+
+    Parameters
+    ----------
+    name : str
+        As on the command line.
+
+    Raises
+    ------
+    BadInput
+        If there is none.
+    """
+    path = Path(name).expanduser()
+    if path.is_file():
+        return path
+    shipped = MAPS / f"{name}.toml"
+    if Path(name).name == name and shipped.is_file():
+        return shipped
+    known = ", ".join(sorted(file.stem for file in MAPS.glob("*.toml")))
+    raise BadInput("--map", "", f"{name!r} is neither a file nor one of those that ship: {known}")
+
+
+def read_map_file(path: Path) -> MapFile:
+    """Read a mapping file; its DBC file is not looked at.
+
+    Raises
+    ------
+    BadInput
+        If it is not TOML, or not of the form.
+    """
+    try:
+        with path.open("rb") as file:
+            table = tomllib.load(file)
+    except OSError as error:
+        raise BadInput(path, "", f"cannot be read: {error.strerror}") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise BadInput(path, "", f"is not TOML: {error}") from None
+    return checked(MapFile, table, path)

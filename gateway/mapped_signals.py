@@ -1,0 +1,214 @@
+"""One signal, or one frame's protection, of a control's DBC file as a map wants it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from math import isclose
+
+from cantools.database.can import Message
+from cantools.database.can import Signal as CanSignal
+
+from gateway.conversion import conversion
+from gateway.database import (
+    ERROR,
+    NOT_AVAILABLE,
+    OTHER,
+    TRUST,
+    Signal,
+    attribute,
+    read_database,
+)
+from gateway.e2e import COUNTERS
+from gateway.mapfile import FrameMap, InputMap, OutputMap
+from gateway.protection import (
+    CHECKS,
+    COUNTER_ONLY,
+    NONE,
+    PROFILE_1,
+    Checked,
+    Profile1,
+    Protection,
+)
+from measurement.errors import BadInput
+
+ENDLESS = ("status", "bus_fault")
+"""Enumerations that may get more values later."""
+Spec = InputMap | OutputMap
+
+
+@cache
+def own_signals() -> dict[str, Signal]:
+    """Return the gateway's own signals, as the shipped DBC file has them."""
+    database = read_database()
+    return {s.name: s for frame in database.frames for s in frame.signals.values()}
+
+
+def named(name: str) -> dict[str, int]:
+    """Return the names of a signal's values; empty for one that is a number."""
+    if name == "trust":
+        return {word: number for number, word in enumerate(TRUST)}
+    own = own_signals().get(name)
+    return own.named if own is not None and own.is_enumeration and name != "bus_fault_frame" else {}
+
+
+def mapped_signal(name: str, spec: Spec, signal: CanSignal) -> Signal:
+    """Return a signal of a control as the gateway's own of a name.
+
+    Raises
+    ------
+    BadInput
+        If its unit, its values or its codes do not fit; without the place in the map.
+    """
+    codes = {str(word): int(raw) for raw, word in (signal.choices or {}).items()}
+    special = {word: codes[word] for word in (ERROR, NOT_AVAILABLE) if word in codes}
+    for word, raw in ((NOT_AVAILABLE, spec.missing_raw), (ERROR, spec.error_raw)):
+        special |= {} if raw is None else {word: raw}
+    own = own_signals().get(name)
+    low, high = _raw_ends(signal)
+    plain = Signal(
+        name,
+        unit="",
+        comment=(own.comment if own else "") or signal.comment or "",
+        scale=1.0,
+        offset=0.0,
+        low=low,
+        high=high,
+        bits=signal.length,
+        codes=special,
+        start=float(signal.raw_initial or 0),
+        wire_name=signal.name,
+        holds=NOT_AVAILABLE not in special,
+        is_float=bool(signal.is_float),
+        page=_page(signal),
+    )
+    if any(not plain.low <= raw <= plain.high for raw in special.values()):
+        span = f"{plain.low:.0f} to {plain.high:.0f}"
+        raise BadInput("missing_raw or error_raw", "", f"is outside the raw values, {span}")
+    if named(name):
+        return _enumeration(name, spec, codes, plain)
+    if spec.values is not None:
+        raise BadInput("values", "", f"{name} is a number, not one of several words")
+    return _number(name, spec, signal, plain)
+
+
+def _number(name: str, spec: Spec, signal: CanSignal, plain: Signal) -> Signal:
+    unit = spec.unit or signal.unit or ""
+    own = own_signals().get(name)
+    wanted = own.unit if own is not None else _usual(unit)
+    factor, shift = conversion(unit, wanted) if unit or wanted else (1.0, 0.0)
+    turned = spec.factor if isinstance(spec, InputMap) else 1.0 / spec.factor
+    scale = turned * factor * float(signal.scale)
+    offset = turned * (factor * float(signal.offset) + shift)
+    scale, offset = float(f"{scale:.12g}"), float(f"{offset:.12g}")
+    low, high = plain.low * scale + offset, plain.high * scale + offset
+    if signal.minimum is not None and signal.maximum is not None:
+        ends = [float(signal.minimum), float(signal.maximum)]
+        if ends != [0.0, 0.0]:
+            low, high = (turned * (factor * end + shift) for end in ends)
+    low, high = float(f"{min(low, high):.12g}"), float(f"{max(low, high):.12g}")
+    return replace(plain, unit=wanted, scale=scale, offset=offset, low=low, high=high)
+
+
+def _enumeration(name: str, spec: Spec, codes: dict[str, int], plain: Signal) -> Signal:
+    words = named(name)
+    own_words = {word: raw for word, raw in codes.items() if word in words or word == OTHER}
+    given = spec.values or own_words or words
+    strange = [word for word in given if word not in words and word != OTHER]
+    if strange:
+        raise BadInput("values", "", f"{strange[0]} is none of {', '.join(words)}, {OTHER}")
+    wrong = [word for word, raw in given.items() if not plain.low <= raw <= plain.high]
+    if wrong:
+        text = f"{wrong[0]} is {given[wrong[0]]}, the signal holds {plain.low:.0f} to "
+        raise BadInput("values", "", f"{text}{plain.high:.0f}")
+    if isinstance(spec, OutputMap):
+        same = given == words
+        lost = [word for word in words if word not in given]
+        if OTHER not in given and (lost or (name in ENDLESS and not same)):
+            what = f"lacks {lost[0]}, or" if lost else "lacks"
+            raise BadInput("values", "", f"{what} a value named {OTHER} for all others")
+        numbers = {} if same else {number: word for word, number in words.items()}
+        top = plain.high if name in ENDLESS and same else max(given.values())
+        taken = [raw - 1 for raw in plain.codes.values()]
+        top = min([top, *taken]) if name in ENDLESS and same else top
+        return replace(
+            plain,
+            codes=plain.codes | given,
+            numbers=numbers,
+            low=float(min(given.values())),
+            high=float(top),
+        )
+    needed = {"machine_state": "running", "thermal_state": "cold"}.get(name)
+    if needed and needed not in given:
+        raise BadInput("values", "", f"has no {needed}")
+    ends = given.values()
+    return replace(plain, codes=plain.codes | given, low=float(min(ends)), high=float(max(ends)))
+
+
+def protection_of(message: Message, told: FrameMap) -> Protection:
+    """Return the protection of a frame, as a map tells it.
+
+    Raises
+    ------
+    BadInput
+        If the frame has no such signals, or not where they must be.
+    """
+    places = {signal.name: signal for signal in message.signals}
+    for what, name in (("check", told.check), ("counter", told.counter)):
+        needed = told.protection not in (NONE, COUNTER_ONLY) if what == "check" else bool(name)
+        if needed and name not in places:
+            raise BadInput(what, "", f"there is no signal {name}")
+    if told.protection == NONE:
+        return Protection()
+    if told.protection == PROFILE_1:
+        counter = told.counter or "counter"
+        found = [(places[n].start, places[n].length) for n in (told.check, counter) if n in places]
+        if found != [(0, 8), (8, 4)] or message.length < 2:
+            raise BadInput(PROFILE_1, "", "needs its CRC in byte 0 and counter in bits 8 to 11")
+        data_id = told.data_id
+        if data_id is None:
+            data_id = int(attribute(message.dbc, "E2EDataId", 0))
+        assert isinstance(data_id, int)
+        return Profile1(PROFILE_1, counter, COUNTERS, told.check, data_id)
+    counter, counters = told.counter or "", told.counter_values or 1
+    if counter and counters > 1 << places[counter].length:
+        raise BadInput("counter_values", "", f"{counters} do not fit into {counter}")
+    if told.protection == COUNTER_ONLY:
+        return Protection(COUNTER_ONLY, counter, counters)
+    signal, size = places[told.check], CHECKS[told.protection][1]
+    big = signal.byte_order == "big_endian"
+    if signal.length != 8 * size or signal.start % 8 != (7 if big else 0):
+        raise BadInput("check", "", f"{told.check} must fill {size} whole bytes")
+    assert not isinstance(told.data_id, int)
+    return Checked(
+        *(told.protection, counter, counters, told.check, signal.start // 8, big),
+        bytes(told.data_id or ()),
+    )
+
+
+def _page(signal: CanSignal) -> int | None:
+    if not signal.multiplexer_ids:
+        return None
+    if len(signal.multiplexer_ids) > 1 or signal.is_multiplexer:
+        raise BadInput(signal.name, "", "is multiplexed more than once, which is not supported")
+    return int(signal.multiplexer_ids[0])
+
+
+def _raw_ends(signal: CanSignal) -> tuple[float, float]:
+    if signal.is_float:
+        return -1e30, 1e30
+    if signal.is_signed:
+        return -(2.0 ** (signal.length - 1)), 2.0 ** (signal.length - 1) - 1.0
+    return 0.0, 2.0**signal.length - 1.0
+
+
+def _usual(unit: str) -> str:
+    """Return the unit that the gateway would use for a quantity that it does not know."""
+    for usual in ("degC", "rpm"):
+        try:
+            factor, _ = conversion(unit, usual)
+        except BadInput:
+            continue
+        if not isclose(factor, 0.0):
+            return usual
+    return unit

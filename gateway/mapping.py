@@ -1,0 +1,384 @@
+"""A control's DBC file put to use by a map: frames and signals under the gateway's own names.
+
+Lists every problem, not only the first: whoever writes a map has the control's manual open and
+mends them all at once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable
+from dataclasses import dataclass, field, replace
+from math import inf
+from pathlib import Path
+
+from cantools.database.can import Database as CanDatabase
+from cantools.database.can import Message
+
+from gateway.database import (
+    COMPENSATOR,
+    MACHINE,
+    NEEDED,
+    OFFSETS,
+    Database,
+    Frame,
+    Signal,
+    Substitute,
+    attribute,
+    check,
+    load_dbc,
+)
+from gateway.mapfile import (
+    FOLLOW,
+    HOLD,
+    MISSING,
+    FrameMap,
+    InputMap,
+    MapFile,
+    OutputMap,
+    read_map_file,
+)
+from gateway.mapped_signals import mapped_signal, own_signals, protection_of
+from gateway.probes import PROBE_TIME
+from gateway.protection import (
+    Profile1,
+)
+from measurement.errors import BadInput
+from scenarios.wiring import PROBED
+
+TIMED = ("machine_time", "machine_step", "answered_time")
+Spec = InputMap | OutputMap
+
+
+@dataclass
+class Mapping:
+    """A map and its DBC file, as far as they fit.
+
+    Attributes
+    ----------
+    path : Path
+        The map.
+    form : MapFile
+        Its content.
+    database : Database
+        What fits.
+    problems : list of BadInput
+        What does not, one for each reason; empty if the map can be used.
+    """
+
+    path: Path
+    form: MapFile
+    database: Database
+    problems: list[BadInput] = field(default_factory=list)
+
+    def say(self, place: str, problem: str) -> None:
+        """Note a problem.
+
+        Parameters
+        ----------
+        place : str
+            The key of the map.
+        problem : str
+            What is wrong with it.
+        """
+        self.problems.append(BadInput(self.path, place, problem))
+
+    def check_compensator(
+        self, inputs: Iterable[str], outputs: Collection[str], limit_um: float | None
+    ) -> None:
+        """Note what a compensator lacks in the map, or cannot send through it.
+
+        Parameters
+        ----------
+        inputs, outputs : iterable and collection of str
+            Its variables.
+        limit_um : float or None
+            The largest offset that it sends, either way; None if it is not known [um].
+        """
+        for name in inputs:
+            if name not in self.form.inputs:
+                self.say(f"inputs.{name}", "is missing: the compensator takes it")
+        known = {*outputs, *own_signals(), "trust"}
+        for name in self.form.outputs:
+            if name not in known:
+                self.say(f"outputs.{name}", "is not an output of the compensator or the gateway")
+        axes = self.form.axes or ("X", "Y", "Z")
+        for name in OFFSETS:
+            sent, has = name in self.form.outputs, name[1] in axes
+            if name in outputs and has and not sent:
+                self.say(f"outputs.{name}", "is missing: the compensator sends it; see axes")
+            elif sent and not has:
+                self.say(f"outputs.{name}", f"is sent, and axes has no {name[1]}")
+            if limit_um is None or not self.database.has(name):
+                continue
+            signal = self.database.signal(name)
+            if signal.low > -limit_um or signal.high < limit_um:
+                span = f"{signal.low:g} to {signal.high:g} um"
+                text = f"carries {span}; the compensator sends up to {limit_um:g} um either way"
+                self.say(f"outputs.{name}", text)
+
+    def unprotected(self) -> list[str]:
+        """Return a line for each frame of the machine whose faults cannot all be detected."""
+        lacks = {
+            "none": "has no protection: stuck, repeated and replaced frames are not detected",
+            "partly": "has a check value or a counter, not both: not all faults are detected",
+        }
+        return [
+            f"{frame.name} {lacks[frame.protection.trust]}"
+            for frame in self.database.of(MACHINE)
+            if frame.protection.trust in lacks
+        ]
+
+
+def read_mapping(path: Path) -> Mapping:
+    """Read a map and the DBC file that it names, from the map's folder.
+
+    Parameters
+    ----------
+    path : Path
+        The map.
+
+    Returns
+    -------
+    Mapping
+        What fits, and what does not.
+
+    Raises
+    ------
+    BadInput
+        If either cannot be read; what does not fit is in the result's ``problems``.
+    """
+    form = read_map_file(path)
+    dbc = path.parent / form.dbc
+    return mapping_of(path, form, load_dbc(dbc), dbc)
+
+
+def mapping_of(path: Path, form: MapFile, dbc: CanDatabase, dbc_path: Path) -> Mapping:
+    """Return a map and a DBC file that have been read already; see `read_mapping`."""
+    return _Reader(path, form, dbc, dbc_path).read()
+
+
+class _Reader:
+    def __init__(self, path: Path, form: MapFile, dbc: CanDatabase, dbc_path: Path) -> None:
+        self.form, self.dbc = form, dbc
+        rate = form.bit_rate or int(attribute(dbc.dbc, "Baudrate", 500_000))
+        every = form.cycle.every_ms
+        self.every_s = every / 1e3 if every is not None else None
+        axes = tuple(form.axes) if form.axes is not None else None
+        database = Database(dbc_path, (), rate, self.every_s, axes=axes)
+        self.found = Mapping(path, form, database)
+        self.say = self.found.say
+        self._used: dict[str, str] = {}
+
+    def read(self) -> Mapping:
+        frames: dict[str, tuple[str, dict[str, Signal]]] = {}
+        substitutes: dict[str, Substitute] = {}
+        for kind, node, specs in (
+            ("inputs", MACHINE, self.form.inputs),
+            ("outputs", COMPENSATOR, self.form.outputs),
+        ):
+            for name, spec in specs.items():
+                place = f"{kind}.{name}"
+                if isinstance(spec, InputMap):
+                    self._substitute(place, name, spec, substitutes)
+                wanted = spec.places
+                if len(wanted) > 1 and isinstance(spec, InputMap):
+                    self.say(place, f"has two signals: {wanted[0]} and {wanted[1]}")
+                for signal in wanted:
+                    self._take(place, node, name, spec, signal, frames)
+        made = [self._frame(name, *content) for name, content in frames.items()]
+        for name in self.form.frames:
+            if name not in frames:
+                self.say(f"frames.{name}", "is not needed: the map uses no signal of it")
+        ordered = sorted((frame for frame in made if frame is not None), key=lambda f: f.key)
+        self.found.database = replace(
+            self.found.database,
+            frames=tuple(ordered),
+            substitutes=substitutes,
+            when_invalid=self._when_invalid(),
+        )
+        self._check()
+        return self.found
+
+    # Signals
+
+    def _take(
+        self,
+        place: str,
+        node: str,
+        name: str,
+        spec: Spec,
+        wanted: str,
+        frames: dict[str, tuple[str, dict[str, Signal]]],
+    ) -> None:
+        frame_name, _, signal_name = wanted.partition(".")
+        message = next((m for m in self.dbc.messages if m.name == frame_name), None)
+        if message is None:
+            self.say(place, f"{self.form.dbc} has no frame {frame_name}")
+            return
+        signal = next((s for s in message.signals if s.name == signal_name), None)
+        if signal is None:
+            self.say(place, f"{frame_name} has no signal {signal_name} in {self.form.dbc}")
+            return
+        if wanted in self._used:
+            self.say(place, f"{wanted} is {self._used[wanted]} already")
+            return
+        self._used[wanted] = place
+        owner, signals = frames.setdefault(frame_name, (node, {}))
+        if owner != node:
+            self.say(place, f"{frame_name} holds inputs and outputs: a frame has one sender")
+            return
+        if name in signals:
+            self.say(place, f"has two signals in {frame_name}")
+            return
+        try:
+            signals[name] = mapped_signal(name, spec, signal)
+        except BadInput as error:
+            self.say(place, str(error))
+
+    def _substitute(
+        self, place: str, name: str, spec: InputMap, found: dict[str, Substitute]
+    ) -> None:
+        if isinstance(spec.constant, str):
+            if (name, spec.constant) != ("machine_state", "running"):
+                self.say(place, f"constant {spec.constant!r} is not allowed: a number")
+        elif spec.constant is not None:
+            found[name] = Substitute(spec.constant)
+        elif spec.when_missing == HOLD:
+            found[name] = Substitute(None, spec.hold_s or 0.0)
+        elif not isinstance(spec.when_missing, str):
+            found[name] = Substitute(float(spec.when_missing))
+        if name in found and name in NEEDED[MACHINE]:
+            self.say(place, "cannot be replaced by a number: it says what the machine does")
+
+    def _when_invalid(self) -> dict[str, float]:
+        found = {}
+        for name, spec in self.form.outputs.items():
+            if spec.when_invalid == MISSING:
+                found[name] = float("nan")
+                if spec.missing_raw is None:
+                    self.say(f"outputs.{name}", 'when_invalid = "missing" needs missing_raw')
+            elif spec.when_invalid is not None and spec.when_invalid != FOLLOW:
+                assert not isinstance(spec.when_invalid, str)
+                found[name] = float(spec.when_invalid)
+        return found
+
+    # Frames
+
+    def _frame(self, name: str, node: str, signals: dict[str, Signal]) -> Frame | None:
+        message = next(m for m in self.dbc.messages if m.name == name)
+        told = self.form.frames.get(name)
+        place = f"frames.{name}"
+        if told is None:
+            self.say(place, 'is missing: state the protection, "none" if there is none')
+            return None
+        if not signals:
+            return None
+        try:
+            return self._made(message, told, node, signals)
+        except BadInput as error:
+            self.say(place, str(error))
+            return None
+
+    def _made(
+        self, message: Message, told: FrameMap, node: str, signals: dict[str, Signal]
+    ) -> Frame:
+        if message.is_fd or not 1 <= message.length <= 8:
+            raise BadInput(f"{message.length} bytes", "", "CAN FD frames are not supported")
+        together = self.every_s is None
+        if together and message.is_multiplexed():
+            raise BadInput("multiplexed", "", 'needs frames = "sampled"')
+        protection = protection_of(message, told)
+        names = {signal.name for signal in message.signals}
+        cycle = (told.cycle or "cycle") if together else ""
+        if cycle and cycle not in names:
+            raise BadInput("cycle", "", f"there is no signal {cycle}: all frames share a count")
+        reserved = {*protection.signals, *((cycle,) if cycle else ())}
+        clash = next((s.key for s in signals.values() if s.key in reserved), None)
+        if clash is not None:
+            raise BadInput(clash, "", "belongs to the protection and cannot be mapped, too")
+        fixed = self._fixed(message, told, {s.key for s in signals.values()} | reserved)
+        late_s = self._late(message, told, node)
+        event = all(name == PROBE_TIME or name.startswith(PROBED) for name in signals)
+        if event and not together:
+            raise BadInput("probes", "", 'cannot be sent with frames = "sampled"')
+        bits = message.get_signal_by_name(cycle).length if cycle else 0
+        cycle_s = (message.cycle_time or 0) / 1e3
+        if node == COMPENSATOR and self.every_s is not None:
+            cycle_s = self.every_s
+        return Frame(
+            message.name,
+            node,
+            message.comment or "",
+            message.frame_id,
+            data_id=protection.data_id if isinstance(protection, Profile1) else 0,
+            cycle_s=inf if event else cycle_s or inf,
+            timeout_s=late_s,
+            signals=signals,
+            cycles=1 << bits,
+            message=message,
+            protection=protection,
+            cycle=cycle,
+            extended=bool(message.is_extended_frame),
+            fixed=fixed,
+            multiplexer=_multiplexer(message),
+            event=event,
+        )
+
+    def _late(self, message: Message, told: FrameMap, node: str) -> float:
+        if isinstance(told.late_after_ms, str):
+            return inf
+        late_ms = told.late_after_ms or attribute(message.dbc, "E2ETimeout", 0.0)
+        if late_ms <= 0.0 and node == COMPENSATOR and self.every_s is not None:
+            late_ms = 5e3 * self.every_s
+        if late_ms <= 0.0:
+            raise BadInput("late_after_ms", "", "is missing: silence after which the frame is late")
+        return late_ms / 1e3
+
+    def _fixed(self, message: Message, told: FrameMap, taken: set[str]) -> dict[str, float]:
+        others = {s.name: s for s in message.signals if s.name not in taken}
+        for name in told.fill:
+            if name not in others:
+                raise BadInput(f"fill.{name}", "", "is not an unused signal of this frame")
+        found = {}
+        for name, signal in others.items():
+            raw = told.fill.get(name, float(signal.raw_initial or 0))
+            found[name] = raw if signal.is_float else round(raw)
+        return found
+
+    # The whole
+
+    def _check(self) -> None:
+        form, database = self.form, self.found.database
+        if not any(database.has(name) for name in OFFSETS):
+            self.say("outputs", f"no offset is sent: none of {', '.join(OFFSETS)}")
+        for name in OFFSETS:
+            unsaid = name in form.outputs and form.outputs[name].when_invalid is None
+            if unsaid and "valid" not in form.outputs:
+                text = "needs when_invalid, because no signal carries valid"
+                self.say(f"outputs.{name}", text)
+        if self.every_s is not None:
+            self._check_sampled()
+        elif not self.found.problems:
+            try:
+                check(database)
+            except BadInput as error:
+                self.say(error.place, error.problem)
+
+    def _check_sampled(self) -> None:
+        form = self.form
+        for name in TIMED:
+            if name in form.inputs or name in form.outputs:
+                kind = "inputs" if name in form.inputs else "outputs"
+                self.say(f"{kind}.{name}", 'has no meaning with frames = "sampled"')
+        if "machine_state" not in form.inputs:
+            text = 'is missing; constant = "running" for a machine that does not say'
+            self.say("inputs.machine_state", text)
+        if not self.found.database.of(MACHINE):
+            self.say("inputs", "no frame of the machine is left")
+
+
+def _multiplexer(message: Message) -> str:
+    names = [signal.name for signal in message.signals if signal.is_multiplexer]
+    if len(names) > 1:
+        raise BadInput(names[1], "", "is a second multiplexer, which is not supported")
+    return names[0] if names else ""

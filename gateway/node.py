@@ -1,0 +1,467 @@
+"""The gateway: the compensator FMU as a node of the bus.
+
+A cycle of the machine comes in, the FMU takes one step, the answer goes out. When the machine is
+silent the gateway keeps its own time.
+
+The gateway decides whether an input can be trusted, and gives the FMU *missing* (NaN) if not.
+Holding, ramping to zero and moving back are the compensator's own work, in one place. The gateway
+adds rules of its own: offsets are marked valid only in the answer to a usable cycle that has just
+arrived, while no other gateway is on the bus; and the FMU gets no reading before something proves
+what the drift is counted from.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from math import inf, isnan, nan
+
+import can
+
+from gateway.answering import AXES, Answered, Unit, by_tool_length, half_widths
+from gateway.codec import Sender, Value
+from gateway.database import COMPENSATOR, MACHINE, TRUST, Database, key_of
+from gateway.judging import Judge, Rival
+from gateway.probes import COUNTED, ProbeEar
+from gateway.proof import CHALLENGE, FRESHNESS, NOT_PROVEN, PROVEN, Challenges
+from gateway.reception import Cycle, Finding, Reception, Substitution
+from gateway.reference import Proof, Reference
+from gateway.unit import Saved
+
+LONGEST_GAP_S = 3600.0
+"""A state is too old when the machine's time has gone on by more since it was saved [s]."""
+AGREE_S = 10.0
+"""By so much may the two ages of a state differ: the machine's and this computer's [s]."""
+WALL_STEP_S = 2.0
+"""A time of day that moves on by so much more than this computer's clock has been set, or has seen
+time that the clock has not [s]."""
+QUIET_S = 60.0
+"""The same fault of the same frame is said again after this time at the earliest [s]."""
+FAREWELLS = 2
+LATE_PERIODS = 2.5
+"""Where frames come at their own pace, an answer that takes more periods than this is stale."""
+LOSSES = ("bus_off", "interface_lost")
+AFTER_LOSS = ("startup", "missing", "late", "machine_not_running")
+STARTING, READY, RUNNING, FAULT = "starting", "ready", "running", "fault"
+
+
+@dataclass(frozen=True)
+class GatewaySettings:
+    """How the gateway runs.
+
+    Attributes
+    ----------
+    machine_clock : bool
+        Step by the machine's own count of time, as in a simulation that runs faster than real
+        time; otherwise by this computer's clock.
+    speed_up : float
+        Seconds of the compensator for a second of this computer's clock.
+    startup_s : float
+        How long the machine may take to send complete cycles [s].
+    timeout_s : float or None
+        Silence of the machine after which the inputs are missing, and how old a cycle may be;
+        None: what the DBC says [s].
+    proof : Proof
+        What proves that the machine is cold.
+    key : bytes or None
+        What the machine's proofs of freshness are made with.
+    """
+
+    machine_clock: bool = False
+    speed_up: float = 1.0
+    startup_s: float = 10.0
+    timeout_s: float | None = None
+    proof: Proof = field(default_factory=Proof)
+    key: bytes | None = field(default=None, repr=False)
+
+
+class GatewayNode:
+    """The gateway without its bus: messages and times in, messages out.
+
+    Parameters
+    ----------
+    database : Database
+        The frames.
+    unit : Unit
+        The compensator, started.
+    send : callable
+        Takes the messages of an answer.
+    settings : GatewaySettings
+        How it runs.
+    now : float
+        The time of this computer's monotonic clock [s]; every later time is of the same clock.
+    warm : Saved or None
+        The state that the compensator was restored from: it goes on at once, and the time in
+        between counts as time without inputs.
+    say : callable
+        Takes a line for people when something changes.
+    clock : callable or None
+        This computer's monotonic clock, looked at once more before offsets are called valid; None:
+        not.
+    wall : callable or None
+        The time of day, which goes on where the other clock stands still; None: not looked at.
+
+    Attributes
+    ----------
+    state : str
+        As the DBC names the values of ``gateway_state``.
+    machine_off : bool
+        The machine has said that it is off.
+    told : dict
+        The values of the newest answer.
+    given : dict of str to float
+        What was heard for it; NaN or nothing where it was of no use.
+    """
+
+    def __init__(
+        self,
+        database: Database,
+        unit: Unit,
+        send: Callable[[Iterable[can.Message]], object],
+        settings: GatewaySettings,
+        now: float,
+        warm: Saved | None = None,
+        say: Callable[[str], None] = lambda line: None,
+        clock: Callable[[], float] | None = None,
+        wall: Callable[[], float] | None = None,
+    ) -> None:
+        self._unit, self._send, self._settings, self._say = unit, send, settings, say
+        self._clock, self._wall = clock, wall
+        self._wall_offset_s = wall() - now if wall is not None else 0.0
+        self._sender = Sender(database, COMPENSATOR)
+        self._closing = closing = database.closing(MACHINE)
+        self._every_s = database.every_s
+        speed_up = None if settings.machine_clock else settings.speed_up
+        self._cycle_s = database.every_s or closing.cycle_s
+        self._timeout_s = settings.timeout_s or (
+            LATE_PERIODS * self._every_s if self._every_s else closing.timeout_s
+        )
+        self.reception = Reception(
+            database.of(MACHINE),
+            together=self._every_s is None,
+            optional=database.substitutes,
+            timeout_s=settings.timeout_s,
+        )
+        # A control answers a challenge with its next cycle, which may be late like any other.
+        self._challenges = Challenges(self._timeout_s + self._cycle_s, settings.key)
+        self._judge = Judge(database, speed_up, self._timeout_s, self._challenges)
+        self._proves = database.proof is not None
+        self._substitution = Substitution(database.substitutes)
+        self._trust = TRUST.index(database.trust)
+        self._when_invalid: dict[str, Value] = dict(database.when_invalid)
+        self._answered = Answered(database)
+        self.probes = ProbeEar(database.events(MACHINE), say)
+        self._rival = Rival(database.of(COMPENSATOR))
+        thermometers = [s.name for _, s in database.signals(MACHINE) if s.unit == "degC"]
+        self.reference = Reference(
+            settings.proof, [name for name in unit.inputs if name in thermometers]
+        )
+        states = database.has("thermal_state") and database.signal("thermal_state").codes
+        self._cold = states["cold"] if states else None
+        self._usable_at = now
+        self._restored = warm  # until it has been held against the machine's time
+        self._lost_track = False
+        self._own_offsets = [
+            database.signal(f"d{axis}") for axis in AXES if database.has(f"d{axis}")
+        ]
+        self.begun = warm is not None
+        own_clock = warm is not None and not settings.machine_clock
+        self.state = STARTING
+        self.machine_off = False
+        self._started_at, self._stepped_at = now, now - (warm.age_s if warm and own_clock else 0.0)
+        self._fresh = warm is None  # no step yet: nothing to measure one from
+        self._tool_length_mm = nan
+        self._deadline = now
+        # Machine time that the compensator has been stepped to [s].
+        self._covered = warm.machine_time_s if warm else None
+        self._finding: Finding | None = None
+        self._late_start = False
+        self.machine_time_s, self._told_at = self._covered or 0.0, now
+        self._said: dict[tuple[str, str], float] = {}
+        self._proven = False
+        self.told: Mapping[str, Value] = {}
+        self.given: Mapping[str, float] = {}
+        self.steps = 0
+
+    # What happens
+
+    def deadline(self) -> float:
+        """Return when `tick` wants to be called, unless a cycle comes first [s]."""
+        return self._deadline
+
+    def handle(self, message: can.Message, now: float, waited_s: float = 0.0) -> bool:
+        """Take in a message; return whether it closed a cycle, which then has been answered.
+
+        Parameters
+        ----------
+        message : can.Message
+            The message.
+        now : float
+            The time [s].
+        waited_s : float
+            How long ago it arrived at this computer [s].
+        """
+        arrived = now - waited_s
+        if self._rival.hear(message, arrived) or self.probes.hear(message):
+            return False
+        cycle = self.reception.take(key_of(message), message.data, arrived)
+        if cycle is None:
+            return False
+        self._on_cycle(cycle, arrived, now)
+        self._deadline = now + self._timeout_s
+        return True
+
+    @property
+    def patient(self) -> bool:
+        """Whether frames that wait to be read may put off what is due: one may close a cycle."""
+        return self._every_s is None
+
+    def tick(self, now: float, lost: str = "") -> None:
+        """Do what is due at *now* when no cycle came.
+
+        Parameters
+        ----------
+        now : float
+            The time [s].
+        lost : str
+            Why there is no bus, as the DBC names it; empty if there is one.
+        """
+        if self._every_s is not None and not lost:
+            self._look(self._every_s, now)
+            return
+        cycle = self.reception.look(now, silent=True)
+        finding = cycle.finding
+        if lost:
+            text = lost.replace("_", " ")
+            finding = Finding(lost, self._closing, text)
+        self._judge.forget()
+        self.given = {}
+        unseen_s = self._unseen_by_wall(now)
+        if self.begun:
+            step_s = self._own_step(now) + unseen_s
+            if self._covered is not None:
+                self._covered += step_s
+            self._step({}, step_s, now)
+        elif not lost and now - self._started_at > self._settings.startup_s:
+            text = f"no complete cycle of the machine within {self._settings.startup_s:g} s"
+            finding = Finding("startup_timeout", self._closing, text)
+            self._late_start = True
+        self._answer(finding, now, now, usable=False, lost=lost)
+        self._deadline = now + self._cycle_s
+
+    def _look(self, every_s: float, now: float) -> None:
+        """Take what the frames that come at their own pace have brought."""
+        cycle = self.reception.look(now)
+        if not (self.begun or cycle.usable) and now - self._started_at > self._settings.startup_s:
+            self._late_start = True
+        self._on_cycle(cycle, now, now)
+        self._deadline += every_s
+        if self._deadline <= now:
+            self._deadline = now + every_s
+
+    @property
+    def reference_known(self) -> bool:
+        """Whether it is known what the drift is counted from."""
+        return self.begun and not self._lost_track
+
+    def reconnected(self) -> None:
+        """Forget the machine's counters: frames were lost with the bus."""
+        self.reception.reset()
+        self._judge.forget()
+
+    def farewell(self, state: str = "stopping") -> None:
+        """Say that this node leaves the bus: no offset is valid, or even there, any more."""
+        values: dict[str, Value] = {"valid": "invalid", "gateway_state": state}
+        for _ in range(FAREWELLS):
+            self._send(self._sender.messages(values))
+
+    # One cycle
+
+    def _on_cycle(self, cycle: Cycle, arrived: float, now: float) -> None:
+        verdict = self._judge.judge(cycle, arrived, now, begun=self.begun)
+        unseen_s = max(verdict.unseen_s * self._settings.speed_up, self._unseen_by_wall(now))
+        self._proven = verdict.proven
+        if verdict.proven or not self._proves:
+            self._hear_clock(cycle.heartbeat, now)
+            self.machine_off = verdict.machine_state == "off"
+        if verdict.proven:
+            self.reception.renew()
+        usable = verdict.usable
+        if usable and self._restored is not None:
+            self._check_age(self._restored, cycle.heartbeat, now)
+            self._restored = None
+        self.given = self._substitution.fill(cycle.values, now) if usable else {}
+        if not self.begun and (usable or verdict.finding_is("machine_not_running")):
+            self._look_for_reference(cycle, now)
+        if self.begun or (usable and self.reference.known):
+            self.begun = True
+            probe = {}
+            if usable:
+                step_s = cycle.values.get("machine_step", nan)
+                probe = self.probes.due(self._judge.raw, step_s, self._unit.probed)
+            self._advance({**self.given, **probe}, cycle.heartbeat, now, unseen_s)
+        elif cycle.usable and not usable:
+            # In touch, and the machine has not begun: nothing to compensate yet.
+            self.state, self._late_start = READY, False
+        self._answer(verdict.finding, arrived, now, usable=usable, ready=cycle.usable)
+
+    def _look_for_reference(self, cycle: Cycle, now: float) -> None:
+        elapsed_s = (now - self._usable_at) * self._settings.speed_up
+        if self._settings.machine_clock:
+            elapsed_s = cycle.values["machine_step"]
+        self._usable_at = now
+        before = self.reference.known
+        cold = cycle.values.get("thermal_state", nan) == self._cold
+        if self.reference.take(cycle.values, elapsed_s, cold=cold) != before:
+            known = self.reference.known or "nothing proves any more that the machine is cold"
+            self._say(f"reference: {known}")
+
+    def _hear_clock(self, beat: Mapping[str, float], now: float) -> None:
+        if not isnan(beat.get("machine_time", nan)):
+            self.machine_time_s, self._told_at = beat["machine_time"], now
+        elif self._every_s is not None:
+            self.machine_time_s = (now - self._started_at) * self._settings.speed_up
+            self._told_at = now
+
+    def machine_time_at(self, now: float) -> float:
+        """Return what the machine's clock is likely to show at a time [s]."""
+        gone_s = 0.0 if self._settings.machine_clock else now - self._told_at
+        return self.machine_time_s + gone_s * self._settings.speed_up
+
+    def _check_age(self, saved: Saved, beat: Mapping[str, float], now: float) -> None:
+        """Hold the age of the state that was restored against the machine's clock."""
+        if isnan(beat.get("machine_time", nan)):
+            return  # a machine without a clock: there is only this computer's
+        age_s = (beat["machine_time"] - saved.machine_time_s) % self._judge.period_s
+        own_s = (now - self._started_at + saved.age_s) * self._settings.speed_up
+        if self._settings.machine_clock:
+            self._lost_track = age_s > LONGEST_GAP_S
+        else:
+            self._lost_track = abs(age_s - own_s) > AGREE_S * self._settings.speed_up
+        if self._lost_track:
+            own = "" if self._settings.machine_clock else f", {own_s:.0f} s by this computer's"
+            self._say(f"the state is too old: {age_s:.0f} s by the machine's clock{own}")
+
+    def _unseen_by_wall(self, now: float) -> float:
+        """Return the compensator's time that only the time of day has seen go by [s]."""
+        if self._wall is None or self._settings.machine_clock:
+            return 0.0
+        offset_s = self._wall() - now
+        ahead_s, self._wall_offset_s = offset_s - self._wall_offset_s, offset_s
+        return ahead_s * self._settings.speed_up if ahead_s > WALL_STEP_S else 0.0
+
+    def _advance(
+        self, values: Mapping[str, float], beat: Mapping[str, float], now: float, unseen_s: float
+    ) -> None:
+        """Step the compensator over a cycle of the machine.
+
+        Time in which nothing came, or that one clock has seen and the others have not, counts as
+        time without inputs.
+        """
+        step_s = self._own_step(now)
+        if not self._settings.machine_clock:
+            if now - self._stepped_at > self._timeout_s and not self._fresh:
+                cycle_s = self._cycle_s * self._settings.speed_up
+                unseen_s, step_s = max(unseen_s, step_s - cycle_s), cycle_s
+        elif not isnan(beat["machine_time"] + beat["machine_step"]):
+            step_s, begins_s = beat["machine_step"], beat["machine_time"]
+            unseen_s = begins_s - self._covered if self._covered is not None else 0.0
+            self._covered = begins_s + step_s
+        if unseen_s > 1e-6:
+            # In two steps: only a second sample that is missing shows that the first was no slip.
+            last_s = min(unseen_s, self._cycle_s * self._settings.speed_up)
+            self._step({}, unseen_s - last_s, now)
+            self._step({}, last_s, now)
+        self._step(values, step_s, now)
+
+    def renew_reference(self) -> None:
+        """Count the drift from the next readings: somebody says that the machine is cold."""
+        self._unit.renew()
+        self.reference.say_cold()
+        self.begun, self._lost_track, self._restored = False, False, None
+        self._fresh, self._covered = True, None
+
+    def _own_step(self, now: float) -> float:
+        """Return the time since the last step by this computer's clock [s]."""
+        elapsed = self._cycle_s if self._fresh else now - self._stepped_at
+        return elapsed * self._settings.speed_up
+
+    def _step(self, values: Mapping[str, float], step_s: float, now: float) -> None:
+        self._stepped_at, self._fresh = now, False
+        if step_s > 0.0:
+            self._unit.step(values, step_s)
+            self.steps += 1
+            length = values.get("tool_length", nan)
+            self._tool_length_mm = self._tool_length_mm if isnan(length) else length
+
+    # The answer
+
+    def _answer(
+        self,
+        finding: Finding | None,
+        arrived: float,
+        now: float,
+        *,
+        usable: bool,
+        lost: str = "",
+        ready: bool = False,
+    ) -> None:
+        outputs = self._unit.outputs
+        rival = self._rival.finding(arrived)
+        if rival is not None and not lost:
+            finding, usable = rival, False
+        known = self.reference_known
+        valid = usable and known and bool(outputs.get("valid", False)) and self._fits(outputs)
+        if valid and self._clock is not None and self._clock() - arrived > self._timeout_s:
+            text = f"the answer took {self._clock() - arrived:.3f} s"
+            finding, valid = Finding("stale", self._closing, text), False
+        self._note(finding, now, done=valid or (usable and not known))
+        if lost:
+            self.state = "reconnecting"
+        elif self.begun or usable:
+            self.state = RUNNING if usable else FAULT
+        elif not ready:
+            self.state = "startup_timeout" if self._late_start else STARTING
+        kept = self._finding
+        issued = self._clock() if self._clock is not None else now
+        values: dict[str, Value] = {
+            **outputs,
+            "valid": "valid" if valid else "invalid",
+            "gateway_state": self.state,
+            "bus_fault": kept.fault if kept else "none",
+            "bus_fault_frame": kept.frame.frame_id & 0xFF if kept else 0.0,
+            "answered_time": self._answered.value(self._judge.raw),
+            CHALLENGE: float(self._challenges.issue(issued)),
+            FRESHNESS: PROVEN if self._proven and usable else NOT_PROVEN,
+            "trust": float(self._trust),
+            "probes_taken": float(self.probes.taken % COUNTED),
+            **half_widths(outputs, known=known),
+        }
+        if not valid:
+            values |= self._when_invalid
+        if usable and not known:
+            values["status"] = "reference_unknown"
+        self.told = by_tool_length(outputs, self._tool_length_mm) | values
+        self._send(self._sender.messages(self.told))
+
+    def _fits(self, outputs: Mapping[str, float]) -> bool:
+        """Whether the frames can carry the offsets."""
+        return all(s.low <= outputs.get(s.name, nan) <= s.high for s in self._own_offsets)
+
+    def _note(self, finding: Finding | None, now: float, *, done: bool) -> None:
+        """Keep the last thing wrong until the offsets are valid again, or wait for a reference."""
+        if finding is not None and self._finding is not None and self._finding.fault in LOSSES:
+            # Nobody could hear of the loss while it lasted; what follows from it can wait.
+            finding = self._finding if finding.fault in AFTER_LOSS else finding
+        if finding is not None:
+            self._mention(finding, now)
+        if finding is not None or done:
+            self._finding = finding
+
+    def _mention(self, finding: Finding, now: float) -> None:
+        """Say what is wrong when it begins, and the same thing not too often."""
+        kind = finding.fault, finding.frame.name
+        before = self._finding and (self._finding.fault, self._finding.frame.name)
+        if kind != before and now - self._said.get(kind, -inf) >= QUIET_S:
+            self._say(f"{finding.fault.replace('_', ' ')}: {finding.text}")
+            self._said[kind] = now

@@ -1,0 +1,240 @@
+"""The machine behind the control: the plant FMU, driven by a scenario's signals."""
+
+from __future__ import annotations
+
+import io
+from array import array
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from gateway.database import OFFSETS
+from gateway.unit import Saved, StatefulSlave
+from measurement.errors import BadInput
+from scenarios.cosimulation import NOISE_SEED
+from scenarios.faults import FaultLine
+from scenarios.fmu import Port
+from scenarios.probe_cycle import ProbeSource
+from scenarios.scenario import Case, signal_setting
+from scenarios.views import rig_of
+from scenarios.wiring import PROBED, TOOL_LENGTH
+
+
+class MachinePlant:
+    """The plant FMU at a scenario's points of time.
+
+    Point *k* is at ``k * step_s``. The readings that a control sends are those at the point, with
+    the scenario's faults; the step from there takes the offsets that have come by then. So the
+    loop has the same delays as the co-simulation of `scenarios.cosimulation`.
+
+    Parameters
+    ----------
+    path : Path
+        The FMU.
+    case : Case
+        What drives it.
+    show : callable
+        Takes each warning of the FMU, as a line.
+    printed : StringIO, optional
+        See `Slave`.
+    recorded : bool, optional
+        Whether `record` keeps anything; otherwise a machine may run for ever.
+
+    Raises
+    ------
+    BadInput
+        If the case does not fit the FMU.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        case: Case,
+        show: Callable[[str], None] = lambda line: None,
+        printed: io.StringIO | None = None,
+        *,
+        recorded: bool = True,
+    ) -> None:
+        self.case = case
+        self.step_s, self.steps = case.settings.step_s, case.settings.steps
+        self.slave = StatefulSlave(path, "plant", show, printed or io.StringIO())
+        inputs = self.slave.names("input")
+        self._signals = self._rows(inputs)
+        self._in = Port(self.slave, [*self._signals, *OFFSETS])
+        self._out = Port(self.slave, self.slave.names("output"))
+        lost = [name for name in OFFSETS if name not in inputs]
+        if lost:
+            raise BadInput(path, lost[0], "is not an input of this plant")
+        self._faults = FaultLine(case.settings.faults, self._fault_names())
+        self.path = path
+        self._probe: ProbeSource | None = None
+        self.point = 0
+        self._recorded = recorded
+        self._table = array("d")
+        self._extra: tuple[str, ...] = ()
+
+    def _rows(self, inputs: list[str]) -> dict[str, Any]:
+        time = np.arange(self.steps + 1, dtype=np.float64) * self.step_s
+        found: dict[str, Any] = {}
+        for name, signal in self.case.signals.items():
+            if name not in inputs or name in OFFSETS:
+                source = self.case.setting.source
+                problem = f"is not an input to drive: {', '.join(inputs)}"
+                raise BadInput(source, f"signals.{name}", problem)
+            found[name] = signal.values(time, signal_setting(self.case.setting, name))
+        return found
+
+    def _fault_names(self) -> list[str]:
+        names = [*self._out.names, *self._signals]
+        for i, fault in enumerate(self.case.settings.faults):
+            if fault.sensor not in names:
+                source = self.case.setting.source
+                raise BadInput(source, f"faults.{i}.sensor", f"{fault.sensor!r} is not known")
+        return names
+
+    def start(self, saved: Saved | None = None) -> None:
+        """Initialise, and go on from a saved state if there is one.
+
+        Parameters
+        ----------
+        saved : Saved, optional
+            State and time of an earlier run of the same FMU.
+
+        Raises
+        ------
+        BadInput
+            For a parameter of the scenario that the FMU does not take.
+        FmuError
+            If the FMU refuses.
+        """
+        settings, source = self.case.settings, self.case.setting.source
+        for name, value in settings.plant.parameters.items():
+            self.slave.set_parameter(name, value, source, "plant.parameters")
+        if NOISE_SEED in self.slave.variables and NOISE_SEED not in settings.plant.parameters:
+            seed = max(settings.seed, 1) if settings.plant.noise else 0
+            self.slave.set_parameter(NOISE_SEED, seed, source, "plant.parameters")
+        with self.slave.starting(self.steps * self.step_s):
+            self._set(dict.fromkeys(OFFSETS, 0.0))
+        if saved is not None:
+            self.slave.restore(saved.state)
+            self.point = min(round(saved.time_s / self.step_s), self.steps)
+        self._out.get()
+
+    def probe_with(self, names: Sequence[str]) -> None:
+        """Measure the scenario's probes, by the compensator's names of what is measured.
+
+        Parameters
+        ----------
+        names : sequence of str
+            The compensator's inputs for what a probe shows; empty if no frame carries them.
+
+        Raises
+        ------
+        BadInput
+            If the scenario asks for probes and there are no frames for them, or nothing to measure.
+        """
+        probe, source = self.case.settings.compensator.probe, str(self.case.setting.source)
+        if probe is None:
+            return
+        if not names:
+            raise BadInput(source, "compensator.probe", "no frame of the machine carries a probe")
+        targets = [name.removeprefix(f"{PROBED}_") for name in names]
+        self._probe = ProbeSource(
+            *(probe, targets, self._out.names, rig_of(self.path), source), from_start=True
+        )
+
+    def measured(self, half_widths: Sequence[float]) -> list[float]:
+        """Return what a probe at this point shows [um, urad]; empty if none is due.
+
+        Parameters
+        ----------
+        half_widths : sequence of float
+            The uncertainty that the gateway told of each axis; NaN where none [um].
+        """
+        if self._probe is None:
+            return []
+        shown = self._probe.measured(self.time_s, self._out.values, half_widths)
+        return [] if shown is None else [float(value) for value in shown]
+
+    @property
+    def time_s(self) -> float:
+        """The time of the point that has been reached [s]."""
+        return self.point * self.step_s
+
+    @property
+    def done(self) -> bool:
+        """Whether the scenario has ended."""
+        return self.point >= self.steps
+
+    def readings(self) -> dict[str, float]:
+        """Return what the control reads now: sensors, speed, tool length; NaN where missing."""
+        values = np.array(
+            [*self._out.values, *(rows[self.point] for rows in self._signals.values())]
+        )
+        self._faults.apply(self.time_s, self.step_s, values)
+        found = dict(zip([*self._out.names, *self._signals], values.tolist(), strict=True))
+        told = self.case.settings.compensator.tool_length_mm
+        if told is not None:
+            found[TOOL_LENGTH] = told
+        return found
+
+    def record(self, offsets: Mapping[str, float], extra: Mapping[str, float]) -> None:
+        """Keep the point that has been reached for `frame`.
+
+        Parameters
+        ----------
+        offsets : mapping of str to float
+            dX, dY and dZ as received [um].
+        extra : mapping of str to float
+            More columns, in the same order at every call.
+        """
+        if not self._recorded:
+            return
+        signals = [rows[self.point] for rows in self._signals.values()]
+        row = [self.time_s, *signals, *(offsets[name] for name in OFFSETS)]
+        self._table.extend([*row, *self._out.values.tolist(), *extra.values()])
+        self._extra = tuple(extra)
+
+    def step(self, offsets: Mapping[str, float]) -> None:
+        """Go on to the next point with the offsets received [um].
+
+        Parameters
+        ----------
+        offsets : mapping of str to float
+            dX, dY and dZ as received [um].
+
+        Raises
+        ------
+        FmuError
+            If the FMU fails.
+        """
+        self._set(offsets)
+        self.slave.step(self.time_s, self.step_s)
+        self.point += 1
+        self._out.get()
+
+    def _set(self, offsets: Mapping[str, float]) -> None:
+        signals = [rows[self.point] for rows in self._signals.values()]
+        self._in.values[:] = [*signals, *(offsets[name] for name in OFFSETS)]
+        self._in.set()
+
+    def frame(self) -> pd.DataFrame:
+        """Return what was recorded, as the table of a run file."""
+        names = ["time_s", *(self.slave.column(n) for n in (*self._signals, *OFFSETS))]
+        names += [self.slave.column(name) for name in self._out.names]
+        names += [f"{name}_1" for name in self._extra]
+        rows = np.array(self._table, dtype=np.float64).reshape(-1, len(names))
+        return pd.DataFrame(rows, columns=names)
+
+    def close(self, error: BaseException | None = None) -> None:
+        """Let the FMU go.
+
+        Parameters
+        ----------
+        error : BaseException, optional
+            What ended the run.
+        """
+        self.slave.__exit__(type(error) if error else None, error, None)

@@ -1,0 +1,170 @@
+"""Probes on the bus: measurements of the control for the compensator.
+
+A probe is sent when there is one, in frames of its own just before the frames of the cycle that it
+belongs to. They are protected as the others are, carry one count, and name the time of that cycle,
+so that a probe which waited somewhere is not taken for a new one. The gateway counts the probes
+that it gave to the compensator; a control sends the same one again until the count has moved on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from math import isfinite, isnan
+
+import can
+
+from gateway.codec import Encoder, Value, decode
+from gateway.database import Frame, key_of
+from gateway.e2e import counter_of
+from scenarios.wiring import PROBED
+
+PROBE_TIME = "probe_time"
+TAKEN = "probes_taken"
+COUNTED = 4
+"""The count of probes starts anew after so many."""
+MOST_TRIES = 50
+"""How often a probe is sent again while the gateway does not take it."""
+LATEST_STEPS = 2.5
+"""A probe of a cycle that is further back than this many of the machine's steps is not used."""
+
+
+class ProbeEar:
+    """Puts the frames of a probe together.
+
+    Parameters
+    ----------
+    frames : sequence of Frame
+        Those that belong to no cycle.
+    say : callable
+        Takes a line for people.
+
+    Attributes
+    ----------
+    taken : int
+        How many probes were given away.
+    """
+
+    def __init__(
+        self, frames: Sequence[Frame], say: Callable[[str], None] = lambda line: None
+    ) -> None:
+        self._frames = {frame.key: frame for frame in frames}
+        times = [f.signals[PROBE_TIME] for f in frames if PROBE_TIME in f.signals]
+        self._scale = times[0].scale if times else 1.0
+        self._wrap = 1 << times[0].bits if times else 1
+        self._say = say
+        self._parts: dict[int, tuple[tuple[int, int], dict[str, float]]] = {}
+        self._counts: tuple[int, int] | None = None
+        self._waiting: dict[str, float] | None = None
+        self._last_time: int | None = None
+        self.taken = 0
+
+    def hear(self, message: can.Message) -> bool:
+        """Return whether a message is part of a probe."""
+        frame = self._frames.get(key_of(message))
+        if frame is None:
+            return False
+        if len(message.data) != frame.size or not frame.protection.intact(message.data):
+            self._say(f"a frame of a probe, {frame.name}, does not fit its CRC")
+            return True
+        content = decode(frame, message.data)
+        counts = counter_of(message.data), content.cycle
+        self._parts[frame.key] = counts, content.values
+        together = {part[0] for part in self._parts.values()}
+        if len(self._parts) == len(self._frames) and len(together) == 1 and counts != self._counts:
+            self._counts = counts
+            self._waiting = {n: v for _, values in self._parts.values() for n, v in values.items()}
+            self._parts = {}
+        return True
+
+    def due(self, raw_time: int, step_s: float, wanted: Sequence[str]) -> dict[str, float]:
+        """Return the probe that belongs to a cycle, by the compensator's names; empty for none.
+
+        Parameters
+        ----------
+        raw_time : int
+            The cycle's raw time.
+        step_s : float
+            The machine's step [s].
+        wanted : sequence of str
+            What the compensator takes.
+        """
+        probe, self._waiting = self._waiting, None
+        if probe is None or not wanted:
+            return {}
+        sent = round(probe[PROBE_TIME] / self._scale)
+        age_s = (raw_time - sent) % self._wrap * self._scale
+        if age_s > LATEST_STEPS * step_s:
+            self._say(f"a probe is not used: it is {age_s:.3f} s old")
+            return {}
+        if sent == self._last_time:
+            return {}  # the same once more: its acknowledgement was lost
+        found = {name: probe.get(name, float("nan")) for name in wanted}
+        missing = [name for name, value in found.items() if not isfinite(value)]
+        if missing:
+            self._say(f"a probe is not used: {missing[0]} is missing")
+            return {}
+        self._last_time = sent
+        self.taken += 1
+        self._say(f"a probe is used, the {self.taken}. so far")
+        return found
+
+
+class ProbeSender:
+    """Sends a control's probes until they are taken.
+
+    Parameters
+    ----------
+    frames : sequence of Frame
+        Those that belong to no cycle.
+    """
+
+    def __init__(self, frames: Sequence[Frame]) -> None:
+        self._encoders = [Encoder(frame) for frame in frames]
+        self._waiting: dict[str, float] | None = None
+        self._count = float("nan")
+        self._left = 0
+
+    @property
+    def names(self) -> list[str]:
+        """What a probe can say."""
+        return [
+            name
+            for encoder in self._encoders
+            for name in encoder.frame.signals
+            if name.startswith(PROBED)
+        ]
+
+    def start(self, measured: Mapping[str, float], count: float) -> None:
+        """Send a probe from now on.
+
+        Parameters
+        ----------
+        measured : mapping of str to float
+            By the compensator's names [um, urad].
+        count : float
+            The gateway's count of probes at present; NaN if it is not known.
+        """
+        self._waiting, self._count, self._left = dict(measured), count, MOST_TRIES
+
+    def messages(self, time_s: float, count: float) -> list[can.Message]:
+        """Return what belongs before the frames of a cycle.
+
+        Parameters
+        ----------
+        time_s : float
+            The cycle's time, as its frame carries it [s].
+        count : float
+            The gateway's count of probes, as it was last heard.
+        """
+        if isnan(self._count):
+            self._count = count
+        taken = not isnan(count) and count != self._count
+        if self._waiting is None or taken or not self._left:
+            self._waiting = None
+            return []
+        self._left -= 1
+        scale = self._encoders[-1].frame.signals[PROBE_TIME].scale
+        wrap = 1 << self._encoders[-1].frame.signals[PROBE_TIME].bits
+        values: dict[str, Value] = dict(self._waiting)
+        values[PROBE_TIME] = round(time_s / scale) % wrap * scale
+        return [encoder.message(values) for encoder in self._encoders]

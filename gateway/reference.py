@@ -1,0 +1,115 @@
+"""The cold state that drift is counted from, and what proves it.
+
+A compensator takes the first temperatures that it is given for those of the cold machine. Started
+in the middle of a warm-up it would be wrong by all the drift so far, and nothing in its inputs
+would show that. So it gets no reading before one of these is given:
+
+- the state of a gateway that ran until a short while ago;
+- a machine that says that it is cold (``thermal_state``);
+- temperatures that have stood together with the ambient one for a while;
+- a user who says that the machine is cold.
+
+Temperatures that are close together prove nothing without an ambient one among them: a warm spindle
+that cools evenly looks the same.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from math import isfinite, nan
+
+SAID = "the user says that the machine is cold"
+COLD_FOR_S = 60.0
+"""A machine that said so is still cold after this time [s]."""
+LONGEST_GAP_S = 60.0
+"""A longer time without readings says nothing about where the temperatures were [s]."""
+
+
+@dataclass(frozen=True)
+class Proof:
+    """Which proofs that the machine is cold are accepted.
+
+    Attributes
+    ----------
+    said : bool
+        The user says so (``--cold-start``).
+    ambient : str
+        The input that reads the ambient temperature; empty: temperatures prove nothing.
+    band_k : float
+        All temperatures must be within this of each other, and each within it of where it was at
+        the beginning [K].
+    time_s : float
+        For so long [s].
+    """
+
+    said: bool = False
+    ambient: str = ""
+    band_k: float = 1.0
+    time_s: float = 1800.0
+
+
+class Reference:
+    """Waits for a proof that the machine is cold.
+
+    Parameters
+    ----------
+    proof : Proof
+        What counts as one.
+    temperatures : sequence of str
+        The inputs that are temperatures.
+
+    Attributes
+    ----------
+    known : str
+        What proves that the machine is cold at present, for people; empty if nothing does.
+    """
+
+    def __init__(self, proof: Proof, temperatures: Sequence[str]) -> None:
+        self._proof, self._temperatures = proof, tuple(temperatures)
+        self.known = SAID if proof.said else ""
+        self._since_cold_s = float("inf")
+        self._first: list[float] = []
+        self._together_s = 0.0
+
+    def say_cold(self) -> None:
+        """Note that the user says that the machine is cold."""
+        self._proof = replace(self._proof, said=True)
+        self.known = SAID
+
+    def take(self, values: Mapping[str, float], elapsed_s: float, *, cold: bool) -> str:
+        """Take in a cycle that was in order; return what proves now that the machine is cold.
+
+        Parameters
+        ----------
+        values : mapping of str to float
+            The readings.
+        elapsed_s : float
+            The compensator's time since the cycle before [s].
+        cold : bool
+            The machine says that it is cold.
+        """
+        if self._proof.said:
+            return self.known
+        self._since_cold_s = 0.0 if cold else self._since_cold_s + elapsed_s
+        together = bool(self._proof.ambient) and self._stand_together(values, elapsed_s)
+        self.known = ""
+        if self._since_cold_s <= COLD_FOR_S:
+            self.known = "the machine says that it is cold"
+        elif together:
+            band, minutes = self._proof.band_k, self._proof.time_s / 60.0
+            self.known = f"all temperatures are within {band:g} K for {minutes:g} minutes"
+        return self.known
+
+    def _stand_together(self, values: Mapping[str, float], elapsed_s: float) -> bool:
+        now = [values.get(name, nan) for name in self._temperatures]
+        band = self._proof.band_k
+        if not all(map(isfinite, now)) or max(now) - min(now) > band:
+            self._first = []
+            return False
+        still = all(abs(a - b) <= band for a, b in zip(now, self._first, strict=False))
+        if not self._first or not still or elapsed_s > LONGEST_GAP_S:
+            self._first, self._together_s = now, 0.0
+            return False
+        self._together_s += elapsed_s
+        return self._together_s >= self._proof.time_s

@@ -1,0 +1,152 @@
+"""A recorded log instead of the machine: its frames are sent again unchanged."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from math import isnan
+from pathlib import Path
+
+import can
+
+from gateway.codec import decode
+from gateway.database import MACHINE, Database, Frame, key_of
+from gateway.framelog import LOGS
+from gateway.link import Link
+from gateway.machine import Ear
+from measurement.errors import BadInput
+
+LONGEST_PAUSE_S = 1.0
+"""A longer pause in the log is cut out [s]."""
+LONGEST_SLEEP_S = 0.1
+"""How often an interrupt is checked for [s]."""
+
+
+def recorded(path: Path, database: Database) -> list[can.Message]:
+    """Return the machine's frames of a log, in their order.
+
+    Parameters
+    ----------
+    path : Path
+        A log of a kind that python-can reads.
+    database : Database
+        Says which frames the machine sends.
+
+    Raises
+    ------
+    BadInput
+        If the log cannot be read or holds no such frame.
+    """
+    if path.suffix.lower() not in LOGS:
+        raise BadInput(path, "", f"its ending must be one of {', '.join(LOGS)}")
+    if not path.is_file():
+        raise BadInput(path, "", "no such file")
+    ids = {frame.key for frame in database.of(MACHINE)}
+    try:
+        with can.LogReader(str(path)) as reader:
+            found = [
+                message
+                for message in reader
+                if key_of(message) in ids and not message.is_error_frame
+            ]
+    except Exception as error:  # a damaged log makes the readers raise many kinds
+        problem = " ".join(str(error).split()) or type(error).__name__
+        raise BadInput(path, "", f"is not a log of frames: {problem[:200]}") from None
+    if not found:
+        raise BadInput(path, "", "holds no frame of the machine")
+    return found
+
+
+def replay(
+    messages: list[can.Message],
+    database: Database,
+    link: Link,
+    ear: Ear,
+    *,
+    speed_up: float | None = 1.0,
+    wait_s: float = 10.0,
+    stopped: Callable[[], bool] = lambda: False,
+    clock: Callable[[], float],
+) -> int:
+    """Send recorded frames and return how many.
+
+    Parameters
+    ----------
+    messages : list of can.Message
+        From `recorded`.
+    database : Database
+        The frames.
+    link : Link
+        The bus, open.
+    ear : Ear
+        Hears the gateway.
+    speed_up : float or None
+        Times as fast as recorded; None: the next cycle as soon as the gateway has answered.
+    wait_s : float
+        How long a gateway may take to appear before the first frame [s].
+    stopped : callable
+        Says when to end early.
+    clock : callable
+        Monotonic time [s].
+
+    Returns
+    -------
+    int
+        Frames that were sent.
+    """
+    closing = database.closing(MACHINE)
+    until = clock() + wait_s
+    while ear.last is None and clock() < until and not stopped():
+        ear.hear(link, min(clock() + closing.cycle_s, until))
+    sent = 0
+    pace = None if speed_up is None else _Pace(speed_up, clock)
+    for message in messages:
+        due = clock() if pace is None else pace.due(message)
+        while not stopped() and (left := due - clock()) > 0.0:
+            time.sleep(min(left, LONGEST_SLEEP_S))
+        if stopped():
+            break
+        link.send([message])
+        sent += 1
+        if key_of(message) != closing.key or len(message.data) != closing.size:
+            continue
+        # In step with the gateway, or a short look so that what it sends is taken in.
+        patience_s, time_s = 0.0, None
+        if speed_up is None:
+            time_s = _running_time(closing, message)
+            patience_s = closing.cycle_s if time_s is None else ear.timeout_s
+        ear.hear(link, clock() + patience_s, time_s)
+    return sent
+
+
+def _running_time(closing: Frame, message: can.Message) -> float | None:
+    """Return the time [s] of a cycle that the gateway answers as such; None for any other."""
+    if not closing.protection.intact(message.data):
+        return None
+    values = decode(closing, message.data).values
+    running = values["machine_state"] == closing.signals["machine_state"].codes["running"]
+    return values["machine_time"] if running and not isnan(values["machine_time"]) else None
+
+
+class _Pace:
+    """When each frame of a log is due, with its long pauses cut out.
+
+    Parameters
+    ----------
+    speed_up : float
+        Times as fast as recorded.
+    clock : callable
+        Monotonic time [s].
+    """
+
+    def __init__(self, speed_up: float, clock: Callable[[], float]) -> None:
+        self._speed_up, self._due = speed_up, clock()
+        self._before: float | None = None
+
+    def due(self, message: can.Message) -> float:
+        """Return when a frame is due [s]."""
+        gap_s = 0.0 if self._before is None else max(message.timestamp - self._before, 0.0)
+        self._before = message.timestamp
+        if gap_s <= LONGEST_PAUSE_S:
+            self._due += gap_s / self._speed_up
+        return self._due

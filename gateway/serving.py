@@ -1,0 +1,271 @@
+"""The gateway at work: the node, its bus, its FMU, its state file."""
+
+from __future__ import annotations
+
+import contextlib
+import time
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from gateway.background import Background
+from gateway.clocks import steady
+from gateway.codec import Value
+from gateway.database import COMPENSATOR, MACHINE, Database
+from gateway.link import Link
+from gateway.node import GatewayNode, GatewaySettings
+from gateway.protocols.base import Participant, Report, Send
+from gateway.systemd import ServiceManager
+from gateway.unit import CompensatorUnit, StateFile, check_units
+from measurement.errors import BadInput
+
+LONGEST_WAIT_S = 0.25
+"""Longest wait for a frame before checking whether to stop [s]."""
+GRACE_S = 0.2
+"""How long reading waiting frames may delay what is due [s]."""
+STATUSES = 1000
+"""Most changes of status that the summary lists; older ones are dropped."""
+
+
+@dataclass
+class Service:
+    """Runs a gateway until it is told to stop.
+
+    Parameters
+    ----------
+    database : Database
+        The frames.
+    fmu : Path
+        The compensator.
+    unit : CompensatorUnit
+        The same, loaded.
+    link : Link
+        The bus, open.
+    settings : GatewaySettings
+        How the gateway runs.
+    state_file : Path or None
+        Where the compensator's state is kept.
+    save_every_s : float
+        How often [s].
+    until_off : bool
+        End when the machine says that it is off.
+    duration_s : float or None
+        End after this time [s].
+    stopped : callable
+        Says when to end.
+    say : callable
+        Takes a line for people.
+    renewed : callable
+        Says, once, that somebody has called the machine cold.
+    manager : ServiceManager
+        Hears that the gateway lives.
+    participants : list of Participant
+        The protocols that take part.
+    """
+
+    database: Database
+    fmu: Path
+    unit: CompensatorUnit
+    link: Link
+    settings: GatewaySettings
+    state_file: Path | None = None
+    save_every_s: float = 10.0
+    until_off: bool = False
+    duration_s: float | None = None
+    stopped: Callable[[], bool] = lambda: False
+    say: Callable[[str], None] = lambda line: None
+    clock: Callable[[], float] = steady
+    wall: Callable[[], float] = time.time
+    statuses: deque[tuple[float, int, int]] = field(default_factory=lambda: deque(maxlen=STATUSES))
+    renewed: Callable[[], bool] = lambda: False
+    manager: ServiceManager = field(default_factory=ServiceManager)
+    participants: list[Participant] = field(default_factory=list)
+    node: GatewayNode | None = None
+    _unsaved: bool = False
+
+    def __post_init__(self) -> None:
+        """Let the participants hear what people are told."""
+        say = self.say
+
+        def tell_all(line: str) -> None:
+            say(line)
+            for participant in self.participants:
+                participant.hear(line)
+
+        self.say = tell_all
+
+    def run(self) -> dict[str, Any]:
+        """Serve, and return a summary.
+
+        Raises
+        ------
+        BadInput
+            If FMU and frames do not fit, or the state file is none.
+        FmuError
+            If the FMU fails. The bus is told before any exception leaves here.
+        """
+        self._fit()
+        store = StateFile(self.state_file, self.unit.slave.sha256) if self.state_file else None
+        if store is not None and not self.unit.slave.can_save:
+            raise BadInput(self.fmu, "", "cannot save its state: run without --state")
+        rate = 1.0 if self.settings.machine_clock else self.settings.speed_up
+        warm, why_not = store.read(rate) if store else (None, "")
+        self.unit.start(warm)
+        if warm is not None:
+            self.say(f"goes on from the state of {warm.age_s:.0f} s ago")
+        elif store is not None:
+            self.say(f"{store.path}: the state is not used: {why_not}")
+        begun = self.clock()
+        send: Send = self.link.send
+        for participant in self.participants:
+            send = participant.gated(send)
+        self.node = node = GatewayNode(
+            *(self.database, self.unit, send, self.settings, begun, warm, self.say),
+            self.clock,
+            self.wall,
+        )
+        if warm is None and not self.settings.proof.said:
+            self.say("offsets stay invalid until the machine is known to be cold")
+        self.manager.tell("READY=1")
+        # The state goes to the disk beside the loop, and only the newest one.
+        saver = Background(2)
+        try:
+            self._loop(node, store, saver, begun)
+        except (KeyboardInterrupt, SystemExit):
+            self._leave(node, "stopping")
+            raise
+        except BaseException:
+            self._leave(node, "error")
+            raise
+        self._leave(node, "stopping")
+        if store is not None and node.begun:
+            self._save(node, store, saver)
+        if not saver.close():
+            self.say("the state could not be saved in time")
+        return {
+            "steps": node.steps,
+            "seconds": self.clock() - begun,
+            "frames": dict(node.reception.counts),
+            "junk": self.link.junk,
+            "statuses": list(self.statuses),
+            "trust": self.database.trust,
+            "probes": node.probes.taken,
+        }
+
+    def _leave(self, node: GatewayNode, state: str) -> None:
+        """Announce on the bus that this node leaves, whatever else has failed."""
+        self.manager.tell("STOPPING=1")
+        with contextlib.suppress(Exception):
+            node.farewell(state)
+
+    def _fit(self) -> None:
+        carried = {signal.name: signal for _, signal in self.database.signals(MACHINE)}
+        for name in self.unit.inputs:
+            if name not in carried and name not in self.database.substitutes:
+                problem = f"is an input of the FMU that no frame of {self.database.path} carries"
+                raise BadInput(self.fmu, name, problem)
+        ambient = self.settings.proof.ambient
+        if ambient and (ambient not in self.unit.inputs or carried[ambient].unit != "degC"):
+            raise BadInput("--ambient", ambient, f"is not a temperature input of {self.fmu.name}")
+        carried |= {signal.name: signal for _, signal in self.database.signals(COMPENSATOR)}
+        probed = {
+            s.name: s for frame in self.database.events(MACHINE) for s in frame.signals.values()
+        }
+        lost = [name for name in self.unit.probed if name not in probed]
+        if probed and lost:
+            self.say(f"no probe can be taken: no frame carries {lost[0]}")
+        carried |= probed
+        names = [
+            name
+            for name in (*self.unit.inputs, *self.unit.probed, *self.unit.outputs)
+            if name in carried
+        ]
+        check_units(self.fmu, [(n, self.unit.unit_of(n), carried[n].unit) for n in names])
+
+    def _loop(
+        self, node: GatewayNode, store: StateFile | None, saver: Background, begun: float
+    ) -> None:
+        saved_at, lost = begun, False
+        while not self._over(node, begun):
+            message = self.link.receive(min(node.deadline() - self.clock(), LONGEST_WAIT_S))
+            now = self.clock()
+            if lost and not self.link.lost:
+                node.reconnected()
+            lost = bool(self.link.lost)
+            if not all(participant.operational for participant in self.participants):
+                message = None
+            closed = message is not None and node.handle(message, now, self.link.waited_s)
+            wait = GRACE_S if message is not None and node.patient else 0.0
+            if closed:
+                self.link.trust()
+            elif now >= node.deadline() + wait:
+                node.tick(now, self.link.lost)
+            for participant in self.participants:
+                participant.update(now, lambda: self._report(node))
+            self._notice(node)
+            self.manager.alive(now)
+            if self.renewed():
+                self._renew(node)
+            if store is not None and node.begun and now - saved_at >= self.save_every_s:
+                self._save(node, store, saver)
+                saved_at = now
+
+    def _renew(self, node: GatewayNode) -> None:
+        if not self.unit.slave.can_save:
+            self.say("no new reference: this FMU cannot go back to how it was when it started")
+            return
+        self.say("the drift is counted from now: somebody says that the machine is cold")
+        node.renew_reference()
+
+    def _report(self, node: GatewayNode) -> Report:
+        told, outputs = node.told, self.unit.outputs
+        state: dict[str, Value | bool] = {
+            "valid": told.get("valid") == "valid",
+            "status": int(outputs.get("status", 0)),
+            "status_text": self.unit.text(),
+            "status_sensor": int(outputs.get("status_sensor", 0)),
+            "reference_known": node.reference_known,
+            "gateway_state": node.state,
+            "bus_fault": told.get("bus_fault", "none"),
+            "trust": self.database.trust,
+            "machine_time": node.machine_time_s,
+            "steps": node.steps,
+            "compensator": self.fmu.name,
+            "compensator_sha256": self.unit.slave.sha256,
+        }
+        return Report(told, node.given, outputs, state)
+
+    def _over(self, node: GatewayNode, begun: float) -> bool:
+        late = self.duration_s is not None and self.clock() - begun >= self.duration_s
+        return self.stopped() or late or (self.until_off and node.machine_off)
+
+    def _save(self, node: GatewayNode, store: StateFile, saver: Background) -> None:
+        state = self.unit.slave.saved()
+        taken = (store.now(), self.unit.time_s, node.machine_time_at(self.clock()))
+        saver.do(lambda: self._write(store, *taken, state))
+
+    def _write(
+        self, store: StateFile, taken: float, time_s: float, machine_time_s: float, state: bytes
+    ) -> None:
+        """Write the state; a full disk does not stop the gateway."""
+        try:
+            store.write(taken, time_s, machine_time_s, state)
+        except BadInput as error:
+            if not self._unsaved:
+                self.say(f"{error}; the gateway goes on without saving")
+            self._unsaved = True
+        else:
+            self._unsaved = False
+
+    def _notice(self, node: GatewayNode) -> None:
+        """Report a change of the compensator's status."""
+        outputs = self.unit.outputs
+        code, sensor = int(outputs.get("status", 0)), int(outputs.get("status_sensor", 0))
+        if self.statuses and self.statuses[-1][1:] == (code, sensor):
+            return
+        self.statuses.append((node.machine_time_s, code, sensor))
+        text = f"status {code} at {node.machine_time_s:.1f} s: {self.unit.text()}"
+        self.manager.tell(f"STATUS={text}")
+        self.say(text)

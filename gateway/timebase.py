@@ -1,0 +1,130 @@
+"""Whether the machine's time agrees with this computer's clock.
+
+If all frames of a cycle are delayed equally, their counts are right but the values are old. And a
+gateway that counts one second where the machine counts fifty follows the wrong warm-up. Both show
+when the machine's time is compared with the arrival of its frames: the offset between the two
+clocks must stay constant, except for the drift of good clocks.
+
+Time that is behind is either a delay or a machine's clock that was set, and only a proof of
+freshness tells them apart. Without one, the offset to compare with stays: what is behind is not
+used until the offset is right again, whatever the machine says in between."""
+
+from __future__ import annotations
+
+DRIFT = 5e-4
+"""Two clocks may drift apart by this much of the time gone by. Crystals of 100 ppm each, in any
+temperature that a cabinet has, stay well below. A delay that grows more slowly than this cannot be
+told from drift."""
+QUARANTINE_S = 60.0
+"""After the machine's time ran at another rate, nothing is trusted for so long [s]."""
+RATE = "time_rate", "machine_time runs at another rate than this computer's clock times --speed-up"
+
+
+class Timebase:
+    """Compares the machine's time with the time of arrival.
+
+    Parameters
+    ----------
+    period : int
+        The machine's raw time starts anew after so many counts.
+    scale_s : float
+        Seconds of the machine in a count.
+    speed_up : float
+        Seconds of the machine in a second of this computer's clock.
+    tolerance_s : float
+        How late or early a cycle may arrive, by this computer's clock [s].
+
+    Attributes
+    ----------
+    behind : bool
+        The newest cycle was behind, and no proof has come since.
+    unseen_s : float
+        By how much the machine's time was found to be further on than this clock, since `judge` was
+        called the last time, by this clock's rate [s].
+    """
+
+    def __init__(self, period: int, scale_s: float, speed_up: float, tolerance_s: float) -> None:
+        self._period, self._count_s = period, scale_s / speed_up
+        self._tolerance_s = tolerance_s
+        self._distrusted_until = float("-inf")
+        self._last: int | None = None
+        self._position_s = self._arrived = self._low_s = self._first_s = 0.0
+        self._restarted = self.behind = False
+        self.unseen_s = 0.0
+
+    def restart(self, *, proven: bool = False) -> None:
+        """Note that the machine says that it starts: its time may be another one.
+
+        Parameters
+        ----------
+        proven : bool, optional
+            It is proven to say so now. What comes late says so as well, and is still late.
+        """
+        self._restarted = not self.behind
+        if proven:
+            self._last = None
+
+    def judge(
+        self, raw: int, arrived: float, *, jumped: bool = False, proven: bool = False
+    ) -> tuple[str, str] | None:
+        """Return the fault and a text, or None if the times fit.
+
+        Parameters
+        ----------
+        raw : int
+            The machine's raw time.
+        arrived : float
+            When its frame arrived [s].
+        jumped : bool
+            The time is not the one that the cycle before announced.
+        proven : bool
+            The frame is proven to be fresh.
+        """
+        self.unseen_s = 0.0
+        if self._last is None:
+            self._begin(raw, arrived)
+            return self._distrust(arrived)
+        ahead = (raw - self._last) % self._period
+        back = ahead > self._period // 2
+        if not ahead:
+            fault = "time_jump" if jumped else "time_stands"
+            return fault, "machine_time stands while the machine runs"
+        position_s = self._position_s + (ahead - self._period * back) * self._count_s
+        offset_s, drift_s = arrived - position_s, DRIFT * max(arrived - self._arrived, 0.0)
+        behind_s, restarted = offset_s - self._low_s, self._restarted
+        self._last, self._position_s, self._arrived = raw, position_s, arrived
+        self._restarted = False
+        if restarted and (back or behind_s < -self._tolerance_s):
+            self._begin(raw, arrived)
+            return self._distrust(arrived)
+        if behind_s > self._tolerance_s + drift_s:
+            if proven:
+                self._begin(raw, arrived)
+                return self._set(back or jumped, -behind_s, arrived)
+            self.behind = True
+            text = f"machine_time is {behind_s:.3f} s behind this computer's clock"
+            return "time_jump" if back else "delayed", text
+        self.behind = False
+        self._low_s = min(self._low_s + drift_s, offset_s)
+        self._first_s = max(self._first_s - drift_s, self._low_s)
+        before_s = self._first_s - offset_s
+        if before_s > self._tolerance_s:
+            self._begin(raw, arrived)
+            self.unseen_s = before_s
+            return self._set(jumped, before_s, arrived)
+        return self._distrust(arrived)
+
+    def _set(self, jumped: bool, ahead_s: float, arrived: float) -> tuple[str, str] | None:
+        """Judge a time that has moved against this clock [s]: set at once, or by its rate."""
+        if jumped:
+            return "time_jump", f"machine_time jumped by {ahead_s:.3f} s"
+        self._distrusted_until = arrived + QUARANTINE_S
+        return self._distrust(arrived)
+
+    def _begin(self, raw: int, arrived: float) -> None:
+        self._last, self._position_s, self._arrived = raw, 0.0, arrived
+        self._low_s = self._first_s = arrived
+        self.behind = False
+
+    def _distrust(self, arrived: float) -> tuple[str, str] | None:
+        return RATE if arrived < self._distrusted_until else None

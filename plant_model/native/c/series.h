@@ -1,0 +1,43 @@
+/* The functions phi_k of a network's matrix, times a vector: Chebyshev series.
+
+   A step of a linear network is T(t + h) = T + h phi_1(-h A) (f / C - A T), which is exact, and what
+   depends on temperature adds phi_2 and phi_3 (Hochbruck and Ostermann, Acta Numerica 19 (2010)
+   209-286, doi:10.1017/S0962492910000048). The eigenvalues of h A are real and lie between 0 and its
+   reach, where the series of phi_k converges faster than any other polynomial's; it needs no more
+   than the network times a vector. So a step costs the same whatever has changed since the last. */
+#ifndef SERIES_H
+#define SERIES_H
+
+#include "network.h"
+
+#define MOST_REACH 4096.0
+#define MOST_TERMS 347
+#define SERIES_KEPT 8
+
+enum { ONE, HALF, TWO, THREE, SERIES }; /* phi_1, phi_1(x / 2) / 2, phi_2, phi_3 */
+
+struct series {
+    double reach;
+    size_t terms; /* 0: not known */
+    double weights[SERIES][MOST_TERMS];
+};
+
+/* What is kept follows from the reach alone. */
+struct all_series {
+    int kinds; /* a linear network needs phi_1 only */
+    struct series kept[SERIES_KEPT];
+    size_t next; /* to be overwritten */
+};
+
+/* phi_1, phi_2, phi_3 of x <= 0: see the Python twin, integrate.phi. */
+double phi(int order, double x);
+
+/* Returns the series for a reach, which is not above the most. */
+const struct series *series_for(struct all_series *self, double reach);
+
+/* Puts series of h A times a vector, as many as there are kinds, into sums. */
+void series_times(
+    const struct series *self, const struct network *network, const double *share, double h,
+    const double vector[NODES], size_t count, const int kinds[], double sums[][NODES]);
+
+#endif

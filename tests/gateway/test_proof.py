@@ -1,0 +1,269 @@
+"""Freshness: what a proof shows, what nothing else shows, and time that one clock has not seen."""
+
+from __future__ import annotations
+
+import os
+import zlib
+from collections.abc import Callable
+from pathlib import Path
+
+import can
+import pytest
+
+from gateway.codec import Sender
+from gateway.database import MACHINE, Database
+from gateway.node import GatewaySettings
+from gateway.proof import LARGEST_ECHO, Challenges, draw, proof_of, read_key
+from gateway.unit import CompensatorUnit, Saved
+from measurement.errors import BadInput
+from tests.gateway.bench import WARM, Bench
+
+HOUR_S = 3600.0
+# RFC 4493, section 4, example 4: a key, 64 bytes, and their AES-CMAC.
+KEY = bytes.fromhex("2b7e151628aed2a6abf7158809cf4f3c")
+TEXT = bytes.fromhex(
+    "6bc1bee22e409f96e93d7e117393172aae2d8a571e03ac9c9eb76fac45af8e51"
+    "30c81c46a35ce411e5fbc1191a0a52eff69f2445df4f9b17ad2b417be66c3710"
+)
+CODE = bytes.fromhex("51f0bebf7e3b9d92fc49741779363cfe")
+
+# The proof itself
+
+
+def test_a_proof_is_the_crc_32_of_challenge_and_frames() -> None:
+    """Check value of CRC-32/ISO-HDLC of the digits 1 to 9 in the catalogue: CBF43926h."""
+    digits = b"123456789"
+    assert proof_of(int.from_bytes(digits[:4], "little"), [digits[4:6], digits[6:]]) == 0xCBF43926
+    assert zlib.crc32(digits) == 0xCBF43926
+
+
+def test_with_a_key_it_is_the_beginning_of_the_aes_cmac_of_rfc_4493() -> None:
+    pytest.importorskip("cryptography")
+    challenge = int.from_bytes(TEXT[:4], "little")
+    assert proof_of(challenge, [TEXT[4:20], TEXT[20:]], KEY).to_bytes(4, "little") == CODE[:4]
+
+
+def test_a_challenge_is_hardly_ever_drawn_twice_and_has_an_echo() -> None:
+    drawn = [draw() for _ in range(2000)]
+    assert len(set(drawn)) > 1990
+    assert max(challenge & 0xFFFF for challenge in drawn) <= LARGEST_ECHO
+
+
+def test_only_a_young_challenge_proves_anything() -> None:
+    numbers = iter(range(100, 200))
+    challenges = Challenges(0.35, new=lambda: next(numbers))
+    frames = [b"abc", b"defg"]
+
+    def proven(challenge: int, arrived: float, content: list[bytes] = frames) -> bool:
+        told = {"echo": float(challenge), "proof": float(proof_of(challenge, frames))}
+        return challenges.proven(told, content, arrived)
+
+    assert [challenges.issue(0.1 * k) for k in range(5)] == [100, 101, 102, 103, 104]
+    assert [proven(challenge, 0.45) for challenge in range(99, 106)] == (
+        [False, False, True, True, True, True, False]
+    )
+    assert not proven(104, 0.45, [b"abc", b"defh"])
+    assert not proven(104, 0.45, [b"defg", b"abc"])
+    assert not challenges.proven({}, frames, 0.45)
+
+
+@pytest.mark.parametrize(
+    ("text", "mode", "told"),
+    [
+        ("00" * 16, 0o644, "can be read by others"),
+        ("00" * 16, 0o620, "can be read by others"),
+        ("00" * 15, 0o600, "is not a key"),
+        ("my secret", 0o600, "is not a key"),
+        ("\x00\xff", 0o600, "is not a key"),
+    ],
+)
+def test_a_key_is_of_hexadecimal_digits_that_only_its_owner_reads(
+    tmp_path: Path, text: str, mode: int, told: str
+) -> None:
+    path = tmp_path / "key"
+    path.write_text(text, encoding="latin-1")
+    os.chmod(path, mode)
+    with pytest.raises(BadInput, match=told):
+        read_key(path)
+    path.write_text("0f" * 32 + "\n")
+    os.chmod(path, 0o600)
+    assert read_key(path) == bytes([15] * 32)
+
+
+# What a proof shows
+
+
+def recorded(bench: Bench, count: int) -> list[list[can.Message]]:
+    kept: list[list[can.Message]] = []
+
+    def keep(messages: list[can.Message]) -> list[can.Message]:
+        kept.append(list(messages))
+        return messages
+
+    for _ in range(count):
+        bench.cycle(WARM, keep)
+    return kept
+
+
+@pytest.mark.parametrize("pause_s", [0.1, 1.0, 10.0])
+def test_a_recording_is_never_valid(bench: Bench, pause_s: float) -> None:
+    bench.settle(WARM)
+    recording = recorded(bench, 100)
+    bench.wait(pause_s)
+    first = len(bench.answers)
+    for messages in recording:
+        bench.give(messages)
+    answers = bench.answers[first:]
+    assert {answer["valid"] for answer in answers} == {"invalid"}
+    assert {answer["freshness"] for answer in answers} == {"not_proven"}
+    assert answers[-1]["bus_fault"] == "not_fresh"
+    for _ in range(20):
+        bench.cycle(WARM)
+    assert (bench.last["valid"], bench.last["freshness"]) == ("valid", "proven")
+
+
+@pytest.mark.parametrize("odd", [{"machine_time": 5.0}, {"machine_step": float("nan")}, "starting"])
+def test_a_delay_is_not_forgotten_after_an_odd_heartbeat(bench: Bench, odd: object) -> None:
+    bench.settle(WARM)
+    queue: list[list[can.Message]] = []
+
+    def late(messages: list[can.Message]) -> list[can.Message]:
+        queue.append(messages)
+        return queue.pop(0) if len(queue) > 20 else []
+
+    for _ in range(40):
+        bench.cycle(WARM, late)
+    first = len(bench.answers)
+    if isinstance(odd, dict):
+        bench.cycle({**WARM, **odd}, late)
+    else:
+        bench.give(late(bench.frames(WARM, str(odd))))
+    for _ in range(100):
+        bench.cycle(WARM, late)
+    assert {answer["valid"] for answer in bench.answers[first:]} == {"invalid"}
+    for _ in range(30):
+        bench.cycle(WARM)
+    assert bench.last["valid"] == "valid"
+
+
+def test_a_gateway_that_is_started_into_a_delay_is_never_valid(bench: Bench) -> None:
+    queue = [bench.frames(WARM, "starting") for _ in range(20)]
+    for _ in range(200):
+        queue.append(bench.frames(WARM))
+        bench.give(queue.pop(0))
+    assert {answer["valid"] for answer in bench.answers} == {"invalid"}
+
+
+def test_a_machine_that_cannot_prove_it_is_served_and_marked(
+    database: Database, unit: CompensatorUnit
+) -> None:
+    bench = Bench(database.unproven(), unit)
+    bench.settle(WARM)
+    assert bench.last["freshness"] == "not_proven"
+    assert len(bench.frames()) == len(database.of(MACHINE)) - 1
+
+
+def test_who_has_another_key_proves_nothing(database: Database, unit: CompensatorUnit) -> None:
+    pytest.importorskip("cryptography")
+    bench = Bench(database, unit, GatewaySettings(key=KEY))
+    bench.sender = Sender(database, MACHINE, KEY)
+    bench.settle(WARM)
+    for key in (None, KEY[::-1]):
+        other = Sender(database, MACHINE, key)
+        for _ in range(3):
+            bench.give(other.messages({"machine_state": "running"}, bench.challenge))
+        assert bench.last["freshness"] == "not_proven"
+    assert "2b7e" not in repr(bench.settings)
+
+
+# Time that one clock has not seen
+
+
+@pytest.mark.parametrize("proves", [True, False])
+@pytest.mark.parametrize("witness", ["machine", "wall"])
+def test_hours_that_this_clock_has_not_seen_are_told_to_the_compensator(
+    database: Database, unit: CompensatorUnit, witness: str, proves: bool
+) -> None:
+    bench = Bench(database if proves else database.unproven(), unit)
+    bench.settle(WARM)
+    reached = unit.time_s
+    if witness == "machine":
+        bench.time_s += 5.0 * HOUR_S
+        assert bench.began is not None
+        bench.began -= 5.0 * HOUR_S
+    else:
+        bench.wall_ahead_s += 5.0 * HOUR_S
+    bench.cycle(WARM)
+    assert bench.last["valid"] == "invalid"
+    assert unit.time_s - reached == pytest.approx(5.0 * HOUR_S, abs=1.0)
+    for _ in range(300):
+        bench.cycle(WARM)
+    assert bench.last["valid"] == "valid"
+    assert unit.time_s - reached == pytest.approx(5.0 * HOUR_S + 30.0, abs=1.0)
+
+
+def test_a_program_that_stood_still_tells_the_time_as_not_seen(bench: Bench) -> None:
+    bench.settle(WARM)
+    given: list[tuple[int, float]] = []
+    step = bench.unit.step
+
+    def watched(values: dict[str, float], step_s: float) -> dict[str, float]:
+        given.append((len(values), step_s))
+        return step(values, step_s)
+
+    bench.unit.step = watched  # type: ignore[method-assign,assignment]
+    bench.now += 2.0 * HOUR_S
+    for message in bench.frames(WARM):
+        bench.node.handle(message, bench.now)
+    assert given[0] == (0, pytest.approx(2.0 * HOUR_S, abs=1.0))
+
+
+# How old a state is
+
+
+@pytest.mark.parametrize(
+    ("by_machine_s", "known"), [(2.0, True), (11.0, True), (13.0, False), (3.0 * HOUR_S, False)]
+)
+def test_a_state_is_as_old_as_both_clocks_say_or_too_old(
+    bench: Bench,
+    database: Database,
+    new_unit: Callable[[], CompensatorUnit],
+    by_machine_s: float,
+    known: bool,
+) -> None:
+    """A computer without a clock battery thinks that it was off for two seconds."""
+    bench.settle(WARM)
+    saved = Saved(bench.unit.time_s, bench.time_s, 2.0, bench.unit.slave.saved())
+    again = Bench(database, new_unit(), warm=saved)
+    again.sender, again.time_s = bench.sender, round(bench.time_s + by_machine_s, 1)
+    for _ in range(100):
+        again.cycle({**WARM, "thermal_state": "warm"})
+    assert (again.last["valid"] == "valid") == known
+    assert (again.last["status"] == "reference_unknown") != known
+
+
+# A new reference
+
+
+def test_who_says_that_the_machine_is_cold_has_the_drift_counted_from_now(bench: Bench) -> None:
+    bench.settle(WARM)
+    assert max(map(abs, bench.offsets)) > 10.0
+    bench.node.renew_reference()
+    for _ in range(60):
+        bench.cycle(WARM)
+    assert bench.last["valid"] == "valid"
+    assert bench.offsets == (0.0, 0.0, 0.0)
+    for _ in range(60):
+        bench.cycle({"T1": 26.0, "T4": 26.0})
+    assert bench.offsets != (0.0, 0.0, 0.0)
+
+
+# What people are told
+
+
+def test_the_same_fault_is_not_said_ten_times_a_second(bench: Bench) -> None:
+    bench.settle(WARM)
+    before = len(bench.said)
+    for k in range(400):
+        bench.cycle({**WARM, "T11": float("nan") if k % 2 else 20.0})
+    assert len(bench.said) - before <= 2

@@ -1,0 +1,77 @@
+"""A further protocol is one file: found in the folder or by entry point, and at work at once."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+from importlib.metadata import EntryPoint
+from pathlib import Path
+
+import pytest
+
+from gateway import protocols
+from gateway.database import Database
+from gateway.node import GatewaySettings
+from gateway.protocols.base import Adapter, Participant
+from scenarios import cli
+from tests.gateway.bench import WARM
+from tests.gateway.bus import Control, gateway_thread, wait_for
+from tests.gateway.conftest import new_wire
+
+
+class Lamp(Participant):
+    """Shines while the offsets are valid."""
+
+    def __init__(self) -> None:
+        self.shines, self.lines, self.operational = False, list[str](), True
+
+    def update(self, now: float, report: object) -> None:
+        self.shines = bool(report().state["valid"])  # type: ignore[operator]
+
+    def hear(self, line: str) -> None:
+        self.lines.append(line)
+
+
+class LampAdapter(Adapter):
+    """A lamp by its number."""
+
+    @classmethod
+    def add_arguments(cls, parser: argparse.ArgumentParser) -> None:
+        parser.add_argument("--lamp", type=int, help="which lamp")
+
+
+def test_every_file_of_the_folder_holds_one_adapter() -> None:
+    files = {p.stem for p in Path(protocols.__file__).parent.glob("[a-z]*.py")} - {"base"}
+    assert {kind.__module__.rpartition(".")[2] for kind in protocols.adapters()} == files
+    assert len(protocols.adapters()) == len(files)
+
+
+def test_another_distribution_adds_one_by_entry_point(monkeypatch: pytest.MonkeyPatch) -> None:
+    point = EntryPoint("lamp", f"{__name__}:LampAdapter", protocols.GROUP)
+    monkeypatch.setattr(protocols, "entry_points", lambda group: [point])
+    protocols.adapters.cache_clear()
+    try:
+        assert protocols.adapters()[-1].__name__ == "LampAdapter"
+        assert "--lamp" in cli.parser_of("gateway").format_help()
+    finally:
+        protocols.adapters.cache_clear()
+
+
+def test_a_participant_sees_the_gateway_and_may_hold_it_back(
+    database: Database, quick_fmu: Path
+) -> None:
+    wire, lamp = new_wire("virtual"), Lamp()
+    settings = GatewaySettings(machine_clock=True, timeout_s=5.0)
+    with (
+        gateway_thread(wire, database, quick_fmu, settings, participants=[lamp]) as service,
+        contextlib.closing(Control(wire, database, 1.0)) as control,
+    ):
+        control.settle(WARM)
+        wait_for(lambda: lamp.shines)
+        assert any("status" in line for line in lamp.lines)
+        lamp.operational = False
+        assert service.node is not None
+        steps = service.node.steps
+        control.send(control.messages(WARM))
+        assert control.ear.next(1.0) is None
+        assert service.node.steps == steps

@@ -1,0 +1,39 @@
+"""What long work says where standard error is no terminal."""
+
+from __future__ import annotations
+
+import time
+
+import pytest
+
+from scenarios import progress
+
+
+def test_a_line_is_written_as_long_as_it_takes(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(progress, "SPEAKS_S", 0.05)
+    with progress.spoken() as say:
+        say("calibrating")
+        deadline = time.monotonic() + 10.0
+        written = ""
+        while written.count("calibrating") < 2 and time.monotonic() < deadline:
+            time.sleep(0.02)
+            written += capsys.readouterr().err
+        say("screening")
+        while "screening" not in written and time.monotonic() < deadline:
+            time.sleep(0.02)
+            written += capsys.readouterr().err
+    lines = written.splitlines()
+    assert lines[0].endswith(" s: calibrating")
+    assert lines[-1].endswith(" s: screening")
+
+
+def test_quiet_work_says_nothing(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(progress, "SPEAKS_S", 0.01)
+    with progress.spoken(quiet=True) as say:
+        say("calibrating")
+        time.sleep(0.05)
+    assert capsys.readouterr().err == ""
