@@ -121,7 +121,7 @@ def test_the_uncertainty_grows_back_on_the_wire(database: Database, fmu_folder: 
         assert narrow < 0.9 * wide
         assert narrow < seen[-1]
         assert narrow <= seen[NINE_HOURS // 2] <= seen[-1]
-        assert seen[-1] == pytest.approx(wide, rel=0.1)
+        assert seen[-1] > 0.9 * wide
 
 
 def test_one_probe_counts_once_however_often_it_comes(probed: Bench) -> None:

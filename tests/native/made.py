@@ -341,7 +341,7 @@ class Samples:
     def _now(self) -> float:
         odd = self.random.random()
         if odd < 0.02:
-            return self.random.choice([NAN, INF, -INF, self.time - 100.0, self.time + 1e12])
+            return self.time + self.random.choice([-100.0, 1e12, -3.0, 1e9, 1e4])
         return self.time
 
     def _reading(self, number: int) -> float:
