@@ -299,7 +299,7 @@ def _prepared_run(run: Run, targets: Array, sensors: Sequence[str], input_form: 
         run.name,
         run.time_s,
         temperatures,
-        temperatures - _first_valid(temperatures) if rise else temperatures,
+        temperatures - first_valid(temperatures) if rise else temperatures,
         targets,
         speed,
         np.ones(rows, dtype=bool),
@@ -307,8 +307,13 @@ def _prepared_run(run: Run, targets: Array, sensors: Sequence[str], input_form: 
     )
 
 
-def _first_valid(columns: Array) -> Array:
-    """Return the first finite value of each column; NaN where there is none."""
+def first_valid(columns: Array) -> Array:
+    """Return the first finite value of each column, shape (k,); NaN where there is none.
+
+    Parameters
+    ----------
+    columns : array (n, k)
+    """
     first = np.argmax(np.isfinite(columns), axis=0)
     return np.asarray(columns[first, np.arange(columns.shape[1])])
 

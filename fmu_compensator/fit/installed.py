@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import t as student
 
-from fmu_compensator.fit.data import Prepared, PreparedRun
+from fmu_compensator.fit.data import Prepared, PreparedRun, first_valid
 from fmu_compensator.fit.error_models.base import FittedModel
 from fmu_compensator.fit.gaussian import (
     DEGREES,
@@ -145,7 +145,8 @@ class Installed:
         """
         rows = run.history(self.chosen)
         rises = rises_of(run, rows, self.chosen, self.usual)
-        features, values = rises_and_lags(rows.time_s, rises), self.values(rows, rises)
+        features = rises_and_lags(rows.time_s, rises)
+        values = self._values(rows, features)
         hours = self.settled_h + (rows.time_s - rows.time_s[:1]) / 3600.0
         along = features @ self.seen.T
         novelty = self.gaussian.scale * (features**2).sum(axis=1) - (along**2).sum(axis=1)
@@ -155,7 +156,9 @@ class Installed:
 
     def values(self, rows: TrainingRun, rises: Array) -> Array:
         """Return what is predicted for rows with all inputs, shape (n, m) [um, urad]."""
-        features = rises_and_lags(rows.time_s, rises)
+        return self._values(rows, rises_and_lags(rows.time_s, rises))
+
+    def _values(self, rows: TrainingRun, features: Array) -> Array:
         return self.fitted.predict(rows) + self.constant + features @ self.gaussian.weights
 
     @cached_property
@@ -201,9 +204,8 @@ def rises_of(
     if usual is not None:
         return rows.inputs - usual
     temperatures = run.temperatures[:, list(chosen)]
-    there = np.isfinite(temperatures)
-    first = temperatures[np.argmax(there, axis=0), np.arange(temperatures.shape[1])]
-    return np.asarray(temperatures[there.all(axis=1)] - first)
+    whole = np.isfinite(temperatures).all(axis=1)
+    return np.asarray(temperatures[whole] - first_valid(temperatures))
 
 
 def listed(values: Any, digits: int = 9) -> Any:

@@ -121,8 +121,8 @@ def spare_table(runs: Sequence[PreparedRun], installed: Installed) -> dict[str, 
     if len(records) < 2 or not 2 <= len(chosen) <= MOST_SENSORS:
         return None
     rises = [one.values for one in records]
-    known = precision(rises, best_strength(rises))
-    errors = left_out_errors(rises, best_strength(rises))
+    strength = best_strength(rises)
+    known, errors = precision(rises, strength), left_out_errors(rises, strength)
     variance = np.mean([(one**2).mean(axis=0) for one in errors], axis=0)
     drift = [run.targets[run.known] for run in (run.history(chosen) for run in runs)]
     usual = np.mean([one.T @ one / len(one) for one in drift if len(one)], axis=0)
