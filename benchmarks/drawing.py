@@ -22,12 +22,12 @@ import numpy as np
 from benchmarks.gap.around_page import PAGE, drawn_around, page_table
 from benchmarks.gap.truth.case import CaseRun, TruthCase, simulate_case
 from benchmarks.gap.truth.told import as_told
+from gap_finder.calibrate import calibrate
+from gap_finder.observations import Observations, observe
+from gap_finder.regimes import RunResiduals, by_channel, gap_of, noise_of, residuals
 from measurement.runs import Run
 from plant_model.convergence import convergence
 from plant_model.drawing.expand import expanded
-from plant_model.gap.calibrate import calibrate
-from plant_model.gap.observations import Observations, observe
-from plant_model.gap.regimes import RunResiduals, by_channel, gap_of, noise_of, residuals
 from plant_model.machine import Machine
 from plant_model.machine_file import machine_from_table, machine_path, read_machine
 from plant_model.parameters import FloatArray

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
-from plant_model.gap.calibrate import Calibration
-from plant_model.gap.observations import Observations
-from plant_model.gap.regimes import gap_of
-from plant_model.gap.report import GapComparison
-from plant_model.gap.told import Advice
+from gap_finder.calibrate import Calibration
+from gap_finder.observations import Observations
+from gap_finder.regimes import gap_of
+from gap_finder.report import GapComparison
+from gap_finder.told import Advice
 from plant_model.machine import Machine
 from scenarios.channel_charts import measured_against_model
 from scenarios.parameter_rows import DETERMINED, parameter_rows

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from plant_model.gap.regimes import RunResiduals
+from gap_finder.regimes import RunResiduals
 from plant_model.machine import Machine
 from plant_model.sensors import displacement_names
 from scenarios.charts import BEFORE, LINES, MEASURED, Chart, Line, Panel

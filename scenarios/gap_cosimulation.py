@@ -16,11 +16,11 @@ from typing import Any
 
 import numpy as np
 
+from gap_finder.observations import Observations
+from gap_finder.regimes import RunResiduals, by_channel, gap_of
 from measurement.runs import Run
 from plant_model.drive import drive_from
 from plant_model.fmi_slave import rise_name, start_sensors
-from plant_model.gap.observations import Observations
-from plant_model.gap.regimes import RunResiduals, by_channel, gap_of
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
 from plant_model.sensors import displacement_names

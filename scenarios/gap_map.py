@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from plant_model.gap.regimes import RunResiduals, regimes
+from gap_finder.regimes import RunResiduals, regimes
 
 KINDS = ("standing", "warming up", "steady", "cooling down")
 

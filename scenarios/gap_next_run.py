@@ -7,8 +7,8 @@ from typing import Any
 
 import tomlkit
 
-from plant_model.gap.further_run import HOURS
-from plant_model.gap.report import MACHINE_AFTER
+from gap_finder.further_run import HOURS
+from gap_finder.report import MACHINE_AFTER
 
 NEXT_RUN = "next_run.toml"
 

@@ -6,15 +6,15 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from gap_finder.description import NamedChange, place_of
+from gap_finder.find import GapResult
+from gap_finder.five_lines import five_lines
+from gap_finder.keys import driver_of
+from gap_finder.kinds import kinds
+from gap_finder.regimes import RunResiduals
+from gap_finder.report import GapComparison
+from gap_finder.selection import SelectionRound
 from plant_model.effects import catalogue
-from plant_model.gap.description import NamedChange, place_of
-from plant_model.gap.find import GapResult
-from plant_model.gap.five_lines import five_lines
-from plant_model.gap.keys import driver_of
-from plant_model.gap.kinds import kinds
-from plant_model.gap.regimes import RunResiduals
-from plant_model.gap.report import GapComparison
-from plant_model.gap.selection import SelectionRound
 from plant_model.machine import Machine
 from scenarios.channel_charts import channel_charts, measured_against_model
 from scenarios.charts import BEFORE, LINES, Chart, Line

@@ -8,18 +8,18 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from gap_finder.data_faults import DataFault, need_readings, without_faults
+from gap_finder.find import FEWEST_RUNS, GapResult
+from gap_finder.five_lines import five_lines
+from gap_finder.held_out import answer
+from gap_finder.long_log import pieces_of
+from gap_finder.observations import Observations
+from gap_finder.report import MACHINE_AFTER, report_of
+from gap_finder.search import USUAL, Search
 from measurement.errors import BadInput
 from measurement.runs import Run, read_run
 from measurement.warm import named_warm
 from plant_model.drive import column_in
-from plant_model.gap.data_faults import DataFault, need_readings, without_faults
-from plant_model.gap.find import FEWEST_RUNS, GapResult
-from plant_model.gap.five_lines import five_lines
-from plant_model.gap.held_out import answer
-from plant_model.gap.long_log import pieces_of
-from plant_model.gap.observations import Observations
-from plant_model.gap.report import MACHINE_AFTER, report_of
-from plant_model.gap.search import USUAL, Search
 from plant_model.machine import Machine
 from plant_model.machine_file import machine_path, read_machine
 from plant_model.machine_writer import write_machine

@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from plant_model.gap.find import GapResult
-from plant_model.gap.linearise import modelled, simulate_at
-from plant_model.gap.observations import Observations
-from plant_model.gap.regimes import residuals
+from gap_finder.find import GapResult
+from gap_finder.linearise import modelled, simulate_at
+from gap_finder.observations import Observations
+from gap_finder.regimes import residuals
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
 from plant_model.sensors import displacement_names

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from plant_model.gap.calibrate import ParameterEstimate
+from gap_finder.calibrate import ParameterEstimate
 from plant_model.machine import Machine
 
 DETERMINED = 0.5

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
+from gap_finder.search import MOST_CHANGES, MOST_EFFECTS, Search
 from measurement.runs import Run, write_run
-from plant_model.gap.search import MOST_CHANGES, MOST_EFFECTS, Search
 from plant_model.machine_writer import write_machine
 from scenarios.gap_runner import GAP, GapTask, run_find_gap
 from scenarios.outputs import guarding

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING
 
 import pandas as pd
 
+from gap_finder import calibrate as calibration
+from gap_finder.observations import observe
+from gap_finder.regimes import by_channel, residuals
 from measurement.errors import BadInput
 from measurement.runs import Run
 from plant_model import simulate as plant
 from plant_model.drive import DriveError
-from plant_model.gap import calibrate as calibration
-from plant_model.gap.observations import observe
-from plant_model.gap.regimes import by_channel, residuals
 from plant_model.machine import Machine as Model
 from plant_model.machine_file import machine_path, read_machine
 from plant_model.machine_writer import write_machine

@@ -20,11 +20,11 @@ import numpy as np
 from benchmarks.gap.make import OWNERS_FILE
 from benchmarks.gap.truth.case import TruthCase
 from benchmarks.gap.truths import TRUTHS
+from gap_finder.calibrate import calibrate
+from gap_finder.observations import observe
+from gap_finder.regimes import by_channel, floor_of, gap_of, noise_of, residuals
 from measurement.files import write_atomically
 from measurement.runs import Run
-from plant_model.gap.calibrate import calibrate
-from plant_model.gap.observations import observe
-from plant_model.gap.regimes import by_channel, floor_of, gap_of, noise_of, residuals
 from plant_model.machine_file import read_machine
 
 FIRST = 500_000

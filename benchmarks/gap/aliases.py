@@ -19,9 +19,9 @@ for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 import numpy as np  # noqa: E402
 import pandas as pd  # noqa: E402
 
+from gap_finder.find import find_gap  # noqa: E402
+from gap_finder.kinds.heat_source import HeatSource  # noqa: E402
 from measurement.runs import Run  # noqa: E402
-from plant_model.gap.find import find_gap  # noqa: E402
-from plant_model.gap.kinds.heat_source import HeatSource  # noqa: E402
 from plant_model.machine import Machine  # noqa: E402
 from plant_model.machine_file import read_machine  # noqa: E402
 from plant_model.simulate import simulate  # noqa: E402

@@ -11,19 +11,20 @@ from typing import Any
 
 import numpy as np
 
+import gap_finder
 import plant_model
 from benchmarks.gap.clock import clocked
 from benchmarks.gap.make import OWNERS_FILE
 from benchmarks.gap.truth.case import RUNS
+from gap_finder.calibrate import ParameterEstimate, calibrate
+from gap_finder.design import RunDesign
+from gap_finder.find import GapResult
+from gap_finder.held_out import answer
+from gap_finder.observations import Observations, observe
+from gap_finder.regimes import by_channel, gap_of, residuals
+from gap_finder.report import GapComparison, report_of
+from gap_finder.search import Search
 from measurement.runs import Run, read_run
-from plant_model.gap.calibrate import ParameterEstimate, calibrate
-from plant_model.gap.design import RunDesign
-from plant_model.gap.find import GapResult
-from plant_model.gap.held_out import answer
-from plant_model.gap.observations import Observations, observe
-from plant_model.gap.regimes import by_channel, gap_of, residuals
-from plant_model.gap.report import GapComparison, report_of
-from plant_model.gap.search import Search
 from plant_model.machine import Machine
 from plant_model.machine_file import read_machine
 from scenarios.gap_runner import usable_runs
@@ -158,8 +159,10 @@ def _left_out(value: Any) -> bool:
 @cache
 def finder_version() -> str:
     """Return a fingerprint of everything that the gap finder consists of and is given."""
-    root = Path(plant_model.__file__).parent
+    rooms = [Path(module.__file__ or "").parent for module in (gap_finder, plant_model)]
     digest = hashlib.sha256()
-    for path in sorted((*root.rglob("*.py"), *root.rglob(f"{MACHINE}.toml"))):
-        digest.update(path.relative_to(root).as_posix().encode() + b"\0" + path.read_bytes())
+    for room in rooms:
+        for path in sorted((*room.rglob("*.py"), *room.rglob(f"{MACHINE}.toml"))):
+            name = path.relative_to(room.parent).as_posix()
+            digest.update(name.encode() + b"\0" + path.read_bytes())
     return digest.hexdigest()[:12]

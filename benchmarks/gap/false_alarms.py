@@ -15,9 +15,9 @@ from tqdm import tqdm
 
 from benchmarks.gap.ask import MACHINE
 from benchmarks.gap.variants import variants
+from gap_finder.probe_steps import probe_steps
 from measurement.faults import GROSS, LEVELS, find_faults, unusable
 from measurement.runs import read_run
-from plant_model.gap.probe_steps import probe_steps
 from plant_model.machine_file import read_machine
 
 THINNED_S = (120.0, 240.0)

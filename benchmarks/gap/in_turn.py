@@ -20,7 +20,7 @@ from benchmarks.gap.outcome import BOTH, FIRST, NAMED, ONE_OF, RIGHT, WRONG
 from benchmarks.gap.records import Record, read_records
 from benchmarks.gap.run import RECORDS
 from benchmarks.gap.table import into_page
-from plant_model.gap.selection import LEAST_SHARE
+from gap_finder.selection import LEAST_SHARE
 
 SHARES = (LEAST_SHARE, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6)
 """Thresholds tried [1]."""

@@ -27,18 +27,18 @@ from tqdm import tqdm  # noqa: E402
 
 from benchmarks.gap.clock import clocked  # noqa: E402
 from benchmarks.gap.descriptions import named_in, outcome_of  # noqa: E402
+from gap_finder.held_out import answer  # noqa: E402
+from gap_finder.kinds.base import Change  # noqa: E402
+from gap_finder.kinds.coarse_part import CoarsePart  # noqa: E402
+from gap_finder.kinds.conductance_with_motion import ConductanceWithMotion  # noqa: E402
+from gap_finder.kinds.heat_source import HeatSource  # noqa: E402
+from gap_finder.kinds.hidden_mass import HiddenMass  # noqa: E402
+from gap_finder.kinds.moves_axis import MovesAxis  # noqa: E402
+from gap_finder.kinds.sensor_place import SensorPlace  # noqa: E402
+from gap_finder.report import report_of  # noqa: E402
+from gap_finder.search import Search  # noqa: E402
 from measurement.files import write_atomically  # noqa: E402
 from measurement.runs import Run  # noqa: E402
-from plant_model.gap.held_out import answer  # noqa: E402
-from plant_model.gap.kinds.base import Change  # noqa: E402
-from plant_model.gap.kinds.coarse_part import CoarsePart  # noqa: E402
-from plant_model.gap.kinds.conductance_with_motion import ConductanceWithMotion  # noqa: E402
-from plant_model.gap.kinds.heat_source import HeatSource  # noqa: E402
-from plant_model.gap.kinds.hidden_mass import HiddenMass  # noqa: E402
-from plant_model.gap.kinds.moves_axis import MovesAxis  # noqa: E402
-from plant_model.gap.kinds.sensor_place import SensorPlace  # noqa: E402
-from plant_model.gap.report import report_of  # noqa: E402
-from plant_model.gap.search import Search  # noqa: E402
 from plant_model.machine import Machine  # noqa: E402
 from plant_model.machine_file import read_machine  # noqa: E402
 from plant_model.simulate import simulate  # noqa: E402

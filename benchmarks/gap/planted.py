@@ -22,18 +22,18 @@ for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 
 from tqdm import tqdm  # noqa: E402
 
+from gap_finder.calibrate import calibrate  # noqa: E402
+from gap_finder.candidates import with_effect  # noqa: E402
+from gap_finder.data_faults import without_faults  # noqa: E402
+from gap_finder.held_out import answer  # noqa: E402
+from gap_finder.keys import driver_of  # noqa: E402
+from gap_finder.observations import observe  # noqa: E402
+from gap_finder.report import report_of  # noqa: E402
+from gap_finder.search import Search  # noqa: E402
 from measurement.errors import BadInput  # noqa: E402
 from measurement.files import write_atomically  # noqa: E402
 from measurement.runs import Run, read_run  # noqa: E402
 from plant_model.effects import catalogue  # noqa: E402
-from plant_model.gap.calibrate import calibrate  # noqa: E402
-from plant_model.gap.candidates import with_effect  # noqa: E402
-from plant_model.gap.data_faults import without_faults  # noqa: E402
-from plant_model.gap.held_out import answer  # noqa: E402
-from plant_model.gap.keys import driver_of  # noqa: E402
-from plant_model.gap.observations import observe  # noqa: E402
-from plant_model.gap.report import report_of  # noqa: E402
-from plant_model.gap.search import Search  # noqa: E402
 from plant_model.machine import Machine  # noqa: E402
 from plant_model.machine_file import read_machine  # noqa: E402
 from plant_model.simulate import simulate  # noqa: E402

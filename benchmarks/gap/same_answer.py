@@ -23,10 +23,10 @@ from benchmarks.gap.make import case_folder, write_case
 from benchmarks.gap.plan import SPLITS, Planned, plan
 from benchmarks.gap.truth.effects.base import SIZES
 from benchmarks.gap.variants import variants
+from gap_finder.find import find_gap
+from gap_finder.search import Search
 from measurement.files import write_atomically
 from measurement.runs import Run
-from plant_model.gap.find import find_gap
-from plant_model.gap.search import Search
 from plant_model.machine_file import read_machine
 from scenarios.gap_runner import usable_runs
 

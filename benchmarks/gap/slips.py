@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.gap.ask import MACHINE
+from gap_finder.probe_steps import probe_steps
 from measurement.runs import Run, read_run
-from plant_model.gap.probe_steps import probe_steps
 from plant_model.machine_file import read_machine
 from plant_model.sensors import column_of, displacement_names
 

@@ -23,17 +23,17 @@ import numpy as np  # noqa: E402
 import pandas as pd  # noqa: E402
 
 from benchmarks.gap.clock import clocked  # noqa: E402
+from gap_finder import directions  # noqa: E402
+from gap_finder.calibrate import calibrate  # noqa: E402
+from gap_finder.candidates import candidates, with_effect  # noqa: E402
+from gap_finder.design import all_sensitivities  # noqa: E402
+from gap_finder.kinds.base import CalibratedRun, Change  # noqa: E402
+from gap_finder.kinds.hidden_mass import HiddenMass  # noqa: E402
+from gap_finder.observations import Observations, observe  # noqa: E402
+from gap_finder.refit import score_fit  # noqa: E402
 from measurement.runs import Run  # noqa: E402
 from plant_model import trajectory  # noqa: E402
 from plant_model.effects import catalogue  # noqa: E402
-from plant_model.gap import directions  # noqa: E402
-from plant_model.gap.calibrate import calibrate  # noqa: E402
-from plant_model.gap.candidates import candidates, with_effect  # noqa: E402
-from plant_model.gap.design import all_sensitivities  # noqa: E402
-from plant_model.gap.kinds.base import CalibratedRun, Change  # noqa: E402
-from plant_model.gap.kinds.hidden_mass import HiddenMass  # noqa: E402
-from plant_model.gap.observations import Observations, observe  # noqa: E402
-from plant_model.gap.refit import score_fit  # noqa: E402
 from plant_model.machine import Machine  # noqa: E402
 from plant_model.machine_file import read_machine  # noqa: E402
 from plant_model.parameters import FloatArray  # noqa: E402

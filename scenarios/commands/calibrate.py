@@ -30,12 +30,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Calibrate, write the machine file, and say what the runs determine."""
+    from gap_finder.advice import advice
+    from gap_finder.regimes import by_channel, residuals
+    from gap_finder.standing import calibrated
     from measurement.errors import BadInput
     from measurement.files import write_together
     from measurement.runs import read_run
-    from plant_model.gap.advice import advice
-    from plant_model.gap.regimes import by_channel, residuals
-    from plant_model.gap.standing import calibrated
     from plant_model.machine_file import read_machine
     from plant_model.machine_writer import machine_text
     from scenarios.calibration_page import calibration_page, page_beside

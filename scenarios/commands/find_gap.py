@@ -65,9 +65,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Find the gap, write the folder, and say what was found."""
+    from gap_finder.search import Search
     from measurement.errors import BadInput
     from plant_model.effects import catalogue
-    from plant_model.gap.search import Search
     from scenarios.gap_runner import GapTask, run_find_gap
     from scenarios.progress import FIND_GAP, spoken
 

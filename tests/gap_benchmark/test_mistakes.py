@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from benchmarks.gap.mistakes import Mistake, mistakes, outcome, runs_of
-from plant_model.gap.kinds import kinds
+from gap_finder.kinds import kinds
 from plant_model.machine_file import read_machine
 
 NUT = Mistake("heat_source", ("z_nut",))

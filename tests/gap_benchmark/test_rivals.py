@@ -18,12 +18,12 @@ from benchmarks.gap.plan import plan
 from benchmarks.gap.records import read_records
 from benchmarks.gap.rivals import forward_bic, gaussian_process, sindy
 from benchmarks.gap.table import read_rivals
+from gap_finder.observations import observe
+from gap_finder.regimes import gap_of, residuals
 from plant_model.effects import catalogue
-from plant_model.gap.observations import observe
-from plant_model.gap.regimes import gap_of, residuals
 from plant_model.machine_file import read_machine
 from tests.gap_benchmark.made_up import Folder, added, answer, hidden
-from tests.plant_model.gap.conftest import runs_of
+from tests.gap_finder.conftest import runs_of
 
 Array = NDArray[np.float64]
 

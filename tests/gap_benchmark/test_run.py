@@ -16,7 +16,7 @@ from benchmarks.gap.ask import LARGEST, ask_empty, plain, runs_of
 from benchmarks.gap.make import write_case
 from benchmarks.gap.plan import DELETED_SIZES, balanced, plan, trials
 from benchmarks.gap.truth.case import simulate_case
-from plant_model.gap.calibrate import ParameterEstimate
+from gap_finder.calibrate import ParameterEstimate
 from plant_model.machine import Machine
 from plant_model.machine_file import read_machine
 

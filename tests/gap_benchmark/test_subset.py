@@ -14,12 +14,12 @@ import pytest
 from benchmarks.gap.ask import runs_of
 from benchmarks.gap.plan import plan
 from benchmarks.gap.truth.case import simulate_case
+from gap_finder.find import GapResult, find_gap
+from gap_finder.observations import observe
+from gap_finder.report import GapComparison
+from gap_finder.search import Search
 from measurement.runs import Run, write_run
 from plant_model.effects import catalogue
-from plant_model.gap.find import GapResult, find_gap
-from plant_model.gap.observations import observe
-from plant_model.gap.report import GapComparison
-from plant_model.gap.search import Search
 from plant_model.machine import Machine
 from plant_model.machine_file import read_machine
 

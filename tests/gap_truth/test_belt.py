@@ -27,10 +27,10 @@ from benchmarks.gap.enclosed import Hidden
 from benchmarks.gap.truth.case import RUNS, TruthCase
 from benchmarks.gap.truth.effects import make_from
 from benchmarks.gap.truth.effects.base import SIZES
+from gap_finder.kinds import kinds
 from measurement.runs import read_run, write_run
 from plant_model.drawing.expand import expanded
 from plant_model.effects import catalogue as products_catalogue
-from plant_model.gap.kinds import kinds
 from plant_model.machine_file import machine_from_table
 
 OTHERS = {

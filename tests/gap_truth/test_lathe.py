@@ -22,8 +22,8 @@ from benchmarks.gap.lathe.owner import MISTAKES
 from benchmarks.gap.truth.case import TruthCase
 from benchmarks.gap.truth.effects import make_from
 from benchmarks.gap.truth.effects.base import SIZES
+from gap_finder.kinds import kinds
 from plant_model.effects import catalogue as products_catalogue
-from plant_model.gap.kinds import kinds
 from plant_model.machine_file import machine_from_table
 from tests.gap_truth.test_belt import still
 

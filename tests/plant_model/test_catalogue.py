@@ -9,11 +9,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from gap_finder.candidates import with_effect
+from gap_finder.keys import driver_keys
 from plant_model.drive import drive_from
 from plant_model.effects import catalogue
 from plant_model.effects.base import possible
-from plant_model.gap.candidates import with_effect
-from plant_model.gap.keys import driver_keys
 from plant_model.machine import Machine
 from plant_model.machine_file import read_machine
 from plant_model.network import Network, effects_in_force

@@ -8,8 +8,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from gap_finder.candidates import with_effect
 from plant_model.effects.bearing_friction import viscous_torque
-from plant_model.gap.candidates import with_effect
 from plant_model.machine import Item, Machine
 from plant_model.network import Network, effects_in_force
 from plant_model.parameters import Values

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from gap_finder.kinds.conductance_with_motion import ConductanceWithMotion
+from gap_finder.kinds.heat_source import HeatSource
 from plant_model.drive import drive_from
-from plant_model.gap.kinds.conductance_with_motion import ConductanceWithMotion
-from plant_model.gap.kinds.heat_source import HeatSource
 from plant_model.machine import Machine
 from plant_model.native.equations import equations_of
 from plant_model.network import Network, effects_in_force

@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from gap_finder.candidates import missing_effects, with_effect
+from gap_finder.keys import driver_keys, driver_of, law_of, laws_of, unused_with
 from measurement.errors import BadInput
 from plant_model.anatomy import enclosed_air
 from plant_model.effects import catalogue
-from plant_model.gap.candidates import missing_effects, with_effect
-from plant_model.gap.keys import driver_keys, driver_of, law_of, laws_of, unused_with
 from plant_model.machine import Machine
 from plant_model.machine_file import machine_path, read_machine
 from plant_model.machine_writer import write_machine

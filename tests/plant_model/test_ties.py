@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 import tomlkit
 
+from gap_finder.priors import Priors
 from measurement.errors import BadInput
-from plant_model.gap.priors import Priors
 from plant_model.machine import Machine
 from plant_model.machine_file import SHIPPED, machine_from_table, read_machine
 from plant_model.machine_writer import write_machine

@@ -96,7 +96,7 @@ import sys
 import pandas as pd
 import spindle_drift as sd
 from measurement.importing.sheets import read_sheets
-from plant_model.gap.candidates import missing_effects
+from gap_finder.candidates import missing_effects
 from plant_model.native.generate import machine_sources
 assert "200.0 * " in machine_sources(sd.Machine(sys.argv[1]).model)["equations.c"]
 lumps = sd.Machine("jig_borer_lumps").model

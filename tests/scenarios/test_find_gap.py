@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from gap_finder.candidates import with_effect
+from gap_finder.observations import observe
 from measurement.runs import Run, write_run
 from plant_model.effects import catalogue
-from plant_model.gap.candidates import with_effect
-from plant_model.gap.observations import observe
 from plant_model.machine import Machine
 from plant_model.machine_file import read_machine
 from plant_model.machine_writer import write_machine
@@ -23,7 +23,7 @@ from scenarios.fmu_files import build_plant
 from scenarios.gap_cosimulation import AGREES, compare_fmus
 from scenarios.progress import FIND_GAP, Fraction
 from tests.conftest import ROOT
-from tests.plant_model.gap.conftest import runs_of
+from tests.gap_finder.conftest import runs_of
 
 RIVALS = ("thermal_preload", "friction_speed_exponent", "centrifugal_shift")
 LEFT_OUT = [name for name in catalogue() if name not in RIVALS]
@@ -176,7 +176,7 @@ def test_the_bar_never_goes_back_and_ends_full() -> None:
 def test_every_stage_of_the_bar_is_one_that_is_said() -> None:
     """Words that nobody says would leave the bar where it is."""
     said = []
-    for folder in ("plant_model/gap", "scenarios"):
+    for folder in ("gap_finder", "scenarios"):
         for path in (ROOT / folder).glob("*.py"):
             tree = ast.parse(path.read_text(encoding="utf-8"))
             calls = [node for node in ast.walk(tree) if isinstance(node, ast.Call)]

@@ -9,11 +9,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from gap_finder.candidates import with_effect
+from gap_finder.find import GapResult
+from gap_finder.observations import Observations, observe
+from gap_finder.regimes import RunResiduals, residuals
 from measurement.runs import Run
-from plant_model.gap.candidates import with_effect
-from plant_model.gap.find import GapResult
-from plant_model.gap.observations import Observations, observe
-from plant_model.gap.regimes import RunResiduals, residuals
 from plant_model.machine import Machine
 from plant_model.machine_file import read_machine
 from plant_model.simulate import simulate

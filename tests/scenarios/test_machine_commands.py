@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from gap_finder.observations import compared_channels, observe
 from measurement.runs import read_run
-from plant_model.gap.observations import compared_channels, observe
 from plant_model.machine_file import read_machine, shipped_machines
 from plant_model.simulate import simulate
 from plant_model.warm_up import warm_up

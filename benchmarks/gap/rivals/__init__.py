@@ -16,7 +16,7 @@ from typing import Any
 
 from benchmarks.gap.clock import clocked
 from benchmarks.gap.rivals.question import Question, Told
-from plant_model.gap.regimes import floor_of, gap_of
+from gap_finder.regimes import floor_of, gap_of
 
 HELPERS = ("question",)
 

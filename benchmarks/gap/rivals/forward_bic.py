@@ -17,10 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.gap.rivals.question import Question, Told
+from gap_finder.calibrate import calibrate
+from gap_finder.candidates import with_effect
+from gap_finder.regimes import residuals
 from plant_model.effects import catalogue
-from plant_model.gap.calibrate import calibrate
-from plant_model.gap.candidates import with_effect
-from plant_model.gap.regimes import residuals
 from plant_model.integrate import IntegrationError
 from plant_model.machine import Machine
 

@@ -20,8 +20,8 @@ from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import RBF, ConstantKernel, WhiteKernel
 
 from benchmarks.gap.rivals.question import Question, Told
-from plant_model.gap.observations import Observations
-from plant_model.gap.regimes import RunResiduals, residuals
+from gap_finder.observations import Observations
+from gap_finder.regimes import RunResiduals, residuals
 
 Array = NDArray[np.float64]
 

@@ -9,12 +9,12 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.gap.ask import MACHINE, runs_of
-from plant_model.gap.calibrate import calibrate
-from plant_model.gap.candidates import Candidate, candidates, missing_effects
-from plant_model.gap.design import all_sensitivities
-from plant_model.gap.observations import observe
-from plant_model.gap.refit import score_fit
-from plant_model.gap.regimes import RunResiduals, residuals
+from gap_finder.calibrate import calibrate
+from gap_finder.candidates import Candidate, candidates, missing_effects
+from gap_finder.design import all_sensitivities
+from gap_finder.observations import observe
+from gap_finder.refit import score_fit
+from gap_finder.regimes import RunResiduals, residuals
 from plant_model.machine_file import read_machine
 
 

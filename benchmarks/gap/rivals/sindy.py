@@ -31,9 +31,9 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
 from benchmarks.gap.rivals.question import Question, Told
-from plant_model.gap.linearise import simulate_at
-from plant_model.gap.observations import BIN_S, Observations
-from plant_model.gap.regimes import RunResiduals, residuals
+from gap_finder.linearise import simulate_at
+from gap_finder.observations import BIN_S, Observations
+from gap_finder.regimes import RunResiduals, residuals
 from plant_model.machine import Machine
 from plant_model.sensors import displacement_names
 

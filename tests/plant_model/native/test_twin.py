@@ -9,9 +9,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from gap_finder.keys import driver_keys
 from plant_model.effects import catalogue
 from plant_model.fmi_slave import start_sensors
-from plant_model.gap.keys import driver_keys
 from plant_model.integrate import IntegrationError
 from plant_model.machine import Machine
 from plant_model.machine_file import read_machine

@@ -1,0 +1,312 @@
+"""Calibration: parameters within their ranges, so that the model follows measured runs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from scipy.optimize import lsq_linear
+
+from gap_finder.directions import fewer
+from gap_finder.linearise import (
+    Linearisation,
+    bias_columns,
+    linear_about,
+    nuisance_columns,
+    residual_of,
+)
+from gap_finder.observations import Observations
+from gap_finder.priors import Priors
+from plant_model.machine import Machine
+from plant_model.parameters import FloatArray
+
+ITERATIONS = 8
+ENOUGH = 1e-3
+"""Relative improvement of the cost at which a start is taken to have converged."""
+
+ROBUST = 3.0
+"""Weighted residuals beyond this many tolerances count linearly (Huber)."""
+
+Progress = Callable[[str], None]
+
+
+def quiet(_: str) -> None:
+    """Report no progress."""
+
+
+class Sensitivities(Protocol):
+    """Derivatives of one run that need not be computed again; see ``design.RunSensitivities``."""
+
+    @property
+    def nuisance(self) -> FloatArray:
+        """Nuisance parameters of the run alone, shape (N, O)."""
+
+    @property
+    def bias(self) -> FloatArray:
+        """Thermometers' errors, shape (N, C)."""
+
+    @property
+    def moved(self) -> Mapping[str, FloatArray]:
+        """Parameters that calibration moves, each (N,)."""
+
+
+@dataclass(frozen=True)
+class ParameterEstimate:
+    """One parameter before and after calibration.
+
+    Attributes
+    ----------
+    name, unit : str
+    prior, value : float
+        Before and after.
+    low, high : float
+        95 % interval after.
+    prior_contraction : float
+        1 - posterior / prior standard deviation: 0 where the runs say nothing, 1 where they say
+        all [1].
+    at_bound : bool
+        Whether it ends at a bound of its range.
+    """
+
+    name: str
+    unit: str
+    prior: float
+    value: float
+    low: float
+    high: float
+    prior_contraction: float
+    at_bound: bool
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """A calibrated machine.
+
+    Attributes
+    ----------
+    machine : Machine
+        With the values found.
+    cost : float
+        Weighted squares plus prior at the end.
+    starts : tuple of float
+        Cost reached from each start.
+    parameters : tuple of ParameterEstimate
+    """
+
+    machine: Machine
+    cost: float
+    starts: tuple[float, ...]
+    parameters: tuple[ParameterEstimate, ...]
+
+
+class _LeastSquares:
+    """Least squares over all runs, nuisance parameters of single runs eliminated exactly."""
+
+    def __init__(
+        self,
+        machine: Machine,
+        observed: Sequence[Observations],
+        priors: Priors,
+        sensitivities: Sequence[Sensitivities] | None,
+    ) -> None:
+        self.machine, self.observed, self.priors = machine, observed, priors
+        if sensitivities is None:
+            self._nuisance = [fewer([nuisance_columns(machine, one)])[0] for one in observed]
+            self._bias = [bias_columns(machine, one) for one in observed]
+            self._known: list[Mapping[str, FloatArray]] = [{} for _ in observed]
+        else:
+            self._nuisance = [part.nuisance for part in sensitivities]
+            self._bias = [part.bias for part in sensitivities]
+            self._known = [part.moved for part in sensitivities]
+
+    def linear(self, x: FloatArray) -> list[Linearisation]:
+        return [
+            linear_about(self.machine, one, self.priors, x, known)
+            for one, known in zip(self.observed, self._known, strict=True)
+        ]
+
+    def gram(self, parts: Sequence[Linearisation]) -> tuple[FloatArray, FloatArray, float]:
+        """Return normal matrix, right side and squares of parameters and biases together."""
+        matrix: FloatArray | float = 0.0
+        right: FloatArray | float = 0.0
+        squares = 0.0
+        for part, own, bias in zip(parts, self._nuisance, self._bias, strict=True):
+            weight = robust_weights(part.residual)
+            r = part.residual * weight
+            shared = np.hstack([part.by_parameter, bias]) * weight[:, None]
+            single = own * weight[:, None]
+            # Minimising over the run's own unknowns is a projection of the rest.
+            inner = single.T @ single + np.eye(single.shape[1])
+            solved = np.linalg.solve(inner, single.T @ np.column_stack([shared, r]))
+            cleaned = np.column_stack([shared, r]) - single @ solved
+            full = np.column_stack([shared, r]).T @ cleaned
+            matrix = matrix + full[:-1, :-1]
+            right = right + full[:-1, -1]
+            squares += full[-1, -1]
+        return np.asarray(matrix), np.asarray(right), float(squares)
+
+    def cost(self, x: FloatArray) -> float:
+        parts = []
+        for one in self.observed:
+            residual = residual_of(self.machine, one, self.priors.values(x[None, :]))[0]
+            parts.append(Linearisation(residual, np.zeros((len(residual), 0))))
+        matrix, right, squares = self.gram(parts)
+        inner = matrix + np.eye(len(right))
+        return squares - float(right @ np.linalg.solve(inner, right)) + float(x @ x)
+
+
+def robust_weights(residual: FloatArray, beyond: float = ROBUST) -> FloatArray:
+    """Return square-root weights of Huber's law for weighted residuals."""
+    scale = beyond * max(float(np.sqrt(np.mean(residual**2))), 1e-12)
+    return np.asarray(np.sqrt(np.minimum(1.0, scale / np.maximum(np.abs(residual), 1e-300))))
+
+
+def calibrate(
+    machine: Machine,
+    observed: Sequence[Observations],
+    *,
+    starts: int = 2,
+    seed: int = 0,
+    iterations: int = ITERATIONS,
+    start_from: Sequence[Machine] = (),
+    sensitivities: Sequence[Sensitivities] | None = None,
+    progress: Progress = quiet,
+) -> Calibration:
+    """Move the machine's free parameters so that it follows the runs.
+
+    Parameters
+    ----------
+    machine : Machine
+    observed : sequence of Observations
+        Of the calibration runs.
+    starts : int
+        Number of starting points; the first is the machine as it stands.
+    seed : int
+        Of the further starting points.
+    iterations : int
+        At most, from each start.
+    start_from : sequence of Machine
+        The best of these is the first starting point, instead of the machine itself; priors stay
+        the machine's.
+    sensitivities : sequence of Sensitivities, optional
+        Derivatives of every run that are known already.
+    progress : callable
+        Told what is being done.
+
+    Returns
+    -------
+    Calibration
+        The machine with its free parameters moved, and how well they are known.
+    """
+    priors = Priors.of(machine, calibrated=True)
+    problem = _LeastSquares(machine, observed, priors, sensitivities)
+    generator = np.random.default_rng(seed)
+    best: tuple[float, FloatArray, list[Linearisation]] | None = None
+    reached = []
+    for start in range(max(1, starts)):
+        x = min((priors.position(one) for one in start_from or (machine,)), key=problem.cost)
+        if start:
+            x = np.clip(generator.normal(0.0, 0.7, len(x)), priors.low, priors.high)
+        found = _descend(problem, x, iterations, progress, f"start {start + 1} of {starts}")
+        reached.append(found[0])
+        if best is None or found[0] < best[0]:
+            best = found
+    assert best is not None
+    cost, x, parts = best
+    values = {name: float(value[0]) for name, value in priors.values(x[None, :]).items()}
+    return Calibration(
+        machine.with_values(values),
+        cost,
+        tuple(reached),
+        _estimates(machine, problem, parts, x),
+    )
+
+
+def _descend(
+    problem: _LeastSquares, x: FloatArray, iterations: int, progress: Progress, name: str
+) -> tuple[float, FloatArray, list[Linearisation]]:
+    """Levenberg-Marquardt with bounds, from one start."""
+    priors = problem.priors
+    count = len(priors.names)
+    cost = problem.cost(x)
+    parts = problem.linear(x)
+    damping = 1e-2
+    for iteration in range(iterations):
+        progress(f"{name}, iteration {iteration + 1}")
+        matrix, right, _ = problem.gram(parts)
+        matrix += np.eye(len(matrix))
+        right[:count] += x
+        improved = False
+        for _ in range(6):
+            scaled = matrix + damping * np.diag(np.diag(matrix))
+            trial = np.clip(x + _bounded_step(scaled, right, x, priors), priors.low, priors.high)
+            new_cost = problem.cost(trial)
+            if new_cost < cost:
+                improved = True
+                break
+            damping *= 6.0
+        if not improved:
+            break
+        gain = (cost - new_cost) / max(cost, 1e-300)
+        x, cost, damping = trial, new_cost, max(damping / 6.0, 1e-6)
+        parts = problem.linear(x)
+        if gain < ENOUGH:
+            break
+    return cost, x, parts
+
+
+def _bounded_step(
+    matrix: FloatArray, right: FloatArray, x: FloatArray, priors: Priors
+) -> FloatArray:
+    """Return the step, shape (P,), that minimises the quadratic model inside the bounds."""
+    count = len(x)
+    factor = np.linalg.cholesky(matrix)
+    free = np.full(len(right) - count, np.inf)
+    room = np.concatenate([priors.low - x, -free]), np.concatenate([priors.high - x, free])
+    # Rounding must not put the present point outside its own bounds.
+    bounds = np.minimum(room[0], -1e-12), np.maximum(room[1], 1e-12)
+    target = -np.linalg.solve(factor, right)
+    return np.asarray(lsq_linear(factor.T, target, bounds, method="bvls").x[:count])
+
+
+def _estimates(
+    machine: Machine, problem: _LeastSquares, parts: list[Linearisation], x: FloatArray
+) -> tuple[ParameterEstimate, ...]:
+    matrix, _, _ = problem.gram(parts)
+    covariance = np.linalg.inv(matrix + np.eye(len(matrix)))
+    spread = np.sqrt(np.diag(covariance))[: len(x)]
+    return intervals(machine, problem.priors, x, spread)
+
+
+def intervals(
+    machine: Machine, priors: Priors, x: FloatArray, spread: FloatArray
+) -> tuple[ParameterEstimate, ...]:
+    """Return what is said of every parameter.
+
+    Parameters
+    ----------
+    machine : Machine
+        Its values are the prior's centre.
+    priors : Priors
+    x, spread : array, shape (P,)
+        Where calibration left it and its standard deviation, in the fitting scale.
+    """
+    points = {
+        key: priors.values((x + shift * spread)[None, :])
+        for key, shift in (("low", -1.96), ("value", 0.0), ("high", 1.96))
+    }
+    return tuple(
+        ParameterEstimate(
+            name,
+            machine.parameters[name].unit,
+            machine.parameters[name].value,
+            float(points["value"][name][0]),
+            float(points["low"][name][0]),
+            float(points["high"][name][0]),
+            float(1.0 - min(spread[i], 1.0)),
+            bool(x[i] <= priors.low[i] + 1e-9 or x[i] >= priors.high[i] - 1e-9),
+        )
+        for i, name in enumerate(priors.names)
+    )

@@ -1,0 +1,348 @@
+"""The effects that may be missing, and what each would change in every run."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+
+import numpy as np
+
+from gap_finder.keys import driver_keys, driver_of, laws_of, unused_with
+from gap_finder.leaps import Leaps, leaps_in
+from gap_finder.linearise import modelled, simulate_at
+from gap_finder.long_log import is_piece
+from gap_finder.observations import Observations
+from gap_finder.periods import PHASES, likely_periods, quick
+from gap_finder.switchings import Relay, carried_away, likely_switchings
+from plant_model.effect_names import effect_key
+from plant_model.effects import Effect, catalogue
+from plant_model.effects.base import possible
+from plant_model.integrate import IntegrationError
+from plant_model.machine import Machine
+from plant_model.parameters import FloatArray, Parameter
+from plant_model.sensors import displacement_names
+from plant_model.simulate import Simulation
+
+SIZES = (0.12, 0.4, 1.0)
+"""Amplitudes tried, as shares of the way from off to each end of the range."""
+
+LEAST, MOST = 0.05, 2.5
+"""An answer may be scaled by this much: what is tried small stands for what is smaller still."""
+
+LEAST_ACTING = 1e-3
+"""Share of an effect's largest answer (squares) from which a run can speak for or against it."""
+
+SHAPES = (0.2, 0.8)
+"""Shape parameters tried beside the nominal value, as shares of their range."""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """One effect at one size and shape.
+
+    Attributes
+    ----------
+    key : str
+        As a machine file names it.
+    values : dict of str to float
+        Its parameters.
+    answers : tuple of array, each (N,)
+        What it changes in every run, weighted (not robust).
+    begins : int
+        Position of the first run that has it.
+    own : tuple of dict of str to float
+        Parameters that every run has for itself, by position; empty if there are none.
+    seen : tuple of Leaps or Relay
+        What every run shows of it, by position, for an effect that slips or that a part switches;
+        else empty.
+    """
+
+    key: str
+    values: dict[str, float]
+    answers: tuple[FloatArray, ...]
+    begins: int = 0
+    own: tuple[dict[str, float], ...] = ()
+    seen: tuple[Leaps | Relay, ...] = ()
+
+    @property
+    def acts(self) -> tuple[bool, ...]:
+        """Whether it does anything in each run, compared with where it does most."""
+        sizes = np.array([float(np.sum(answer**2)) for answer in self.answers])
+        return tuple((sizes > LEAST_ACTING * sizes.max()).tolist())
+
+    @property
+    def is_switched(self) -> bool:
+        """Whether a part switches it: then it acts when the rows say, and nearly in proportion."""
+        return any(isinstance(one, Relay) for one in self.seen)
+
+    def seen_by(self, position: int, observed: Observations) -> Observations:
+        """Return a run's observations with what this candidate says of that run alone."""
+        if position < self.begins:
+            return replace(observed, absent=observed.absent | {self.key})
+        if self.seen:
+            return self.seen[position].marked(observed, self.key)
+        if not self.own:
+            return observed
+        named = {f"effects.{self.key}.{n}": v for n, v in self.own[position].items()}
+        return replace(observed, own={**observed.own, **named})
+
+    def scaled(self, scale: float) -> dict[str, float]:
+        """Return its parameters with what its answer is proportional to scaled, in its range."""
+        effect = catalogue()[self.key.partition(":")[0]]
+        name = effect.proportional or effect.amplitude
+        off = 0.0 if effect.proportional else effect.off
+        limits = effect.parameters[name]
+        value = off + scale * (self.values[name] - off)
+        return self.values | {name: float(np.clip(value, limits.low, limits.high))}
+
+
+def as_tried(tried: Sequence[Candidate], one: Candidate) -> list[Candidate]:
+    """Return an effect of temperature as it was tried and at its next larger size, or nothing.
+
+    Others are near enough to linear to be calibrated from the size that the screening gives.
+    """
+    effect = catalogue()[one.key.partition(":")[0]]
+    if not effect.temperature_dependent or one.is_switched:
+        return []
+    name, off = effect.amplitude, effect.off
+    size = one.values[name] - off
+    shape = one.values | {name: off}
+    same = [
+        other
+        for other in tried
+        if other.key == one.key
+        and other.values | {name: off} == shape
+        and (other.values[name] - off) / size > 1.0
+    ]
+    return [one, *sorted(same, key=lambda other: abs(other.values[name] - off))[:1]]
+
+
+def missing_effects(machine: Machine, without: Sequence[str] = ()) -> list[type[Effect]]:
+    """Return the effects of the catalogue that are not in force, other than *without*."""
+    in_force = set(laws_of(machine.effects))
+    return [
+        effect
+        for name, effect in catalogue().items()
+        if (effect.on_channel or name not in in_force)
+        and name not in without
+        and not effect.handles
+        and all(needed in machine.effects for needed in effect.needs)
+    ]
+
+
+def with_effect(machine: Machine, key: str, values: dict[str, float] | None = None) -> Machine:
+    """Return the machine with an effect in force, its parameters free to be calibrated.
+
+    Its ranges are the usual ones, but for an amplitude whose value lies beyond: that is as free as
+    physics lets it be.
+    """
+    effect = catalogue()[key.partition(":")[0]]
+    idle = unused_with(machine, key)
+    parameters = {
+        name: replace(p, calibrate=name not in idle) for name, p in effect.parameters.items()
+    }
+    grown = replace(machine, effects=machine.effects | {key: parameters})
+    usual = effect.parameters[effect.amplitude]
+    if not usual.low <= (values or {}).get(effect.amplitude, usual.value) <= usual.high:
+        grown = widened(grown, key)
+    return grown.with_values({f"effects.{key}.{name}": v for name, v in (values or {}).items()})
+
+
+def widened(machine: Machine, key: str) -> Machine:
+    """Return the machine with an effect's amplitude as free as physics lets it be."""
+    effect = catalogue()[key.partition(":")[0]]
+    name = effect.amplitude
+    low, high = possible(effect, name)
+    free = replace(machine.effects[key][name], low=low, high=high)
+    return replace(machine, effects={**machine.effects, key: {**machine.effects[key], name: free}})
+
+
+def beyond_usual_range(machine: Machine, key: str) -> tuple[str, ...]:
+    """Return the parameters of an effect in force that lie outside their usual range."""
+    usual = catalogue()[key.partition(":")[0]].parameters
+    return tuple(
+        name
+        for name, parameter in machine.effects[key].items()
+        if not usual[name].low <= parameter.value <= usual[name].high
+    )
+
+
+def grid(effect: type[Effect], idle: Sequence[str] = ()) -> list[dict[str, float]]:
+    """Return the sizes and shapes at which an effect is tried; *idle* parameters stay nominal."""
+    size = effect.parameters[effect.amplitude]
+    nominal = {name: p.value for name, p in effect.parameters.items()}
+    if effect.tried:
+        tried = {name: (value,) for name, value in nominal.items()} | effect.tried
+        points = product(*((nominal[n],) if n in idle else tried[n] for n in nominal))
+        return [dict(zip(nominal, point, strict=True)) for point in points]
+    ends = [end for end in (size.low, size.high) if end != effect.off]
+    sizes = [effect.off + share * (end - effect.off) for end in ends for share in SIZES]
+    shapes = [nominal]
+    for name, parameter in effect.parameters.items():
+        if name not in (effect.amplitude, *idle) and parameter.high > parameter.low:
+            shapes += [nominal | {name: _between(parameter, share)} for share in SHAPES]
+    return [shape | {effect.amplitude: value} for shape, value in product(shapes, sizes)]
+
+
+def _between(parameter: Parameter, share: float) -> float:
+    low, high = parameter.low, parameter.high
+    if low > 0.0 and high > 5.0 * low:
+        return float(low * (high / low) ** share)
+    return low + share * (high - low)
+
+
+def keys_of(machine: Machine, effect: type[Effect], observed: Sequence[Observations]) -> list[str]:
+    """Return the effect's keys: for every driver, or every thermometer without it; else one."""
+    if not effect.on_channel:
+        return driver_keys(machine, effect)
+    lengths = displacement_names(machine)
+    channels = [name for name in observed[0].channels if name not in lengths]
+    keys = [effect_key(effect.name, channel) for channel in channels]
+    return [key for key in keys if key not in machine.effects]
+
+
+def candidates(
+    machine: Machine, observed: Sequence[Observations], effect: type[Effect]
+) -> Iterator[Candidate]:
+    """Return an effect at every size and shape, leaving out what cannot be simulated."""
+    plain = [simulate_at(machine, one) for one in observed]
+    if effect.swings:
+        yield from swinging(machine, observed, plain, effect)
+        yield from switched(machine, observed, plain, effect)
+        return
+    bases = _shown(plain, observed)
+    leaps: tuple[Leaps, ...] = ()
+    if effect.settles:
+        pairs = zip(observed, bases, strict=True)
+        leaps = tuple(leaps_in(machine, one, base[0]) for one, base in pairs)
+        observed = [
+            seen.marked(one, effect.name) for one, seen in zip(observed, leaps, strict=True)
+        ]
+    for key in keys_of(machine, effect, observed):
+        grown, tried = with_effect(machine, key), grid(effect, unused_with(machine, key))
+        own, observed_so = _carried(machine, observed, key)
+        if own:
+            tried = [entry | own[-1] for entry in tried]
+        sets = {
+            f"effects.{key}.{name}": np.array([entry[name] for entry in tried])
+            for name in effect.parameters
+        }
+        try:
+            answers = [
+                _answer(grown, one, sets, base)
+                for one, base in zip(observed_so, bases, strict=True)
+            ]
+        except IntegrationError:
+            continue
+        for i, values in enumerate(tried):
+            of_runs = tuple(answer[i] for answer in answers)
+            if max(float(np.max(np.abs(answer))) for answer in of_runs) > 1e-6:
+                yield Candidate(key, values, of_runs, own=own[:-1], seen=leaps)
+            for begins in range(1, len(observed) if effect.from_one_run_on else 0):
+                since = [a * (j >= begins) for j, a in enumerate(of_runs)]
+                yield Candidate(key, values, tuple(since), begins)
+
+
+def _carried(
+    machine: Machine, observed: Sequence[Observations], key: str
+) -> tuple[tuple[dict[str, float], ...], list[Observations]]:
+    """Return what runs carry to those after them, and the observations with it; empty if nothing.
+
+    Pieces of a log carry it by themselves: each is driven from the log's beginning.
+    """
+    effect, driver = catalogue()[key.partition(":")[0]], driver_of(machine, key)[0]
+    if any(is_piece(one.run) for one in observed):
+        return (), list(observed)
+    runs = [(np.diff(one.drive.grid), one.drive.held) for one in observed]
+    own = effect.carried(machine, driver, runs)
+    marked = [
+        replace(one, own=one.own | {f"effects.{key}.{n}": v for n, v in given.items()})
+        for one, given in zip(observed, own, strict=False)
+    ]
+    return tuple(own), marked if own else list(observed)
+
+
+def given_values(key: str, values: Mapping[str, float]) -> dict[str, float]:
+    """Return those of an effect's values that nobody fits, because runs say them."""
+    given = catalogue()[key.partition(":")[0]].given
+    return {name: value for name, value in values.items() if name in given}
+
+
+def _answer(
+    grown: Machine, observed: Observations, sets: dict[str, FloatArray], base: FloatArray
+) -> FloatArray:
+    change = modelled(simulate_at(grown, observed, sets), observed) - base
+    return (change * observed.weights).reshape(len(change), -1)
+
+
+def _shown(plain: Sequence[Simulation], observed: Sequence[Observations]) -> list[FloatArray]:
+    return [modelled(simulated, one) for simulated, one in zip(plain, observed, strict=True)]
+
+
+def swinging(
+    machine: Machine,
+    observed: Sequence[Observations],
+    plain: Sequence[Simulation],
+    effect: type[Effect],
+) -> Iterator[Candidate]:
+    """Return an effect that swings by itself, at the likeliest periods and each run's own phase.
+
+    A run begins anywhere in the cycle, so that phases say nothing of the effect and are taken as
+    each run shows them; a period is what the residuals of all runs have in common.
+    """
+    period, phase = effect.swings
+    bases = _shown(plain, observed)
+    shown = [quick(one, one.weighted(base)[0]) for one, base in zip(observed, bases, strict=True)]
+    limits = effect.parameters[period]
+    nominal = {name: p.value for name, p in effect.parameters.items()}
+    grown = with_effect(machine, effect.name)
+    for value in likely_periods(observed, shown, limits.low, limits.high):
+        values = nominal | {period: value}
+        sets = {f"effects.{effect.name}.{n}": np.full(len(PHASES), v) for n, v in values.items()}
+        sets[f"effects.{effect.name}.{phase}"] = PHASES
+        answers, own = [], []
+        for one, base, residual in zip(observed, bases, shown, strict=True):
+            each = _answer(grown, one, sets, base)
+            best = int(np.argmin([float(quick(one, answer) @ residual) for answer in each]))
+            answers.append(each[best])
+            own.append({phase: float(PHASES[best])})
+        yield Candidate(effect.name, values, tuple(answers), 0, tuple(own))
+
+
+def switched(
+    machine: Machine,
+    observed: Sequence[Observations],
+    plain: Sequence[Simulation],
+    effect: type[Effect],
+) -> Iterator[Candidate]:
+    """Return an effect that a part switches, on the likeliest parts at their likeliest settings.
+
+    When it is on is taken from what the part's thermometer measured in each run.
+    """
+    parts = list(effect.drivers(machine))[1:]
+    if not (effect.switched and parts):
+        return
+    bases = _shown(plain, observed)
+    residuals = [one.weighted(base)[0] for one, base in zip(observed, bases, strict=True)]
+    carried = [
+        carried_away(machine, simulated, one)
+        for simulated, one in zip(plain, observed, strict=True)
+    ]
+    usual = effect.parameters[effect.amplitude].high
+    sizes = np.array([effect.off + share * (usual - effect.off) for share in SIZES])
+    for one in likely_switchings(machine, observed, residuals, carried, parts):
+        key = effect_key(effect.name, one.part)
+        first = one.relays[0]
+        setting = dict(zip(effect.switched, (first.on_above, first.dead_band), strict=True))
+        nominal = {name: p.value for name, p in effect.parameters.items()} | setting
+        grown = with_effect(machine, key, setting)
+        sets = {f"effects.{key}.{effect.amplitude}": sizes}
+        answers = [
+            _answer(grown, relay.marked(run, key), sets, base)
+            for run, relay, base in zip(observed, one.relays, bases, strict=True)
+        ]
+        for i, size in enumerate(sizes):
+            of_runs = tuple(answer[i] for answer in answers)
+            values = nominal | {effect.amplitude: float(size)}
+            yield Candidate(key, values, of_runs, seen=one.relays)

@@ -1,0 +1,182 @@
+"""What of measured runs a model is not to be compared with: broken sensors, joined recordings.
+
+Found before any physics is looked at, and by the data alone: no model decides what is left out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gap_finder.probe_steps import probe_steps, put_back
+from measurement.errors import BadInput
+from measurement.faults import GROSS, LEVELS, Fault, find_faults, unusable
+from measurement.runs import TIME, Run
+from plant_model.machine import Machine
+from plant_model.sensors import column_of, displacement_names
+
+MOST_BRIDGED = 0.1
+"""A boundary temperature that is broken for more than this share of a run spoils the run [1]."""
+
+WHOLE_RUN = "the whole run"
+"""The channel of a fault for which a run, or the rest of it, is left out."""
+
+
+@dataclass(frozen=True)
+class DataFault:
+    """Something wrong with the data, and the time that is left out for it.
+
+    Attributes
+    ----------
+    run, channel, kind : str
+        The channel is a sensor of the machine, an input's name, or `WHOLE_RUN`; the kind one of
+        ``measurement.faults``, or ``probe_step``.
+    start_s, end_s : float
+        [s]; the same instant for ``probe_step``, of which nothing is left out.
+    text : str
+        One line that a person can read.
+    """
+
+    run: str
+    channel: str
+    kind: str
+    start_s: float
+    end_s: float
+    text: str
+
+
+def without_faults(machine: Machine, runs: Sequence[Run]) -> tuple[list[Run], list[DataFault]]:
+    """Take out of some runs what is grossly wrong with them.
+
+    Parameters
+    ----------
+    machine : Machine
+        Only its own sensors and inputs are looked at, against all thermometers that the runs hold.
+    runs : sequence of Run
+        All that are to be compared with the machine, in any order.
+
+    Returns
+    -------
+    runs : list of Run
+        In the order given, readings that are bad taken out and probes that slipped put back; runs
+        that are spoilt are missing.
+    faults : list of DataFault
+        By run and channel.
+
+    Raises
+    ------
+    BadInput
+        If no run is left.
+    """
+    ordered = sorted(runs, key=lambda run: run.name)
+    names = _names(machine)
+    bad = [
+        fault
+        for fault in unusable(find_faults(ordered), (*GROSS, *LEVELS))
+        if fault.column in names and not _is_its_own(machine, fault)
+    ]
+    faults = [
+        DataFault(one.run, names[one.column], one.kind, one.start_s, one.end_s, one.line())
+        for one in bad
+    ]
+    kept = []
+    for run in runs:
+        left = _left_of(machine, run, [one for one in bad if one.run == run.name])
+        if left is not None:
+            kept.append(left)
+    if not kept:
+        raise BadInput("--runs", "", f"none can be used: {faults[0].text}")
+    slips = list(zip(kept, probe_steps(machine, kept), strict=True))
+    faults += [
+        DataFault(run.name, one.channel, "probe_step", one.time_s, one.time_s, one.text(run.name))
+        for run, steps in slips
+        for one in steps
+    ]
+    faults.sort(key=lambda fault: (fault.run, fault.channel, fault.start_s))
+    return [put_back(machine, run, steps) for run, steps in slips], faults
+
+
+def taken_out(machine: Machine, run: Run, faults: Sequence[DataFault]) -> Run:
+    """Return a run without the readings of its thermometers that are told to be bad.
+
+    Parameters
+    ----------
+    machine : Machine
+    run : Run
+    faults : sequence of DataFault
+        Of sensors; those of other runs are passed over.
+    """
+    mine = [fault for fault in faults if fault.run == run.name]
+    if not mine:
+        return run
+    frame, time = run.frame.copy(), run.time_s
+    for fault in mine:
+        rows = (time >= fault.start_s) & (time <= fault.end_s)
+        frame.loc[rows, column_of(machine, fault.channel)] = np.nan
+    # A channel without a reading is one that the run does not have.
+    dead = {column_of(machine, fault.channel) for fault in mine}
+    return replace(run, frame=frame.drop(columns=[n for n in dead if frame[n].isna().all()]))
+
+
+def need_readings(machine: Machine, runs: Sequence[Run], option: str) -> None:
+    """Refuse runs in which no channel is left that the machine can be compared with.
+
+    Parameters
+    ----------
+    machine : Machine
+    runs : sequence of Run
+        What is broken in them is NaN already.
+    option : str
+        Of the command line; named in the refusal.
+
+    Raises
+    ------
+    BadInput
+        Naming the first such run.
+    """
+    driving = {entry.column for entry in machine.inputs}
+    columns = [name for name in _names(machine) if name not in driving and name != TIME]
+    for run in runs:
+        present = [name for name in columns if name in run.frame]
+        if not any(np.isfinite(run.frame[name]).any() for name in present):
+            lost = ", ".join(present) or "none of the machine's sensors is there"
+            problem = f"has no usable reading to compare ({lost}); see 'spindle-drift summary'"
+            raise BadInput(option, run.name, problem)
+
+
+def _names(machine: Machine) -> dict[str, str]:
+    """Return what the columns that the machine knows are called, and the record as a whole."""
+    sensors = [sensor.name for sensor in machine.sensors] + displacement_names(machine)
+    named = {entry.column: entry.name for entry in machine.inputs}
+    named |= {column_of(machine, name): name for name in sensors}
+    return named | {TIME: WHOLE_RUN}
+
+
+def _is_its_own(machine: Machine, fault: Fault) -> bool:
+    """Return whether a fault only says that a boundary is unlike the machine, which it may be."""
+    driving = {entry.column for entry in machine.inputs if entry.is_boundary}
+    return fault.kind in ("never_right", "dead") and fault.column in driving
+
+
+def _left_of(machine: Machine, run: Run, bad: Sequence[Fault]) -> Run | None:
+    """Return a run without what is bad in it; None if too little is left to drive the machine."""
+    if not bad:
+        return run
+    frame, time = run.frame.copy(), run.time_s
+    driving = {entry.column for entry in machine.inputs}
+    end = float("inf")
+    for fault in bad:
+        rows = (time >= fault.start_s) & (time <= fault.end_s)
+        if fault.column == TIME:
+            end = min(end, fault.start_s)
+        elif fault.column in driving and rows.mean() > MOST_BRIDGED:
+            return None
+        else:
+            frame.loc[rows, fault.column] = np.nan
+    frame = frame[time < end]
+    # A channel without a reading is one that the run does not have.
+    dead = [fault.column for fault in bad if fault.column in frame]
+    frame = frame.drop(columns=[name for name in set(dead) if frame[name].isna().all()])
+    return replace(run, frame=frame) if len(frame) >= 3 else None

@@ -1,0 +1,228 @@
+"""The answers of the runs to everything that may be wrong, gathered once as normal matrices.
+
+Columns, each scaled to one prior standard deviation: parameters that calibration moves; parameters
+that it does not move but that are known only to a range; thermometers' constant errors; where in a
+part a thermometer sits; how much each part's warming moves each displacement. What belongs to one
+run alone (zeros, starting temperatures) is minimised over inside that run.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from gap_finder.calibrate import robust_weights
+from gap_finder.directions import fewer
+from gap_finder.linearise import (
+    bias_columns,
+    linear_about,
+    modelled,
+    nuisance_columns,
+    simulate_at,
+)
+from gap_finder.observations import Observations
+from gap_finder.priors import Priors
+from plant_model.machine import Machine
+from plant_model.parameters import FloatArray
+from plant_model.sensors import displacement_names
+
+PLACE = 0.1
+"""Share of the difference to a neighbouring part that a thermometer may read (one sd) [1]."""
+
+OUTLIER = 6.0
+"""Weighted residuals beyond this many root mean squares count linearly."""
+
+LEVER = 0.01
+"""Share of a displacement's spread that each part's warming may be wrong by (one sd) [1]."""
+
+
+@dataclass(frozen=True)
+class RunSensitivities:
+    """Derivatives of one run that no effect changes much; computed once, weighted.
+
+    Attributes
+    ----------
+    nuisance : array, shape (N, O)
+        What only this run has (zeros, starting temperatures, switches), in fewer directions.
+    starts : array, shape (N, nodes)
+        Starting temperatures, which are among these.
+    bias : array, shape (N, C)
+        Thermometers' errors.
+    other : array, shape (N, Q)
+        Parameters that calibration does not move, errors, places and levers.
+    moved : dict of str to array, each (N,)
+        Parameters that calibration moves.
+    weight : array, shape (N,)
+        Robust square-root weight.
+    """
+
+    nuisance: FloatArray
+    starts: FloatArray
+    bias: FloatArray
+    other: FloatArray
+    moved: dict[str, FloatArray]
+    weight: FloatArray
+
+
+def sensitivities_of(
+    machine: Machine, observed: Observations, moved: Priors, fixed: Priors
+) -> RunSensitivities:
+    """Compute what a run answers to, about a calibrated machine; ``other`` column by column."""
+    by_moved = linear_about(machine, observed, moved, moved.position(machine))
+    by_fixed = linear_about(machine, observed, fixed, fixed.position(machine))
+    bias = bias_columns(machine, observed)
+    places, levers = _place_columns(machine, observed), _lever_columns(machine, observed)
+    nuisance = nuisance_columns(machine, observed)
+    return RunSensitivities(
+        fewer([nuisance])[0],
+        nuisance[:, nuisance.shape[1] - len(machine.nodes) :],
+        bias,
+        np.hstack([by_fixed.by_parameter, bias, places, levers]),
+        dict(zip(moved.names, by_moved.by_parameter.T, strict=True)),
+        robust_weights(by_moved.residual, OUTLIER),
+    )
+
+
+def all_sensitivities(
+    base: Machine, calibrated: Machine, observed: Sequence[Observations]
+) -> list[RunSensitivities]:
+    """Compute what every run answers to, about a calibrated machine whose priors are *base*'s.
+
+    ``other`` is in those directions that move something in these runs.
+    """
+    moved, fixed = Priors.of(base, calibrated=True), Priors.of(calibrated, calibrated=False)
+    parts = [sensitivities_of(calibrated, one, moved, fixed) for one in observed]
+    others = fewer([part.other for part in parts])
+    return [replace(part, other=other) for part, other in zip(parts, others, strict=True)]
+
+
+@dataclass(frozen=True)
+class RunDesign:
+    """One run: residual and columns, weighted and robust, its nuisance columns beside them.
+
+    Attributes
+    ----------
+    residual : array, shape (N,)
+    shared : array, shape (N, Q)
+        Columns that mean the same in every run; those that calibration moves come first.
+    nuisance : array, shape (N, O)
+    weight : array, shape (N,)
+        Robust square-root weight, already in all of them.
+    alone : tuple of int
+        Parameters that no other run tells anything of: their columns are the last of ``nuisance``,
+        and nothing in ``shared``.
+    """
+
+    residual: FloatArray
+    shared: FloatArray
+    nuisance: FloatArray
+    weight: FloatArray
+    alone: tuple[int, ...] = ()
+
+    @cached_property
+    def _inner(self) -> FloatArray:
+        """Normal matrix of the nuisance parameters with their prior, (O, O)."""
+        return np.asarray(self.nuisance.T @ self.nuisance + np.eye(self.nuisance.shape[1]))
+
+    def cleaned(self, columns: FloatArray) -> FloatArray:
+        """Return columns (N, m) less what the nuisance parameters can imitate under their prior."""
+        return columns - self.nuisance @ np.linalg.solve(self._inner, self.nuisance.T @ columns)
+
+    def deviations_alone(self, covariance: FloatArray) -> FloatArray:
+        """Return standard deviations of the parameters that this run alone tells of, (alone,).
+
+        Parameters
+        ----------
+        covariance : array, shape (Q, Q)
+            Of the shared unknowns, over all runs.
+        """
+        inner = np.linalg.inv(self._inner)
+        by_shared = inner @ (self.nuisance.T @ self.shared)
+        variance = np.diag(inner) + np.sum((by_shared @ covariance) * by_shared, axis=1)
+        return np.asarray(np.sqrt(variance[len(variance) - len(self.alone) :]))
+
+
+def design_of(
+    machine: Machine,
+    observed: Sequence[Observations],
+    moved: Priors,
+    sensitivities: Sequence[RunSensitivities],
+) -> list[RunDesign]:
+    """Gather the design of all runs about a calibrated machine."""
+    pairs = zip(observed, sensitivities, strict=True)
+    return [
+        run_design(machine, one, moved, known, _only_here(moved, observed, one))
+        for one, known in pairs
+    ]
+
+
+def run_design(
+    machine: Machine,
+    one: Observations,
+    moved: Priors,
+    known: RunSensitivities,
+    alone: Sequence[int] = (),
+) -> RunDesign:
+    """Gather the design of one run; *alone* are parameters that no other run tells anything of."""
+    linear = linear_about(machine, one, moved, moved.position(machine), known.moved)
+    weight = known.weight
+    shared = np.hstack([linear.by_parameter, known.other])
+    # What only this run has is an unknown of its own, like a zero.
+    own = np.hstack([known.nuisance, shared[:, alone]])
+    shared[:, alone] = 0.0
+    return RunDesign(
+        *(linear.residual * weight, shared * weight[:, None], own * weight[:, None], weight),
+        tuple(alone),
+    )
+
+
+def _only_here(moved: Priors, observed: Sequence[Observations], one: Observations) -> list[int]:
+    """Return the parameters of effects that are absent in every other run."""
+    keys = frozenset.intersection(*(other.absent for other in observed if other is not one))
+    gone = tuple(f"effects.{key}." for key in keys - one.absent)
+    return [i for i, name in enumerate(moved.names) if gone and name.startswith(gone)]
+
+
+def _column(observed: Observations, channel: int, series: FloatArray) -> FloatArray:
+    out = np.zeros((len(observed.time_s), len(observed.channels)))
+    out[:, channel] = series * observed.weights[:, channel]
+    return out.reshape(-1)
+
+
+def _place_columns(machine: Machine, observed: Observations) -> FloatArray:
+    """Return the answer to a thermometer that reads partly a neighbour of its part, (N, m)."""
+    index = machine.node_index
+    temperatures = simulate_at(machine, observed).temperatures[0, 1:]
+    columns = []
+    for sensor in machine.sensors:
+        if sensor.of not in index or sensor.name not in observed.channels:
+            continue
+        channel = observed.channels.index(sensor.name)
+        for item in machine.items:
+            pair = item.refs.get("between", ())
+            if sensor.of not in pair or item.kind == "coolant_unevenness":
+                continue
+            (other,) = (name for name in pair if name != sensor.of)
+            if other in index:
+                difference = temperatures[:, index[other]] - temperatures[:, index[sensor.of]]
+                columns.append(_column(observed, channel, PLACE * difference))
+    return np.array(columns).reshape(len(columns), -1).T
+
+
+def _lever_columns(machine: Machine, observed: Observations) -> FloatArray:
+    """Return the answer to a part that moves a displacement more or less than modelled, (N, m)."""
+    result = simulate_at(machine, observed)
+    base = modelled(result, observed)[0]
+    rise = result.temperatures[0, 1:] - result.temperatures[0, 0]
+    columns = []
+    for channel, name in enumerate(observed.channels):
+        if name not in displacement_names(machine):
+            continue
+        spread = np.ptp(base[:, channel])
+        for node in range(rise.shape[1]):
+            size = max(float(np.max(np.abs(rise[:, node]))), 1e-3)
+            columns.append(_column(observed, channel, rise[:, node] / size * LEVER * spread))
+    return np.array(columns).reshape(len(columns), -1).T

@@ -1,0 +1,248 @@
+"""What every change of a machine's description is: a place, its numbers, and how it is put in."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar, Self
+
+import numpy as np
+
+from gap_finder.added_paths import AddedPath, path_answers
+from gap_finder.description import key_of
+from gap_finder.design import RunSensitivities
+from gap_finder.linearise import modelled, simulate_at
+from gap_finder.observations import Observations
+from plant_model.effects import catalogue
+from plant_model.integrate import IntegrationError
+from plant_model.machine import FAMILIES, Item, Machine
+from plant_model.parameters import FloatArray, Parameter
+
+SOURCE = "found by the gap finder"
+
+
+@dataclass(frozen=True)
+class CalibratedRun:
+    """One run, and what is known of it about the calibrated machine.
+
+    Attributes
+    ----------
+    machine : Machine
+    observed : Observations
+    sensitivities : RunSensitivities
+    """
+
+    machine: Machine
+    observed: Observations
+    sensitivities: RunSensitivities
+
+
+@dataclass(frozen=True)
+class Change(ABC):
+    """One change of the description at one place.
+
+    Attributes
+    ----------
+    name, title : str
+        Its kind, which is the file's name, and what a report prints.
+    first : str
+        Its number that the answer grows with: at 0 nothing is changed.
+    at_once : int
+        Changes that are simulated in one machine, each with all others off; 1 where a change
+        cannot be switched off by its number.
+    place : tuple of str
+        The parts, inputs, sensors or axes.
+    """
+
+    name: ClassVar[str]
+    title: ClassVar[str]
+    first: ClassVar[str]
+    at_once: ClassVar[int] = 40
+
+    place: tuple[str, ...]
+
+    @property
+    def key(self) -> str:
+        """What it is called among what is tried."""
+        return key_of(self.name, self.place)
+
+    @classmethod
+    @abstractmethod
+    def all_of(cls, known: Sequence[CalibratedRun]) -> Iterator[Self]:
+        """Return all changes of this kind that a machine may lack.
+
+        Parameters
+        ----------
+        known : sequence of CalibratedRun
+            All of the same machine.
+        """
+
+    @abstractmethod
+    def points(self) -> list[dict[str, float]]:
+        """Return the numbers at which it is tried."""
+
+    @abstractmethod
+    def put_into(self, machine: Machine, numbers: Mapping[str, float]) -> Machine:
+        """Return the machine with this change, its numbers free to be calibrated.
+
+        Parameters
+        ----------
+        machine : Machine
+        numbers : mapping of str to float
+            One of `points`, or what `read` gave.
+        """
+
+    def parameters(self) -> dict[str, str]:
+        """Return the full names of its numbers in the machine with it; none if it has none."""
+        return {}
+
+    def scaled(self, numbers: Mapping[str, float], scale: float) -> dict[str, float]:
+        """Return its numbers for an answer so many times as large.
+
+        Parameters
+        ----------
+        numbers : mapping of str to float
+        scale : float
+            Of either sign [1].
+        """
+        return {**numbers, self.first: numbers[self.first] * scale}
+
+    def read(self, machine: Machine) -> dict[str, float]:
+        """Return its numbers in a machine that has it.
+
+        Parameters
+        ----------
+        machine : Machine
+            One that `put_into` gave.
+
+        Returns
+        -------
+        dict of str to float
+            By the change's own names, each in its parameter's unit.
+        """
+        found = self.parameters().items()
+        return {number: machine.parameters[name].value for number, name in found}
+
+    def told(self, machine: Machine) -> dict[str, Any]:
+        """Return what else a report says of it.
+
+        Parameters
+        ----------
+        machine : Machine
+            With the change, calibrated.
+        """
+        return {}
+
+    @classmethod
+    def answers(cls, changes: Sequence[Self], known: CalibratedRun) -> list[FloatArray]:
+        """Return what changes of this kind change in a run, weighted.
+
+        Parameters
+        ----------
+        changes : sequence of Change
+        known : CalibratedRun
+
+        Returns
+        -------
+        list of array, each (points, N)
+            One for each change: model with it minus model without, over the noise [1]. N counts
+            instants times channels.
+        """
+        base = modelled(simulate_at(known.machine, known.observed), known.observed)
+        found: list[FloatArray] = []
+        for start in range(0, len(changes), cls.at_once):
+            found += cls._simulated(changes[start : start + cls.at_once], known, base)
+        return found
+
+    @classmethod
+    def _simulated(
+        cls, some: Sequence[Self], known: CalibratedRun, base: FloatArray
+    ) -> list[FloatArray]:
+        grown = known.machine
+        for one in some:
+            grown = one.put_into(grown, one.points()[0])
+        counts = [len(one.points()) for one in some]
+        ends = np.cumsum(counts)
+        sets: dict[str, FloatArray] = {}
+        for one, end, count in zip(some, ends, counts, strict=True):
+            for number, name in one.parameters().items():
+                tried = [point[number] for point in one.points()]
+                column = np.full(ends[-1], 0.0 if number == cls.first else tried[0])
+                column[end - count : end] = tried
+                sets[name] = column
+        try:
+            shown = modelled(simulate_at(grown, known.observed, sets), known.observed)
+        except IntegrationError:
+            shown = np.repeat(base, ends[-1], axis=0)
+        change = (shown - base) * known.observed.weights
+        return np.split(change.reshape(int(ends[-1]), -1), ends[:-1])
+
+
+class PathChange(Change):
+    """A change that is one more heat path: thousands are computed in one go."""
+
+    @abstractmethod
+    def path(self) -> AddedPath:
+        """Return the path, at all sizes of `points`."""
+
+    def sizes(self) -> tuple[float, ...]:
+        """Return the conductances of `points` [W/K]."""
+        return tuple(point[self.first] for point in self.points())
+
+    @classmethod
+    def answers(cls, changes: Sequence[Self], known: CalibratedRun) -> list[FloatArray]:
+        """Return the answers of all paths in one go, where the machine allows that."""
+        found = path_answers(known.machine, known.observed, [one.path() for one in changes])
+        return super().answers(changes, known) if found is None else found
+
+
+def with_item(machine: Machine, item: Item, effect: str) -> Machine:
+    """Return the machine with one more item and the effect that gives it its law."""
+    effects = machine.effects
+    if effect not in effects:
+        effects = effects | {effect: dict(catalogue()[effect].parameters)}
+    of_family = {family: [i for i in machine.items if i.family == family] for family in FAMILIES}
+    of_family[item.family].append(item)
+    items = tuple(one for family in FAMILIES for one in of_family[family])
+    return replace(machine, items=items, effects=effects)
+
+
+def free(value: float, unit: str, high: float, low: float = 0.0) -> Parameter:
+    """Return a number that calibration may move."""
+    return Parameter(min(max(value, low), high), unit, low, high, SOURCE, calibrate=True)
+
+
+def fixed(value: float, unit: str) -> Parameter:
+    """Return a number that stays."""
+    return Parameter(value, unit, value, value, SOURCE)
+
+
+def joined(machine: Machine, pair: tuple[str, str], conductance: Parameter) -> Machine:
+    """Return the machine with a heat path; one to a boundary temperature is a film on 1 m2."""
+    if pair[1] in machine.boundary_index:
+        film = replace(conductance, unit="W/(m2 K)")
+        given, kind = {"area": fixed(1.0, "m2"), "coefficient": film}, "convection"
+        law = "surface_convection"
+    else:
+        given, kind, law = {"conductance": conductance}, "conduction", "conduction"
+    return with_item(machine, Item("links", "-".join(pair), kind, {"between": pair}, given), law)
+
+
+def conductance_of(pair: tuple[str, str], *, boundary: bool) -> str:
+    """Return the full name of the number that `joined` gives a path."""
+    return f"links.{'-'.join(pair)}.{'coefficient' if boundary else 'conductance'}"
+
+
+def parts_joined(machine: Machine) -> list[str]:
+    """Return what a new part can be joined to: parts, and boundary temperatures."""
+    found = [node.name for node in machine.nodes] if "conduction" in machine.effects else []
+    if "surface_convection" in machine.effects:
+        found += list(machine.boundary_index)
+    return found
+
+
+def taken_names(machine: Machine) -> set[str]:
+    """Return the names that parts and signals of the machine have."""
+    taken = {node.name for node in machine.nodes} | {one.name for one in machine.sensors}
+    return taken | {entry.name for entry in machine.inputs}

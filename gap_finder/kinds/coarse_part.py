@@ -1,0 +1,146 @@
+"""A part that is one lump and should be two: it has two time constants where the file has one.
+
+Half of its mass and of its surface becomes a far side. Heat comes in on the near side; either its
+thermometers, or what else it touches, or both are on the far side. Thermometers on one part that
+disagree are the same: one of them is on the far side.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import ClassVar, Self
+
+from gap_finder.kinds.base import (
+    CalibratedRun,
+    Change,
+    conductance_of,
+    free,
+    joined,
+    parts_joined,
+    taken_names,
+    with_item,
+)
+from plant_model.machine import Item, Machine, Node
+from plant_model.parameters import Parameter
+
+HALF = 0.5
+"""Share of the mass on the far side [1]."""
+
+DELAYS_S = (180.0, 720.0, 2880.0, 11520.0, 46080.0)
+"""How slowly the far side follows the near one, as tried: from a flange to a column's other end,
+which hardly follows in a shift [s]."""
+
+DELAY_RANGE_S = (6.0, 600_000.0)
+"""Shortest and longest that calibration may make it [s]."""
+
+
+@dataclass(frozen=True)
+class CoarsePart(Change):
+    """A part in two.
+
+    Attributes
+    ----------
+    capacity : float
+        Of the whole part [J/K].
+    sensors : tuple of str
+        Thermometers that are on the far side.
+    links : bool
+        Whether what else it touches is there, too.
+    """
+
+    name: ClassVar[str] = "coarse_part"
+    title: ClassVar[str] = "Part that is one lump and should be two"
+    first: ClassVar[str] = "conductance"
+    at_once: ClassVar[int] = 1
+
+    capacity: float
+    sensors: tuple[str, ...]
+    links: bool
+
+    @classmethod
+    def all_of(cls, known: Sequence[CalibratedRun]) -> Iterator[Self]:
+        """Return every part, cut in each way that may show."""
+        machine = known[0].machine
+        taken, others = taken_names(machine), parts_joined(machine)
+        for node in machine.nodes:
+            if f"{node.name}_far" in taken or node.name not in others:
+                continue
+            sensors = tuple(one.name for one in machine.sensors if one.of == node.name)
+            single = [(name,) for name in sensors] if len(sensors) > 1 else []
+            heated = any(
+                node.name in names
+                for item in machine.items
+                if item.family == "sources"
+                for names in item.refs.values()
+            )
+            for moved in dict.fromkeys([*single, sensors, ()]):
+                for links in (False, True) if heated else (False,):
+                    if moved or links:
+                        yield cls((node.name,), node.capacity.value, moved, links)
+
+    @property
+    def _far(self) -> str:
+        return f"{self.place[0]}_far"
+
+    def points(self) -> list[dict[str, float]]:
+        """Return a few delays of the far side."""
+        return [{self.first: self._conductance(delay)} for delay in DELAYS_S]
+
+    def _conductance(self, delay_s: float) -> float:
+        return HALF * self.capacity / delay_s
+
+    def parameters(self) -> dict[str, str]:
+        """Return the conductance between the sides."""
+        return {self.first: conductance_of((self.place[0], self._far), boundary=False)}
+
+    def scaled(self, numbers: Mapping[str, float], scale: float) -> dict[str, float]:
+        """Return a conductance with which the far side is so many times as far behind."""
+        return {self.first: numbers[self.first] / scale}
+
+    def put_into(self, machine: Machine, numbers: Mapping[str, float]) -> Machine:
+        """Return the machine with the part in two."""
+        name = self.place[0]
+        nodes = []
+        for node in machine.nodes:
+            if node.name == name:
+                nodes.append(replace(node, capacity=_half(node.capacity)))
+                far = Node(self._far, _half(node.capacity), node.start, node.start_share)
+            else:
+                nodes.append(node)
+        sensors = tuple(
+            replace(one, of=self._far) if one.name in self.sensors else one
+            for one in machine.sensors
+        )
+        items = tuple(self._near(item) for item in machine.items)
+        grown = replace(machine, nodes=(*nodes, far), sensors=sensors, items=items)
+        for item in items:
+            if self._is_surface(item):
+                other = replace(self._on_far_side(item), name=f"{item.name}_far")
+                grown = with_item(grown, other, "surface_convection")
+        high, low = (self._conductance(delay) for delay in DELAY_RANGE_S)
+        return joined(grown, (name, self._far), free(numbers[self.first], "W/K", high, low))
+
+    def _near(self, item: Item) -> Item:
+        """Return an item as it is afterwards: half of a surface; another link may have moved."""
+        if self._is_surface(item):
+            half = {**item.parameters, "area": _half(item.parameters["area"])}
+            return replace(item, parameters=half)
+        return self._on_far_side(item) if self.links else item
+
+    def _is_surface(self, item: Item) -> bool:
+        return item.kind == "convection" and self.place[0] in item.refs["between"]
+
+    def _on_far_side(self, item: Item) -> Item:
+        """Return a link of the part as one of its far side; its name stays."""
+        pair = item.refs.get("between", ())
+        if item.family != "links" or self.place[0] not in pair:
+            return item
+        moved = tuple(self._far if one == self.place[0] else one for one in pair)
+        return replace(item, refs={**item.refs, "between": moved})
+
+
+def _half(whole: Parameter) -> Parameter:
+    if whole.tied:
+        return replace(whole, factor=whole.factor * HALF).following(whole.value / whole.factor)
+    return replace(whole, value=HALF * whole.value, low=HALF * whole.low, high=HALF * whole.high)

@@ -1,0 +1,75 @@
+"""A conductance that rises with speed or feed: a moving axis cools its nut.
+
+The path at rest stays as it is; what motion adds is a link of its own. A flow or a flag that the
+runs hold counts as motion, too: flood coolant, or a door that lets in the hall's air.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import ClassVar, Self
+
+from gap_finder.added_paths import AddedPath
+from gap_finder.kinds.base import CalibratedRun, PathChange, free, with_item
+from plant_model.machine import Item, Machine
+
+SIZES_W_PER_K = (2.0, 20.0)
+"""Conductances tried, at the top of the input's range [W/K]."""
+
+LARGEST_W_PER_K = 1000.0
+"""As for a heat path [W/K]."""
+
+MOTIONS = ("rpm", "mm_min", "lpm", "1")
+"""Units of inputs that may drive it: speed, feed, flow, and a flag such as an open door."""
+
+
+@dataclass(frozen=True)
+class ConductanceWithMotion(PathChange):
+    """More exchange on a path of the machine while an input moves it."""
+
+    name: ClassVar[str] = "conductance_with_motion"
+    title: ClassVar[str] = "Conductance that rises with motion"
+    first: ClassVar[str] = "conductance"
+
+    @classmethod
+    def all_of(cls, known: Sequence[CalibratedRun]) -> Iterator[Self]:
+        """Return every path with every motion, and every part with the air around it."""
+        machine = known[0].machine
+        columns = set().union(*(one.observed.run.frame.columns for one in known))
+        moving = [e.name for e in machine.inputs if e.unit in MOTIONS and e.column in columns]
+        kinds = ("conduction", "contact", "convection")
+        pairs = [item.refs["between"] for item in machine.of_kind("links", *kinds)]
+        pairs += [
+            (node.name, outside) for node in machine.nodes for outside in machine.boundary_index
+        ]
+        names = {item.name for item in machine.items}
+        for pair in dict.fromkeys(pairs):
+            for driver in moving:
+                one = cls((*pair, driver))
+                if one._name not in names:
+                    yield one
+
+    def path(self) -> AddedPath:
+        """Return the path that motion adds to."""
+        return AddedPath(self.place[:2], self.sizes(), self.place[2])
+
+    @property
+    def _name(self) -> str:
+        return f"{self.place[0]}-{self.place[1]}-moved_by_{self.place[2]}"
+
+    def points(self) -> list[dict[str, float]]:
+        """Return a small and a large conductance."""
+        return [{self.first: size} for size in SIZES_W_PER_K]
+
+    def parameters(self) -> dict[str, str]:
+        """Return what motion adds at the top of the input's range."""
+        return {self.first: f"links.{self._name}.conductance"}
+
+    def put_into(self, machine: Machine, numbers: Mapping[str, float]) -> Machine:
+        """Return the machine with this link."""
+        value = numbers[self.first]
+        g = free(value, "W/K", min(max(20.0, 10.0 * value), LARGEST_W_PER_K))
+        refs = {"between": self.place[:2], "driven_by": self.place[2:]}
+        item = Item("links", self._name, "stirred", refs, {"conductance": g})
+        return with_item(machine, item, "stirred_film")

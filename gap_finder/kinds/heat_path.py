@@ -1,0 +1,69 @@
+"""Heat paths that the machine file forgot: between two parts, or from a part to the air."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations, product
+from typing import ClassVar, Self
+
+from gap_finder.added_paths import AddedPath
+from gap_finder.kinds.base import (
+    CalibratedRun,
+    PathChange,
+    conductance_of,
+    free,
+    joined,
+    parts_joined,
+)
+from plant_model.machine import Machine
+
+SIZES_W_PER_K = (3.0, 30.0)
+"""Conductances tried: one through a thin section or a still surface, one through a joint [W/K]."""
+
+LARGEST_W_PER_K = 1000.0
+"""No path is fitted to conduct more: two parts that close are one [W/K]."""
+
+
+@dataclass(frozen=True)
+class HeatPath(PathChange):
+    """A heat path between a part and another part or a boundary temperature."""
+
+    name: ClassVar[str] = "heat_path"
+    title: ClassVar[str] = "Heat path that the machine file does not have"
+    first: ClassVar[str] = "conductance"
+
+    place: tuple[str, str]
+    boundary: bool
+
+    @classmethod
+    def all_of(cls, known: Sequence[CalibratedRun]) -> Iterator[Self]:
+        """Return the paths that the machine does not have."""
+        machine = known[0].machine
+        there = {frozenset(item.refs.get("between", ())) for item in machine.items}
+        names = {item.name for item in machine.items}
+        nodes = [node.name for node in machine.nodes]
+        pairs = [*combinations(nodes, 2), *product(nodes, machine.boundary_index)]
+        others = parts_joined(machine)
+        for pair in pairs:
+            new = frozenset(pair) not in there and "-".join(pair) not in names
+            if new and pair[1] in others:
+                yield cls(pair, pair[1] in machine.boundary_index)
+
+    def path(self) -> AddedPath:
+        """Return the path between its two ends."""
+        return AddedPath(self.place, self.sizes())
+
+    def points(self) -> list[dict[str, float]]:
+        """Return a small and a large conductance."""
+        return [{self.first: size} for size in SIZES_W_PER_K]
+
+    def parameters(self) -> dict[str, str]:
+        """Return the conductance; that of a surface is the coefficient on 1 m2."""
+        return {self.first: conductance_of(self.place, boundary=self.boundary)}
+
+    def put_into(self, machine: Machine, numbers: Mapping[str, float]) -> Machine:
+        """Return the machine with this path."""
+        value = numbers[self.first]
+        high = min(max(20.0, 10.0 * value), LARGEST_W_PER_K)
+        return joined(machine, self.place, free(value, "W/K", high))

@@ -1,0 +1,80 @@
+"""Heat that the machine file forgot: in a part, always there or driven by an input."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import chain, product
+from typing import ClassVar, Self
+
+from gap_finder.kinds.base import CalibratedRun, Change, free, with_item
+from plant_model.machine import Item, Machine
+
+SIZES_W = (20.0, 200.0)
+"""Powers tried; the answer is in proportion to them [W]."""
+
+LARGEST_W = 20000.0
+"""Nothing in a machine tool's structure is heated by more [W]."""
+
+EXPONENTS = (1.0, 2.0)
+"""Tried with an input: a friction that speed does not change, and a viscous one [1]."""
+
+
+@dataclass(frozen=True)
+class HeatSource(Change):
+    """Heat in a part."""
+
+    name: ClassVar[str] = "heat_source"
+    title: ClassVar[str] = "Heat source that the machine file does not have"
+    first: ClassVar[str] = "power"
+
+    @classmethod
+    def all_of(cls, known: Sequence[CalibratedRun]) -> Iterator[Self]:
+        """Return a source for every part, always on or driven by each input that is given.
+
+        None for an input that heats the part already.
+        """
+        machine = known[0].machine
+        columns = set().union(*(one.observed.run.frame.columns for one in known))
+        driving = [e.name for e in machine.inputs if not e.is_boundary and e.column in columns]
+        sources = [item for item in machine.items if item.family == "sources"]
+        names = {item.name for item in sources}
+        # Where an input heats a part already, it is the law that is wrong and no source that lacks.
+        there = {
+            (part, driver)
+            for item in sources
+            for driver in item.refs.get("driven_by", ())
+            for part in chain.from_iterable(item.refs.values())
+        }
+        for node in machine.nodes:
+            for driver in ("", *driving):
+                one = cls((node.name, driver) if driver else (node.name,))
+                if one._name not in names and (node.name, driver) not in there:
+                    yield one
+
+    @property
+    def _name(self) -> str:
+        return "heat_in_" + "_by_".join(self.place)
+
+    def points(self) -> list[dict[str, float]]:
+        """Return a small and a large power, with each exponent if an input drives it."""
+        if len(self.place) == 1:
+            return [{self.first: size} for size in SIZES_W]
+        pairs = product(SIZES_W, EXPONENTS)
+        return [{self.first: size, "exponent": exponent} for size, exponent in pairs]
+
+    def parameters(self) -> dict[str, str]:
+        """Return the power, and the exponent if an input drives it."""
+        names = [self.first, "exponent"][: len(self.place)]
+        return {name: f"sources.{self._name}.{name}" for name in names}
+
+    def put_into(self, machine: Machine, numbers: Mapping[str, float]) -> Machine:
+        """Return the machine with this source."""
+        value = numbers[self.first]
+        given = {"power": free(value, "W", min(max(500.0, 10.0 * value), LARGEST_W))}
+        refs: dict[str, tuple[str, ...]] = {"node": self.place[:1]}
+        kind = "steady_heat"
+        if len(self.place) > 1:
+            given["exponent"] = free(numbers["exponent"], "1", 2.5, 0.7)
+            refs["driven_by"], kind = self.place[1:], "driven_heat"
+        return with_item(machine, Item("sources", self._name, kind, refs, given), "plain_heat")

@@ -1,0 +1,87 @@
+"""A mass behind a part that the machine file forgot: what is bolted on and follows by itself."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+from typing import ClassVar, Self
+
+from gap_finder.added_paths import AddedPath
+from gap_finder.kinds.base import (
+    CalibratedRun,
+    PathChange,
+    conductance_of,
+    free,
+    joined,
+    parts_joined,
+    taken_names,
+)
+from plant_model.machine import Machine, Node
+
+MASSES = (0.5, 2.0)
+"""Heat capacities tried, in those of the part [1]."""
+
+MOST = 5.0
+"""A mass is fitted between a share of a tenth and so many times the part's [1]."""
+
+DELAYS_S = (900.0, 3600.0, 10800.0)
+"""How slowly it follows the part: capacity over conductance, as tried [s]."""
+
+
+@dataclass(frozen=True)
+class HiddenMass(PathChange):
+    """A mass behind a part; it loses heat to that part only and starts as warm as that."""
+
+    name: ClassVar[str] = "hidden_mass"
+    title: ClassVar[str] = "Mass behind a part that the machine file does not have"
+    first: ClassVar[str] = "conductance"
+    at_once: ClassVar[int] = 1
+
+    capacity: float
+
+    @classmethod
+    def all_of(cls, known: Sequence[CalibratedRun]) -> Iterator[Self]:
+        """Return a mass for every part."""
+        machine = known[0].machine
+        taken, others = taken_names(machine), parts_joined(machine)
+        for node in machine.nodes:
+            if f"{node.name}_behind" not in taken and node.name in others:
+                yield cls((node.name,), node.capacity.value)
+
+    def path(self) -> AddedPath:
+        """Return the path from the part to the mass."""
+        masses = tuple(point["capacity"] for point in self.points())
+        return AddedPath(self.place, self.sizes(), masses=masses)
+
+    @property
+    def _mass(self) -> str:
+        return f"{self.place[0]}_behind"
+
+    def points(self) -> list[dict[str, float]]:
+        """Return a few sizes, each at a few delays."""
+        return [
+            {self.first: mass * self.capacity / delay, "capacity": mass * self.capacity}
+            for mass, delay in product(MASSES, DELAYS_S)
+        ]
+
+    def parameters(self) -> dict[str, str]:
+        """Return its conductance to the part, and its heat capacity."""
+        return {
+            self.first: conductance_of((self.place[0], self._mass), boundary=False),
+            "capacity": f"nodes.{self._mass}.capacity",
+        }
+
+    def scaled(self, numbers: Mapping[str, float], scale: float) -> dict[str, float]:
+        """Return the numbers of a mass so many times as large that follows as fast."""
+        return {name: value * scale for name, value in numbers.items()}
+
+    def put_into(self, machine: Machine, numbers: Mapping[str, float]) -> Machine:
+        """Return the machine with this mass."""
+        (part,) = (node for node in machine.nodes if node.name == self.place[0])
+        most = MOST * self.capacity
+        mass = free(numbers["capacity"], "J/K", most, 0.02 * most)
+        behind = Node(self._mass, mass, part.start, part.start_share)
+        grown = replace(machine, nodes=(*machine.nodes, behind))
+        g = numbers[self.first]
+        return joined(grown, (part.name, self._mass), free(g, "W/K", max(20.0, 10.0 * g)))

@@ -1,0 +1,84 @@
+"""A part that moves an axis, which the machine file does not know."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import ClassVar, Self
+
+from gap_finder.kinds.base import CalibratedRun, Change, fixed, free, with_item
+from plant_model.machine import Item, Machine
+from plant_model.sensors import displacement_names
+
+SIZES_MM = (60.0, 600.0)
+"""Lengths of a part that are tried; the answer is in proportion to them [mm]."""
+
+LONGEST_MM = 5000.0
+"""No part of a machine tool that grows straight is longer, levers included [mm]."""
+
+EXPANSION = 11.0
+"""Of steel and cast iron, between 10 and 12 [1e-6/K]."""
+
+AXES = {"X": "x", "Y": "y", "Z": "elongation"}
+"""Axes, and what a structure calls them."""
+
+WAYS = (-1.0, 1.0)
+
+
+@dataclass(frozen=True)
+class MovesAxis(Change):
+    """A part whose growth moves one axis, either way."""
+
+    name: ClassVar[str] = "moves_axis"
+    title: ClassVar[str] = "Part that moves an axis"
+    first: ClassVar[str] = "length"
+
+    way: float
+
+    @classmethod
+    def all_of(cls, known: Sequence[CalibratedRun]) -> Iterator[Self]:
+        """Return every part with every axis that is measured, either way."""
+        machine = known[0].machine
+        if "thermal_expansion" not in machine.effects:
+            return
+        names = {item.name for item in machine.items}
+        for node in machine.nodes:
+            for axis in _measured(known[0]):
+                for way in WAYS:
+                    one = cls((node.name, axis), way)
+                    if one._name not in names:
+                        yield one
+
+    @property
+    def _name(self) -> str:
+        return f"{self.place[0]}_moves_{self.place[1]}{'_back' if self.way < 0.0 else ''}"
+
+    def points(self) -> list[dict[str, float]]:
+        """Return a short and a long part."""
+        return [{self.first: size} for size in SIZES_MM]
+
+    def parameters(self) -> dict[str, str]:
+        """Return the length that would move the axis as much."""
+        return {self.first: f"structure.{self._name}.length"}
+
+    def put_into(self, machine: Machine, numbers: Mapping[str, float]) -> Machine:
+        """Return the machine with this part in the structure."""
+        ways = {name: fixed(0.0, "1") for name in AXES.values()}
+        ways[AXES[self.place[1]]] = fixed(self.way, "1")
+        given = {
+            "length": free(numbers[self.first], "mm", LONGEST_MM),
+            "expansion": fixed(EXPANSION, "1e-6/K"),
+            **ways,
+        }
+        item = Item("structure", self._name, "member", {"nodes": self.place[:1]}, given)
+        return with_item(machine, item, "thermal_expansion")
+
+
+def _measured(known: CalibratedRun) -> list[str]:
+    """Return the axes that some displacement that is compared shows."""
+    rig, channels = known.machine.rig, known.observed.channels
+    if rig["kind"] == "direct":
+        return sorted({one["axis"] for name, one in rig["axes"].items() if name in channels})
+    names = displacement_names(known.machine)
+    shown = zip(("X", "Y", "X", "Y", "Z"), names, strict=True)
+    return sorted({axis for axis, name in shown if name in channels})

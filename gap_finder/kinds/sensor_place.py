@@ -1,0 +1,120 @@
+"""A thermometer that reads partly another part than the machine file says.
+
+It is written as what it is: a small tip of its own between the two parts, which weighs and conducts
+next to nothing. Which share of each it reads is the ratio of its two contacts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar, Self
+
+import numpy as np
+
+from gap_finder.kinds.base import (
+    CalibratedRun,
+    Change,
+    conductance_of,
+    fixed,
+    free,
+    joined,
+    parts_joined,
+    taken_names,
+)
+from gap_finder.linearise import simulate_at
+from plant_model.machine import Machine, Node
+from plant_model.parameters import FloatArray
+
+SHARES = (0.1, 0.5)
+"""Shares tried [1]."""
+
+LARGEST_SHARE = 0.95
+"""More than this, and it would be the other part's thermometer [1]."""
+
+CONTACT_W_PER_K, TIP_J_PER_K = 0.01, 0.03
+"""Of the tip with its own part, and its capacity: it follows within seconds and, between the two,
+carries less heat than any path that shows [W/K, J/K]."""
+
+
+@dataclass(frozen=True)
+class SensorPlace(Change):
+    """A thermometer beside its place; the place is the thermometer and the other part."""
+
+    name: ClassVar[str] = "sensor_place"
+    title: ClassVar[str] = "Thermometer that reads partly another part"
+    first: ClassVar[str] = "share"
+
+    of: str
+    boundary: bool
+
+    @classmethod
+    def all_of(cls, known: Sequence[CalibratedRun]) -> Iterator[Self]:
+        """Return every thermometer on a part with every other part and boundary temperature."""
+        machine, channels = known[0].machine, known[0].observed.channels
+        taken = taken_names(machine)
+        others = parts_joined(machine)
+        for sensor in machine.sensors:
+            if sensor.name in channels and sensor.of in others and sensor.of in machine.node_index:
+                for other in others:
+                    if other != sensor.of and f"{sensor.name}_tip" not in taken:
+                        yield cls((sensor.name, other), sensor.of, other in machine.boundary_index)
+
+    @property
+    def _tip(self) -> str:
+        return f"{self.place[0]}_tip"
+
+    def points(self) -> list[dict[str, float]]:
+        """Return a small and a large share: the answer is in proportion to them."""
+        return [{self.first: share} for share in SHARES]
+
+    def parameters(self) -> dict[str, str]:
+        """Return the tip's contact with the other part."""
+        return {self.first: conductance_of((self._tip, self.place[1]), boundary=self.boundary)}
+
+    def scaled(self, numbers: Mapping[str, float], scale: float) -> dict[str, float]:
+        """Return the share so many times as large, as far as there is one."""
+        return {self.first: min(numbers[self.first] * scale, 0.9)}
+
+    def put_into(self, machine: Machine, numbers: Mapping[str, float]) -> Machine:
+        """Return the machine with the thermometer on a tip between the two parts."""
+        sensor, other = self.place
+        start = Node(self._tip, fixed(TIP_J_PER_K, "J/K"), sensor)
+        nodes = (*machine.nodes, start)
+        sensors = tuple(
+            replace(one, of=start.name) if one.name == sensor else one for one in machine.sensors
+        )
+        grown = replace(machine, nodes=nodes, sensors=sensors)
+        grown = joined(grown, (self._tip, self.of), fixed(CONTACT_W_PER_K, "W/K"))
+        most = CONTACT_W_PER_K * _odds(LARGEST_SHARE)
+        value = CONTACT_W_PER_K * _odds(numbers[self.first])
+        return joined(grown, (self._tip, other), free(value, "W/K", most))
+
+    def read(self, machine: Machine) -> dict[str, float]:
+        """Return the share that it reads of the other part."""
+        g = machine.parameters[self.parameters()[self.first]].value
+        return {self.first: g / (g + CONTACT_W_PER_K)}
+
+    def told(self, machine: Machine) -> dict[str, Any]:
+        """Return the share."""
+        return {"share": round(self.read(machine)[self.first], 3)}
+
+    @classmethod
+    def answers(cls, changes: Sequence[Self], known: CalibratedRun) -> list[FloatArray]:
+        """Return the answers, which need no simulation: a mean of what is known."""
+        index, observed = known.machine.node_index, known.observed
+        shown = simulate_at(known.machine, observed)
+        warm = shown.temperatures[0, 1:]
+        found = []
+        for one in changes:
+            sensor, other = one.place
+            column = observed.channels.index(sensor)
+            there = warm[:, index[other]] if other in index else shown.inputs[other][1:]
+            out = np.zeros((len(SHARES), len(observed.time_s), len(observed.channels)))
+            out[..., column] = np.outer(SHARES, there - warm[:, index[one.of]])
+            found.append((out * observed.weights).reshape(len(SHARES), -1))
+        return found
+
+
+def _odds(share: float) -> float:
+    return share / (1.0 - share)

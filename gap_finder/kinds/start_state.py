@@ -1,0 +1,151 @@
+"""Parts that start wrongly: one that no sensor starts, or that is not at rest when a run begins.
+
+The machine file says at which signal a part starts. Where a part is still warm from the run before,
+or no sensor sits on it, that may be wrong, and a wrong start looks like any slow effect. Here every
+part, and all that start at the same boundary temperature together, are tried at every other
+thermometer. What each would change is known without simulating: it is the answer to a part's start,
+which calibration has already.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar, Self
+
+import numpy as np
+
+from gap_finder.kinds.base import CalibratedRun, Change
+from gap_finder.linearise import START_K, simulate_at
+from plant_model.machine import Machine
+from plant_model.parameters import FloatArray
+from plant_model.sensors import column_of, displacement_names
+
+LEAST_K = 0.5
+"""A start that is nowhere further from the file's than this is not tried [K]."""
+
+SHARES = (0.5, 1.0)
+"""Shares of the way from the first boundary temperature to the thermometer's reading, tried."""
+
+LARGEST_SHARE = 1.5
+"""A part may be further from the hall than the thermometer; no further than so many times [1]."""
+
+
+@dataclass(frozen=True)
+class StartState(Change):
+    """Another start of some parts.
+
+    Attributes
+    ----------
+    signal : str
+        The thermometer or input that they start at.
+    shares : tuple of float
+        Shares of the way there from the first boundary temperature that are tried [1].
+    at_hall : bool
+        Whether the file starts them at that temperature: only then the share can be scaled.
+    """
+
+    name: ClassVar[str] = "start_state"
+    title: ClassVar[str] = "Part that starts at another temperature than the machine file says"
+    first: ClassVar[str] = "share"
+
+    signal: str
+    shares: tuple[float, ...]
+    at_hall: bool
+
+    @classmethod
+    def all_of(cls, known: Sequence[CalibratedRun]) -> Iterator[Self]:
+        """Return every part, and all together that start at a boundary, at every signal."""
+        machine = known[0].machine
+        firsts = [_first_values(one) for one in known]
+        begins = [_begins(one) for one in known]
+        usual = next(iter(machine.boundary_index))
+        for place in _places(machine):
+            at = [machine.node_index[name] for name in place]
+            at_hall = all(machine.nodes[i].start == usual for i in at)
+            for signal in (name for name in firsts[0] if all(name in first for first in firsts)):
+                shares = tuple(
+                    share
+                    for share in (SHARES if signal != usual else SHARES[-1:])
+                    if max(
+                        float(np.abs(_target(first, usual, signal, share) - begin[at]).max())
+                        for first, begin in zip(firsts, begins, strict=True)
+                    )
+                    >= LEAST_K
+                )
+                if shares:
+                    yield cls(place, signal, shares, at_hall)
+
+    def points(self) -> list[dict[str, float]]:
+        """Return the shares."""
+        return [{self.first: share} for share in self.shares]
+
+    def scaled(self, numbers: Mapping[str, float], scale: float) -> dict[str, float]:
+        """Return another share of the way, if the parts start at the hall in the file."""
+        share = numbers[self.first] * (scale if self.at_hall else 1.0)
+        return {self.first: round(min(share, LARGEST_SHARE), 3)}
+
+    def put_into(self, machine: Machine, numbers: Mapping[str, float]) -> Machine:
+        """Return the machine with these parts starting there."""
+        nodes = tuple(
+            replace(node, start=self.signal, start_share=numbers[self.first])
+            if node.name in self.place
+            else node
+            for node in machine.nodes
+        )
+        return replace(machine, nodes=nodes)
+
+    def read(self, machine: Machine) -> dict[str, float]:
+        """Return the share."""
+        return {self.first: machine.nodes[machine.node_index[self.place[0]]].start_share}
+
+    def told(self, machine: Machine) -> dict[str, Any]:
+        """Return the signal and the share."""
+        share = self.read(machine)[self.first]
+        number = {"value": share, "low": share, "high": share, "unit": "1"}
+        return {"starts_at": self.signal, "parameters": {self.first: number}}
+
+    @classmethod
+    def answers(cls, changes: Sequence[Self], known: CalibratedRun) -> list[FloatArray]:
+        """Return the answers, which calibration has already."""
+        machine = known.machine
+        first, begin = _first_values(known), _begins(known)
+        usual = next(iter(machine.boundary_index))
+        by_start = known.sensitivities.starts
+        found = []
+        for one in changes:
+            at = [machine.node_index[name] for name in one.place]
+            away = [_target(first, usual, one.signal, share) - begin[at] for share in one.shares]
+            found.append(np.array([by_start[:, at] @ part / START_K for part in away]))
+        return found
+
+
+def _target(first: Mapping[str, float], usual: str, signal: str, share: float) -> float:
+    return first[usual] + share * (first[signal] - first[usual])
+
+
+def _begins(known: CalibratedRun) -> FloatArray:
+    """Return where every part starts as the file has it [degC], shape (nodes,)."""
+    return np.asarray(simulate_at(known.machine, known.observed).temperatures[0, 0])
+
+
+def _places(machine: Machine) -> list[tuple[str, ...]]:
+    """Return every part, and those together that start at the same boundary temperature."""
+    together = [
+        tuple(node.name for node in machine.nodes if node.start == name)
+        for name in machine.boundary_index
+    ]
+    return [(node.name,) for node in machine.nodes] + [p for p in together if len(p) > 1]
+
+
+def _first_values(known: CalibratedRun) -> dict[str, float]:
+    """Return the first value of every boundary temperature and thermometer of a run [degC]."""
+    lengths, observed = set(displacement_names(known.machine)), known.observed
+    found = {name: float(values[0]) for name, values in observed.drive.first.items()}
+    for name in observed.channels:
+        column = column_of(known.machine, name)
+        if name not in lengths and column in observed.run.frame:
+            read = observed.run.frame[column].dropna()
+            if len(read):
+                found[name] = float(read.iloc[0])
+    return {name: found[name] for name in sorted(found)}

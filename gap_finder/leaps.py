@@ -1,0 +1,91 @@
+"""What leaps by itself: the instants at which the nose was seen to jump in a run.
+
+A bearing that slips does so when a force is reached, and a model that is a little wrong of it slips
+at other instants; then it explains nothing, however right its law is. The leaps themselves are
+plain in the data.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import maximum_filter1d, median_filter
+
+from gap_finder.observations import Observations
+from plant_model.drive import Drive
+from plant_model.effect_names import leaps_of
+from plant_model.effects.base import POSE
+from plant_model.machine import Machine
+from plant_model.parameters import FloatArray
+from plant_model.sensors import displacements
+
+OUTSTANDING = 6.0
+"""A leap differs from the changes around it by this many of their standard deviations [1]."""
+
+LEAST_UM = 1.0
+"""A leap is no smaller than this [um]."""
+
+AROUND = 7
+"""Changes from one observation to the next that a leap is held against."""
+
+
+@dataclass(frozen=True)
+class Leaps:
+    """Leaps of the elongation in one run.
+
+    Attributes
+    ----------
+    time_s : array, shape (L,)
+        First observation after each [s].
+    sign : array, shape (L,)
+        +1 or -1.
+    """
+
+    time_s: FloatArray
+    sign: FloatArray
+
+    def marked(self, observed: Observations, key: str) -> Observations:
+        """Return observations whose inputs tell an effect what was seen."""
+        return observed.told(leaps_of(key), self._at_ends)
+
+    def _at_ends(self, drive: Drive) -> FloatArray:
+        seen = np.zeros(len(drive.grid) - 1)
+        # The step that ends at the observation, or at the first instant of the grid after it.
+        ends = np.searchsorted(drive.grid[1:], self.time_s - 1e-6)
+        inside = ends < len(seen)
+        seen[ends[inside]] = self.sign[inside]
+        return seen
+
+
+def leaps_in(machine: Machine, observed: Observations, base: FloatArray) -> Leaps:
+    """Find where the elongation leaps.
+
+    Parameters
+    ----------
+    machine : Machine
+    observed : Observations
+    base : array, shape (K, C)
+        What the machine as it is modelled shows. It takes out what is known to be quick.
+    """
+    unit = np.zeros(len(POSE))
+    unit[POSE.index("elongation")] = 1.0
+    by_channel = displacements(machine, unit)
+    shown = np.array([float(by_channel.get(name, 0.0)) for name in observed.channels])
+    # Least squares of all channels that elongation moves, as far as each is there.
+    pull = observed.weights**2 * shown
+    known = np.sum(pull * shown, axis=1)
+    residual = np.sum(pull * (np.nan_to_num(observed.values) - base), axis=1)
+    some = known > 0.0
+    elongation = residual[some] / known[some]
+    if len(elongation) < 2 * AROUND:
+        return Leaps(np.zeros(0), np.zeros(0))
+    change = np.diff(elongation)
+    leap = change - median_filter(change, AROUND, mode="nearest")
+    size = np.abs(leap)
+    usual = 1.4826 * float(np.median(size))
+    stands_out = size > max(OUTSTANDING * usual, LEAST_UM)
+    # One leap may be spread over two changes: the larger one counts.
+    stands_out &= size == maximum_filter1d(size, 3)
+    at = np.flatnonzero(stands_out)
+    return Leaps(observed.time_s[some][at + 1], np.sign(leap[at]))

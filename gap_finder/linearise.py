@@ -1,0 +1,186 @@
+"""How observations answer to parameters: weighted residuals and their derivatives."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gap_finder.observations import Observations
+from gap_finder.priors import Priors
+from plant_model.machine import Machine
+from plant_model.parameters import FloatArray
+from plant_model.sensors import displacement_names
+from plant_model.simulate import Simulation, simulate
+
+TOLERANCE = 3e-3
+"""Local error while fitting where it is not [K]: far below what misfits are judged by."""
+
+DIFFERENCE = 0.05
+"""Step of the numerical derivative, in prior standard deviations."""
+
+OFFSET_UM = 30.0
+"""How well the zero of a displacement channel is known in each run [um]: hardly, for a run may
+start with the spindle turning, and when the sensor was zeroed is not in the file."""
+
+START_K = 0.3
+"""How well the temperature of each node is known when a run starts [K]."""
+
+BIAS_K = 0.15
+"""How well a thermometer is known over all runs, fitting and calibration [K]."""
+
+
+def simulate_at(
+    machine: Machine,
+    observed: Observations,
+    parameters: Mapping[str, FloatArray] | None = None,
+    start: FloatArray | None = None,
+) -> Simulation:
+    """Simulate a run at its first row and then at its observations' instants.
+
+    Parameters
+    ----------
+    machine : Machine
+    observed : Observations
+        Effects that had not begun in its run are left out.
+    parameters : mapping of str to array, shape (sets,), optional
+        Values instead of the machine's, by full name; the run's own values win.
+    start : array, optional
+        Temperatures of the nodes at the start [degC]; by default as the machine file says.
+
+    Returns
+    -------
+    Simulation
+        At K + 1 instants.
+    """
+    if observed.absent & machine.effects.keys():
+        gone = tuple(f"effects.{key}." for key in observed.absent)
+        kept = {key: p for key, p in machine.effects.items() if key not in observed.absent}
+        machine = replace(machine, effects=kept)
+        parameters = {n: v for n, v in (parameters or {}).items() if not n.startswith(gone)}
+    own = {name: np.array([v]) for name, v in observed.own.items() if name in machine.parameters}
+    if own:
+        parameters = {**(parameters or {}), **own}
+    return simulate(
+        machine,
+        observed.run.frame,
+        parameters,
+        tolerance=TOLERANCE,
+        at=np.append(observed.run.time_s[0], observed.time_s),
+        start=start,
+        drive=observed.drive,
+    )
+
+
+def modelled(simulation: Simulation, observed: Observations) -> FloatArray:
+    """Return the channels of a simulation, shape (sets, K, C), displacements from the first row.
+
+    Parameters
+    ----------
+    simulation : Simulation
+        At the run's first row and then at the K instants.
+    observed : Observations
+
+    Returns
+    -------
+    array, shape (sets, K, C)
+        [degC, um]
+    """
+    shown = np.stack([simulation.readings[name] for name in observed.channels], axis=-1)
+    lengths = set(displacement_names(simulation.machine))
+    zeroed = [i for i, name in enumerate(observed.channels) if name in lengths]
+    shown[..., zeroed] -= shown[:, :1, zeroed]
+    return shown[:, 1:]
+
+
+@dataclass(frozen=True)
+class Linearisation:
+    """One run about one point: residual and derivatives, weighted.
+
+    Attributes
+    ----------
+    residual : array, shape (N,)
+        Model minus measurement.
+    by_parameter : array, shape (N, P)
+        Derivative by the fitting scale of the priors.
+    """
+
+    residual: FloatArray
+    by_parameter: FloatArray
+
+
+def residual_of(
+    machine: Machine, observed: Observations, parameters: Mapping[str, FloatArray]
+) -> FloatArray:
+    """Return weighted residuals, shape (sets, N)."""
+    return observed.weighted(modelled(simulate_at(machine, observed, parameters), observed))
+
+
+def linear_about(
+    machine: Machine,
+    observed: Observations,
+    priors: Priors,
+    x: FloatArray,
+    known: Mapping[str, FloatArray] | None = None,
+) -> Linearisation:
+    """Linearise one run about x, shape (P,), in the priors' fitting scale.
+
+    *known* holds derivatives, each (N,), that need not be computed again: adding an effect hardly
+    changes how the rest answers, and a descent with such derivatives ends at the same place.
+    """
+    known = known or {}
+    asked = [i for i, name in enumerate(priors.names) if name not in known]
+    # A difference that would leave the range goes the other way.
+    sign = np.where(x + DIFFERENCE > priors.high, -1.0, 1.0)
+    points = np.tile(x, (len(asked) + 1, 1))
+    points[np.arange(len(asked)) + 1, asked] += sign[asked] * DIFFERENCE
+    residual = residual_of(machine, observed, priors.values(points))
+    columns = np.empty((len(priors.names), residual.shape[1]))
+    columns[asked] = (residual[1:] - residual[0]) / (sign[asked] * DIFFERENCE)[:, None]
+    for i, name in enumerate(priors.names):
+        if name in known:
+            columns[i] = known[name]
+    return Linearisation(residual[0], columns.T)
+
+
+def nuisance_columns(machine: Machine, observed: Observations) -> FloatArray:
+    """Return what only this run has: zeros of displacements, starting temperatures, switches.
+
+    Returns
+    -------
+    array, shape (N, displacements + nodes + unclear switches)
+        Weighted answers, each for one prior standard deviation.
+    """
+    lengths = set(displacement_names(machine))
+    count = len(observed.channels)
+    columns = []
+    for i, name in enumerate(observed.channels):
+        if name in lengths:
+            column = np.zeros((len(observed.time_s), count))
+            column[:, i] = OFFSET_UM * observed.weights[:, i]
+            columns.append(column.reshape(-1))
+    base = simulate_at(machine, observed)
+    at_start = base.temperatures[0, 0]
+    starts = np.tile(at_start, (len(machine.nodes) + 1, 1))
+    starts[1:] += START_K * np.eye(len(machine.nodes))
+    answers = modelled(simulate_at(machine, observed, start=starts), observed)
+    change = (answers[1:] - answers[0]) * observed.weights
+    for switch in observed.switches:
+        later = modelled(simulate_at(machine, replace(observed, drive=switch.later)), observed)
+        answer = (later[0] - answers[0]) * switch.uncertain_s / switch.later_s
+        columns.append((answer * observed.weights).reshape(-1))
+    return np.concatenate(
+        [np.array(columns).reshape(len(columns), -1), change.reshape(len(change), -1)]
+    ).T
+
+
+def bias_columns(machine: Machine, observed: Observations) -> FloatArray:
+    """Return the answer to every thermometer's constant error, shape (N, channels)."""
+    lengths = set(displacement_names(machine))
+    count = len(observed.channels)
+    out = np.zeros((len(observed.time_s), count, count))
+    for i, name in enumerate(observed.channels):
+        if name not in lengths:
+            out[:, i, i] = BIAS_K * observed.weights[:, i]
+    return out.reshape(-1, count)

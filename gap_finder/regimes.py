@@ -1,0 +1,187 @@
+"""Where a model is wrong: residuals by channel, by what the machine is doing, and when."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gap_finder.linearise import modelled, simulate_at
+from gap_finder.observations import Observations
+from measurement.spectrum import speed_spectrum
+from plant_model.machine import Machine
+from plant_model.parameters import FloatArray
+from plant_model.sensors import displacement_names, noise_and_resolution
+
+SETTLING_S = 2400.0
+"""Time after a speed change in which a machine is called warming or cooling [s]."""
+
+
+@dataclass(frozen=True)
+class Place:
+    """A stretch of a run in which one channel is off.
+
+    Attributes
+    ----------
+    run, channel, regime, unit : str
+    start_s, end_s : float
+        [s]
+    rms : float
+        Of model minus measurement there [unit].
+    tolerances : float
+        The same in tolerances [1].
+    """
+
+    run: str
+    channel: str
+    start_s: float
+    end_s: float
+    regime: str
+    rms: float
+    unit: str
+    tolerances: float
+
+
+@dataclass(frozen=True)
+class RunResiduals:
+    """Model minus measurement of one run.
+
+    Attributes
+    ----------
+    observed : Observations
+    values : array, shape (K, C)
+        [K, um]; NaN where nothing was measured.
+    """
+
+    observed: Observations
+    values: FloatArray
+
+
+def residuals(machine: Machine, observed: Observations) -> RunResiduals:
+    """Return model minus measurement of one run.
+
+    Parameters
+    ----------
+    machine : Machine
+    observed : Observations
+
+    Returns
+    -------
+    RunResiduals
+        Its values have the shape (K, C) [K, um]; NaN where nothing was measured.
+    """
+    return RunResiduals(
+        observed, modelled(simulate_at(machine, observed), observed)[0] - observed.values
+    )
+
+
+def regimes(observed: Observations) -> list[tuple[float, float, str]]:
+    """Return stretches of a run (start, end, what the machine does), in order.
+
+    Parameters
+    ----------
+    observed : Observations
+        Of a run with or without a speed; an unknown speed counts as standing.
+
+    Returns
+    -------
+    list of (start, end, text)
+        Start and end in seconds since the run's zero.
+    """
+    found = []
+    before = 0.0
+    for segment in speed_spectrum(observed.run):
+        speed = 0.0 if np.isnan(segment.speed_rpm) else segment.speed_rpm
+        change = min(segment.start_s + SETTLING_S, segment.end_s)
+        at = f"at {speed:.0f} r/min" if speed else "standing"
+        if speed != before:
+            doing = "warming up" if speed > before else "cooling down"
+            found.append((segment.start_s, change, f"{doing}, {at}"))
+            if segment.end_s > change:
+                found.append((change, segment.end_s, f"steady, {at}" if speed else at))
+        else:
+            found.append((segment.start_s, segment.end_s, f"steady, {at}" if speed else at))
+        before = speed
+    return found
+
+
+def places(machine: Machine, found: list[RunResiduals], most: int = 12) -> list[Place]:
+    """Return where the model is off by more than its tolerance, worst first."""
+    lengths = set(displacement_names(machine))
+    all_places = []
+    for one in found:
+        time = one.observed.time_s
+        for start, end, regime in regimes(one.observed):
+            rows = (time >= start) & (time <= end)
+            for i, channel in enumerate(one.observed.channels):
+                part = one.values[rows, i]
+                part = part[np.isfinite(part)]
+                if len(part) < 3:
+                    continue
+                rms = float(np.sqrt(np.mean(part**2)))
+                ratio = rms / float(one.observed.tolerance[i])
+                unit = "um" if channel in lengths else "K"
+                all_places.append(
+                    Place(one.observed.run.name, channel, start, end, regime, rms, unit, ratio)
+                )
+    ranked = sorted(all_places, key=lambda place: -place.tolerances)
+    return [place for place in ranked if place.tolerances > 1.0][:most]
+
+
+def noise_of(machine: Machine, channels: tuple[str, ...]) -> FloatArray:
+    """Return each channel's noise, resolution included [K, um], shape (C,)."""
+    table = noise_and_resolution(machine)
+    noise = np.array([np.hypot(table[n][0], table[n][1] / np.sqrt(12.0)) for n in channels])
+    # A sensor whose noise nobody stated is taken to be as good as a usual one.
+    usual = np.where([n in displacement_names(machine) for n in channels], 0.2, 0.03)
+    return np.where(noise > 0.0, noise, usual)
+
+
+def gap_of(machine: Machine, found: list[RunResiduals]) -> float:
+    """Return the root mean square of residual over sensor noise, all channels [1].
+
+    Parameters
+    ----------
+    machine : Machine
+        Says how noisy each sensor is.
+    found : list of RunResiduals
+        All with the same channels.
+    """
+    noise = noise_of(machine, found[0].observed.channels)
+    squares = np.concatenate([((one.values / noise) ** 2).ravel() for one in found])
+    return float(np.sqrt(np.nanmean(squares)))
+
+
+def floor_of(found: list[RunResiduals]) -> float:
+    """Return what noise alone would leave of :func:`gap_of`: bins average several rows [1]."""
+    shares = []
+    for one in found:
+        rows = one.observed.run.frame.notna().to_numpy().sum() / one.observed.run.frame.shape[1]
+        shares.append(len(one.observed.time_s) / max(rows, 1.0))
+    return float(np.sqrt(np.mean(np.minimum(shares, 1.0))))
+
+
+def by_channel(machine: Machine, found: list[RunResiduals]) -> dict[str, float]:
+    """Return the root mean square of each channel's residual [K, um]; only of what was measured.
+
+    Parameters
+    ----------
+    machine : Machine
+    found : list of RunResiduals
+        All with the same channels.
+    """
+    stacked = np.concatenate([one.values for one in found])
+    measured = np.isfinite(stacked).any(axis=0)
+    rms = np.sqrt(np.nanmean(stacked[:, measured] ** 2, axis=0))
+    names = np.array(found[0].observed.channels)[measured].tolist()
+    return dict(zip(names, rms.tolist(), strict=True))
+
+
+def mean_squares(parts: Sequence[FloatArray]) -> FloatArray:
+    """Return the mean square of each channel over all runs, shape (C,); NaN without a value."""
+    values = np.concatenate(list(parts))
+    count = np.isfinite(values).sum(axis=0)
+    return np.asarray(
+        np.where(count > 0, np.nansum(values**2, axis=0) / np.maximum(count, 1), np.nan)
+    )

@@ -1,0 +1,149 @@
+"""Thermometers that stand still while the calibrated model says that they moved.
+
+What the data alone tells of a frozen thermometer (``measurement.faults``) must be careful: a motor
+whose temperature is written in whole kelvin rightly stands still for hours. A model that follows it
+in all other runs knows better. It is asked about readings that are exactly the same, and about
+nothing else: it does not decide that a reading which moves is wrong.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from gap_finder.calibrate import Calibration, Progress, calibrate, quiet
+from gap_finder.data_faults import DataFault, taken_out
+from gap_finder.observations import Observations, observe
+from gap_finder.regimes import RunResiduals, residuals
+from measurement.runs import Run
+from plant_model.machine import Machine
+from plant_model.parameters import FloatArray
+from plant_model.sensors import column_of, displacement_names
+
+LEAST_S = 3600.0
+"""A shorter standstill hurts little [s]."""
+
+MOVED_K, MOVED_STEPS, MOVED_TOLERANCES = 2.0, 3.0, 6.0
+"""The model must have moved by this much [K], by so many steps of the thermometer's resolution and
+by so many tolerances meanwhile [1]."""
+
+FOLLOWS = 0.4
+"""What the model leaves of the channel in the other runs, as a share of that [1]: a model that does
+not follow a thermometer cannot tell that it is broken."""
+
+
+def standing_still(machine: Machine, observed: Sequence[Observations]) -> list[DataFault]:
+    """Return the thermometers that stand still while a calibrated machine moves.
+
+    Parameters
+    ----------
+    machine : Machine
+        Calibrated.
+    observed : sequence of Observations
+        Of two runs or more; only those compared so far count.
+    """
+    lengths = set(displacement_names(machine))
+    left = [residuals(machine, one) for one in observed]
+    faults = []
+    for place, one in enumerate(left):
+        others = [other for other in left if other is not one]
+        for i, name in enumerate(one.observed.channels):
+            if name in lengths:
+                continue
+            span = _longest(one.observed, column_of(machine, name))
+            if span is None:
+                continue
+            moved, usual = _moved(one, i, span), _usual(others, i)
+            step = _resolution([other.observed for other in left], column_of(machine, name))
+            least = max(
+                MOVED_K, MOVED_STEPS * step, MOVED_TOLERANCES * float(one.observed.tolerance[i])
+            )
+            if moved < least or usual > FOLLOWS * moved:
+                continue
+            run = observed[place].run.name
+            text = (
+                f"{name} in {run}: exactly the same for {(span[1] - span[0]) / 60:.0f} min from "
+                f"{span[0] / 60:.0f} min on, while the calibrated model moves by {moved:.1f} K"
+            )
+            faults.append(DataFault(run, name, "frozen", span[0], span[1], text))
+    return faults
+
+
+def calibrated(
+    machine: Machine,
+    runs: Sequence[Run],
+    bad: dict[str, list[tuple[str, float, float]]] | None = None,
+    *,
+    starts: int = 2,
+    seed: int = 0,
+    progress: Progress = quiet,
+) -> tuple[Calibration, list[Observations], list[DataFault]]:
+    """Calibrate a machine on runs, and once more without what then turns out to stand still.
+
+    Parameters
+    ----------
+    machine : Machine
+    runs : sequence of Run
+    bad : dict of run name to list of (channel, start, end), optional
+        Spans to leave out [s].
+    starts, seed, progress
+        As in `calibrate`.
+
+    Returns
+    -------
+    calibration : Calibration
+    observed : list of Observations
+        Without what stands still.
+    faults : list of DataFault
+    """
+    observed = observe(machine, runs, bad)
+    found = calibrate(machine, observed, starts=starts, seed=seed, progress=progress)
+    faults = standing_still(found.machine, observed)
+    if faults:
+        observed = observe(machine, [taken_out(machine, run, faults) for run in runs], bad)
+        again = [found.machine]
+        found = calibrate(machine, observed, starts=1, start_from=again, progress=progress)
+    return found, observed, faults
+
+
+def _longest(observed: Observations, column: str) -> tuple[float, float] | None:
+    """Return the longest time for which a column is exactly the same [s], if it is long."""
+    if column not in observed.run.frame.columns:
+        return None
+    values = observed.run.frame[column].to_numpy(dtype=np.float64)
+    rows = np.flatnonzero(np.isfinite(values))
+    if len(rows) < 3:
+        return None
+    cuts = np.flatnonzero(np.diff(values[rows]) != 0.0) + 1
+    time = observed.run.time_s[rows]
+    starts, ends = time[np.r_[0, cuts]], time[np.r_[cuts, len(rows)] - 1]
+    k = int(np.argmax(ends - starts))
+    return (float(starts[k]), float(ends[k])) if ends[k] - starts[k] >= LEAST_S else None
+
+
+def _moved(one: RunResiduals, channel: int, span: tuple[float, float]) -> float:
+    """Return how far the model moves while the reading stands still [K]."""
+    rows = (one.observed.time_s >= span[0]) & (one.observed.time_s <= span[1])
+    part = one.values[rows, channel]
+    part = part[np.isfinite(part)]
+    return float(np.ptp(part)) if part.size else 0.0
+
+
+def _usual(left: Sequence[RunResiduals], channel: int) -> float:
+    """Return what the model leaves of a channel in other runs, the middle one's [K]."""
+    rms = [_rms(one.values[:, channel]) for one in left]
+    known = [value for value in rms if np.isfinite(value)]
+    return float(np.median(known)) if known else float("inf")
+
+
+def _rms(values: FloatArray) -> float:
+    known = values[np.isfinite(values)]
+    return float(np.sqrt(np.mean(known**2))) if known.size else float("nan")
+
+
+def _resolution(observed: Sequence[Observations], column: str) -> float:
+    """Return the smallest step of a column over all runs [K]."""
+    parts = [one.run.frame[column].dropna() for one in observed if column in one.run.frame]
+    levels = np.unique(np.concatenate(parts)) if parts else np.zeros(0)
+    return float(np.diff(levels).min()) if len(levels) > 1 else 0.0

@@ -1,0 +1,352 @@
+"""What a part's temperature switches: the settings of a relay that residuals of all runs share.
+
+When a relay was on follows from what the part's thermometer measured, for any setting of it. So
+settings are compared without a simulation: by how well the residuals follow the heat that coolant
+which rests does not carry away, lagged as heat is. Only the best are then simulated.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+import numpy.typing as npt
+
+from gap_finder.observations import BIN_S, Observations
+from gap_finder.periods import quick, without_slow
+from plant_model.drive import Drive
+from plant_model.effect_names import switched_by
+from plant_model.effects.coolant_jacket import flows_of
+from plant_model.integrate import Modes, linear_steps
+from plant_model.machine import Machine
+from plant_model.parameters import FloatArray, Values
+from plant_model.sensors import column_of, displacement_names
+from plant_model.simulate import Simulation
+
+DEAD_BANDS = (0.3, 0.5, 0.8, 1.2, 1.8, 2.7, 4.0, 6.0)
+"""Dead bands tried [K]."""
+
+LEVELS = tuple(np.linspace(0.05, 0.98, 40).tolist())
+"""Where the relay switches on, as shares of what the part spans in the runs [1]."""
+
+LAGS_MIN = (2.0, 8.0, 25.0, 80.0)
+"""Time constants with which channels may follow the relay [min]: jackets at once, what they cool
+later."""
+
+SWITCHINGS, RUNS = 4, 2
+"""The relay switches at least so often in all runs, and in at least so many of them: what goes on
+once, when a machine gets warm, cannot be told from what else comes with warmth."""
+
+ROWS_S = 20.0
+"""Rows closer than this are taken together [s]: no cooler switches as fast."""
+
+LEAST_SHARE = 0.1
+"""Share of what is quick in the residuals that must follow the relay to be simulated with it [1]:
+development cases of `benchmarks.gap.switched` have 0.12 to 0.6, but for one that stays unseen."""
+
+MODES = 3
+"""Settings of one part that are looked at closely."""
+
+AT_ONCE = 64
+"""Settings compared at once: more take memory and no less time."""
+
+LIKELY = 3
+"""Parts and settings that are simulated."""
+
+
+@dataclass(frozen=True)
+class Watched:
+    """What the thermometer of a part measured in one run.
+
+    Attributes
+    ----------
+    time_s, temperature : array, shape (T,)
+        [s, degC]
+    """
+
+    time_s: FloatArray
+    temperature: FloatArray
+
+    def on_between(
+        self, on_above: FloatArray, dead_band: FloatArray, ends: FloatArray
+    ) -> FloatArray:
+        """Return in which share of spans relays are on, shape (settings, K).
+
+        Parameters
+        ----------
+        on_above, dead_band : array, shape (settings,)
+        ends : array, shape (K + 1,)
+            Of spans that follow each other [s].
+        """
+        on = relay(self.temperature, on_above, dead_band)
+        steps = np.diff(self.time_s, append=self.time_s[-1])
+        since = np.concatenate([np.zeros((len(on), 1)), np.cumsum(on * steps, axis=1)], axis=1)
+        at = np.append(self.time_s, max(float(ends[-1]), float(self.time_s[-1])) + 1.0)
+        since[:, -1] = since[:, -2] + on[:, -1] * (at[-1] - at[-2])
+        known = np.array([np.interp(ends, at, one) for one in since])
+        return np.asarray(np.diff(known, axis=1) / np.maximum(np.diff(ends), 1e-9))
+
+
+@dataclass(frozen=True)
+class Relay:
+    """When a relay was on in one run, as the thermometer of its part has it.
+
+    Attributes
+    ----------
+    watched : Watched
+    on_above, dead_band : float
+        [degC, K]
+    """
+
+    watched: Watched
+    on_above: float
+    dead_band: float
+
+    def marked(self, observed: Observations, key: str) -> Observations:
+        """Return observations whose inputs tell an effect when it was on."""
+        return observed.told(switched_by(key), self._in_steps)
+
+    def _in_steps(self, drive: Drive) -> FloatArray:
+        setting = (np.array([self.on_above]), np.array([self.dead_band]))
+        (on,) = self.watched.on_between(*setting, drive.grid)
+        # What settles at the end of a step is in force in the next.
+        return np.append(on[1:], on[-1])
+
+
+@dataclass(frozen=True)
+class Switching:
+    """A part that may switch a cooler.
+
+    Attributes
+    ----------
+    part : str
+    relays : tuple of Relay
+        At the same setting, one for each run.
+    share : float
+        Of what is quick in the residuals, what follows it [1].
+    """
+
+    part: str
+    relays: tuple[Relay, ...]
+    share: float
+
+
+def watched(machine: Machine, observed: Observations, part: str) -> Watched | None:
+    """Return what the thermometer of a part measured in a run; None where none did.
+
+    Parameters
+    ----------
+    machine : Machine
+    observed : Observations
+    part : str
+    """
+    frame, time = observed.run.frame, observed.run.time_s
+    for sensor in machine.sensors:
+        column = column_of(machine, sensor.name)
+        if sensor.of != part or sensor.name not in observed.channels or column not in frame:
+            continue
+        values = frame[column].to_numpy(dtype=np.float64)
+        good = np.isfinite(values)
+        if good.sum() > 1:
+            which = np.floor((time[good] - time[good][0]) / ROWS_S)
+            _, first, counts = np.unique(which, return_index=True, return_counts=True)
+            mean = np.add.reduceat(values[good], first) / counts
+            return Watched(time[good][first], mean)
+    return None
+
+
+def carried_away(machine: Machine, simulated: Simulation, observed: Observations) -> FloatArray:
+    """Return the heat that coolant carries away at the observations [W], shape (K,).
+
+    Parameters
+    ----------
+    machine : Machine
+    simulated : Simulation
+        Of one parameter set, at the run's first row and then at the K observations.
+    observed : Observations
+    """
+    inputs = observed.drive.inputs_at(observed.time_s)
+    temperatures = simulated.temperatures[:, 1:]
+    heat = np.zeros((1, len(observed.time_s)))
+    for flow in flows_of(machine, Values(machine.parameters)):
+        heat += flow.conductance * np.maximum(-flow.warmer(machine, inputs, temperatures), 0.0)
+    return np.asarray(heat[0])
+
+
+def likely_switchings(
+    machine: Machine,
+    observed: Sequence[Observations],
+    residuals: Sequence[FloatArray],
+    carried: Sequence[FloatArray],
+    parts: Sequence[str],
+) -> list[Switching]:
+    """Return the parts and settings of a relay that the residuals of all runs follow most.
+
+    Parameters
+    ----------
+    machine : Machine
+    observed : sequence of Observations
+    residuals : sequence of array, each (N,)
+        Model minus measurement, weighted.
+    carried : sequence of array, each (K,)
+        Heat that coolant carries away at the observations [W], as it is modelled.
+    parts : sequence of str
+        Those that may switch it.
+
+    Returns
+    -------
+    list of Switching
+        Best first, no more than `LIKELY`; empty where nothing that happens again and again follows
+        any of them.
+    """
+    compared = _Compared(machine, observed, residuals, carried)
+    found = []
+    for part in parts:
+        seen = [told for one in observed if (told := watched(machine, one, part))]
+        if len(seen) < len(observed):
+            continue
+        low = min(float(one.temperature.min()) for one in seen)
+        high = max(float(one.temperature.max()) for one in seen)
+        levels = [low + share * (high - low) for share in LEVELS]
+        settings = [(on, band) for on, band in product(levels, DEAD_BANDS) if on - band > low]
+        step = (high - low) * (LEVELS[1] - LEVELS[0])
+        for on, band in _apart(settings, compared.shares(seen, settings)):
+            finer = [
+                (on + a * step, band * b)
+                for a, b in product(np.linspace(-1.0, 1.0, 15), np.geomspace(0.7, 1.4, 11))
+            ]
+            shares = compared.shares(seen, finer)
+            best = int(np.argmax(shares))
+            if shares[best] >= LEAST_SHARE:
+                relays = tuple(Relay(one, *finer[best]) for one in seen)
+                found.append(Switching(part, relays, float(shares[best])))
+    return sorted(found, key=lambda one: -one.share)[:LIKELY]
+
+
+def _apart(
+    settings: Sequence[tuple[float, float]], shares: FloatArray
+) -> list[tuple[float, float]]:
+    """Return the best settings whose dead bands differ, no more than `MODES`.
+
+    A wide band and a narrow one below the same level may switch at much the same instants.
+    """
+    found: list[tuple[float, float]] = []
+    for place in np.argsort(-shares).tolist():
+        on, band = settings[place]
+        if shares[place] <= 0.0 or len(found) == MODES:
+            break
+        if all(not 0.5 < band / other < 2.0 for _, other in found):
+            found.append((on, band))
+    return found
+
+
+def relay(
+    temperature: FloatArray, on_above: FloatArray, dead_band: FloatArray
+) -> npt.NDArray[np.bool_]:
+    """Return when relays are on that a temperature switches, shape (settings, K).
+
+    Parameters
+    ----------
+    temperature : array, shape (K,)
+    on_above, dead_band : array, shape (settings,)
+        At the start they rest within the dead band.
+    """
+    on = np.zeros((len(on_above), len(temperature)), dtype=bool)
+    now = np.zeros(len(on_above), dtype=bool)
+    for k, value in enumerate(temperature.tolist()):
+        now = (now & (value >= on_above - dead_band)) | (value > on_above)
+        on[:, k] = now
+    return on
+
+
+class _Compared:
+    """Residuals of all runs, to hold relays against; see `likely_switchings`."""
+
+    def __init__(
+        self,
+        machine: Machine,
+        observed: Sequence[Observations],
+        residuals: Sequence[FloatArray],
+        carried: Sequence[FloatArray],
+    ) -> None:
+        self._times, self._carried = [one.time_s for one in observed], carried
+        lengths = displacement_names(machine)
+        self._warms = np.array([name not in lengths for name in observed[0].channels])
+        self._shown = np.concatenate(
+            [
+                quick(one, residual).reshape(len(one.time_s), -1)
+                for one, residual in zip(observed, residuals, strict=True)
+            ]
+        )
+        self._every = float(np.sum(self._shown**2))
+
+    def shares(
+        self, seen: Sequence[Watched], settings: Sequence[tuple[float, float]]
+    ) -> FloatArray:
+        """Return what share of the residuals follows a relay, 0 where it switches too seldom.
+
+        Parameters
+        ----------
+        seen : sequence of Watched
+            The part in every run.
+        settings : sequence of (float, float)
+            Levels and dead bands.
+        """
+        parts = [
+            self._some(seen, *np.array(settings[i : i + AT_ONCE]).T)
+            for i in range(0, len(settings), AT_ONCE)
+        ]
+        return np.concatenate([np.zeros(0), *parts])
+
+    def _some(
+        self, seen: Sequence[Watched], on_above: FloatArray, dead_band: FloatArray
+    ) -> FloatArray:
+        found = np.zeros(len(on_above))
+        states = [
+            what.on_between(on_above, dead_band, _ends(time))
+            for time, what in zip(self._times, seen, strict=True)
+        ]
+        relays = [one > 0.5 for one in states]
+        counts = np.array([np.sum(on[:, 1:] != on[:, :-1], axis=1) for on in relays])
+        often = (counts.sum(axis=0) >= SWITCHINGS) & (np.sum(counts > 0, axis=0) >= RUNS)
+        if not often.any() or self._every <= 0.0:
+            return found
+        kept = np.concatenate(
+            [
+                _lagged(time, heat * (1.0 - on[often]))
+                for time, on, heat in zip(self._times, states, self._carried, strict=True)
+            ],
+            axis=1,
+        )
+        basis = np.linalg.qr(kept)[0]
+        along = np.swapaxes(basis, 1, 2) @ self._shown
+        # What is measured warm while the relay is on may be its cause, and is never its effect.
+        warmer = ((kept.sum(axis=2)[:, None] @ basis) @ along)[:, 0] < 0.0
+        sign = np.where(warmer | ~self._warms, 1.0, -1.0)
+        found[often] = np.sum(np.sum(along**2, axis=1) * sign, axis=1) / self._every
+        return found
+
+
+def _ends(time_s: FloatArray) -> FloatArray:
+    """Return the ends of spans about observations, shape (K + 1,)."""
+    middle = (time_s[1:] + time_s[:-1]) / 2.0
+    return np.concatenate([time_s[:1] - BIN_S / 2.0, middle, time_s[-1:] + BIN_S / 2.0])
+
+
+def _lagged(time_s: FloatArray, heat: FloatArray) -> FloatArray:
+    """Return what follows heat with each lag, without what is slow, shape (settings, K, lags).
+
+    Parameters
+    ----------
+    time_s : array, shape (K,)
+    heat : array, shape (settings, K)
+    """
+    steps = np.diff(time_s, prepend=time_s[0])
+    decay = np.broadcast_to(1.0 / (60.0 * np.array(LAGS_MIN)), (len(heat), len(LAGS_MIN)))
+    none = np.zeros((len(heat), 0, 0))
+    held = decay[:, None, :] * heat[..., None]
+    start = np.repeat(heat[:, :1], len(LAGS_MIN), axis=1)
+    followed = linear_steps(Modes(decay, none, none), start, steps, held, held)
+    return without_slow(followed, axis=1)

@@ -1,0 +1,97 @@
+"""Thousands of heat paths at once: the same as one after another, and when that is not possible."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+
+from benchmarks.gap.mistakes import runs_of as lathe_runs
+from gap_finder.added_paths import AddedPath, path_answers
+from gap_finder.candidates import with_effect
+from gap_finder.design import RunSensitivities
+from gap_finder.kinds.base import CalibratedRun, Change
+from gap_finder.kinds.conductance_with_motion import ConductanceWithMotion
+from gap_finder.kinds.heat_path import HeatPath
+from gap_finder.kinds.hidden_mass import HiddenMass
+from gap_finder.observations import Observations, observe
+from plant_model.machine import Machine
+from plant_model.machine_file import read_machine
+from plant_model.parameters import FloatArray
+from tests.gap_finder.conftest import runs_of
+
+NOTHING = np.zeros((0, 0))
+
+
+def known_of(machine: Machine, observed: Observations) -> CalibratedRun:
+    none = RunSensitivities(NOTHING, NOTHING, NOTHING, NOTHING, {}, NOTHING)
+    return CalibratedRun(machine, observed, none)
+
+
+@pytest.fixture(scope="module", params=["jig_borer_lumps", "lathe"])
+def run(request: pytest.FixtureRequest) -> CalibratedRun:
+    machine = read_machine(request.param)
+    runs = lathe_runs(machine) if request.param == "lathe" else runs_of(machine, every_s=120.0)
+    (observed,) = observe(machine, runs[:1])
+    return known_of(machine, observed)
+
+
+def test_the_answers_are_those_of_simulating_every_path(run: CalibratedRun) -> None:
+    paths = list(HeatPath.all_of([run]))
+    chosen = np.random.default_rng(1).choice(len(paths), 24, replace=False)
+    boundary = [one for one in paths if one.boundary][:6]
+    some = list(dict.fromkeys([*(paths[i] for i in chosen), *boundary]))
+    told = path_answers(run.machine, run.observed, [*map(added, some)])
+    assert told is not None
+    assert_those_of_simulating(HeatPath, some, told, run)
+
+
+def test_the_answers_of_what_motion_adds_are_those_of_simulating_it(run: CalibratedRun) -> None:
+    paths = list(ConductanceWithMotion.all_of([run]))
+    chosen = np.random.default_rng(2).choice(len(paths), 24, replace=False)
+    some = [paths[i] for i in chosen]
+    told = path_answers(run.machine, run.observed, [*map(added, some)])
+    assert told is not None
+    # What hardly shows need not be exact: between shaft and rotor it changes within a step.
+    assert_those_of_simulating(ConductanceWithMotion, some, told, run, 2e-3)
+    for one, same in zip(ConductanceWithMotion.answers(some, run), told, strict=True):
+        np.testing.assert_array_equal(one, same)
+
+
+def test_the_answers_of_masses_are_those_of_simulating_them(run: CalibratedRun) -> None:
+    masses = list(HiddenMass.all_of([run]))
+    assert_those_of_simulating(HiddenMass, masses, HiddenMass.answers(masses, run), run)
+
+
+def added(one: HeatPath | ConductanceWithMotion) -> AddedPath:
+    sizes = tuple(point["conductance"] for point in one.points())
+    return AddedPath(one.place[:2], sizes, *one.place[2:])
+
+
+def assert_those_of_simulating(
+    kind: type[Change],
+    some: Sequence[Change],
+    told: Sequence[FloatArray],
+    run: CalibratedRun,
+    least: float = 1e-3,
+) -> None:
+    simulated: list[FloatArray] = Change.answers.__func__(kind, some, run)  # type: ignore[attr-defined]
+    largest = max(float(np.abs(one).max()) for one in simulated)
+    assert largest > 1.0  # tolerances
+    for one, exact in zip(told, simulated, strict=True):
+        assert one.shape == exact.shape
+        off = np.linalg.norm(one - exact, axis=1)
+        assert np.all(off <= 0.04 * np.linalg.norm(exact, axis=1) + least * largest)
+
+
+def test_where_something_depends_on_temperature_every_path_is_simulated(
+    run: CalibratedRun,
+) -> None:
+    paths = list(HeatPath.all_of([run]))[:2]
+    pairs = [*map(added, paths)]
+    for key in ("viscosity_temperature", "forced_convection", "column_bending"):
+        machine = with_effect(run.machine, key)
+        assert path_answers(machine, run.observed, pairs) is None
+    told = HeatPath.answers(paths, known_of(machine, run.observed))
+    assert [one.shape[0] for one in told] == [2, 2]

@@ -1,0 +1,89 @@
+"""Observations, priors and calibration."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from gap_finder.calibrate import calibrate
+from gap_finder.linearise import residual_of
+from gap_finder.observations import observe
+from gap_finder.priors import Priors
+from measurement.errors import BadInput
+from measurement.runs import Run
+from plant_model.machine import Machine
+from tests.gap_finder.conftest import runs_of
+
+
+def test_priors_go_to_the_fitting_scale_and_back(jig_borer_lumps: Machine) -> None:
+    priors = Priors.of(jig_borer_lumps, calibrated=True)
+    x = np.random.default_rng(0).uniform(np.maximum(priors.low, -2), np.minimum(priors.high, 2))
+    moved = jig_borer_lumps.with_values({k: float(v[0]) for k, v in priors.values(x[None]).items()})
+    np.testing.assert_allclose(priors.position(moved), x, atol=1e-9)
+    np.testing.assert_allclose(priors.position(jig_borer_lumps), 0.0, atol=1e-12)
+
+
+def test_priors_never_leave_the_range(jig_borer_lumps: Machine) -> None:
+    priors = Priors.of(jig_borer_lumps, calibrated=True)
+    for x in (1e6, -1e6):
+        values = priors.values(np.full((1, len(priors.names)), x))
+        for name, value in values.items():
+            parameter = jig_borer_lumps.parameters[name]
+            assert parameter.low <= value[0] <= parameter.high
+
+
+def test_numbers_of_effects_are_no_uncertainty_of_the_machine(jig_borer_lumps: Machine) -> None:
+    fixed = Priors.of(jig_borer_lumps, calibrated=False)
+    assert fixed.names
+    assert not any(name.startswith("effects.") for name in fixed.names)
+
+
+def test_sampling_does_not_decide_how_much_a_run_weighs(jig_borer_lumps: Machine) -> None:
+    weights = [
+        sum(
+            float(((one.weights * one.tolerance) ** 2).sum())
+            for one in observe(jig_borer_lumps, runs)
+        )
+        for runs in (runs_of(jig_borer_lumps, 20.0), runs_of(jig_borer_lumps, 120.0))
+    ]
+    assert weights[1] == pytest.approx(weights[0], rel=0.15)
+
+
+def test_spans_that_are_bad_are_left_out(jig_borer_lumps: Machine) -> None:
+    runs = runs_of(jig_borer_lumps)
+    (one, *_) = observe(jig_borer_lumps, runs, {"down": [("T1", 600.0, 1200.0)]})
+    rows = (one.time_s > 660.0) & (one.time_s < 1140.0)
+    t1 = one.channels.index("T1")
+    assert np.all(one.weights[rows, t1] == 0.0)
+    assert np.all(one.weights[rows, t1 + 1] > 0.0)
+
+
+def test_runs_without_a_channel_to_compare_are_refused(jig_borer_lumps: Machine) -> None:
+    frame = pd.DataFrame({"time_s": [0.0, 1.0, 2.0], "speed_rpm": 0.0, "T5_degC": 21.0})
+    with pytest.raises(BadInput, match="no column to compare"):
+        observe(jig_borer_lumps, [Run("empty", frame)])
+
+
+def test_calibration_finds_what_the_runs_determine(jig_borer_lumps: Machine) -> None:
+    truth = {"sources.front_bearing.f0": 0.65, "sources.motor.loss": 33.0}
+    observed = observe(jig_borer_lumps, runs_of(jig_borer_lumps.with_values(truth)))
+    found = calibrate(jig_borer_lumps, observed, starts=1)
+    by_name = {entry.name: entry for entry in found.parameters}
+    for name, value in truth.items():
+        entry = by_name[name]
+        assert entry.prior_contraction > 0.4
+        assert abs(entry.value - value) < abs(entry.prior - value) / 2.0
+        assert entry.low <= value <= entry.high
+    before, after = (
+        sum(float((residual_of(machine, one, {}) ** 2).sum()) for one in observed)
+        for machine in (jig_borer_lumps, found.machine)
+    )
+    assert after < before / 20.0
+
+
+def test_calibration_leaves_what_the_runs_say_nothing_of(jig_borer_lumps: Machine) -> None:
+    found = calibrate(jig_borer_lumps, observe(jig_borer_lumps, runs_of(jig_borer_lumps)), starts=1)
+    silent = next(e for e in found.parameters if e.name == "links.rotor-shaft_middle.conductance")
+    assert silent.prior_contraction < 0.2
+    assert silent.value == pytest.approx(silent.prior, rel=0.1)

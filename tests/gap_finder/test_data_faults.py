@@ -1,0 +1,130 @@
+"""What is taken out of runs before a model is compared with them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gap_finder.candidates import with_effect
+from gap_finder.data_faults import WHOLE_RUN, need_readings, without_faults
+from gap_finder.observations import observe
+from measurement.errors import BadInput
+from measurement.runs import Run, read_run
+from plant_model.machine import Machine
+from plant_model.machine_file import read_machine
+from tests.gap_finder.conftest import runs_of
+
+
+def changed(run: Run, column: str, values: np.ndarray | float) -> Run:
+    return Run(run.name, run.frame.assign(**{column: values}))
+
+
+@pytest.mark.parametrize("every_s", [20.0, 60.0, 240.0])
+def test_clean_runs_stay_as_they_are(jig_borer_lumps: Machine, every_s: float) -> None:
+    runs = runs_of(jig_borer_lumps, every_s)
+    left, faults = without_faults(jig_borer_lumps, runs)
+    assert faults == []
+    assert all(after is before for after, before in zip(left, runs, strict=True))
+
+
+@pytest.mark.parametrize(
+    ("key", "values"),
+    [
+        ("sensor_offset:T7", {"error": 0.5}),
+        ("sensor_offset:T7", {"error": 3.0}),
+        ("sensor_drift:T7", {"rate": 0.5}),
+        ("sensor_lag:T7", {"minutes": 20.0}),
+        ("bearing_stick_slip", {"hold": 20.0, "share": 0.1}),
+        ("centrifugal_shift", {"shift": 30.0}),
+        ("coolant_thermostat", {"band": 1.5, "period": 5.0}),
+        ("thermal_preload", {"gain": 0.3}),
+    ],
+)
+def test_real_effects_are_not_swallowed(
+    jig_borer_lumps: Machine, key: str, values: dict[str, float]
+) -> None:
+    every_s = 240.0
+    clean, moved = (
+        runs_of(machine, every_s)
+        for machine in (jig_borer_lumps, with_effect(jig_borer_lumps, key, values))
+    )
+    for runs in (moved, [*clean[:2], *moved[2:]]):
+        assert without_faults(jig_borer_lumps, runs)[1] == []
+
+
+def test_a_wrong_level_leaves_nothing_of_the_channel_behind(jig_borer_lumps: Machine) -> None:
+    runs = runs_of(jig_borer_lumps)
+    broken = [changed(run, "T7_degC", run.frame["T7_degC"] + 31.0) for run in runs[2:]]
+    left, faults = without_faults(jig_borer_lumps, [*runs[:2], *broken])
+    assert {(f.run, f.channel, f.kind) for f in faults} == {
+        ("stops", "T7", "level_jump"),
+        ("steady", "T7", "level_jump"),
+    }
+    observed = observe(jig_borer_lumps, left)
+    t7 = observed[0].channels.index("T7")
+    assert [bool(one.weights[:, t7].any()) for one in observed] == [True, True, False, False]
+
+
+def test_only_what_the_machine_uses_is_told(jig_borer_lumps: Machine) -> None:
+    runs = [
+        changed(run, "X9_degC", run.frame["T7_degC"] + 31.0) for run in runs_of(jig_borer_lumps)
+    ]
+    assert without_faults(jig_borer_lumps, runs)[1] == []
+
+
+def test_a_spike_of_the_hall_is_bridged_and_a_broken_hall_spoils_the_run(
+    jig_borer_lumps: Machine,
+) -> None:
+    runs = runs_of(jig_borer_lumps)
+    hall = runs[1].frame["T5_degC"].to_numpy().copy()
+    hall[150] += 20.0
+    left, (spike,) = without_faults(jig_borer_lumps, [runs[0], changed(runs[1], "T5_degC", hall)])
+    assert (spike.channel, spike.kind) == ("T5", "spikes")
+    assert np.flatnonzero(left[1].frame["T5_degC"].isna()).tolist() == [150]
+    hall[250:] += 15.0
+    left, faults = without_faults(jig_borer_lumps, [runs[0], changed(runs[1], "T5_degC", hall)])
+    assert [run.name for run in left] == [runs[0].name]
+    assert {fault.run for fault in faults} == {runs[1].name}
+
+
+def test_a_joined_recording_ends_the_run(jig_borer_lumps: Machine) -> None:
+    run = runs_of(jig_borer_lumps)[0]
+    frame = run.frame.copy()
+    frame.loc[frame["time_s"] >= 3600.0, run.temperatures] += 7.0
+    (left,), (fault,) = without_faults(jig_borer_lumps, [Run(run.name, frame)])
+    assert (fault.channel, fault.kind) == (WHOLE_RUN, "jump")
+    assert left.time_s[-1] < 3600.0
+
+
+def test_runs_without_anything_to_compare_are_refused(jig_borer_lumps: Machine) -> None:
+    run = runs_of(jig_borer_lumps)[0]
+    read = [name for name in run.frame if str(name).endswith(("_degC", "_um"))]
+    empty = run.frame.assign(**{n: np.nan for n in read if n not in ("T5_degC", "T9_degC")})
+    with pytest.raises(BadInput, match="no usable reading to compare"):
+        need_readings(jig_borer_lumps, [Run("empty", empty)], "--holdout")
+    need_readings(jig_borer_lumps, [run], "--holdout")
+
+
+@pytest.mark.real_data
+def test_the_lathe_s_broken_channels_are_found(lathe_runs: list[Path]) -> None:
+    names = ("20200615", "20200702", "20200706", "20200824", "20200907", "20200929")
+    runs = [read_run(path) for path in lathe_runs if path.stem in names]
+    _, faults = without_faults(read_machine("lathe"), runs)
+    found = {(fault.run, fault.channel, fault.kind) for fault in faults}
+    assert {run for run, channel, kind in found if (channel, kind) == ("PT10", "level_jump")} == {
+        "20200824",
+        "20200907",
+        "20200929",
+    }
+    assert ("20200706", WHOLE_RUN, "jump") in found
+    assert ("20200929", "disp_x", "frozen") in found
+    assert ("20200706", "disp_z", "saturated") in found or (
+        "20200706",
+        WHOLE_RUN,
+        "jump",
+    ) in found
+    assert ("20200907", "x_motor", "frozen") in found
+    known = {"PT10", "disp_x", "disp_z", WHOLE_RUN, "spindle_motor", "x_motor", "z_motor"}
+    assert {channel for _, channel, _ in found} <= known

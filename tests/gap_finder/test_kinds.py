@@ -1,0 +1,176 @@
+"""Every kind of change of a description: tried where it can be, written, read, and found."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gap_finder.design import all_sensitivities
+from gap_finder.kinds import CalibratedRun, Change, kinds
+from gap_finder.linearise import modelled, simulate_at
+from gap_finder.observations import observe
+from plant_model.machine import Input, Machine
+from plant_model.machine_file import read_machine
+from plant_model.machine_writer import write_machine
+from plant_model.simulate import simulate
+from plant_model.stepper import PlantStepper
+from tests.gap_finder.conftest import inputs_of
+from tests.gap_finder.test_start_states import warm_runs
+
+NAMES = (
+    "coarse_part",
+    "conductance_with_motion",
+    "heat_path",
+    "heat_source",
+    "hidden_mass",
+    "moves_axis",
+    "sensor_place",
+    "start_state",
+)
+
+NEVER_OFF = ("coarse_part", "start_state")
+
+
+@pytest.fixture(scope="module")
+def known(jig_borer_lumps: Machine) -> list[CalibratedRun]:
+    observed = observe(jig_borer_lumps, warm_runs(jig_borer_lumps)[1:3])
+    sensitivities = all_sensitivities(jig_borer_lumps, jig_borer_lumps, observed)
+    return [
+        CalibratedRun(jig_borer_lumps, one, part)
+        for one, part in zip(observed, sensitivities, strict=True)
+    ]
+
+
+def changes_of(name: str, known: list[CalibratedRun]) -> list[Change]:
+    return list(kinds()[name].all_of(known))
+
+
+def test_the_kinds_are_those_that_the_report_promises() -> None:
+    assert tuple(kinds()) == NAMES
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_place_is_tried_once_and_no_place_that_the_machine_has(
+    name: str, known: list[CalibratedRun]
+) -> None:
+    changes = changes_of(name, known)
+    assert changes
+    assert len(set(changes)) == len(changes)
+    parts = {node.name for node in known[0].machine.nodes}
+    signals = {entry.name for entry in known[0].machine.inputs}
+    signals |= {sensor.name for sensor in known[0].machine.sensors} | {"X", "Y", "Z"}
+    for change in changes:
+        assert change.name == name
+        assert set(change.place) <= parts | signals
+        assert change.points()
+
+
+def test_a_door_that_an_input_tells_of_lets_in_the_hall(
+    jig_borer_lumps: Machine, known: list[CalibratedRun]
+) -> None:
+    door = Input("door", "1", "door_1", 0.0, 1.0, 0.0)
+    machine = replace(jig_borer_lumps, inputs=(*jig_borer_lumps.inputs, door))
+    without = [replace(one, machine=machine) for one in known]
+    assert not any("door" in one.place for one in changes_of("conductance_with_motion", without))
+    frame = known[0].observed.run.frame.assign(door_1=0.0)
+    frame.loc[frame["time_s"] > 3600.0, "door_1"] = 1.0
+    run = replace(known[0].observed.run, frame=frame)
+    told = [replace(without[0], observed=replace(known[0].observed, run=run))]
+    places = [one.place for one in changes_of("conductance_with_motion", told)]
+    assert ("housing_rear", "ambient", "door") in places
+    change = next(
+        one
+        for one in changes_of("conductance_with_motion", told)
+        if one.place == ("housing_rear", "ambient", "door")
+    )
+    draughty = change.put_into(machine, {"conductance": 20.0})
+    hot = np.full((1, len(machine.nodes)), 40.0)
+    open_, shut = (
+        simulate(draughty, frame.assign(door_1=flag), start=hot).temperatures[0, -1]
+        for flag in (1.0, 0.0)
+    )
+    rear = machine.node_index["housing_rear"]
+    assert open_[rear] < shut[rear] - 1.0
+    np.testing.assert_array_equal(
+        shut, simulate(machine, frame.assign(door_1=0.0), start=hot).temperatures[0, -1]
+    )
+
+
+def test_no_second_source_is_tried_where_an_input_heats_a_part_already(
+    known: list[CalibratedRun],
+) -> None:
+    places = {change.place for change in changes_of("heat_source", known)}
+    assert ("stator",) in places
+    assert ("stator", "speed") not in places
+    assert ("shaft_middle", "speed") in places
+
+
+def test_a_part_in_two_has_half_of_its_surface_on_either_side(known: list[CalibratedRun]) -> None:
+    machine = known[0].machine
+    in_two = {one.place[0]: one for one in changes_of("coarse_part", known)}
+    films = [i for i in machine.of_kind("links", "convection") if i.refs["between"][0] in in_two]
+    assert films
+    for film in films:
+        part, air = film.refs["between"]
+        change = in_two[part]
+        grown = change.put_into(machine, change.points()[-1])
+        areas = {
+            item.refs["between"]: item.parameters["area"].value
+            for item in grown.of_kind("links", "convection")
+            if item.name in (film.name, f"{film.name}_far")
+        }
+        half = 0.5 * film.parameters["area"].value
+        assert areas == {(part, air): half, (f"{part}_far", air): half}
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_change_is_written_read_back_and_stepped(
+    name: str, known: list[CalibratedRun], tmp_path: Path
+) -> None:
+    machine = known[0].machine
+    for change in changes_of(name, known)[:: max(1, len(changes_of(name, known)) // 4)]:
+        numbers = change.points()[-1]
+        grown = change.put_into(machine, numbers)
+        assert change.read(grown) == pytest.approx(numbers)
+        path = write_machine(grown, "jig_borer_lumps", tmp_path / "after.toml")
+        assert read_machine(path) == grown
+        assert Machine.from_dict(grown.to_dict()) == grown
+        assert all(full in grown.parameters for full in change.parameters().values())
+    stepper = PlantStepper(grown)
+    stepper.reset({"ambient": 21.0, "coolant_inlet": 21.0, "speed": 0.0, "torque": 0.0}, {})
+    assert np.isfinite(stepper.state()["start"]).all()
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_what_is_screened_is_what_the_changed_machine_does(
+    name: str, known: list[CalibratedRun]
+) -> None:
+    one = known[1]
+    changes = changes_of(name, known)
+    base = modelled(simulate_at(one.machine, one.observed), one.observed)
+    answers = kinds()[name].answers(changes, one)
+    assert len(answers) == len(changes)
+    for at in np.linspace(0, len(changes) - 1, 5).astype(int):
+        change, answer = changes[at], answers[at]
+        assert answer.shape == (len(change.points()), base[0].size)
+        for point, told in zip(change.points(), answer, strict=True):
+            grown = change.put_into(one.machine, point)
+            shown = modelled(simulate_at(grown, one.observed), one.observed)
+            changed = ((shown - base)[0] * one.observed.weights).ravel()
+            # A thermometer's tip starts at its reading, and needs a few seconds from there.
+            later = slice(3 * len(one.observed.channels), None)
+            close = 0.2 * np.abs(changed).max() + 1e-2
+            np.testing.assert_allclose(told[later], changed[later], atol=close)
+
+
+@pytest.mark.parametrize("name", [name for name in NAMES if name not in NEVER_OFF])
+def test_a_change_that_is_off_changes_nothing(name: str, known: list[CalibratedRun]) -> None:
+    machine = known[0].machine
+    inputs = inputs_of("stairs", 60.0)
+    change = changes_of(name, known)[3]
+    off = change.put_into(machine, {**change.points()[0], change.first: 0.0})
+    plain, same = (simulate(one, inputs).run_frame() for one in (machine, off))
+    np.testing.assert_allclose(same.to_numpy(), plain.to_numpy(), atol=0.05)

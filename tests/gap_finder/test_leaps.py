@@ -1,0 +1,96 @@
+"""Slips are seen in the data, and put into the model where it would slip at other instants."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from gap_finder.candidates import candidates, with_effect
+from gap_finder.leaps import leaps_in
+from gap_finder.linearise import modelled, simulate_at
+from gap_finder.observations import Observations, observe
+from measurement.runs import Run
+from plant_model.effects import catalogue
+from plant_model.machine import Machine
+from plant_model.simulate import simulate
+from tests.gap_finder.conftest import SPECTRA, inputs_of
+
+KEY = "bearing_stick_slip"
+
+
+@pytest.fixture(scope="module")
+def slipping(jig_borer_lumps: Machine) -> list[Observations]:
+    """Runs of a machine whose floating bearing slips."""
+    machine = with_effect(jig_borer_lumps, KEY, {"hold": 9.0, "share": 0.6})
+    runs = [
+        Run(name, simulate(machine, inputs_of(name), noise_seed=i).run_frame())
+        for i, name in enumerate(SPECTRA)
+    ]
+    return observe(jig_borer_lumps, runs)
+
+
+def elongation_shown(machine: Machine, observed: Observations) -> np.ndarray:
+    return modelled(simulate_at(machine, observed), observed)[0, :, -1]
+
+
+def test_leaps_are_seen_where_the_bearing_slips(
+    jig_borer_lumps: Machine, slipping: list[Observations]
+) -> None:
+    for observed in slipping:
+        base = modelled(simulate_at(jig_borer_lumps, observed), observed)[0]
+        leaps = leaps_in(jig_borer_lumps, observed, base)
+        assert len(leaps.sign) >= 1
+        at = np.searchsorted(observed.time_s, leaps.time_s)
+        beyond_the_model = (observed.values - base)[:, -1]
+        # Nine tenths of 0.6 * 9 um go at once; a bin in the middle of it shares that in two.
+        assert np.median(np.abs(beyond_the_model[at] - beyond_the_model[at - 1])) > 1.5
+
+
+def test_nothing_leaps_where_nothing_slips(jig_borer_lumps: Machine) -> None:
+    runs = [
+        Run(n, simulate(jig_borer_lumps, inputs_of(n), noise_seed=1).run_frame()) for n in SPECTRA
+    ]
+    for observed in observe(jig_borer_lumps, runs):
+        base = modelled(simulate_at(jig_borer_lumps, observed), observed)[0]
+        assert len(leaps_in(jig_borer_lumps, observed, base).sign) == 0
+
+
+def test_a_model_that_holds_too_long_slips_where_it_was_seen_to(
+    jig_borer_lumps: Machine, slipping: list[Observations]
+) -> None:
+    wrong = with_effect(jig_borer_lumps, KEY, {"hold": 12.0, "share": 0.45})
+    by_law = by_sight = 0.0
+    for observed in slipping:
+        base = modelled(simulate_at(jig_borer_lumps, observed), observed)[0]
+        marked = leaps_in(jig_borer_lumps, observed, base).marked(observed, KEY)
+        measured = observed.values[:, -1]
+        by_law += float(np.sum((elongation_shown(wrong, observed) - measured) ** 2))
+        by_sight += float(np.sum((elongation_shown(wrong, marked) - measured) ** 2))
+    assert by_sight < 0.6 * by_law
+
+
+def test_a_leap_against_the_strain_is_no_slip(
+    jig_borer_lumps: Machine, slipping: list[Observations]
+) -> None:
+    observed = slipping[0]
+    base = modelled(simulate_at(jig_borer_lumps, observed), observed)[0]
+    leaps = leaps_in(jig_borer_lumps, observed, base)
+    wrong_way = replace(leaps, sign=-leaps.sign).marked(observed, KEY)
+    machine = with_effect(jig_borer_lumps, KEY, {"hold": 40.0, "share": 0.6})
+    assert np.array_equal(elongation_shown(machine, wrong_way), elongation_shown(machine, observed))
+
+
+def test_candidates_carry_what_was_seen_to_every_run(
+    jig_borer_lumps: Machine, slipping: list[Observations]
+) -> None:
+    found = list(candidates(jig_borer_lumps, slipping, catalogue()[KEY]))
+    assert found
+    one = found[0]
+    assert len(one.seen) == len(slipping)
+    seen = one.seen_by(0, slipping[0]).drive.held[f"{KEY} leaps"]
+    assert np.count_nonzero(seen) == len(one.seen[0].sign)
+    # Its answer grows with the share that reaches the nose, not with what holds.
+    assert one.scaled(1.5)["share"] == pytest.approx(0.75)
+    assert one.scaled(1.5)["hold"] == one.values["hold"]

@@ -1,0 +1,96 @@
+"""One long recording as several runs that begin as warm as the one before ended."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from gap_finder.long_log import pieces_of
+from gap_finder.observations import observe
+from gap_finder.regimes import gap_of, residuals
+from measurement.errors import BadInput
+from measurement.runs import Run
+from plant_model.machine import Machine
+from plant_model.simulate import simulate
+from scenarios.gap_runner import _in_pieces
+from tests.gap_finder.conftest import inputs_of
+
+
+@pytest.fixture(scope="module")
+def log(jig_borer_lumps: Machine) -> Run:
+    """Nine hours without a pause between what the three spectra ask for."""
+    parts = []
+    for i, name in enumerate(("down", "stairs", "stops")):
+        part = inputs_of(name, 60.0).iloc[:-1]
+        parts.append(part.assign(time_s=part["time_s"] + i * 3.0 * 3600.0))
+    inputs = pd.concat(parts, ignore_index=True)
+    return Run("log", simulate(jig_borer_lumps, inputs, noise_seed=3).run_frame())
+
+
+def test_pieces_hold_their_own_hours_and_what_drove_the_machine_before(
+    jig_borer_lumps: Machine, log: Run
+) -> None:
+    pieces = pieces_of(jig_borer_lumps, log, 3.0)
+    assert [one.name for one in pieces] == ["log_1of3", "log_2of3", "log_3of3"]
+    pd.testing.assert_frame_equal(pieces[0].frame, log.frame.iloc[:180])
+    for number, one in enumerate(pieces[1:], 1):
+        rows = 180 * (number + 1)
+        assert len(one.frame) == rows
+        drive = ["time_s", "speed_rpm", "T5_degC", "T9_degC"]
+        pd.testing.assert_frame_equal(one.frame[drive], log.frame[drive].iloc[:rows])
+        read = one.frame["T1_degC"]
+        assert read.iloc[0] == log.frame["T1_degC"].iloc[0]
+        assert read.iloc[1 : rows - 180].isna().all()
+        pd.testing.assert_series_equal(
+            read.iloc[rows - 180 :], log.frame["T1_degC"].iloc[rows - 180 : rows]
+        )
+
+
+def test_hidden_parts_begin_where_the_piece_before_left_them(
+    jig_borer_lumps: Machine, log: Run
+) -> None:
+    pieces = pieces_of(jig_borer_lumps, log, 3.0)
+    whole = gap_of(
+        jig_borer_lumps,
+        [residuals(jig_borer_lumps, one) for one in observe(jig_borer_lumps, pieces)],
+    )
+    cut = []
+    for number in range(3):
+        rows = log.frame.iloc[180 * number : 180 * (number + 1)].reset_index(drop=True)
+        cut.append(Run(f"cut_{number}", rows.assign(time_s=rows["time_s"] - rows["time_s"][0])))
+    alone = gap_of(
+        jig_borer_lumps, [residuals(jig_borer_lumps, one) for one in observe(jig_borer_lumps, cut)]
+    )
+    assert whole < 2.0  # The first reading, which starts the parts, has its noise.
+    assert alone > 3.0 * whole
+
+
+def test_a_short_rest_stays_with_the_piece_before(jig_borer_lumps: Machine, log: Run) -> None:
+    assert [len(one.frame) for one in pieces_of(jig_borer_lumps, log, 4.4)] == [264, 540]
+    assert pieces_of(jig_borer_lumps, log, 20.0) == [log]
+
+
+def test_a_sensor_that_comes_late_and_one_that_never_reads(
+    jig_borer_lumps: Machine, log: Run
+) -> None:
+    frame = log.frame.copy()
+    frame.loc[:9, "T1_degC"] = np.nan
+    frame["T2_degC"] = np.nan
+    last = pieces_of(jig_borer_lumps, replace(log, frame=frame), 3.0)[-1].frame
+    assert last["T1_degC"].iloc[0] == frame["T1_degC"].iloc[10]
+    assert last["T2_degC"].isna().all()
+
+
+def test_the_last_piece_is_kept_back_and_too_few_are_refused(
+    jig_borer_lumps: Machine, log: Run
+) -> None:
+    used, kept_back = _in_pieces(jig_borer_lumps, [log], [], 2.25)
+    assert [one.name for one in used] == ["log_1of4", "log_2of4", "log_3of4"]
+    assert [one.name for one in kept_back] == ["log_4of4"]
+    used, kept_back = _in_pieces(jig_borer_lumps, [log], [log], 3.0)
+    assert (len(used), kept_back) == (3, [log])
+    with pytest.raises(BadInput, match="make 3 runs; 4 or more"):
+        _in_pieces(jig_borer_lumps, [log], [], 3.0)

@@ -1,0 +1,201 @@
+"""Odds and intervals against oracles that share no algebra with them.
+
+Odds: the ratio of normal densities. Intervals: the quantiles of the posterior, the fall of the cost
+by the chi-squared quantile, and one dense least-squares problem without any elimination.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy.stats import chi2, norm
+
+from gap_finder.calibrate import ParameterEstimate, _LeastSquares, calibrate, intervals
+from gap_finder.design import RunDesign, all_sensitivities, design_of
+from gap_finder.observations import Observations, observe
+from gap_finder.priors import Priors
+from gap_finder.refit import fit_effects
+from gap_finder.selection import cost_unit, odds_against_best, select_effect
+from measurement.runs import Run
+from plant_model.machine import Machine
+from tests.gap_finder.conftest import runs_of
+
+FREE = "links.front_inner-front_outer.conductance"
+
+
+class _Scored:
+    """What selection needs to know of a fit."""
+
+    def __init__(self, name: str, unseen: np.ndarray) -> None:
+        self.added, self.loro_cost, self.acts, self.at_bounds = (name,), unseen, (), ()
+        self.beyond_usual, self.is_ordinary = (), False
+        self.pieces, self.cost = 14 * len(unseen), float(unseen.sum())
+        self.calibration = SimpleNamespace(cost=self.cost)
+
+
+@pytest.mark.parametrize("unit", [1.0, 4.0])
+def test_odds_are_ratios_of_normal_densities(unit: float) -> None:
+    generator = np.random.default_rng(3)
+    measured = generator.normal(0.0, np.sqrt(unit), 40)
+    predicted = 0.3 * generator.normal(size=(5, 40))
+    costs = ((measured - predicted) ** 2).sum(axis=1)
+    density = norm.logpdf(measured, predicted, np.sqrt(unit)).sum(axis=1)
+    np.testing.assert_allclose(
+        odds_against_best(costs, unit), np.exp(density - density.max()), rtol=1e-9
+    )
+
+
+@pytest.mark.parametrize("left", [10.0, 28.0, 84.0])
+def test_probabilities_are_those_of_bayes_with_the_unit_as_variance(left: float) -> None:
+    """Two explanations of three runs and 14 channels, the best of which leaves so much of them."""
+    channels, runs = 14, 3
+    costs = {"a": left, "b": left + 3.0, "c": left + 9.0}
+    now = _Scored("now", np.full(runs, 200.0))
+    tried = [_Scored(name, np.full(runs, cost / runs)) for name, cost in costs.items()]
+    found = select_effect(now, tried, 0.1, channels)  # type: ignore[arg-type]
+    variance = max(1.0, left / (runs * channels))
+    assert cost_unit(left, runs * channels) == variance
+    # A residual whose square is the cost, in one dimension: the same likelihood.
+    density = norm.pdf(np.sqrt(list(costs.values())), 0.0, np.sqrt(variance))
+    np.testing.assert_allclose(found.probability, density / density.sum(), rtol=1e-9)
+
+
+def test_an_interval_holds_95_percent_of_the_posterior(jig_borer_lumps: Machine) -> None:
+    priors = Priors.of(jig_borer_lumps, calibrated=True)
+    generator = np.random.default_rng(1)
+    at = generator.uniform(-0.3, 0.3, len(priors.names))
+    spread = generator.uniform(0.02, 0.3, len(priors.names))
+    drawn = priors.values(generator.normal(at, spread, (40_000, len(priors.names))))
+    for one in intervals(jig_borer_lumps, priors, at, spread):
+        inside = (drawn[one.name] >= one.low) & (drawn[one.name] <= one.high)
+        assert inside.mean() == pytest.approx(0.95, abs=0.006), one.name
+        below = (drawn[one.name] < one.low).mean()
+        assert below == pytest.approx(0.025, abs=0.005), one.name
+
+
+def only_free(machine: Machine, *names: str) -> Machine:
+    """Return the machine with nothing but some parameters free."""
+    items = tuple(
+        replace(
+            item,
+            parameters={
+                key: replace(p, calibrate=item.parameter_name(key) in names)
+                for key, p in item.parameters.items()
+            },
+        )
+        for item in machine.items
+    )
+    nodes = tuple(
+        replace(node, capacity=replace(node.capacity, calibrate=False)) for node in machine.nodes
+    )
+    effects = {
+        key: {name: replace(p, calibrate=False) for name, p in table.items()}
+        for key, table in machine.effects.items()
+    }
+    return replace(machine, items=items, nodes=nodes, effects=effects)
+
+
+@pytest.fixture(scope="module")
+def runs(jig_borer_lumps: Machine) -> list[Run]:
+    stiff = jig_borer_lumps.with_values({FREE: 1.15 * jig_borer_lumps.parameters[FREE].value})
+    return runs_of(stiff, 60.0)[:2]
+
+
+@pytest.fixture(scope="module")
+def observed(jig_borer_lumps: Machine, runs: list[Run]) -> list[Observations]:
+    return observe(jig_borer_lumps, runs)
+
+
+def distance(priors: Priors, machine: Machine, told: ParameterEstimate, value: float) -> float:
+    """Return how far a value is from where calibration left a parameter, in the fitting scale."""
+    place = priors.names.index(told.name)
+    end, best = (
+        priors.position(machine.with_values({told.name: at}))[place] for at in (value, told.value)
+    )
+    return float(abs(end - best))
+
+
+def test_at_the_ends_of_an_interval_the_cost_has_risen_by_the_chi_squared_quantile(
+    jig_borer_lumps: Machine, observed: list[Observations]
+) -> None:
+    """With one free parameter: the likelihood ratio knows nothing of any covariance."""
+    machine = only_free(jig_borer_lumps, FREE)
+    priors = Priors.of(machine, calibrated=True)
+    assert priors.names == (FREE,)
+    found = calibrate(machine, observed, starts=1)
+    (told,) = found.parameters
+    assert told.low < told.value < told.high
+    problem = _LeastSquares(machine, observed, priors, None)
+    best = problem.cost(priors.position(found.machine))
+    for end in (told.low, told.high):
+        position = priors.position(machine.with_values({FREE: end}))
+        assert problem.cost(position) - best == pytest.approx(chi2.ppf(0.95, 1), rel=0.15)
+        half = distance(priors, machine, told, end)
+        assert told.prior_contraction == pytest.approx(1.0 - half / norm.ppf(0.975), abs=1e-3)
+
+
+def dense_deviations(designs: list[RunDesign], count: int) -> np.ndarray:
+    """Return posterior standard deviations from every unknown of every run side by side.
+
+    Each has its prior, and nothing is eliminated; the first *count* are the shared parameters.
+    """
+    shared = designs[0].shared.shape[1]
+    unknown = shared + sum(design.nuisance.shape[1] for design in designs)
+    rows, last = [np.eye(unknown)], shared
+    for design in designs:
+        block = np.zeros((len(design.residual), unknown))
+        block[:, :shared] = design.shared
+        block[:, last : last + design.nuisance.shape[1]] = design.nuisance
+        last += design.nuisance.shape[1]
+        rows.append(block)
+    inverse = np.linalg.pinv(np.vstack(rows))
+    return np.asarray(np.sqrt((inverse**2).sum(axis=1))[:count])
+
+
+def test_what_one_run_alone_tells_is_as_certain_as_in_one_dense_problem() -> None:
+    """A fault that began in the last run has no other run's interval, and not its prior's."""
+    generator = np.random.default_rng(4)
+    designs = []
+    for rows, alone in ((60, ()), (40, (1,))):
+        shared, own = generator.normal(size=(rows, 3)), generator.normal(size=(rows, 2))
+        own = np.hstack([own, shared[:, list(alone)] + 0.5 * shared[:, [0]]])
+        shared[:, 1] = 0.0
+        own = own[:, : 2 + len(alone)]
+        designs.append(RunDesign(np.zeros(rows), shared, own, np.ones(rows), alone))
+    squares = sum(one.shared.T @ one.cleaned(one.shared) for one in designs)
+    (found,) = designs[1].deviations_alone(np.linalg.inv(squares + np.eye(3)))
+    dense = dense_deviations(designs, 3 + 2 + 3)
+    assert found == pytest.approx(dense[-1], rel=1e-9)
+    assert found < 0.5
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.4])
+def test_the_intervals_of_an_explanation_are_those_of_one_dense_problem(
+    noise: float, jig_borer_lumps: Machine, observed: list[Observations]
+) -> None:
+    """Also where more is left than the tolerance explains: all is less certain by as much."""
+    machine = only_free(jig_borer_lumps, FREE, "links.rear_inner-rear_outer.conductance")
+    generator = np.random.default_rng(5)
+    noisy = [
+        replace(one, values=generator.normal(one.values, noise * one.tolerance + 1e-12))
+        for one in observed
+    ]
+    sensitivities = all_sensitivities(machine, machine, noisy)
+    found = fit_effects(machine, (), noisy, [machine], sensitivities)
+    moved = Priors.of(machine, calibrated=True)
+    designs = design_of(found.machine, noisy, moved, sensitivities)
+    over = found.cost / (len(noisy) * len(noisy[0].channels))
+    assert (over > 1.1) == (noise > 0.0)
+    expected = dense_deviations(designs, len(moved.names)) * np.sqrt(max(1.0, over))
+    expected = np.minimum(expected, 1.0)  # no run makes a parameter less certain than its range
+    assert expected.min() < 0.95
+    for one, wanted in zip(found.calibration.parameters, expected, strict=True):
+        assert one.prior_contraction == pytest.approx(1.0 - wanted, abs=1e-9), one.name
+        known = machine.parameters[one.name]
+        for end, value in (("low", one.low), ("high", one.high)):
+            if value != getattr(known, end):  # an interval ends where the range does
+                away = distance(moved, machine, one, value)
+                assert away == pytest.approx(norm.ppf(0.975) * wanted, rel=1e-4), (one.name, end)

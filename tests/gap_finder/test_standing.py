@@ -1,0 +1,83 @@
+"""Thermometers that stand still, and sensors that are wrong in one run alone."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from gap_finder.data_faults import taken_out
+from gap_finder.held_out import answer
+from gap_finder.observations import observe
+from gap_finder.search import Search
+from gap_finder.standing import calibrated, standing_still
+from measurement.runs import Run
+from plant_model.effects import catalogue
+from plant_model.machine import Machine
+from tests.gap_finder.conftest import runs_of
+
+
+def in_whole_kelvin(run: Run, *columns: str) -> Run:
+    return Run(run.name, run.frame.assign(**{name: run.frame[name].round() for name in columns}))
+
+
+def frozen(run: Run, column: str, start_s: float, end_s: float) -> Run:
+    values = run.frame[column].copy()
+    rows = (run.time_s >= start_s) & (run.time_s <= end_s)
+    values[rows] = values[rows].iloc[0]
+    return Run(run.name, run.frame.assign(**{column: values}))
+
+
+def test_a_coarse_thermometer_that_froze_is_told_from_one_that_stands(
+    jig_borer_lumps: Machine,
+) -> None:
+    runs = [in_whole_kelvin(run, "T1_degC", "T3_degC") for run in runs_of(jig_borer_lumps)]
+    assert standing_still(jig_borer_lumps, observe(jig_borer_lumps, runs)) == []
+    broken = [frozen(runs[0], "T1_degC", 240.0, 9000.0), *runs[1:]]
+    (fault,) = standing_still(jig_borer_lumps, observe(jig_borer_lumps, broken))
+    assert (fault.run, fault.channel, fault.kind) == ("down", "T1", "frozen")
+    assert fault.start_s <= 240.0 < 9000.0 <= fault.end_s
+    observed = observe(
+        jig_borer_lumps, [taken_out(jig_borer_lumps, run, [fault]) for run in broken]
+    )
+    at = observed[0].channels.index("T1")
+    inside = (observed[0].time_s > 400.0) & (observed[0].time_s < 8900.0)
+    assert np.isnan(observed[0].values[inside, at]).all()
+
+
+def test_calibration_is_done_again_without_what_stands_still(jig_borer_lumps: Machine) -> None:
+    runs = [in_whole_kelvin(run, "T1_degC") for run in runs_of(jig_borer_lumps, every_s=60.0)]
+    broken = [frozen(runs[0], "T1_degC", 240.0, 9000.0), *runs[1:3]]
+    found, observed, faults = calibrated(jig_borer_lumps, broken, starts=1)
+    assert [fault.channel for fault in faults] == ["T1"]
+    assert standing_still(found.machine, observed) == [], "it is left out"
+    sound, _, none = calibrated(jig_borer_lumps, runs[:3], starts=1)
+    assert none == []
+    moved = [
+        one.value / other.value
+        for one, other in zip(found.parameters, sound.parameters, strict=True)
+    ]
+    assert np.abs(np.log(np.abs([ratio for ratio in moved if ratio > 0.0]))).max() < 0.2
+
+
+@pytest.mark.long
+def test_an_error_in_one_run_alone_does_not_enter_the_machine(jig_borer_lumps: Machine) -> None:
+    few = ("sensor_offset",)
+    without = [name for name in catalogue() if name not in few]
+    runs = runs_of(jig_borer_lumps)
+    last = max(range(3), key=lambda i: runs[i].name)
+    high = runs[last].frame["T2_degC"] + 3.0
+    runs[last] = Run(runs[last].name, runs[last].frame.assign(T2_degC=high))
+    found, comparison, faults = answer(jig_borer_lumps, runs[:3], runs[3:], Search(without))
+    assert [(one.run, one.channel, one.kind) for one in faults] == [
+        (runs[last].name, "T2", "one_run")
+    ]
+    assert found.after.added == ()
+    assert found.verdict == "none_missing"
+    gap = comparison.gap()
+    assert gap["after"] == gap["before"] < 1.5
+    # Where the run never used has it, too, it is the sensor's error from then on.
+    later = Run("steady", runs[3].frame.assign(T2_degC=runs[3].frame["T2_degC"] + 3.0))
+    found, comparison, faults = answer(jig_borer_lumps, runs[:3], [later], Search(without))
+    assert found.after.added == ("sensor_offset:T2",)
+    assert faults == []
+    assert comparison.gap()["after"] < 0.3 * comparison.gap()["before"]
