@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from math import inf, isnan, nan
+from typing import Protocol
 
 import can
 
@@ -20,7 +21,6 @@ from gateway.database import (
     key_of,
 )
 from gateway.link import Link
-from gateway.plant import MachinePlant
 from gateway.probes import TAKEN, ProbeSender
 from gateway.proof import CHALLENGE
 from gateway.reception import Cycle, Reception
@@ -52,6 +52,47 @@ class Pace:
     wait_s: float = 10.0
     hold_s: float = 60.0
     timeout_s: float | None = None
+
+
+class Plant(Protocol):
+    """The machine behind the control: `plant.MachinePlant`, or a real control's pins."""
+
+    step_s: float
+
+    @property
+    def time_s(self) -> float:
+        """Its time [s]."""
+        ...
+
+    @property
+    def done(self) -> bool:
+        """Whether it has come to its end."""
+        ...
+
+    @property
+    def thermal_state(self) -> str:
+        """What it says of its own state, as the frames name it."""
+        ...
+
+    def probe_with(self, names: Sequence[str]) -> None:
+        """Measure probes by these names; none where no frame carries them."""
+        ...
+
+    def measured(self, half_widths: Sequence[float]) -> Sequence[float]:
+        """Return what a probe shows now; empty if none is due."""
+        ...
+
+    def readings(self) -> Mapping[str, float]:
+        """Return what the control reads."""
+        ...
+
+    def record(self, offsets: Mapping[str, float], extra: Mapping[str, float]) -> None:
+        """Take note of the offsets and of what the gateway says."""
+        ...
+
+    def step(self, offsets: Mapping[str, float]) -> None:
+        """Go on to the next cycle with these offsets [um]."""
+        ...
 
 
 class Ear:
@@ -184,7 +225,7 @@ class MachineNode:
     ----------
     database : Database
         The frames.
-    plant : MachinePlant
+    plant : Plant
         The machine, started.
     link : Link
         The bus, open.
@@ -203,7 +244,7 @@ class MachineNode:
     def __init__(
         self,
         database: Database,
-        plant: MachinePlant,
+        plant: Plant,
         link: Link,
         pace: Pace,
         save: Callable[[], None] = lambda: None,
@@ -315,8 +356,7 @@ class MachineNode:
             "machine_time": self.time_s % self._wrap_s,
             "machine_step": step_s,
             "offset_use": self.follower.use,
-            # The plant's drift is counted from its start.
-            "thermal_state": "warm" if self._plant.point else "cold",
+            "thermal_state": self._plant.thermal_state,
         }
         self._link.send(self._sender.messages(values, self.ear.challenge))
 

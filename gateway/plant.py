@@ -165,6 +165,22 @@ class MachinePlant:
         return self.point * self.step_s
 
     @property
+    def thermal_state(self) -> str:
+        """Cold at the beginning: the plant's drift is counted from there."""
+        return "warm" if self.point else "cold"
+
+    def drive(self, values: Mapping[str, float]) -> None:
+        """Put what drives the machine at this point in the place of the scenario's signals.
+
+        Parameters
+        ----------
+        values : mapping of str to float
+            By signal, each in its unit.
+        """
+        for name, value in values.items():
+            self._signals[name][self.point] = value
+
+    @property
     def done(self) -> bool:
         """Whether the scenario has ended."""
         return self.point >= self.steps

@@ -1,0 +1,250 @@
+"""The component of LinuxCNC that speaks with the gateway: ``loadusr`` it from a HAL file.
+
+It sends what its pins read as the machine's frames, and moves the axes by the offsets that come
+back. The pins of a component called ``thermal``:
+
+=============================== ===============================================================
+``thermal.in.NAME``             a number of the machine's frames, ``in.T1`` or ``in.speed``; one
+                                that nothing is connected to is *not available*
+``thermal.cold``                drift is counted from now
+``thermal.enable``              set when all is connected; before, nothing is sent or moved
+``thermal.clear``               take the offsets back to zero, as before homing
+``thermal.on``, ``.homed``,     what the control does: ``motion.motion-enabled``,
+``.coord``, ``.teleop``         ``.is-all-homed``, ``.coord-mode``, ``.teleop-mode``
+``thermal.request-z``           ``axis.z.eoffset-request`` [mm]
+``thermal.command-z``           ``axis.z.pos-cmd`` [mm]
+``thermal.counts-z``            to ``axis.z.eoffset-counts``, with a scale of 0.00001
+``thermal.offset-z``            the same as a length [mm], for ``offset`` with ``limit2``
+``thermal.heartbeat``           for a watchdog
+``thermal.wait``                an offset is not in force yet: to ``motion.feed-inhibit``
+``thermal.moved``               an axis is moved: to ``motion.homing-inhibit``
+``thermal.valid``, ``.status``  what the gateway says
+``thermal.following``           its offsets are used; otherwise they are held, or given up
+=============================== ===============================================================
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import sys
+import time
+from collections.abc import Callable, Mapping, Sequence
+from math import nan
+from typing import Any
+
+from gateway.control import FOLLOWING, OffsetFollower
+from gateway.database import COMPENSATOR, DBC, MACHINE, OFFSETS, Database, read_database
+from gateway.linuxcnc.axes import COUNT_UM, AxisOffset, Seen
+from gateway.linuxcnc.modules import linuxcnc_module
+from gateway.machine import MachineNode, Pace
+from gateway.options import add_bus_arguments, new_link, served, stop_flag, teller
+from gateway.proof import read_key
+
+NAMES = ("x", "y", "z")
+WAIT_UM = 0.5
+"""The feed waits while an axis is further than this from an offset that is followed [um]."""
+OWN = ("machine_time", "machine_step", "echo", "proof")
+"""Numbers of the machine's frames that the component makes itself."""
+
+
+class ControlPins:
+    """The control as the machine's end of the bus sees it; takes the place of a plant.
+
+    Parameters
+    ----------
+    pins : mapping
+        The component's, by name.
+    inputs : sequence of str
+        Signals to send.
+    step_s : float
+        The machine's time in a cycle [s].
+    cycle_s : float
+        How long a cycle takes [s].
+    slew_um_s : float
+        How fast an axis may be moved [um/s].
+    external : bool
+        External offsets are used; otherwise offsets of one's own.
+    clock : callable
+        Steady time, which goes on when the component is started again [s].
+    """
+
+    done = False
+
+    def __init__(
+        self,
+        pins: Any,
+        inputs: Sequence[str],
+        step_s: float,
+        cycle_s: float,
+        slew_um_s: float,
+        *,
+        external: bool,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._pins, self._inputs = pins, tuple(inputs)
+        self.step_s, self._slew, self._external, self._clock = step_s, slew_um_s, external, clock
+        self._axes: list[AxisOffset] = []
+        self._begun_s = clock() / cycle_s * step_s
+        self._last = clock()
+        self.follower: OffsetFollower | None = None
+        self.point = 0
+
+    @property
+    def time_s(self) -> float:
+        """The machine's time, of a clock that goes on between two starts [s]."""
+        return self._begun_s + self.point * self.step_s
+
+    @property
+    def thermal_state(self) -> str:
+        """As the frames name it."""
+        return "cold" if self._pins["cold"] else "unknown"
+
+    def probe_with(self, names: Sequence[str]) -> None:
+        """Take note that nothing is probed."""
+
+    def measured(self, half_widths: Sequence[float]) -> list[float]:
+        """Return that nothing was probed."""
+        return []
+
+    def readings(self) -> dict[str, float]:
+        """Return what the pins read."""
+        return {name: self._pins[f"in.{name}"] for name in self._inputs}
+
+    def record(self, offsets: Mapping[str, float], extra: Mapping[str, float]) -> None:
+        """Show what the gateway says."""
+        self._pins["valid"] = extra.get("valid") == 1.0
+        status = extra.get("status", nan)
+        self._pins["status"] = -1 if status != status else int(status)
+
+    @property
+    def _following(self) -> bool:
+        return self.follower is not None and self.follower.use == FOLLOWING
+
+    def step(self, offsets: Mapping[str, float]) -> None:
+        """Move the axes towards the offsets."""
+        pins, now = self._pins, self._clock()
+        elapsed, self._last = now - self._last, now
+        self.point += 1
+        pins["heartbeat"] = not pins["heartbeat"]
+        # A watchdog that has barked looks again when this rises.
+        pins["running"] = bool(self._axes)
+        pins["following"] = self._following
+        if not self._axes:
+            self._axes = [self._taken_up(name) for name in NAMES]
+        takes = pins["on"] and pins["homed"] and (pins["coord"] or pins["teleop"])
+        furthest = 0.0
+        for name, axis, signal in zip(NAMES, self._axes, OFFSETS, strict=True):
+            wanted = 0.0 if pins["clear"] else offsets[signal]
+            request_um = 1e3 * pins[f"request-{name}" if self._external else f"offset-{name}"]
+            axis.step(wanted, Seen(takes, request_um, pins[f"command-{name}"]), elapsed)
+            if self._external:
+                pins[f"counts-{name}"] = axis.counts
+            else:
+                pins[f"offset-{name}"] = axis.counts * COUNT_UM / 1e3
+            furthest = max(furthest, abs(wanted - axis.in_force_um))
+        pins["wait"] = bool(takes and self._following and furthest > WAIT_UM)
+        pins["moved"] = not all(axis.at_zero for axis in self._axes)
+
+    def _taken_up(self, name: str) -> AxisOffset:
+        """Go on from what an earlier component left in force."""
+        if self._external:
+            given = self._pins[f"request-{name}"], self._pins[f"counts-{name}"]
+            return AxisOffset(self._slew, 1e3 * given[0], given[1])
+        offset_um = 1e3 * self._pins[f"offset-{name}"]
+        return AxisOffset(self._slew, offset_um, round(offset_um / COUNT_UM))
+
+
+def sent_signals(database: Database) -> list[str]:
+    """Return the numbers of the machine's frames that come from pins."""
+    names = [signal.name for _, signal in database.signals(MACHINE) if not signal.is_enumeration]
+    return [name for name in names if name not in OWN]
+
+
+def new_pins(name: str, inputs: Sequence[str]) -> Any:
+    """Make the component and its pins.
+
+    Parameters
+    ----------
+    name : str
+        Of the component.
+    inputs : sequence of str
+        Signals to send.
+    """
+    hal = linuxcnc_module("hal")
+    pins = hal.component(name)
+    for given in ("cold", "enable", "clear", "on", "homed", "coord", "teleop"):
+        pins.newpin(given, hal.HAL_BIT, hal.HAL_IN)
+    for shown in ("heartbeat", "running", "wait", "moved", "valid", "following"):
+        pins.newpin(shown, hal.HAL_BIT, hal.HAL_OUT)
+    pins.newpin("status", hal.HAL_S32, hal.HAL_OUT)
+    for axis in NAMES:
+        pins.newpin(f"request-{axis}", hal.HAL_FLOAT, hal.HAL_IN)
+        pins.newpin(f"command-{axis}", hal.HAL_FLOAT, hal.HAL_IN)
+        pins.newpin(f"counts-{axis}", hal.HAL_S32, hal.HAL_OUT)
+        pins.newpin(f"offset-{axis}", hal.HAL_FLOAT, hal.HAL_OUT)
+    for signal in inputs:
+        pins.newpin(f"in.{signal}", hal.HAL_FLOAT, hal.HAL_IN)
+        pins[f"in.{signal}"] = nan
+    return pins
+
+
+def _arguments(argv: Sequence[str] | None) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="gateway.linuxcnc.component")
+    add_bus_arguments(parser)
+    parser.add_argument("--name", default="thermal", help="of the component (thermal)")
+    parser.add_argument(
+        "--offsets",
+        choices=("external", "own"),
+        default="external",
+        help="the way in: external offsets, or 'offset' with 'limit2' (external)",
+    )
+    parser.add_argument(
+        "--slew", type=float, default=10.0, metavar="UM/S", help="of an axis [um/s] (10)"
+    )
+    parser.add_argument(
+        "--hold", type=float, default=60.0, metavar="S", help="machine time without a gateway (60)"
+    )
+    parser.add_argument(
+        "--speed-up", type=float, default=1.0, metavar="N", help="thermal time is faster (1)"
+    )
+    parser.add_argument(
+        "--wait", type=float, default=2.0, metavar="S", help="for a gateway at the start (2)"
+    )
+    return parser.parse_args(argv)
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the component until LinuxCNC ends it."""
+    args = _arguments(argv)
+    database = read_database(args.dbc or DBC)
+    inputs = sent_signals(database)
+    pins = new_pins(args.name, inputs)
+    cycle_s = database.closing(MACHINE).cycle_s
+    control = ControlPins(
+        *(pins, inputs, cycle_s * args.speed_up, cycle_s, args.slew),
+        external=args.offsets == "external",
+    )
+    with contextlib.ExitStack() as stack:
+        say = stack.enter_context(teller(args.name, args))
+        link = stack.enter_context(
+            contextlib.closing(new_link(args, served(args, database), COMPENSATOR, say))
+        )
+        stopped = stack.enter_context(stop_flag())
+        link.open(args.wait)
+        pace = Pace(wait_s=args.wait, hold_s=args.hold)
+        node = MachineNode(
+            *(served(args, database), control, link, pace),
+            stopped=stopped,
+            key=args.key and read_key(args.key),
+        )
+        control.follower = node.follower
+        pins.ready()
+        while not pins["enable"] and not stopped():
+            time.sleep(cycle_s)
+        node.run()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

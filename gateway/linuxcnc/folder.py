@@ -1,0 +1,50 @@
+"""A folder that LinuxCNC starts from: its files, and how its components are started."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+CONFIG = Path(__file__).with_name("config")
+WAYS = {"external": "external.hal", "own": "own.hal"}
+"""The two ways in for an offset, and what each needs."""
+
+
+def write_folder(
+    folder: Path, way: str, commands: Mapping[str, Sequence[str]], *, compensated: bool = True
+) -> Path:
+    """Write the files of a simulated machine; return its INI file.
+
+    Parameters
+    ----------
+    folder : Path
+        Where; it must exist.
+    way : {"external", "own"}
+        How offsets get in.
+    commands : mapping of str to sequence of str
+        What ``thermal`` and ``spindle`` are started with, and ``display``.
+    compensated : bool
+        Whether the component is there.
+    """
+    for name in ("tool.tbl", "thermal.hal"):
+        (folder / name).write_text((CONFIG / name).read_text())
+    ini = folder / "machine.ini"
+    ini.write_text((CONFIG / ini.name).read_text())
+    parts = ["machine.hal", WAYS[way], "guard.hal", "spindle.hal"]
+    parts += ["thermal.hal"] if compensated else []
+    (folder / "machine.hal").write_text("\n".join((CONFIG / part).read_text() for part in parts))
+    for name, command in commands.items():
+        script = folder / f"{name}.sh"
+        script.write_text(f"#!/bin/sh\nexec {shlex.join(command)}\n")
+        script.chmod(0o755)
+    return ini
+
+
+def renamed(folder: Path, name: str) -> Path:
+    """Write the HAL file that connects the component under another name; return it."""
+    text = (folder / "thermal.hal").read_text()
+    text = text.replace("thermal.", f"{name}.").replace(f"./{name}.sh", "./thermal.sh")
+    file = folder / f"{name}.hal"
+    file.write_text(text.replace("-Wn thermal ", f"-Wn {name} "))
+    return file

@@ -1,0 +1,38 @@
+"""LinuxCNC's own Python modules, which come with it and not from a package index."""
+
+from __future__ import annotations
+
+import sys
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from measurement.errors import BadInput
+
+FOLDER = Path("/usr/lib/python3/dist-packages")
+"""Where Debian's package puts them."""
+
+
+def linuxcnc_module(name: str) -> Any:
+    """Return a module of LinuxCNC.
+
+    Parameters
+    ----------
+    name : {"hal", "linuxcnc"}
+        Which one.
+
+    Raises
+    ------
+    BadInput
+        If it is not installed, or for another version of Python.
+    """
+    # At the end: the environment's own libraries come first.
+    if str(FOLDER) not in sys.path:
+        sys.path.append(str(FOLDER))
+    try:
+        return import_module(name)
+    except ImportError as error:
+        version = f"{sys.version_info.major}.{sys.version_info.minor}"
+        raise BadInput(
+            str(FOLDER / name), "", f"LinuxCNC's module is not there for Python {version}: {error}"
+        ) from None

@@ -1,0 +1,56 @@
+"""A place in which LinuxCNC runs beside others: namespaces of its own, and no root.
+
+LinuxCNC refuses root, its keys and ports are fixed, and its own clean-up kills by name. In
+namespaces of its own it sees no other, and its user is an ordinary one there, whoever started it.
+The network is a loopback that carries multicast, which is the bus.
+"""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from collections.abc import Sequence
+from functools import cache
+
+from measurement.errors import BadInput
+
+USER = "1000"
+INSIDE = (
+    "ip link set lo up multicast on && ip route add 224.0.0.0/4 dev lo && "
+    f'exec unshare --user --map-user={USER} --map-group={USER} -- "$@"'
+)
+OUTSIDE = ("unshare", "--user", "--map-root-user", "--ipc", "--net", "--mount", "--pid", "--fork")
+
+
+def sandboxed(command: Sequence[str]) -> list[str]:
+    """Return the command that runs another one so; all that it started ends with it."""
+    return [*OUTSIDE, "--kill-child", "--mount-proc", "sh", "-c", INSIDE, "sh", *command]
+
+
+@cache
+def problem() -> str:
+    """Return why LinuxCNC cannot run here; empty if it can."""
+    for program, package in (
+        ("linuxcnc", "linuxcnc-uspace"),
+        ("unshare", "util-linux"),
+        ("ip", "iproute2"),
+    ):
+        if shutil.which(program, path="/usr/bin:/bin:/usr/sbin:/sbin") is None:
+            return f"{program} is not installed (package {package})"
+    tried = subprocess.run(sandboxed(["true"]), capture_output=True, text=True, check=False)
+    if tried.returncode:
+        return f"no namespaces: {' '.join(tried.stderr.split())}"
+    return ""
+
+
+def check() -> None:
+    """Refuse where LinuxCNC cannot run.
+
+    Raises
+    ------
+    BadInput
+        With the reason.
+    """
+    reason = problem()
+    if reason:
+        raise BadInput("LinuxCNC", "", reason)

@@ -1,0 +1,252 @@
+"""LinuxCNC at work in its sandbox, as its operator sees it: on, home, programs, faults."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import subprocess
+import time
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+from gateway.linuxcnc.folder import renamed
+from gateway.linuxcnc.modules import linuxcnc_module
+
+HALCMD = "/usr/bin/halcmd"
+START_S, STEP_S = 60.0, 30.0
+"""How long LinuxCNC may take to start, and to do one thing, on a busy computer [s]."""
+LOOK_S = 0.02
+
+
+class ControlError(Exception):
+    """The control did not do what it was told to; the text says what."""
+
+
+class Session:
+    """A control that runs, and its gateway.
+
+    Parameters
+    ----------
+    folder : Path
+        With its INI file.
+    gateway : sequence of str
+        What starts the gateway; empty for none.
+    """
+
+    def __init__(self, folder: Path, gateway: Sequence[str] = ()) -> None:
+        self.folder, self._gateway_command = folder, list(gateway)
+        self.component = "thermal"
+        self._gateway: subprocess.Popen[bytes] | None = None
+        self._linuxcnc: subprocess.Popen[bytes] | None = None
+        self._module: Any = None
+        self._output = (folder / "output.txt").open("ab")
+
+    # Starting and ending
+
+    def start(self) -> None:
+        """Start the gateway and LinuxCNC."""
+        self.start_gateway()
+        environment = {
+            "HOME": str(self.folder),
+            "PATH": "/usr/bin:/bin:/usr/sbin:/sbin",
+            **{name: os.environ[name] for name in ("DISPLAY",) if name in os.environ},
+        }
+        self._linuxcnc = subprocess.Popen(
+            ["/usr/bin/linuxcnc", str(self.folder / "machine.ini")],
+            **self._quiet(env=environment),
+        )
+        self._module = linuxcnc_module("linuxcnc")
+        # The control keeps its tools in a file of its home, which its status looks for.
+        os.environ["HOME"] = str(self.folder)
+        os.environ["INI_FILE_NAME"] = str(self.folder / "machine.ini")
+        self.wait(self._ready, "LinuxCNC did not start", START_S)
+        self.command = self._module.command()
+
+    def _ready(self) -> bool:
+        assert self._linuxcnc is not None
+        if self._linuxcnc.poll() is not None:
+            raise ControlError(f"LinuxCNC ended: see {self.folder}")
+        if not (self.folder / "display.pid").exists():
+            return False
+        with contextlib.suppress(self._module.error):
+            self.status = self._module.stat()
+            self.status.poll()
+            return True
+        return False
+
+    def start_gateway(self) -> None:
+        """Start the gateway, or start it again."""
+        if self._gateway_command:
+            self._gateway = subprocess.Popen(self._gateway_command, **self._quiet())
+
+    def _quiet(self, **more: Any) -> dict[str, Any]:
+        return {
+            "stdin": subprocess.DEVNULL,
+            "stdout": self._output,
+            "stderr": self._output,
+            "cwd": self.folder,
+            **more,
+        }
+
+    def kill_gateway(self) -> None:
+        """End the gateway as a power cut would."""
+        assert self._gateway is not None
+        self._gateway.kill()
+        self._gateway.wait()
+
+    def signal_gateway(self, number: int) -> None:
+        """Send the gateway a signal."""
+        assert self._gateway is not None
+        self._gateway.send_signal(number)
+
+    def close(self) -> None:
+        """End all."""
+        with contextlib.suppress(OSError, ValueError):
+            os.kill(int((self.folder / "display.pid").read_text()), signal.SIGTERM)
+        if self._linuxcnc is not None:
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                self._linuxcnc.wait(STEP_S)
+        if self._gateway is not None:
+            self._gateway.terminate()
+            self._gateway.wait(STEP_S)
+        self._output.close()
+
+    def wait(self, done: Any, text: str, patience_s: float = STEP_S) -> None:
+        """Wait until something is so.
+
+        Raises
+        ------
+        ControlError
+            With *text*, if it does not become so.
+        """
+        until = time.monotonic() + patience_s
+        while not done():
+            if time.monotonic() > until:
+                raise ControlError(text)
+            time.sleep(LOOK_S)
+
+    # HAL
+
+    def hal(self, *words: str) -> str:
+        """Run a command of HAL; return what it prints."""
+        run = subprocess.run([HALCMD, *words], capture_output=True, text=True, cwd=self.folder)
+        if run.returncode:
+            raise ControlError(f"halcmd {' '.join(words)}: {run.stderr.strip()}")
+        return run.stdout.strip()
+
+    def pin(self, name: str) -> float:
+        """Return the value of a pin."""
+        return _number(self.hal("getp", name))
+
+    def offset_um(self, axis: str) -> float:
+        """Return by how much an axis is where it was not commanded to be; at rest [um]."""
+        return 1e3 * (self.signal(f"motor-{axis}") - self.pin(f"axis.{axis}.pos-cmd"))
+
+    def signal(self, name: str) -> float:
+        """Return the value of a signal."""
+        return _number(self.hal("gets", name))
+
+    # The control
+
+    def poll(self) -> Any:
+        """Return the control's status now."""
+        self.status.poll()
+        return self.status
+
+    def switch_on(self) -> None:
+        """Release the emergency stop and switch on."""
+        c, m = self.command, self._module
+        c.state(m.STATE_ESTOP_RESET)
+        self.wait(lambda: self.poll().task_state != m.STATE_ESTOP, "E-stop is not released")
+        c.state(m.STATE_ON)
+        self.wait(lambda: self.poll().task_state == m.STATE_ON, "is not switched on")
+
+    def stop(self) -> None:
+        """Press the emergency stop."""
+        self.command.state(self._module.STATE_ESTOP)
+        self.wait(lambda: self.poll().task_state == self._module.STATE_ESTOP, "did not stop")
+
+    def _mode(self, mode: int) -> None:
+        self.command.mode(mode)
+        self.wait(lambda: self.poll().task_mode == mode, "did not change its mode")
+
+    def home(self) -> None:
+        """Home all axes."""
+        self._mode(self._module.MODE_MANUAL)
+        self.command.teleop_enable(0)
+        self.wait(
+            lambda: self.poll().motion_mode == self._module.TRAJ_MODE_FREE, "joints do not move"
+        )
+        self.command.home(-1)
+        self.wait(lambda: self.poll().homed[:3] == (1, 1, 1), "is not homed")
+
+    def mdi(self, line: str, patience_s: float = STEP_S) -> None:
+        """Do one line."""
+        self._mode(self._module.MODE_MDI)
+        self.command.mdi(line)
+        self._until_idle(line, patience_s)
+
+    def run(self, program: Path, patience_s: float) -> None:
+        """Run a program to its end."""
+        self.begin(program)
+        self._until_idle(program.name, patience_s)
+
+    def begin(self, program: Path) -> None:
+        """Begin a program."""
+        self._mode(self._module.MODE_AUTO)
+        self.command.program_open(str(program))
+        self.command.auto(self._module.AUTO_RUN, 0)
+
+    def abort(self) -> None:
+        """Abort what runs."""
+        self.command.abort()
+        self._until_idle("abort", STEP_S)
+
+    def _until_idle(self, what: str, patience_s: float) -> None:
+        self.command.wait_complete(LOOK_S)
+        time.sleep(2 * LOOK_S)
+
+        def idle() -> bool:
+            status = self.poll()
+            done = status.interp_state == self._module.INTERP_IDLE and status.inpos
+            return bool(
+                done and status.exec_state in (self._module.EXEC_DONE, self._module.EXEC_ERROR)
+            )
+
+        self.wait(idle, f"{what} did not end", patience_s)
+
+    # The component
+
+    def kill_component(self) -> None:
+        """End the component as a crash would."""
+        os.kill(self._component_pid(), signal.SIGKILL)
+
+    def _component_pid(self) -> int:
+        lines = self.hal("-s", "show", "comp", self.component).split()
+        return int(lines[3] if len(lines) > 3 else lines[-1])
+
+    def start_component(self) -> None:
+        """Start another component in the place of the one that was killed."""
+        for line in self.hal("-s", "show", "pin", f"{self.component}.").splitlines():
+            words = line.split()
+            if "==>" in words or "<==" in words:
+                self.hal("unlinkp", words[4])
+        self.component += "x"
+        self.hal("-f", str(renamed(self.folder, self.component)))
+
+
+def _number(text: str) -> float:
+    return float({"TRUE": "1", "FALSE": "0"}.get(text, text))
+
+
+@contextlib.contextmanager
+def running(folder: Path, gateway: Sequence[str] = ()) -> Iterator[Session]:
+    """Run LinuxCNC from a folder; end it in any case."""
+    session = Session(folder, gateway)
+    try:
+        session.start()
+        yield session
+    finally:
+        session.close()

@@ -1,0 +1,100 @@
+"""An axis at the offset that is wanted: at the slew, through off and on, homing and restarts."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from gateway.linuxcnc.axes import COUNT_UM, AxisOffset
+from tests.gateway.control_axis import ControlAxis
+
+SLEW = 10.0
+STEP_S = 0.1
+MOST = SLEW * STEP_S + 1e-9
+
+
+def follow(offset: AxisOffset, axis: ControlAxis, wanted_um: float, steps: int) -> list[float]:
+    """Go on for some steps; return where the axis was after each of them."""
+    moved = []
+    for _ in range(steps):
+        offset.step(wanted_um, axis.seen(), STEP_S)
+        axis.give(offset.counts)
+        moved.append(axis.moved_um)
+    return moved
+
+
+def test_an_axis_goes_to_what_is_wanted_at_the_slew_and_stays() -> None:
+    offset, axis = AxisOffset(SLEW), ControlAxis()
+    moved = follow(offset, axis, -12.34, 20)
+    assert moved[:3] == pytest.approx([-1.0, -2.0, -3.0])
+    assert moved[-1] == pytest.approx(-12.34)
+
+
+def test_nothing_is_counted_while_the_control_takes_nothing() -> None:
+    offset, axis = AxisOffset(SLEW), ControlAxis(homed=False)
+    follow(offset, axis, 20.0, 50)
+    assert offset.counts == 0
+    axis.homed = True
+    assert follow(offset, axis, 20.0, 1) == pytest.approx([1.0])
+
+
+def test_switched_off_and_on_an_axis_stays_until_it_is_sent_somewhere() -> None:
+    offset, axis = AxisOffset(SLEW), ControlAxis()
+    follow(offset, axis, 30.0, 40)
+    axis.switch(on=False)
+    assert follow(offset, axis, 31.0, 20) == pytest.approx([30.0] * 20)
+    axis.switch(on=True)
+    assert follow(offset, axis, 31.0, 5) == pytest.approx([31.0] * 5)
+    axis.go_to(50.0)
+    assert axis.moved_um == pytest.approx(1.0)
+    assert follow(offset, axis, 31.0, 35)[-1] == pytest.approx(31.0)
+
+
+def test_cleared_after_off_and_on_the_axis_is_where_it_would_be_without_offsets() -> None:
+    offset, axis = AxisOffset(SLEW), ControlAxis()
+    follow(offset, axis, 30.0, 40)
+    axis.switch(on=False)
+    follow(offset, axis, 30.0, 1)
+    axis.switch(on=True)
+    assert follow(offset, axis, 0.0, 40)[-1] == pytest.approx(0.0)
+    assert not offset.at_zero  # the control holds an offset against what it has absorbed
+    axis.go_to(5.0)
+    assert follow(offset, axis, 0.0, 40)[-1] == pytest.approx(0.0)
+    assert offset.at_zero
+
+
+def test_a_component_goes_on_from_what_another_one_left() -> None:
+    axis = ControlAxis(request_um=17.0, counts=90)
+    offset = AxisOffset(SLEW, axis.request_um, axis.counts)
+    assert follow(offset, axis, 17.5, 3) == pytest.approx([17.5] * 3)
+
+
+@settings(max_examples=200, deadline=None)
+@given(
+    st.lists(
+        st.one_of(
+            st.floats(-60.0, 60.0).map(lambda wanted: ("want", wanted)),
+            st.sampled_from([("off", 0.0), ("on", 0.0), ("unhomed", 0.0), ("homed", 0.0)]),
+            st.integers(-30, 30).map(lambda place: ("go", float(place))),
+        ),
+        max_size=30,
+    )
+)
+def test_no_step_is_larger_than_the_slew_whatever_happens(events: list[tuple[str, float]]) -> None:
+    """Where it is not commanded to go elsewhere, and it comes to what is wanted when it may."""
+    offset, axis, wanted = AxisOffset(SLEW), ControlAxis(), 0.0
+    for event, value in [*events, ("homed", 0.0), ("on", 0.0), ("go", 77.0)]:
+        if event == "want":
+            wanted = value
+        elif event in ("off", "on"):
+            axis.switch(event == "on")
+        elif event in ("unhomed", "homed"):
+            axis.homed = event == "homed"
+        elif axis.on:
+            axis.go_to(value)
+        before = axis.moved_um
+        for moved in follow(offset, axis, wanted, 3):
+            assert abs(moved - before) <= MOST + COUNT_UM
+            before = moved
+    assert follow(offset, axis, wanted, 130)[-1] == pytest.approx(wanted, abs=COUNT_UM)
