@@ -43,7 +43,7 @@ class Plant:
 
     def __init__(self, clock: Clock, busy: dict[int, float], steps: int) -> None:
         self.clock, self.busy, self.steps = clock, busy, steps
-        self.point, self.step_s = 0, CYCLE_S
+        self.point, self.step_s, self.thermal_state = 0, CYCLE_S, "cold"
 
     @property
     def time_s(self) -> float:
