@@ -25,17 +25,17 @@ from typing import Any
 import numpy as np
 from tqdm import tqdm
 
-from fmu_compensator.fit.by_run import Block, NormalEquations
 from fmu_compensator.fit.columns import MeasuredColumns, targets_of
 from fmu_compensator.fit.contestants import contestants, held
 from fmu_compensator.fit.data import prepare
 from fmu_compensator.fit.error_models.base import FittedModel
-from fmu_compensator.fit.lagged import THIN_S, thinned
 from fmu_compensator.fit.recipe import Recipe
 from fmu_compensator.fit.training import TrainingRun
 from measurement.faults import faults_text, find_faults, looked_over
 from measurement.rig import Rig
 from measurement.runs import Run, read_run
+from studies.fit.by_run import Block, NormalEquations
+from studies.fit.lagged import THIN_S, thinned
 
 GIVEN = 100
 PLAIN = "plain_ridge"

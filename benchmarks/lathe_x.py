@@ -25,10 +25,10 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from fmu_compensator.fit.lagged import lagged
 from gap_finder.data_faults import without_faults
 from measurement.runs import Run, read_run
 from plant_model.machine_file import read_machine
+from studies.fit.lagged import lagged
 
 Array = npt.NDArray[np.float64]
 

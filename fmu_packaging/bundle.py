@@ -77,7 +77,7 @@ def collect(
     whole: Iterable[str] = (),
     allowed: Iterable[str] = (),
     *,
-    added: Mapping[str, Path] | None = None,
+    added: Mapping[str, str] | None = None,
     left_out: Collection[str] = (),
 ) -> Bundle:
     """Return the modules that *entry* needs, found by following its imports.
@@ -93,8 +93,8 @@ def collect(
         Packages of which every module is needed, because they are found by walking a folder.
     allowed : iterable of str
         Top-level packages that the host's Python must have.
-    added : dict of str to Path, optional
-        Files from elsewhere, by the dotted name that each has in the bundle.
+    added : dict of str to str, optional
+        Sources from elsewhere, by the dotted name that each has in the bundle.
     left_out : collection of str
         Modules that are not bundled, though they are imported: the importer goes on without.
 
@@ -113,11 +113,12 @@ def collect(
         name = waiting.pop()
         if name in sources:
             continue
-        path = more[name] if name in more else _path_of(name)
+        path = Path(name) if name in more else _path_of(name)
         if path.name == "__init__.py" and name not in more:
             packages.add(name)
         empty = name == VENDORED
-        sources[name] = "" if empty else path.read_text(encoding="utf-8")
+        text = more[name] if name in more else path.read_text(encoding="utf-8")
+        sources[name] = "" if empty else text
         if "." in name:
             waiting.append(name.rpartition(".")[0])
         for found in _imports(sources[name], name, name in packages):
@@ -134,23 +135,73 @@ def collect(
     return Bundle(sources, frozenset(packages), frozenset(outside), ours)
 
 
-def problem_alone(path: Path, roots: Iterable[str], allowed: Iterable[str]) -> str:
-    """Return why a file from elsewhere cannot be bundled alone, or nothing.
+def needed_by(source: str, name: str) -> str:
+    """Return what a class of a module needs of it; all other lines are blank.
+
+    So a file may hold more than an FMU can carry, and lines keep their numbers.
 
     Parameters
     ----------
-    path : Path
+    source : str
+        Of the module.
+    name : str
+        Of the class, at the top level.
+    """
+    tree = ast.parse(source)
+    binding: dict[str, list[ast.stmt]] = {}
+    for statement in tree.body:
+        for bound in _bound(statement):
+            binding.setdefault(bound, []).append(statement)
+    waiting, kept = [name], set(tree.body[:1]) if ast.get_docstring(tree) else set()
+    kept |= {one for one in tree.body if getattr(one, "module", "") == "__future__"}
+    while waiting:
+        for statement in binding.get(waiting.pop(), []):
+            if statement not in kept:
+                kept.add(statement)
+                waiting += [one.id for one in ast.walk(statement) if isinstance(one, ast.Name)]
+    lines = source.splitlines()
+    wanted: set[int] = set()
+    for statement in kept:
+        marks = getattr(statement, "decorator_list", [])
+        first = min(statement.lineno, *(mark.lineno for mark in marks), statement.lineno)
+        wanted |= set(range(first, (statement.end_lineno or first) + 1))
+    shown = (line if number in wanted else "" for number, line in enumerate(lines, 1))
+    return "\n".join(shown) + "\n"
+
+
+def _bound(statement: ast.stmt) -> set[str]:
+    """Return the names that a statement at the top level binds."""
+    if isinstance(statement, ast.ClassDef | ast.FunctionDef):
+        return {statement.name}
+    names: set[str] = set()
+    for node in ast.walk(statement):
+        if isinstance(node, ast.alias):
+            names.add((node.asname or node.name).partition(".")[0])
+        elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+            names.add(node.id)
+        elif isinstance(node, ast.ClassDef | ast.FunctionDef):
+            names.add(node.name)
+    return names
+
+
+def problem_alone(file: str, source: str, roots: Iterable[str], allowed: Iterable[str]) -> str:
+    """Return why a source from elsewhere cannot be bundled alone, or nothing.
+
+    Parameters
+    ----------
+    file : str
+        How a message names it.
+    source : str
     roots, allowed : iterable of str
         As `collect` takes them.
     """
     known = {*roots, *allowed, *sys.stdlib_module_names}
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    for node in ast.walk(tree):
+    for node in ast.walk(ast.parse(source)):
         if isinstance(node, ast.ImportFrom) and node.level:
-            return f"{path.name} line {node.lineno} imports from its own package"
-    for found in _imports(path.read_text(encoding="utf-8"), "<alone>", is_package=False):
+            return f"{file} line {node.lineno} imports from its own package"
+    for found in _imports(source, "<alone>", is_package=False):
         if found.module.partition(".")[0] not in known:
-            return f"{path.name} line {found.line} imports {found.module}"
+            return f"{file} line {found.line} imports {found.module}"
     return ""
 
 

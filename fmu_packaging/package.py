@@ -66,7 +66,7 @@ class Recipe:
         What the documentation says.
     icon : bytes
         The picture of the FMU, PNG.
-    added : dict of str to Path
+    added : dict of str to str
         Files of plug-ins, by the dotted name that each has in the FMU.
     left_out : tuple of str
         Modules that look for plug-ins: an FMU carries its own.
@@ -81,7 +81,7 @@ class Recipe:
     whole: tuple[str, ...] = ()
     third_party: Mapping[str, str] = field(default_factory=dict)
     data: Mapping[str, bytes] = field(default_factory=dict)
-    added: Mapping[str, Path] = field(default_factory=dict)
+    added: Mapping[str, str] = field(default_factory=dict)
     left_out: tuple[str, ...] = ()
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -11,7 +12,7 @@ from fmu_compensator.plugins import plugged_error_models
 from fmu_compensator.runtime.error_models import shipped_error_models
 from fmu_compensator.runtime.error_models.base import ErrorModel
 from fmu_compensator.runtime.modelfile import Model
-from fmu_packaging.bundle import problem_alone
+from fmu_packaging.bundle import needed_by, problem_alone
 from measurement.plugins import PlugIn
 from plant_model.effects import Effect, shipped_effects
 from plant_model.machine import Machine
@@ -20,8 +21,8 @@ from plant_model.plugins import plugged_effects
 
 def effect_files(
     machine: Machine, roots: tuple[str, ...], third_party: Mapping[str, str]
-) -> dict[str, Path]:
-    """Return the files of plug-ins' effects in force, by dotted name in the plant FMU.
+) -> dict[str, str]:
+    """Return the sources of plug-ins' effects in force, by dotted name in the plant FMU.
 
     Raises
     ------
@@ -31,13 +32,13 @@ def effect_files(
     plugins = plugged_effects(frozenset(shipped_effects()))
     names = {key.partition(":")[0] for key in machine.effects}
     return {
-        f"plant_model.effects.{name}": _file(plugins[name], Effect, roots, third_party)
+        f"plant_model.effects.{name}": _source(plugins[name], Effect, roots, third_party)
         for name in sorted(names & plugins.keys())
     }
 
 
-def error_model_files(model: Model, roots: tuple[str, ...]) -> dict[str, Path]:
-    """Return the files of plug-ins' error models in use, by dotted name in the compensator FMU.
+def error_model_files(model: Model, roots: tuple[str, ...]) -> dict[str, str]:
+    """Return the sources of plug-ins' error models in use, by dotted name in the compensator FMU.
 
     Raises
     ------
@@ -45,8 +46,9 @@ def error_model_files(model: Model, roots: tuple[str, ...]) -> dict[str, Path]:
         For one that cannot go into an FMU.
     """
     plugins = plugged_error_models(frozenset(shipped_error_models()))
+    package = "fmu_compensator.runtime.error_models"
     return {
-        f"fmu_compensator.runtime.error_models.{kind}": _file(plugins[kind], ErrorModel, roots, {})
+        f"{package}.{kind}": _source(plugins[kind], ErrorModel, roots, {})
         for kind in sorted(set(_kinds(model.table["error_model"])) & plugins.keys())
     }
 
@@ -58,26 +60,28 @@ def _kinds(table: Mapping[str, Any]) -> Iterator[str]:
         yield from _kinds(inner)
 
 
-def _file(
+def _source(
     plugin: PlugIn[type[Any]],
     base: type[Any],
     roots: tuple[str, ...],
     third_party: Mapping[str, str],
-) -> Path:
+) -> str:
+    """Return what the plug-in's class needs of its file; the rest of it may need anything."""
     kind = plugin.thing
     path = Path(inspect.getfile(kind))
+    source = needed_by(path.read_text(encoding="utf-8"), kind.__name__)
     # As the walk in the FMU will see the file.
     alike = [
-        thing
-        for thing in vars(inspect.getmodule(kind)).values()
+        name
+        for name, thing in vars(inspect.getmodule(kind)).items()
         if isinstance(thing, type) and issubclass(thing, base) and thing is not base
+        if re.search(rf"\b{name}\b", source)
     ]
     carried = ", ".join(("the standard library", *third_party, *roots))
     if len(alike) != 1:
-        names = ", ".join(thing.__name__ for thing in alike)
-        problem = f"{path.name} holds {names}, an FMU carries files with one class of the kind"
+        problem = f"{path.name} holds {', '.join(alike)}, an FMU carries one class of the kind"
         raise plugin.refuse(f"cannot go into an FMU: {problem}")
-    problem = problem_alone(path, roots, third_party)
+    problem = problem_alone(path.name, source, roots, third_party)
     if problem:
         raise plugin.refuse(f"cannot go into an FMU: {problem}; it carries {carried} only")
-    return path
+    return source

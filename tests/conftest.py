@@ -7,8 +7,10 @@ import os
 import shutil
 import signal
 import tempfile
+import tomllib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from hashlib import sha256
+from importlib.metadata import entry_points
 from pathlib import Path
 
 import pytest
@@ -40,6 +42,15 @@ settings.load_profile("any machine")
 # what they start would inherit that: Ctrl-C could not be tested, and a test waited for it for ever.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def pytest_configure() -> None:
+    """Without the plug-ins that pyproject.toml names, half of the error models would be missing."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+    for group, named in project["entry-points"].items():
+        installed = {point.name for point in entry_points(group=group)}
+        if not installed >= set(named):
+            pytest.exit(f"{group}: pyproject.toml is newer: make build", returncode=4)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

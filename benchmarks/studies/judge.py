@@ -14,10 +14,10 @@ from benchmarks.studies.entrants import ENTRANTS, NO_MODEL, PERSISTENCE, TRUTH
 from benchmarks.studies.machines import EVERY_S, Pair, truth
 from fmu_compensator.fit.contestants import held
 from fmu_compensator.fit.data import PreparedRun, prepare
-from fmu_compensator.fit.error_models.bp import BackPropagation
 from measurement.drift import tool_tip_drift
 from measurement.errors import BadInput
 from measurement.rig import POSE, FivePointRig
+from studies.fit.bp import BackPropagation
 
 TOOLS_MM = (130.0, 240.0)
 """The distal sensors, at which the studies judge X and Y, and a long tool's tip [mm]."""

@@ -22,8 +22,6 @@ import pandas as pd
 
 from benchmarks.studies.cooler import with_cooler
 from fmu_compensator.fit.columns import MeasuredColumns
-from fmu_compensator.fit.finite_elements import FiniteElementSpindle, read_description
-from fmu_compensator.fit.finite_elements.description import Description
 from measurement.rig import FivePointRig, rig_from_table
 from measurement.runs import Run
 from plant_model.machine import Machine
@@ -31,6 +29,8 @@ from plant_model.machine_file import read_machine
 from plant_model.simulate import simulate
 from scenarios.commands.simulate import inputs_of
 from scenarios.scenario import read_scenario
+from studies.finite_elements import FiniteElementSpindle, read_description
+from studies.finite_elements.description import Description
 
 EVERY_S = 30.0
 NOISE_K, RESOLUTION_K = 0.03, 0.01

@@ -13,17 +13,6 @@ from fmu_compensator.fit.recipe import Recipe
 from fmu_compensator.fit.training import Array, TrainingRun
 from measurement.errors import BadInput, shown
 
-VARIANTS: Mapping[str, tuple[str, str, Mapping[str, Any]]] = {
-    "bp_5_5": ("bp", "BP neural network, two hidden layers of 5", {"hidden": (5, 5)}),
-    "vac_least_squares": (
-        "vac",
-        "VAC's least-squares twin",
-        {"combination": "least_squares"},
-    ),
-    "vac_adaptive": ("vac", "VAC with adaptive weights", {"combination": "adaptive"}),
-}
-"""Name: kind, title, options."""
-
 NO_MODEL, PERSISTENCE = "no_model", "persistence"
 BASELINES = {NO_MODEL: "No model (drift stays zero)", PERSISTENCE: "Persistence (last measured)"}
 ONE_STEP = "_one_step"
@@ -54,7 +43,7 @@ def contestants(
     Parameters
     ----------
     names : sequence of str, optional
-        Kinds of error models, or names of `VARIANTS`.
+        Kinds of error models, or names of their variants.
     points : str
         The points for all of them; empty: each its usual ones.
     seed : int, optional
@@ -68,7 +57,9 @@ def contestants(
     known: dict[str, tuple[str, str, Mapping[str, Any]]] = {
         name: (name, kind.title or name, {}) for name, kind in fitted_models().items()
     }
-    known |= {name: variant for name, variant in VARIANTS.items() if variant[0] in known}
+    for kind, model in fitted_models().items():
+        variants = vars(model).get("variants", {})  # its own, not those that it inherits
+        known |= {name: (kind, title, more) for name, (title, more) in variants.items()}
     chosen = list(known) if names is None else [name for name in names if name not in BASELINES]
     found = [Contestant(name, title, None) for name, title in BASELINES.items()]
     for name in chosen:

@@ -18,7 +18,9 @@ from pathlib import Path
 from typing import Any
 
 from fmu_compensator import runtime
+from fmu_compensator.plugins import plugged_error_models
 from fmu_compensator.runtime.compensator import STATUS_TEXTS
+from fmu_compensator.runtime.error_models import error_models, shipped_error_models
 from fmu_compensator.runtime.fmi_slave import MEASURED
 from fmu_compensator.runtime.modelfile import Model
 from fmu_packaging.native.compilers import NativeError
@@ -36,13 +38,25 @@ HEAD = "/* Made by spindle-drift from {what}; not to be edited. */\n"
 def program() -> dict[str, str]:
     """Return the sources that every compensator shares, by path in the folder of sources."""
     paths = sorted([*C_FOLDER.rglob("*.c"), *C_FOLDER.rglob("*.h")])
-    return {path.relative_to(C_FOLDER).as_posix(): path.read_text("utf-8") for path in paths}
+    sources = {path.relative_to(C_FOLDER).as_posix(): path.read_text("utf-8") for path in paths}
+    return sources | _plugged()
 
 
 def kinds() -> list[str]:
     """Return the error models that have a C twin: those that run alike share a file."""
-    texts = [path.read_text("utf-8") for path in (C_FOLDER / ERROR_MODELS).glob("*.c")]
-    return sorted(KIND.findall("\n".join(texts)))
+    return sorted(KIND.findall("\n".join(program().values())))
+
+
+def _plugged() -> dict[str, str]:
+    """Return the C twins of plug-ins: a file of the same name beside, or a text of the class."""
+    sources = {}
+    for kind, plugin in plugged_error_models(frozenset(shipped_error_models())).items():
+        file = Path(inspect.getfile(plugin.thing)).with_suffix(".c")
+        if plugin.thing.c_twin:
+            sources[f"{ERROR_MODELS}/{kind}.c"] = plugin.thing.c_twin
+        elif file.is_file():
+            sources[f"{ERROR_MODELS}/{file.name}"] = file.read_text("utf-8")
+    return sources
 
 
 def data_sources(model: Model, variables: Sequence[Variable], name: str, guid: str) -> str:
@@ -119,16 +133,18 @@ def constants() -> str:
 
 
 def _runtime_numbers() -> Iterator[tuple[str, int | float]]:
-    """Yield the numbers in capitals that each module of the runtime assigns itself."""
-    for info in pkgutil.walk_packages(runtime.__path__, f"{runtime.__name__}."):
-        module = import_module(info.name)
+    """Yield the numbers in capitals that each module of runtime and error models assigns."""
+    own = [info.name for info in pkgutil.walk_packages(runtime.__path__, f"{runtime.__name__}.")]
+    plugged = {error_models()[kind].__module__ for kind in error_models()}
+    for name_of_module in sorted({*own, *plugged}):
+        module = import_module(name_of_module)
         for statement in ast.parse(inspect.getsource(module)).body:
             if isinstance(statement, ast.Assign):
                 for node in ast.walk(ast.Tuple(statement.targets)):
                     name = node.id if isinstance(node, ast.Name) else ""
                     value = getattr(module, name) if name.isupper() else None
                     if isinstance(value, int | float) and not isinstance(value, bool):
-                        yield f"{info.name.rpartition('.')[2].upper()}_{name}", value
+                        yield f"{name_of_module.rpartition('.')[2].upper()}_{name}", value
 
 
 def _kinds_used(table: Mapping[str, Any]) -> Iterator[str]:

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from fmu_compensator.runtime.checks import Sensor
-from fmu_compensator.runtime.error_models import error_models
+from fmu_compensator.runtime.error_models import error_models, shipped_error_models
 from fmu_compensator.runtime.error_models.base import ErrorModel
 from fmu_compensator.runtime.fields import Fields, ModelFileError
 from fmu_compensator.runtime.gaussian import Gaussian
@@ -245,7 +245,9 @@ def _chosen(fields: Fields, sensors: tuple[Sensor, ...]) -> tuple[int, ...]:
 
 
 def _error_model(fields: Fields, inputs: int, geometry: Geometry) -> ErrorModel:
-    known = error_models()
+    known = shipped_error_models()
+    if fields.raw("kind") not in [*known]:  # plug-ins are looked for where one is needed only
+        known = error_models()
     kind = fields.choice("kind", tuple(known))
     if tuple(fields.names("targets", 100)) != geometry.targets:
         raise fields.refusal("targets", f"must be {', '.join(geometry.targets)} for this geometry")

@@ -87,7 +87,7 @@ def test_links_resolve(page: Path) -> None:
 def test_paths_in_code_marks_exist(page: Path) -> None:
     text = FENCE.sub("", page.read_text(encoding="utf-8"))
     rooms = "measurement|plant_model|fmu_compensator|fmu_packaging|scenarios|gateway"
-    rooms += "|benchmarks|tests|docs"
+    rooms += "|gap_finder|studies|spindle_drift|benchmarks|tests|docs"
     for path in re.findall(rf"`((?:{rooms})/[\w./*-]*)`", text):
         known = re.sub(r"\bNAME\b", "*", path)
         assert any(ROOT.glob(known.rstrip("/"))), path

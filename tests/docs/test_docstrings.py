@@ -18,6 +18,7 @@ ROOMS = (
     "fmu_packaging",
     "fmu_compensator",
     "plant_model",
+    "studies",
     "scenarios",
     "gateway",
     "spindle_drift",

@@ -39,7 +39,7 @@ OTHERS = {
     "benchmarks.gap.truth.drive",
     "benchmarks.gap.truth.effects",
     "benchmarks.gap.truth.effects.base",
-    "fmu_compensator.fit.finite_elements",
+    "studies.finite_elements",
 }
 """From elsewhere: what the lathe shares, the form of a case, walks, weak forms. No plant's laws."""
 

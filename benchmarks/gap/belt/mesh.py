@@ -16,7 +16,7 @@ from scipy.sparse import csr_matrix
 from skfem import Basis, ElementQuad1, MeshQuad
 
 from benchmarks.gap.belt.numbers import Stretch
-from fmu_compensator.fit.finite_elements import forms
+from studies.finite_elements import forms
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

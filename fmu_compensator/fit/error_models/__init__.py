@@ -25,4 +25,5 @@ def fitted_models() -> dict[str, type[FittedModel]]:
     for kind, plugin in more.items():
         if kind not in error_models():
             raise plugin.refuse(f"has no predicting twin: {GROUP} has no {kind}")
-    return shipped | {kind: plugin.thing for kind, plugin in more.items()}
+    every = shipped | {kind: plugin.thing for kind, plugin in more.items()}
+    return dict(sorted(every.items()))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from inspect import signature
 from typing import Any, ClassVar
@@ -45,6 +45,8 @@ class FittedModel(ABC):
         Whether it gets better with measured targets at run time.
     usual_form, usual_points : str
         The input form, and the points to use, when the caller does not say.
+    variants : mapping of str to (title, options)
+        Rows of their own in a comparison: the same model with other options.
     """
 
     title: ClassVar[str] = ""
@@ -52,6 +54,7 @@ class FittedModel(ABC):
     uses_measured: bool = False
     usual_form: ClassVar[str] = "rise"
     usual_points: ClassVar[str] = "grey"
+    variants: ClassVar[Mapping[str, tuple[str, Mapping[str, Any]]]] = {}
 
     @classmethod
     def takes_seed(cls) -> bool:

@@ -14,6 +14,15 @@ from measurement.errors import BadInput, shown
 def refuse_unknown(kind: str, options: Mapping[str, Any], known: Sequence[str]) -> None:
     """Refuse an option that the model does not have.
 
+    Parameters
+    ----------
+    kind : str
+        Of the error model.
+    options : mapping
+        What is left of those given.
+    known : sequence of str
+        All that it has.
+
     Raises
     ------
     BadInput
@@ -26,6 +35,15 @@ def refuse_unknown(kind: str, options: Mapping[str, Any], known: Sequence[str]) 
 
 def within(kind: str, name: str, value: Any, low: float, high: float) -> float:
     """Return a numeric option.
+
+    Parameters
+    ----------
+    kind, name : str
+        Of the error model and its option, for the message.
+    value : object
+        As given.
+    low, high : float
+        What is allowed, both included.
 
     Raises
     ------

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
+from typing import ClassVar
 
 from fmu_compensator.runtime.fields import Fields
 
@@ -20,10 +21,14 @@ class ErrorModel(ABC):
         Whether it gets better with measured targets at run time, every sample or now and then.
     corrects_itself : bool
         Whether it does so in a way of its own; else the Gaussian that stands on it does.
+    c_twin : str
+        Its twin in C, where that is no file of the same name beside; empty: then ``--native``
+        refuses it.
     """
 
     uses_measured: bool = False
     corrects_itself: bool = False
+    c_twin: ClassVar[str] = ""
 
     @classmethod
     @abstractmethod

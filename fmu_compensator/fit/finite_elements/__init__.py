@@ -1,6 +1,0 @@
-"""An axisymmetric thermo-elastic spindle in finite elements, from a small description file."""
-
-from fmu_compensator.fit.finite_elements.description import Description, read_description
-from fmu_compensator.fit.finite_elements.spindle import FiniteElementSpindle
-
-__all__ = ["Description", "FiniteElementSpindle", "read_description"]

@@ -1,0 +1,1 @@
+"""Error models of the studies as they are fitted."""

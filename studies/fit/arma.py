@@ -1,0 +1,283 @@
+"""Time series of the drift: ADF test, differencing, standardising, ARMA(p, q) by AIC."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+from itertools import product
+from typing import Any
+
+import numpy as np
+from statsmodels.regression.linear_model import yule_walker
+from statsmodels.tools.sm_exceptions import ModelWarning
+from statsmodels.tsa.arima.estimators.innovations import innovations_mle
+from statsmodels.tsa.stattools import acf, adfuller, pacf
+
+from fmu_compensator.fit.error_models.base import FittedModel, Task
+from fmu_compensator.fit.error_models.options import refuse_poor, refuse_unknown, within
+from fmu_compensator.fit.training import Array, TrainingRun
+from measurement.errors import BadInput
+from studies.fit.arx import step_counts, usual_step
+
+MOST_DIFFERENCES = 2
+SIGNIFICANCE = 0.05
+FEWEST_ROWS = 60
+LARGEST_ORDER = 3
+FURTHEST = 1e9
+LAGS = 20
+"""So many autocorrelations are reported."""
+
+
+@dataclass(frozen=True)
+class Series:
+    """One target's numbers; see the twin in the runtime.
+
+    Attributes
+    ----------
+    differences : int
+        Order of differencing.
+    mean, scale : float
+        Of the differenced series.
+    ar, ma : array
+        phi and theta [1].
+    diagnostics : dict
+        ADF p-values, AIC of every order, autocorrelations of the stationary series.
+    """
+
+    differences: int
+    mean: float
+    scale: float
+    ar: Array
+    ma: Array
+    diagnostics: dict[str, Any]
+
+
+class AutoregressiveMovingAverage(FittedModel):
+    """An ARMA model per target; it uses past drift only, and no temperature.
+
+    Parameters
+    ----------
+    step_s : float
+        Length of a step [s].
+    series : list of Series
+        One per target.
+    """
+
+    title = "Time series (ARMA)"
+    history = True
+    uses_measured = True
+
+    def __init__(self, step_s: float, series: list[Series], names: list[str]) -> None:
+        self.step_s, self.series, self._names = step_s, series, names
+
+    @classmethod
+    def fit(
+        cls,
+        task: Task,
+        *,
+        step_s: float | None = None,
+        order: int = 2,
+        **options: Any,
+    ) -> AutoregressiveMovingAverage:
+        """Return the series fitted to the task's runs.
+
+        Parameters
+        ----------
+        task : Task
+            Runs and names; the inputs are not looked at.
+        step_s : float, optional
+            Length of a step; by default the usual sampling interval [s].
+        order : int
+            p and q are searched from 0 to this.
+
+        Raises
+        ------
+        BadInput
+            For an unknown option or value, too few rows, or constant columns.
+        """
+        refuse_unknown("arma", options, ("step_s", "order"))
+        refuse_poor(task, FEWEST_ROWS)
+        step = usual_step(task) if step_s is None else within("arma", "step_s", step_s, 0.1, 1e5)
+        largest = int(within("arma", "order", order, 1, LARGEST_ORDER))
+        pieces = [piece for run in task.runs for piece in _even(run, step)]
+        if sum(len(piece) for piece in pieces) < FEWEST_ROWS:
+            raise BadInput("training runs", "", "no stretch of drift is long enough for a series")
+        targets = range(len(task.target_names))
+        series = [_fit_series([piece[:, t] for piece in pieces], largest) for t in targets]
+        return cls(step, series, list(task.target_names))
+
+    def predict(self, run: TrainingRun, measured: Array | None = None) -> Array:
+        """Return the targets predicted for a run, shape (n, m) [um, urad].
+
+        Without measurements the series runs free from the start, where the drift is zero.
+        """
+        counts = step_counts(run.time_s, self.step_s)
+        known: Any = np.zeros(len(counts), dtype=bool)
+        if measured is not None:
+            known = np.isfinite(measured).all(axis=1)
+        columns = [
+            _run_through(one, counts, known, measured[:, target] if measured is not None else None)
+            for target, one in enumerate(self.series)
+        ]
+        return np.column_stack(columns)
+
+    def table(self) -> dict[str, Any]:
+        """Return the numbers for the compensator file."""
+        return {
+            "step_s": self.step_s,
+            "series": [
+                {
+                    "differences": one.differences,
+                    "mean": one.mean,
+                    "scale": one.scale,
+                    "ar": one.ar.tolist(),
+                    "ma": one.ma.tolist(),
+                }
+                for one in self.series
+            ],
+        }
+
+    def report(self) -> dict[str, Any]:
+        """Return orders, ADF p-values, AIC, ACF and PACF of each target."""
+        targets = {
+            name: {
+                "order": [len(one.ar), one.differences, len(one.ma)],
+                **one.diagnostics,
+            }
+            for name, one in zip(self._names, self.series, strict=True)
+        }
+        return {"step_s": self.step_s, "targets": targets}
+
+
+def _run_through(one: Series, counts: list[int], known: Any, measured: Array | None) -> Array:
+    """Return the series' prediction for every row.
+
+    levels[-1] is the newest level, levels[-2] the one before: with them differences of any order
+    are taken where they are needed, while the runtime keeps the differences themselves.
+    """
+    d = one.differences
+    lower = [0.0] * d  # newest value of each difference below the d-th
+    w_past, e_past = np.zeros(len(one.ar)), np.zeros(len(one.ma))
+    synced, held, waiting = True, 0.0, None
+    predicted = np.zeros(len(counts))
+    for k, count in enumerate(counts):
+        if k and known[k - 1] and measured is not None:
+            waiting = float(measured[k - 1])
+        for tick in range(count):
+            here = waiting if tick == 0 else None
+            expected = float(one.ar @ w_past + one.ma @ e_past)
+            w = expected
+            level = float(
+                np.clip(one.mean + one.scale * expected + sum(lower), -FURTHEST, FURTHEST)
+            )
+            if here is not None:
+                if synced or d == 0:
+                    w = (here - sum(lower) - one.mean) / one.scale
+                level = here
+            if d == 2:
+                lower[1] += one.mean + one.scale * w
+            if d:
+                lower[0] = level
+            w_past = np.concatenate([[w], w_past])[: len(one.ar)]
+            e_past = np.concatenate([[w - expected], e_past])[: len(one.ma)]
+            synced, waiting = here is not None, None if tick == 0 else waiting
+            ahead = one.mean + one.scale * float(one.ar @ w_past + one.ma @ e_past)
+            held = float(np.clip(ahead + sum(lower), -FURTHEST, FURTHEST))
+        predicted[k] = held
+    return predicted
+
+
+def _even(run: TrainingRun, step_s: float) -> list[Array]:
+    """Return the run's drift on the even clock, cut where it was not measured for a while."""
+    time, targets = run.time_s[run.known], run.targets[run.known]
+    cuts = np.flatnonzero(np.diff(time) > 3.0 * step_s) + 1
+    pieces = []
+    for part, values in zip(np.split(time, cuts), np.split(targets, cuts), strict=True):
+        if len(part) < 10:
+            continue
+        grid = np.arange(part[0], part[-1], step_s)
+        pieces.append(np.column_stack([np.interp(grid, part, column) for column in values.T]))
+    return pieces
+
+
+def _fit_series(pieces: list[Array], largest: int) -> Series:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", FutureWarning)  # the kind of tuple that they return
+        differences, p_values = _stationary_order(pieces)
+    # Differences are taken within each piece: the step from one run to the next is none.
+    parts = [np.diff(piece, differences) for piece in pieces if len(piece) > differences + 1]
+    w = np.concatenate(parts)
+    mean, scale = float(w.mean()), float(w.std())
+    if scale < 1e-9:
+        empty = np.zeros(0)
+        return Series(differences, mean, 1.0, empty, empty, {"adf_p": p_values, "aic": None})
+    z = (w - mean) / scale
+    best: tuple[float, Array, Array] | None = None
+    tried: dict[str, float] = {}
+    with warnings.catch_warnings():
+        for kind in (ModelWarning, FutureWarning, RuntimeWarning, UserWarning):
+            warnings.simplefilter("ignore", kind)
+        for p, q in product(range(largest + 1), repeat=2):
+            if p + q == 0:
+                continue
+            found = _arma(z, p, q)
+            if found is not None:
+                tried[f"{p},{q}"] = round(float(found[0]), 3)
+            if found is not None and (best is None or found[0] < best[0]):
+                best = found
+    if best is None:
+        raise BadInput("training runs", "", "no ARMA model can be fitted to the differenced drift")
+    aic, ar, ma = best
+    diagnostics = {"adf_p": p_values, "aic": round(float(aic), 3), "aic_by_order": tried}
+    return Series(differences, mean, scale, ar, ma, diagnostics | correlations(z))
+
+
+def correlations(z: Array) -> dict[str, Any]:
+    """Return autocorrelation and partial autocorrelation of a stationary series, from lag 0 on.
+
+    Where the one breaks off at q and the other tails away the series is MA(q), the other way round
+    AR(p); where both tail away it is ARMA. ``white_noise_95`` is the size below which 95 % of those
+    of white noise lie, 1.96 / sqrt(n).
+    """
+    lags = min(LAGS, len(z) // 4)
+    return {
+        "acf": np.round(acf(z, nlags=lags), 4).tolist(),
+        "pacf": np.round(pacf(z, nlags=lags, method="ywm"), 4).tolist(),
+        "white_noise_95": round(1.96 / float(np.sqrt(len(z))), 4),
+    }
+
+
+def _arma(z: Array, p: int, q: int) -> tuple[float, Array, Array] | None:
+    """Return AIC, phi and theta of an ARMA(p, q) by maximum likelihood; None where it fails."""
+    try:
+        rho = yule_walker(z, order=p, method="mle")[0] if p else np.zeros(0)
+        start = np.concatenate([rho, np.zeros(q), [1.0]])
+        parameters, results = innovations_mle(
+            z,
+            order=(p, 0, q),
+            demean=False,
+            start_params=start,
+            minimize_kwargs={"options": {"maxiter": 30}},
+        )
+    except (ValueError, np.linalg.LinAlgError):
+        return None
+    ar, ma = np.asarray(parameters.ar_params), np.asarray(parameters.ma_params)
+    likelihood = -float(results.minimize_results.fun)
+    if not np.isfinite([likelihood, *ar, *ma]).all():
+        return None
+    return 2.0 * (p + q + 1) - 2.0 * likelihood, ar, ma
+
+
+def _stationary_order(pieces: list[Array]) -> tuple[int, list[float]]:
+    """Return how often to difference, and the median ADF p-value of each order tried."""
+    p_values = []
+    for differences in range(MOST_DIFFERENCES + 1):
+        found = []
+        for piece in sorted(pieces, key=len)[-5:]:
+            w = np.diff(piece, differences)
+            if len(w) > 20 and np.ptp(w) > 0.0:
+                found.append(float(adfuller(w, maxlag=min(10, len(w) // 4), autolag="AIC")[1]))
+        p_values.append(round(float(np.median(found)), 4) if found else 0.0)
+        if p_values[-1] < SIGNIFICANCE:
+            break
+    return len(p_values) - 1, p_values

@@ -1,0 +1,284 @@
+"""ARX with the chosen temperatures as inputs, fitted for running without measurements."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fmu_compensator.fit.error_models.base import FittedModel, Task
+from fmu_compensator.fit.error_models.options import refuse_poor, refuse_unknown, within
+from fmu_compensator.fit.training import Array, TrainingRun
+from fmu_compensator.runtime.ticks import ticks
+from measurement.errors import BadInput, shown
+from studies.fit.by_run import Block, NormalEquations, Solution
+
+MEMORIES_S = (0.0, 600.0, 1800.0, 3600.0, 7200.0, 14_400.0)
+"""Time constants of the pole to choose from [s]; 0 is a map without memory."""
+PENALTY = 1e-5
+FEWEST_ROWS = 30
+THIN_TO = 120
+SHORTEST_STEP_S = 10.0
+ESTIMATORS = ("simulation", "prediction", "armax")
+LAGS = (0, 1, "choose")
+MOST_MOVING, ARMAX_ROUNDS = 2, 10
+"""Moving-average orders that are tried, and rounds in which their residuals settle."""
+
+
+class AutoregressiveExogenous(FittedModel):
+    """See its twin in the runtime for the equation.
+
+    Parameters
+    ----------
+    step_s : float
+        Length of a step [s].
+    pole : array (m,)
+        Weight of the drift one step before [1].
+    now, before : array (m, k)
+        Weights of the inputs at this step and the one before [um/K, urad/K].
+    constant : array (m,)
+        Constant part of each step [um, urad].
+    diagnostics : dict
+        For the report.
+    """
+
+    title = "ARX with temperatures"
+    history = True
+    uses_measured = True
+
+    def __init__(
+        self,
+        step_s: float,
+        pole: Array,
+        now: Array,
+        before: Array,
+        constant: Array,
+        diagnostics: dict[str, Any] | None = None,
+    ) -> None:
+        self.step_s, self.pole = step_s, pole
+        self.now, self.before, self.constant = now, before, constant
+        self._diagnostics = diagnostics or {}
+
+    @classmethod
+    def fit(
+        cls,
+        task: Task,
+        *,
+        step_s: float | None = None,
+        estimator: str = "simulation",
+        lags: int | str = 1,
+        **options: Any,
+    ) -> AutoregressiveExogenous:
+        """Return the model fitted to the task's runs.
+
+        Parameters
+        ----------
+        task : Task
+            Runs and names.
+        step_s : float, optional
+            Length of a step; by default the usual sampling interval [s].
+        estimator : {"simulation", "prediction", "armax"}
+            ``prediction`` is the usual least squares on the measured past. It makes the next step
+            right, and says nothing of a run without measurements, where its error adds up.
+            ``simulation`` makes the free-running drift right: for each pole on a grid the rest is
+            linear, and the pole that predicts left-out runs best is taken. ``armax`` is
+            ``prediction`` with a moving average of the residuals, which takes off what sensor noise
+            does to the pole; its order, 0 to 2, is that of the smallest AIC. Past residuals are
+            not known without measurements and their mean is zero, so that at run time it is an ARX.
+        lags : {0, 1, "choose"}
+            How many steps back the inputs count; ``choose`` takes, for each target, what predicts
+            left-out runs best (with fewer than three runs, by AIC). That the drift one step before
+            counts is judged along with it by ``simulation``, which tries a pole of 0 too.
+
+        Raises
+        ------
+        BadInput
+            For an unknown option or value, too few rows, or constant columns.
+        """
+        refuse_unknown("arx", options, ("step_s", "estimator", "lags"))
+        if estimator not in ESTIMATORS:
+            problem = f"{shown(estimator)} is not allowed: {', '.join(ESTIMATORS)}"
+            raise BadInput("arx", "estimator", problem)
+        if lags not in LAGS or isinstance(lags, bool):
+            allowed = ", ".join(map(str, LAGS))
+            raise BadInput("arx", "lags", f"{shown(lags)} is not allowed: {allowed}")
+        refuse_poor(task, FEWEST_ROWS)
+        step = usual_step(task) if step_s is None else within("arx", "step_s", step_s, 0.1, 1e5)
+        fit = _by_simulation if estimator == "simulation" else _by_prediction
+        constant = task.input_form != "rise"
+        moving = MOST_MOVING if estimator == "armax" else 0
+        tried = LAGS[:2] if lags == "choose" else (int(lags),)
+        found = [
+            min(
+                (fit(task, step, target, constant, lag, moving) for lag in tried),
+                key=lambda one: one.score,
+            )
+            for target in range(len(task.target_names))
+        ]
+        inputs = len(task.input_names)
+        b = np.array([one.weights for one in found])
+        orders = {
+            name: [int(one.pole > 0.0), one.lags, one.moving]
+            for name, one in zip(task.target_names, found, strict=True)
+        }
+        return cls(
+            step,
+            np.array([one.pole for one in found]),
+            b[:, :inputs],
+            b[:, inputs : 2 * inputs],
+            b[:, 2 * inputs],
+            {"orders": orders},
+        )
+
+    def predict(self, run: TrainingRun, measured: Array | None = None) -> Array:
+        """Return the targets predicted for a run, shape (n, m) [um, urad]."""
+        counts = step_counts(run.time_s, self.step_s)
+        drift, last = np.zeros(len(self.pole)), run.inputs[0]
+        predicted = np.zeros((len(counts), len(drift)))
+        for k, count in enumerate(counts):
+            if measured is not None and k and np.isfinite(measured[k - 1]).all():
+                drift = measured[k - 1]
+            for _ in range(count):
+                push = self.now @ run.inputs[k] + self.before @ last + self.constant
+                drift, last = self.pole * drift + push, run.inputs[k]
+            predicted[k] = drift
+        return predicted
+
+    def table(self) -> dict[str, Any]:
+        """Return the numbers for the compensator file."""
+        arrays = ("pole", "now", "before", "constant")
+        return {"step_s": self.step_s, **{name: getattr(self, name).tolist() for name in arrays}}
+
+    def report(self) -> dict[str, Any]:
+        """Return the poles, the time constants that they stand for, and the orders.
+
+        An order is how many steps back the drift, the inputs and the residuals count.
+        """
+        memory = [-self.step_s / float(np.log(p)) if p > 0.0 else 0.0 for p in self.pole]
+        return {"step_s": self.step_s, "pole": self.pole.tolist(), "memory_s": memory} | (
+            self._diagnostics
+        )
+
+
+def usual_step(task: Task) -> float:
+    """Return the usual sampling interval of the runs, at least 10 s [s]."""
+    steps = [float(np.median(np.diff(run.time_s))) for run in task.runs if len(run.time_s) > 1]
+    return max(float(np.median(steps)), SHORTEST_STEP_S)
+
+
+def step_counts(time_s: Array, step_s: float) -> list[int]:
+    """Return how many steps of the even clock end at each row."""
+    counts, age = [], 0.0
+    for elapsed in np.diff(time_s, prepend=time_s[0]):
+        count, age = ticks(age + float(elapsed), step_s)
+        counts.append(count)
+    return counts
+
+
+@dataclass(frozen=True)
+class _Fit:
+    """One target's pole, weights of the regressors and orders; the smallest score is the best."""
+
+    score: float
+    pole: float
+    weights: Array
+    lags: int
+    moving: int = 0
+
+
+def _regressors(run: TrainingRun, constant: bool, lags: int) -> Array:
+    """Return the inputs now and one row before, and the constant, shape (n, 2 k + 1)."""
+    before = np.vstack([run.inputs[:1], run.inputs[:-1]]) * lags
+    one = np.full((len(run.time_s), 1), float(constant))
+    return np.column_stack([run.inputs, before, one])
+
+
+def _by_simulation(
+    task: Task, step_s: float, target: int, constant: bool, lags: int, moving: int
+) -> _Fit:
+    best: tuple[float, float, Array] | None = None
+    numbers = (lags + 1) * len(task.input_names) + 1
+    for memory in MEMORIES_S:
+        pole = float(np.exp(-step_s / memory)) if memory else 0.0
+        blocks = []
+        for run in task.runs:
+            x = _driven(_regressors(run, constant, lags), step_counts(run.time_s, step_s), pole)
+            rows = np.flatnonzero(run.known)
+            rows = rows[:: max(1, len(rows) // THIN_TO)]
+            if len(rows):
+                hours = (run.time_s[rows] - run.time_s[0]) / 3600.0
+                blocks.append(Block(hours, x[rows], run.targets[rows][:, [target]]))
+        solution = NormalEquations(blocks, 0.0).solve(0, PENALTY, robust=False)
+        score = solution.score if len(blocks) > 2 else _aic(blocks, solution, numbers)
+        if best is None or score < best[0]:
+            best = score, pole, solution.coefficients
+    assert best is not None
+    return _Fit(*best, lags)
+
+
+def _aic(blocks: list[Block], solution: Solution, numbers: int) -> float:
+    """Return Akaike's criterion of a fit."""
+    left = [block.targets[:, 0] - block.features @ solution.coefficients for block in blocks]
+    mean = float(np.mean([np.mean(one**2) for one in left]))
+    return sum(map(len, left)) * float(np.log(max(mean, 1e-30))) + 2.0 * numbers
+
+
+def _driven(x: Array, counts: list[int], pole: float) -> Array:
+    """Return what a unit weight of each regressor has made of the drift by each row."""
+    value, values = np.zeros(x.shape[1]), np.zeros_like(x)
+    for k, (row, count) in enumerate(zip(x, counts, strict=True)):
+        for _ in range(count):
+            value = pole * value + row
+        values[k] = value
+    return values
+
+
+def _by_prediction(
+    task: Task, step_s: float, target: int, constant: bool, lags: int, moving: int
+) -> _Fit:
+    """Return the fit of the next step; *moving* residuals back at most, as AIC has it."""
+    parts = []
+    for run in task.runs:
+        x, y = _regressors(run, constant, lags), run.targets[:, target]
+        one = np.array(step_counts(run.time_s, step_s)) == 1
+        there = one & run.known & np.concatenate([[False], run.known[:-1]])
+        columns = np.column_stack([x, np.concatenate([[0.0], y[:-1]])])
+        parts.append((np.where(there[:, None], columns, 0.0), np.where(there, y, 0.0), there))
+    rows = sum(int(there.sum()) for _, _, there in parts)
+    if rows < FEWEST_ROWS:
+        raise BadInput("training runs", "", f"{rows} rows one step apart are too few")
+    tried = [_moving_average(parts, order, lags) for order in range(moving + 1)]
+    return min(tried, key=lambda one: one.score)
+
+
+def _moving_average(
+    parts: list[tuple[Array, Array, NDArray[np.bool_]]], order: int, lags: int
+) -> _Fit:
+    """Return the next step's fit with the residuals so many steps back: extended least squares.
+
+    The residuals that a round leaves are regressors of the next one.
+    """
+    residuals = [np.zeros(len(y)) for _, y, _ in parts]
+    b, inputs = np.zeros(0), parts[0][0].shape[1]
+    for _ in range(ARMAX_ROUNDS if order else 1):
+        wide = []
+        for (x, _, _), left in zip(parts, residuals, strict=True):
+            past = [np.concatenate([np.zeros(k), left[:-k]]) for k in range(1, order + 1)]
+            wide.append(np.column_stack([x, *past]))
+        chosen = [there for _, _, there in parts]
+        x = np.concatenate([w[rows] for w, rows in zip(wide, chosen, strict=True)])
+        y = np.concatenate([part[1][part[2]] for part in parts])
+        scale = np.sqrt(np.mean(x**2, axis=0))
+        scale[scale == 0.0] = 1.0
+        gram = (x / scale).T @ (x / scale) / len(x)
+        b = np.linalg.solve(gram + 1e-9 * np.eye(len(gram)), (x / scale).T @ y / len(x)) / scale
+        residuals = [
+            np.where(there, one[1] - w @ b, 0.0)
+            for one, w, there in zip(parts, wide, chosen, strict=True)
+        ]
+    left_over = float(np.mean((y - x @ b) ** 2))
+    numbers = int(np.count_nonzero(x.any(axis=0)))
+    aic = len(y) * float(np.log(max(left_over, 1e-30))) + 2.0 * numbers
+    return _Fit(aic, float(np.clip(b[inputs - 1], 0.0, 0.9999)), b[: inputs - 1], lags, order)

@@ -1,0 +1,93 @@
+"""Bayesian ridge regression on rises of temperature and their first-order lags."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from fmu_compensator.fit.error_models.base import Task
+from fmu_compensator.fit.error_models.options import refuse_poor, refuse_unknown
+from fmu_compensator.fit.training import sensor_noise
+from studies.fit.evidence import SAMPLES_PER_RUN, posterior
+from studies.fit.lagged import blocks_of, start_range
+from studies.fit.thermal_states import (
+    FEWEST_ROWS,
+    ThermalStates,
+    checked_lags,
+)
+
+LAGS_S = ((2400.0,), (600.0, 2400.0, 9600.0))
+"""Sets of time constants, of which the evidence takes one [s]."""
+
+
+class Bayes(ThermalStates):
+    """All temperatures, one prior: what the runs do not tell stays zero.
+
+    A run counts as four independent samples, whatever its rows; lags and the strength of the prior
+    are those of the largest evidence, and no run has to be left out for it.
+    """
+
+    title = "Bayesian ridge on lagged temperatures"
+    usual_form = "rise"
+
+    @classmethod
+    def fit(cls, task: Task, *, lags_s: Sequence[float] | None = None, **options: Any) -> Bayes:
+        """Return the regression fitted to the task's runs.
+
+        Parameters
+        ----------
+        task : Task
+            Runs and names.
+        lags_s : sequence of float, optional
+            Time constants [s]; by default one or three, by evidence.
+
+        Raises
+        ------
+        BadInput
+            For an unknown option or value, too few rows, or constant columns.
+        """
+        refuse_unknown("bayes", options, ("lags_s",))
+        refuse_poor(task, FEWEST_ROWS)
+        sets = LAGS_S if lags_s is None else (checked_lags("bayes", lags_s),)
+        inputs = len(task.input_names)
+        found = []
+        for lags in sets:
+            blocks = blocks_of(task, lags, uses_speed=False, uses_levels=False)
+            used = _rises(inputs, len(lags))
+            solved = posterior(
+                [block.features[:, used] for block in blocks], [block.targets for block in blocks]
+            )
+            found.append((lags, used, solved))
+        lags, used, solved = max(found, key=lambda one: one[2].log_evidence)
+        coefficients = np.zeros((len(task.target_names), inputs + len(lags) * (2 * inputs + 2)))
+        coefficients[:, used] = solved.weights.T
+        diagnostics = {
+            "lags_s": list(lags),
+            "samples_per_run": SAMPLES_PER_RUN,
+            "noise_over_prior": solved.ratio,
+            "determined": round(float(np.sum(solved.values / (solved.values + solved.ratio))), 2),
+            "trust": {
+                run.name: round(float(value), 3)
+                for run, value in zip(task.runs, solved.trust, strict=False)
+            },
+        }
+        noise = sensor_noise(task.runs, len(task.target_names))
+        return cls(
+            lags,
+            start_range(task.runs),
+            coefficients,
+            np.maximum(solved.noise, 1e-6),
+            noise,
+            diagnostics,
+        )
+
+
+def _rises(inputs: int, lags: int) -> list[int]:
+    """Return the columns of rises and lagged rises among those of `features`."""
+    block = 2 * inputs + 2
+    return [
+        *range(inputs),
+        *(inputs + lag * block + place for lag in range(lags) for place in range(inputs)),
+    ]

@@ -1,0 +1,192 @@
+"""Sparse Gaussian-process regression in which a run counts as a few samples, and no more."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from scipy.spatial.distance import cdist
+
+from fmu_compensator.fit.error_models.base import FittedModel, Task
+from fmu_compensator.fit.error_models.options import refuse_poor, refuse_unknown, within
+from fmu_compensator.fit.training import Array, TrainingRun
+from studies.fit.evidence import Posterior, posterior
+from studies.fit.lagged import THIN_S, lagged, thinned
+
+FEWEST_ROWS = 30
+LAG_S = 2400.0
+CENTRES = 40
+"""A step at run time costs as much as there are centres [1]."""
+LENGTHS = (0.5, 1.0, 2.0)
+"""Lengths of the Gaussian kernel that are tried, of the median distance of two samples [1]."""
+BUMPS = (0.0, 0.3, 1.0, 3.0)
+"""Sizes of the bumps beside the plane that are tried [1]."""
+JITTER = 1e-6
+
+
+class GaussianProcess(FittedModel):
+    r"""A Gaussian process with the kernel :math:`x^T x' + b^2 \exp(-|x - x'|^2 / (2 \ell^2))`.
+
+    See its twin in the runtime for what it predicts.
+
+    Parameters
+    ----------
+    lags_s : sequence of float
+        Time constants [s].
+    length : float
+        l [K].
+    constant : array (m,)
+    linear : array (m, p)
+    centres : array (z, p)
+    weights : array (m, z)
+    diagnostics : dict
+        What the evidence chose.
+
+    Notes
+    -----
+    The bumps stand on centres taken from the training samples one by one where the process is
+    least determined (pivoted Cholesky), a subset of regressors (Quinonero-Candela and Rasmussen
+    (2005), JMLR 6:1939). Kernel length, size of the bumps and noise are those of the largest
+    evidence, a run counting as four samples.
+    """
+
+    title = "Gaussian process on lagged temperatures"
+    history = True
+    usual_form = "rise"
+    usual_points = "all"
+
+    def __init__(
+        self,
+        lags_s: Sequence[float],
+        length: float,
+        constant: Array,
+        linear: Array,
+        centres: Array,
+        weights: Array,
+        diagnostics: dict[str, Any],
+    ) -> None:
+        self.lags_s, self.length, self.constant = list(lags_s), length, constant
+        self.linear, self.centres, self.weights = linear, centres, weights
+        self._diagnostics = diagnostics
+
+    @classmethod
+    def fit(cls, task: Task, *, centres: int = CENTRES, **options: Any) -> GaussianProcess:
+        """Return the process fitted to the task's runs.
+
+        Parameters
+        ----------
+        task : Task
+            Runs and names.
+        centres : int
+            Number of bumps.
+
+        Raises
+        ------
+        BadInput
+            For an unknown option or value, too few rows, or constant columns.
+        """
+        refuse_unknown("gp", options, ("centres",))
+        wanted = int(within("gp", "centres", centres, 1, 500))
+        refuse_poor(task, FEWEST_ROWS)
+        lags = (LAG_S,)
+        rows, targets = [], []
+        for run in task.runs:
+            kept = thinned(run, THIN_S)
+            if len(kept):
+                rows.append(_features(run, lags)[kept])
+                targets.append(run.targets[kept])
+        everything = np.concatenate(rows)
+        fixed = task.input_form == "absolute"
+        middle = np.mean([y.mean(axis=0) for y in targets], axis=0)
+        constant = middle if fixed else np.zeros(targets[0].shape[1])
+        shift = everything.mean(axis=0) if fixed else np.zeros(everything.shape[1])
+        spread = float(np.median(cdist(everything[::7], everything[::7]))) or 1.0
+        best: tuple[Posterior, float, float, Array, Array] | None = None
+        for length in (factor * spread for factor in LENGTHS):
+            places = _centres(everything, length, wanted)
+            root = _root(places, length)
+            for bump in BUMPS:
+                solved = posterior(
+                    [_basis(x, shift, places, length, bump * spread, root) for x in rows],
+                    [y - constant for y in targets],
+                )
+                if best is None or solved.log_evidence > best[0].log_evidence:
+                    best = solved, length, bump, places, root
+        assert best is not None
+        solved, length, bump, places, root = best
+        width = everything.shape[1]
+        linear = solved.weights[:width].T
+        diagnostics = {
+            "length": round(length, 4),
+            "bump_size": bump,
+            "centres": len(places),
+            "noise_over_prior": solved.ratio,
+        }
+        return cls(
+            lags,
+            length,
+            constant - linear @ shift,
+            linear,
+            places,
+            bump * spread * solved.weights[width:].T @ root.T,
+            diagnostics,
+        )
+
+    def predict(self, run: TrainingRun, measured: Array | None = None) -> Array:
+        """Return the targets predicted for a run, shape (n, m) [um, urad]."""
+        x = _features(run, self.lags_s)
+        bumps = np.exp(-0.5 * cdist(x, self.centres, "sqeuclidean") / self.length**2)
+        return np.asarray(self.constant + x @ self.linear.T + bumps @ self.weights.T)
+
+    def table(self) -> dict[str, Any]:
+        """Return the numbers for the compensator file."""
+        return {
+            "lags_s": self.lags_s,
+            "length": self.length,
+            "constant": self.constant.tolist(),
+            "linear": self.linear.tolist(),
+            "centres": self.centres.tolist(),
+            "weights": self.weights.tolist(),
+        }
+
+    def report(self) -> dict[str, Any]:
+        """Return what the evidence chose."""
+        return self._diagnostics
+
+
+def _features(run: TrainingRun, lags_s: Sequence[float]) -> Array:
+    elapsed = np.diff(run.time_s, prepend=run.time_s[0])
+    return np.hstack([run.inputs, *(lagged(run.inputs, elapsed, lag) for lag in lags_s)])
+
+
+def _centres(samples: Array, length: float, wanted: int) -> Array:
+    """Return samples that pin the process down, greedily (pivoted Cholesky of the kernel)."""
+    count = min(wanted, len(samples))
+    left = np.ones(len(samples))
+    factor = np.zeros((len(samples), count))
+    chosen: list[int] = []
+    for step in range(count):
+        place = int(np.argmax(left))
+        if left[place] < 1e-4:
+            break
+        column = np.exp(-0.5 * cdist(samples, samples[[place]], "sqeuclidean")[:, 0] / length**2)
+        column = column - factor[:, :step] @ factor[place, :step]
+        factor[:, step] = column / np.sqrt(left[place])
+        left = np.maximum(left - factor[:, step] ** 2, 0.0)
+        chosen.append(place)
+    return np.asarray(samples[chosen])
+
+
+def _root(places: Array, length: float) -> Array:
+    """Return what turns the bumps at some places into independent ones of unit size."""
+    gram = np.exp(-0.5 * cdist(places, places, "sqeuclidean") / length**2)
+    values, vectors = np.linalg.eigh(gram + JITTER * np.eye(len(places)))
+    return np.asarray(vectors / np.sqrt(values))
+
+
+def _basis(
+    samples: Array, shift: Array, places: Array, length: float, size: float, root: Array
+) -> Array:
+    bumps = np.exp(-0.5 * cdist(samples, places, "sqeuclidean") / length**2)
+    return np.hstack([samples - shift, size * bumps @ root])

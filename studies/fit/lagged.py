@@ -1,0 +1,161 @@
+"""Temperatures and speed behind first-order lags: what regressions with a memory take in."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from fmu_compensator.fit.error_models.base import Task
+from fmu_compensator.fit.training import Array, TrainingRun
+from studies.fit.by_run import Block
+
+SPEED_UNIT = 1000.0
+THIN_S = 300.0
+"""Rows closer together say the same; they are thinned to this for fitting [s]."""
+START_MARGIN, SMALLEST_START_MARGIN_K = 0.5, 2.0
+"""By how much the range of levels at the start is widened: share of it [1], at least [K]."""
+
+
+def features(
+    run: TrainingRun,
+    lags_s: Sequence[float],
+    *,
+    uses_speed: bool,
+    uses_levels: bool = True,
+    start: tuple[Array, Array, Array] | None = None,
+) -> Array:
+    """Return the regressors of every row.
+
+    *start* is the range of levels at the start, low, usual, high; None takes them as they are.
+
+    Parameters
+    ----------
+    run : TrainingRun
+        With k inputs [degC or K], in n rows.
+    lags_s : sequence of float
+        Time constants of the lags [s].
+    uses_speed : bool
+        If not, the columns of the speed and of its square hold zeros.
+    uses_levels : bool
+        If not, the columns of what each temperature is above their median hold zeros.
+    start : tuple of three arrays, each (k,), optional
+        Low, usual and high level at the start [K], from `start_range`. A sensor that begins
+        outside is taken to be off by what it differs from the usual. None takes the levels as
+        they are.
+
+    Returns
+    -------
+    array, shape (n, k + lags * (2 k + 2))
+        The rises [K]; then for each lag rises, levels, speed [1000 r/min] and its square,
+        lagged.
+    """
+    rises = run.inputs - run.inputs[0]
+    mended = run.inputs
+    if start is not None:
+        low, usual, high = start
+        level = _levels(run.inputs[:1])[0]
+        mended = mended + np.where((level < low) | (level > high), usual - level, 0.0)
+    speed = np.zeros(len(run.time_s))
+    last = 0.0
+    for k in range(1, len(speed)):  # of the sample before, the last one known
+        last = abs(run.speed[k - 1]) / SPEED_UNIT if np.isfinite(run.speed[k - 1]) else last
+        speed[k] = last
+    drives = np.column_stack([rises, _levels(mended), speed, speed**2])
+    if not uses_speed:
+        drives[:, -2:] = 0.0
+    if not uses_levels:
+        drives[:, rises.shape[1] : -2] = 0.0
+    elapsed = np.diff(run.time_s, prepend=run.time_s[0])
+    return np.column_stack([rises, *(lagged(drives, elapsed, lag) for lag in lags_s)])
+
+
+def _levels(inputs: Array) -> Array:
+    return np.asarray(inputs - np.median(inputs, axis=1, keepdims=True))
+
+
+def start_range(runs: Sequence[TrainingRun]) -> tuple[Array, Array, Array]:
+    """Return the range of levels at the start over all runs, widened, and their middle [K].
+
+    Parameters
+    ----------
+    runs : sequence of TrainingRun
+        All with the same k inputs.
+
+    Returns
+    -------
+    low, middle, high : array, shape (k,)
+        Widened by half the range on either side, by 2 K at least [K].
+    """
+    levels = np.concatenate([_levels(run.inputs[:1]) for run in runs])
+    low, high = levels.min(axis=0), levels.max(axis=0)
+    margin = np.maximum(START_MARGIN * (high - low), SMALLEST_START_MARGIN_K)
+    return low - margin, np.median(levels, axis=0), high + margin
+
+
+def lagged(drives: Array, elapsed_s: Array, tau_s: float) -> Array:
+    """Return each column behind a first-order lag that starts at zero, shape of *drives*.
+
+    Parameters
+    ----------
+    drives : array, shape (n, columns)
+        What the lag follows, in any unit.
+    elapsed_s : array, shape (n,)
+        Time since the row before; 0 for the first [s].
+    tau_s : float
+        Time constant [s].
+    """
+    shares = -np.expm1(-elapsed_s / tau_s)
+    values = np.zeros_like(drives)
+    value = np.zeros(drives.shape[1])
+    for k, (drive, part) in enumerate(zip(drives, shares, strict=True)):
+        value = value + part * (drive - value)
+        values[k] = value
+    return values
+
+
+def thinned(run: TrainingRun, step_s: float) -> np.ndarray[Any, np.dtype[np.intp]]:
+    """Return the rows with targets, no two closer than *step_s*.
+
+    Parameters
+    ----------
+    run : TrainingRun
+    step_s : float
+        Least time between two rows that are kept [s].
+
+    Returns
+    -------
+    array of int, shape (rows kept,)
+        Their positions in the run.
+    """
+    kept: list[int] = []
+    for row in np.flatnonzero(run.known):
+        if not kept or run.time_s[row] - run.time_s[kept[-1]] >= step_s:
+            kept.append(int(row))
+    return np.array(kept, dtype=np.intp)
+
+
+def blocks_of(
+    task: Task, lags_s: Sequence[float], *, uses_speed: bool, uses_levels: bool
+) -> list[Block]:
+    """Return every run's thinned rows as regressors and targets.
+
+    Parameters
+    ----------
+    task : Task
+    lags_s : sequence of float
+        Time constants [s].
+    uses_speed, uses_levels : bool
+        As `features` takes them.
+    """
+    rows = [thinned(run, THIN_S) for run in task.runs]
+    return [
+        Block(
+            (run.time_s[row] - run.time_s[0]) / 3600.0,
+            features(run, lags_s, uses_speed=uses_speed, uses_levels=uses_levels)[row],
+            run.targets[row],
+        )
+        for run, row in zip(task.runs, rows, strict=True)
+        if len(row) > 1
+    ]

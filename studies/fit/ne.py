@@ -1,0 +1,305 @@
+"""Natural exponential model of the speed's effect, restarted at every change of speed."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+
+from fmu_compensator.fit.error_models.base import FittedModel, Task
+from fmu_compensator.fit.error_models.options import refuse_poor, refuse_unknown, within
+from fmu_compensator.fit.training import Array, TrainingRun, row_weights
+from measurement.errors import BadInput, shown
+from studies.finite_elements import FiniteElementSpindle, read_description
+
+MOST_KNOTS = 5
+SHORTEST_TAU_S, LONGEST_TAU_S = 60.0, 36_000.0
+RATIOS = (0.5, 1.0, 2.0)
+"""Of the time constant at standstill to the one while turning: air no longer stirred cools less, a
+coolant that runs on cools as before."""
+FEWEST_ROWS = 30
+RIDGE = 1e-6
+STEADY = ("fitted", "fem")
+ROOM_DEGC = 20.0
+TAU_OF = ("mass_kg", "specific_heat", "film", "surface_m2")
+THIN_S = 300.0
+"""Rows closer together say the same; for fitting they are thinned to this [s]."""
+
+
+class NaturalExponential(FittedModel):
+    """See its twin in the runtime for the equation.
+
+    Parameters
+    ----------
+    speeds_rpm : array (s,)
+        Speeds with a steady drift of their own [rpm].
+    steady : array (m, s)
+        Steady drift [um, urad].
+    tau_s, tau_stopped_s : array (m,)
+        Time constants [s].
+    """
+
+    title = "Natural exponential"
+    history = True
+
+    def __init__(
+        self, speeds_rpm: Array, steady: Array, tau_s: Array, tau_stopped_s: Array
+    ) -> None:
+        self.speeds_rpm, self.steady = speeds_rpm, steady
+        self.tau_s, self.tau_stopped_s = tau_s, tau_stopped_s
+
+    @classmethod
+    def fit(
+        cls,
+        task: Task,
+        *,
+        knots: int = MOST_KNOTS,
+        tau_s: float | str | None = None,
+        steady: str = "fitted",
+        description: str = "jig_borer",
+        mass_kg: float | None = None,
+        specific_heat: float | None = None,
+        film: float | None = None,
+        surface_m2: float | None = None,
+        **options: Any,
+    ) -> NaturalExponential:
+        """Return the model fitted to the task's runs.
+
+        Parameters
+        ----------
+        task : Task
+            Runs and names; every run needs the speed.
+        knots : int
+            At most so many speeds have a steady drift of their own; between them it is linear.
+        tau_s : float or "fem", optional
+            The time constant, instead of fitting it [s]. ``fem``: when the finite-element spindle's
+            growth comes within 1/e of its end, warming up at the mean speed and cooling at
+            standstill.
+        mass_kg, specific_heat, film, surface_m2 : float, optional
+            Instead of *tau_s*, what it follows from: tau = m c / (alpha S) [kg, J/(kg K),
+            W/(m2 K), m2]. All four, or none.
+        steady : {"fitted", "fem"}
+            ``fem``: the steady growth is that of the finite-element spindle. It is taken as it is
+            for ``elongation``; other targets are in proportion to it, by a fitted factor.
+        description : str
+            The finite-element spindle's: the one that ships, or a file (docs/finite_elements.md).
+
+        Raises
+        ------
+        BadInput
+            For an unknown option or value, a run without speed, a spindle that never turns, or
+            too few rows.
+        """
+        refuse_unknown("ne", options, ("knots", "tau_s", *TAU_OF, "steady", "description"))
+        if steady not in STEADY:
+            problem = f"{shown(steady)} is not allowed: {', '.join(STEADY)}"
+            raise BadInput("ne", "steady", problem)
+        refuse_poor(task, FEWEST_ROWS)
+        given = dict(zip(TAU_OF, (mass_kg, specific_heat, film, surface_m2), strict=True))
+        for run in task.runs:
+            if not np.isfinite(run.speed).any():
+                raise BadInput(run.name, "speed_rpm", "is missing: the model ne needs the speed")
+        speeds = _knots(task, int(within("ne", "knots", knots, 1, 20)))
+        runs = [_thinned(run) for run in task.runs]
+        spindle = None
+        if steady == "fem" or tau_s == "fem":
+            spindle = FiniteElementSpindle(read_description(description))
+        taus = _time_constants(task, tau_s, given, spindle)
+        shape = None
+        if steady == "fem":
+            assert spindle is not None
+            shape = np.array([spindle.zss(float(speed)) for speed in speeds])
+        fits = [
+            _fit_target(runs, speeds, target, taus, shape, is_shape=name == "elongation")
+            for target, name in enumerate(task.target_names)
+        ]
+        return cls(
+            speeds,
+            np.array([steady for steady, _, _ in fits]),
+            np.array([tau for _, tau, _ in fits]),
+            np.array([stopped for _, _, stopped in fits]),
+        )
+
+    def predict(self, run: TrainingRun, measured: Array | None = None) -> Array:
+        """Return the targets predicted for a run, shape (n, m) [um, urad]."""
+        speed = held_speed(run)
+        columns = [
+            approach(run.time_s, speed, self.speeds_rpm, tau, stopped) @ steady
+            for steady, tau, stopped in zip(
+                self.steady, self.tau_s, self.tau_stopped_s, strict=True
+            )
+        ]
+        return np.column_stack(columns)
+
+    def table(self) -> dict[str, Any]:
+        """Return the numbers for the compensator file."""
+        names = ("speeds_rpm", "steady", "tau_s", "tau_stopped_s")
+        return {name: getattr(self, name).tolist() for name in names}
+
+    def report(self) -> dict[str, Any]:
+        """Return the time constants and steady drifts."""
+        return self.table()
+
+
+def held_speed(run: TrainingRun) -> Array:
+    """Return the speed that held until each row: that of the row before, the last one known."""
+    speed = np.abs(run.speed)
+    held = np.zeros(len(speed))
+    last = 0.0
+    for k in range(1, len(speed)):
+        last = float(speed[k - 1]) if np.isfinite(speed[k - 1]) else last
+        held[k] = last
+    return held
+
+
+def approach(time_s: Array, held: Array, knots: Array, tau_s: float, stopped_s: float) -> Array:
+    """Return how far each speed's steady drift is approached, shape (n, knots) [1]."""
+    corners = np.concatenate([[0.0], knots])
+    # Linear interpolation between the knots is a weighted sum of hat functions.
+    hats = np.column_stack(
+        [
+            np.interp(held, corners, np.eye(len(corners))[number])
+            for number in range(1, len(corners))
+        ]
+    )
+    elapsed = np.diff(time_s, prepend=time_s[0])
+    shares = -np.expm1(-elapsed / np.where(held > 0.0, tau_s, stopped_s))
+    values = np.zeros_like(hats)
+    value = np.zeros(hats.shape[1])
+    for k, (hat, part) in enumerate(zip(hats, shares, strict=True)):
+        value = value + part * (hat - value)
+        values[k] = value
+    return values
+
+
+def _knots(task: Task, most: int) -> Array:
+    """Return the speeds that training saw, or quantiles of them where they are many."""
+    speeds = np.concatenate([np.abs(run.speed) for run in task.runs])
+    turning = speeds[np.isfinite(speeds) & (speeds > 1.0)]
+    if not len(turning):
+        raise BadInput("training runs", "speed_rpm", "is never above 0: there is nothing to fit")
+    different = np.unique(np.round(turning, -1 if turning.max() > 100 else 0))
+    if len(different) > most:
+        different = np.unique(np.quantile(turning, np.linspace(0.0, 1.0, most)))
+    return np.asarray(different)
+
+
+def _thinned(run: TrainingRun) -> TrainingRun:
+    """Return fewer rows, and every change of speed: the exponential is exact over any step."""
+    kept = [0]
+    for k in range(1, len(run.time_s)):
+        changed = run.speed[k] != run.speed[kept[-1]] and np.isfinite(run.speed[k])
+        if changed or run.time_s[k] - run.time_s[kept[-1]] >= THIN_S:
+            kept.append(k)
+    rows = np.zeros(len(run.time_s), dtype=bool)
+    rows[kept] = True
+    thin = run.at(rows)
+    thin.weights[thin.known] = row_weights(thin.time_s[thin.known])
+    return thin
+
+
+def time_constant(mass_kg: float, specific_heat: float, film: float, surface_m2: float) -> float:
+    """Return tau = m c / (alpha S): how fast a body of one temperature follows [s]."""
+    return mass_kg * specific_heat / (film * surface_m2)
+
+
+def _time_constants(
+    task: Task,
+    tau_s: float | str | None,
+    given: dict[str, float | None],
+    spindle: FiniteElementSpindle | None,
+) -> tuple[float, float] | None:
+    """Return the time constants turning and at standstill [s]; None if they are to be fitted."""
+    there = {name: value for name, value in given.items() if value is not None}
+    if tau_s is not None and there:
+        raise BadInput("ne", "tau_s", f"cannot stand beside {next(iter(there))}")
+    if there and len(there) < len(TAU_OF):
+        missing = next(name for name in TAU_OF if name not in there)
+        raise BadInput("ne", missing, "is missing: tau = m c / (alpha S) needs all four")
+    if there:
+        checked = [within("ne", name, value, 1e-6, 1e9) for name, value in there.items()]
+        tau = within("ne", "tau", time_constant(*checked), SHORTEST_TAU_S, LONGEST_TAU_S)
+        return tau, tau
+    if tau_s == "fem":
+        assert spindle is not None
+        speed = np.concatenate([np.abs(run.speed) for run in task.runs])
+        mean = float(speed[np.isfinite(speed) & (speed > 1.0)].mean())
+        warm = spindle.steady(mean)
+        return (
+            _step_response(spindle, mean, np.full(len(warm), ROOM_DEGC)),
+            _step_response(spindle, 0.0, warm),
+        )
+    if tau_s is None:
+        return None
+    tau = within("ne", "tau_s", tau_s, SHORTEST_TAU_S, LONGEST_TAU_S)
+    return tau, tau
+
+
+def _step_response(spindle: FiniteElementSpindle, speed: float, start: Array) -> float:
+    """Return when growth has come within 1/e of where a speed takes it, from a start [s]."""
+    time = np.arange(0.0, LONGEST_TAU_S, SHORTEST_TAU_S)
+    run = spindle.transient(time, np.full(len(time), speed), ROOM_DEGC, ROOM_DEGC, start=start)
+    goal = float(spindle.growth_row @ (spindle.steady(speed) - start))
+    left = 1.0 - run.growth_um / goal
+    return float(time[np.argmax(left <= np.exp(-1.0))])
+
+
+def _fit_target(
+    runs: list[TrainingRun],
+    knots: Array,
+    target: int,
+    taus: tuple[float, float] | None,
+    shape: Array | None,
+    *,
+    is_shape: bool,
+) -> tuple[Array, float, float]:
+    """Return steady drifts and the two time constants of one target.
+
+    With *taus* these are not fitted; with *shape* the steady drifts are in proportion to it, and
+    equal to it where *is_shape*.
+    """
+    held = [held_speed(run) for run in runs]
+    y = np.concatenate([run.targets[run.known, target] for run in runs])
+    root = np.sqrt(np.concatenate([run.weights[run.known] for run in runs]))
+
+    def solved(tau_s: float, stopped_s: float) -> tuple[float, Array]:
+        x = np.concatenate(
+            [
+                approach(run.time_s, speed, knots, tau_s, stopped_s)[run.known]
+                for run, speed in zip(runs, held, strict=True)
+            ]
+        )
+        if shape is not None:
+            x = (x @ shape)[:, None]
+        gram = (root[:, None] * x).T @ (root[:, None] * x)
+        moment = (root[:, None] * x).T @ (root * y)
+        pull = RIDGE * np.trace(gram) / len(gram) * np.eye(len(gram))
+        steady = np.linalg.solve(gram + pull, moment)
+        if shape is not None and is_shape:
+            steady = np.ones(1)
+        left = float(np.sum((root * (y - x @ steady)) ** 2))
+        return left, steady if shape is None else steady[0] * shape
+
+    def best_tau(ratio: float) -> tuple[float, float]:
+        def cost(log_tau: float) -> float:
+            tau = float(np.exp(log_tau))
+            return solved(tau, ratio * tau)[0]
+
+        grid = np.log(np.geomspace(SHORTEST_TAU_S, LONGEST_TAU_S, 9))
+        costs = [cost(point) for point in grid]
+        at = int(np.argmin(costs))
+        found = minimize_scalar(
+            cost,
+            bounds=(grid[max(at - 1, 0)], grid[min(at + 1, len(grid) - 1)]),
+            method="bounded",
+            options={"xatol": 0.02},
+        )
+        return float(found.fun), float(np.exp(found.x))
+
+    if taus is not None:
+        return solved(*taus)[1], *taus
+    stops = any((speed == 0.0)[1:].any() for speed in held)
+    tried = [(*best_tau(ratio), ratio) for ratio in (RATIOS if stops else (1.0,))]
+    _, tau, ratio = min(tried)
+    return solved(tau, ratio * tau)[1], tau, ratio * tau

@@ -1,0 +1,58 @@
+"""Ridge regression on rises of temperature and their first-order lags."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from fmu_compensator.fit.error_models.base import Task
+from fmu_compensator.fit.error_models.options import refuse_unknown
+from studies.fit.thermal_states import ThermalStates
+
+
+class Ridge(ThermalStates):
+    """Thermal states without levels, speed, a model of the noise, distrust of runs, or average."""
+
+    title = "Ridge on lagged temperatures"
+    usual_form = "rise"
+
+    @classmethod
+    def fit(
+        cls,
+        task: Task,
+        *,
+        lags_s: Sequence[float] | None = None,
+        penalty: float | None = None,
+        **options: Any,
+    ) -> Ridge:
+        """Return the regression fitted to the task's runs.
+
+        Parameters
+        ----------
+        task : Task
+            Runs and names.
+        lags_s : sequence of float, optional
+            Time constants [s]. What is not given is chosen by leaving out the training runs one
+            by one, for each target apart.
+        penalty : float, optional
+            Weight of the squared coefficients at unit size of the inputs [1].
+
+        Raises
+        ------
+        BadInput
+            For an unknown option or value, too few rows, or constant columns.
+        """
+        refuse_unknown("ridge", options, ("lags_s", "penalty"))
+        found = super().fit(
+            task,
+            lags_s=lags_s,
+            penalty=penalty,
+            walk=0.0,
+            levels=False,
+            referenced=False,
+            robust=False,
+            speed=False,
+            average=False,
+        )
+        assert isinstance(found, cls)
+        return found

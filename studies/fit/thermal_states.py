@@ -1,0 +1,305 @@
+"""Ridge regression on temperatures and their first-order lags: follows hysteresis."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import product
+from typing import Any
+
+import numpy as np
+
+from fmu_compensator.fit.error_models.base import FittedModel, Task
+from fmu_compensator.fit.error_models.options import refuse_poor, refuse_unknown, within
+from fmu_compensator.fit.training import Array, TrainingRun, sensor_noise
+from measurement.errors import BadInput
+from studies.fit.by_run import NormalEquations, Solution
+from studies.fit.lagged import blocks_of, features, start_range
+
+LAGS_S = ((2400.0,), (600.0, 2400.0), (600.0, 2400.0, 9600.0))
+"""Each set holds the one before: the average of all needs no more lags than the last [s]."""
+PENALTIES = (1e-5, 1e-4, 1e-3, 1e-2, 1e-1)
+WALKS = (0.0, 0.5, 2.0)
+REFERENCED = (False, True)
+WORTH = 0.1
+"""A candidate that is off by 10 % more on runs left out counts 1/e in the average [1]."""
+FEWEST_SHARE = 0.01
+"""A candidate that counts less than this, beside the best, is left out of the average [1]."""
+_Choices = tuple[
+    tuple[tuple[float, ...], ...],
+    tuple[bool, ...],
+    tuple[float, ...],
+    tuple[bool, ...],
+    tuple[float, ...],
+]
+FEWEST_TO_CHOOSE = 3
+OPTIONS = ("lags_s", "penalty", "walk", "levels", "referenced", "robust", "speed", "average")
+FEWEST_ROWS = 30
+
+
+@dataclass(frozen=True)
+class LagChoice:
+    """One choice for one target, and its solution."""
+
+    lags_s: tuple[float, ...]
+    levels: bool
+    walk: float
+    referenced: bool
+    penalty: float
+    solution: Solution
+
+
+Mix = list[tuple[float, LagChoice]]
+"""Candidates, and how much each counts; their average is again a model of the same form."""
+
+
+class ThermalStates(FittedModel):
+    """See its twin in the runtime for the equation.
+
+    Parameters
+    ----------
+    lags_s : sequence of float
+        Time constants [s].
+    start : tuple of array (k,)
+        Lowest, usual and highest level at the start [K].
+    coefficients : array (m, k + lags * (2 k + 2))
+        Weights of rises, then for each lag of lagged rises, levels, and speed and its square.
+    walk, noise : array (m,)
+        Of the bias that measurements correct [um^2/h], [um^2].
+    diagnostics : dict
+        What was chosen, and how well it did on runs left out.
+    """
+
+    title = "Ridge on thermal states"
+    history = True
+    uses_measured = True
+    usual_form = "level"
+    usual_points = "all"
+
+    def __init__(
+        self,
+        lags_s: Sequence[float],
+        start: tuple[Array, Array, Array],
+        coefficients: Array,
+        walk: Array,
+        noise: Array,
+        diagnostics: dict[str, Any],
+    ) -> None:
+        self.lags_s, self.start, self.coefficients = list(lags_s), start, coefficients
+        self.walk, self.noise = walk, noise
+        self._diagnostics = diagnostics
+
+    @classmethod
+    def fit(
+        cls,
+        task: Task,
+        *,
+        lags_s: Sequence[float] | None = None,
+        penalty: float | None = None,
+        walk: float | None = None,
+        levels: bool | None = None,
+        referenced: bool | None = None,
+        robust: bool = True,
+        speed: bool = True,
+        average: bool = True,
+        **options: Any,
+    ) -> ThermalStates:
+        """Return the model fitted to the task's runs.
+
+        Parameters
+        ----------
+        task : Task
+            Runs and names.
+        lags_s : sequence of float, optional
+            Time constants [s]. What is not given is chosen by leaving out the training runs one
+            by one, for each target apart.
+        penalty : float, optional
+            Weight of the squared coefficients [1].
+        walk : float, optional
+            Random walk of what the model misses, over white noise, after an hour [1].
+        levels : bool, optional
+            Use the lagged levels: what the machine's state at the start does to the drift. In the
+            rise form there are none by default.
+        referenced : bool, optional
+            Reckon with the noise of the sample that rises and drift count from.
+        robust : bool
+            Trust runs less that the others do not explain.
+        speed : bool
+            Use the lagged speed and its square, where every run has the speed.
+        average : bool
+            Average all candidates, the better on runs left out the more; else take the best.
+
+        Raises
+        ------
+        BadInput
+            For an unknown option or value, too few rows, or constant columns.
+        """
+        kind = cls.__module__.rpartition(".")[2]
+        refuse_unknown(kind, options, OPTIONS)
+        refuse_poor(task, FEWEST_ROWS)
+        choices: _Choices = (
+            LAGS_S if lags_s is None else (checked_lags(kind, lags_s),),
+            (True, False) if levels is None and task.input_form != "rise" else (bool(levels),),
+            WALKS if walk is None else (within(kind, "walk", walk, 0.0, 100.0),),
+            REFERENCED if referenced is None else (bool(referenced),),
+            PENALTIES if penalty is None else (checked_penalty(kind, penalty, 1e3),),
+        )
+        if len(task.runs) < FEWEST_TO_CHOOSE:
+            lag_sets, with_levels, walks, noises, penalties = choices
+            few = lag_sets[-2:][:1], with_levels[-1:], walks[-2:][:1]
+            choices = (*few, noises[-1:], penalties[-3:][:1])
+        uses_speed = speed and all(np.isfinite(run.speed).any() for run in task.runs)
+        candidates = _solved(task, choices, uses_speed, robust)
+        mixed = averaged if average else best
+        return cls._assembled(task, [mixed(found) for found in candidates], uses_speed)
+
+    @classmethod
+    def _assembled(cls, task: Task, mixes: list[Mix], uses_speed: bool) -> ThermalStates:
+        """Put the targets' solutions over the union of their lags."""
+        lags = sorted({lag for mix in mixes for _, one in mix for lag in one.lags_s})
+        inputs = len(task.input_names)
+        block = 2 * inputs + 2
+        coefficients = np.zeros((len(mixes), inputs + len(lags) * block))
+        for row, mix in zip(coefficients, mixes, strict=True):
+            for share, one in mix:
+                b = share * one.solution.coefficients
+                row[:inputs] += b[:inputs]
+                for lag, part in zip(one.lags_s, b[inputs:].reshape(-1, block), strict=True):
+                    at = inputs + lags.index(lag) * block
+                    row[at : at + block] += part
+        chosen = [max(mix, key=lambda part: part[0])[1] for mix in mixes]
+        left_out = np.array([np.median(one.solution.left_out_rms) for one in chosen])
+        # The error of an unseen run wanders to its usual size within an hour.
+        walk = np.where(np.isfinite(left_out), left_out, 1.0) ** 2
+        names = [run.name for run in task.runs]
+        diagnostics = {
+            "speed": uses_speed,
+            "targets": {
+                name: {
+                    "lags_s": list(one.lags_s),
+                    "levels": one.levels,
+                    "walk": one.walk,
+                    "referenced": one.referenced,
+                    "averaged": len(mix),
+                    "penalty": one.penalty,
+                    "left_out_rms": _listed(one.solution.left_out_rms),
+                    "trust": dict(zip(names, _listed(one.solution.trust), strict=True)),
+                }
+                for name, one, mix in zip(task.target_names, chosen, mixes, strict=True)
+            },
+        }
+        start = start_range(task.runs)
+        noise = sensor_noise(task.runs, len(chosen))
+        return cls(lags, start, coefficients, np.maximum(walk, 1e-6), noise, diagnostics)
+
+    def predict(self, run: TrainingRun, measured: Array | None = None) -> Array:
+        """Return the targets predicted for a run, shape (n, m) [um, urad]."""
+        regressors = features(run, self.lags_s, uses_speed=True, start=self.start)
+        raw = regressors @ self.coefficients.T
+        if measured is None:
+            return np.asarray(raw)
+        return np.asarray(raw + self._biases(run.time_s, measured - raw))
+
+    def _biases(self, time_s: Array, missed: Array) -> Array:
+        """Return the bias in force at each row: a Kalman filter of a random walk."""
+        hours = np.diff(time_s, prepend=time_s[0]) / 3600.0
+        bias, variance = np.zeros(missed.shape[1]), np.zeros(missed.shape[1])
+        biases = np.zeros_like(missed)
+        for k in range(1, len(missed)):
+            if np.isfinite(missed[k - 1]).all():
+                gain = variance / (variance + self.noise)
+                bias = bias + gain * (missed[k - 1] - bias)
+                variance = variance * (1.0 - gain)
+            variance = variance + self.walk * hours[k]
+            biases[k] = bias
+        return biases
+
+    def table(self) -> dict[str, Any]:
+        """Return the numbers for the compensator file."""
+        lags = len(self.lags_s)
+        inputs = (self.coefficients.shape[1] - 2 * lags) // (1 + 2 * lags)
+        parts: dict[str, list[Any]] = {"rise_lags": [], "level_lags": [], "speed_lags": []}
+        at = inputs
+        for _ in range(lags):
+            for name, width in (("rise_lags", inputs), ("level_lags", inputs), ("speed_lags", 2)):
+                parts[name].append(self.coefficients[:, at : at + width].tolist())
+                at += width
+        return {
+            "lags_s": self.lags_s,
+            "start_low": self.start[0].tolist(),
+            "start_usual": self.start[1].tolist(),
+            "start_high": self.start[2].tolist(),
+            "direct": self.coefficients[:, :inputs].tolist(),
+            **parts,
+            "walk": self.walk.tolist(),
+            "noise": self.noise.tolist(),
+        }
+
+    def report(self) -> dict[str, Any]:
+        """Return what was chosen for each target, and how it did on runs left out."""
+        return self._diagnostics
+
+
+def checked_lags(kind: str, lags_s: Sequence[float]) -> tuple[float, ...]:
+    """Return the time constants that a caller gives.
+
+    Raises
+    ------
+    BadInput
+        If there are none or many, or one is no time constant.
+    """
+    if not 1 <= len(lags_s) <= 6:
+        raise BadInput(kind, "lags_s", "1 to 6 time constants are needed")
+    return tuple(float(within(kind, "lags_s", value, 1.0, 1e7)) for value in lags_s)
+
+
+def checked_penalty(kind: str, penalty: float, highest: float) -> float:
+    """Return the penalty that a caller gives.
+
+    Raises
+    ------
+    BadInput
+        If it is out of range.
+    """
+    return float(within(kind, "penalty", penalty, 1e-12, highest))
+
+
+def _solved(task: Task, choices: _Choices, uses_speed: bool, robust: bool) -> list[list[LagChoice]]:
+    """Return every candidate of each target, judged on training runs left out."""
+    lag_sets, with_levels, walks, noises, penalties = choices
+    found: list[list[LagChoice]] = [[] for _ in task.target_names]
+    for lags, levels in product(lag_sets, with_levels):
+        blocks = blocks_of(task, lags, uses_speed=uses_speed, uses_levels=levels)
+        for walk, noise in product(walks, noises):
+            problem = NormalEquations(blocks, walk, referenced=noise)
+            for penalty, target in product(penalties, range(len(found))):
+                solution = problem.solve(target, penalty, robust=robust)
+                found[target].append(LagChoice(lags, levels, walk, noise, penalty, solution))
+    return found
+
+
+def best(candidates: list[LagChoice]) -> Mix:
+    """Return the candidate with the smallest error on runs left out, alone."""
+    if len(candidates) == 1:
+        return [(1.0, candidates[0])]
+    return [(1.0, min(candidates, key=lambda one: one.solution.score))]
+
+
+def averaged(candidates: list[LagChoice]) -> Mix:
+    """Return all candidates that do nearly as well as the best on runs left out.
+
+    The best of many is partly the luckiest; their average errs less on further runs.
+    """
+    if len(candidates) == 1:
+        return best(candidates)
+    scores = np.array([one.solution.score for one in candidates])
+    shares = np.exp(-(scores - scores.min()) / WORTH)
+    shares[shares < FEWEST_SHARE] = 0.0
+    shares /= shares.sum()
+    return [
+        (float(share), one) for share, one in zip(shares, candidates, strict=True) if share > 0.0
+    ]
+
+
+def _listed(values: Array) -> list[float | None]:
+    return [round(float(value), 4) if np.isfinite(value) else None for value in values]

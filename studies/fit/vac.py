@@ -1,0 +1,303 @@
+"""Hybrid of other error models: weights by vector angle cosine, least squares, or condition."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any, ClassVar
+
+import numpy as np
+from scipy.optimize import nnls
+
+from fmu_compensator.fit import error_models
+from fmu_compensator.fit.error_models.base import FittedModel, Task
+from fmu_compensator.fit.error_models.options import refuse_poor, refuse_unknown, within
+from fmu_compensator.fit.training import Array, TrainingRun
+from measurement.errors import BadInput, shown
+
+COMBINATIONS = ("cosine", "least_squares", "adaptive")
+STUDY = ("mlr", "ne", "fem")
+WITHOUT_SPEED = ("mlr", "arx", "bp")
+CONDITIONS = ("stopped", "changing", "steady")
+SETTLE_S, BLEND_S, MEMORY_S = 3600.0, 600.0, 3600.0
+MOST_FOLDS = 3
+FEWEST_RUNS_TO_LEAVE_OUT = 3
+FEWEST_ROWS = 50
+FEWEST_OF_CONDITION = 30
+"""With fewer rows a condition takes the weights of all."""
+SAME_SPEED_SHARE, STILL_RPM = 0.02, 1.0
+
+
+class VectorAngleCosine(FittedModel):
+    """See its twin in the runtime for the equation.
+
+    Parameters
+    ----------
+    kinds : sequence of str
+        Kinds of the constituents.
+    models : sequence of FittedModel
+        The constituents, fitted.
+    weights : dict of str to array (m, models)
+        By condition [1].
+    prior : array (m, models)
+        Squared error of each constituent in training; empty unless adaptive [um^2, urad^2].
+    diagnostics : dict
+        For the report.
+    """
+
+    title = "VAC hybrid"
+    variants: ClassVar[Mapping[str, tuple[str, Mapping[str, Any]]]] = {
+        "vac_least_squares": ("VAC's least-squares twin", {"combination": "least_squares"}),
+        "vac_adaptive": ("VAC with adaptive weights", {"combination": "adaptive"}),
+    }
+    history = True
+    uses_measured = True
+
+    def __init__(
+        self,
+        kinds: Sequence[str],
+        models: Sequence[FittedModel],
+        weights: dict[str, Array],
+        prior: Array,
+        diagnostics: dict[str, Any],
+    ) -> None:
+        self.kinds, self.models, self.weights, self.prior = kinds, models, weights, prior
+        self._diagnostics = diagnostics
+        self.uses_measured = bool(prior.size) or any(model.uses_measured for model in models)
+
+    @classmethod
+    def fit(
+        cls,
+        task: Task,
+        *,
+        models: Sequence[str] | str | None = None,
+        combination: str = "cosine",
+        held_out: bool = True,
+        parts: Mapping[str, Mapping[str, Any]] | None = None,
+        seed: int = 0,
+        **options: Any,
+    ) -> VectorAngleCosine:
+        """Return the hybrid fitted to the task's runs.
+
+        Parameters
+        ----------
+        task : Task
+            Runs and names.
+        models : sequence of str, optional
+            Kinds of the constituents (or one text with commas); by default those of the study,
+            mlr, ne and fem, or mlr, arx and bp where no speed was recorded.
+        combination : {"cosine", "least_squares", "adaptive"}
+            ``cosine``: the study's; sum of weights 1, none negative, the largest cosine of the
+            angle between prediction and measurement. It does not see a common factor by which all
+            models are wrong. ``least_squares``: the smallest sum of squared errors, no weight
+            negative. ``adaptive``: least squares in each condition apart (standing, speed just
+            changed, steady), and moved by measurements where there are any.
+        held_out : bool
+            Weigh the constituents by how they predict runs that they were not fitted to, with
+            three runs or more. A network that has learnt its runs by heart would win otherwise.
+        parts : mapping of str to mapping, optional
+            Options of constituents by kind, such as ``{"ne": {"steady": "fem"}}``.
+        seed : int
+            Of constituents that take one.
+
+        Raises
+        ------
+        BadInput
+            For an unknown option or value, or whatever a constituent refuses.
+        """
+        known = ("models", "combination", "held_out", "parts", "seed")
+        refuse_unknown("vac", options, known)
+        if combination not in COMBINATIONS:
+            problem = f"{shown(combination)} is not allowed: {', '.join(COMBINATIONS)}"
+            raise BadInput("vac", "combination", problem)
+        refuse_poor(task, FEWEST_ROWS)
+        kinds = _constituents(models, task)
+        within("vac", "seed", seed, 0, 2**31)
+        given = _part_options(parts, kinds, seed)
+        fitted = [_fitted(kind, task, given) for kind in kinds]
+        use_held_out = held_out and len(task.runs) >= FEWEST_RUNS_TO_LEAVE_OUT
+        predicted = (
+            _predicted_left_out(kinds, task, given)
+            if use_held_out
+            else [np.stack([model.predict(run) for model in fitted], 2) for run in task.runs]
+        )
+        rows = _Rows(task.runs, predicted)
+        weights, prior = rows.combined(combination)
+        diagnostics = {
+            "models": list(kinds),
+            "combination": combination,
+            "judged_on_runs_left_out": use_held_out,
+            "weights": {
+                condition: {
+                    name: dict(zip(kinds, np.round(row, 4).tolist(), strict=True))
+                    for name, row in zip(task.target_names, weights[condition], strict=True)
+                }
+                for condition in (CONDITIONS if combination == "adaptive" else ("steady",))
+            },
+            "cosine": dict(zip(task.target_names, rows.cosines(weights["steady"]), strict=True)),
+        }
+        return cls(kinds, fitted, weights, prior, diagnostics)
+
+    def predict(self, run: TrainingRun, measured: Array | None = None) -> Array:
+        """Return the targets predicted for a run, shape (n, m) [um, urad]."""
+        parts = np.stack([model.predict(run, measured) for model in self.models], axis=2)
+        elapsed = np.diff(run.time_s, prepend=run.time_s[0])
+        goal = np.stack([self.weights[name] for name in CONDITIONS])[conditions(run)]
+        blended, errors = goal[0].copy(), self.prior.copy()
+        predicted = np.zeros(parts.shape[:2])
+        for k in range(len(parts)):
+            blended = blended - np.expm1(-elapsed[k] / BLEND_S) * (goal[k] - blended)
+            force = blended
+            if self.prior.size:
+                if k and measured is not None and np.isfinite(measured[k - 1]).all():
+                    missed = np.abs(measured[k - 1][:, None] - parts[k - 1])
+                    gain = -np.expm1(-elapsed[k] / MEMORY_S)
+                    errors = errors + gain * (np.minimum(missed, 1e6) ** 2 - errors)
+                moved = blended * self.prior / np.maximum(errors, 1e-3 * self.prior)
+                total = moved.sum(axis=1, keepdims=True)
+                scaled = moved * blended.sum(axis=1, keepdims=True) / np.where(total > 0, total, 1)
+                force = np.where(total > 0, scaled, blended)
+            predicted[k] = (force * parts[k]).sum(axis=1)
+        return predicted
+
+    def table(self) -> dict[str, Any]:
+        """Return the numbers for the compensator file."""
+        return {
+            "models": [
+                {"kind": kind, **model.table()}
+                for kind, model in zip(self.kinds, self.models, strict=True)
+            ],
+            "weights": {name: self.weights[name].tolist() for name in CONDITIONS},
+            "prior": self.prior.tolist(),
+            "settle_s": SETTLE_S,
+            "blend_s": BLEND_S,
+            "memory_s": MEMORY_S,
+        }
+
+    def report(self) -> dict[str, Any]:
+        """Return the weights, and the cosine that they reach."""
+        return self._diagnostics
+
+
+class _Rows:
+    """Measured and predicted rows of all runs, weighted by the time they stand for."""
+
+    def __init__(self, runs: Sequence[TrainingRun], parts: Sequence[Array]) -> None:
+        known = [run.known for run in runs]
+        root = np.sqrt(np.concatenate([r.weights[k] for r, k in zip(runs, known, strict=True)]))
+        self._weight = root**2
+        self._parts = np.concatenate([p[k] for p, k in zip(parts, known, strict=True)])
+        self._x = root[:, None, None] * self._parts
+        self._targets = np.concatenate([r.targets[k] for r, k in zip(runs, known, strict=True)])
+        self._y = root[:, None] * self._targets
+        self._condition = np.concatenate(
+            [conditions(r)[k] for r, k in zip(runs, known, strict=True)]
+        )
+
+    def combined(self, combination: str) -> tuple[dict[str, Array], Array]:
+        """Return the weights by condition, and the squared errors if they are to adapt."""
+        targets, models = self._x.shape[1:]
+        everywhere = np.array([self._solved(t, slice(None)) for t in range(targets)])
+        if combination == "cosine":
+            # The cosine's largest value over a cone lies in the direction of the least-squares
+            # solution there, whose length it ignores; the sum of 1 fixes the length.
+            everywhere = everywhere / everywhere.sum(axis=1, keepdims=True)
+        weights = dict.fromkeys(CONDITIONS, everywhere)
+        if combination != "adaptive":
+            return weights, np.zeros((0, models))
+        for number, name in enumerate(CONDITIONS):
+            rows = self._condition == number
+            if rows.sum() >= FEWEST_OF_CONDITION:
+                weights[name] = np.array([self._solved(t, rows) for t in range(targets)])
+        missed = (self._targets[:, :, None] - self._parts) ** 2
+        prior = np.average(missed, axis=0, weights=self._weight)
+        return weights, np.maximum(prior, 1e-6)
+
+    def _solved(self, target: int, rows: Any) -> Array:
+        x, y = self._x[rows, target], self._y[rows, target]
+        weights = nnls(x, y)[0]
+        # No model points the right way: then none is better than another.
+        return np.asarray(weights) if weights.sum() > 0 else np.full(x.shape[1], 1 / x.shape[1])
+
+    def cosines(self, weights: Array) -> list[float]:
+        """Return the cosine of the angle between the hybrid and the measurement [1]."""
+        cosines = []
+        for target, row in enumerate(weights):
+            yhat, y = self._x[:, target] @ row, self._y[:, target]
+            size = np.linalg.norm(yhat) * np.linalg.norm(y)
+            cosines.append(round(float(yhat @ y / size), 5) if size > 0 else 0.0)
+        return cosines
+
+
+def conditions(run: TrainingRun) -> np.ndarray[Any, np.dtype[np.intp]]:
+    """Return the condition of every row, as an index of `CONDITIONS`."""
+    found = np.zeros(len(run.time_s), dtype=np.intp)
+    last, since = 0.0, 0.0
+    for k, (elapsed, speed) in enumerate(
+        zip(np.diff(run.time_s, prepend=run.time_s[0]), run.speed, strict=True)
+    ):
+        now = abs(float(speed)) if np.isfinite(speed) else last
+        since = 0.0 if abs(now - last) > SAME_SPEED_SHARE * max(now, last) else since + elapsed
+        last = now
+        if now >= STILL_RPM:
+            found[k] = 1 if since < SETTLE_S else 2
+    return found
+
+
+def _constituents(models: Sequence[str] | str | None, task: Task) -> tuple[str, ...]:
+    known = [kind for kind in error_models.fitted_models() if kind != "vac"]
+    if models is None:
+        has_speed = all(np.isfinite(run.speed).any() for run in task.runs)
+        usual = STUDY if has_speed else WITHOUT_SPEED
+        return tuple(kind for kind in usual if kind in known)
+    names = models.split(",") if isinstance(models, str) else list(models)
+    for name in names:
+        if name not in known:
+            problem = f"{shown(name)} is not allowed: {', '.join(known)}"
+            raise BadInput("vac", "models", problem)
+    if not 2 <= len(set(names)) == len(names) <= 10:
+        raise BadInput("vac", "models", "2 to 10 different models are needed")
+    return tuple(names)
+
+
+def _part_options(parts: Any, kinds: Sequence[str], seed: int) -> dict[str, dict[str, Any]]:
+    """Return the options of every constituent.
+
+    Raises
+    ------
+    BadInput
+        If they are no mapping by kind, or of a kind that takes no part.
+    """
+    if not isinstance(parts or {}, Mapping):
+        raise BadInput("vac", "parts", f"{shown(parts)} is not allowed: options by model")
+    known = error_models.fitted_models()
+    found: dict[str, dict[str, Any]] = {
+        kind: {"seed": seed} if known[kind].takes_seed() else {} for kind in kinds
+    }
+    for kind, options in (parts or {}).items():
+        if kind not in found or not isinstance(options, Mapping):
+            allowed = ", ".join(kinds)
+            raise BadInput("vac", f"parts.{kind}", f"is not allowed: options of {allowed}")
+        found[kind] |= options
+    return found
+
+
+def _fitted(kind: str, task: Task, options: Mapping[str, Mapping[str, Any]]) -> FittedModel:
+    model = error_models.fitted_models()[kind]
+    runs = task.runs if model.history else [run.at(run.known) for run in task.runs]
+    return model.fit(replace(task, runs=runs), **options[kind])
+
+
+def _predicted_left_out(
+    kinds: Sequence[str], task: Task, options: Mapping[str, Mapping[str, Any]]
+) -> list[Array]:
+    """Return every constituent's prediction of each run by a fit without it, (n, m, models)."""
+    folds = min(len(task.runs), MOST_FOLDS)
+    parts: list[Array] = [np.zeros(0)] * len(task.runs)
+    for fold in range(folds):
+        others = [run for number, run in enumerate(task.runs) if number % folds != fold]
+        fitted = [_fitted(kind, replace(task, runs=others), options) for kind in kinds]
+        for number in range(fold, len(task.runs), folds):
+            run = task.runs[number]
+            parts[number] = np.stack([model.predict(run) for model in fitted], axis=2)
+    return parts

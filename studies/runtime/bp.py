@@ -1,0 +1,133 @@
+"""Back-propagation network: tansig hidden layers, a linear last one."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import tanh
+
+from fmu_compensator.runtime.error_models.base import ErrorModel
+from fmu_compensator.runtime.fields import Fields
+
+LARGEST = 1e9
+MOST_LAYERS, MOST_NODES = 6, 500
+Layer = tuple[list[list[float]], list[float]]
+
+
+class NeuralNetwork:
+    """From inputs to outputs, through a scaling at either end.
+
+    Parameters
+    ----------
+    input_middle, input_half : list of float
+        An input x goes in as (x - middle) / half [1].
+    layers : list of (weights, biases)
+        Weights: one row per node, one column per node of the layer before.
+    output_middle, output_half : list of float
+        What comes out is middle + half * y.
+    """
+
+    def __init__(
+        self,
+        input_middle: list[float],
+        input_half: list[float],
+        layers: list[Layer],
+        output_middle: list[float],
+        output_half: list[float],
+    ) -> None:
+        self._input = list(zip(input_middle, input_half, strict=True))
+        self._layers = [list(zip(weights, biases, strict=True)) for weights, biases in layers]
+        self._output = list(zip(output_middle, output_half, strict=True))
+
+    @classmethod
+    def from_fields(cls, fields: Fields, inputs: int, outputs: int) -> NeuralNetwork:
+        """Return the network that the file's numbers describe.
+
+        Parameters
+        ----------
+        fields : Fields
+            The table of the network.
+        inputs, outputs : int
+            How many the first layer must take, and the last must give.
+
+        Raises
+        ------
+        ModelFileError
+            For a number that is missing or out of range, and for a layer of another width.
+        """
+        layers: list[Layer] = []
+        width = inputs
+        tables = fields.tables("layers", 1, MOST_LAYERS, "layers")
+        for number, table in enumerate(tables, 1):
+            nodes = len(table.items("biases", 1, MOST_NODES, "numbers"))
+            if number == len(tables) and nodes != outputs:
+                raise table.refusal("biases", f"{nodes} are not allowed: must be {outputs}")
+            weights = table.matrix("weights", nodes, width, LARGEST)
+            layers.append((weights, table.numbers("biases", nodes, LARGEST)))
+            table.done()
+            width = nodes
+        return cls(
+            fields.numbers("input_middle", inputs, LARGEST),
+            _halves(fields, "input_half", inputs),
+            layers,
+            fields.numbers("output_middle", outputs, LARGEST),
+            _halves(fields, "output_half", outputs),
+        )
+
+    def outputs(self, inputs: Sequence[float]) -> list[float]:
+        """Return what the network makes of the inputs.
+
+        Parameters
+        ----------
+        inputs : sequence of float
+            In the units that the network was trained in.
+        """
+        values = [
+            (x - middle) / half for x, (middle, half) in zip(inputs, self._input, strict=True)
+        ]
+        last = len(self._layers) - 1
+        for number, layer in enumerate(self._layers):
+            sums = [
+                bias + sum(weight * value for weight, value in zip(weights, values, strict=True))
+                for weights, bias in layer
+            ]
+            values = sums if number == last else [tanh(total) for total in sums]
+        return [
+            middle + half * value
+            for value, (middle, half) in zip(values, self._output, strict=True)
+        ]
+
+
+class BackPropagation(ErrorModel):
+    """Feed-forward network from the chosen temperatures to all targets.
+
+    Parameters
+    ----------
+    network : NeuralNetwork
+        See there for the numbers in the file.
+    """
+
+    def __init__(self, network: NeuralNetwork) -> None:
+        self._network = network
+
+    @classmethod
+    def from_fields(cls, fields: Fields, inputs: int, targets: int) -> BackPropagation:
+        """Return the model that the file's numbers describe."""
+        return cls(NeuralNetwork.from_fields(fields, inputs, targets))
+
+    def predict(
+        self,
+        inputs: Sequence[float],
+        elapsed_s: float = 0.0,
+        speed: float = 0.0,
+        measured: Sequence[float] | None = None,
+    ) -> list[float]:
+        """Return the predicted targets; time, speed and measurements have no part in them."""
+        return self._network.outputs(inputs)
+
+
+def _halves(fields: Fields, key: str, count: int) -> list[float]:
+    values = fields.numbers(key, count, LARGEST)
+    for index, value in enumerate(values):
+        if value < 1e-9:
+            raise fields.refusal(f"{key}.{index}", f"{value:g} is not allowed: above 1e-9")
+    return values

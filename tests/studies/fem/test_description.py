@@ -1,0 +1,113 @@
+"""The description file is refused in one line wherever it is wrong."""
+
+from __future__ import annotations
+
+import copy
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import studies.finite_elements as package
+from measurement.errors import BadInput, checked
+from studies.finite_elements import (
+    Description,
+    FiniteElementSpindle,
+    read_description,
+)
+from tests.studies.fem.conftest import bar_table
+
+SHIPPED = tomllib.loads((Path(package.__file__).parent / "jig_borer.toml").read_text())
+
+
+def test_the_shipped_one_is_read_by_name_and_by_path(tmp_path: Path) -> None:
+    path = tmp_path / "mine.toml"
+    path.write_text((Path(package.__file__).parent / "jig_borer.toml").read_text())
+    assert read_description(path) == read_description("jig_borer")
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        ("format = ", "is not a TOML file"),
+        ("format = 2", "format: 2 is not allowed"),
+        ("format = 1", "name: is missing"),
+        ("\udcff".encode("utf-8", "surrogateescape").decode("latin-1"), "is not a TOML file"),
+    ],
+)
+def test_a_file_that_is_none_is_refused(tmp_path: Path, text: str, problem: str) -> None:
+    path = tmp_path / "bad.toml"
+    path.write_text(text)
+    with pytest.raises(BadInput, match=problem):
+        read_description(path)
+    with pytest.raises(BadInput, match="cannot be read"):
+        read_description(tmp_path / "nowhere.toml")
+
+
+@pytest.mark.parametrize(
+    ("changes", "problem"),
+    [
+        ({"parts": [{"name": "bar", "material": "wood", "r": [1, 2], "z": [0, 1]}]}, "wood"),
+        ({"motors": [{"name": "m", "watts_per_1000rpm": 1, "shares": {"x": 1}}]}, "'x' is not a"),
+        ({"motors": [{"name": "m", "watts_per_1000rpm": 1, "shares": {"bar": 0}}]}, "all be 0"),
+        ({"motors": []}, "nothing would warm"),
+        ({"surfaces": []}, "get rid of its heat"),
+        ({"mount": {"z": 0.0, "r": [1.0, "a"]}}, "mount"),
+    ],
+)
+def test_what_does_not_fit_together_is_refused(changes: dict[str, Any], problem: str) -> None:
+    with pytest.raises(BadInput, match=problem) as refused:
+        checked(Description, bar_table(**changes), "bar.toml")
+    assert "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("changes", "problem"),
+    [
+        ({"element_mm": 0.21, "nose": {"z": 9e3, "r": [20, 40]}}, "elements; 40000 are allowed"),
+        ({"mount": {"z": 55.0, "r": [100.0, 120.0]}}, "mount: does not lie on a part"),
+        ({"jackets": [{"name": "j", "r": [1, 2], "z": [0, 1], "conductance": 9}]}, "j: covers no"),
+    ],
+)
+def test_what_the_mesh_cannot_hold_is_refused(changes: dict[str, Any], problem: str) -> None:
+    if "element_mm" in changes:
+        part = {"name": "bar", "material": "steel", "r": [20, 40], "z": [0, 9e3]}
+        changes = changes | {"parts": [part]}
+    description = Description.model_validate(bar_table(**changes))
+    with pytest.raises(BadInput, match=problem):
+        FiniteElementSpindle(description).growth_row  # noqa: B018 - built when asked for
+
+
+LEAVES = st.one_of(
+    st.none(),
+    st.booleans(),
+    st.text(max_size=5),
+    st.floats(),
+    st.integers(),
+    st.lists(st.floats(), max_size=3),
+    st.dictionaries(st.text(max_size=3), st.floats(), max_size=2),
+)
+
+
+@settings(max_examples=60, deadline=None)
+@given(data=st.data())
+def test_any_mangled_field_is_refused_in_one_line_or_accepted(data: st.DataObject) -> None:
+    table: Any = copy.deepcopy(SHIPPED)
+    place = table
+    for _ in range(data.draw(st.integers(0, 3))):
+        keys = list(place) if isinstance(place, dict) else list(range(len(place)))
+        key = data.draw(st.sampled_from(keys))
+        if not isinstance(place[key], dict | list) or not place[key]:
+            break
+        place = place[key]
+    key = data.draw(st.sampled_from(list(place) if isinstance(place, dict) else [0]))
+    place[key] = data.draw(LEAVES)
+    problem = ""
+    try:
+        checked(Description, table, "mangled.toml")
+    except BadInput as refused:
+        problem = str(refused)
+    assert "\n" not in problem

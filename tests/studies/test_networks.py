@@ -1,0 +1,210 @@
+"""BP, GA-BP, their training, and the genetic algorithm."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from measurement.errors import BadInput
+from studies.fit.bp import BackPropagation, Samples
+from studies.fit.ga_bp import GeneticBackPropagation
+from studies.fit.genetic import GeneticSettings, evolve
+from studies.fit.network_training import Shape, levenberg_marquardt, nguyen_widrow
+from tests.fmu_compensator.models.made import run_of, task_of
+
+
+def bent_task(seed: int = 0, rows: int = 240):
+    """Four temperatures, three errors that bend: no linear map can follow them."""
+    random = np.random.default_rng(seed)
+    x = np.cumsum(random.standard_normal((rows, 4)), axis=0) / 5.0
+    y = np.column_stack([x[:, 0] * x[:, 1], np.tanh(x[:, 2]), x[:, 3] ** 2 + x[:, 0]])
+    return task_of([run_of(x, y)])
+
+
+@pytest.mark.parametrize("nodes", [(4, 10, 3), (2, 3, 4, 1), (1, 2, 2)])
+def test_the_jacobian_equals_finite_differences(nodes: tuple[int, ...]) -> None:
+    shape, random = Shape(nodes), np.random.default_rng(1)
+    theta, x = random.standard_normal(shape.size), random.standard_normal((5, nodes[0]))
+    outputs, slopes = shape.jacobian(theta, x)
+    assert outputs == pytest.approx(shape.outputs(theta, x))
+    for k in range(shape.size):
+        step = np.zeros(shape.size)
+        step[k] = 1e-6
+        numeric = (shape.outputs(theta + step, x) - shape.outputs(theta - step, x)) / 2e-6
+        assert slopes[:, :, k] == pytest.approx(numeric, abs=1e-7)
+
+
+def test_a_4_10_3_network_has_83_genes() -> None:
+    # 4 x 10 + 10 x 3 weights and 10 + 3 thresholds; the study's own sum says 110.
+    assert Shape((4, 10, 3)).size == 70 + 13
+
+
+def test_a_population_is_computed_as_its_members_are() -> None:
+    shape, random = Shape((3, 4, 2)), np.random.default_rng(2)
+    people, x = random.standard_normal((7, shape.size)), random.standard_normal((9, 3))
+    together = shape.outputs(people, x)
+    assert together.shape == (7, 9, 2)
+    for person, values in zip(people, together, strict=True):
+        assert values == pytest.approx(shape.outputs(person, x))
+
+
+def test_training_only_goes_down_and_notes_the_goal() -> None:
+    shape, random = Shape((1, 6, 1)), np.random.default_rng(3)
+    x = np.linspace(-1, 1, 60)[:, None]
+    y = np.sin(3 * x)
+    found = levenberg_marquardt(
+        shape,
+        nguyen_widrow(shape, random),
+        x,
+        y,
+        np.full(60, 1 / 60),
+        iterations=200,
+        goal=1e-4,
+        decay=0.0,
+    )
+    assert all(b <= a for a, b in pairwise(found.curve))
+    assert found.curve[-1] < 1e-4
+    assert found.reached is not None
+    assert found.curve[found.reached] <= 1e-4 < found.curve[found.reached - 1]
+    assert np.mean((shape.outputs(found.theta, x) - y) ** 2) == pytest.approx(found.curve[-1])
+
+
+def test_bp_bends_where_a_line_cannot() -> None:
+    task = bent_task()
+    fitted = BackPropagation.fit(task, decay=1e-4)
+    missed = task.runs[0].targets - fitted.predict(task.runs[0])
+    spread = task.runs[0].targets.std(axis=0)
+    assert (missed.std(axis=0) < 0.1 * spread).all()
+    assert fitted.report()["nodes"] == [4, 10, 3]
+
+
+def test_decay_keeps_the_network_smooth() -> None:
+    task = bent_task()
+    free, pulled = (BackPropagation.fit(task, decay=decay) for decay in (0.0, 1.0))
+    assert np.linalg.norm(pulled.training.theta) < 0.5 * np.linalg.norm(free.training.theta)
+
+
+def test_two_hidden_layers_as_in_the_time_series_study() -> None:
+    fitted = BackPropagation.fit(bent_task(), hidden=(5, 5), iterations=3)
+    assert fitted.report()["nodes"] == [4, 5, 5, 3]
+    assert fitted.report()["weights_and_thresholds"] == 4 * 5 + 5 + 5 * 5 + 5 + 5 * 3 + 3
+
+
+def test_the_seed_decides() -> None:
+    task = bent_task()
+    first, again, other = (
+        BackPropagation.fit(task, seed=seed, iterations=5).training.theta for seed in (1, 1, 2)
+    )
+    assert np.array_equal(first, again)
+    assert not np.allclose(first, other)
+
+
+def test_ga_bp_4_10_3_trains_with_little_work_from_a_better_start(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    task = bent_task(rows=1000)
+    worked = {"outputs": 0, "jacobian": 0}  # rows of data that went through the network
+
+    def counted(name: str) -> None:
+        plain = getattr(Shape, name)
+
+        def count(self: Shape, theta: np.ndarray, x: np.ndarray) -> object:
+            worked[name] += len(x)
+            return plain(self, theta, x)
+
+        monkeypatch.setattr(Shape, name, count)
+
+    for name in worked:
+        counted(name)
+    genetic = GeneticBackPropagation.fit(task, hidden=10, iterations=60)
+    # The fitness looks at few rows, the training at no row more often than it iterates.
+    assert 0 < worked["jacobian"] <= 60 * 1000
+    assert worked["jacobian"] < worked["outputs"] <= 200 * 1000
+    plain = BackPropagation.fit(task, iterations=60)
+    report = genetic.report()
+    assert report["nodes"] == [4, 10, 3]
+    best = report["fitness_by_generation"]
+    assert len(best) == 101
+    assert all(b >= a for a, b in pairwise(best))
+    assert best[-1] > best[0]
+    assert genetic.training.curve[0] < plain.training.curve[0]
+
+
+def test_the_genetic_algorithm_chooses_the_number_of_nodes() -> None:
+    fitted = GeneticBackPropagation.fit(
+        bent_task(), population=10, generations=3, iterations=3, seed=4
+    )
+    tried = {int(n): f for n, f in fitted.report()["hidden_nodes_tried"].items()}
+    assert min(tried) >= 3
+    assert max(tried) <= 15
+    assert fitted.report()["nodes"][1] == max(tried, key=lambda n: tried[n])
+
+
+def test_data_left_out_choose_fewer_nodes_than_the_error_in_training() -> None:
+    # A straight line with noise: more nodes fit it better and predict it worse.
+    random = np.random.default_rng(3)
+    x = np.cumsum(random.standard_normal((160, 2)), axis=0)
+    y = (x @ np.array([1.0, -2.0]))[:, None] + 3.0 * random.standard_normal((160, 1))
+    task = task_of([run_of(x, y)])
+    quick = {"population": 10, "generations": 3, "iterations": 3, "decay": 0.0}
+    sizes = {
+        judge: [
+            GeneticBackPropagation.fit(task, nodes_by=judge, seed=seed, **quick).shape.nodes[1]
+            for seed in range(3)
+        ]
+        for judge in ("left_out", "training")
+    }
+    assert max(sizes["left_out"]) < min(sizes["training"])
+    with pytest.raises(BadInput, match="nodes_by: 'luck' is not allowed: left_out, training"):
+        GeneticBackPropagation.fit(task, nodes_by="luck")
+
+
+def test_rows_are_thinned_as_asked() -> None:
+    task = bent_task(rows=1000)
+    assert [len(Samples.of(task, rows).x) for rows in (0, 100, 800)] == [1000, 100, 500]
+    whole, thin = (BackPropagation.fit(task, rows=rows, iterations=3) for rows in (0, 100))
+    assert not np.allclose(whole.training.theta, thin.training.theta)
+
+
+def test_evolution_finds_a_peak_and_keeps_the_best() -> None:
+    random = np.random.default_rng(0)
+    target = np.array([0.5, -0.25, 0.75])
+
+    def fitness(people):
+        return 1.0 / (1e-6 + np.sum((people - target) ** 2, axis=1))
+
+    first = random.uniform(-1, 1, (40, 3))
+    best, history = evolve(first, fitness, -1.0, 1.0, GeneticSettings(40, 150), random)
+    assert best == pytest.approx(target, abs=0.1)
+    assert all(b >= a for a, b in pairwise(history))
+    assert history[-1] > 5 * history[0]
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        ({"hidden": ()}, "0 hidden layers are not allowed"),
+        ({"hidden": (0,)}, "hidden: 0 is not allowed: 1 to 50"),
+        ({"iterations": 0}, "iterations: 0 is not allowed"),
+        ({"decay": -1.0}, "decay: -1 is not allowed"),
+        ({"rows": 7}, "rows: 7 is not allowed: 50 to"),
+        ({"goal": "low"}, "goal: 'low' is not allowed"),
+    ],
+)
+def test_wrong_options_are_refused(options: dict, told: str) -> None:
+    with pytest.raises(BadInput, match=told):
+        BackPropagation.fit(bent_task(), **options)
+    if "hidden" not in options:
+        with pytest.raises(BadInput, match=told):
+            GeneticBackPropagation.fit(bent_task(), hidden=4, **options)
+
+
+def test_constant_columns_are_refused() -> None:
+    x = np.random.default_rng(0).standard_normal((80, 2))
+    x[:, 1] = 3.0
+    with pytest.raises(BadInput, match="T2: is constant"):
+        BackPropagation.fit(task_of([run_of(x, x[:, :1])]))
+    with pytest.raises(BadInput, match="y0: never changes"):
+        BackPropagation.fit(task_of([run_of(x[:, :1], np.ones((80, 1)))]))

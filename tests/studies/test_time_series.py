@@ -1,0 +1,174 @@
+"""Time series: ARX and ARMAX with inputs, ARMA without."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from fmu_compensator.fit.error_models.mlr import MultipleLinearRegression
+from fmu_compensator.fit.training import TrainingRun
+from measurement.errors import BadInput
+from studies.fit.arma import AutoregressiveMovingAverage
+from studies.fit.arx import AutoregressiveExogenous
+from tests.fmu_compensator.models.made import lag, rms, run_of, steps, task_of
+
+# ARX
+
+
+def arx_run(seed: int) -> TrainingRun:
+    speed = steps(seed)
+    temperature = lag(speed / 1000.0, 600.0)
+    drift = 3.0 * lag(temperature, 3600.0)
+    return run_of(temperature[:, None], drift[:, None], speed=speed, name=f"r{seed}")
+
+
+@pytest.mark.parametrize("estimator", ["simulation", "prediction"])
+def test_arx_finds_the_memory(estimator: str) -> None:
+    fitted = AutoregressiveExogenous.fit(
+        task_of([arx_run(seed) for seed in range(4)]), estimator=estimator
+    )
+    assert fitted.report()["memory_s"] == pytest.approx([3600.0], rel=0.02)
+    unseen = arx_run(11)
+    assert rms(unseen.targets - fitted.predict(unseen)) < 0.02 * rms(unseen.targets)
+    static = MultipleLinearRegression.fit(task_of([arx_run(seed) for seed in range(4)]))
+    assert rms(unseen.targets - static.predict(unseen)) > 0.2 * rms(unseen.targets)
+
+
+def test_a_measurement_takes_the_place_of_arx_own_prediction() -> None:
+    fitted = AutoregressiveExogenous.fit(task_of([arx_run(seed) for seed in range(4)]))
+    unseen = arx_run(12)
+    shifted = unseen.targets + 5.0
+    measured = np.full_like(shifted, np.nan)
+    measured[100] = shifted[100]
+    free, told = fitted.predict(unseen), fitted.predict(unseen, measured)
+    assert np.array_equal(free[:101], told[:101])
+    gap = (told - free)[101:, 0]
+    assert gap[0] == pytest.approx(5.0 * fitted.pole[0], abs=0.3)
+    assert gap[-1] == pytest.approx(0.0, abs=0.3)
+
+
+def noisy_arx_run(seed: int) -> TrainingRun:
+    run = arx_run(seed)
+    noise = np.random.default_rng(100 + seed).standard_normal(run.targets.shape)
+    return run_of(run.inputs, run.targets + noise, speed=run.speed, name=run.name)
+
+
+def test_armax_takes_off_what_sensor_noise_does_to_the_memory() -> None:
+    # With white noise v on the drift, y(k) = a y(k-1) + ... + v(k) - a v(k-1): an ARMAX.
+    task = task_of([noisy_arx_run(seed) for seed in range(8)])
+    plain, armax = (
+        AutoregressiveExogenous.fit(task, estimator=name) for name in ("prediction", "armax")
+    )
+    assert armax.report()["orders"]["y0"][2] >= 1
+    assert plain.report()["orders"]["y0"][2] == 0
+    memories = [float(model.report()["memory_s"][0]) for model in (plain, armax)]
+    assert memories[0] < 0.6 * 3600.0
+    assert memories[1] == pytest.approx(3600.0, rel=0.25)
+    unseen = arx_run(11)
+    missed = [rms(unseen.targets - model.predict(unseen)) for model in (plain, armax)]
+    assert missed[1] < 0.5 * missed[0]
+
+
+def before_run(seed: int, now: float, before: float) -> TrainingRun:
+    temperature = np.random.default_rng(seed).standard_normal(300)
+    drift = now * temperature + before * np.concatenate([temperature[:1], temperature[:-1]])
+    drift += 0.1 * np.random.default_rng(50 + seed).standard_normal(300)
+    return run_of(temperature[:, None], drift[:, None], name=f"b{seed}")
+
+
+@pytest.mark.parametrize("runs", [1, 4])
+def test_the_order_of_the_inputs_is_chosen(runs: int) -> None:
+    with_past, without = (
+        AutoregressiveExogenous.fit(
+            task_of([before_run(seed, 2.0, before) for seed in range(runs)]), lags="choose"
+        )
+        for before in (1.0, 0.0)
+    )
+    assert with_past.report()["orders"] == {"y0": [0, 1, 0]}
+    assert without.report()["orders"] == {"y0": [0, 0, 0]}
+    assert not without.before.any()
+    assert with_past.before == pytest.approx(np.array([[1.0]]), abs=0.05)
+
+
+def test_an_unknown_estimator_or_order_is_refused() -> None:
+    with pytest.raises(BadInput, match="'luck' is not allowed: simulation, prediction, armax"):
+        AutoregressiveExogenous.fit(task_of([arx_run(0)]), estimator="luck")
+    with pytest.raises(BadInput, match="lags: 7 is not allowed: 0, 1, choose"):
+        AutoregressiveExogenous.fit(task_of([arx_run(0)]), lags=7)
+
+
+# ARMA
+
+
+def integrated_ar(seed: int, rows: int = 1200, phi: float = 0.7) -> TrainingRun:
+    random = np.random.default_rng(seed)
+    w = np.zeros(rows)
+    for k in range(1, rows):
+        w[k] = phi * w[k - 1] + random.standard_normal()
+    return run_of(random.standard_normal((rows, 1)), np.cumsum(w)[:, None])
+
+
+def test_arma_differences_once_and_finds_the_coefficient() -> None:
+    fitted = AutoregressiveMovingAverage.fit(task_of([integrated_ar(0)]))
+    series = fitted.series[0]
+    assert series.differences == 1
+    p_values = series.diagnostics["adf_p"]
+    assert p_values[0] > 0.05 > p_values[1]
+    # phi alone, or phi and what little else chance has AIC add.
+    impulse = np.zeros(8)
+    impulse[0] = 1.0
+    for k in range(1, 8):
+        impulse[k] = sum(a * impulse[k - 1 - i] for i, a in enumerate(series.ar[:k]))
+        impulse[k] += series.ma[k - 1] if k <= len(series.ma) else 0.0
+    assert impulse[:4] == pytest.approx([1.0, 0.7, 0.49, 0.343], abs=0.1)
+
+
+def test_the_report_has_the_correlations_that_tell_the_kind_of_series() -> None:
+    fitted = AutoregressiveMovingAverage.fit(task_of([integrated_ar(0)]))
+    [report] = fitted.report()["targets"].values()
+    # An AR(1) of 0.7: the autocorrelation tails away as 0.7^k, the partial one breaks off after 1.
+    bound = report["white_noise_95"]
+    assert bound == pytest.approx(1.96 / np.sqrt(1199), rel=1e-3)
+    assert report["acf"][:4] == pytest.approx([1.0, 0.7, 0.49, 0.343], abs=0.1)
+    assert report["pacf"][1] == pytest.approx(0.7, abs=0.1)
+    assert sum(abs(value) > bound for value in report["pacf"][2:]) <= 3
+    assert report["aic"] == min(report["aic_by_order"].values())
+
+
+def test_every_row_counts_in_a_series() -> None:
+    # The first 600 rows are one series, the rest another: only all of them tell.
+    first, rest = integrated_ar(1, rows=600, phi=0.1), integrated_ar(2, rows=2400, phi=0.9)
+    joined = np.concatenate([first.targets, first.targets[-1] + rest.targets])
+    run = run_of(np.random.default_rng(0).standard_normal((3000, 1)), joined)
+    [report] = AutoregressiveMovingAverage.fit(task_of([run])).report()["targets"].values()
+    assert report["acf"][1] > 0.8
+
+
+def test_one_step_ahead_beats_persistence_and_says_nothing_of_a_free_run() -> None:
+    fitted = AutoregressiveMovingAverage.fit(task_of([integrated_ar(0)]))
+    unseen = integrated_ar(5)
+    ahead = rms(unseen.targets - fitted.predict(unseen, unseen.targets))
+    persistence = rms(np.diff(unseen.targets, axis=0))
+    free = rms(unseen.targets - fitted.predict(unseen))
+    assert 0.9 < ahead < 0.8 * persistence  # the noise has size 1: no forecast can do better
+    assert free > 10 * ahead
+
+
+def test_probing_now_and_then_pulls_the_series_back() -> None:
+    fitted = AutoregressiveMovingAverage.fit(task_of([integrated_ar(0)]))
+    unseen = integrated_ar(6)
+    probed = np.full_like(unseen.targets, np.nan)
+    probed[::50] = unseen.targets[::50]
+    now_and_then = rms(unseen.targets - fitted.predict(unseen, probed))
+    always = rms(unseen.targets - fitted.predict(unseen, unseen.targets))
+    assert always < now_and_then < 0.5 * rms(unseen.targets - fitted.predict(unseen))
+
+
+def test_a_forecast_uses_no_measurement_of_its_own_row_or_later() -> None:
+    fitted = AutoregressiveMovingAverage.fit(task_of([integrated_ar(0)]))
+    unseen = integrated_ar(7, rows=200)
+    changed = unseen.targets.copy()
+    changed[120:] += 100.0
+    plain, other = (fitted.predict(unseen, y) for y in (unseen.targets, changed))
+    assert np.array_equal(plain[:121], other[:121])
+    assert not np.allclose(plain[121], other[121])
