@@ -86,16 +86,17 @@ def against_truth(machine: Machine, seed: int) -> None:
     seen_by_lumps = observe(lumps, runs)
     calibrated = calibrate(lumps, seen_by_lumps[:4], starts=1).machine
     by_lumps = gap_of(lumps, [residuals(calibrated, one) for one in seen_by_lumps[4:]])
-    bound = [entry.name for entry in found.parameters if entry.at_bound]
-    told = sum(entry.prior_contraction >= 0.5 for entry in found.parameters)
+    far = [entry for entry in found.parameters if entry.is_far]
+    determined = sum(entry.prior_contraction >= 0.5 for entry in found.parameters)
     print(
         f"machine {seed}: never moves {none:.1f}, page as it stands {gaps[0]:.1f}, calibrated"
-        f" {gaps[1]:.1f} noise units; {told} of {len(found.parameters)} free numbers determined,"
-        f" {len(bound)} at an end of their range; {took:.0f} s of one core; the machine in lumps,"
+        f" {gaps[1]:.1f} noise units; {determined} of {len(found.parameters)} free numbers"
+        f" determined, {len(far)} far from usual; {took:.0f} s of one core; the machine in lumps,"
         f" calibrated, {by_lumps:.1f}; the simulator itself, told as much,"
         f" {simulator_as_told(machine, case, simulated[4]):.1f}"
     )
-    print("   at an end: " + ", ".join(bound))
+    told = (f"{entry.name} {entry.value:.3g} ({entry.deviations:+.1f})" for entry in far)
+    print("   far from usual (deviations): " + ", ".join(told))
     left = by_channel(found.machine, [residuals(found.machine, one) for one in unseen])
     print("   " + ", ".join(f"{name} {value:.2f}" for name, value in left.items()))
 

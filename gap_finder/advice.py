@@ -60,7 +60,7 @@ def advice(
         *about_channels(machine, left, left if before is None else before),
         *disagreeing(machine, observed),
         *_balances(machine, observed),
-        *_tight(parameters),
+        *_far(parameters),
     ]
 
 
@@ -87,20 +87,21 @@ def disagreeing(machine: Machine, observed: Sequence[Observations]) -> list[Advi
     return worst_first(found)
 
 
-def _tight(parameters: Sequence[ParameterEstimate]) -> list[Advice]:
-    """Return the numbers that calibration takes to an end of their range."""
+def _far(parameters: Sequence[ParameterEstimate]) -> list[Advice]:
+    """Return the numbers that calibration takes out of the range in which they are expected."""
     found = []
     for one in parameters:
-        if not one.at_bound:
+        if not one.is_far:
             continue
-        end = "lower" if one.value < one.prior else "upper"
         unit = "" if one.unit == "1" else f" {one.unit}"
+        source = f" ({one.source})" if one.source else ""
         text = (
-            f"{one.name}: ends at its {end} bound, {one.value:.3g}{unit}: the range is too tight, "
-            "or something with a similar effect is missing"
+            f"{one.name}: {one.value:.3g}{unit}, {abs(one.deviations):.1f} deviations "
+            f"{'below' if one.value < one.prior else 'above'} {one.prior:.3g}{source}: "
+            "look at it, or at what has a similar effect"
         )
-        found.append(Advice("range_too_tight", (one.name,), text))
-    return found
+        found.append((abs(one.deviations), Advice("far_from_usual", (one.name,), text)))
+    return worst_first(found)
 
 
 def _balances(machine: Machine, observed: Sequence[Observations]) -> list[Advice]:

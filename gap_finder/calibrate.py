@@ -1,4 +1,4 @@
-"""Calibration: parameters within their ranges, so that the model follows measured runs."""
+"""Calibration: parameters moved, each as far as its range makes likely, to follow measured runs."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import Protocol
 
 import numpy as np
 from scipy.optimize import lsq_linear
+from threadpoolctl import threadpool_limits
 
 from gap_finder.directions import fewer
 from gap_finder.linearise import (
@@ -18,13 +19,18 @@ from gap_finder.linearise import (
     residual_of,
 )
 from gap_finder.observations import Observations
-from gap_finder.priors import Priors
+from gap_finder.priors import FAR, Priors
+from plant_model.integrate import IntegrationError
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
 
-ITERATIONS = 8
+ITERATIONS = 20
 ENOUGH = 1e-3
-"""Relative improvement of the cost at which a start is taken to have converged."""
+"""Relative improvement of the cost at which a start is taken to have converged [1]."""
+
+STEP = 2.0
+"""Farthest that a parameter goes in an iteration, in prior standard deviations: derivatives know
+little of what is farther away."""
 
 ROBUST = 3.0
 """Weighted residuals beyond this many tolerances count linearly (Huber)."""
@@ -67,7 +73,12 @@ class ParameterEstimate:
         1 - posterior / prior standard deviation: 0 where the runs say nothing, 1 where they say
         all [1].
     at_bound : bool
-        Whether it ends at a bound of its range.
+        Whether it ends where physics does, or the law of an added effect.
+    deviations : float
+        How far it ends from its value before, in deviations of the prior; the range is as wide as
+        four [1].
+    source : str
+        Where value and range before come from.
     """
 
     name: str
@@ -78,6 +89,13 @@ class ParameterEstimate:
     high: float
     prior_contraction: float
     at_bound: bool
+    deviations: float = 0.0
+    source: str = ""
+
+    @property
+    def is_far(self) -> bool:
+        """Whether it ends farther from its value before than the range makes likely."""
+        return self.at_bound or abs(self.deviations) >= FAR
 
 
 @dataclass(frozen=True)
@@ -150,7 +168,10 @@ class _LeastSquares:
     def cost(self, x: FloatArray) -> float:
         parts = []
         for one in self.observed:
-            residual = residual_of(self.machine, one, self.priors.values(x[None, :]))[0]
+            try:
+                residual = residual_of(self.machine, one, self.priors.values(x[None, :]))[0]
+            except IntegrationError:  # So far from what is likely that it cannot be stepped.
+                return float("inf")
             parts.append(Linearisation(residual, np.zeros((len(residual), 0))))
         matrix, right, squares = self.gram(parts)
         inner = matrix + np.eye(len(right))
@@ -200,6 +221,23 @@ def calibrate(
     Calibration
         The machine with its free parameters moved, and how well they are known.
     """
+    # The matrices are small: threads would wait for each other, at ten times the processor time.
+    with threadpool_limits(1):
+        return _calibrated(
+            machine, observed, starts, seed, iterations, start_from, sensitivities, progress
+        )
+
+
+def _calibrated(
+    machine: Machine,
+    observed: Sequence[Observations],
+    starts: int,
+    seed: int,
+    iterations: int,
+    start_from: Sequence[Machine],
+    sensitivities: Sequence[Sensitivities] | None,
+    progress: Progress,
+) -> Calibration:
     priors = Priors.of(machine, calibrated=True)
     problem = _LeastSquares(machine, observed, priors, sensitivities)
     generator = np.random.default_rng(seed)
@@ -217,7 +255,7 @@ def calibrate(
     cost, x, parts = best
     values = {name: float(value[0]) for name, value in priors.values(x[None, :]).items()}
     return Calibration(
-        machine.with_values(values),
+        machine.with_values(values, beyond=True),
         cost,
         tuple(reached),
         _estimates(machine, problem, parts, x),
@@ -227,7 +265,7 @@ def calibrate(
 def _descend(
     problem: _LeastSquares, x: FloatArray, iterations: int, progress: Progress, name: str
 ) -> tuple[float, FloatArray, list[Linearisation]]:
-    """Levenberg-Marquardt with bounds, from one start."""
+    """Levenberg-Marquardt inside what physics allows, from one start."""
     priors = problem.priors
     count = len(priors.names)
     cost = problem.cost(x)
@@ -264,7 +302,8 @@ def _bounded_step(
     count = len(x)
     factor = np.linalg.cholesky(matrix)
     free = np.full(len(right) - count, np.inf)
-    room = np.concatenate([priors.low - x, -free]), np.concatenate([priors.high - x, free])
+    low, high = np.maximum(priors.low - x, -STEP), np.minimum(priors.high - x, STEP)
+    room = np.concatenate([low, -free]), np.concatenate([high, free])
     # Rounding must not put the present point outside its own bounds.
     bounds = np.minimum(room[0], -1e-12), np.maximum(room[1], 1e-12)
     target = -np.linalg.solve(factor, right)
@@ -307,6 +346,8 @@ def intervals(
             float(points["high"][name][0]),
             float(1.0 - min(spread[i], 1.0)),
             bool(x[i] <= priors.low[i] + 1e-9 or x[i] >= priors.high[i] - 1e-9),
+            float(x[i]),
+            machine.parameters[name].source,
         )
         for i, name in enumerate(priors.names)
     )

@@ -70,6 +70,7 @@ def simulate_at(
         at=np.append(observed.run.time_s[0], observed.time_s),
         start=start,
         drive=observed.drive,
+        bounded=False,
     )
 
 
@@ -131,7 +132,7 @@ def linear_about(
     """
     known = known or {}
     asked = [i for i, name in enumerate(priors.names) if name not in known]
-    # A difference that would leave the range goes the other way.
+    # A difference that would leave what can be goes the other way.
     sign = np.where(x + DIFFERENCE > priors.high, -1.0, 1.0)
     points = np.tile(x, (len(asked) + 1, 1))
     points[np.arange(len(asked)) + 1, asked] += sign[asked] * DIFFERENCE

@@ -1,7 +1,8 @@
 """What is known of parameters before any run: a range, taken as a normal law in a fitting scale.
 
-A positive parameter is fitted in its logarithm, any other as it is; its range is taken as two
-standard deviations to either side, and it never leaves the range.
+A parameter whose range is positive is fitted in its logarithm, any other as it is. The range is
+four standard deviations wide, and no wall: what the runs ask for beyond it is dear, and only what
+physics does not allow is impossible (:mod:`plant_model.limits`).
 """
 
 from __future__ import annotations
@@ -11,8 +12,12 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from plant_model.limits import physical_limits
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
+
+FAR = 2.0
+"""Deviations from its value at which a parameter's range ends [1]."""
 
 
 @dataclass(frozen=True)
@@ -23,7 +28,7 @@ class Priors:
     ----------
     names : tuple of str
     low, high : array, shape (P,)
-        Bounds in the fitting scale.
+        What physics allows, in the fitting scale.
     """
 
     names: tuple[str, ...]
@@ -56,19 +61,17 @@ class Priors:
     @classmethod
     def of_names(cls, machine: Machine, names: list[str]) -> Priors:
         """Return some parameters by name; the machine's values are the prior's centre."""
+        limits = physical_limits(machine)
         chosen = [machine.parameters[name] for name in names]
-        value, low, high = (
-            np.array([getattr(p, part) for p in chosen], dtype=np.float64).reshape(-1)
-            for part in ("value", "low", "high")
-        )
-        log = (low > 0.0) & (high > 1.2 * low)
-        scale = [
-            np.where(log, np.log(np.where(log, part, 1.0)), part) for part in (value, low, high)
-        ]
-        centre, bottom, top = scale
-        width = np.maximum((top - bottom) / 4.0, 1e-300)
+        log = np.array([p.low > 0.0 for p in chosen], dtype=np.bool_)
+        columns = [(p.value, p.low, p.high, *limits[n]) for n, p in zip(names, chosen, strict=True)]
+        plain = np.array(columns, dtype=np.float64).reshape(-1, 5)
+        with np.errstate(divide="ignore"):  # A positive number may come as near to 0 as it likes.
+            scaled = np.where(log[:, None], np.log(np.maximum(plain, 0.0)), plain)
+        centre, low, high, bottom, top = scaled.T
+        width = np.maximum((high - low) / (2.0 * FAR), 1e-300)
         bounds = (bottom - centre) / width, (top - centre) / width
-        return cls(tuple(names), centre, width, log, *bounds, low, high)
+        return cls(tuple(names), centre, width, log, *bounds, plain[:, 3], plain[:, 4])
 
     def position(self, machine: Machine) -> FloatArray:
         """Return where a machine's values lie in the fitting scale, shape (P,)."""
@@ -80,6 +83,6 @@ class Priors:
         """Return parameter values, each (sets,), from the fitting scale, shape (sets, P)."""
         plain = self._centre + np.clip(x, self.low, self.high) * self._width
         plain = np.where(self._log, np.exp(np.where(self._log, plain, 0.0)), plain)
-        # Rounding in the logarithm must not lead out of the range.
+        # Rounding in the logarithm must not lead out of what can be.
         plain = np.clip(plain, self._bottom, self._top)
         return {name: plain[:, i] for i, name in enumerate(self.names)}

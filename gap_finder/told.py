@@ -16,7 +16,7 @@ class Advice:
     Attributes
     ----------
     kind : str
-        ``heat_balance``, ``sensors_disagree``, ``range_too_tight``, ``worse_than_no_model``,
+        ``heat_balance``, ``sensors_disagree``, ``far_from_usual``, ``worse_than_no_model``,
         ``worse_than_before``, ``not_moved`` or ``off_by_a_constant``.
     place : tuple of str
         The part, sensors, parameter or channel.

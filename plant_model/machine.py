@@ -202,13 +202,16 @@ class Machine:
         """
         return [item for item in self.items if item.family == family and item.kind in kinds]
 
-    def with_values(self, values: dict[str, float]) -> Machine:
+    def with_values(self, values: dict[str, float], *, beyond: bool = False) -> Machine:
         """Return the machine with some parameters moved to other values.
 
         Parameters
         ----------
         values : dict of str to float
             By full name, in the parameters' units. What follows a named number moves with it.
+        beyond : bool
+            Take a value outside its range, too: the range then reaches as far, and the source says
+            which it was.
 
         Raises
         ------
@@ -221,15 +224,16 @@ class Machine:
                 raise ParameterError(f"{name}: the machine has no parameter of this name")
             if known.tied:
                 raise ParameterError(f"{name}: follows {known.tied}, so move that")
-            if not known.low <= value <= known.high:
+            if not (beyond or known.low <= value <= known.high):
                 raise ParameterError(
                     f"{name}: {value:g} is outside {known.low:g}..{known.high:g} {known.unit}"
                 )
 
         def moved(name: str, parameter: Parameter) -> Parameter:
             if parameter.tied in values:
-                return parameter.following(values[parameter.tied])
-            return replace(parameter, value=values[name]) if name in values else parameter
+                number = self.parameters[parameter.tied].moved(values[parameter.tied])
+                return replace(parameter.following(number.value), source=number.source)
+            return parameter.moved(values[name]) if name in values else parameter
 
         return replace(
             self,

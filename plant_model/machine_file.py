@@ -18,6 +18,7 @@ from plant_model.drawing.expand import expanded, is_page
 from plant_model.effects import Effect, ItemSpec, catalogue, item_kinds
 from plant_model.effects.base import possible
 from plant_model.item_forms import NumberSpec
+from plant_model.limits import CAPACITY
 from plant_model.machine import FAMILIES, REST, Axis, Input, Item, Machine, Node, Sensor
 from plant_model.machine_forms import DirectForm, FileForm, InputForm, ParameterForm, TiedForm
 from plant_model.parameters import NUMBERS, Parameter
@@ -29,8 +30,6 @@ RESERVED = {"time", "tool_length", "noise_seed", REST}.union(
 """Names that the plant's other signals have, and the word that ``start`` knows."""
 
 SHIPPED = Path(__file__).parent / "machines"
-
-Capacity = NumberSpec("J/K", 1e-3, 1e9)
 
 
 def shipped_machines() -> list[str]:
@@ -162,7 +161,7 @@ class _Reader:
         nodes = tuple(
             Node(
                 node.name,
-                self._parameter(f"nodes.{i}.capacity", node.capacity, Capacity),
+                self._parameter(f"nodes.{i}.capacity", node.capacity, CAPACITY),
                 self._one_of(f"nodes.{i}.start", node.start, [*signals, REST]),
                 node.start_share,
             )

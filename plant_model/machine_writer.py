@@ -161,7 +161,7 @@ def _write_effects(effects: Any, machine: Machine) -> None:
 def _move(entry: Any, name: str, parameter: Parameter) -> None:
     if parameter.tied:
         return
-    for part in ("value", "low", "high"):
+    for part in ("value", "low", "high", "source"):
         if entry[name][part] != getattr(parameter, part):
             entry[name][part] = getattr(parameter, part)
     if entry[name].get("calibrate", False) != parameter.calibrate:

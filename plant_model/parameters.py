@@ -14,6 +14,9 @@ FloatArray: TypeAlias = npt.NDArray[np.float64]
 NUMBERS = "numbers."
 """What the full names of named numbers begin with."""
 
+BEYOND = "calibrated beyond"
+"""What the source of a parameter says, before its range, that runs took out of that range."""
+
 
 @dataclass(frozen=True)
 class Parameter:
@@ -22,7 +25,7 @@ class Parameter:
     Attributes
     ----------
     value, low, high : float
-        The number in force and the range that it may take [unit].
+        The number in force, and the range in which it is expected in 95 of 100 cases [unit].
     unit : str
         Its unit as the machine file writes it, for example ``W/K``.
     source : str
@@ -55,6 +58,24 @@ class Parameter:
         """
         value = number * self.factor
         return replace(self, value=value, low=value, high=value)
+
+    def moved(self, value: float) -> Parameter:
+        """Return the parameter at another value; its range reaches there, and says what it was.
+
+        Parameters
+        ----------
+        value : float
+            In its unit.
+        """
+        if self.low <= value <= self.high:
+            return replace(self, value=value)
+        return replace(
+            self,
+            value=value,
+            low=min(self.low, value),
+            high=max(self.high, value),
+            source=f"{self.source}; {BEYOND} {self.low:.4g} to {self.high:.4g}",
+        )
 
     def to_dict(self) -> dict[str, Any]:
         """Return the parameter as a table of a machine file."""

@@ -99,6 +99,7 @@ def simulate(
     at: FloatArray | None = None,
     start: FloatArray | None = None,
     drive: Drive | None = None,
+    bounded: bool = True,
 ) -> Simulation:
     """Simulate a machine over the rows of *inputs*.
 
@@ -125,6 +126,8 @@ def simulate(
         Temperatures to start from, instead of those that the inputs give [degC].
     drive : Drive, optional
         The inputs on their grid, if they are there already; *step_s* and *boundary* are then its.
+    bounded : bool
+        Refuse a parameter outside its range.
 
     Returns
     -------
@@ -140,7 +143,7 @@ def simulate(
     IntegrationError
         When a model that depends on temperature cannot be stepped.
     """
-    everything = Values(machine.parameters, parameters)
+    everything = Values(machine.parameters, parameters, bounded=bounded)
     drive = drive or drive_from(machine, inputs, step_s, boundary)
     first = _first_readings(machine, inputs) if start is None else {}
     starts = _starts(machine, drive, first)[None, :] if start is None else start
@@ -157,7 +160,9 @@ def simulate(
             ]
             for name, given in (parameters or {}).items()
         }
-        values = Values(machine.parameters, chosen) if everything.sets > per_turn else everything
+        values = everything
+        if everything.sets > per_turn:
+            values = Values(machine.parameters, chosen, bounded=bounded)
         some = starts if len(starts) == 1 else starts[at_set : at_set + per_turn]
         values.widen(len(some))
         parts.append(_simulate_some(machine, values, drive, some, read, time, shown, tolerance))

@@ -20,6 +20,9 @@ from scenarios.report import chart_html, page_text
 MOST_RUNS = 4
 """Runs that are drawn; of more, those that the model leaves most of."""
 
+MOST_FAR = 3
+"""Numbers far from where they were that are said first, the farthest."""
+
 
 def page_beside(machine_file: Path) -> Path:
     """Return where the page of a calibrated machine file goes.
@@ -87,7 +90,6 @@ def calibration_page(
 def summary_lines(found: Calibration, gap: dict[str, float], runs: int) -> list[str]:
     """Return what the page says first: how much is left, and how little that may mean."""
     told = sum(one.prior_contraction >= DETERMINED for one in found.parameters)
-    ends = sum(one.at_bound for one in found.parameters)
     several = f"{runs} runs" if runs > 1 else "one run"
     lines = [
         f"On the {several} of the calibration the model leaves {gap['after']:.2g} times the "
@@ -95,7 +97,11 @@ def summary_lines(found: Calibration, gap: dict[str, float], runs: int) -> list[
         "How well it does on other runs is not known from this.",
         f"The runs determine {told} of {len(found.parameters)} free parameters.",
     ]
-    if ends:
-        verb = "ends" if ends == 1 else "end"
-        lines.append(f"{ends} {verb} at the bounds of the range: see below.")
+    far = [one for one in found.parameters if one.is_far]
+    far.sort(key=lambda one: -abs(one.deviations))
+    lines += [
+        f"Look at {one.name}: it ends {abs(one.deviations):.1f} deviations from its value before, "
+        f"{one.prior:.3g} -> {one.value:.3g} ({one.source})."
+        for one in far[:MOST_FAR]
+    ]
     return lines

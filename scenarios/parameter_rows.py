@@ -37,8 +37,9 @@ def parameter_rows(
             "high": one.high,
             "range": (ranges[one.name].low, ranges[one.name].high),
             "contraction": one.prior_contraction,
-            "at_bound": one.at_bound,
-            "is_told": one.prior_contraction >= DETERMINED or one.at_bound,
+            "deviations": one.deviations,
+            "is_far": one.is_far,
+            "is_told": one.prior_contraction >= DETERMINED or one.is_far,
         }
         for one in sorted(parameters, key=lambda one: -one.prior_contraction)
     ]

@@ -94,13 +94,13 @@ def run(args: argparse.Namespace) -> int:
     print(f"{'RMS [K, um]':<14}{'before':>10}{'after':>10}")
     for name, before in channels["before"].items():
         print(f"{name:<14}{before:>10.2f}{channels['after'][name]:>10.2f}")
-    told = [entry for entry in found.parameters if entry.prior_contraction >= DETERMINED]
+    told = [one for one in found.parameters if one.prior_contraction >= DETERMINED or one.is_far]
     print(f"\nThe runs determine {len(told)} of {len(found.parameters)} free parameters:")
     for entry in sorted(told, key=lambda entry: -entry.prior_contraction):
-        bound = "  at bounds" if entry.at_bound else ""
+        far = f"  {abs(entry.deviations):.1f} deviations: look at it" if entry.is_far else ""
         print(
             f"  {entry.name:<52}{entry.prior:>10.4g} -> {entry.value:.4g} "
-            f"({entry.low:.4g} to {entry.high:.4g}) {entry.unit}{bound}"
+            f"({entry.low:.4g} to {entry.high:.4g}) {entry.unit}{far}"
         )
     print("the others stay near the machine file's values")
     if told_by_it:

@@ -99,16 +99,19 @@ def test_a_thermometer_off_by_a_constant_in_one_run_is_told(lathe: Machine) -> N
     assert told.text.startswith("PT12: shows +1.9 K beside the model throughout stop:")
 
 
-def test_a_number_at_the_end_of_its_range_is_told(lathe: Machine) -> None:
+def test_a_number_far_from_what_is_usual_is_told(lathe: Machine) -> None:
+    source = "class value: ground seats"
     numbers = [
-        ParameterEstimate("links.a-b.conductance", "W/K", 8.0, 2.5, 2.0, 3.0, 0.9, at_bound=True),
-        ParameterEstimate("sources.front.f0", "1", 1.0, 1.1, 1.0, 1.2, 0.9, at_bound=False),
+        ParameterEstimate(
+            "links.a-b.conductance", "W/K", 8.0, 2.5, 2.0, 3.0, 0.9, False, -2.4, source
+        ),
+        ParameterEstimate("sources.front.f0", "1", 1.0, 1.1, 1.0, 1.2, 0.9, False, 0.4),
     ]
     observed = observe(lathe, runs_of(lathe)[:1])
     (told,) = [
         one
         for one in advice(lathe, left_of(lathe, observed), numbers)
-        if one.kind == "range_too_tight"
+        if one.kind == "far_from_usual"
     ]
     assert told.place == ("links.a-b.conductance",)
-    assert "ends at its lower bound" in told.text
+    assert "2.5 W/K, 2.4 deviations below 8 (class value: ground seats): look at it" in told.text

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -13,24 +16,59 @@ from gap_finder.priors import Priors
 from measurement.errors import BadInput
 from measurement.runs import Run
 from plant_model.machine import Machine
+from plant_model.machine_file import read_machine
+from plant_model.machine_writer import write_machine
 from tests.gap_finder.conftest import runs_of
 
 
 def test_priors_go_to_the_fitting_scale_and_back(jig_borer_lumps: Machine) -> None:
     priors = Priors.of(jig_borer_lumps, calibrated=True)
     x = np.random.default_rng(0).uniform(np.maximum(priors.low, -2), np.minimum(priors.high, 2))
-    moved = jig_borer_lumps.with_values({k: float(v[0]) for k, v in priors.values(x[None]).items()})
+    values = {name: float(value[0]) for name, value in priors.values(x[None]).items()}
+    moved = jig_borer_lumps.with_values(values, beyond=True)
     np.testing.assert_allclose(priors.position(moved), x, atol=1e-9)
     np.testing.assert_allclose(priors.position(jig_borer_lumps), 0.0, atol=1e-12)
 
 
-def test_priors_never_leave_the_range(jig_borer_lumps: Machine) -> None:
+def test_a_range_ends_two_deviations_out_and_is_no_wall(jig_borer_lumps: Machine) -> None:
+    name = "sources.front_bearing.f0"
+    f0 = replace(jig_borer_lumps.parameters[name], value=0.6, low=0.3, high=1.2)
+    bearing = next(item for item in jig_borer_lumps.items if item.name == "front_bearing")
+    items = tuple(
+        replace(item, parameters=item.parameters | {"f0": f0}) if item is bearing else item
+        for item in jig_borer_lumps.items
+    )
+    priors = Priors.of_names(replace(jig_borer_lumps, items=items), [name])
+    values = priors.values(np.array([[-2.0], [0.0], [2.0], [4.0], [1e6], [-1e6]]))[name]
+    np.testing.assert_allclose(values[:4], [0.3, 0.6, 1.2, 2.4])
+    np.testing.assert_allclose(values[4:], [20.0, 0.1])  # what f0 can be at all
+
+
+def test_positive_numbers_stay_positive(jig_borer_lumps: Machine) -> None:
     priors = Priors.of(jig_borer_lumps, calibrated=True)
-    for x in (1e6, -1e6):
-        values = priors.values(np.full((1, len(priors.names)), x))
-        for name, value in values.items():
-            parameter = jig_borer_lumps.parameters[name]
-            assert parameter.low <= value[0] <= parameter.high
+    for name, value in priors.values(np.full((1, len(priors.names)), -30.0)).items():
+        assert value[0] > 0.0 or jig_borer_lumps.parameters[name].low <= 0.0
+
+
+def test_calibration_leaves_a_range_that_the_runs_contradict_and_says_so(
+    jig_borer_lumps: Machine, tmp_path: Path
+) -> None:
+    name = "sources.motor.loss"
+    known = jig_borer_lumps.parameters[name]
+    truth = 1.25 * known.high
+    runs = runs_of(jig_borer_lumps.with_values({name: truth}, beyond=True))
+    found = calibrate(jig_borer_lumps, observe(jig_borer_lumps, runs), starts=1)
+    (told,) = (entry for entry in found.parameters if entry.name == name)
+    assert told.value == pytest.approx(truth, rel=0.05)
+    assert told.is_far
+    assert told.deviations > 2.0
+    assert not told.at_bound
+    # What was found can be written, and the file still says what was expected.
+    again = read_machine(write_machine(found.machine, "jig_borer_lumps", tmp_path / "m.toml"))
+    assert again == found.machine
+    assert again.parameters[name].source.endswith(
+        f"calibrated beyond {known.low:.4g} to {known.high:.4g}"
+    )
 
 
 def test_numbers_of_effects_are_no_uncertainty_of_the_machine(jig_borer_lumps: Machine) -> None:

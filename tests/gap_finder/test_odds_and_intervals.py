@@ -113,7 +113,8 @@ def distance(priors: Priors, machine: Machine, told: ParameterEstimate, value: f
     """Return how far a value is from where calibration left a parameter, in the fitting scale."""
     place = priors.names.index(told.name)
     end, best = (
-        priors.position(machine.with_values({told.name: at}))[place] for at in (value, told.value)
+        priors.position(machine.with_values({told.name: at}, beyond=True))[place]
+        for at in (value, told.value)
     )
     return float(abs(end - best))
 
@@ -131,7 +132,7 @@ def test_at_the_ends_of_an_interval_the_cost_has_risen_by_the_chi_squared_quanti
     problem = _LeastSquares(machine, observed, priors, None)
     best = problem.cost(priors.position(found.machine))
     for end in (told.low, told.high):
-        position = priors.position(machine.with_values({FREE: end}))
+        position = priors.position(machine.with_values({FREE: end}, beyond=True))
         assert problem.cost(position) - best == pytest.approx(chi2.ppf(0.95, 1), rel=0.15)
         half = distance(priors, machine, told, end)
         assert told.prior_contraction == pytest.approx(1.0 - half / norm.ppf(0.975), abs=1e-3)
