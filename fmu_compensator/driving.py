@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fmu_compensator.fit.data import bridged
 from fmu_compensator.fit.training import Array
 from fmu_compensator.runtime.compensator import WAITING, Output, RunningCompensator
 from fmu_compensator.runtime.modelfile import Model
 from measurement.drift import counted, measured_drift
 from measurement.errors import BadInput
+from measurement.faults.record import SLOWER
+from measurement.resampling import GAP_INTERVALS
 from measurement.rig import Rig
 from measurement.runs import Run
 
@@ -99,33 +100,90 @@ def drive(
     BadInput
         If a thermometer that the model uses is not there.
     """
+    rows = _rows(run.time_s)
+    time_s = run.time_s[rows]
+    steps = np.diff(time_s, prepend=time_s[0] - STEP_S)
+    probes = _probes(model, left, rig, rows, probe_every_s)
+    readings, speed = inputs_of(model, run)
+    inputs = zip(time_s, steps, readings[rows], speed[rows], probes, strict=True)
+    outputs = list(answers(model, inputs, tool_length_mm))
+    drift = _drift(model, left, rig, tool_length_mm)[rows]
+    return Driven(time_s, outputs, drift)
+
+
+def inputs_of(model: Model, run: Run) -> tuple[Array, Array]:
+    """Return what a run's rows show a compensator.
+
+    Returns
+    -------
+    readings : array (n, k)
+        Of its thermometers, as a control sees them [degC]: `held`. NaN where there is none.
+    speed : array (n,)
+        [rpm]; NaN where it was not recorded.
+
+    Raises
+    ------
+    BadInput
+        If a thermometer that the model uses is not there.
+    """
     used = [model.sensors[index].name for index in model.chosen]
     lost = next((name for name in used if f"{name}_degC" not in run.frame), None)
     if lost is not None:
-        problem = "is missing, and the compensator uses it"
+        there = ", ".join(run.temperatures) or "none"
+        problem = f"is missing, and the compensator uses it; the run's temperatures: {there}"
         raise BadInput(run.path or run.name, f"column {lost}_degC", problem)
-    rows = _rows(run.time_s)
-    time_s = run.time_s[rows]
     nothing = np.full(len(run.time_s), np.nan)
     columns = [f"{sensor.name}_degC" for sensor in model.sensors]
-    readings = np.column_stack(
-        [
-            bridged(run.time_s, run.frame[name].to_numpy(float)) if name in run.frame else nothing
-            for name in columns
-        ]
-    )[rows].tolist()
-    speed = run.frame["speed_rpm"].to_numpy(float) if "speed_rpm" in run.frame else nothing
-    compensator = RunningCompensator(model)
-    steps = np.diff(time_s, prepend=time_s[0] - STEP_S)
-    probes = _probes(model, left, rig, rows, probe_every_s)
-    outputs = [
-        compensator.step(float(time), float(step), reading, float(turning), tool_length_mm, probe)
-        for time, step, reading, turning, probe in zip(
-            time_s, steps, readings, speed[rows], probes, strict=True
-        )
+    readings = [
+        held(run.time_s, run.frame[name].to_numpy(float)) if name in run.frame else nothing
+        for name in columns
     ]
-    drift = _drift(model, left, rig, tool_length_mm)[rows]
-    return Driven(time_s, outputs, drift)
+    speed = run.frame["speed_rpm"].to_numpy(float) if "speed_rpm" in run.frame else nothing
+    return np.column_stack(readings), speed
+
+
+def held(time_s: Array, values: Array) -> Array:
+    """Return what a control sees of a column: one that is read rarely shows its last reading.
+
+    No longer than five of its own usual intervals; one that is read as often as the rest and is
+    missing is missing.
+
+    Parameters
+    ----------
+    time_s : array (n,)
+        Increasing [s].
+    values : array (n,)
+        NaN is missing.
+    """
+    there = np.flatnonzero(np.isfinite(values))
+    if len(there) < 2:
+        return values
+    usual = float(np.median(np.diff(time_s[there])))
+    if usual < SLOWER * float(np.median(np.diff(time_s))):
+        return values
+    last = np.maximum.accumulate(np.where(np.isfinite(values), np.arange(len(values)), 0))
+    return np.where(time_s - time_s[last] <= GAP_INTERVALS * usual, values[last], np.nan)
+
+
+def answers(
+    model: Model,
+    inputs: Iterable[tuple[float, float, Array, float, Sequence[float] | None]],
+    tool_length_mm: float,
+) -> Iterator[Output]:
+    """Yield what a compensator answers, step by step.
+
+    Parameters
+    ----------
+    model : Model
+    inputs : iterable of tuple
+        Time and step [s], readings [degC], speed [rpm], and measured targets or None [um, urad].
+    tool_length_mm : float
+    """
+    compensator = RunningCompensator(model)
+    for time, step, readings, speed, probe in inputs:
+        yield compensator.step(
+            float(time), float(step), readings.tolist(), float(speed), tool_length_mm, probe
+        )
 
 
 def _probes(

@@ -18,14 +18,13 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from fmu_compensator.driving import held, inputs_of
 from fmu_compensator.runtime.fmi_slave import MODEL_FILE
 from fmu_compensator.runtime.geometry import FivePoint
 from fmu_compensator.runtime.modelfile import Model, ModelFileError, parse_model
 from measurement.drift import measured_drift
 from measurement.errors import BadInput
 from measurement.faults import GROSS, Fault, cleaned, find_faults
-from measurement.faults.record import SLOWER
-from measurement.resampling import GAP_INTERVALS
 from measurement.rig import FivePointRig, Rig, rig_from_table
 from measurement.runs import Run
 from scenarios.charts import BEFORE, LINES, Chart, Line, Panel, interval
@@ -159,7 +158,7 @@ def replay(
     FmuError
         If the FMU fails.
     """
-    _check_columns(model, run)
+    inputs_of(model, run)  # refuses a run that lacks what the compensator uses
     if probing is not None:
         probing.check(model)
     faults = find_faults([run])
@@ -208,18 +207,6 @@ def tool_length_of(fmu: Path) -> float:
     return 0.0
 
 
-def _check_columns(model: Model, run: Run) -> None:
-    wanted = [model.sensors[index].name for index in model.chosen]
-    lost = [name for name in wanted if f"{name}_degC" not in run.frame.columns]
-    if lost:
-        known = ", ".join(run.temperatures) or "none"
-        raise BadInput(
-            run.path or run.name,
-            "",
-            f"has no column {lost[0]}_degC, which the compensator uses; its temperatures: {known}",
-        )
-
-
 def _driven(
     fmu: Path, run: Run, length: float, probed: ProbedRun | None
 ) -> tuple[dict[str, np.ndarray], np.ndarray, list[Event], FmuFacts]:
@@ -243,7 +230,7 @@ def _drive(
         if name == TOOL_LENGTH:
             rows[:, place] = length
         elif column in run.frame.columns:
-            rows[:, place] = _held(run, column)
+            rows[:, place] = held(run.time_s, run.frame[column].to_numpy(float))
     axes = len(AXES)
     outputs = [f"d{axis}" for axis in AXES] + [f"d{axis}_uncertainty" for axis in AXES]
     sent = Port(slave, [name for name in outputs if name in slave.variables])
@@ -289,24 +276,6 @@ class _ProbeInputs:
             self._targets.set()
         self._flag.values[0] = due
         self._flag.set()
-
-
-def _held(run: Run, column: str) -> np.ndarray:
-    """Return what a control sees of a column: a sensor that is read rarely shows its last reading.
-
-    No longer than five of its own usual intervals; one that is read as often as the rest and is
-    missing is missing.
-    """
-    values = run.frame[column].to_numpy()
-    there = np.flatnonzero(np.isfinite(values))
-    time = run.time_s
-    if len(there) < 2:
-        return values
-    usual = float(np.median(np.diff(time[there])))
-    if usual < SLOWER * float(np.median(np.diff(time))):
-        return values
-    last = np.maximum.accumulate(np.where(np.isfinite(values), np.arange(len(values)), 0))
-    return np.where(time - time[last] <= GAP_INTERVALS * usual, values[last], np.nan)
 
 
 def chart_of(found: Replay, name: str) -> Chart:

@@ -5,20 +5,21 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import repeat
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
 
+from fmu_compensator.driving import answers, inputs_of
 from fmu_compensator.fit.fitting import compensator_text, fit_compensator
 from fmu_compensator.fit.updating import update_compensator
 from fmu_compensator.monitoring import Report
 from fmu_compensator.monitoring import monitor as watch
-from fmu_compensator.runtime import compensator as runtime
+from fmu_compensator.runtime.compensator import WAITING
 from fmu_compensator.runtime.modelfile import Model, load_model, parse_model
 from measurement.drift import measured_drift
-from measurement.errors import BadInput
 from measurement.files import write_atomically
 from measurement.rig import FivePointRig, Rig, default_rig, rig_from_table
 from measurement.runs import Run
@@ -163,24 +164,14 @@ class Compensator:
             If the run lacks a thermometer that it uses.
         """
         recorded = as_run(run)
-        frame, time = recorded.frame, recorded.time_s - recorded.time_s[0]
-        lost = [name for name in self.used if f"{name}_degC" not in frame]
-        if lost:
-            problem = f"has no column {lost[0]}_degC, which the compensator uses"
-            raise BadInput(recorded.path or recorded.name, "", problem)
-        columns = [
-            frame[f"{name}_degC"].to_numpy()
-            if f"{name}_degC" in frame
-            else np.full(len(time), np.nan)
-            for name in self.sensors
+        readings, speed = inputs_of(self.model, recorded)
+        time = recorded.time_s - recorded.time_s[0]
+        inputs = zip(time[:-1], np.diff(time), readings, speed, repeat(None))
+        first = (0.0, 0.0, 0.0, -1.0, -1.0, -1.0, 0.0, float(WAITING))
+        sent = [first] + [
+            (*out[:3], *out[6:9], float(out.valid), float(out.status))
+            for out in answers(self.model, inputs, tool_length_mm)
         ]
-        rows = np.column_stack(columns).tolist()
-        speed = frame["speed_rpm"].tolist() if "speed_rpm" in frame else [math.nan] * len(time)
-        works = runtime.RunningCompensator(self.model)
-        sent = [(0.0, 0.0, 0.0, -1.0, -1.0, -1.0, 0.0, float(runtime.WAITING))]
-        for at, step in enumerate(np.diff(time).tolist()):
-            out = works.step(float(time[at]), step, rows[at], speed[at], tool_length_mm)
-            sent.append((*out[:3], *out[6:9], float(out.valid), float(out.status)))
         offsets = [f"d{axis}{what}_um" for what in ("", "_uncertainty") for axis in "XYZ"]
         names = [*offsets, "valid_1", "status_1"]
         found = pd.DataFrame(sent, columns=names)

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.trust.judge import CHOICE
+from benchmarks.trust.judge import CHOICE, PROTOTYPE
 from measurement.files import write_atomically
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "trust.md"
@@ -65,8 +65,8 @@ def _questions(good: Sequence[dict[str, Any]]) -> list[str]:
             "promised",
             "coverage, half width",
         ]
-        heads += ["status 2", "others, error in % of none"]
-        width = len(heads) - all(one["model"] == CHOICE for one in good)
+        heads += ["status 2", "one idea"]
+        width = len(heads) - all(one["model"] != PROTOTYPE for one in good)
         lines += [f"### {data.capitalize()}", ""]
         lines += [f"| {' | '.join(heads[:width])} |", "| --- " * width + "|"]
         for question in dict.fromkeys(one["question"] for one in good if one["data"] == data):
@@ -78,9 +78,7 @@ def _questions(good: Sequence[dict[str, Any]]) -> list[str]:
 
 def _rows(question: str, here: Sequence[dict[str, Any]]) -> list[list[str]]:
     own = next((one for one in here if one["model"] == CHOICE), None)
-    others = ", ".join(
-        f"{one['model']} {100 * _ratio(one):.0f}" for one in here if one["model"] != CHOICE
-    )
+    rival = next((one for one in here if one["model"] == PROTOTYPE), None)
     first = own or here[0]
     rows = []
     for number, (axis, figures) in enumerate(first["axes"].items()):
@@ -90,13 +88,13 @@ def _rows(question: str, here: Sequence[dict[str, Any]]) -> list[list[str]]:
         if own is None:
             cells += ["-", "-", "-", "-"]
         else:
-            name = f" (`{own['kind']}`)" if number == 0 else ""
-            cells.append(f"{figures['rmse']:.2f}{name}")
-            told = figures.get("promised")
-            cells.append("-" if told is None else f"{told:.2f}")
+            cells.append(f"{figures['rmse']:.2f}")
+            promised = figures.get("promised")
+            cells.append("-" if promised is None else f"{promised:.2f}")
             cells.append(f"{100 * figures['coverage']:.0f} %, {figures['half_width']:.1f}")
             cells.append(f"{100 * own['outside']:.0f} %" if number == 0 else "")
-        cells.append(others if number == 0 else "")
+        told = "" if number or rival is None else f"{100 * _ratio(rival):.0f} % of none"
+        cells.append(told)
         rows.append(cells)
     return rows
 

@@ -162,7 +162,7 @@ def test_a_compensator_leaves_less_than_there_was(
 def test_a_missing_thermometer_is_refused_and_an_unused_one_is_not(
     fitted: sd.Compensator, runs: list[sd.Run]
 ) -> None:
-    with pytest.raises(sd.BadInput, match=f"has no column {fitted.used[0]}_degC"):
+    with pytest.raises(sd.BadInput, match=f"column {fitted.used[0]}_degC: is missing"):
         fitted.predict(runs[0].frame.drop(columns=f"{fitted.used[0]}_degC"))
     spare = [name for name in fitted.sensors if name not in fitted.used]
     without = runs[0].frame.drop(columns=[f"{name}_degC" for name in spare])

@@ -199,7 +199,7 @@ def test_a_compensator_that_never_starts_says_why(
 def test_a_run_without_a_chosen_temperature_is_refused(direct_fmu: Path) -> None:
     model = model_of(direct_fmu)
     run = Run("poor", warming("unseen", 9).frame.drop(columns="T2_degC"))
-    with pytest.raises(BadInput, match="has no column T2_degC"):
+    with pytest.raises(BadInput, match="column T2_degC: is missing"):
         replay(direct_fmu, model, run, rig_of_model(model))
 
 
