@@ -29,7 +29,7 @@ demo: $(STAMP)
 	$(BIN)/python build_fmu.py
 	@# The same in C run faster; without a compiler those in Python do it.
 	$(BIN)/python build_fmu.py --native || true
-	$(BIN)/spindle-drift run step_speed --out results/step_speed
+	$(BIN)/spindle-drift run step_speed --live --out results/step_speed
 
 # Fits the compensator that ships with the package anew; the result is the same file, byte for byte.
 compensator: $(STAMP)

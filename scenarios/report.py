@@ -30,6 +30,7 @@ STATES = (
     ("holding", "#e0a050", "holding the last good offset"),
     ("ramping to zero", "#cf6f45", "giving the offset up slowly"),
     ("at zero", "#a83c4a", "no compensation"),
+    ("without a sensor", "#8fae5d", "following the model without a broken sensor"),
 )
 
 
@@ -197,7 +198,7 @@ def _dress(figure: go.Figure, height: int) -> None:
 def state_of(code: int) -> int:
     """Return which of STATES a status code of the compensator belongs to."""
     if code < 10:
-        return {0: 0, 1: 2, 2: 1, 3: 3}.get(code, 3)
+        return {0: 0, 1: 2, 2: 1, 3: 3, 4: 7}.get(code, 3)
     return min(code // 10, 3) + 3
 
 

@@ -10,6 +10,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
+from measurement.errors import BadInput
 from scenarios.cosimulation import simulate
 from scenarios.fmu_files import find_fmu
 from scenarios.recording import FmuFacts, Recording
@@ -27,6 +28,9 @@ from scenarios.scenario import Scenario
 from scenarios.table import Group
 from scenarios.version import PROGRAM, version
 from scenarios.views import charts_of, full_label_of, is_compensated, label_of, rig_of, table_of
+from scenarios.web_page import write_page_of
+
+LIVE = "spindle.html"
 
 TABLE_NOTE = (
     "Largest and mean absolute drift of the tool tip over the whole run, counted at every "
@@ -41,6 +45,7 @@ def run_scenario(
     *,
     plant: str | None = None,
     compensator: str | None = None,
+    live: bool = False,
     quiet: bool = False,
 ) -> tuple[dict[str, Any], list[Group], float]:
     """Simulate every variant of a scenario and write the results folder.
@@ -55,6 +60,9 @@ def run_scenario(
         Where FMUs named without a folder are.
     plant, compensator : str, optional
         FMUs to use in all variants instead of the scenario's.
+    live : bool
+        Whether a page in which the last variant's machine and compensator run goes beside the
+        report.
     quiet : bool
         No progress bar, no messages.
 
@@ -91,9 +99,17 @@ def run_scenario(
             plant_fmu, compensator_fmu = fmus[0], fmus[1] if len(fmus) > 1 else None
             recordings.append(simulate(case, plant_fmu, compensator_fmu, quiet=quiet))
         rig = rig_of(plant_fmu)
+        live_page = b""
+        if live:
+            if compensator_fmu is None:
+                raise BadInput(scenario.path, "compensator", "is none, so there is no live page")
+            write_page_of(plant_fmu, compensator_fmu, Path(work) / LIVE)
+            live_page = (Path(work) / LIVE).read_bytes()
     groups = table_of(recordings)
     with results_folder(out) as folder:
         files = write_recordings(recordings, folder)
+        if live_page:
+            (folder / LIVE).write_bytes(live_page)
         write_scenario(scenario, folder)
         charts = charts_of(recordings, rig)
         write_charts(charts, folder)

@@ -9,14 +9,18 @@ from __future__ import annotations
 
 import argparse
 import re
+import tempfile
 from pathlib import Path
 from typing import Any
 
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
 
+from plant_model.machine_file import read_machine
 from scenarios import cli
+from scenarios.building import DEFAULT_MACHINE, DEFAULT_MODEL
 from scenarios.version import PROGRAM
+from scenarios.web_page import write_web_page
 
 ROOT = Path(__file__).parents[2]
 TOP = {
@@ -27,6 +31,9 @@ TOP = {
 """Pages at the top of the repository, and what they are called here."""
 BESIDE = {"LICENSE": "LICENSE.txt", "gateway/spindle_drift.dbc": "spindle_drift.dbc"}
 """Other files that pages link to."""
+LIVE = "spindle.html"
+LIVE_PICTURE = re.compile(r"!\[[^\]]*\]\([^)\s]*figures/web_page\.png\)")
+"""The picture of the live page; here it opens the page itself."""
 LINK = re.compile(r"(!?\[[^\]]*\]\()([^)\s#]+)(#[^)\s]*)?(\))")
 FENCE = re.compile(r"^(`{3,})(\w+)[ \t]+([^\n`]+)$", re.MULTILINE)
 
@@ -37,6 +44,7 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
         path = ROOT / source
         content = path.read_text(encoding="utf-8")
         files.append(File.generated(config, name, content=content))
+    files.append(File.generated(config, LIVE, content=live_page()))
     made = {"reference/commands.md": commands_page(), "reference/python.md": python_page()}
     for name, content in made.items():
         files.append(File.generated(config, name, content=content))
@@ -49,6 +57,7 @@ def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
     source = next((top for top, name in TOP.items() if name == place), f"docs/{place}")
     if not place.startswith(("reference/", "notebooks/")):
         markdown = LINK.sub(lambda found: _link(found, source, place), markdown)
+        markdown = LIVE_PICTURE.sub(rf"[\g<0>]({LIVE})\n\n[Open it]({LIVE}).", markdown)
     return FENCE.sub(_titled, markdown)
 
 
@@ -69,6 +78,14 @@ def _link(found: re.Match[str], source: str, place: str) -> str:
 def _titled(found: re.Match[str]) -> str:
     fence, language, words = found.groups()
     return f'{fence}{language} title="{words.strip()}"'
+
+
+def live_page() -> str:
+    """Return the shipped machine and compensator as a live page."""
+    with tempfile.TemporaryDirectory() as work:
+        path = Path(work) / LIVE
+        write_web_page(read_machine(DEFAULT_MACHINE), DEFAULT_MODEL, path)
+        return path.read_text(encoding="utf-8")
 
 
 def commands_page() -> str:

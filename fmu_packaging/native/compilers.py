@@ -31,6 +31,18 @@ LIBRARY_FOR_WINDOWS = (
     "-D__USE_MINGW_ANSI_STDIO=1",
     "-Wl,--no-insert-timestamp",
 )
+# A module without a main, whose FMI functions are there to be called. FMI's headers declare two
+# functions without their parameters.
+LIBRARY_FOR_WEB = (
+    "-O2",
+    "-s",
+    "-mexec-model=reactor",
+    "-fno-sanitize=undefined",
+    "-Wno-strict-prototypes",
+    "-Wl,--export-dynamic",
+    "-Wl,--export=memory_take",
+)
+FOR_WEB = "wasm32-wasi"
 
 
 OLDEST_GLIBC, OLDEST_MACOS = "2.17", "11.0"
@@ -158,10 +170,27 @@ def compilers_for_all() -> list[Compiler]:
     NativeError
         If that package is not installed.
     """
+    return [
+        Compiler(_zig(target, "--all-platforms"), *names, LIBRARY_BY_ZIG)
+        for target, names in BY_ZIG.items()
+    ]
+
+
+def compiler_for_web() -> Compiler:
+    """Return the compiler for WebAssembly, that of the package ziglang.
+
+    Raises
+    ------
+    NativeError
+        If that package is not installed.
+    """
+    return Compiler(_zig(FOR_WEB, "web"), FOR_WEB, FOR_WEB, ".wasm", LIBRARY_FOR_WEB)
+
+
+def _zig(target: str, asked: str) -> tuple[str, ...]:
     if importlib.util.find_spec("ziglang") is None:
-        raise NativeError("--all-platforms: the package ziglang is missing: pip install ziglang")
-    zig = (sys.executable, "-m", "ziglang", "cc", "-target")
-    return [Compiler((*zig, target), *names, LIBRARY_BY_ZIG) for target, names in BY_ZIG.items()]
+        raise NativeError(f"{asked}: the package ziglang is missing: pip install ziglang")
+    return sys.executable, "-m", "ziglang", "cc", "-target", target
 
 
 def in_one_file(first: bytes, second: bytes) -> bytes:

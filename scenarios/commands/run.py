@@ -35,6 +35,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="KEY=VALUE",
         help="set a key of the scenario, for example duration_s=3600 or signals.speed=6000",
     )
+    parser.add_argument(
+        "--live", action="store_true", help="beside the report, a page in which both run live"
+    )
     parser.add_argument("--json", action="store_true", help="print table.json instead of a table")
     parser.add_argument("--quiet", action="store_true", help="no progress bar, no table")
 
@@ -60,6 +63,7 @@ def run(args: argparse.Namespace) -> int:
             args.fmu_dir,
             plant=args.plant,
             compensator=args.compensator,
+            live=args.live,
             quiet=args.quiet or args.json,
         )
         pace = f"{speed:,.0f} simulated seconds a second; "
@@ -84,8 +88,10 @@ def _replay(scenario: Any, args: argparse.Namespace, out: Path) -> Any:
             "replay.runs",
             "names no run: --set 'replay.runs=[\"RUN.csv\"]', or use spindle-drift replay",
         )
-    if args.plant:
-        raise BadInput("--plant", "", "has no meaning in a replay: no plant is simulated")
+    for option in ("plant", "live"):
+        if getattr(args, option):
+            problem = "has no meaning in a replay: no plant is simulated"
+            raise BadInput(f"--{option}", "", problem)
     return run_replay(
         args.compensator or settings.compensator.fmu,
         [_near(near, name) for name in settings.replay.runs],

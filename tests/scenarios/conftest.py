@@ -2,12 +2,27 @@
 
 from __future__ import annotations
 
+import os
 import shutil
+import tempfile
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from tests.scenarios.tiny_fmus import COMPENSATOR, PLANT, build_tiny
+
+FLAGS = [
+    "--headless=new",
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+]
 
 
 @pytest.fixture(scope="session")
@@ -51,3 +66,25 @@ def tiny_folder(tmp_path: Path, tiny_plant: Path, tiny_compensator: Path) -> Pat
     shutil.copy(tiny_plant, folder / "plant.fmu")
     shutil.copy(tiny_compensator, folder / "compensator.fmu")
     return folder
+
+
+@pytest.fixture(scope="session")
+def browser() -> Iterator[Any]:
+    """Headless Chromium; absent it is a skip, on a build server a failure."""
+    binary = shutil.which("chromium") or shutil.which("google-chrome")
+    driver = shutil.which("chromedriver")
+    if binary is None or driver is None:
+        problem = "chromium and chromedriver are not installed"
+        pytest.fail(problem) if os.environ.get("CI") else pytest.skip(problem)
+    from selenium import webdriver
+    from selenium.webdriver.chrome.service import Service
+
+    options = webdriver.ChromeOptions()
+    options.binary_location = binary
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
+        for flag in (*FLAGS, f"--user-data-dir={profile}"):
+            options.add_argument(flag)
+        session = webdriver.Chrome(options=options, service=Service(driver))
+        yield session
+        session.quit()

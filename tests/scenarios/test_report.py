@@ -3,11 +3,7 @@
 from __future__ import annotations
 
 import base64
-import os
 import re
-import shutil
-import tempfile
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -17,16 +13,6 @@ from scenarios.report import STATES, clock, state_of
 from scenarios.runner import run_scenario
 from scenarios.scenario import read_scenario
 
-FLAGS = [
-    "--headless=new",
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-]
 FAULT = '\n[[faults]]\nsensor = "T1"\nkind = "missing"\nstart_s = 5\nend_s = 8\n'
 VARIANTS = (
     '\n[[variants]]\nname = "on"\ntitle = "With <b>offsets</b> & care"\n'
@@ -41,28 +27,6 @@ def report(tiny_scenario: Path, tiny_folder: Path, tmp_path: Path) -> Path:
     out = tmp_path / "out"
     run_scenario(read_scenario(tiny_scenario), out, tiny_folder, quiet=True)
     return out / "report.html"
-
-
-@pytest.fixture(scope="session")
-def browser() -> Iterator[Any]:
-    """Headless Chromium; absent it is a skip, on a build server a failure."""
-    binary = shutil.which("chromium") or shutil.which("google-chrome")
-    driver = shutil.which("chromedriver")
-    if binary is None or driver is None:
-        problem = "chromium and chromedriver are not installed"
-        pytest.fail(problem) if os.environ.get("CI") else pytest.skip(problem)
-    from selenium import webdriver
-    from selenium.webdriver.chrome.service import Service
-
-    options = webdriver.ChromeOptions()
-    options.binary_location = binary
-    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
-        for flag in (*FLAGS, f"--user-data-dir={profile}"):
-            options.add_argument(flag)
-        session = webdriver.Chrome(options=options, service=Service(driver))
-        yield session
-        session.quit()
 
 
 def test_the_report_names_what_a_reader_needs(report: Path) -> None:
@@ -111,12 +75,13 @@ def test_the_report_draws_its_figures_without_complaint(
 
 
 def test_every_status_code_has_a_state() -> None:
-    named = [STATES[state_of(code)][0] for code in (0, 1, 2, 3, 11, 14, 21, 24, 31, 34)]
+    named = [STATES[state_of(code)][0] for code in (0, 1, 2, 3, 4, 11, 14, 21, 24, 31, 34)]
     assert named == [
         "ok",
         "waiting",
         "outside training",
         "recovering",
+        "without a sensor",
         *["holding"] * 2,
         *["ramping to zero"] * 2,
         *["at zero"] * 2,

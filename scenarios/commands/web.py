@@ -1,0 +1,44 @@
+"""``spindle-drift web``: a machine and its compensator, live in one web page."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+
+from scenarios.outputs import PAGE, check_output
+
+NAME = "web"
+READS = ("machine", "compensator")
+WRITES = {"output": PAGE}
+HELP = "write one web page in which a machine and its compensator run live"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the command's arguments."""
+    parser.add_argument("machine", metavar="MACHINE", help="page, machine file or shipped name")
+    parser.add_argument("compensator", type=Path, metavar="COMPENSATOR", help="compensator file")
+    parser.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        default=Path("spindle.html"),
+        metavar="FILE",
+        help="page to write (spindle.html)",
+    )
+    parser.add_argument("--json", action="store_true", help="print JSON instead of a sentence")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Compile both and write the page."""
+    from plant_model.machine_file import read_machine
+    from scenarios.web_page import write_web_page
+
+    check_output(args.output, PAGE)
+    page = write_web_page(read_machine(args.machine), args.compensator, args.output)
+    if args.json:
+        sizes = {"plant_bytes": page.plant_bytes, "compensator_bytes": page.compensator_bytes}
+        print(json.dumps({"page": str(page.path), **sizes}, indent=1))
+    else:
+        print(f"wrote {page.path}: {page.path.stat().st_size / 1024:.0f} KiB, open it in a browser")
+    return 0

@@ -1,0 +1,198 @@
+"""The spindle in a web page: plant and compensator in WebAssembly, with sliders, in one file."""
+
+from __future__ import annotations
+
+import base64
+import json
+import tempfile
+import zipfile
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+from fmu_compensator.runtime.fmi_slave import status_meanings
+from fmu_compensator.runtime.modelfile import Model, parse_model
+from fmu_packaging.native.compilers import NativeError
+from fmu_packaging.native.web import WebModule, web_module
+from fmu_packaging.variables import Variable
+from measurement.errors import BadInput
+from plant_model.machine import Machine
+from scenarios.building import compensator_recipe, native_of, plant_recipe
+from scenarios.replay import MODELS
+from scenarios.report import STATES, state_of, write_page
+from scenarios.views import MACHINES
+from scenarios.wiring import TOOL_LENGTH, Variables, Wiring, shared_starts, wire
+
+SPEED = "speed"
+AROUND_K = 15.0
+"""How far a slider moves a temperature from its start [K]: what halls and coolants do."""
+DAY = (0.33, 0.67, 1.0, 0.5, 0.83, 0.17, 1.0, 0.67)
+"""A day's work: shares of the highest speed, an hour each; those of the scenario step_speed."""
+HIGHEST_SHARE = 0.6
+"""The highest speed of the day, as a share of the machine's."""
+BEYOND_TOOL = 1.2
+"""How far the slider goes beyond the longest tool that the compensator file allows."""
+ABOUT = (
+    "Machine {machine}, compensator {compensator}. The sources are those of the FMUs in C, "
+    "compiled to WebAssembly; with the same inputs they give the FMUs' numbers. "
+    "Spindle-drift {version}."
+)
+
+
+@dataclass(frozen=True)
+class WebPage:
+    """A page that was written: where, and how many bytes each FMU takes in it."""
+
+    path: Path
+    plant_bytes: int
+    compensator_bytes: int
+
+
+def write_web_page(machine: Machine, compensator: Path, path: Path) -> WebPage:
+    """Write a page that simulates a machine with a compensator.
+
+    Parameters
+    ----------
+    machine : Machine
+    compensator : Path
+        Compensator file.
+    path : Path
+        Page to write; replaced whole or not at all.
+
+    Returns
+    -------
+    WebPage
+
+    Raises
+    ------
+    BadInput, ModelFileError
+        For a file that cannot be used, two that do not belong together, or without a compiler for
+        WebAssembly.
+    CompileError
+        If it refuses the sources.
+    """
+    try:
+        return _written(machine, compensator, path)
+    except NativeError as error:
+        raise BadInput("web", "", str(error).partition(": ")[2]) from None
+
+
+def write_page_of(plant: Path, compensator: Path, path: Path) -> WebPage:
+    """Write the page of two FMUs of this project, of the files that they were made from.
+
+    Parameters
+    ----------
+    plant, compensator : Path
+        In Python or in C.
+    path : Path
+        Page to write.
+
+    Returns
+    -------
+    WebPage
+
+    Raises
+    ------
+    BadInput
+        As `write_web_page`, and for an FMU that does not carry that file.
+    """
+    machine = Machine.from_dict(json.loads(_inside(plant, MACHINES)))
+    with tempfile.TemporaryDirectory(prefix="spindle-drift-web-") as work:
+        file = Path(work) / "compensator.json"
+        file.write_bytes(_inside(compensator, MODELS))
+        return write_web_page(machine, file, path)
+
+
+def _inside(fmu: Path, places: Iterable[str]) -> bytes:
+    with zipfile.ZipFile(fmu) as archive:
+        for place in set(places) & set(archive.namelist()):
+            return archive.read(place)
+    raise BadInput(fmu, "", "does not carry the file that it was made from")
+
+
+def _written(machine: Machine, compensator: Path, path: Path) -> WebPage:
+    recipe, _ = plant_recipe(machine, "plant")
+    other, _ = compensator_recipe(compensator, "compensator", native=True)
+    model = parse_model(compensator.read_text("utf-8"), str(compensator))
+    plant = web_module(recipe, native_of(recipe))
+    sender = web_module(other, native_of(other, compensator))
+    wiring = _wiring(plant, sender, compensator)
+    about = ABOUT.format(
+        machine=machine.name, compensator=model.name, version=recipe.identity.version
+    )
+    write_page(
+        "web/spindle.html",
+        path,
+        title=machine.title,
+        about=about,
+        told={
+            "plant": plant.told(),
+            "compensator": sender.told(),
+            "wiring": vars(wiring),
+            "states": STATES,
+            "stateOf": {code: state_of(code) for code in status_meanings()},
+            **_controls(machine, model, plant, wiring),
+        },
+        plant=base64.b64encode(plant.code).decode(),
+        compensator=base64.b64encode(sender.code).decode(),
+    )
+    return WebPage(path, len(plant.code), len(sender.code))
+
+
+def _wiring(plant: WebModule, compensator: WebModule, source: Path) -> Wiring:
+    """Connect the two as a scenario does; the sliders are its signals."""
+    ends = _as_fmpy(plant), _as_fmpy(compensator)
+    offsets = {name for name, entry in ends[1].items() if entry.causality == "output"}
+    signals = [
+        name
+        for name, entry in ends[0].items()
+        if entry.causality == "input" and name not in offsets
+    ]
+    return wire(*ends, [*signals, *shared_starts(*ends, signals)], source)
+
+
+def _as_fmpy(module: WebModule) -> Variables:
+    return {
+        entry.name: SimpleNamespace(
+            causality=entry.causality,
+            type=entry.kind.capitalize(),
+            unit=None if entry.unit == "1" else entry.unit,
+            start=entry.start,
+        )
+        for entry in module.variables
+    }
+
+
+def _controls(
+    machine: Machine, model: Model, plant: WebModule, wiring: Wiring
+) -> Mapping[str, Any]:
+    """Return what the sliders are: range and step, title, which stand first."""
+    inputs = {entry.name: entry for entry in plant.variables if entry.name in wiring.driven}
+    hall = next(iter(machine.boundary_index))
+    sliders = {name: _slider(entry) for name, entry in inputs.items()}
+    sliders[TOOL_LENGTH] = (0.0, round(BEYOND_TOOL * model.limits.tool_length_mm[1], -1), 5.0)
+    titles = {name: name.replace("_", " ").capitalize() for name in inputs}
+    titles |= {hall: "Hall", SPEED: "Speed", TOOL_LENGTH: "Tool length"}
+    speeds = []
+    if SPEED in inputs:
+        highest = HIGHEST_SHARE * float(inputs[SPEED].high or 0.0)
+        speeds = [round(share * highest, -2) for share in DAY]
+    return {
+        "sliders": sliders,
+        "titles": titles,
+        "main": [name for name in (SPEED, TOOL_LENGTH, hall) if name in inputs],
+        "speed": SPEED if SPEED in inputs else "",
+        "hall": hall,
+        "programme": {"each_s": 3600, "speeds": speeds},
+    }
+
+
+def _slider(entry: Variable) -> tuple[float, float, float]:
+    low, high = float(entry.low or 0.0), float(entry.high or 0.0)
+    if entry.unit == "degC":
+        start = float(entry.start or 0.0)
+        return max(low, start - AROUND_K), min(high, start + AROUND_K), 0.5
+    step = 10.0 ** (len(str(int(high - low))) - 3)
+    return low, high, max(step, 0.1)

@@ -1,0 +1,233 @@
+"""The spindle in a web page: the FMUs' numbers, its controls, and what cannot be made."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import math
+import os
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import fmpy
+import numpy as np
+import pytest
+from fmpy.fmi2 import FMU2Slave
+
+from scenarios.building import DEFAULT_MODEL
+from scenarios.cli import main
+from scenarios.report import STATES
+from tests.conftest import once
+
+AGREE = 1e-9
+STEPS = 400
+RUN = """
+const [role, rows, step] = arguments, { Fmu, told, code } = window.spindle;
+return Fmu.load(code(role), told[role]).then((fmu) => {
+  const given = fmu.port(fmu.names("input")), seen = fmu.port(fmu.names("output"));
+  const codes = fmu.port(fmu.names("output", "integer"), "integer");
+  given.set(rows[0].map((value) => value ?? NaN));
+  fmu.start();
+  return rows.map((row) => {
+    given.set(row.map((value) => value ?? NaN));
+    fmu.step(step);
+    return [...seen.get(), ...codes.get()];
+  });
+});
+"""
+
+
+@pytest.fixture(scope="module")
+def page(shared: Path) -> Path:
+    """The page of the shipped machine and compensator."""
+    if importlib.util.find_spec("ziglang") is None:
+        problem = "ziglang is not installed"
+        pytest.fail(problem) if os.environ.get("CI") else pytest.skip(problem)
+
+    def make(new: Path) -> None:
+        assert main(["web", "jig_borer", str(DEFAULT_MODEL), "-o", str(new)]) == 0
+
+    return once(shared / "spindle.html", make)
+
+
+def of_the_fmu(path: Path, rows: Sequence[Sequence[float]], step_s: float) -> list[list[float]]:
+    """The outputs of an FMU in C over rows of its real inputs."""
+    description = fmpy.read_model_description(path)
+
+    def refs(causality: str, kind: str) -> list[int]:
+        return [
+            variable.valueReference
+            for variable in description.modelVariables
+            if variable.causality == causality and variable.type == kind
+        ]
+
+    given, seen, codes = refs("input", "Real"), refs("output", "Real"), refs("output", "Integer")
+    fmu = FMU2Slave(
+        guid=description.guid,
+        unzipDirectory=fmpy.extract(path),
+        modelIdentifier=description.coSimulation.modelIdentifier,
+    )
+    fmu.instantiate()
+    fmu.setupExperiment(startTime=0.0)
+    fmu.setReal(given, rows[0])
+    fmu.enterInitializationMode()
+    fmu.exitInitializationMode()
+    found = []
+    for place, row in enumerate(rows):
+        fmu.setReal(given, row)
+        fmu.doStep(place * step_s, step_s)
+        found.append([*fmu.getReal(seen), *(fmu.getInteger(codes) if codes else [])])
+    fmu.freeInstance()
+    return found
+
+
+def rows_of(path: Path) -> list[list[float]]:
+    """Inputs that change: everything moves about its start, one thermometer fails a while."""
+    dice = np.random.default_rng(5)
+    rows: list[list[float]] = []
+    inputs = [
+        variable
+        for variable in fmpy.read_model_description(path).modelVariables
+        if variable.causality == "input" and variable.type == "Real"
+    ]
+    for step in range(STEPS):
+        row = []
+        for place, variable in enumerate(inputs):
+            wave = math.sin(step / (20.0 + 3.0 * place)) ** 2
+            if variable.name == "speed":
+                row.append(float(2000 * (step // 60)))
+            else:
+                row.append(float(variable.start) + 2.0 * wave + dice.normal(0.0, 0.01))
+        if "T3" in (names := [variable.name for variable in inputs]) and 150 < step < 250:
+            row[names.index("T3")] = math.nan
+        rows.append(row)
+    return rows
+
+
+@pytest.mark.long
+@pytest.mark.browser
+@pytest.mark.parametrize("role", ["plant", "compensator"])
+def test_the_numbers_are_those_of_the_fmu(
+    page: Path, browser: Any, shipped_in_c: Path, role: str
+) -> None:
+    path = shipped_in_c / f"{role}_native.fmu"
+    rows = rows_of(path)
+    expected = np.array(of_the_fmu(path, rows, 10.0))
+    browser.get(page.as_uri())
+    opened(browser)
+    sent = [[None if math.isnan(value) else value for value in row] for row in rows]
+    found = np.array(browser.execute_script(RUN, role, sent, 10.0), dtype=float)
+    assert found.shape == expected.shape
+    assert np.ptp(expected, axis=0).max() > 1.0
+    if role == "compensator":
+        assert {0, 4} <= set(expected[:, -2])
+    np.testing.assert_allclose(found, expected, rtol=AGREE, atol=AGREE)
+
+
+def opened(browser: Any) -> None:
+    """Wait for the page's modules."""
+    browser.set_script_timeout(60)
+    browser.execute_async_script(
+        "const done = arguments[0]; const look = () => window.spindle ? done() :"
+        " setTimeout(look, 20); look()"
+    )
+
+
+@pytest.mark.long
+@pytest.mark.browser
+@pytest.mark.parametrize("width", [1280, 390])
+def test_the_page_runs_and_shows_what_its_controls_do(page: Path, browser: Any, width: int) -> None:
+    metrics = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": width < 500}
+    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
+    browser.get(page.as_uri())
+    opened(browser)
+
+    def shown(script: str = "") -> Mapping[str, Any]:
+        found: Mapping[str, Any] = browser.execute_script(
+            f"const {{ page }} = window.spindle; page.play(false); {script}; page.draw();"
+            "const text = (name) => document.getElementById(name).textContent;"
+            "return { time: page.loop.plant.time, state: text('state'), words: text('words'),"
+            " left: Math.abs(page.loop.value('error_Z')),"
+            " drift: Math.abs(page.loop.value('drift_Z')),"
+            " half: page.loop.value('dZ_uncertainty'),"
+            " wide: document.documentElement.scrollWidth }"
+        )
+        return found
+
+    def change(name: str, value: object, kind: str = "value") -> str:
+        return (
+            f"document.getElementById('{name}').{kind} = {json.dumps(value)};"
+            f"document.getElementById('{name}').dispatchEvent(new Event('input'));"
+            f"document.getElementById('{name}').dispatchEvent(new Event('change'))"
+        )
+
+    begun = shown()
+    ran = shown("page.advance(7200)")
+    assert ran["time"] >= begun["time"] + 7200.0
+    assert ran["state"] == STATES[0][0]
+    assert ran["drift"] > 5.0
+    assert ran["left"] < 0.3 * ran["drift"]
+    broken = shown(change("sensor", "T4") + "; page.advance(600)")
+    assert "T4" in broken["words"]
+    assert broken["state"] == "without a sensor"
+    assert broken["half"] > ran["half"]
+    off = shown(
+        change("sensor", "") + ";" + change("compensating", False, "checked") + ";"
+        "page.advance(3600)"
+    )
+    assert off["left"] == pytest.approx(off["drift"], abs=1.0)
+    still = shown(change("input-speed", 0) + "; page.advance(36000)")
+    assert still["drift"] < 0.5 * off["drift"]
+    again = shown("page.restart(); page.play(false)")
+    assert again["time"] == 0.0
+    assert again["wide"] <= width
+    assert browser.get_log("browser") == []
+
+
+@pytest.mark.long
+def test_the_page_needs_nothing_else(page: Path) -> None:
+    text = page.read_text(encoding="utf-8")
+    assert not re.findall(r'(?:src|href)="(?!data:)[^"]*"', text)
+    assert not re.search(r"\b(?:fetch|XMLHttpRequest|import)\s*\(", text)
+    assert '<meta name="generator" content="spindle-drift">' in text[:2000]
+
+
+@pytest.mark.parametrize(
+    ("machine", "problem"),
+    [("lathe", "neither an output of the plant nor a signal"), ("mill", "mill")],
+)
+def test_what_does_not_belong_together_is_refused(
+    machine: str, problem: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "page.html"
+    assert main(["web", machine, str(DEFAULT_MODEL), "-o", str(path)]) == 2
+    said = capsys.readouterr().err
+    assert problem in said
+    assert said.count("\n") == 1
+    assert not path.exists()
+
+
+def test_without_its_compiler_nothing_is_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    find = importlib.util.find_spec
+    monkeypatch.setattr(
+        importlib.util, "find_spec", lambda name: None if name == "ziglang" else find(name)
+    )
+    path = tmp_path / "page.html"
+    assert main(["web", "jig_borer_lumps", str(DEFAULT_MODEL), "-o", str(path)]) == 2
+    assert "pip install ziglang" in capsys.readouterr().err
+    assert not path.exists()
+
+
+@pytest.mark.long
+def test_a_scenario_links_the_page_of_its_machine_and_compensator(
+    page: Path, shipped: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "out"
+    options = ["--set", "duration_s=60", "--fmu-dir", str(shipped), "--quiet", "--live"]
+    assert main(["run", "step_speed", *options, "--out", str(out)]) == 0
+    assert '<a href="spindle.html">' in (out / "report.html").read_text(encoding="utf-8")
+    assert (out / "spindle.html").read_bytes() == page.read_bytes()
