@@ -162,13 +162,7 @@ def section_of_page(drawing: Drawing, warm: dict[str, float]) -> str:
         wall = outer - stretch.inner / 2.0
         radii = (outer - 0.45 * wall, outer - 0.3 * wall)
         canvas.both((jacket.start, jacket.end), radii, BLUE, f"jacket {jacket.name}")
-    for carrier in form.carriers:
-        if carrier.holds is not None:
-            span = (carrier.holds.start, carrier.holds.end)
-            canvas.both(span, (reach + 4.0, reach + 14.0), "url(#hatch)", f"held by {carrier.name}")
-            canvas.text(
-                canvas.x(sum(span) / 2.0), canvas.y(reach + 17.0), carrier.name, anchor="middle"
-            )
+    _holds(canvas, drawing, reach)
     if form.tool is not None:
         radius = form.tool.diameter / 2.0
         along = (form.shaft.gauge_line, form.shaft.gauge_line + form.tool.length)
@@ -176,6 +170,21 @@ def section_of_page(drawing: Drawing, warm: dict[str, float]) -> str:
     _lines(canvas, drawing)
     _thermometers(canvas, drawing, mesh)
     return _with_key(canvas, low, high, "Section of the spindle to scale")
+
+
+def _holds(canvas: Canvas, drawing: Drawing, reach: float) -> None:
+    """Draw what holds the housing, above and below it where it reaches there."""
+    for carrier in drawing.form.carriers:
+        holds = carrier.holds
+        if holds is None:
+            continue
+        span = (holds.start, holds.end)
+        for sign, angle in ((1.0, 90.0), (-1.0, 270.0)):
+            if holds.reaches(angle):
+                radii = (sign * (reach + 4.0), sign * (reach + 14.0))
+                canvas.rect(span, radii, "url(#hatch)", title=f"held by {carrier.name}")
+        label = carrier.name if holds.side is None else f"{carrier.name} ({holds.side})"
+        canvas.text(canvas.x(sum(span) / 2.0), canvas.y(reach + 17.0), label, anchor="middle")
 
 
 def _housing(canvas: Canvas, mesh: Mesh, warm: dict[str, float], low: float, high: float) -> None:

@@ -117,15 +117,18 @@ def _carrier(drawing: Drawing, carrier: CarrierForm) -> list[str]:
 def _seat(drawing: Drawing, seat: Seat) -> list[str]:
     form, bearing = seat.form, seat.bearing
     found = []
+    sleeve = form.sleeve.outer if form.sleeve else None
     for part, size, ring, key in (
         ("shaft", bearing.bore, "bore", "outer"),
-        ("housing", bearing.outside, "outside diameter", "inner"),
+        ("housing", sleeve or bearing.outside, "sleeve" if sleeve else "outside diameter", "inner"),
     ):
         there = getattr(drawing.stretch_at(part, form.at), key)
+        loose = ring == "outside diameter" and there > size
         if abs(there - size) > LOOSE * size:
             found.append(
                 f"The {ring} of the bearing {form.name} is {size:g} mm, but the {part} is"
                 f" {there:g} mm there."
+                + (" In a sleeve? Say sleeve = { from, to, outer }." if loose else "")
             )
     product = bearing.mean_diameter * drawing.highest_speed
     if product > FAST:

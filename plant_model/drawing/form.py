@@ -100,6 +100,34 @@ class _Span(Form):
     end: Place = Field(alias="to")
 
 
+class PatchForm(_Span):
+    """A stretch of the housing, all around or on one side: so wide an angle around that."""
+
+    side: Side | None = None
+    width: Annotated[Number, _between(1.0, 360.0, "degrees")] = 90.0
+
+    @property
+    def around(self) -> float:
+        """How much of the circumference it covers [1]."""
+        return 1.0 if self.side is None else self.width / 360.0
+
+    def apart(self, angle: float) -> float:
+        """Return how far a direction is from its middle [deg], 0 to 180; 0 if all around.
+
+        Parameters
+        ----------
+        angle : float
+            From X+ towards Y+ [deg].
+        """
+        if self.side is None:
+            return 0.0
+        return abs((degrees(self.side) - angle + 180.0) % 360.0 - 180.0)
+
+    def reaches(self, angle: float) -> bool:
+        """Return whether it covers a direction [deg]."""
+        return self.apart(angle) <= (180.0 if self.side is None else self.width / 2.0)
+
+
 class StretchForm(_Span):
     """A piece of shaft or housing with one outer and one inner diameter."""
 
@@ -117,16 +145,30 @@ class ShaftForm(Form):
     stretches: list[StretchForm] = Field(min_length=1, max_length=100)
 
 
+class FaceForm(PatchForm):
+    """A part of the housing's outside that stands in other air than the rest, or is blown on."""
+
+    air: str | None = None
+    film: Annotated[Quantity, _between(0.5, 1000.0, "W/(m2 K)")] | None = None
+
+
 class HousingForm(Form):
     """The housing; *even* stretches are not split around the axis."""
 
     material: str = "steel"
     air: str | None = None
+    faces: list[FaceForm] = Field(default_factory=list, max_length=20)
     stretches: list[StretchForm] = Field(min_length=1, max_length=100)
 
 
 class SleeveForm(_Span):
-    """The sleeve in which a bearing set sits, and through which its heat reaches the housing."""
+    """The sleeve in which a bearing set sits, and through which its heat reaches the housing.
+
+    With an outer diameter it is a part of its own between bearings and housing.
+    """
+
+    outer: Diameter | None = None
+    material: str = "steel"
 
 
 class BearingForm(Form):
@@ -179,8 +221,8 @@ class ChannelForm(Form):
     turns: Annotated[Number, _between(0.5, 200.0, "turns")] | None = None
 
 
-class JacketForm(_Span):
-    """A cooling jacket around a stretch of the housing."""
+class JacketForm(PatchForm):
+    """A cooling jacket around a stretch of the housing, or on one side of it."""
 
     name: Name
     fluid: str = "water"
@@ -193,7 +235,7 @@ class JacketForm(_Span):
     unevenness: Annotated[Quantity, _between(0.0, 1.0, "(share)")] | None = None
 
 
-class HoldForm(_Span):
+class HoldForm(PatchForm):
     """Where a carrier holds the housing."""
 
 

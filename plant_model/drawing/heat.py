@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import pi
+from math import log, pi
 
 from plant_model.drawing.class_values import CLASS_VALUES, f0_of, f1_of
-from plant_model.drawing.form import BearingForm, MotorForm, Quantity
+from plant_model.drawing.form import BearingForm, MotorForm, Quantity, SleeveForm
 from plant_model.drawing.known import CLASS, Known, exact, within
 from plant_model.drawing.layout import Drawing, Seat
 from plant_model.drawing.lubricant import viscosity
@@ -80,10 +80,7 @@ def _bearing(sheet: Sheet, drawing: Drawing, mesh: Mesh, seat: Seat) -> None:
         if form.sleeve is None:
             _into_housing(sheet, drawing, mesh, outer, (start, end), bearing.outside, joint)
     if form.sleeve is not None:
-        # The rings' seats, spread along the sleeve.
-        span = (form.sleeve.start, form.sleeve.end)
-        seated = sum(end - start for start, end in seat.spans) / (span[1] - span[0])
-        _into_housing(sheet, drawing, mesh, outer, span, bearing.outside, joint, seated)
+        _into_sleeve(sheet, drawing, mesh, seat, form.sleeve, joint)
     relative = form.count * bearing.mean_diameter / USUAL_DIAMETER
     if form.conductance is None:
         balls = sheet.number("balls", CLASS_VALUES["balls"], free=True)
@@ -93,6 +90,34 @@ def _bearing(sheet: Sheet, drawing: Drawing, mesh: Mesh, seat: Seat) -> None:
         through = given.known("W/K").scaled(form.count).parameter(free=free(given))
     sheet.link("contact", inner, outer, conductance=through)
     sheet.sources.append(_friction(sheet, form, seat, inner, outer))
+
+
+def _into_sleeve(
+    sheet: Sheet, drawing: Drawing, mesh: Mesh, seat: Seat, sleeve: SleeveForm, joint: _Joint
+) -> None:
+    """Join the outer rings to the housing through their sleeve."""
+    outer, outside = f"{seat.form.name}_outer", seat.bearing.outside
+    span = (sleeve.start, sleeve.end)
+    seated = sum(end - start for start, end in seat.spans)
+    if sleeve.outer is None:
+        # The rings' seats, spread along the sleeve.
+        share = seated / (sleeve.end - sleeve.start)
+        _into_housing(sheet, drawing, mesh, outer, span, outside, joint, share)
+        return
+    node = f"{seat.form.name}_sleeve"
+    made_of = drawing.materials[sleeve.material]
+    metres = (sleeve.end - sleeve.start) * 1e-3
+    volume = pi / 4.0 * (sleeve.outer**2 - outside**2) * 1e-6 * metres
+    sheet.node(node, sheet.heat_of(made_of, volume))
+    area = pi * outside * seated * 1e-6
+    # A third of its wall lies before its mean temperature, the rest behind it.
+    middle = outside + (sleeve.outer - outside) / 3.0
+    around = 2.0 * pi * made_of.conductivity.value
+    wall = log(middle / outside) / (around * seated * 1e-3)
+    value = joint.conductance(area, wall)
+    _add_up(sheet, outer, node, joint.name, value)
+    behind = log(sleeve.outer / middle) / around
+    _into_housing(sheet, drawing, mesh, node, span, sleeve.outer, joint, behind=behind)
 
 
 def _onto_shaft(
@@ -123,13 +148,18 @@ def _into_housing(
     diameter: float,
     joint: _Joint,
     seated: float = 1.0,
+    behind: float = 0.0,
 ) -> None:
-    """Join a ring to the housing's cells around it, sector by sector; a share of the span seats."""
+    """Join a ring to the housing's cells around it, sector by sector; a share of the span seats.
+
+    *behind* is the resistance of the ring's own wall over its length [m K/W].
+    """
     for cell, length in mesh.covered("housing", *span):
         stretch = drawing.form.housing.stretches[cell.stretch]
         conductivity = drawing.material(stretch, "housing").conductivity.value
         metres = length * 1e-3
         wall = mesh.into_wall("housing", cell, diameter) / (2.0 * pi * conductivity * metres)
+        wall += behind / metres
         value = joint.conductance(pi * diameter * 1e-3 * metres * seated, wall)
         for sector in mesh.sectors_of(cell):
             _add_up(sheet, node, sector.node, joint.name, value * sector.share)

@@ -17,6 +17,7 @@ from plant_model.drawing.form import (
     HousingForm,
     MotorForm,
     PageForm,
+    PatchForm,
     ShaftForm,
     StretchForm,
 )
@@ -268,10 +269,12 @@ class Drawing:
         for part in ("shaft", "housing"):
             for end in (spans[0][0], spans[-1][1]):
                 self._inside(f"{place}.at", end, part)
-        self._sleeve(f"{place}.sleeve", form, (spans[0][0], spans[-1][1]))
+        self._sleeve(f"{place}.sleeve", form, bearing, (spans[0][0], spans[-1][1]))
         return Seat(form, bearing, spans)
 
-    def _sleeve(self, place: str, form: BearingForm, seats: tuple[float, float]) -> None:
+    def _sleeve(
+        self, place: str, form: BearingForm, bearing: Bearing, seats: tuple[float, float]
+    ) -> None:
         sleeve = form.sleeve
         if sleeve is None:
             return
@@ -282,6 +285,12 @@ class Drawing:
                 place,
                 f"{sleeve.start:g} to {sleeve.end:g} mm does not hold the bearings, which sit at"
                 f" {seats[0]:g} to {seats[1]:g} mm",
+            )
+        self.one_of(f"{place}.material", sleeve.material, self.materials)
+        if sleeve.outer is not None and not bearing.outside < sleeve.outer:
+            raise self.refuse(
+                f"{place}.outer",
+                f"{sleeve.outer:g} mm must be above the bearing's outside of {bearing.outside:g}",
             )
 
     def _bearing(self, place: str, form: BearingForm) -> Bearing:
@@ -368,10 +377,7 @@ class Drawing:
         names: list[str] = []
         for i, jacket in enumerate(self.form.jackets):
             place = f"jackets.{i}"
-            if not jacket.start < jacket.end:
-                raise self.refuse(place, f"from {jacket.start:g} must be below to {jacket.end:g}")
-            for key, end in (("from", jacket.start), ("to", jacket.end)):
-                self._inside(f"{place}.{key}", end, "housing")
+            self._patch(place, jacket)
             if coolant(jacket.fluid) is None:
                 raise self.refuse(
                     f"{place}.fluid",
@@ -385,6 +391,13 @@ class Drawing:
                 raise self.refuse(f"{place}.inlet", f"the input {jacket.inlet} is not in degC")
             names.append(jacket.name)
 
+    def _patch(self, place: str, patch: PatchForm) -> None:
+        """Refuse a patch that is not on the housing."""
+        if not patch.start < patch.end:
+            raise self.refuse(place, f"from {patch.start:g} must be below to {patch.end:g} mm")
+        for key, end in (("from", patch.start), ("to", patch.end)):
+            self._inside(f"{place}.{key}", end, "housing")
+
     def _carriers(self) -> None:
         names = [carrier.name for carrier in self.form.carriers]
         for i, carrier in enumerate(self.form.carriers):
@@ -393,10 +406,7 @@ class Drawing:
             if carrier.on is not None:
                 self.one_of(f"{place}.on", carrier.on, [n for n in names if n != carrier.name])
             if carrier.holds is not None:
-                for key, end in (("from", carrier.holds.start), ("to", carrier.holds.end)):
-                    self._inside(f"{place}.holds.{key}", end, "housing")
-                if not carrier.holds.start < carrier.holds.end:
-                    raise self.refuse(f"{place}.holds", "from must be below to")
+                self._patch(f"{place}.holds", carrier.holds)
             if carrier.air is not None:
                 self.one_of(f"{place}.air", carrier.air, self.air_names())
             for j, bend in enumerate(carrier.bends):
@@ -405,6 +415,11 @@ class Drawing:
                 self.one_of(f"{place}.feed.input", carrier.feed.input, self.form.inputs)
         if self.form.housing.air is not None:
             self.one_of("housing.air", self.form.housing.air, self.air_names())
+        for i, face in enumerate(self.form.housing.faces):
+            place = f"housing.faces.{i}"
+            self._patch(place, face)
+            if face.air is not None:
+                self.one_of(f"{place}.air", face.air, self.air_names())
 
     def _tool(self) -> None:
         if self.form.tool is not None:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from math import cos, log, pi, radians
 
 from plant_model.drawing.cells import Cell, overlap, slices
-from plant_model.drawing.form import PageForm, ThermometerForm, degrees
+from plant_model.drawing.form import PageForm, PatchForm, ThermometerForm, degrees
 from plant_model.drawing.layout import Drawing
 
 NAMED = {0.0: "xp", 90.0: "yp", 180.0: "xm", 270.0: "ym"}
@@ -63,6 +63,26 @@ class Sector:
     def towards(self, angle: float) -> float:
         """Return the cosine between its middle and a direction [deg]; 0 for a ring."""
         return 0.0 if self.angle is None else cos(radians(self.angle - angle))
+
+    def under(self, patch: PatchForm) -> float:
+        """Return how much of the circumference is in it and under a patch [1].
+
+        Parameters
+        ----------
+        patch : PatchForm
+        """
+        if patch.side is None or self.angle is None:
+            return self.share * patch.around
+        apart = patch.apart(self.angle)
+        half, wide = 180.0 * self.share, patch.width / 2.0
+        # Wide arcs meet on both sides of the circle.
+        both = (_common(half, wide, apart), _common(half, wide, 360.0 - apart))
+        return sum(both) / 360.0
+
+
+def _common(half: float, wide: float, apart: float) -> float:
+    """Return what two arcs of these half widths have in common so far apart [deg]."""
+    return max(0.0, min(half, apart + wide) - max(-half, apart - wide))
 
 
 class Mesh:
@@ -157,6 +177,27 @@ class Mesh:
         return [
             Sector(f"{cell.name}_{NAMED.get(a, f'a{a:g}'.replace('.', '_'))}", a, 1.0 / count)
             for a in angles
+        ]
+
+    def under(self, patch: PatchForm) -> list[tuple[Sector, float]]:
+        """Return the sectors under a patch of the housing.
+
+        Parameters
+        ----------
+        patch : PatchForm
+            Along the axis and, where it is on one side, around it.
+
+        Returns
+        -------
+        list of (Sector, float)
+            Each with its share of the patch [1]; together 1 where all of it is on the housing.
+        """
+        whole = (patch.end - patch.start) * patch.around
+        return [
+            (sector, length * share / whole)
+            for cell, length in self.covered("housing", patch.start, patch.end)
+            for sector in self.sectors_of(cell)
+            if (share := sector.under(patch)) > 1e-9
         ]
 
     def into_wall(self, part: str, cell: Cell, seat: float) -> float:

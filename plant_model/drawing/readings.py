@@ -6,7 +6,8 @@ from plant_model.drawing.layout import ENCLOSURE, Drawing
 from plant_model.drawing.mesh import Mesh
 from plant_model.drawing.sheet import Sheet
 
-ROUND_THE_AXIS = ("inner", "outer")
+ROUND_THE_AXIS = ("inner", "outer", "sleeve")
+"""Parts of a bearing set that have one temperature; the sleeve where the page draws it."""
 
 
 def add_thermometers(sheet: Sheet, drawing: Drawing, mesh: Mesh) -> None:
@@ -18,6 +19,7 @@ def add_thermometers(sheet: Sheet, drawing: Drawing, mesh: Mesh) -> None:
         f"{seat.form.name}.{ring}": f"{seat.form.name}_{ring}"
         for seat in drawing.seats
         for ring in ROUND_THE_AXIS
+        if f"{seat.form.name}_{ring}" in nodes
     }
     parts |= {f"jacket.{jacket.name}": f"jacket_{jacket.name}" for jacket in drawing.form.jackets}
     parts |= {name: name for name in ("rotor", "stator", "pulley", "tool") if name in nodes}

@@ -5,9 +5,10 @@ from __future__ import annotations
 from itertools import pairwise
 from math import cos, pi
 
-from plant_model.drawing.cells import Cell
+from plant_model.drawing.cells import Cell, overlap
 from plant_model.drawing.class_values import CLASS_VALUES
 from plant_model.drawing.films import blown, still_air, turning
+from plant_model.drawing.form import FaceForm, PatchForm
 from plant_model.drawing.known import BY_DATA_SHEET, CLASS, Known, within
 from plant_model.drawing.layout import ENCLOSURE, Drawing
 from plant_model.drawing.materials import Material
@@ -194,12 +195,18 @@ def turning_in_air(sheet: Sheet, drawing: Drawing, node: str, surface: tuple[flo
     )
 
 
-def to_air(sheet: Sheet, node: str, air: str, area_m2: float, film: tuple[str, float]) -> None:
-    """Add a surface in the air: of the hall, which is an input, or of the enclosure, a node."""
+def to_air(
+    sheet: Sheet, node: str, air: str, area_m2: float, film: tuple[str, float], prefix: str = ""
+) -> None:
+    """Add a surface in the air: of the hall, which is an input, or of the enclosure, a node.
+
+    The link is called after what it joins, or after *prefix* and the node.
+    """
     name, factor = film
+    called = {"name": f"{prefix}_{node}"} if prefix else {}
     if air == ENCLOSURE:
         conductance = sheet.tied(name, factor * area_m2, "W/K")
-        sheet.link("contact", node, "enclosure_air", conductance=conductance)
+        sheet.link("contact", node, "enclosure_air", conductance=conductance, **called)
         return
     sheet.link(
         "convection",
@@ -207,7 +214,21 @@ def to_air(sheet: Sheet, node: str, air: str, area_m2: float, film: tuple[str, f
         air,
         area=within(BY_DATA_SHEET / 3.0, area_m2, "m2", "page").parameter(),
         coefficient=sheet.tied(name, factor, "W/(m2 K)"),
+        **called,
     )
+
+
+def _shaded(cell: Cell, sector: Sector, patch: PatchForm) -> float:
+    """Return what a patch covers of a sector: length times share of the circumference [mm]."""
+    return overlap(cell, patch.start, patch.end) * sector.under(patch)
+
+
+def _face_film(sheet: Sheet, face: FaceForm, k: int, still: str) -> tuple[str, float]:
+    """Return the film of a face: its own, or that of still air."""
+    if face.film is None:
+        return still, 1.0
+    known = face.film.known("W/(m2 K)", 0.5)
+    return sheet.number(f"face_{k + 1}_film", known, free=face.film.calibrate is not False), 1.0
 
 
 def _outside(sheet: Sheet, drawing: Drawing, mesh: Mesh) -> None:
@@ -215,12 +236,24 @@ def _outside(sheet: Sheet, drawing: Drawing, mesh: Mesh) -> None:
     air = drawing.form.housing.air or "ambient"
     still = still_film(sheet, drawing)
     held = [c.holds for c in drawing.form.carriers if c.holds is not None]
+    faces = drawing.form.housing.faces
     for cell in mesh.housing:
-        covered = sum(max(0.0, min(cell.end, h.end) - max(cell.start, h.start)) for h in held)
-        length = cell.length - covered
-        for sector in mesh.sectors_of(cell) if length > 1e-6 else []:
-            area = pi * mesh.outer("housing", cell) * length * 1e-6 * sector.share
-            to_air(sheet, sector.node, air, area, (still, 1.0))
+        for sector in mesh.sectors_of(cell):
+            around = pi * mesh.outer("housing", cell) * 1e-6
+            free = cell.length * sector.share - sum(_shaded(cell, sector, h) for h in held)
+            if around * free < 1e-9:
+                continue
+            rest = free
+            for k, face in enumerate(faces):
+                # What holds it is taken to cover a face as much as the rest.
+                part = free * _shaded(cell, sector, face) / (cell.length * sector.share)
+                rest -= part
+                if part > 1e-6:
+                    film = _face_film(sheet, face, k, still)
+                    other = face.air or air
+                    to_air(sheet, sector.node, other, around * part, film, f"face_{k + 1}")
+            if rest > 1e-6:
+                to_air(sheet, sector.node, air, around * rest, (still, 1.0))
     low, high = drawing.span_of("housing")
     for cell in mesh.shaft:
         outer = mesh.outer("shaft", cell)

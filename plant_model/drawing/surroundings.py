@@ -40,7 +40,8 @@ def _channel_area(drawing: Drawing, jacket: JacketForm) -> tuple[float, float]:
     channel = jacket.channel
     stretch = drawing.stretch_at("housing", (jacket.start + jacket.end) / 2.0)
     turns = channel.turns or (jacket.end - jacket.start) / (channel.width + RIB)
-    length = pi * (stretch.outer + stretch.inner) / 2.0 * turns
+    around = 1.0 if jacket.side is None else jacket.width / 360.0
+    length = pi * (stretch.outer + stretch.inner) / 2.0 * turns * around
     wetted = (channel.width + 2.0 * channel.depth) * length * 1e-6
     return wetted, channel.width * channel.depth * length * 1e-9
 
@@ -81,11 +82,7 @@ def _jacket(sheet: Sheet, drawing: Drawing, mesh: Mesh, jacket: JacketForm) -> N
     )
     wall = _wall(fluid, wetted, jacket)
     name = sheet.number(f"{node}_wall", wall, free=free(jacket.wall))
-    parts = [
-        (sector, length / (jacket.end - jacket.start) * sector.share)
-        for cell, length in mesh.covered("housing", jacket.start, jacket.end)
-        for sector in mesh.sectors_of(cell)
-    ]
+    parts = mesh.under(jacket)
     for sector, share in parts:
         sheet.link("coolant_wall", sector.node, node, conductance=sheet.tied(name, share, "W/K"))
     if jacket.inlet_side is None:
@@ -123,11 +120,9 @@ def _carrier(sheet: Sheet, drawing: Drawing, mesh: Mesh, carrier: CarrierForm) -
         joint = carrier.joint.known("W/K", 0.5) if carrier.joint else None
         usual = joint or CLASS_VALUES["headstock_joint"]
         name = sheet.number(f"{carrier.name}_holds", usual, free=free(carrier.joint))
-        held = carrier.holds.end - carrier.holds.start
-        for cell, length in mesh.covered("housing", carrier.holds.start, carrier.holds.end):
-            for sector in mesh.sectors_of(cell):
-                share = sheet.tied(name, length / held * sector.share, "W/K")
-                sheet.link("contact", sector.node, carrier.name, conductance=share)
+        for sector, share in mesh.under(carrier.holds):
+            conductance = sheet.tied(name, share, "W/K")
+            sheet.link("contact", sector.node, carrier.name, conductance=conductance)
     if carrier.on is not None:
         given = carrier.joint if carrier.holds is None else None
         usual = given.known("W/K", 0.5) if given else CLASS_VALUES["carrier_joint"]

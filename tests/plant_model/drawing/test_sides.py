@@ -1,0 +1,179 @@
+"""What holds, cools or touches the spindle on one side, and sleeves of their own."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from plant_model.drawing.form import PatchForm, degrees
+from plant_model.drawing.mesh import NAMED, Sector
+from plant_model.machine import Machine
+from plant_model.simulate import simulate
+from plant_model.warm_up import warm_up
+from tests.plant_model.drawing.pages import changed, machine_of, refusal, small_page
+
+HOLDS = "carriers.0.holds"
+SIDED = {"from": 0, "to": 60, "side": "Y-", "width": 60}
+
+
+def links_to(machine: Machine, other: str, kind: str = "contact") -> dict[str, float]:
+    """Return the conductance from each housing cell to a part [W/K]."""
+    return {
+        first: item.parameters["conductance"].value
+        for item in machine.of_kind("links", kind)
+        for first, second in [item.refs["between"]]
+        if second == other and first.startswith("housing")
+    }
+
+
+@pytest.mark.parametrize("count", [4, 8, 12, 16])
+@pytest.mark.parametrize("width", [1.0, 60.0, 90.0, 200.0, 350.0, 360.0])
+@pytest.mark.parametrize("side", ["Y-", 33.0])
+def test_sectors_share_a_patch_as_its_directions_do(
+    count: int, width: float, side: str | float
+) -> None:
+    patch = PatchForm(**{"from": 0.0, "to": 1.0, "side": side, "width": width})
+    sectors = [Sector("", 360.0 * k / count, 1.0 / count) for k in range(count)]
+    # Direction by direction instead of arc by arc.
+    around = np.arange(0.05, 360.0, 0.1)
+    covered = np.abs((around - degrees(side) + 180.0) % 360.0 - 180.0) < width / 2.0
+    for sector in sectors:
+        assert sector.angle is not None
+        inside = np.abs((around - sector.angle + 180.0) % 360.0 - 180.0) < 180.0 / count
+        assert sector.under(patch) == pytest.approx((covered & inside).mean(), abs=1e-3)
+    assert sum(sector.under(patch) for sector in sectors) == pytest.approx(width / 360.0)
+
+
+def test_a_bracket_on_one_side_is_joined_to_that_side_alone() -> None:
+    around, sided = (
+        links_to(machine_of(page), "head")
+        for page in (small_page(), changed(small_page(), HOLDS, SIDED))
+    )
+    assert {name.rpartition("_")[2] for name in around} == set(NAMED.values())
+    assert {name.rpartition("_")[2] for name in sided} == {"ym"}
+    assert sum(sided.values()) == pytest.approx(sum(around.values()))
+
+
+def test_heat_that_leaves_on_one_side_tilts_the_nose() -> None:
+    page = changed(small_page(), "jackets.0.inlet_side", None)
+    tilts = []
+    for side in (None, "Y-", "Y+"):
+        held = {k: v for k, v in SIDED.items() if k != "side"} | ({"side": side} if side else {})
+        # The carriers' own bending is another thing.
+        machine = machine_of(changed(changed(page, HOLDS, held), "carriers.0.bends", []))
+        tilts.append(simulate(machine, warm_up(machine, 60.0)).pose[0, -1, 4])
+    assert tilts[0] == pytest.approx(0.0, abs=1e-6)
+    assert tilts[1] == pytest.approx(-tilts[2], rel=1e-6)
+    assert abs(tilts[1]) > 1.0
+
+
+def test_the_surface_under_a_bracket_is_not_in_the_air() -> None:
+    def area(page: dict[str, Any]) -> float:
+        return sum(
+            item.parameters["area"].value
+            for item in machine_of(page).of_kind("links", "convection")
+            if item.refs["between"][0].startswith("housing")
+        )
+
+    whole = np.pi * 180.0 * 200.0 * 1e-6
+    assert area(small_page()) == pytest.approx(whole * 140.0 / 200.0)
+    sided = area(changed(small_page(), HOLDS, SIDED))
+    assert sided == pytest.approx(whole * (1.0 - 60.0 / 200.0 * 60.0 / 360.0))
+    faces = [{"from": 100, "to": 200, "side": "X+", "film": 60}]
+    assert area(changed(small_page(), "housing.faces", faces)) == pytest.approx(area(small_page()))
+
+
+def test_a_face_that_is_blown_on_is_cooler() -> None:
+    faces = [{"from": 0, "to": 200, "side": "X+", "film": 200}]
+    page = changed(small_page(), "jackets", [])
+    machine = machine_of(changed(page, "housing.faces", faces))
+    assert machine.parameters["numbers.face_1_film"].calibrate
+    inputs = warm_up(machine, 60.0)
+    warm = simulate(machine, inputs).temperatures[0, -1]
+    ends = {side: warm[machine.node_index[f"housing_2_{side}"]] for side in NAMED.values()}
+    assert ends["xp"] < ends["yp"] < ends["xm"]
+    assert ends["yp"] == pytest.approx(ends["ym"])
+
+
+def test_a_jacket_on_one_side_has_so_much_less_channel() -> None:
+    page = changed(
+        changed(small_page(), "jackets.0.inlet_side", None), "jackets.0.unevenness", None
+    )
+    whole = machine_of(page)
+    half = machine_of(changed(changed(page, "jackets.0.side", "X+"), "jackets.0.width", 180))
+    wall = "numbers.jacket_one_wall"
+    assert half.parameters[wall].value == pytest.approx(whole.parameters[wall].value / 2.0)
+    shares = {
+        first.rpartition("_")[2]
+        for item in half.of_kind("links", "coolant_wall")
+        for first, _ in [item.refs["between"]]
+    }
+    assert shares == {"xp", "yp", "ym"}
+
+
+SLEEVE = {"from": 110, "to": 190, "outer": 100}
+
+
+def test_a_sleeve_of_its_own_stands_between_bearing_and_housing() -> None:
+    page = changed(small_page(), "bearings.0.designation", None)
+    for key, value in {"bore": 60, "outside": 85, "width": 18, "sleeve": SLEEVE}.items():
+        page = changed(page, f"bearings.0.{key}", value)
+    page["thermometers"].append({"name": "T3", "part": "front.sleeve"})
+    machine = machine_of(page)
+    heat = np.pi / 4.0 * (0.1**2 - 0.085**2) * 0.08
+    steel = machine.parameters["numbers.steel_heat"].value
+    assert machine.parameters["nodes.front_sleeve.capacity"].value == pytest.approx(heat * steel)
+    assert not links_to(machine, "front_outer")
+    joined = {
+        pair for item in machine.of_kind("links", "contact") for pair in [item.refs["between"]]
+    }
+    assert ("front_outer", "front_sleeve") in joined
+    assert {a for a, b in joined if b.startswith("housing")} == {
+        "front_sleeve",
+        "rear_outer",
+        "stator",
+    }
+    frame: pd.DataFrame = warm_up(machine, 60.0)
+    end = simulate(machine, frame).temperatures[0, -1]
+    at = machine.node_index
+    there = {
+        second: item.parameters["conductance"].value
+        for item in machine.of_kind("links", "contact")
+        for first, second in [item.refs["between"]]
+        if first == "front_sleeve"
+    }
+    housing = np.average([end[at[name]] for name in there], weights=list(there.values()))
+    assert end[at["front_outer"]] > end[at["front_sleeve"]] > housing
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "problem"),
+    [
+        (
+            HOLDS,
+            SIDED | {"width": 0},
+            "carriers.0.holds.width: 0 is not allowed: 1 to 360 degrees can be",
+        ),
+        (HOLDS, SIDED | {"side": "Z"}, "carriers.0.holds.side"),
+        (
+            "housing.faces",
+            [{"from": 0, "to": 900}],
+            "housing.faces.0.to: 900 mm is outside the housing, which is from 0 to 200 mm",
+        ),
+        (
+            "housing.faces",
+            [{"from": 0, "to": 100, "air": "hall"}],
+            "housing.faces.0.air: 'hall' is not one of ambient, coolant_inlet",
+        ),
+        (
+            "bearings.0.sleeve",
+            SLEEVE | {"outer": 80},
+            "bearings.0.sleeve.outer: 80 mm must be above the bearing's outside of 95",
+        ),
+    ],
+)
+def test_refusals(key: str, value: Any, problem: str) -> None:
+    assert problem in refusal(changed(small_page(), key, value))
