@@ -35,8 +35,8 @@ STEP_S = 60.0
 """Rows closer together are left out: a compensator's step is not what is judged here [s]."""
 PIECE_H = 6.0
 """The electric spindle's record of 50 h is cut into pieces, each a warm restart [h]."""
-COUNTS = (1, 2, 3, 4, 6, 8)
-WHEN = (0.5, 0.65, 0.8)
+COUNTS = (1, 2, 4, 8)
+WHEN = (0.65,)
 """Limits, over the mean half width in the training runs [1]."""
 BEGIN, END = "<!-- benchmarks.probing: from here -->", "<!-- benchmarks.probing: to here -->"
 

@@ -114,6 +114,12 @@ def drive(
 def inputs_of(model: Model, run: Run) -> tuple[Array, Array]:
     """Return what a run's rows show a compensator.
 
+    Parameters
+    ----------
+    model : Model
+    run : Run
+        Of n rows; the model has k thermometers.
+
     Returns
     -------
     readings : array (n, k)
@@ -170,7 +176,7 @@ def answers(
     inputs: Iterable[tuple[float, float, Array, float, Sequence[float] | None]],
     tool_length_mm: float,
 ) -> Iterator[Output]:
-    """Yield what a compensator answers, step by step.
+    """Drive a compensator, step by step.
 
     Parameters
     ----------
@@ -178,6 +184,11 @@ def answers(
     inputs : iterable of tuple
         Time and step [s], readings [degC], speed [rpm], and measured targets or None [um, urad].
     tool_length_mm : float
+
+    Returns
+    -------
+    iterator of Output
+        What is sent after each step.
     """
     compensator = RunningCompensator(model)
     for time, step, readings, speed, probe in inputs:
