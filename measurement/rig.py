@@ -396,7 +396,10 @@ def default_rig(run: Run, machine_rig: dict[str, Any] | Rig | None = None) -> Ri
     return DirectRig.model_validate({"axes": axes})
 
 
-_HELP = "give a machine file whose [rig] says which column is which"
+_HELP = (
+    "say it when importing (--axis 'NAME=X'), let the name end in _x, _y or _z, or give a machine "
+    "file whose [rig] says which column is which"
+)
 
 
 def axis_of(signal: str) -> tuple[AxisName, Sign] | None:

@@ -14,6 +14,7 @@ import numpy as np
 from tqdm import tqdm
 
 from fmu_compensator.fit.advice import advice
+from measurement.doubts import doubt_lines
 from measurement.errors import BadInput
 from measurement.faults import (
     GROSS,
@@ -188,7 +189,7 @@ def _fitted(model: Any) -> str:
 
 
 def _notes(replays: Sequence[Replay]) -> list[str]:
-    notes = []
+    notes = doubt_lines([entry.run for entry in replays])
     left_out = sum(entry.left_out for entry in replays)
     if left_out:
         rows = sum(len(entry.frame) for entry in replays)

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+import warnings
+from collections.abc import Iterable, Sequence
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias, Union
 
 import pandas as pd
 
+from measurement.doubts import doubts
+from measurement.errors import BadInput, shown
 from measurement.runs import Run
 from measurement.runs import read_run as read_run_file
 
@@ -23,17 +26,34 @@ MachineLike: TypeAlias = Union[str, Path, "Machine"]
 
 
 def as_run(given: RunLike, name: str = "run") -> Run:
-    """Return a run, whatever form it has; *name* is that of a frame."""
+    """Return a run, whatever form it has; a frame is called *name*, or as its ``attrs`` say."""
     if isinstance(given, Run):
         return given
-    return Run(name, given) if isinstance(given, pd.DataFrame) else read_run_file(given)
+    if isinstance(given, pd.DataFrame):
+        return Run(str(given.attrs.get("name", name)), given)
+    if isinstance(given, (str, Path)):
+        return read_run_file(given)
+    raise BadInput(name, "", f"{shown(given)} is no run: a run, a frame or a path is needed")
 
 
 def as_runs(given: RunLike | Sequence[RunLike]) -> list[Run]:
     """Return several runs; frames are called ``run_1``, ``run_2``, ..."""
     if isinstance(given, (Run, pd.DataFrame, str, Path)):
         return [as_run(given)]
-    return [as_run(one, f"run_{number}") for number, one in enumerate(given, 1)]
+    if not isinstance(given, Iterable):
+        return [as_run(given)]
+    return [as_run(entry, f"run_{number}") for number, entry in enumerate(given, 1)]
+
+
+class DoubtfulData(UserWarning):
+    """What a run's numbers contradict: a unit, the clock, a thermometer's place, a sign."""
+
+
+def warn_of_doubts(runs: Sequence[Run]) -> None:
+    """Warn the caller of a function of this package of what looks wrong with runs."""
+    for run_doubt in doubts(runs):
+        names = ", ".join(run.name for run in runs)
+        warnings.warn(f"{names}: {run_doubt.column} {run_doubt.text}", DoubtfulData, stacklevel=3)
 
 
 def usual(command: str, option: str) -> Any:

@@ -26,7 +26,7 @@ from measurement.runs import Run
 from plant_model.machine_file import read_machine
 from scenarios.outputs import COMPENSATOR_FILE, check_output, guarding
 from scenarios.replay import rig_of_model
-from spindle_drift._inputs import MachineLike, RunLike, as_run, as_runs, usual
+from spindle_drift._inputs import MachineLike, RunLike, as_run, as_runs, usual, warn_of_doubts
 from spindle_drift._plots import plot_judged
 
 if TYPE_CHECKING:
@@ -208,6 +208,7 @@ class Compensator:
             that was measured.
         """
         recorded = as_run(run)
+        warn_of_doubts([recorded])
         meant = rig_of_model(self.model, _five_point(machine))
         drift = measured_drift(recorded, meant, tool_length_mm, self.model.input_form)
         sent = self.predict(recorded, tool_length_mm=tool_length_mm)

@@ -73,6 +73,8 @@ class ImportedLog:
         By column: what its numbers contradict.
     notes : list of str
         What was passed over.
+    asks : dict of str to str
+        By header: displacements that do not tell their axis, and what would.
     """
 
     runs: list[Run]
@@ -80,6 +82,7 @@ class ImportedLog:
     left_out: dict[str, str]
     doubts: dict[str, list[str]]
     notes: list[str]
+    asks: dict[str, str]
     _imported: Imported
     _paths: tuple[Path, ...]
 
@@ -124,6 +127,8 @@ def import_log(
     *,
     mapping: str | Path | None = None,
     units: Mapping[str, str] | None = None,
+    axes: Mapping[str, str] | None = None,
+    every_row_s: float | None = None,
     **rules: object,
 ) -> ImportedLog:
     """Make runs of spreadsheets, text tables or logs of any recorder.
@@ -136,6 +141,10 @@ def import_log(
         A mapping file of an earlier import.
     units : mapping of str to str, optional
         Units of columns whose header has none, by header; ``*`` and ``?`` are allowed.
+    axes : mapping of str to str, optional
+        Axes of displacements by header, such as ``{"Dia*": "X"}``.
+    every_row_s : float, optional
+        For tables without a time: from row to row [s].
     **rules
         Entries of a mapping file: ``split``, ``pause_s``, ``cold_after_s``, ``every_s``, ``time``.
 
@@ -161,14 +170,16 @@ def import_log(
     >>> log.left_out["Druck"].startswith("it has no unit")
     True
     """
-    paths = [Path(files)] if isinstance(files, (str, Path)) else [Path(one) for one in files]
+    paths = [Path(file) for file in ([files] if isinstance(files, (str, Path)) else files)]
     given = read_mapping(Path(mapping)) if mapping is not None else Rules()
-    given = checked(Rules, given.model_dump(exclude_none=True) | dict(rules), "import_log")
-    found = import_files(paths, given, units)
+    table = given.model_dump(exclude_none=True) | dict(rules)
+    if every_row_s is not None:
+        table["time"] = {**table["time"], "every_row_s": every_row_s}
+    found = import_files(paths, checked(Rules, table, "import_log"), units, axes)
     doubts: dict[str, list[str]] = {}
     for column, text in found.doubts:
         doubts.setdefault(column, []).append(text)
-    table = pd.DataFrame(
+    pieces = pd.DataFrame(
         {
             "run": [piece.run.name for piece in found.pieces],
             "starts": [piece.starts for piece in found.pieces],
@@ -178,7 +189,14 @@ def import_log(
         }
     )
     return ImportedLog(
-        found.runs, table, dict(found.hints), doubts, list(found.notes), found, tuple(paths)
+        found.runs,
+        pieces,
+        dict(found.hints),
+        doubts,
+        list(found.notes),
+        dict(found.asks),
+        found,
+        tuple(paths),
     )
 
 

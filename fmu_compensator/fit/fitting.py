@@ -22,6 +22,7 @@ from fmu_compensator.fit.training import TrainingRun
 from fmu_compensator.runtime.fields import Fields
 from fmu_compensator.runtime.geometry import FORMS, FivePoint, geometry_from_fields
 from fmu_compensator.runtime.modelfile import FORMAT, KIND, model_text, parse_model
+from measurement.doubts import doubt_lines
 from measurement.errors import BadInput, shown
 from measurement.faults import cleaned, find_faults
 from measurement.rig import FivePointRig, Rig
@@ -161,7 +162,12 @@ def fit_compensator(
             {"name": run.name, "sha256": run.sha256, "rows": len(kept.time_s)}
             for run, kept in zip(runs, rows, strict=True)
         ],
-        "notes": [*prepared.notes, *_dropped(prepared, rows), *([warm] if warm else [])],
+        "notes": [
+            *doubt_lines(runs),
+            *prepared.notes,
+            *_dropped(prepared, rows),
+            *([warm] if warm else []),
+        ],
         "options": _plain(options),
         "rig": rig.model_dump(mode="json"),
         "figures": _plain(

@@ -51,7 +51,7 @@ NAMES = (
     ("temperature at the start", "degC"),
     ("largest rise", "K"),
     ("mean speed", "rpm"),
-    ("length", "h"),
+    ("duration", "h"),
 )
 
 

@@ -17,6 +17,7 @@ from fmu_compensator.fit.ranges import limits_table, sensor_table
 from fmu_compensator.fit.run_conditions import ranges_of
 from fmu_compensator.fit.training import Array, TrainingRun
 from fmu_compensator.runtime.modelfile import Model
+from measurement.doubts import doubt_lines
 from measurement.errors import BadInput
 from measurement.faults import cleaned, find_faults
 from measurement.rig import Rig, rig_from_table
@@ -74,7 +75,8 @@ def update_compensator(
         {"name": run.name, "sha256": run.sha256, "rows": count}
         for run, count in zip(runs, rows, strict=True)
     ]
-    provenance["notes"] += [note for note in prepared.notes if note not in provenance["notes"]]
+    notes = [*doubt_lines(runs), *prepared.notes]
+    provenance["notes"] += [note for note in notes if note not in provenance["notes"]]
     figures = provenance["figures"]
     used = [model.sensors[index].name for index in model.chosen]
     figures["conditions"] = _together(figures.get("conditions") or (), ranges_of(runs, used))

@@ -22,11 +22,14 @@ from fmu_compensator.monitoring.drift import AxisError, Gain, axis_errors, bound
 from fmu_compensator.monitoring.sensors import Agreement, Astray
 from fmu_compensator.runtime.compensator import HOLDING, SPARED, UNTRAINED
 from fmu_compensator.runtime.modelfile import Model
+from measurement.doubts import doubt_lines
 from measurement.faults import GROSS, LEVELS, Fault, cleaned, find_faults
+from measurement.faults.series import FEWEST_SAMPLES
 from measurement.rig import Rig, rig_from_table
 from measurement.runs import Run
 from measurement.warm import named_warm
 
+TOO_SHORT = "too_short"
 FITS, SENSOR, CHANGED = "fits", "sensor", "changed"
 OUTSIDE, UNUSUAL, NOT_MEASURED = "outside", "unusual_runs", "not_measured"
 VERDICTS = {
@@ -36,6 +39,7 @@ VERDICTS = {
     UNUSUAL: "some runs drifted unlike training, so few that it may be chance",
     NOT_MEASURED: "temperatures are as in training; the drift was not measured",
     FITS: "still fits",
+    TOO_SHORT: "nothing can be said: the logs are too short",
 }
 """What is said, the most urgent first."""
 ADVICE = {
@@ -46,11 +50,14 @@ ADVICE = {
     UNUSUAL: "measure more runs: they tell an exception from a change",
     NOT_MEASURED: "measure the drift in one run: no thermometer shows how the machine expands",
     FITS: "nothing to do",
+    TOO_SHORT: "log whole runs, from the start of the machine on",
 }
 OUTSIDE_SHARE = 0.25
 """From this share of samples with status 2 on, a run counts as outside training [1]."""
 FAULT_SHARE = 0.05
 """A thermometer that is broken for a smaller share of a run is not worth a verdict [1]."""
+SHORT_SHARE = 0.1
+"""A log that is shorter than this share of the shortest training run says nothing of a run [1]."""
 CHANCE = 0.01
 """More unusual runs than come by chance: the probability of so many is below this [1]."""
 
@@ -150,7 +157,7 @@ def monitor(
         If a run lacks a thermometer that the compensator uses.
     """
     used = [model.sensors[index].name for index in model.chosen]
-    notes = []
+    notes = doubt_lines(runs)
     if warm := named_warm(runs):
         notes.append(
             f"the machine was warm when these began: {warm}; what is left of them is no sign that "
@@ -258,6 +265,8 @@ def _run_report(
             "as in training",
             *reasons,
         ]
+    if verdict in (FITS, NOT_MEASURED) and (short := _too_short(run, conditions)):
+        verdict, reasons = TOO_SHORT, [short, *reasons]
     return RunReport(
         run.name,
         verdict,
@@ -268,6 +277,15 @@ def _run_report(
         tuple(errors),
         tuple(conditions),
     )
+
+
+def _too_short(run: Run, conditions: Sequence[Condition]) -> str:
+    """Say why a log is too short to tell anything; empty if it is not."""
+    rows, seconds = len(run.frame), float(run.time_s[-1] - run.time_s[0])
+    trained = next((one.low * 3600.0 for one in conditions if one.unit == "h"), 0.0)
+    if rows >= FEWEST_SAMPLES and seconds >= SHORT_SHARE * trained:
+        return ""
+    return f"{rows} rows in {seconds / 60.0:.1f} min (training: {trained / 60.0:.0f} min or more)"
 
 
 def _last_said(driven: Driven) -> str:

@@ -8,18 +8,19 @@ import numpy as np
 
 from measurement.faults.fault import Fault
 from measurement.faults.series import FEWEST_SAMPLES
-from measurement.faults.switches import near_switch
 from measurement.resampling import GAP_INTERVALS
-from measurement.runs import TIME, Run
+from measurement.runs import TIME, FloatArray, Run
 
 MISSING_SHARE = 0.01
 """A channel with a larger share of missing samples is named: below, averaging hides it well."""
 SLOWER = 2.0
 """A channel whose readings come this many times more rarely than the rows is sampled slowly [1]."""
-JUMP_K = 2.0
-"""Half of all temperatures moving by more than this from one sample to the next is no heat flow
-[K]: two recordings were joined, or the logger restarted. The largest step of the middle sensor is
-0.1 K in 30 good records, and 4.3 K in one that shows such a seam."""
+BESIDE = 3
+"""So many steps on each side of one say how far a thermometer moves from row to row [1]."""
+FINEST_K = 0.1
+"""No thermometer is read more finely [K]."""
+SEAM_ODDS = 0.01
+"""So often is a record joined of two [1]: a judgement."""
 
 
 def record(run: Run) -> list[Fault]:
@@ -48,25 +49,46 @@ def _pauses(run: Run) -> Iterator[Fault]:
 
 
 def _seams(run: Run) -> Iterator[Fault]:
-    """Find where half of the thermometers jump at once; what was joined on is another recording."""
-    if len(run.temperatures) < 2 or len(run.frame) < 2:
+    """Find where two recordings were joined: half of the thermometers leap at once.
+
+    In one record, a step is as large as the largest of those beside it that go the same way, even
+    where the machine is switched and samples are far apart; at a seam it is as large as what the
+    thermometer does in the whole record. Both are taken as Laplace's, and the second must be
+    likelier by the odds that any one of the rows is a seam.
+    """
+    names = run.temperatures
+    signed = np.diff(run.frame[names].to_numpy(), axis=0)
+    steps = np.abs(signed)
+    if len(names) < 2 or len(steps) <= 2 * BESIDE:
         return
-    steps = np.abs(np.diff(run.frame[run.temperatures].to_numpy(), axis=0))
-    # A missing neighbour is not a jump, and over a pause heat has time to flow. With samples far
-    # apart, a switch makes half of all thermometers jump too.
-    needed = max(len(run.temperatures) / 2, 2)  # a single one that jumps is that one's matter
-    jumped = (np.nan_to_num(steps) > JUMP_K).sum(axis=1) >= needed
+    up, down = _largest_beside(signed), _largest_beside(-signed)
+    usual = np.fmax(np.where(signed > 0.0, up, down), FINEST_K)
+    whole = np.fmax(
+        np.nanmax(run.frame[names], axis=0) - np.nanmin(run.frame[names], axis=0), usual
+    )
+    gain = np.log(usual / whole) + steps / usual - steps / whole
+    # A missing neighbour is no witness, and over a pause heat has time to flow.
+    gain = np.nan_to_num(gain, nan=-np.inf)
+    needed = max(len(names) // 2, 2)  # a single one that leaps is that one's matter
+    told = np.sort(gain, axis=1)[:, -needed]
     time_steps = np.diff(run.time_s)
-    jumped &= time_steps <= GAP_INTERVALS * np.median(time_steps)
-    jumped &= ~near_switch(run)[1:]
-    if jumped.any():
-        at = int(np.argmax(jumped))
+    leaps = told > np.log(len(steps) / SEAM_ODDS)
+    leaps &= time_steps <= GAP_INTERVALS * np.median(time_steps)
+    if leaps.any():
+        at = int(np.argmax(leaps))
         text = (
-            f"half of the temperatures or more jump by over {JUMP_K:g} K between two samples: "
+            f"half of the temperatures or more leap at once, by up to {steps[at].max():.1f} K: "
             "joined recordings, or the logger restarted"
         )
         start, end = float(run.time_s[at + 1]), float(run.time_s[-1])
         yield Fault(run.name, TIME, "jump", start, end, text)
+
+
+def _largest_beside(steps: FloatArray) -> FloatArray:
+    """Return for each step the largest of those beside it; 0 where none is more than that."""
+    padded = np.pad(np.nan_to_num(steps), ((BESIDE, BESIDE), (0, 0)))
+    shifts = [n for n in range(2 * BESIDE + 1) if n != BESIDE]
+    return np.asarray(np.max([padded[n : n + len(steps)] for n in shifts], axis=0))
 
 
 def _missing(run: Run, name: str) -> Iterator[Fault]:

@@ -2,6 +2,6 @@
 
 ``sheets`` reads a file into cells, ``headers`` and ``quantities`` say what each column is,
 ``clock`` makes time of it, ``joining`` puts tables on one clock, ``splitting`` cuts a long log into
-runs, ``plausible`` doubts what the numbers contradict, and ``mapping`` keeps what was decided.
+runs, and ``mapping`` keeps what was decided.
 ``log.import_log`` does all of it.
 """

@@ -72,6 +72,10 @@ def clock_of(sheet: Sheet, rule: TimeRule | None = None) -> Clock:
         If there is no time, or it cannot be told, or it goes back.
     """
     rule = rule or TimeRule()
+    if rule.every_row_s:
+        named = tuple(i for i, entry in enumerate(sheet.headings) if entry.is_time)
+        rows = np.arange(len(sheet.rows), dtype=np.float64)
+        return Clock(rule.every_row_s * rows, False, named, rule)
     at = _columns(sheet, rule)
     absolute = False
     if len(at) == 1 and is_numeric(sheet, at[0]):
@@ -104,7 +108,10 @@ def _columns(sheet: Sheet, rule: TimeRule) -> tuple[int, ...]:
     first = conversion_of(sheet.headings[0].unit) if sheet.headings[0].unit else None
     if first is not None and first.suffix == "s":
         return (0,)
-    problem = "has no column of time: none has such a name or such values; --time NAME names it"
+    problem = (
+        "has no column of time: none has such a name or such values. --time NAME names it; "
+        "--every-row 60s says that a row follows the last after 60 s"
+    )
     raise BadInput(sheet.where, "", problem)
 
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -41,12 +42,13 @@ class Log:
     paths: tuple[Path, ...]
 
 
-def joined(tables: Sequence[Table]) -> list[Log]:
-    """Join tables into logs.
+def joined(tables: Sequence[Table]) -> tuple[list[Log], list[str]]:
+    """Join tables into logs, and say which tables were left out.
 
     Tables with the same columns follow each other; where their clocks start anew in each, each is a
     log of its own. Tables with other columns stand side by side: every row of each stays, at its
-    own time, and what the other tables did not record then is missing.
+    own time, and what the other tables did not record then is missing. Where several tables of each
+    kind count from a start of their own, those go together whose names say so (`_paired`).
 
     Raises
     ------
@@ -62,15 +64,95 @@ def joined(tables: Sequence[Table]) -> list[Log]:
             chains.append([table])
     _one_kind_of_clock(tables)
     if tables[0].clock.absolute:
-        return [_beside([_after_each_other(chain) for chain in chains])]
-    lengths = {len(chain) for chain in chains}
-    if len(chains) > 1 and lengths != {1}:
-        names = ", ".join(table.where for table in tables)
-        problem = "count from a start of their own and have different columns: import those of a "
-        raise BadInput(names, "", problem + "run together, each run by itself")
+        return [_beside([_after_each_other(chain) for chain in chains])], []
     if len(chains) == 1:
-        return [_log(table) for table in chains[0]]
-    return [_beside([_log(chain[0]) for chain in chains])]
+        logs, notes = [_log(table) for table in chains[0]], list[str]()
+    elif all(len(chain) == 1 for chain in chains):
+        return [_beside([_log(chain[0]) for chain in chains])], []
+    else:
+        logs, notes = _paired(chains)
+    logs.sort(key=lambda log: natural(log.name))
+    names = padded([log.name for log in logs])
+    return [replace(log, name=name) for log, name in zip(logs, names, strict=True)], notes
+
+
+def _paired(chains: Sequence[Sequence[Table]]) -> tuple[list[Log], list[str]]:
+    """Return tables of different columns side by side where they have one name, in any file.
+
+    A table's name is what tells it from the others of its columns: ``day 3`` of
+    ``temperatures.xlsx`` goes with ``day 3`` of ``probe.xlsx``, ``t_day3.csv`` with ``d_day3.csv``.
+    """
+    groups: dict[tuple[str | int, ...], list[Table]] = {}
+    for chain in chains:
+        for key, table in zip(_keys(chain), chain, strict=True):
+            groups.setdefault(key, []).append(table)
+    pairs = [group for group in groups.values() if len(group) == len(chains)]
+    if not pairs:
+        names = " and ".join(_examples(chain) for chain in chains)
+        problem = "count from a start of their own, have different columns, and no name in common: "
+        raise BadInput(names, "", problem + "import those of a run together, each run by itself")
+    lonely = [
+        table.where for group in groups.values() if len(group) < len(chains) for table in group
+    ]
+    notes = [f"left out: {where}: no other table has its name" for where in lonely]
+    logs = []
+    for group in pairs:
+        first = group[0].sheet
+        log = _beside([_log(table) for table in group])
+        logs.append(replace(log, name=first.title or first.path.stem))
+    return logs, notes
+
+
+def _keys(chain: Sequence[Table]) -> list[tuple[str | int, ...]]:
+    """Return what tells tables apart: the words and numbers that not all of their names share."""
+    words = [_words(f"{table.sheet.path.stem}/{table.sheet.title}") for table in chain]
+    if len(chain) == 1:
+        return [_words(chain[0].sheet.title or chain[0].sheet.path.stem)]
+    shortest = min(len(entry) for entry in words)
+    start = next((n for n in range(shortest) if len({entry[n] for entry in words}) > 1), shortest)
+    most = shortest - start
+    end = next((n for n in range(most) if len({entry[-1 - n] for entry in words}) > 1), most)
+    return [entry[start : len(entry) - end] for entry in words]
+
+
+def _words(text: str) -> tuple[str | int, ...]:
+    """Return the words and numbers of a name; ``Day 03`` is ``day 3``."""
+    parts = re.findall(r"\d+|[^\W\d_]+", text.casefold())
+    return tuple(int(part) if part.isdigit() else part for part in parts)
+
+
+def _examples(chain: Sequence[Table]) -> str:
+    more = f" (and {len(chain) - 1} more)" if len(chain) > 1 else ""
+    return f"{chain[0].where}{more}"
+
+
+def natural(name: str) -> list[tuple[bool, int, str]]:
+    """Return what puts names in the order that people mean: Sheet2 before Sheet10.
+
+    >>> sorted(["Sheet10", "Sheet2", "Cover"], key=natural)
+    ['Cover', 'Sheet2', 'Sheet10']
+    """
+    parts = re.findall(r"\d+|\D+", name.casefold())
+    return [(part.isdigit(), int(part) if part.isdigit() else 0, part) for part in parts]
+
+
+def padded(names: Sequence[str]) -> list[str]:
+    """Return names whose order is natural for a shell, too: numbers get leading zeros.
+
+    >>> padded(["Sheet2", "Sheet10"])
+    ['Sheet02', 'Sheet10']
+    """
+    shape = [re.sub(r"\d+", "0", name) for name in names]
+    width: dict[tuple[str, int], int] = {}
+    for name, form in zip(names, shape, strict=True):
+        for place, number in enumerate(re.findall(r"\d+", name)):
+            width[form, place] = max(width.get((form, place), 0), len(number))
+
+    def filled(name: str, form: str) -> str:
+        places = iter(range(len(name)))
+        return re.sub(r"\d+", lambda match: match[0].zfill(width[form, next(places)]), name)
+
+    return [filled(name, form) for name, form in zip(names, shape, strict=True)]
 
 
 def _one_kind_of_clock(tables: Sequence[Table]) -> None:

@@ -7,13 +7,13 @@ from collections.abc import Mapping as Mapped
 from dataclasses import dataclass
 from pathlib import Path
 
+from measurement.doubts import doubts
 from measurement.errors import BadInput
 from measurement.importing.joining import Log, joined
 from measurement.importing.mapping import ColumnRule, Mapping, mapping_text
-from measurement.importing.plausible import doubts
 from measurement.importing.sheets import read_sheets
 from measurement.importing.splitting import Piece, split
-from measurement.importing.tables import Table, fits, table_of
+from measurement.importing.tables import Table, axes_to_ask, fits, table_of
 from measurement.runs import Run
 
 SPARSE = 0.5
@@ -38,6 +38,8 @@ class Imported:
         What was passed over, and what was said of the tables.
     sources : dict of str to str
         For each column of the runs the header that it came from.
+    asks : dict of str to str
+        By header: displacements that do not tell their axis, and what would tell it.
     """
 
     pieces: tuple[Piece, ...]
@@ -46,6 +48,7 @@ class Imported:
     doubts: tuple[tuple[str, str], ...]
     notes: tuple[str, ...]
     sources: dict[str, str]
+    asks: dict[str, str]
 
     @property
     def runs(self) -> list[Run]:
@@ -58,11 +61,16 @@ class Imported:
         for column, text in self.doubts:
             header = self.sources.get(column, "")
             remarks.setdefault(header, f"doubtful: {text}")
+        for header, text in self.asks.items():
+            remarks.setdefault(header, text)
         return mapping_text(self.mapping, remarks)
 
 
 def import_files(
-    paths: Iterable[Path], mapping: Mapping | None = None, units: Mapped[str, str] | None = None
+    paths: Iterable[Path],
+    mapping: Mapping | None = None,
+    units: Mapped[str, str] | None = None,
+    axes: Mapped[str, str] | None = None,
 ) -> Imported:
     """Read logs and make runs of them.
 
@@ -75,6 +83,8 @@ def import_files(
         What an earlier import decided.
     units : mapping of str to str, optional
         Units by header (``*`` and ``?`` allowed), for columns whose header has none.
+    axes : mapping of str to str, optional
+        Axes of displacements by header (``*`` and ``?`` allowed): ``X``, ``-Z``.
 
     Returns
     -------
@@ -86,14 +96,16 @@ def import_files(
     BadInput
         For the first thing that cannot be used; or if no column could be placed.
     """
-    mapping, units = mapping or Mapping(), units or {}
+    mapping, units, axes = mapping or Mapping(), units or {}, axes or {}
     tables = [
-        table_of(sheet, mapping, units) for path in paths for sheet in read_sheets(Path(path))
+        table_of(sheet, mapping, units, axes) for path in paths for sheet in read_sheets(Path(path))
     ]
-    _need_signals(tables, units)
-    logs = joined([table for table in tables if len(table.frame.columns)])
+    _need_signals(tables)
+    for option, patterns in (("--unit", units), ("--axis", axes)):
+        _need_headers(tables, option, patterns)
+    logs, lonely = joined([table for table in tables if len(table.frame.columns)])
     pieces: list[Piece] = []
-    notes = [f"{table.where}: {note}" for table in tables for note in _said(table)]
+    notes = [f"{table.where}: {note}" for table in tables for note in _said(table)] + lonely
     for log in logs:
         found, left_out = split(log, mapping)
         pieces += found
@@ -107,21 +119,29 @@ def import_files(
         tuple(doubts(runs)),
         tuple(notes),
         {column: header for log in logs for column, header in log.sources.items()},
+        {
+            header: f"which axis? --axis '{header}=X' says it (or Y, Z; -X if it rises towards -X)"
+            for table in tables
+            for header in axes_to_ask(table.rules)
+        },
     )
 
 
-def _need_signals(tables: Sequence[Table], units: Mapped[str, str]) -> None:
-    headers = {entry.text for table in tables for entry in table.sheet.headings}
+def _need_signals(tables: Sequence[Table]) -> None:
     if not any(len(table.frame.columns) for table in tables):
         header, text = next(
             ((h, t) for table in tables for h, t in table.hints.items()), ("", "only time")
         )
         place = f"column {header}" if header else ""
         raise BadInput(tables[0].where, place, f"no column can be placed: {text}")
-    for pattern in units:
+
+
+def _need_headers(tables: Sequence[Table], option: str, patterns: Iterable[str]) -> None:
+    headers = {entry.text for table in tables for entry in table.sheet.headings}
+    for pattern in patterns:
         if not any(fits(header, pattern) for header in headers):
-            shown = ", ".join(sorted(headers))
-            raise BadInput("--unit", "", f"no column is called {pattern!r}: {shown}")
+            names = ", ".join(sorted(headers))
+            raise BadInput(option, "", f"no column is called {pattern!r}: {names}")
 
 
 def _said(table: Table) -> list[str]:

@@ -38,12 +38,15 @@ class TimeRule(_Strict):
         Whether 03/04 is the 3rd of April.
     timezone : str
         IANA name, if the clock follows summer time.
+    every_row_s : float
+        For tables without a time: how long after each row the next one follows; else 0 [s].
     """
 
     columns: list[str] = Field(default_factory=list)
     unit: str = ""
     day_first: bool | None = None
     timezone: str = ""
+    every_row_s: float = Field(default=0.0, ge=0.0, le=86400.0)
 
 
 class ColumnRule(_Strict):

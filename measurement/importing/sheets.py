@@ -6,7 +6,7 @@ import datetime as dt
 import re
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -119,18 +119,23 @@ def _workbook(path: Path) -> list[Sheet]:
             ]
     except Exception as error:  # the library has an error for each format, and no common one
         raise BadInput(path, "", f"is no workbook that can be read: {error}") from None
-    found = []
+    sheets: list[Sheet] = []
+    left_out: list[BadInput] = []
     for name, rows in tables:
         cells: list[list[Cell]] = [list(row) for row in rows]
         if sum(any(not _is_missing(cell) for cell in row) for row in cells) < 2:
             continue  # an empty sheet, or a lone title
         try:
-            found.append(_sheet(path, name, cells))
-        except BadInput:
+            sheets.append(_sheet(path, name, cells))
+        except BadInput as error:
             # A workbook may hold a cover or figures; it must hold one table at least.
-            if len(tables) == 1:
-                raise
-    return found
+            left_out.append(error)
+    if left_out and not sheets:
+        raise left_out[0]
+    if left_out:
+        notes = [f"left out: {error.place or path.name}: {error.problem}" for error in left_out]
+        sheets[0] = replace(sheets[0], notes=(*sheets[0].notes, *notes))
+    return sheets
 
 
 def _sheet(path: Path, title: str, rows: list[list[Cell]]) -> Sheet:
@@ -142,8 +147,10 @@ def _sheet(path: Path, title: str, rows: list[list[Cell]]) -> Sheet:
         If there is none, or a row does not fit it.
     """
     place = f"{title}, " if title else ""
-    first = next((i for i, row in enumerate(rows[:HEADER_WITHIN]) if _is_data(row) and i > 0), None)
-    if rows and _is_data(rows[0]):
+    fewest = min(2, _usual_filled(rows))
+    data = [i for i, row in enumerate(rows[:HEADER_WITHIN]) if _is_data(row, fewest)]
+    first = next((i for i in data if i > 0), None)
+    if data and data[0] == 0:
         raise BadInput(path, f"{place}row 1", "holds numbers; a header with names must stand first")
     if first is None:
         problem = f"no row of numbers in the first {HEADER_WITHIN} rows"
@@ -197,7 +204,7 @@ def _headings(
     last = _texts(rows[above[-1]])
     names, units, top = last, [""] * len(last), above[-1]
     before = _texts(rows[above[-2]]) if len(above) > 1 else []
-    if is_unit_line(last) and len(before) >= 2 and len([c for c in before if c]) >= 2:
+    if is_unit_line(last) and len([c for c in before if c]) >= min(2, _usual_filled(rows)):
         names, units, top = before, last, above[-2]
     usual = _usual_length(rows[first:])
     width = max(len(_trimmed(row)) for row in rows[first : first + 50] if len(row) == usual)
@@ -252,7 +259,11 @@ def _blank_end(texts: Sequence[str]) -> int:
 
 
 def _filled(row: Sequence[Cell]) -> bool:
-    return any(not (cell is None or (isinstance(cell, str) and not cell.strip())) for cell in row)
+    return any(not _is_blank(cell) for cell in row)
+
+
+def _is_blank(cell: Cell) -> bool:
+    return cell is None or (isinstance(cell, str) and not cell.strip())
 
 
 def _is_missing(cell: Cell) -> bool:
@@ -264,12 +275,22 @@ def is_missing(cell: Cell) -> bool:
     return _is_missing(cell)
 
 
-def _is_data(row: Sequence[Cell]) -> bool:
-    """Return whether a row holds values: at least two cells, most of them numbers or times."""
+def _usual_filled(rows: Sequence[Sequence[Cell]]) -> int:
+    """Return how many filled cells most rows have that have any; a table may be one column.
+
+    Lines before the header are passed over by looking at the second half alone.
+    """
+    later = [row for row in rows[len(rows) // 2 :] if _filled(row)]
+    counts = Counter(sum(not _is_blank(cell) for cell in row) for row in later)
+    return counts.most_common(1)[0][0] if counts else 0
+
+
+def _is_data(row: Sequence[Cell], fewest: int) -> bool:
+    """Return whether a row holds values: enough cells, most of them numbers or times."""
     filled = [cell for cell in row if cell is not None and str(cell).strip()]
     values = [cell for cell in filled if _is_value(cell)]
     spoken = [cell for cell in filled if not _is_missing(cell)]
-    return len(filled) >= 2 and len(values) >= 1 and len(values) >= 0.6 * max(len(spoken), 1)
+    return len(filled) >= fewest and len(values) >= 1 and len(values) >= 0.6 * max(len(spoken), 1)
 
 
 def _is_value(cell: Any) -> bool:

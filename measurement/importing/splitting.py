@@ -12,7 +12,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from measurement.errors import BadInput
-from measurement.importing.joining import Log
+from measurement.importing.joining import Log, padded
 from measurement.importing.mapping import Mapping
 from measurement.importing.stamps import DAY_S
 from measurement.resampling import FloatArray
@@ -115,7 +115,9 @@ def _names(log: Log, starts: Sequence[float]) -> list[str]:
             names = [pd.Timestamp(start, unit="s").strftime("%Y%m%d_%H%M%S") for start in starts]
         return names
     stem = re.sub(r"[^\w.-]+", "_", log.name)
-    return [stem] if len(starts) == 1 else [f"{stem}_{n}" for n in range(1, len(starts) + 1)]
+    if len(starts) == 1:
+        return [stem]
+    return padded([f"{stem}_{number}" for number in range(1, len(starts) + 1)])
 
 
 def _at(log: Log, time_s: float) -> str:

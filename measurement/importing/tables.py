@@ -16,6 +16,7 @@ from measurement.importing.mapping import ColumnRule, Mapping
 from measurement.importing.quantities import KNOWN_UNITS, checked_conversion, conversion_of
 from measurement.importing.sheets import Sheet, is_missing
 from measurement.importing.values import is_numeric, numbers_of
+from measurement.rig import FivePointRig, axis_of
 from measurement.units import UNITS, column
 
 
@@ -50,7 +51,9 @@ class Table:
         return self.sheet.where
 
 
-def table_of(sheet: Sheet, mapping: Mapping, units: Mapped[str, str]) -> Table:
+def table_of(
+    sheet: Sheet, mapping: Mapping, units: Mapped[str, str], axes: Mapped[str, str]
+) -> Table:
     """Read a sheet's signals.
 
     Parameters
@@ -59,7 +62,10 @@ def table_of(sheet: Sheet, mapping: Mapping, units: Mapped[str, str]) -> Table:
     mapping : Mapping
         What it says of a header is done.
     units : mapping of str to str
-        Units by header, ``*`` and ``?`` allowed; they win.
+        Units by header, ``*`` and ``?`` allowed; they win. With ``*`` or ``?`` only over another
+        unit of the same quantity, and where the header has none.
+    axes : mapping of str to str
+        Axes of displacements by header, such as ``X`` or ``-Z``, ``*`` and ``?`` allowed.
 
     Raises
     ------
@@ -68,12 +74,13 @@ def table_of(sheet: Sheet, mapping: Mapping, units: Mapped[str, str]) -> Table:
         columns would have one name.
     """
     time = mapping.time
-    given = [unit for pattern, unit in units.items() if _timefits(sheet, pattern)]
+    given = [unit for pattern, unit in units.items() if _times(sheet, pattern, unit)]
     if given:
         time = time.model_copy(update={"unit": given[-1]})
     clock = clock_of(sheet, time)
     rules, hints = _rules(sheet, clock, mapping, units)
     _name_the_speed(rules)
+    _name_the_axes(rules, axes)
     columns: dict[str, np.ndarray] = {}
     sources: dict[str, str] = {}
     for at, entry in enumerate(sheet.headings):
@@ -88,13 +95,26 @@ def table_of(sheet: Sheet, mapping: Mapping, units: Mapped[str, str]) -> Table:
     return Table(sheet, clock, pd.DataFrame(columns), sources, rules, hints)
 
 
-def _timefits(sheet: Sheet, pattern: str) -> bool:
-    return any(entry.is_time and fits(entry.text, pattern) for entry in sheet.headings)
+def _times(sheet: Sheet, pattern: str, unit: str) -> bool:
+    """Return whether a unit is meant for the column of time: ``*=degC`` is not."""
+    kind = conversion_of(unit)
+    of_time = kind is not None and kind.suffix == "s"
+    return any(
+        entry.text == pattern or (of_time and fits(entry.text, pattern))
+        for entry in sheet.headings
+        if entry.is_time
+    )
 
 
 def fits(header: str, pattern: str) -> bool:
-    """Return whether a header is the one meant; brackets are brackets, not classes."""
-    return header == pattern or fnmatch.fnmatchcase(header, pattern.replace("[", "[[]"))
+    """Return whether a header is the one meant; brackets are brackets, not classes.
+
+    A column may be called by its name in the run files, too.
+    """
+    plain = pattern.replace("[", "[[]")
+    return header == pattern or any(
+        fnmatch.fnmatchcase(name, plain) for name in (header, signal_name(header))
+    )
 
 
 def _rules(
@@ -113,7 +133,9 @@ def _rules(
             name=signal_name(entry.name), unit=entry.unit
         )
         asked = [
-            unit for pattern, unit in units.items() if fnmatch.fnmatchcase(entry.text, pattern)
+            unit
+            for pattern, unit in units.items()
+            if fits(entry.text, pattern) and (entry.text == pattern or _may_be(rule, unit))
         ]
         if asked:
             rule = rule.model_copy(update={"unit": asked[-1], "keep": True})
@@ -123,6 +145,14 @@ def _rules(
             hints[entry.text] = hint
             rules[entry.text] = rule.model_copy(update={"unit": ""})
     return rules, hints
+
+
+def _may_be(rule: ColumnRule, unit: str) -> bool:
+    """Return whether a unit for many columns goes for this one: it measures the same, or nobody
+    knows what.
+    """
+    known, asked = conversion_of(rule.unit, rule.name), conversion_of(unit, rule.name)
+    return known is None or (asked is not None and asked.suffix == known.suffix)
 
 
 def _hint(sheet: Sheet, at: int, entry: Heading, rule: ColumnRule) -> str:
@@ -189,3 +219,40 @@ def _name_the_speed(rules: dict[str, ColumnRule]) -> None:
         ]
         if len(found) == 1:
             rules[found[0]] = rules[found[0]].model_copy(update={"name": name})
+
+
+def _name_the_axes(rules: dict[str, ColumnRule], axes: Mapped[str, str]) -> None:
+    """Let the names of displacements tell the axis that was given: commands read it there."""
+    for header, rule in rules.items():
+        given = [
+            axis
+            for pattern, axis in axes.items()
+            if fits(header, pattern) and is_displacement(rule)
+        ]
+        if not given:
+            continue
+        axis = given[-1].lstrip("+-").lower()
+        named = axis_of(rule.name)
+        name = rule.name if named == (axis.upper(), 1) else f"{rule.name}_{axis}"
+        if axis_of(name) != (axis.upper(), 1):  # the name told another axis
+            name = f"disp_{axis}"
+        sign = -1 if given[-1].startswith("-") else 1
+        rules[header] = rule.model_copy(update={"name": name, "sign": sign})
+
+
+def is_displacement(rule: ColumnRule) -> bool:
+    """Return whether a column is kept, and is a displacement."""
+    kind = conversion_of(rule.unit, rule.name) if rule.unit and rule.keep else None
+    return kind is not None and kind.suffix == "um"
+
+
+def axes_to_ask(rules: Mapped[str, ColumnRule]) -> list[str]:
+    """Return the headers of displacements that do not tell which axis they measure.
+
+    Five sensors called as those of the usual five-point rig need none.
+    """
+    moved = {header: rule.name for header, rule in rules.items() if is_displacement(rule)}
+    places = ("near_x", "near_y", "distal_x", "distal_y", "axial")
+    if {FivePointRig.model_fields[place].default for place in places} <= set(moved.values()):
+        return []
+    return [header for header, name in moved.items() if axis_of(name) is None]

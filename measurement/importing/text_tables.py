@@ -12,10 +12,13 @@ from measurement.errors import BadInput, shown
 
 SEPARATORS = (";", "\t", "|", ",")
 """In this order: a comma may also be a decimal mark."""
+ONE_COLUMN = "\0"
+"""What separates the cells of one column: nothing that a text holds."""
 HEAD_LINES = 400
 """So many lines are looked at to find the separator."""
 _DECIMAL_COMMA = re.compile(r"\s*[+-]?\d+,\d+(?:[eE][+-]?\d+)?\s*")
 _DECIMAL_POINT = re.compile(r"\s*[+-]?\d*\.\d+(?:[eE][+-]?\d+)?\s*")
+_ONE_NUMBER = re.compile(r"\s*[+-]?\d+(?:[.,]\d*)?(?:[eE][+-]?\d+)?\s*")
 _THOUSANDS = re.compile(r"\s*[+-]?\d{1,3}(?:\.\d{3})+,\d+\s*")
 
 
@@ -55,8 +58,12 @@ def separator_of(text: str, path: Path) -> str:
     said = re.match(r"sep=(.)$", lines[0])
     if said:
         return said[1]
+    body = lines[-max(2, len(lines) * 3 // 4) :]
+    # A decimal comma that no header shares divides nothing.
+    if all(_ONE_NUMBER.fullmatch(line) for line in body) and not re.search("[;\t|,]", lines[0]):
+        return ONE_COLUMN
     for mark in SEPARATORS:
-        counts = Counter(line.count(mark) for line in lines[-max(2, len(lines) * 3 // 4) :])
+        counts = Counter(line.count(mark) for line in body)
         count, often = counts.most_common(1)[0]
         if count and often >= 0.8 * sum(counts.values()):
             return mark

@@ -16,6 +16,7 @@ from fmu_compensator.fit.columns import targets_of
 from fmu_compensator.fit.comparison import Comparison, compare
 from fmu_compensator.fit.contestants import contestants
 from fmu_compensator.fit.splits import Split, leave_out
+from measurement.doubts import doubt_lines
 from measurement.errors import BadInput
 from measurement.faults import HANDLING, faults_text, find_faults, looked_over
 from measurement.files import write_atomically
@@ -103,7 +104,8 @@ def run(args: argparse.Namespace) -> int:
         )
     result = comparison.to_dict() | {"data": [fault.to_dict() for fault in faults]}
     text = json.dumps(result, indent=1, allow_nan=False)
-    lines = ["What is wrong with the data", faults_text(faults), "", *_noted(comparison)]
+    doubtful = [f"  {line}" for line in doubt_lines(runs)]
+    lines = ["What is wrong with the data", faults_text(faults), *doubtful, "", *_noted(comparison)]
     lines += ["", ranking_text(comparison)]
     if args.out is not None:
         with results_folder(args.out) as folder:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import re
 import sys
 from pathlib import Path
 from typing import Any
@@ -46,7 +47,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="HEADER=UNIT",
         help="unit of a column whose header has none, such as 'T*=degC'; may be repeated",
     )
+    parser.add_argument(
+        "--axis",
+        action="append",
+        default=[],
+        metavar="HEADER=AXIS",
+        help="axis that a displacement measures, such as 'Dia*=X', or -X where it grows towards "
+        "-X; may be repeated",
+    )
     parser.add_argument("--time", metavar="HEADER", help="column of time, if it cannot be told")
+    parser.add_argument(
+        "--every-row",
+        metavar="TIME",
+        help="for tables without a column of time: from row to row, such as 60s",
+    )
     order = parser.add_mutually_exclusive_group()
     order.add_argument(
         "--day-first", action="store_true", default=None, help="03/04 is the 3rd of April"
@@ -94,8 +108,10 @@ def run(args: argparse.Namespace) -> int:
     mapping = _adjusted(read_mapping(source) if source else Mapping(), args)
     hidden = len(args.files) < 2 or not sys.stderr.isatty()
     files = tqdm(args.files, desc="import", unit="file", disable=hidden, leave=False)
-    found = import_files(files, mapping, _units(args.unit))
-    fresh = args.mapping is None and (source is None or args.force)
+    units, axes = _units(args.unit), _axes(args.axis)
+    found = import_files(files, mapping, units, axes)
+    # What was said now is to be remembered for the next import.
+    fresh = args.mapping is None and bool(source is None or args.force or units or axes)
     written = write_imported(found, args.files, args.output, with_mapping=fresh)
     if args.json:
         print(json.dumps(_facts(found, written), indent=1, ensure_ascii=False))
@@ -104,6 +120,8 @@ def run(args: argparse.Namespace) -> int:
     new = {} if source is None else _not_in(mapping.columns, found)
     for header, text in found.hints.items():
         print(f"left out: {header}: {text}", file=sys.stderr)
+    for header, text in found.asks.items():
+        print(f"asked: {header}: {text}", file=sys.stderr)
     for column, text in found.doubts:
         print(f"doubtful: {column} {text}", file=sys.stderr)
     for note in (*found.notes, *new):
@@ -132,6 +150,8 @@ def _adjusted(mapping: Any, args: argparse.Namespace) -> Any:
     }
     if args.time:
         table["time"]["columns"] = [args.time]
+    if args.every_row is not None:
+        table["time"]["every_row_s"] = _seconds(args.every_row)
     if args.day_first or args.month_first:
         table["time"]["day_first"] = bool(args.day_first)
     if args.timezone:
@@ -143,15 +163,46 @@ def _units(given: list[str]) -> dict[str, str]:
     from measurement.errors import BadInput
     from measurement.importing.quantities import checked_conversion
 
-    units = {}
-    for text in given:
-        header, equals, unit = text.rpartition("=")
-        if not equals or not header.strip() or not unit.strip():
-            raise BadInput("--unit", "", f"{text!r} is not of the form HEADER=UNIT")
-
+    units = _by_header("--unit", given, "UNIT")
+    for header, unit in units.items():
         checked_conversion(unit, header, lambda problem: BadInput("--unit", "", problem))
-        units[header.strip()] = unit.strip()
     return units
+
+
+def _axes(given: list[str]) -> dict[str, str]:
+    from measurement.errors import BadInput
+
+    axes = _by_header("--axis", given, "AXIS")
+    for header, axis in axes.items():
+        if not re.fullmatch("[+-]?[XYZxyz]", axis):
+            problem = f"{axis!r} is not allowed: X, Y or Z, or -X where it grows towards -X"
+            raise BadInput("--axis", header, problem)
+    return axes
+
+
+def _by_header(option: str, given: list[str], what: str) -> dict[str, str]:
+    """Return what was given by header; a header may itself hold an equals sign."""
+    from measurement.errors import BadInput
+
+    table = {}
+    for text in given:
+        header, equals, value = text.rpartition("=")
+        if not equals or not header.strip() or not value.strip():
+            raise BadInput(option, "", f"{text!r} is not of the form HEADER={what}")
+        table[header.strip()] = value.strip()
+    return table
+
+
+def _seconds(text: str) -> float:
+    """Return a time such as ``60s``, ``1min`` or ``60`` in seconds."""
+    from measurement.errors import BadInput
+    from measurement.importing.quantities import conversion_of
+
+    parts = re.fullmatch(r"\s*([0-9]*\.?[0-9]+)\s*([a-z]*)\s*", text)
+    kind = conversion_of(parts[2] or "s") if parts else None
+    if parts is None or kind is None or kind.suffix != "s" or not 0 < float(parts[1]) < 1e6:
+        raise BadInput("--every-row", "", f"{text!r} is not allowed: a time such as 60s or 1min")
+    return kind.factor * float(parts[1])
 
 
 def _not_in(known: Any, found: Any) -> list[str]:
@@ -177,6 +228,7 @@ def _facts(found: Any, written: list[Path]) -> dict[str, Any]:
             for piece, file in zip(found.pieces, written, strict=True)
         ],
         "left_out": found.hints,
+        "asked": found.asks,
         "doubtful": [{"column": column, "why": text} for column, text in found.doubts],
         "notes": list(found.notes),
     }

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from tqdm import tqdm
 
+from measurement.doubts import doubt_lines
 from measurement.errors import BadInput
 from measurement.faults import looked_over
 from measurement.files import write_atomically
@@ -73,6 +74,8 @@ def run(args: argparse.Namespace) -> int:
         print(tables)
     else:
         print("\n\n\n".join(summary.text() for summary in summaries))
+        for line in doubt_lines(runs):
+            print(line)
         if args.out is not None:
             print(f"\nWrote summary.json and {len(runs)} PNG to {args.out}")
     return 0

@@ -9,12 +9,14 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from measurement.errors import BadInput
 from measurement.importing.log import Imported, import_files
 from measurement.importing.mapping import Mapping, TimeRule
 from tests.measurement.importing.made import (
     HEADER,
     START,
     elapsed,
+    german,
     signals,
     stamps,
     table,
@@ -188,3 +190,50 @@ def test_a_damaged_file_is_refused_in_one_line(ending: str, tmp_path: Path) -> N
         imported(path)
     assert str(caught.value).startswith(f"{path}: ")
     assert "\n" not in str(caught.value)
+
+
+def test_one_column_alone_is_a_table(tmp_path: Path) -> None:
+    rule = Mapping(time=TimeRule(every_row_s=60.0))
+    values = [21.5, 21.75, 22.0, 22.25]
+    column = [["T1 [°C]"], *([value] for value in values)]
+    book = workbook(tmp_path / "book.xlsx", {"day 1": column, "day 2": column})
+    for comma in (True, False):
+        text = "\n".join(["T1 [°C]", *(german(v) if comma else str(v) for v in values)])
+        (tmp_path / "log.csv").write_text(text + "\n", encoding="utf-8")
+        (run,) = import_files([tmp_path / "log.csv"], rule).runs
+        assert run.frame.to_dict("list") == {"time_s": [0.0, 60.0, 120.0, 180.0], "T1_degC": values}
+    runs = import_files([book], rule).runs
+    assert [run.name for run in runs] == ["book_day_1", "book_day_2"]
+
+
+def test_tables_of_a_day_are_paired_by_what_tells_their_names_apart(tmp_path: Path) -> None:
+    def book(name: str, header: str, titles: list[str]) -> Path:
+        sheets = {
+            title: [
+                ["t [s]", header],
+                *([60 * n, int(title.split()[-1]) + n / 8] for n in range(4)),
+            ]
+            for title in titles
+        }
+        return workbook(tmp_path / name, sheets)
+
+    heat = book("heat.xlsx", "T1 [°C]", ["Tag 9", "Tag 10", "Tag 11"])
+    moves = book("moves.xlsx", "z [µm]", ["day 10", "day 9", "day 12"])
+    found = import_files([heat, moves])
+    assert [run.name for run in found.runs] == ["Tag_09", "Tag_10"]
+    for number, run in zip((9, 10), found.runs, strict=True):
+        assert run.frame["T1_degC"].tolist() == run.frame["z_um"].tolist()
+        assert run.frame["z_um"].iloc[0] == number
+    assert [note.split(": no other")[0].split(", ")[-1] for note in found.notes] == [
+        "Tag 11",
+        "day 12",
+    ]
+    with pytest.raises(BadInput, match="no name in common"):
+        import_files([heat, book("other.xlsx", "z [µm]", ["day 1", "day 2"])])
+
+
+def test_a_unit_for_many_leaves_time_and_other_quantities_alone(tmp_path: Path) -> None:
+    text = table(elapsed(), clock="Zeit [s]", header=["T1", "T2", "Speed [rpm]", "z [um]", "q"])
+    (tmp_path / "log.csv").write_text(text, encoding="utf-8")
+    (run,) = import_files([tmp_path / "log.csv"], units={"*": "degC"}).runs
+    assert list(run.frame) == ["time_s", "T1_degC", "T2_degC", "speed_rpm", "z_um", "q_degC"]

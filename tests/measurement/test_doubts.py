@@ -5,13 +5,17 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
+from measurement.doubts import doubts
+from measurement.doubts.places import swapped
+from measurement.doubts.signs import flipped
+from measurement.faults.record import record
 from measurement.importing.log import import_files
-from measurement.importing.plausible import doubts
-from measurement.importing.signs import flipped
 from measurement.runs import Run, read_run
 from tests.measurement.importing.made import HEADER, elapsed, signals, table
+from tests.measurement.lab import clock_s, day
 
 
 def doubted(
@@ -46,16 +50,19 @@ def test_one_temperature_or_all_in_another_unit(
 def test_millimetres_called_micrometres_and_the_other_way_round(tmp_path: Path) -> None:
     values = signals()
     values[:, 4] /= 1000.0
-    assert "millimetres? then its unit is mm" in doubted(tmp_path, values)["z_um"]
+    assert (
+        "millimetres taken for micrometres? then its unit is mm"
+        in doubted(tmp_path, values)["z_um"]
+    )
     header = (*HEADER[:4], "z [mm]")
     found = doubted(tmp_path, signals(), header)
-    assert "micrometres called millimetres?" in found["z_um"]
+    assert "micrometres taken for millimetres?" in found["z_um"]
 
 
 def test_minutes_called_seconds(tmp_path: Path) -> None:
     found = doubted(tmp_path, signals(), step="min")
     assert set(found) == {"time_s"}
-    assert "minutes called seconds? then its unit is min" in found["time_s"]
+    assert "minutes taken for seconds? then its unit is min" in found["time_s"]
 
 
 def test_thousands_of_turns(tmp_path: Path) -> None:
@@ -84,9 +91,7 @@ def runs_with(sign: dict[int, float], count: int = 4) -> list[Run]:
     return found
 
 
-def _frame(columns: dict[str, np.ndarray]):  # type: ignore[no-untyped-def]
-    import pandas as pd
-
+def _frame(columns: dict[str, np.ndarray]) -> pd.DataFrame:
     return pd.DataFrame(columns)
 
 
@@ -112,5 +117,56 @@ def test_the_measured_lathe_is_not_doubted_and_turned_runs_are(lathe_runs: list[
             turned[at] = Run(run.name, run.frame.assign(**{name: -run.frame[name]}))
             hits += flipped(turned, name) == [run.name]
     assert hits == 28  # what signs.py says
-    minutes = [Run(run.name, run.frame.assign(time_s=run.time_s / 60.0)) for run in runs]
-    assert all("time_s" in dict(doubts([run])) for run in minutes)
+    for factor in (1.0 / 60.0, 1.0 / 3600.0, 60.0, 1000.0):
+        wrong = [Run(run.name, run.frame.assign(time_s=run.time_s * factor)) for run in runs]
+        assert all("time_s" in dict(doubts([run])) for run in wrong)
+
+
+@pytest.mark.long
+@pytest.mark.real_data
+def test_swapped_thermometers_of_the_measured_lathe(lathe_runs: list[Path]) -> None:
+    runs = [read_run(path) for path in lathe_runs]
+    draw = np.random.default_rng(2)
+    hits = cases = 0
+    while cases < 20:
+        place = int(draw.integers(len(runs)))
+        first, second = draw.choice(runs[0].temperatures, 2, replace=False).tolist()
+        rises = runs[place].frame[[first, second]] - runs[place].frame[[first, second]].iloc[0]
+        if np.sqrt(((rises[first] - rises[second]) ** 2).mean()) < 2.0:
+            continue  # they read alike: swapping them changes little
+        told = swapped([*runs[:place], plugged(runs[place], first, second), *runs[place + 1 :]])
+        assert all(runs[place].name in text for _, text in told)
+        hits += any({column, text.split()[2]} == {first, second} for column, text in told)
+        cases += 1
+    assert hits == 11  # what docs/importing.md says
+
+
+def plugged(run: Run, first: str, second: str) -> Run:
+    """Return a run with two thermometers in each other's place."""
+    frame = run.frame.assign(**{first: run.frame[second], second: run.frame[first]})
+    return Run(run.name, frame)
+
+
+def test_swapped_thermometers_are_doubted_in_the_run_where_they_are() -> None:
+    runs = [run_of_day(number) for number in range(1, 7)]
+    assert swapped(runs) == []
+    runs[3] = plugged(runs[3], "T0_degC", "T2_degC")
+    ((column, text),) = swapped(runs)
+    assert {column, text.split()[2]} == {"T0_degC", "T2_degC"}
+    assert text.endswith("in day4: swapped there?")
+
+
+def test_the_first_join_of_a_joined_log_is_found() -> None:
+    days = [run_of_day(number).frame for number in (1, 2, 3)]
+    assert not [fault for number in (1, 2, 3) for fault in record(run_of_day(number))]
+    frame = pd.concat(days, ignore_index=True).assign(time_s=60.0 * np.arange(3 * len(clock_s())))
+    (fault,) = record(Run("joined", frame))
+    assert fault.kind == "jump"
+    assert fault.start_s == 60.0 * len(clock_s())
+
+
+def run_of_day(number: int) -> Run:
+    temperatures, drift = day(number)
+    columns = {f"T{place}_degC": values for place, values in enumerate(temperatures.T)}
+    lengths = {"x_um": drift[:, 0], "z_um": drift[:, 1]}
+    return Run(f"day{number}", _frame({"time_s": clock_s(), **columns, **lengths}))

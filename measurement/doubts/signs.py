@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
+from measurement.doubts.warming import WARMS_K, warming
 from measurement.resampling import FloatArray
 from measurement.runs import Run
 
@@ -19,8 +20,6 @@ EXPLAINED = 0.7
 On 30 measured runs of a lathe with two displacements this doubts none of the 60 as they are, and
 exactly the one that was turned round in 28 of 60 cases; see the tests of this module."""
 FEWEST_RUNS = 3
-WARMS_K = 3.0
-"""Less warming than this says nothing [K]."""
 ROWS = 300
 """About so many rows of each run are looked at."""
 DAMPING_K = 1.0
@@ -28,21 +27,12 @@ DAMPING_K = 1.0
 _GROWTH = re.compile(r"growth|elong|axial|dehnung|laengung|wachstum", re.IGNORECASE)
 
 
-def doubted_signs(runs: Sequence[Run], warming: Sequence[FloatArray]) -> list[tuple[str, str]]:
-    """Return displacements whose sign is doubtful, each with a text.
-
-    Parameters
-    ----------
-    runs : sequence of Run
-        Of one log.
-    warming : sequence of array
-        The mean rise of each run's thermometers over its rows [K].
-    """
+def doubted_signs(runs: Sequence[Run]) -> list[tuple[str, str]]:
+    """Return displacements of one machine's runs whose sign is doubtful, each with a text."""
+    rises = [warming(run) for run in runs]
     found = []
     for name in runs[0].displacements:
-        present = [
-            (run, warm) for run, warm in zip(runs, warming, strict=True) if name in run.frame
-        ]
+        present = [(run, warm) for run, warm in zip(runs, rises, strict=True) if name in run.frame]
         if _GROWTH.search(name) and _falls(present, name):
             text = "falls while the machine warms, and growth should rise: flipped? then sign = -1"
             found.append((name, text))

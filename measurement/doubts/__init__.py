@@ -1,0 +1,39 @@
+"""What runs contradict: a unit, the clock's unit, a sign, the place of a thermometer.
+
+Every doubt is one comparison: how likely are the numbers as they were said to be, and how likely if
+they were said wrongly in one of the usual ways? `readings` compares units, `places` thermometers
+that were swapped, `signs` displacements that were turned round. Nothing is changed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from measurement.doubts.places import swapped
+from measurement.doubts.readings import unlikely_units
+from measurement.doubts.signs import doubted_signs
+from measurement.runs import Run
+
+
+class Doubt(NamedTuple):
+    """What looks wrong with a column, and what would set it right."""
+
+    column: str
+    text: str
+
+
+def doubts(runs: Sequence[Run]) -> list[Doubt]:
+    """Return what looks wrong with runs of one machine, one entry for each column and kind."""
+    if not runs:
+        return []
+    found = [*unlikely_units(runs), *swapped(runs), *doubted_signs(runs)]
+    return [Doubt(column, text) for column, text in found]
+
+
+def doubt_lines(runs: Sequence[Run]) -> list[str]:
+    """Return the doubts as lines for a terminal, a report or a compensator file."""
+    return [f"doubtful: {doubt.column} {doubt.text}" for doubt in doubts(runs)]
+
+
+__all__ = ["Doubt", "doubt_lines", "doubts"]

@@ -1,0 +1,111 @@
+"""Thermometers that are swapped in one run against the others: two plugs in each other's place.
+
+How each thermometer follows the mean of all is learnt from the other runs; swapping two does not
+change that mean. A run is doubted where two thermometers in each other's place are far likelier.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from measurement.doubts.readings import ASTRAY_PER_K, WRONG
+from measurement.doubts.warming import WARMS_K
+from measurement.resampling import FloatArray
+from measurement.runs import Run
+
+FEWEST_RUNS = 3
+"""From so many runs on the others say how they scatter."""
+LAG_S = 1800.0
+"""What follows the mean late follows the mean of so long before [s]."""
+FINEST_K = 0.2
+"""No thermometer is told apart from another more finely [K]: placing and resolution."""
+SHARED_DEGREES = 4.0
+"""The scatter of all thermometers counts as much as so many runs of each [1]: a judgement."""
+
+
+def swapped(runs: Sequence[Run]) -> list[tuple[str, str]]:
+    """Return pairs of thermometers that are likelier in each other's place in some runs."""
+    names = [name for name in runs[0].temperatures if all(_is_whole(run, name) for run in runs)]
+    if len(runs) < FEWEST_RUNS or len(names) < 3:
+        return []
+    moments = [_moments(run, names) for run in runs]
+    found: dict[tuple[int, int], list[str]] = {}
+    for place, run in enumerate(runs):
+        if moments[place].span_k < WARMS_K:
+            continue
+        others = [entry for at, entry in enumerate(moments) if at != place]
+        missed = _missed(moments[place], others)
+        usual = [
+            np.diag(_missed(one, [other for other in others if other is not one])) for one in others
+        ]
+        pair = _swap(missed, np.array(usual))
+        if pair:
+            found.setdefault(pair, []).append(run.name)
+    return [
+        (
+            names[first],
+            f"behaves like {names[second]} of the other runs, and that one like it, in "
+            f"{', '.join(where)}: swapped there?",
+        )
+        for (first, second), where in found.items()
+    ]
+
+
+def _swap(missed: FloatArray, usual: FloatArray) -> tuple[int, int] | None:
+    """Return the pair that is far likelier in each other's place; None if none is.
+
+    Parameters
+    ----------
+    missed : array, shape (thermometers, thermometers)
+        What is left of the second if it stands in the first's place [K].
+    usual : array, shape (other runs, thermometers)
+        What is left of each in its own place in the other runs [K].
+    """
+    count = len(missed)
+    degrees = len(usual) + SHARED_DEGREES
+    shared = SHARED_DEGREES * float(np.median(usual)) ** 2
+    scale = np.sqrt((shared + (usual**2).sum(axis=0)) / degrees + FINEST_K**2)
+    log = -0.5 * (degrees + 1) * np.log1p((missed / scale[:, None]) ** 2 / degrees)
+    # A thermometer that fits nowhere is astray, and not swapped.
+    own = np.maximum(np.diag(log), np.log(scale * ASTRAY_PER_K))
+    gain = log + log.T - own[:, None] - own[None, :]
+    first, second = divmod(int(np.argmax(gain)), count)
+    pairs = count * (count - 1) / 2
+    return (first, second) if gain[first, second] > math.log(pairs / WRONG) else None
+
+
+class _Moments(NamedTuple):
+    """Means over a run's rows of products of the mean rise, now and late, and of all rises [K2]."""
+
+    basis: FloatArray
+    both: FloatArray
+    squares: FloatArray
+    span_k: float
+
+
+def _missed(here: _Moments, others: Sequence[_Moments]) -> FloatArray:
+    """Return for a run what the others' laws leave of each thermometer in each place [K]."""
+    basis = sum(one.basis for one in others) + 1e-9 * np.eye(2)
+    laws = np.linalg.solve(basis, sum(one.both for one in others))
+    expected = np.einsum("ki,kl,li->i", laws, here.basis, laws)
+    left = here.squares[None, :] - 2.0 * laws.T @ here.both + expected[:, None]
+    return np.asarray(np.sqrt(np.maximum(left, 0.0)), dtype=np.float64)
+
+
+def _moments(run: Run, names: Sequence[str]) -> _Moments:
+    filled = run.frame[list(names)].interpolate(limit_direction="both").to_numpy(dtype=np.float64)
+    rises = filled - filled[0]
+    mean, time = rises.mean(axis=1), run.time_s
+    both = np.column_stack([mean, np.interp(time - LAG_S, time, mean)])
+    rows = float(len(rises))
+    return _Moments(
+        both.T @ both / rows, both.T @ rises / rows, (rises**2).mean(axis=0), float(np.ptp(mean))
+    )
+
+
+def _is_whole(run: Run, name: str) -> bool:
+    return name in run.frame and bool(run.frame[name].notna().any())

@@ -1,0 +1,192 @@
+"""Whether a run's numbers are far likelier in another unit than in the one that was said.
+
+Each quantity is log-normal about what machine tools show (`USUAL`), temperatures at rest are normal
+about a hall's. A unit is doubted where the numbers, read in another one, are so much likelier that
+this outweighs how seldom a unit is said wrongly (`WRONG`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from measurement.doubts.warming import WARMS_K, warming
+from measurement.resampling import FloatArray
+from measurement.runs import TIME, Run
+
+WRONG = 0.01
+"""So often is a unit said wrongly [1]: a judgement."""
+
+
+class Usual(NamedTuple):
+    """A quantity as machine tools show it: log-normal, or normal where `spread` has its unit."""
+
+    median: float
+    spread: float
+
+    def log_likelihood(self, value: float) -> float:
+        """Return the logarithm of how likely a value is, but for a constant."""
+        return -0.5 * (math.log(value / self.median) / self.spread) ** 2
+
+
+USUAL = {
+    "half of the warming [s]": Usual(3600.0, 1.0),
+    "run [s]": Usual(6.0 * 3600.0, 1.2),
+    "drift for each kelvin [um]": Usual(5.0, 1.2),
+    "top speed [r/min]": Usual(5000.0, 1.1),
+}
+"""Median, and standard deviation of the logarithm [1]. Set on 30 runs of a lathe (half of the
+warming within 0.4 to 1.6 h, 1 to 16 um for each kelvin, 1000 and 2000 r/min), 50 h of an electric
+spindle and simulated runs of both shipped machines (to 24 um for each kelvin, 14,000 r/min), and
+then widened: two machines are few."""
+HALL_C = Usual(21.0, 7.0)
+"""The coolest a log's thermometers are: a hall [degC], with its standard deviation [K]."""
+APART_K = 2.0
+"""Mean deviation of a thermometer's coolest reading from that of the others [K]; on the lathe."""
+ASTRAY_PER_K = 1e-4
+"""Density of a thermometer whose level is wrong [1/K]: one in a hundred, anywhere in 100 K."""
+
+TIMES = {
+    60.0: ("minutes taken for seconds", "min"),
+    3600.0: ("hours taken for seconds", "h"),
+    1.0 / 60.0: ("seconds taken for minutes", "s"),
+    1e-3: ("milliseconds taken for seconds", "ms"),
+}
+LENGTHS = {
+    1000.0: ("millimetres taken for micrometres", "mm"),
+    1e-3: ("micrometres taken for millimetres", "um"),
+}
+SPEEDS = {1000.0: ("thousands of r/min", "krpm"), 60.0: ("turns a second", "Hz")}
+TEMPERATURES = {"K": ("kelvin", 1.0, -273.15), "degF": ("Fahrenheit", 5.0 / 9.0, -160.0 / 9.0)}
+"""The usual other readings: what was taken for what, and the unit that it should have."""
+
+
+def unlikely_units(runs: Sequence[Run]) -> list[tuple[str, str]]:
+    """Return columns whose unit is doubtful, each with a text that says which one is likelier."""
+    warm = [warming(run) for run in runs]
+    return [
+        *_temperatures(runs),
+        *_clock(runs, warm),
+        *_displacements(runs, warm),
+        *_speeds(runs, warm),
+    ]
+
+
+def likelier(
+    values: Sequence[tuple[str, float]], readings: Mapping[float, tuple[str, str]]
+) -> tuple[str, str] | None:
+    """Return the reading that is far likelier than the one said; None if none is.
+
+    Parameters
+    ----------
+    values : sequence of (str, float)
+        Quantities of `USUAL` and what they are as said, each proportional to the unit.
+    readings : mapping of float to (str, str)
+        Other units by their factor.
+    """
+
+    def log_likelihood(factor: float) -> float:
+        return sum(USUAL[what].log_likelihood(factor * value) for what, value in values)
+
+    said = log_likelihood(1.0) + math.log1p(-WRONG)
+    best = max(readings, key=log_likelihood)
+    other = log_likelihood(best) + math.log(WRONG / len(readings))
+    return readings[best] if other > said else None
+
+
+def _clock(runs: Sequence[Run], warm: Sequence[FloatArray]) -> Iterator[tuple[str, str]]:
+    halves = [half for run, rise in zip(runs, warm, strict=True) if (half := _half(run, rise))]
+    if not halves:
+        return
+    half = float(np.median(halves))
+    long = float(np.median([run.time_s[-1] - run.time_s[0] for run in runs]))
+    other = likelier([("half of the warming [s]", half), ("run [s]", long)], TIMES)
+    if other:
+        text = f"by this clock the machine makes half of its warming within {_time(half)}"
+        yield TIME, f"{text} in runs of {_time(long)}: {other[0]}? then its unit is {other[1]}"
+
+
+def _half(run: Run, rise: FloatArray) -> float:
+    """Return the shortest time in which a run makes half of its warming [s]; 0 if it makes none."""
+    time, wanted = run.time_s, 0.5 * float(np.ptp(rise))
+    if 2.0 * wanted < WARMS_K:
+        return 0.0
+    shortest = math.inf
+    for start in range(0, len(rise), max(1, len(rise) // 50)):
+        beyond = np.flatnonzero(np.abs(rise[start:] - rise[start]) >= wanted)
+        if beyond.size and beyond[0] >= 3:  # a leap between two rows is a fault of a sensor
+            shortest = min(shortest, float(time[start + beyond[0]] - time[start]))
+    return shortest if math.isfinite(shortest) else 0.0
+
+
+def _displacements(runs: Sequence[Run], warm: Sequence[FloatArray]) -> Iterator[tuple[str, str]]:
+    for name in runs[0].displacements:
+        moved = [
+            (float(np.ptp(run.frame[name].dropna())), float(np.ptp(rise)))
+            for run, rise in zip(runs, warm, strict=True)
+            if name in run.frame and run.frame[name].notna().any()
+        ]
+        # A machine that does not warm may rest; it cannot move by metres.
+        ratios = [(span / max(k, WARMS_K), span, k) for span, k in moved if span > 0.0]
+        usual = USUAL["drift for each kelvin [um]"].median
+        ratios = [entry for entry in ratios if entry[2] >= WARMS_K or entry[0] > usual]
+        if not ratios:
+            continue
+        ratio, span, kelvin = sorted(ratios)[len(ratios) // 2]
+        other = likelier([("drift for each kelvin [um]", ratio)], LENGTHS)
+        if other:
+            text = f"moves by {span:.2g} um while the machine warms by {kelvin:.0f} K"
+            yield name, f"{text}: {other[0]}? then its unit is {other[1]}"
+
+
+def _speeds(runs: Sequence[Run], warm: Sequence[FloatArray]) -> Iterator[tuple[str, str]]:
+    most = max(float(np.ptp(rise)) for rise in warm)
+    for name in runs[0].of_unit("rpm"):
+        top = max(float(run.frame[name].abs().max()) for run in runs if name in run.frame)
+        other = likelier([("top speed [r/min]", top)], SPEEDS) if top > 0.0 else None
+        if other and most >= WARMS_K:
+            text = f"is at most {top:g} r/min while the machine warms by {most:.0f} K"
+            yield name, f"{text}: {other[0]}? then its unit is {other[1]}"
+
+
+def _temperatures(runs: Sequence[Run]) -> Iterator[tuple[str, str]]:
+    """Doubt thermometers that are likelier in kelvin or Fahrenheit, all of them or each by itself.
+
+    The coolest readings of all lie about that of the hall; each is as said, or wrong by itself.
+    """
+    coolest = {}
+    for name in runs[0].temperatures:
+        values = np.concatenate([run.frame[name].dropna() for run in runs if name in run.frame])
+        if values.size:
+            coolest[name] = float(np.quantile(values, 0.02))  # no single reading decides
+    if not coolest:
+        return
+    names, said = list(coolest), np.array(list(coolest.values()))
+    read = np.array([said] + [scale * said + zero for _, scale, zero in TEMPERATURES.values()])
+    halls = np.unique(read.round(1))
+    units = ["degC", *TEMPERATURES]
+    best, chosen = -math.inf, np.zeros(len(names), dtype=int)
+    for common in range(len(units)):
+        odds = np.full((len(units), 1), math.log(WRONG / len(TEMPERATURES)))
+        odds[common] = math.log1p(-WRONG)
+        prior = math.log(WRONG / len(TEMPERATURES)) if common else math.log1p(-WRONG)
+        for hall in halls.tolist():
+            near = np.exp(-np.abs(read - hall) / APART_K) / (2.0 * APART_K)
+            scores = np.log(near + ASTRAY_PER_K) + odds
+            total = scores.max(axis=0).sum() - 0.5 * ((hall - HALL_C.median) / HALL_C.spread) ** 2
+            if total + prior > best:
+                best, chosen = total + prior, scores.argmax(axis=0)
+    for name, unit, value in zip(names, chosen.tolist(), said.tolist(), strict=True):
+        if unit:
+            called = TEMPERATURES[units[unit]][0]
+            text = f"never reads less than {value:.4g} degC: {called}?"
+            yield name, f"{text} then its unit is {units[unit]}"
+
+
+def _time(seconds: float) -> str:
+    if seconds >= 3600.0:
+        return f"{seconds / 3600.0:.2g} h"
+    return f"{seconds / 60.0:.2g} min" if seconds >= 60.0 else f"{seconds:.2g} s"
