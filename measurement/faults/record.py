@@ -63,9 +63,8 @@ def _seams(run: Run) -> Iterator[Fault]:
         return
     up, down = _largest_beside(signed), _largest_beside(-signed)
     usual = np.fmax(np.where(signed > 0.0, up, down), FINEST_K)
-    whole = np.fmax(
-        np.nanmax(run.frame[names], axis=0) - np.nanmin(run.frame[names], axis=0), usual
-    )
+    read = run.frame[names].to_numpy()
+    whole = np.fmax(np.fmax.reduce(read) - np.fmin.reduce(read), usual)
     gain = np.log(usual / whole) + steps / usual - steps / whole
     # A missing neighbour is no witness, and over a pause heat has time to flow.
     gain = np.nan_to_num(gain, nan=-np.inf)
