@@ -125,8 +125,7 @@ class Gaussian:
     def reset(self) -> None:
         """Forget everything but what was learnt."""
         self._hours = self._settled_h
-        self._lagged = [[0.0] * self._inputs for _ in self._lags_s]
-        self._features = [0.0] * len(self._learnt[0])
+        self._features = [0.0] * len(self._learnt[0])  # rises, then lag by lag [K]
         self._weights = self._learnt
         self._bias = list(self._constant)  # the walk, and the drift at the reference
         self._leaps = 0.0  # variance that confirmed leaps brought to the walk, over Sigma [1]
@@ -152,14 +151,13 @@ class Gaussian:
             self._elapsed_s = elapsed_s
             self._shares = [share(elapsed_s, tau_s) for tau_s in self._lags_s]
         self._hours += elapsed_s / 3600.0
-        features = list(rises)
-        for lag, part in enumerate(self._shares):
-            values = [
-                value + part * (rise - value)
-                for value, rise in zip(self._lagged[lag], rises, strict=True)
+        features, last, place = list(rises), self._features, self._inputs
+        for part in self._shares:
+            lagged = last[place : place + self._inputs]
+            features += [
+                value + part * (rise - value) for value, rise in zip(lagged, rises, strict=True)
             ]
-            self._lagged[lag] = values
-            features += values
+            place += self._inputs
         self._features = features
         novelty = self._scale * sum(map(mul, features, features))
         for row in self._seen:
@@ -280,7 +278,6 @@ class Gaussian:
             self._left,
             float(len(self._suspect)),
             float(len(self._probes)),
-            *(value for row in self._lagged for value in row),
             *self._features,
             *self._bias,
             *self.added,
@@ -299,7 +296,7 @@ class Gaussian:
         """
         targets, width = len(self._constant), len(self._features)
         self.reset()
-        shortest = 7 + self._inputs * len(self._lags_s) + width + 2 * targets
+        shortest = 7 + width + 2 * targets
         numbers = checked_state(state, len(state))
         suspected, probes = (int(value) for value in [*numbers, *[0.0] * 7][5:7])
         if suspected not in (0, targets) or not 0 <= probes <= MOST_PROBES:
@@ -312,7 +309,6 @@ class Gaussian:
 
         self._hours, self._leaps, self.novelty, self.variance, self._left = rows(1, 5)[0]
         rows(1, 2)
-        self._lagged = rows(len(self._lags_s), self._inputs)
         self._features, self._bias = rows(1, width)[0], rows(1, targets)[0]
         self.added, self._suspect = rows(1, targets)[0], rows(1, suspected)[0]
         self._probes = rows(probes, width + 1)
