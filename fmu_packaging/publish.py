@@ -6,11 +6,12 @@ import contextlib
 import os
 import tempfile
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from fmpy.validation import validate_fmu
 
+from fmu_packaging.layered import reference_files
 from fmu_packaging.package import Package
 from fmu_packaging.reference import Profile, RunError, input_csv, options_text, run_apart
 
@@ -52,14 +53,16 @@ def publish(package: Package, folder: Path, reference: Reference) -> tuple[Path,
         If the validation finds a problem, the run fails, or the folder cannot be written to.
     """
     target = folder / f"{package.name}.fmu"
-    data = package.zipped()
     inputs = input_csv(reference.profiles, reference.stop_s, reference.every_s)
     beside = {
         folder / f"{package.name}_in.csv": inputs,
         folder / f"{package.name}_ref.opt": options_text(reference.stop_s, reference.step_s),
     }
     result = folder / f"{package.name}_ref.csv"
-    same = target.is_file() and target.read_bytes() == data and result.is_file()
+    same = target.is_file() and result.is_file()
+    if same:
+        known = result.read_text(encoding="utf-8")
+        same = target.read_bytes() == _with_run(package, reference, inputs, known)
     if same and all(path.is_file() and path.read_text() == text for path, text in beside.items()):
         return target, False
     with tempfile.TemporaryDirectory(prefix="fmu_check_") as apart, _writing(Path(apart)):
@@ -73,9 +76,17 @@ def publish(package: Package, folder: Path, reference: Reference) -> tuple[Path,
         except RunError as error:
             raise PublishError(f"the reference run failed:\n{error}") from None
     texts = {path: text.encode() for path, text in {**beside, result: found}.items()}
+    data = _with_run(package, reference, inputs, found)
     # Last, so that an FMU in the folder always has its own reference results beside it.
     _put({**texts, target: data}, folder)
     return target, True
+
+
+def _with_run(package: Package, reference: Reference, inputs: str, result: str) -> bytes:
+    """Return the FMU with its reference run inside; its GUID does not depend on that."""
+    times = reference.stop_s, reference.step_s
+    carried = reference_files(package.name, *times, inputs, result, package.files)
+    return replace(package, files={**package.files, **carried}).zipped()
 
 
 def _put(files: Mapping[Path, bytes], folder: Path) -> None:

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import hashlib
 import io
 import os
+import posixpath
+import subprocess
+import sys
 import zipfile
 from pathlib import Path
 from xml.etree import ElementTree as ET
@@ -157,3 +161,44 @@ def test_a_disk_that_is_full_changes_nothing_in_the_folder(
     with pytest.raises(PublishError, match="cannot be written: No space left on device"):
         publish(tiny, tmp_path, REFERENCE)
     assert {entry.name: entry.read_bytes() for entry in tmp_path.iterdir()} == before
+
+
+def test_an_fmu_carries_its_reference_run(tiny: Package, tmp_path: Path) -> None:
+    path, _ = publish(tiny, tmp_path, REFERENCE)
+    with zipfile.ZipFile(path) as archive:
+        files = {name: archive.read(name) for name in archive.namelist()}
+    folder = "extra/org.fmi-standard.fmi-ls-ref"
+    manifest = ET.fromstring(files[f"{folder}/fmi-ls-manifest.xml"])
+    assert manifest.tag == "fmiReferences"
+    names = {key.rpartition("}")[2]: value for key, value in manifest.attrib.items()}
+    assert names["fmi-ls-name"] == "org.fmi-standard.fmi-ls-ref"
+    related = {entry.get("role"): entry for entry in manifest}
+    assert set(related) == {"experiment/smoke-test", "result"}
+    for entry in manifest:
+        data = files[posixpath.normpath(f"{folder}/{entry.get('source')}")]
+        assert hashlib.sha3_256(data).hexdigest() == entry.get("checksum")
+
+    exp = related["experiment/smoke-test"].get("source")
+    (experiment,) = ET.fromstring(files[f"{folder}/{exp}"])
+    parts = {part.tag: part.attrib for part in experiment}
+    assert list(parts) == ["TransientSimulation", "Stimuli", "References"]
+    for tag in ("Stimuli", "References"):
+        (tmp_path / tag).write_bytes(files[f"{folder}/{parts[tag]['source']}"])
+    code = (
+        "import sys, fmpy\n"
+        "from fmpy.util import read_csv\n"
+        "fmu, given, wanted, stop, step = sys.argv[1:]\n"
+        "wanted = read_csv(wanted)\n"
+        "found = fmpy.simulate_fmu(fmu, stop_time=float(stop), output_interval=float(step),\n"
+        "    input=read_csv(given), output=[*wanted.dtype.names[1:]])\n"
+        "print(max(abs(found[name] - wanted[name]).max() for name in wanted.dtype.names))\n"
+    )
+    times = parts["TransientSimulation"]
+    arguments = [path, tmp_path / "Stimuli", tmp_path / "References"]
+    done = subprocess.run(
+        [sys.executable, "-c", code, *arguments, times["stopTime"], times["stepSize"]],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert float(done.stdout.splitlines()[-1]) < 1e-6
