@@ -1,4 +1,4 @@
-"""What a page is worth: ``python -m benchmarks.drawing --cells --time --truth 2``.
+"""What a page is worth: ``python -m benchmarks.drawing --cells --time --truth 2 --mistakes 2``.
 
 ``--cells``: half to three times the cells of the shipped pages, against the finest.
 ``--time``: 8 h with rows every 10 s.
@@ -8,6 +8,8 @@ films within a factor of 1.5), nothing missing. The page, with thermometers wher
 them, is calibrated on four runs; what it leaves on the fifth is told in units of sensor noise,
 beside the page as it stands, a model that never moves, the machine in lumps (`jig_borer_lumps`)
 calibrated on the same runs, and the simulator itself when it is told no more than the page.
+``--mistakes N``: the same with a number of the page far from its machine's; which numbers does
+calibration then say to look at, the farthest first?
 ``--around lumps`` draws the machines around those of the gap benchmark instead.
 """
 
@@ -16,6 +18,8 @@ from __future__ import annotations
 import argparse
 import sys
 import time
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -59,10 +63,63 @@ def _from_zero(machine: Machine, observed: Observations) -> FloatArray:
     return values
 
 
-def placed() -> Machine:
+def placed(edit: Callable[[dict[str, Any]], None] | None = None) -> Machine:
     """Return the page's machine with thermometers where the fine simulator has them."""
-    path = machine_path(PAGE)
-    return machine_from_table(expanded(page_table(), path), path)
+    path, page = machine_path(PAGE), page_table()
+    if edit:
+        edit(page)
+    return machine_from_table(expanded(page, path), path)
+
+
+def _half_the_friction(page: dict[str, Any]) -> None:
+    page["bearings"][0]["f0"] = {"value": 0.265, "low": 0.15, "high": 0.45}
+
+
+def _light_carriers(page: dict[str, Any]) -> None:
+    for carrier in page["carriers"]:
+        carrier["mass"] = {"value": 0.8 * carrier["mass"], "calibrate": True}
+
+
+def _weak_motor(page: dict[str, Any]) -> None:
+    page["motor"]["loss"] = {"value": 11.0, "low": 8.0, "high": 15.0}
+
+
+def _stiff_bracket(page: dict[str, Any]) -> None:
+    page["carriers"][0]["joint"] = {"value": 120.0, "low": 80.0, "high": 180.0}
+
+
+MISTAKES = {
+    "front friction half its machine's": (_half_the_friction, ("sources.front.f0",)),
+    "carriers a fifth lighter": (
+        _light_carriers,
+        ("nodes.pedestal.capacity", "nodes.column.capacity"),
+    ),
+    "motor loss half its machine's": (_weak_motor, ("sources.motor.loss",)),
+    "the pedestal's joint three times its machine's": (
+        _stiff_bracket,
+        ("numbers.pedestal_holds",),
+    ),
+}
+"""What is wrong in a page: the change, and the numbers to look at."""
+
+
+def slips(seed: int) -> None:
+    """Print to which numbers calibration points when a page has one of the mistakes."""
+    runs = [Run(run.name, run.frame) for run in simulate_case(TruthCase(seed))[0]]
+    for name, (edit, asked) in {"nothing": (None, ()), **MISTAKES}.items():
+        machine = placed(edit)
+        observed = observe(machine, runs)
+        found = calibrate(machine, observed[:4], starts=1)
+        gap = gap_of(machine, [residuals(found.machine, one) for one in observed[4:]])
+        far = sorted(
+            (entry for entry in found.parameters if entry.is_far),
+            key=lambda entry: -abs(entry.deviations),
+        )
+        told = [
+            f"{'*' if entry.name in asked else ''}{entry.name} {entry.deviations:+.1f}"
+            for entry in far
+        ]
+        print(f"machine {seed}, wrong: {name}: leaves {gap:.1f}; look at {', '.join(told)}")
 
 
 def against_truth(machine: Machine, seed: int) -> None:
@@ -132,6 +189,7 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--cells", action="store_true")
     parser.add_argument("--time", action="store_true")
     parser.add_argument("--truth", type=int, default=0, metavar="N")
+    parser.add_argument("--mistakes", type=int, default=0, metavar="N")
     parser.add_argument("--around", choices=("page", "lumps"), default="page")
     args = parser.parse_args(argv)
     if args.cells:
@@ -141,6 +199,8 @@ def main(argv: list[str] | None = None) -> int:
     with drawn_around(args.around):
         for seed in range(1, args.truth + 1):
             against_truth(placed(), seed)
+        for seed in range(1, args.mistakes + 1):
+            slips(seed)
     return 0
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from math import log, pi
 
+from plant_model.drawing.bearing_table import Bearing
 from plant_model.drawing.class_values import CLASS_VALUES, f0_of, f1_of
 from plant_model.drawing.form import BearingForm, MotorForm, Quantity, SleeveForm
 from plant_model.drawing.known import CLASS, Known, exact, within
@@ -89,7 +90,7 @@ def _bearing(sheet: Sheet, drawing: Drawing, mesh: Mesh, seat: Seat) -> None:
         given = form.conductance
         through = given.known("W/K").scaled(form.count).parameter(free=free(given))
     sheet.link("contact", inner, outer, conductance=through)
-    sheet.sources.append(_friction(sheet, form, seat, inner, outer))
+    sheet.sources.append(_friction(form, seat, inner, outer))
 
 
 def _into_sleeve(
@@ -174,9 +175,7 @@ def _add_up(sheet: Sheet, first: str, second: str, number: str, factor: float) -
     sheet.link("contact", first, second, conductance=sheet.tied(number, factor, "W/K"))
 
 
-def _friction(
-    sheet: Sheet, form: BearingForm, seat: Seat, inner: str, outer: str
-) -> dict[str, object]:
+def _friction(form: BearingForm, seat: Seat, inner: str, outer: str) -> dict[str, object]:
     bearing = seat.bearing
     usual = CLASS_VALUES["running_temperature"]
     given = form.running_temperature
@@ -201,7 +200,7 @@ def _friction(
         "driven_by": "speed",
         "count": exact(form.count, "1"),
         "mean_diameter": within(0.01, bearing.mean_diameter, "mm", bearing.designation).parameter(),
-        "f0": _f0(sheet, form, seat),
+        "f0": _f0(form, bearing).parameter(free=free(form.f0)),
         "f1": f1.parameter(free=free(form.f1, usual=False)),
         "preload": preload.parameter(free=free(form.preload)),
         "viscosity": oil.clipped(1.0, 1000.0).parameter(),
@@ -210,15 +209,11 @@ def _friction(
     }
 
 
-def _f0(sheet: Sheet, form: BearingForm, seat: Seat) -> dict[str, object]:
-    """Return f0, tied to that of all bearings of the same kind and lubrication."""
-    kind = seat.bearing.kind
-    known = form.f0.known("1", 0.5).clipped(0.1, 20.0) if form.f0 else f0_of(kind, form.lubrication)
-    name = f"f0_{kind}_{form.lubrication}".replace("-", "_")
-    wanted = known.parameter(free=free(form.f0))
-    if sheet.numbers.setdefault(name, wanted) != wanted:
-        return wanted
-    return sheet.tied(name, 1.0, "1")
+def _f0(form: BearingForm, bearing: Bearing) -> Known:
+    """Return f0 of a set: its own number, for a set may run twice as hot as its like."""
+    if form.f0:
+        return form.f0.known("1", 0.5).clipped(0.1, 20.0)
+    return f0_of(bearing.kind, form.lubrication)
 
 
 def _loss(motor: MotorForm) -> Known:

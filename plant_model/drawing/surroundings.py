@@ -113,7 +113,7 @@ def _carrier(sheet: Sheet, drawing: Drawing, mesh: Mesh, carrier: CarrierForm) -
     heat = carrier.mass.known("kg").scaled(made_of.heat.value / made_of.density)
     capacity = Known(heat.value, heat.low, heat.high, "J/K", f"mass; {made_of.heat.source}")
     air = carrier.air or "ambient"
-    sheet.node(carrier.name, capacity.parameter())
+    sheet.node(carrier.name, capacity.parameter(free=free(carrier.mass, usual=False)))
     if carrier.surface > 0.0:
         to_air(sheet, carrier.name, air, carrier.surface, (still_film(sheet, drawing), 1.0))
     if carrier.holds is not None:

@@ -256,6 +256,6 @@ def test_a_parameter_that_wears_changes_in_mid_run(both: Both) -> None:
 def test_lengths_and_expansions_are_fixed(both: Both) -> None:
     listed = fmpy.read_model_description(str(both.native)).modelVariables
     found = {one.name: one.variability for one in listed if one.causality == "parameter"}
-    assert found["sources.front.preload"] == found["numbers.f0_ball_oil_air"] == "tunable"
+    assert found["sources.front.preload"] == found["sources.front.f0"] == "tunable"
     assert found["numbers.steel_expansion"] == found["structure.pedestal_y.length"] == "fixed"
     assert found["start_rise.T1"] == found["noise_seed"] == "fixed"
