@@ -146,9 +146,32 @@ def _variables(declared: Iterable[Variable]) -> str:
         span = "" if None in numbers else f"{entry.low:g} to {entry.high:g}"
         unit = entry.unit if entry.kind == "real" else ""
         start = "" if entry.is_output or entry.start is None else _shown(entry.start)
-        cells = [code(entry.name), entry.causality, entry.kind, unit, span, start]
-        rows.append([*cells, entry.description])
-    return table(("Variable", "Causality", "Type", "Unit", "Range", "Start", "Meaning"), rows)
+        facts = [entry.causality, entry.kind, unit, span, start]
+        rows.append(([entry.name], facts, entry.description.split(" ")))
+    merged = rows[:1]
+    for names, facts, words in rows[1:]:
+        before = merged[-1]
+        alike = before[1] == facts and _stem(before[0][-1]) == _stem(names[0])
+        if alike and len(before[2]) == len(words):
+            shared = [a if a == b else "…" for a, b in zip(before[2], words, strict=True)]
+            merged[-1] = ([*before[0], *names], facts, shared)
+        else:
+            merged.append((names, facts, words))
+    return table(
+        ("Variable", "Causality", "Type", "Unit", "Range", "Start", "Meaning"),
+        ([_span_of(names), *facts, " ".join(words)] for names, facts, words in merged),
+    )
+
+
+def _stem(name: str) -> str:
+    """Return what variables have in common that differ by a number or an axis."""
+    return re.sub(r"\d+$|(?<=^d)[XYZ]|[XYZ]$", "", name)
+
+
+def _span_of(names: Sequence[str]) -> str:
+    if len(names) < 4:
+        return ", ".join(map(code, names))
+    return f"{code(names[0])} to {code(names[-1])}"
 
 
 def _shown(value: object) -> str:
