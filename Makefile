@@ -13,7 +13,7 @@ FMUS := dist/compensator.fmu dist/plant.fmu
 
 TRAINING := training_down training_random training_stops training_warm_hall
 
-.PHONY: demo test long docs lint build compensator bench clean
+.PHONY: demo control test long docs lint build compensator bench clean
 .DELETE_ON_ERROR:
 
 $(STAMP): pyproject.toml
@@ -30,6 +30,11 @@ demo: $(STAMP)
 	@# The same in C run faster; without a compiler those in Python do it.
 	$(BIN)/python build_fmu.py --native || true
 	$(BIN)/spindle-drift run step_speed --live --out results/step_speed
+
+# A working day at LinuxCNC in eight minutes; it needs linuxcnc-uspace and linuxcnc-uspace-dev.
+control: $(STAMP)
+	$(BIN)/python build_fmu.py
+	$(BIN)/spindle-drift control --out results/control
 
 # Fits the compensator that ships with the package anew; the result is the same file, byte for byte.
 compensator: $(STAMP)

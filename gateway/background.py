@@ -42,7 +42,17 @@ class Background:
         self._thread.start()
 
     def do(self, job: Job) -> bool:
-        """Hand over a job; return whether there was room."""
+        """Hand over a job.
+
+        Parameters
+        ----------
+        job : callable
+
+        Returns
+        -------
+        bool
+            Whether there was room.
+        """
         try:
             self._jobs.put_nowait(job)
         except queue.Full:

@@ -270,6 +270,11 @@ class MachineNode:
     def run(self, progress: Callable[[], None] = lambda: None) -> None:
         """Run the scenario to its end, or until told to stop.
 
+        Parameters
+        ----------
+        progress : callable, optional
+            Called after each cycle.
+
         Raises
         ------
         FmuError

@@ -9,6 +9,7 @@ from __future__ import annotations
 import base64
 import io
 import json
+import os
 import time
 from collections.abc import Callable, Mapping, Sequence
 from ctypes import byref, c_char, c_size_t, c_void_p
@@ -126,6 +127,7 @@ class StateFile:
             "kind": STATE_KIND,
             "format": FORMAT,
             "fmu": self._fmu,
+            "pid": os.getpid(),
             "saved": taken,
             "time_s": time_s,
             "machine_time_s": machine_time_s,

@@ -103,7 +103,12 @@ class Native:
 
 
 def front(fmi: Fmi) -> dict[str, str]:
-    """Return the sources that stand between FMI and any model, headers included, by path."""
+    """Return the sources that stand between FMI and any model, headers included, by path.
+
+    Parameters
+    ----------
+    fmi : {2, 3}
+    """
     other = f"fmi{5 - fmi}"
     paths = [*HEADERS.glob(f"fmi{fmi}*.h"), *C_FOLDER.glob("*.c"), *C_FOLDER.glob("*.h")]
     found = {path.name: path.read_text("utf-8") for path in paths}

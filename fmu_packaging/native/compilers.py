@@ -214,19 +214,39 @@ def in_one_file(first: bytes, second: bytes) -> bytes:
 
 
 def write_sources(folder: Path, sources: Mapping[str, str]) -> None:
-    """Write sources into a folder, by path."""
+    """Write sources into a folder.
+
+    Parameters
+    ----------
+    folder : Path
+    sources : dict of str to str
+        Text by path in it.
+    """
     for path, text in sources.items():
         (folder / path).parent.mkdir(parents=True, exist_ok=True)
         (folder / path).write_text(text, encoding="utf-8", newline="\n")
 
 
 def c_files(sources: Mapping[str, str]) -> list[str]:
-    """Return the paths of those sources that are compiled, in order."""
+    """Return the paths of those sources that are compiled, in order.
+
+    Parameters
+    ----------
+    sources : dict of str to str
+        Text by path.
+    """
     return sorted(path for path in sources if path.endswith(".c"))
 
 
 def run_compiler(command: Sequence[str], folder: Path) -> None:
     """Run a compiler in the folder of the sources.
+
+    Parameters
+    ----------
+    command : sequence of str
+        The compiler and all its arguments.
+    folder : Path
+        Of the sources.
 
     Raises
     ------

@@ -2,7 +2,8 @@
 
 LinuxCNC takes an external offset as increments of a count, and takes them only while it is on,
 homed and in a mode that moves axes; others are lost. So the loop is closed on the offset that it
-says is in force (``eoffset-request``), and nothing is counted while it would not be taken.
+says is in force (``eoffset-request``), and nothing is counted while it would not be taken, or while
+what was counted last has not been looked at.
 
 Switched off and on again, LinuxCNC sets its offset to zero and leaves the axis where it stands: the
 offset is then *absorbed* by the commanded position. To give it again would move the axis twice as
@@ -16,6 +17,8 @@ from dataclasses import dataclass
 
 COUNT_UM = 0.01
 """What one count moves an axis by, ``eoffset-scale`` [um]."""
+PATIENCE = 10
+"""So many looks a control gets to take what it was given, before it counts as dropped."""
 STANDS_MM = 1e-6
 """A command that changes by less does not move the axis [mm]."""
 
@@ -64,6 +67,7 @@ class AxisOffset:
         self.counts, self.in_force_um = counts, request_um
         self._taken, self._before_um = True, request_um
         self._absorbed_um, self._stands_at = 0.0, 0.0
+        self._asked, self._held_um = 0, request_um
 
     def step(self, wanted_um: float, seen: Seen, elapsed_s: float) -> None:
         """Go towards the offset that is wanted.
@@ -80,6 +84,7 @@ class AxisOffset:
         if not seen.takes:
             if self._taken:
                 self._taken, self._before_um = False, seen.request_um
+            self._asked = 0
             return
         if not self._taken:
             # What it held before and holds no more, it has absorbed.
@@ -88,10 +93,15 @@ class AxisOffset:
         elif abs(seen.command_mm - self._stands_at) > STANDS_MM:
             self._absorbed_um = 0.0
         self.in_force_um = seen.request_um + self._absorbed_um
+        if self._asked and seen.request_um == self._held_um:
+            # A busy computer: to ask again would move the axis twice as far.
+            self._asked -= 1
+            return
         most = self._slew * elapsed_s
         change = min(max(wanted_um - self.in_force_um, -most), most)
         count = round(change / COUNT_UM)
         self.counts += count
+        self._asked, self._held_um = PATIENCE if count else 0, seen.request_um
 
     @property
     def at_zero(self) -> bool:

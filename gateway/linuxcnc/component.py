@@ -11,11 +11,13 @@ back. The pins of a component called ``thermal``:
 ``thermal.clear``               take the offsets back to zero, as before homing
 ``thermal.on``, ``.homed``,     what the control does: ``motion.motion-enabled``,
 ``.coord``, ``.teleop``         ``.is-all-homed``, ``.coord-mode``, ``.teleop-mode``
-``thermal.request-z``           ``axis.z.eoffset-request`` [mm]
+``thermal.request-z``           the offset that the axis was given: ``axis.z.eoffset-request`` [mm]
 ``thermal.command-z``           ``axis.z.pos-cmd`` [mm]
 ``thermal.counts-z``            to ``axis.z.eoffset-counts``, with a scale of 0.00001
 ``thermal.offset-z``            the same as a length [mm], for ``offset`` with ``limit2``
 ``thermal.heartbeat``           for a watchdog
+``thermal.running``             it has taken up what is in force: to ``axis.z.eoffset-enable``, so
+                                that counts which begin at 0 with a new component move nothing
 ``thermal.wait``                an offset is not in force yet: to ``motion.feed-inhibit``
 ``thermal.moved``               an axis is moved: to ``motion.homing-inhibit``
 ``thermal.valid``, ``.status``  what the gateway says
@@ -44,6 +46,10 @@ from gateway.proof import read_key
 NAMES = ("x", "y", "z")
 WAIT_UM = 0.5
 """The feed waits while an axis is further than this from an offset that is followed [um]."""
+LATE_S = 0.5
+"""A heartbeat that came later may have been missed by a watchdog of 1 s."""
+MOST_CYCLES = 1.5
+"""An axis is moved at once by what its slew allows in so many cycles, at most."""
 OWN = ("machine_time", "machine_step", "echo", "proof")
 """Numbers of the machine's frames that the component makes itself."""
 
@@ -83,7 +89,8 @@ class ControlPins:
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self._pins, self._inputs = pins, tuple(inputs)
-        self.step_s, self._slew, self._external, self._clock = step_s, slew_um_s, external, clock
+        self.step_s, self._cycle_s, self._slew = step_s, cycle_s, slew_um_s
+        self._external, self._clock = external, clock
         self._axes: list[AxisOffset] = []
         self._begun_s = clock() / cycle_s * step_s
         self._last = clock()
@@ -124,20 +131,24 @@ class ControlPins:
     def step(self, offsets: Mapping[str, float]) -> None:
         """Move the axes towards the offsets."""
         pins, now = self._pins, self._clock()
-        elapsed, self._last = now - self._last, now
+        late = now - self._last > LATE_S
+        # A component that was kept waiting does not make up for it in one step.
+        elapsed, self._last = min(now - self._last, MOST_CYCLES * self._cycle_s), now
         self.point += 1
         pins["heartbeat"] = not pins["heartbeat"]
-        # A watchdog that has barked looks again when this rises.
-        pins["running"] = bool(self._axes)
+        # A watchdog that has barked, or may have, looks again when this rises.
+        pins["running"] = bool(self._axes) and not late
         pins["following"] = self._following
         if not self._axes:
             self._axes = [self._taken_up(name) for name in NAMES]
+        if not pins["running"]:
+            return
         takes = pins["on"] and pins["homed"] and (pins["coord"] or pins["teleop"])
         furthest = 0.0
         for name, axis, signal in zip(NAMES, self._axes, OFFSETS, strict=True):
             wanted = 0.0 if pins["clear"] else offsets[signal]
-            request_um = 1e3 * pins[f"request-{name}" if self._external else f"offset-{name}"]
-            axis.step(wanted, Seen(takes, request_um, pins[f"command-{name}"]), elapsed)
+            seen = Seen(takes, 1e3 * pins[f"request-{name}"], pins[f"command-{name}"])
+            axis.step(wanted, seen, elapsed)
             if self._external:
                 pins[f"counts-{name}"] = axis.counts
             else:
@@ -148,11 +159,11 @@ class ControlPins:
 
     def _taken_up(self, name: str) -> AxisOffset:
         """Go on from what an earlier component left in force."""
-        if self._external:
-            given = self._pins[f"request-{name}"], self._pins[f"counts-{name}"]
-            return AxisOffset(self._slew, 1e3 * given[0], given[1])
-        offset_um = 1e3 * self._pins[f"offset-{name}"]
-        return AxisOffset(self._slew, offset_um, round(offset_um / COUNT_UM))
+        request_um = 1e3 * self._pins[f"request-{name}"]
+        counts = self._pins[f"counts-{name}"] if self._external else round(request_um / COUNT_UM)
+        if not self._external:
+            self._pins[f"offset-{name}"] = counts * COUNT_UM / 1e3
+        return AxisOffset(self._slew, request_um, counts)
 
 
 def sent_signals(database: Database) -> list[str]:
@@ -200,7 +211,7 @@ def _arguments(argv: Sequence[str] | None) -> argparse.Namespace:
         help="the way in: external offsets, or 'offset' with 'limit2' (external)",
     )
     parser.add_argument(
-        "--slew", type=float, default=10.0, metavar="UM/S", help="of an axis [um/s] (10)"
+        "--slew", type=float, default=5.0, metavar="UM/S", help="of an axis [um/s] (5)"
     )
     parser.add_argument(
         "--hold", type=float, default=60.0, metavar="S", help="machine time without a gateway (60)"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shlex
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -9,6 +10,8 @@ from pathlib import Path
 CONFIG = Path(__file__).with_name("config")
 WAYS = {"external": "external.hal", "own": "own.hal"}
 """The two ways in for an offset, and what each needs."""
+NAME = "{name}"
+"""Stands for the name of the component in its command."""
 
 
 def write_folder(
@@ -36,7 +39,8 @@ def write_folder(
     (folder / "machine.hal").write_text("\n".join((CONFIG / part).read_text() for part in parts))
     for name, command in commands.items():
         script = folder / f"{name}.sh"
-        script.write_text(f"#!/bin/sh\nexec {shlex.join(command)}\n")
+        words = " ".join('"$1"' if word == NAME else shlex.quote(word) for word in command)
+        script.write_text(f"#!/bin/sh\nexec {words}\n")
         script.chmod(0o755)
     return ini
 
@@ -44,7 +48,8 @@ def write_folder(
 def renamed(folder: Path, name: str) -> Path:
     """Write the HAL file that connects the component under another name; return it."""
     text = (folder / "thermal.hal").read_text()
-    text = text.replace("thermal.", f"{name}.").replace(f"./{name}.sh", "./thermal.sh")
+    loaded = "loadusr -Wn {0} ./thermal.sh {0}\n"
+    text = text.replace(loaded.format("thermal"), loaded.format(name))
     file = folder / f"{name}.hal"
-    file.write_text(text.replace("-Wn thermal ", f"-Wn {name} "))
+    file.write_text(re.sub(r"\bthermal\.(?!sh)", f"{name}.", text))
     return file

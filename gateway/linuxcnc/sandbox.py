@@ -11,20 +11,49 @@ import shutil
 import subprocess
 from collections.abc import Sequence
 from functools import cache
+from pathlib import Path
 
 from measurement.errors import BadInput
 
 USER = "1000"
-INSIDE = (
-    "ip link set lo up multicast on && ip route add 224.0.0.0/4 dev lo && "
-    f'exec unshare --user --map-user={USER} --map-group={USER} -- "$@"'
+# Only the outer user may take the bus away and bring it back; the inner one asks for it.
+INSIDE = f"""
+up() {{ ip link set lo up multicast on && ip route add 224.0.0.0/4 dev lo; }}
+up || exit
+bus=$1; shift
+if [ -p "$bus" ]; then
+    while read -r word <"$bus"; do [ "$word" = up ] && up || ip link set lo down; done &
+fi
+exec unshare --user --map-user={USER} --map-group={USER} -- "$@"
+"""
+# It also ends with the program that began it, however that ends.
+OUTSIDE = (
+    "setpriv",
+    "--pdeathsig",
+    "KILL",
+    "unshare",
+    "--user",
+    "--map-root-user",
+    "--ipc",
+    "--net",
+    "--mount",
+    "--pid",
+    "--fork",
 )
-OUTSIDE = ("unshare", "--user", "--map-root-user", "--ipc", "--net", "--mount", "--pid", "--fork")
 
 
-def sandboxed(command: Sequence[str]) -> list[str]:
-    """Return the command that runs another one so; all that it started ends with it."""
-    return [*OUTSIDE, "--kill-child", "--mount-proc", "sh", "-c", INSIDE, "sh", *command]
+def sandboxed(command: Sequence[str], bus: Path | None = None) -> list[str]:
+    """Return the command that runs another one so; all that it started ends with it.
+
+    Parameters
+    ----------
+    command : sequence of str
+        The program and its arguments.
+    bus : Path, optional
+        A pipe: ``down`` and ``up``, written to it, take the bus away and bring it back.
+    """
+    pipe = "" if bus is None else str(bus)
+    return [*OUTSIDE, "--kill-child", "--mount-proc", "sh", "-c", INSIDE, "sh", pipe, *command]
 
 
 @cache
@@ -33,6 +62,7 @@ def problem() -> str:
     for program, package in (
         ("linuxcnc", "linuxcnc-uspace"),
         ("unshare", "util-linux"),
+        ("setpriv", "util-linux"),
         ("ip", "iproute2"),
     ):
         if shutil.which(program, path="/usr/bin:/bin:/usr/sbin:/sbin") is None:

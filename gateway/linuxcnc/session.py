@@ -43,6 +43,11 @@ class Session:
         self._module: Any = None
         self._output = (folder / "output.txt").open("ab")
 
+    @property
+    def has_gateway(self) -> bool:
+        """Whether there is a gateway beside the control."""
+        return bool(self._gateway_command)
+
     # Starting and ending
 
     def start(self) -> None:
@@ -186,12 +191,12 @@ class Session:
         """Do one line."""
         self._mode(self._module.MODE_MDI)
         self.command.mdi(line)
-        self._until_idle(line, patience_s)
+        self.until_idle(line, patience_s)
 
     def run(self, program: Path, patience_s: float) -> None:
         """Run a program to its end."""
         self.begin(program)
-        self._until_idle(program.name, patience_s)
+        self.until_idle(program.name, patience_s)
 
     def begin(self, program: Path) -> None:
         """Begin a program."""
@@ -202,9 +207,10 @@ class Session:
     def abort(self) -> None:
         """Abort what runs."""
         self.command.abort()
-        self._until_idle("abort", STEP_S)
+        self.until_idle("abort", STEP_S)
 
-    def _until_idle(self, what: str, patience_s: float) -> None:
+    def until_idle(self, what: str, patience_s: float) -> None:
+        """Wait until what was begun has ended."""
         self.command.wait_complete(LOOK_S)
         time.sleep(2 * LOOK_S)
 
@@ -234,7 +240,10 @@ class Session:
             if "==>" in words or "<==" in words:
                 self.hal("unlinkp", words[4])
         self.component += "x"
-        self.hal("-f", str(renamed(self.folder, self.component)))
+        # It keeps what it inherits open, so that nobody may wait for the end of a pipe.
+        file = str(renamed(self.folder, self.component))
+        if subprocess.run([HALCMD, "-f", file], **self._quiet(), check=False).returncode:
+            raise ControlError(f"{self.component} does not start: see {self.folder}")
 
 
 def _number(text: str) -> float:

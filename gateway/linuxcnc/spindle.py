@@ -7,6 +7,7 @@ step is written down together with where the axes really are: what the nose does
 from __future__ import annotations
 
 import argparse
+import csv
 import sys
 import time
 from collections.abc import Mapping, Sequence
@@ -17,14 +18,13 @@ from gateway.database import OFFSETS
 from gateway.linuxcnc.modules import linuxcnc_module
 from gateway.options import stop_flag
 from gateway.plant import MachinePlant
-from measurement.runs import write_run
 from scenarios.scenario import read_scenario
 
 SCENARIO = Path(__file__).with_name("day.toml")
 STEP_S = 0.05
 """A step takes so long [s]."""
 POSITIONS = tuple(f"{kind}_{axis}" for axis in "xyz" for kind in ("motor", "command", "eoffset"))
-FLAGS = ("on", "homed", "valid", "following", "wait", "moved", "idle")
+FLAGS = ("on", "homed", "valid", "following", "wait", "moved", "clear", "limited")
 NO_OFFSETS = dict.fromkeys(OFFSETS, 0.0)
 """The axes move by the control, not by the plant's own."""
 
@@ -41,7 +41,7 @@ def new_pins(name: str, outputs: Sequence[str]) -> Any:
     """
     hal = linuxcnc_module("hal")
     pins = hal.component(name)
-    for given in ("speed", "tool_length", *POSITIONS):
+    for given in ("speed", "tool_length", "velocity", *POSITIONS):
         pins.newpin(given, hal.HAL_FLOAT, hal.HAL_IN)
     for flag in FLAGS:
         pins.newpin(flag, hal.HAL_BIT, hal.HAL_IN)
@@ -62,23 +62,28 @@ def main(argv: Sequence[str] | None = None) -> int:
     step_s = STEP_S * args.speed_up
     settings = {"duration_s": args.duration * args.speed_up, "step_s": step_s, "record_s": step_s}
     case = read_scenario(str(SCENARIO), list(settings.items())).cases[0]
-    plant = MachinePlant(args.plant, case)
+    plant = MachinePlant(args.plant, case, recorded=False)
     plant.start()
     pins = new_pins("spindle-plant", sorted(name for name in plant.readings() if name[0] == "T"))
     _show(pins, plant.readings(), cold=True)
-    with stop_flag() as stopped:
+    # Line by line, so that nothing is lost with a component that is ended at once.
+    with args.out.open("w", buffering=1, newline="") as file, stop_flag() as stopped:
+        table = csv.writer(file)
         pins.ready()
-        begun, points = time.monotonic(), 0
+        begun, points, cold = time.monotonic(), 0, True
         while not stopped() and not plant.done:
             plant.drive({"speed": pins["speed"], "tool_length": pins["tool_length"]})
-            extra = {name: pins[name] for name in POSITIONS}
-            extra |= {flag: float(pins[flag]) for flag in FLAGS}
-            plant.record(NO_OFFSETS, {**extra, "wall": time.time()})
+            row = {"wall_s": time.time(), "time_s": plant.time_s, **plant.readings()}
+            row |= {name: pins[name] for name in ("velocity", *POSITIONS)}
+            row |= {flag: int(pins[flag]) for flag in FLAGS}
+            if not points:
+                table.writerow(row)
+            table.writerow(row.values())
             plant.step(NO_OFFSETS)
             points += 1
-            _show(pins, plant.readings(), cold=points * STEP_S < 5.0)
+            cold = cold and pins["speed"] == 0.0
+            _show(pins, plant.readings(), cold=cold)
             time.sleep(max(begun + points * STEP_S - time.monotonic(), 0.0))
-    write_run(plant.frame(), args.out)
     plant.close()
     return 0
 

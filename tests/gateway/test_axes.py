@@ -64,6 +64,22 @@ def test_cleared_after_off_and_on_the_axis_is_where_it_would_be_without_offsets(
     assert offset.at_zero
 
 
+def test_a_control_that_looks_late_is_not_asked_twice() -> None:
+    offset, axis = AxisOffset(SLEW), ControlAxis()
+    for _ in range(5):
+        offset.step(20.0, axis.seen(), STEP_S)
+    axis.give(offset.counts)
+    assert axis.moved_um == pytest.approx(1.0)
+    assert follow(offset, axis, 20.0, 25)[-1] == pytest.approx(20.0)
+
+
+def test_what_a_control_dropped_is_asked_again() -> None:
+    offset, axis = AxisOffset(SLEW), ControlAxis()
+    offset.step(20.0, axis.seen(), STEP_S)
+    axis.counts = offset.counts
+    assert follow(offset, axis, 20.0, 40)[-1] == pytest.approx(20.0)
+
+
 def test_a_component_goes_on_from_what_another_one_left() -> None:
     axis = ControlAxis(request_um=17.0, counts=90)
     offset = AxisOffset(SLEW, axis.request_um, axis.counts)

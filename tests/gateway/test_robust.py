@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from gateway.database import Database
+from scenarios.cli import main
 from tests.gateway.bench import WARM
 from tests.gateway.bus import Control, Program, programs
 from tests.gateway.conftest import Wire
@@ -117,14 +118,19 @@ def test_a_service_is_alive_and_takes_a_new_reference(
         manager.settimeout(60.0)
         monkeypatch.setenv("NOTIFY_SOCKET", str(tmp_path / "notify"))
         monkeypatch.setenv("WATCHDOG_USEC", "200000")
-        gateway = start(*arguments, "--timeout", 2000)
+        state = tmp_path / "saved"
+        saving = ("--state", state, "--state-every", 0.1)
+        gateway = start(*arguments, "--timeout", 2000, *saving)
         heard = [manager.recv(1000) for _ in range(20)]
         assert heard[0] == b"READY=1"
         assert heard.count(b"WATCHDOG=1") > 5
         with contextlib.closing(Control(shared_wire, database, 1.0)) as control:
             control.settle(WARM)
-            send(gateway, signal.SIGUSR1)
             until = time.monotonic() + 60.0
+            while not state.exists():
+                control.cycle(WARM)
+                assert time.monotonic() < until, gateway.text()
+            assert main(["reference", str(state)]) == 0
             while control.cycle(WARM)["dX"] != 0.0 or control.answers[-1]["valid"] != "valid":
                 assert time.monotonic() < until, gateway.text()
         # A kernel may keep as few as ten messages that nobody has read; more are lost.

@@ -1,0 +1,118 @@
+"""A working day at LinuxCNC: its axes against the spindle's drift, with tool changes and faults."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import shutil
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from scenarios.outputs import FOLDER
+
+NAME = "control"
+HELP = "run a day at LinuxCNC, whose axes are moved against the drift"
+READS = ("compensator", "plant")
+WRITES = {"out": FOLDER}
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the command's arguments."""
+    parser.add_argument(
+        "--compensator",
+        type=Path,
+        metavar="FILE",
+        help="a compensator file (the one that ships)",
+    )
+    parser.add_argument(
+        "--plant", default="plant.fmu", metavar="FILE", help="an FMU or a machine file (plant.fmu)"
+    )
+    parser.add_argument(
+        "--by",
+        choices=("both", "gateway", "component"),
+        default="both",
+        help="the gateway beside the control, the component in C inside it, or both at once (both)",
+    )
+    parser.add_argument(
+        "--offsets",
+        choices=("external", "own"),
+        default="external",
+        help="the way in: LinuxCNC's external offsets, or 'offset' with 'limit2' (external)",
+    )
+    parser.add_argument("--parts", type=int, default=8, help="parts of the day (8)")
+    parser.add_argument(
+        "--part", type=float, default=60.0, metavar="S", help="length of a part, on the wall (60)"
+    )
+    parser.add_argument(
+        "--speed-up", type=float, default=60.0, metavar="N", help="thermal time is faster (60)"
+    )
+    parser.add_argument(
+        "--build",
+        type=Path,
+        metavar="PROGRAM",
+        help="only build the component in C of the compensator file",
+    )
+    parser.add_argument(
+        "--out", type=Path, default=Path("results/control"), metavar="DIR", help="results"
+    )
+    parser.add_argument(
+        "--fmu-dir", type=Path, default=Path("dist"), metavar="DIR", help="where FMUs are (dist)"
+    )
+    parser.add_argument("--json", action="store_true", help="print a summary as JSON")
+    parser.add_argument("--quiet", action="store_true", help="say nothing")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Run the day, or build the component."""
+    from gateway.linuxcnc.native_component import build_component
+    from gateway.options import check_positive
+    from scenarios.building import DEFAULT_MODEL
+
+    for name in ("part", "speed_up", "parts"):
+        check_positive(f"--{name.replace('_', '-')}", getattr(args, name))
+    compensator = args.compensator or DEFAULT_MODEL
+    if args.build is not None:
+        build_component(compensator, args.build)
+        return 0
+    summary = _run_days(args, compensator)
+    if args.json:
+        print(json.dumps(summary, indent=1))
+    elif not args.quiet:
+        for kind, figures in summary.items():
+            print(
+                f"{kind}: {figures['hours']:.1f} h, drift to {figures['drift_um']:.1f} um, nose "
+                f"within {figures['error_um']:.2f} um, no jump above {figures['jump_um']:.2f} um, "
+                f"{figures['left_after_clear_um']:.4f} um left after a clear"
+            )
+        print(f"{args.out / 'nose.png'}")
+    return 0
+
+
+def _run_days(args: argparse.Namespace, compensator: Path) -> dict[str, Any]:
+    from gateway.linuxcnc.picture import draw_days
+    from gateway.linuxcnc.study import COMPONENT, GATEWAY, KINDS, Plan, run_days
+    from scenarios.fmu_files import find_fmu
+    from scenarios.results import results_folder, write_table
+
+    plan = Plan(args.parts, args.part, args.speed_up, args.offsets)
+    with (
+        tempfile.TemporaryDirectory(prefix="spindle-drift-") as name,
+        results_folder(args.out) as folder,
+    ):
+        work = Path(name)
+        found = (
+            find_fmu(str(fmu), args.fmu_dir, Path(), work, quiet=args.quiet, native=True)
+            for fmu in (args.plant, compensator)
+        )
+        plant, fmu = found
+        sources = {GATEWAY: fmu, COMPONENT: compensator}
+        kinds = {kind: sources[kind] for kind in KINDS if args.by in ("both", kind)}
+        noses = run_days(work, kinds, plant, plan)
+        for kind in noses:
+            shutil.copy(work / kind / "run.csv", folder / f"{kind}.csv")
+            shutil.copy(work / kind / "events.json", folder / f"{kind}_events.json")
+        draw_days(noses, folder / "nose.png")
+        summary = {kind: nose.summary for kind, nose in noses.items()}
+        write_table([], {"control": summary}, folder, to_come=())
+    return summary

@@ -1,0 +1,96 @@
+"""What the nose did: the spindle's drift and where the axes really were."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+import pandas as pd
+
+from gateway.linuxcnc.day import GRID_MM, KNOWN_PLACE, STOPS
+
+AXES = ("x", "y", "z")
+NEAR_UM = 300.0
+"""An axis that is further from every place of the program is on its way [um]."""
+GAP_S = 0.1
+"""Rows that are further apart say nothing of a jump: a busy computer skipped some [s]."""
+
+
+LOOK_ROWS = 4
+"""The component looks less often than the spindle is written down: so many rows [1]."""
+
+
+@dataclass(frozen=True)
+class Nose:
+    """What the nose did in a day.
+
+    Attributes
+    ----------
+    table : DataFrame
+        ``wall_s``, ``time_s``, and for each axis ``drift_X``, ``error_x``: how far the nose is from
+        where the program has it, NaN where it moves, and ``jump_x``: by how much it moved since the
+        row before though the program stood still [um]. ``held``: it is to be held, because the
+        feed is allowed and offsets are valid, or were so at most a hold time ago, and the operator
+        did not clear them, nor does a soft limit keep the axis.
+    events : list of dict
+        What happened, with ``wall`` [s] and ``name``.
+    """
+
+    table: pd.DataFrame
+    events: list[dict[str, float | str]]
+
+    @property
+    def summary(self) -> dict[str, float]:
+        """Largest drift, error while held, jump at any time, rest after a clear [um]."""
+        table = self.table
+        held = table[table.held]
+        cleared = [
+            abs(float(event[axis])) for event in self.events for axis in AXES if axis in event
+        ]
+        return {
+            "drift_um": max(float(table[f"drift_{axis.upper()}"].abs().max()) for axis in AXES),
+            "error_um": max(float(held[f"error_{axis}"].abs().max()) for axis in AXES),
+            "jump_um": max(float(table[f"jump_{axis}"].max()) for axis in AXES),
+            "left_after_clear_um": max(cleared, default=float("nan")),
+            "hours": float(table.time_s.iloc[-1]) / 3600.0,
+            "rest_rows": float(held[f"error_{AXES[-1]}"].notna().sum()),
+        }
+
+
+def read_nose(folder: Path, hold_s: float) -> Nose:
+    """Read what a day left in its folder.
+
+    Parameters
+    ----------
+    folder : Path
+        Of the day.
+    hold_s : float
+        How long offsets were held without a gateway, on the wall [s].
+    """
+    table = pd.read_csv(folder / "run.csv")
+    # The last line may be cut off.
+    table = table.dropna(subset=["moved"])
+    events = json.loads((folder / "events.json").read_text())
+    # The axes are some cycles behind the planner, whose velocity this is.
+    rest = (table.velocity == 0.0).rolling(3, center=True).min().eq(1.0) & (table.homed == 1)
+    places = {KNOWN_PLACE: 1.0} | dict.fromkeys(STOPS, 0.0)
+    marks = pd.Series({float(e["wall"]): places.get(str(e["name"])) for e in events}, dtype=float)
+    at = marks.dropna().index.searchsorted(table.wall_s)
+    known = pd.Series([1.0, *marks.dropna()]).iloc[at].eq(1.0).to_numpy()
+    for axis in AXES:
+        motor = table[f"motor_{axis}"]
+        place = (motor / GRID_MM).round() * GRID_MM
+        moved = 1e3 * (motor - place)
+        stands = rest & known & (moved.abs() < NEAR_UM)
+        same = rest & rest.shift(fill_value=False) & (table.wall_s.diff() < GAP_S)
+        table[f"error_{axis}"] = (table[f"drift_{axis.upper()}"] + moved).where(stands)
+        # What was commanded meanwhile is no jump, nor is what a control counts anew at rest.
+        uncommanded = (motor - table[f"command_{axis}"]).diff().abs()
+        jump = 1e3 * pd.concat([motor.diff().abs(), uncommanded], axis=1).min(axis=1)
+        table[f"jump_{axis}"] = jump.where(same)
+    recently = table.wall_s.where(table.valid == 1).ffill() >= table.wall_s - hold_s
+    away = table[["wait", "clear", "limited"]].max(axis=1)
+    near = away.rolling(2 * LOOK_ROWS + 1, center=True, min_periods=1).max()
+    table["held"] = recently & (near == 0)
+    return Nose(table, events)

@@ -1,0 +1,114 @@
+"""A day at LinuxCNC, with the gateway beside it and with the compensator inside it."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from gateway.linuxcnc.folder import NAME, write_folder
+from gateway.linuxcnc.native_component import build_component
+from gateway.linuxcnc.nose import Nose, read_nose
+from gateway.linuxcnc.sandbox import check, sandboxed
+from measurement.errors import BadInput
+
+BUS = ("--interface", "udp_multicast", "--channel", "239.74.163.2")
+GATEWAY, COMPONENT = "gateway", "component"
+KINDS = (GATEWAY, COMPONENT)
+HOLD_S = 5.0
+"""Offsets are held for so long without a gateway, on the wall [s]."""
+SLEW_UM_S = 5.0
+"""How fast an axis may be moved [um/s]: half a micrometre in a cycle of 0.1 s."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A day.
+
+    Attributes
+    ----------
+    parts : int
+        How many parts it has: a tool, a speed, and a fault each.
+    part_s : float
+        How long a part takes, on the wall [s].
+    speed_up : float
+        Thermal time is so many times faster.
+    way : {"external", "own"}
+        How offsets get into the control.
+    """
+
+    parts: int = 8
+    part_s: float = 60.0
+    speed_up: float = 60.0
+    way: str = "external"
+
+
+def run_days(out: Path, kinds: Mapping[str, Path], plant: Path, plan: Plan) -> dict[str, Nose]:
+    """Run a day for each kind, at the same time.
+
+    Parameters
+    ----------
+    out : Path
+        A folder for each is made here.
+    kinds : mapping of str to Path
+        ``gateway`` with its FMU, ``component`` with its compensator file.
+    plant : Path
+        The plant FMU.
+    plan : Plan
+
+    Returns
+    -------
+    dict of str to Nose
+        What the nose did, by kind.
+
+    Raises
+    ------
+    BadInput
+        If LinuxCNC cannot run here, or a day came to no end.
+    """
+    check()
+    running = {}
+    for kind, fmu in kinds.items():
+        folder = (out / kind).resolve()
+        folder.mkdir(parents=True)
+        running[kind] = folder, _begin(folder, kind, fmu, plant.resolve(), plan)
+    noses = {}
+    for kind, (folder, process) in running.items():
+        printed = process.communicate()[1].decode(errors="replace")
+        if process.returncode:
+            (folder / "error.txt").write_text(printed)
+            last = printed.strip().rpartition("\n")[2]
+            raise BadInput(folder, "", f"the day came to no end: {last}")
+        noses[kind] = read_nose(folder, HOLD_S)
+    return noses
+
+
+def _begin(folder: Path, kind: str, fmu: Path, plant: Path, plan: Plan) -> subprocess.Popen[bytes]:
+    module = [sys.executable, "-m"]
+    speed_up, gateway = f"{plan.speed_up:g}", []
+    state = str(folder / "state")
+    if kind == GATEWAY:
+        thermal = [*module, "gateway.linuxcnc.component", "--name", NAME, *BUS]
+        thermal += ["--offsets", plan.way, "--slew", f"{SLEW_UM_S:g}", "--speed-up", speed_up]
+        thermal += ["--hold", f"{HOLD_S * plan.speed_up:g}"]
+        gateway = [*module, "scenarios.cli", "gateway", *BUS, "--speed-up", speed_up]
+        gateway += ["--compensator", str(fmu.resolve()), "--state", state, "--state-every", "1"]
+        os.mkfifo(folder / "bus")
+    else:
+        build_component(fmu, folder / "thermal")
+        thermal = [str(folder / "thermal"), NAME, f"{SLEW_UM_S:g}", speed_up, plan.way, state]
+    most_s = 3.0 * plan.parts * plan.part_s + 600.0
+    spindle = [*module, "gateway.linuxcnc.spindle", "--plant", str(plant), "--speed-up", speed_up]
+    spindle += ["--duration", f"{most_s:g}", "--out", str(folder / "run.csv")]
+    display = ["sh", "-c", "echo $$ > display.pid; exec sleep infinity"]
+    write_folder(folder, plan.way, {"thermal": thermal, "spindle": spindle, "display": display})
+    day = [*module, "gateway.linuxcnc.day", str(folder), "--parts", str(plan.parts)]
+    day += ["--part", f"{plan.part_s:g}", "--hold", f"{HOLD_S:g}", "--gateway", json.dumps(gateway)]
+    command = sandboxed(day, folder / "bus" if gateway else None)
+    return subprocess.Popen(
+        command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
+    )

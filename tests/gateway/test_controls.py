@@ -1,0 +1,165 @@
+"""What other controls take: each adapter against an emulator that enforces its manual's rules."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from math import isfinite, nan
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from gateway.controls import controls
+from gateway.controls.base import AXES, Write
+from gateway.database import OFFSETS
+from gateway.protocols.base import Report
+from gateway.protocols.registers import RegisterLines
+
+CYCLE_S = 0.1
+
+
+class Emulator:
+    """A control as its manual describes it; `um` is what it has added to an axis."""
+
+    def __init__(self) -> None:
+        self.um = dict.fromkeys(AXES, 0.0)
+        self.registers: dict[str, float | int | bool] = {}
+
+    def take(self, writes: Sequence[Write]) -> None:
+        for write in writes:
+            self.check(write.address, write.value, self.registers.get(write.address, 0))
+            self.registers[write.address] = write.value
+
+    def check(self, address: str, value: float, before: float) -> None:
+        """Raise what would be an alarm."""
+
+    def pass_time(self, seconds: float) -> None:
+        raise NotImplementedError
+
+
+class SinumerikEmulator(Emulator):
+    """MD32750: bit 0 for SD43900 [mm], bit 1 for slope and reference; MD32760 spreads a step."""
+
+    most_um_per_s = 0.01 * 250_000.0 / 60.0
+
+    def check(self, address: str, value: float, before: float) -> None:
+        name = address.split()[0]
+        assert name in ("SD43900", "SD43910", "SD43920", "MD32750")
+        assert name == "MD32750" or isinstance(value, float)
+
+    def pass_time(self, seconds: float) -> None:
+        at_mm = 437.0  # where the axes stand: a slope would show
+        for axis in AXES:
+            kind = int(self.registers[f"MD32750 $MA_TEMP_COMP_TYPE[{axis}]"])
+            slope = self.registers[f"SD43910 $SA_TEMP_COMP_SLOPE[{axis}]"]
+            origin = self.registers[f"SD43920 $SA_TEMP_COMP_REF_POSITION[{axis}]"]
+            wanted = self.registers[f"SD43900 $SA_TEMP_COMP_ABS_VALUE[{axis}]"] if kind & 1 else 0.0
+            wanted += slope * (at_mm - origin) if kind & 2 else 0.0
+            most = self.most_um_per_s * seconds
+            self.um[axis] += min(max(1e3 * wanted - self.um[axis], -most), most)
+
+
+class TwinCatEmulator(Emulator):
+    """offset_0 is a whole number of 0.1 um in 32 bits; it counts once compensation is active."""
+
+    def check(self, address: str, value: float, before: float) -> None:
+        assert address.startswith("ads:551 0x120300 ")
+        if "offset_0" in address:
+            assert isinstance(value, int)
+            assert -(2**31) <= value < 2**31
+
+    def pass_time(self, seconds: float) -> None:
+        for number, axis in enumerate(AXES, 1):
+            place = "ads:551 0x120300"
+            active = self.registers[f"{place} 0x{number}0041 TEMPC::activated[{axis}]"]
+            offset = self.registers[f"{place} TEMPC::offset_0[{axis}]"]
+            assert self.registers[f"{place} TEMPC::coefficient[{axis}]"] == 0.0
+            self.um[axis] = 0.1 * offset if active else 0.0
+
+
+class FanucEmulator(Emulator):
+    """A word of 16 bits an axis, applied at once; a change of 9999 is an alarm."""
+
+    def check(self, address: str, value: float, before: float) -> None:
+        assert isinstance(value, int)
+        assert -32_768 <= value <= 32_767
+        assert abs(value - before) < 9999, "alarm: the shift is too large"
+
+    def pass_time(self, seconds: float) -> None:
+        for axis in AXES:
+            self.um[axis] = float(self.registers.get(f"shift[{axis}]", 0))
+
+
+class TncEmulator(Emulator):
+    """Words of 16 bits in micrometres, at even addresses, followed at 1 um/s."""
+
+    words: Mapping[str, str] = {"W576": "X", "W578": "Y", "W580": "Z"}
+
+    def check(self, address: str, value: float, before: float) -> None:
+        assert address in self.words
+        assert isinstance(value, int)
+        assert -32_768 <= value <= 32_767
+
+    def pass_time(self, seconds: float) -> None:
+        for word, axis in self.words.items():
+            left = self.registers.get(word, 0) - self.um[axis]
+            self.um[axis] += min(max(left, -seconds), seconds)
+
+
+EMULATORS: dict[str, Callable[[], Emulator]] = {
+    "sinumerik": SinumerikEmulator,
+    "twincat": TwinCatEmulator,
+    "fanuc": FanucEmulator,
+    "tnc": TncEmulator,
+}
+"""By the control's name."""
+NAMES = sorted(controls())
+
+
+def test_every_control_has_an_emulator_and_says_what_it_follows() -> None:
+    assert sorted(EMULATORS) == NAMES
+    assert all(kind.title and kind.source for kind in controls().values())
+
+
+def offsets_of(values: Sequence[float]) -> dict[str, float]:
+    return dict(zip(OFFSETS, values, strict=True))
+
+
+@pytest.mark.parametrize("name", NAMES)
+@settings(max_examples=30, deadline=None)
+@given(
+    st.lists(
+        st.tuples(*[st.one_of(st.floats(-650.0, 650.0), st.just(nan))] * 3), min_size=1, max_size=8
+    ),
+    st.tuples(*[st.sampled_from([1, -1])] * 3),
+)
+def test_an_axis_is_given_what_the_answer_says_and_no_rule_is_broken(
+    name: str, answers: list[tuple[float, ...]], signs: tuple[int, int, int]
+) -> None:
+    control, emulator = controls()[name](signs), EMULATORS[name]()
+    emulator.take(control.start())
+    last = dict.fromkeys(AXES, 0.0)
+    for answer in answers:
+        last |= {axis: um for axis, um in zip(AXES, answer, strict=True) if isfinite(um)}
+        for _ in range(3):
+            emulator.take(control.writes(offsets_of(answer)))
+            emulator.pass_time(CYCLE_S)
+    emulator.pass_time(2000.0)
+    for axis, sign in zip(AXES, signs, strict=True):
+        assert emulator.um[axis] == pytest.approx(sign * last[axis], abs=control.step_um / 2 + 1e-6)
+
+
+def test_a_step_that_would_be_an_alarm_is_made_in_two() -> None:
+    control, emulator = controls()["fanuc"](), FanucEmulator()
+    for _ in range(2):
+        emulator.take(control.writes(offsets_of([15_000.0, 0.0, 0.0])))
+    emulator.pass_time(CYCLE_S)
+    assert emulator.um["X"] == 15_000.0
+
+
+def test_the_gateway_prints_the_registers_that_change() -> None:
+    lines: list[str] = []
+    control = RegisterLines(controls()["tnc"](), lines.append)
+    for told in ({}, {"dX": 1.2, "dY": -3.4, "dZ": 0.2}, {"dX": 1.4, "dY": nan, "dZ": 0.6}):
+        control.update(0.0, lambda told=told: Report(told, {}, {}, {}))  # type: ignore[misc]
+    assert lines == ['{"W576": 1, "W578": -3}', '{"W580": 1}']
