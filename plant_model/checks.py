@@ -344,7 +344,11 @@ def _bearings(look: _Look) -> list[str]:
         warm = float(look.warm[machine.node_index[item.refs["inner"][0]]])
         holds = item.parameters["viscosity_at"]
         if warm > WARM_BEARING:
-            found.append(f"The bearing {item.name} runs at {warm:.0f} degC at full speed.")
+            found.append(
+                f"The bearing {item.name} runs at {warm:.0f} degC at full speed: if it does not,"
+                " say its f0, lubrication and grade, or a jacket that cools it; or the highest"
+                " speed is more than it ever runs."
+            )
         # What the owner said is what the bearing has where the machine works, not at full speed.
         if holds.source.startswith(CLASS) and abs(warm - holds.value) > MISSED_K:
             found.append(

@@ -263,13 +263,19 @@ class Drawing:
                 f"{place}.spacing",
                 f"{spacing:g} mm is below the bearing's width of {bearing.width:g}",
             )
-        first = form.at - spacing * (form.count - 1) / 2.0
-        middles = [first + spacing * k for k in range(form.count)]
+        rear = form.at - spacing * (form.count - 1) / 2.0
+        middles = [rear + spacing * k for k in range(form.count)]
         spans = tuple((at - bearing.width / 2.0, at + bearing.width / 2.0) for at in middles)
+        first, last = spans[0][0], spans[-1][1]
         for part in ("shaft", "housing"):
-            for end in (spans[0][0], spans[-1][1]):
-                self._inside(f"{place}.at", end, part)
-        self._sleeve(f"{place}.sleeve", form, bearing, (spans[0][0], spans[-1][1]))
+            low, high = self.span_of(part)
+            if first < low - TOUCH or last > high + TOUCH:
+                raise self.refuse(
+                    f"{place}.at",
+                    f"at {form.at:g} mm it sits from {first:g} to {last:g} mm, which is outside the"
+                    f" {part}: that is from {low:g} to {high:g} mm",
+                )
+        self._sleeve(f"{place}.sleeve", form, bearing, (first, last))
         return Seat(form, bearing, spans)
 
     def _sleeve(

@@ -7,10 +7,14 @@ from dataclasses import dataclass
 from typing import Literal
 
 from plant_model.drawing.bearing_table import Bearing
+from plant_model.drawing.class_values import CLASS_VALUES
 from plant_model.drawing.columns import Columns
 
 # Diameters relative to the front bearing's bore, as in motor spindles of 40 to 120 mm bore.
 ROTOR, STATOR, HOUSING, NOSE = 1.8, 2.7, 3.4, 1.45
+BELT_KW = 10.0
+"""Motor power for which the class has its loss of a belt [kW]: the middle of its 5 to 20."""
+
 FREE = 15.0
 """Housing beyond a bearing [mm]."""
 
@@ -35,7 +39,7 @@ class Answers:
     speed : float
         Highest [r/min].
     power : float
-        Of a built-in motor [kW]; a belt's counts for nothing.
+        Of the motor [kW]; 0 where a belt's is not said.
     drive : {"built-in", "belt"}
     coolant : str
         ``none``, or a coolant's name.
@@ -302,7 +306,7 @@ from = {plan.shaft_start + 5:g}
 to = {plan.housing_start - 5:g}
 pulley_outer = {2.0 * bore:g}
 into = "headstock"
-"""
+{_belt_loss(answers.power)}"""
     return f"""\
 # CHECK: rotor and stator; plate of the motor, or loss = W per 1000 r/min from its data sheet.
 [motor]
@@ -313,6 +317,17 @@ power = {answers.power:g}
 efficiency = 0.9
 rated_speed = {answers.speed:g}
 """
+
+
+def _belt_loss(power: float) -> str:
+    """Return the belt's loss by the motor's power; without one the page leaves it to its class."""
+    if not power:
+        return ""
+    usual = CLASS_VALUES["belt_loss"].scaled(power / BELT_KW)
+    return (
+        f"# CHECK: W/(1000 r/min), the class's in proportion to {power:g} kW.\n"
+        f"loss = {{ value = {usual.value:.3g}, low = {usual.low:.3g}, high = {usual.high:.3g} }}\n"
+    )
 
 
 def _jackets(plan: _Plan, answers: Answers) -> str:
@@ -359,7 +374,7 @@ def _carriers(plan: _Plan, answers: Answers, columns: Columns | None) -> str:
 name = "headstock"
 mass = {mass}
 surface = 1.2  # m2 in the air
-holds = {{ from = {holds[0]:g}, to = {holds[1]:g} }}
+holds = {{ from = {holds[0]:g}, to = {holds[1]:g} }}  # side = "Y-" in it if from one side only
 on = "{below}"
 {air}
 [carriers.grows]

@@ -24,7 +24,7 @@ QUESTIONS = {
     "speed": "Highest speed in r/min",
     "power": "Motor power in kW",
 }
-"""What is asked; the power of a built-in motor only, which sets its length and its loss."""
+"""What is asked; a belt's power only if it is said."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -34,12 +34,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--bearing", help="front bearing: designation, or its bore in mm")
     parser.add_argument("--speed", type=float, help="highest speed [r/min]")
-    parser.add_argument("--power", type=float, help="power of a built-in motor [kW]")
+    parser.add_argument(
+        "--power", type=float, help="power of the motor [kW]; may be left out with a belt"
+    )
     parser.add_argument(
         "--drive", choices=("built-in", "belt"), default="built-in", help="default: built-in"
     )
     parser.add_argument(
-        "--coolant", default="water", help="none, water, 'glycol 30 %%', 'oil 10' (default: water)"
+        "--coolant",
+        help="none, water, 'glycol 30 %%', 'oil 10' (default: water; none with a belt)",
     )
     parser.add_argument(
         "--lubrication",
@@ -75,6 +78,8 @@ def run(args: argparse.Namespace) -> int:
 
     if args.output.suffix != ".toml":
         raise BadInput(args.output, "", "a page's name ends in .toml")
+    if args.coolant is None:
+        args.coolant = "none" if args.drive == "belt" else "water"
     columns = None
     if args.from_run is not None:
         columns = columns_of(read_run(args.from_run), args.ambient, args.inlet)
@@ -111,7 +116,8 @@ def _answers(args: argparse.Namespace) -> Answers:
     from plant_model.drawing.coolants import ALLOWED, coolant
     from plant_model.drawing.new_page import Answers
 
-    needed = [key for key in QUESTIONS if key != "power" or args.drive == "built-in"]
+    belt = args.drive == "belt"
+    needed = [key for key in QUESTIONS if key != "power" or not belt or args.power is not None]
     asked = {key: _asked(key, getattr(args, key)) for key in needed}
     numbers = {}
     for key, low, high, unit in (

@@ -49,17 +49,6 @@ def test_a_new_page_simulates_at_once(
     ]
 
 
-def test_the_power_of_a_belts_motor_is_not_asked(tmp_path: Path) -> None:
-    pages = []
-    for power in ((), ("--power", "15")):
-        path = tmp_path / f"mine{len(power)}" / "mine.toml"
-        path.parent.mkdir()
-        options = ["--drive", "belt", "--bearing", "7014", "--speed", "6000", *power]
-        assert main(["new-machine", "-o", str(path), *options]) == 0
-        pages.append(path.read_text(encoding="utf-8"))
-    assert pages[0] == pages[1]
-
-
 def test_a_new_page_takes_sensors_and_inputs_from_a_run(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -286,3 +275,23 @@ def test_cells_and_json(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> N
     assert 'id="cells"' in path.read_text(encoding="utf-8")
     assert main(["show-machine", "lathe", "--cells", "-o", str(path)]) == 2
     assert "is in lumps: only a page" in capsys.readouterr().err
+
+
+def test_a_belts_power_is_not_asked_but_heeded_and_it_has_no_jackets_unless_told(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "belt.toml"
+    belt = ["new-machine", "--bearing", "7014", "--speed", "8000", "--drive", "belt"]
+    losses = []
+    for power in ("10", "20"):
+        assert main([*belt, "--power", power, "-o", str(path)]) == 0
+        page = tomllib.loads(path.read_text(encoding="utf-8"))
+        assert "jackets" not in page
+        losses.append(page["motor"]["loss"]["value"])
+        path.unlink()
+    assert losses[1] == pytest.approx(2.0 * losses[0])
+    assert main([*belt, "--coolant", "water", "-o", str(path)]) == 0
+    page = tomllib.loads(path.read_text(encoding="utf-8"))
+    assert page["jackets"]
+    assert "loss" not in page["motor"]
+    capsys.readouterr()

@@ -53,8 +53,16 @@ def test_the_page_that_is_changed_is_sound() -> None:
         ),
         ("thermometers.0.at", None, "thermometers.0.at: is missing: where on the housing [mm]"),
         # A bearing outside the shaft, of an unknown size, or in another's place.
-        ("bearings.1.at", -30, "bearings.1.at: -39 mm is outside the shaft, which is from 0 to"),
-        ("bearings.0.at", 220, "bearings.0.at: 202 mm is outside the housing, which is from 0"),
+        (
+            "bearings.1.at",
+            -30,
+            "bearings.1.at: at -30 mm it sits from -39 to -21 mm, which is outside the shaft",
+        ),
+        (
+            "bearings.0.at",
+            220,
+            "bearings.0.at: at 220 mm it sits from 202 to 238 mm, which is outside the housing",
+        ),
         ("bearings.0.designation", "7099", "bearings.0.designation: '7099' is not known; known"),
         ("bearings.0.designation", None, "bearings.0.designation: is missing: or bore, outside"),
         ("bearings.1.at", 140, "bearings: rear and front overlap: one ends at 149 mm, the next"),
