@@ -1,6 +1,6 @@
 """A sensor breaks: the error with what it is likely to read, and with hold and fade.
 
-    python -m benchmarks.broken_sensor [--lathe DATA] [--out docs/trust_sensors.md]
+    python -m benchmarks.broken_sensor [--lathe DATA] [--out docs/sensor_faults.md]
 
 The jig borer: the compensator that ships, on a simulated run that it was not fitted on. Each of its
 sensors breaks in turn, after two hours and for good, in three ways. The lathe: a compensator of its

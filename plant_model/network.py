@@ -266,6 +266,7 @@ class Network:
         ----------
         inputs : mapping of str to array, shape (1,)
         temperatures : array, shape (sets, nodes)
+            Of the nodes [degC].
         states : array, shape (sets, own states)
         """
         out = states.copy()

@@ -127,7 +127,6 @@ def compare(
         splits,
         rig,
         contestants(models, seed=seed),
-        strict=models is not None,
     )
     details = found.to_dict()
     return Comparison(

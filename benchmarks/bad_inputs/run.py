@@ -29,6 +29,8 @@ from scenarios.building import DEFAULT_MODEL, compensator_recipe, plant_recipe
 from scenarios.cli import main as spindle_drift
 from scenarios.scenario import scenario_path
 
+SHOWN = 3
+"""Cases of each group that the page shows [1]."""
 BEGIN, END = "<!-- benchmarks.bad_inputs: from here -->", "<!-- benchmarks.bad_inputs: to here -->"
 ROOT = Path(__file__).resolve().parents[2]
 RUNS = {"a": "training_down", "b": "training_random", "c": "training_stops", "d": "stop_and_go"}
@@ -74,8 +76,8 @@ def answers(cases: Sequence[BadInputCase], good: dict[str, bytes], dist: Path) -
     return found
 
 
-def tables(found: dict[str, list[Answer]]) -> str:
-    """Return a table for each group."""
+def tables(found: dict[str, list[Answer]], shown: int = 10**6) -> str:
+    """Return a table for each group, of so many of its cases and of all that were not kept."""
     everything = [answer for group in found.values() for answer in group]
     kept = sum(not answer.problem for answer in everything)
     lines = [f"{kept} of {len(everything)} keep all of it.", ""]
@@ -86,7 +88,8 @@ def tables(found: dict[str, list[Answer]]) -> str:
             "| What is wrong | Command | What is said |",
             "| --- | --- | --- |",
         ]
-        for answer in group:
+        first = group[:shown]
+        for answer in first + [answer for answer in group[shown:] if answer.problem]:
             case = answer.case
             line = answer.line.strip().removeprefix("spindle-drift: error: ")
             line = line.replace(f"{ROOT}/", "").replace("|", "\\|")
@@ -106,10 +109,10 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as dist:
         build_into(Path(dist))
         found = {name: answers(cases, good, Path(dist)) for name, cases in GROUPS.items()}
-    text = tables(found)
-    print(text)
+    print(tables(found))
     if args.page is not None:
         whole = args.page.read_text(encoding="utf-8")
+        text = tables(found, SHOWN)
         head, tail = whole.split(BEGIN)[0], whole.split(END)[1]
         write_atomically(args.page, f"{head}{BEGIN}\n\n{text}\n{END}{tail}")
     return int(any(answer.problem for group in found.values() for answer in group))

@@ -167,7 +167,6 @@ def compare(
     rig: Rig | MeasuredColumns,
     entrants: Sequence[Contestant],
     *,
-    strict: bool = False,
     on_step: Callable[[str], None] = lambda label: None,
 ) -> Comparison:
     """Return how every contestant does on every split.
@@ -180,15 +179,14 @@ def compare(
         What the displacement columns mean.
     entrants : sequence of Contestant
         See `contestants`.
-    strict : bool
-        Let a model that cannot be fitted end the comparison; else it is left out with a reason.
     on_step : callable
         Told the label of each piece of work as it begins: one per split and contestant.
 
     Raises
     ------
     BadInput
-        If no run can be used, or, when *strict*, whatever a model refuses.
+        If no run can be used, or no model can be fitted at all; one that cannot is left out with
+        the reason.
     """
     warm = [_warm_note(split) for split in splits]
     splits = [replace(split, train=cold_starts(split.train)[0]) for split in splits]
@@ -206,8 +204,6 @@ def compare(
                 on_step(f"{entrant.name} on {one.split.name}")
                 one.judge(entrant, rows_here, list(places.values()))
         except BadInput as refusal:
-            if strict:
-                raise
             left_out[entrant.name] = str(refusal)
             last = refusal
             continue

@@ -374,6 +374,7 @@ class Effect:
         inputs : mapping of str to array, shape (1,)
             In force during the step; under `leaps_of` the effect's key what was seen at its end.
         temperatures : array, shape (sets, nodes)
+            Of the nodes [degC].
         states : array, shape (sets, own states)
 
         Raises
@@ -389,6 +390,7 @@ class Effect:
         Parameters
         ----------
         temperatures : array, shape (sets, nodes)
+            Of the nodes [degC].
         inputs : mapping of str to array, shape (1,)
 
         Raises

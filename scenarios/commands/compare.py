@@ -99,7 +99,6 @@ def run(args: argparse.Namespace) -> int:
             splits,
             rig,
             entrants,
-            strict=names is not None,
             on_step=tell,
         )
     result = comparison.to_dict() | {"data": [fault.to_dict() for fault in faults]}
