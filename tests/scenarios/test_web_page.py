@@ -144,9 +144,10 @@ def test_the_page_runs_and_shows_what_its_controls_do(page: Path, browser: Any, 
     browser.get(page.as_uri())
     opened(browser)
 
-    def shown(script: str = "") -> Mapping[str, Any]:
+    def shown(script: str) -> Mapping[str, Any]:
         found: Mapping[str, Any] = browser.execute_script(
-            f"const {{ page }} = window.spindle; page.play(false); {script}; page.draw();"
+            # One script, no frame of the page's own between: what is shown does not depend on pace.
+            f"const {{ page }} = window.spindle; {script}; page.play(false); page.draw();"
             "const text = (name) => document.getElementById(name).textContent;"
             "return { time: page.loop.plant.time, state: text('state'), words: text('words'),"
             " left: Math.abs(page.loop.value('error_Z')),"
@@ -163,9 +164,9 @@ def test_the_page_runs_and_shows_what_its_controls_do(page: Path, browser: Any, 
             f"document.getElementById('{name}').dispatchEvent(new Event('change'))"
         )
 
-    begun = shown()
-    ran = shown("page.advance(7200)")
-    assert ran["time"] >= begun["time"] + 7200.0
+    assert shown("page.restart()")["time"] == 0.0
+    ran = shown("page.advance(6000)")
+    assert ran["time"] == 6000.0
     assert ran["state"] == STATES[0][0]
     assert ran["drift"] > 5.0
     assert ran["left"] < 0.3 * ran["drift"]
@@ -180,7 +181,7 @@ def test_the_page_runs_and_shows_what_its_controls_do(page: Path, browser: Any, 
     assert off["left"] == pytest.approx(off["drift"], abs=1.0)
     still = shown(change("input-speed", 0) + "; page.advance(36000)")
     assert still["drift"] < 0.5 * off["drift"]
-    again = shown("page.restart(); page.play(false)")
+    again = shown("page.restart()")
     assert again["time"] == 0.0
     assert again["wide"] <= width
     assert browser.get_log("browser") == []

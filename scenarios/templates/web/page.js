@@ -1,5 +1,6 @@
 /* The page: controls in, pictures out. */
 const AXES = ["X", "Y", "Z"], STEP_S = 1, FRAME_MS = 12;
+const UNITS = { degC: "°C", rpm: "r/min", mm_min: "mm/min", um: "µm", Nm: "N m" };
 const told = JSON.parse(document.getElementById("told").textContent);
 const code = (role) => document.getElementById(`${role}-code`).textContent.trim();
 const at = (id) => document.getElementById(id);
@@ -15,7 +16,7 @@ function slider(loop, name, place) {
   const variable = loop.plant.variable(name), [low, high, step] = told.sliders[name];
   const row = document.createElement("label");
   row.className = "slider";
-  const unit = variable.unit.replace("degC", "°C").replace("rpm", "r/min").replace("um", "µm");
+  const unit = UNITS[variable.unit] ?? variable.unit;
   row.innerHTML = "<span></span><output></output><input type=range>";
   const [title, shown, input] = row.children;
   title.textContent = told.titles[name];
@@ -145,7 +146,7 @@ class Page {
       at(`drift-${axis}`).textContent = fixed(drift[axis]);
       at(`offset-${axis}`).textContent = fixed(loop.value(`d${axis}`));
       at(`left-${axis}`).textContent = fixed(error[axis]);
-      at(`half-${axis}`).textContent = half < 0 ? "not known" : `± ${fixed(half)}`;
+      at(`half-${axis}`).textContent = half < 0 ? "–" : `± ${fixed(half)}`;
       drawChart(at(`chart-${axis}`), history, {
         zero: true, least: 10, hours: axis === "Z",
         band: { low: history.rows[`low_${axis}`], high: history.rows[`high_${axis}`], colour: colour("band") },
