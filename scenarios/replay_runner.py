@@ -162,7 +162,8 @@ def run_replay(
             kicker="spindle-drift replay",
             description=description or f"{model.title}, driven by measured runs.",
             groups=groups,
-            table_note=" ".join([NOTE, *notes]),
+            table_note=NOTE,
+            notes=notes,
             charts=charts,
             timelines=[_timeline(entry) for entry in replays],
             facts=[

@@ -54,6 +54,8 @@ class Page:
         Where it all comes from.
     files : sequence of str
         Files beside the report.
+    notes : sequence of str
+        What must be known of the table, a line each.
     """
 
     title: str
@@ -65,6 +67,7 @@ class Page:
     timelines: Sequence[tuple[str, Sequence[Event], float]] = ()
     facts: Sequence[tuple[str, str]] = ()
     files: Sequence[str] = field(default_factory=list)
+    notes: Sequence[str] = ()
 
 
 @dataclass(frozen=True)

@@ -35,6 +35,9 @@ LIVE = "spindle.html"
 LIVE_PICTURE = re.compile(r"!\[[^\]]*\]\([^)\s]*figures/web_page\.png\)")
 """The picture of the live page; here it opens the page itself."""
 LINK = re.compile(r"(!?\[[^\]]*\]\()([^)\s#]+)(#[^)\s]*)?(\))")
+BLOCK = re.compile(r"(^```.*?^```[ \t]*$)", re.MULTILINE | re.DOTALL)
+NESTED = re.compile(r"^ {2,3}(?=[-*] )", re.MULTILINE)
+"""A list in a list as the repository shows it; Markdown for the site asks for four blanks."""
 FENCE = re.compile(r"^(`{3,})(\w+)[ \t]+([^\n`]+)$", re.MULTILINE)
 
 
@@ -58,7 +61,9 @@ def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
     if not place.startswith(("reference/", "notebooks/")):
         markdown = LINK.sub(lambda found: _link(found, source, place), markdown)
         markdown = LIVE_PICTURE.sub(rf"[\g<0>]({LIVE})\n\n[Open it]({LIVE}).", markdown)
-    return FENCE.sub(_titled, markdown)
+    parts = BLOCK.split(markdown)
+    parts[::2] = [NESTED.sub("    ", text) for text in parts[::2]]
+    return FENCE.sub(_titled, "".join(parts))
 
 
 def _link(found: re.Match[str], source: str, place: str) -> str:
