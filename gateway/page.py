@@ -1,14 +1,12 @@
 """The frames as text: for the terminal, and for ``docs/gateway.md``.
 
 ``python -m gateway.page`` writes the generated parts of that page anew. Nothing in them
-is typed: they come from the DBC file, and the decoded lines from cantools' own command.
+is typed: they come from the DBC file.
 """
 
 from __future__ import annotations
 
 import re
-import subprocess
-import sys
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
@@ -30,7 +28,6 @@ from gateway.database import (
 from measurement.files import write_atomically
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "gateway.md"
-SHOWN_DBC = "gateway/spindle_drift.dbc"
 FRAME_HEAD = ("Frame", "Id", "From", "Every", "Late after", "Data id", "Bits, worst")
 SIGNAL_HEAD = ("Frame", "Signal", "Bits", "Value = raw *", "Range", "Start", "Error", "Missing")
 READINGS = (22.98, 21.12, 21.85, 21.77, 21.0, 22.09, 21.97, 21.9, 21.6, 21.72, 22.05)
@@ -121,20 +118,6 @@ def named_rows(database: Database) -> list[tuple[str, ...]]:
     ]
 
 
-def session(database: Database) -> str:
-    """Return the frames of one cycle as candump prints them and as cantools decodes them."""
-    dumped = "\n".join(session_lines(database))
-    done = subprocess.run(
-        [sys.executable, "-m", "cantools", "decode", "--single-line", str(database.path)],
-        input=dumped + "\n",
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    command = f"candump vcan0 | cantools decode --single-line {SHOWN_DBC}"
-    return f"$ candump vcan0\n{dumped}\n\n$ {command}\n{done.stdout.rstrip()}"
-
-
 def session_lines(database: Database, channel: str = "vcan0") -> list[str]:
     """Return the lines that candump prints for a cycle and its answer."""
     return [
@@ -175,9 +158,7 @@ def updated(text: str, database: Database) -> str:
     """
     parts = {
         "frames": _markdown(FRAME_HEAD, frame_rows(database)) + f"\n\n{load_text(database)}",
-        "signals": _markdown(SIGNAL_HEAD, signal_rows(database)),
         "values": _markdown(("Signal", "Values"), named_rows(database)),
-        "session": f"```\n{session(database)}\n```",
     }
     for name, body in parts.items():
         pattern = rf"(<!-- begin {name}[^>]*-->\n).*?(<!-- end {name} -->)"

@@ -15,7 +15,7 @@ back. The pins of a component called ``thermal``:
 ``thermal.command-z``           ``axis.z.pos-cmd`` [mm]
 ``thermal.counts-z``            to ``axis.z.eoffset-counts``, with a scale of 0.00001
 ``thermal.offset-z``            the same as a length [mm], for ``offset`` with ``limit2``
-``thermal.heartbeat``           for a watchdog
+``thermal.heartbeat``           for a watchdog, whose ``ok-out`` comes back as ``thermal.alive``
 ``thermal.running``             it has taken up what is in force: to ``axis.z.eoffset-enable``, so
                                 that counts which begin at 0 with a new component move nothing
 ``thermal.wait``                an offset is not in force yet: to ``motion.feed-inhibit``
@@ -46,8 +46,6 @@ from gateway.proof import read_key
 NAMES = ("x", "y", "z")
 WAIT_UM = 0.5
 """The feed waits while an axis is further than this from an offset that is followed [um]."""
-LATE_S = 0.5
-"""A heartbeat that came later may have been missed by a watchdog of 1 s."""
 MOST_CYCLES = 1.5
 """An axis is moved at once by what its slew allows in so many cycles, at most."""
 OWN = ("machine_time", "machine_step", "echo", "proof")
@@ -131,13 +129,13 @@ class ControlPins:
     def step(self, offsets: Mapping[str, float]) -> None:
         """Move the axes towards the offsets."""
         pins, now = self._pins, self._clock()
-        late = now - self._last > LATE_S
         # A component that was kept waiting does not make up for it in one step.
         elapsed, self._last = min(now - self._last, MOST_CYCLES * self._cycle_s), now
         self.point += 1
         pins["heartbeat"] = not pins["heartbeat"]
-        # A watchdog that has barked, or may have, looks again when this rises.
-        pins["running"] = bool(self._axes) and not late
+        # A watchdog that has barked looks again when this rises.
+        barked = pins["running"] and not pins["alive"]
+        pins["running"] = bool(self._axes) and not barked
         pins["following"] = self._following
         if not self._axes:
             self._axes = [self._taken_up(name) for name in NAMES]
@@ -186,6 +184,9 @@ def new_pins(name: str, inputs: Sequence[str]) -> Any:
     pins = hal.component(name)
     for given in ("cold", "enable", "clear", "on", "homed", "coord", "teleop"):
         pins.newpin(given, hal.HAL_BIT, hal.HAL_IN)
+    # Without a watchdog nothing says that it has barked.
+    pins.newpin("alive", hal.HAL_BIT, hal.HAL_IN)
+    pins["alive"] = True
     for shown in ("heartbeat", "running", "wait", "moved", "valid", "following"):
         pins.newpin(shown, hal.HAL_BIT, hal.HAL_OUT)
     pins.newpin("status", hal.HAL_S32, hal.HAL_OUT)

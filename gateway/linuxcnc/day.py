@@ -89,7 +89,7 @@ class Day:
     def work(self, part: int, share: float = 1.0) -> None:
         """Bore holes for a share of a part of the day."""
         self.begin(part, share)
-        self._session.until_idle("the program", 10.0 * self._part_s + 60.0)
+        self._session.until_idle("the program", 3.0 * self._part_s + 60.0)
 
     def begin(self, part: int, share: float = 1.0) -> None:
         """Begin to bore holes."""

@@ -33,7 +33,7 @@ class Control:
         self.pins: dict[str, Any] = dict.fromkeys(
             ("cold", "clear", "heartbeat", "running", "wait", "moved", "valid", "following"), False
         )
-        self.pins |= {"enable": True, "coord": True, "teleop": False, "status": 0}
+        self.pins |= {"alive": True, "enable": True, "coord": True, "teleop": False, "status": 0}
         self.pins |= {f"counts-{name}": 0 for name in NAMES}
         self.pins |= {f"offset-{name}": 0.0 for name in NAMES}
 
@@ -108,15 +108,16 @@ def test_a_component_that_waited_moves_no_axis_further_than_a_cycle_and_a_half()
     assert 0.0 < control.axes["z"].moved_um - before <= 1.5 * CYCLE_S * SLEW + 1e-9
 
 
-def test_after_a_long_wait_a_watchdog_may_look_again_and_nothing_moves_before() -> None:
+def test_a_watchdog_that_barked_may_look_again_and_nothing_moves_before() -> None:
     control = Control()
     component = control.component()
     control.cycle(component, WANTED, 10)
     before = control.axes["z"].moved_um
-    control.now += 3.0
+    control.pins["alive"] = False
     control.cycle(component, WANTED)
     assert not control.pins["running"]
     assert control.axes["z"].moved_um == before
+    control.pins["alive"] = True
     control.cycle(component, WANTED)
     assert control.pins["running"]
     assert control.axes["z"].moved_um > before

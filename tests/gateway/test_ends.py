@@ -213,14 +213,11 @@ def test_the_page_is_up_to_date(database: Database) -> None:
     assert updated(text, database) == text
 
 
-def test_the_page_follows_the_dbc(database: Database, tmp_path: Path) -> None:
+def test_the_tables_follow_the_dbc(database: Database, tmp_path: Path) -> None:
     other = tmp_path / "other.dbc"
     changed = DBC.read_text(encoding="utf-8").replace("(0.02,-650)", "(0.01,-300)")
     other.write_text(changed.replace("[-650|650]", "[-300|300]"), encoding="utf-8")
-    text = PAGE.read_text(encoding="utf-8")
-    made = updated(text, page.read_database(other))
-    assert "-300 to 300 um" in made
-    assert made != text
+    assert "-300 to 300 um" in frames_text(page.read_database(other))
 
 
 def test_the_table_names_every_frame_and_signal(

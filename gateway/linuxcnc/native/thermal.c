@@ -20,7 +20,6 @@
 
 #define CYCLE_S 0.1
 #define MOST_CYCLES 1.5 /* an axis is moved at once by what its slew allows in so many, at most */
-#define LATE_S 0.5      /* a heartbeat that came later may have been missed by a watchdog of 1 s */
 #define WAIT_UM 0.5     /* the feed waits while an axis is further from what is wanted */
 #define SAVE_CYCLES 10
 #define OLDEST_S 3600.0 /* a state that is older says nothing about the machine */
@@ -31,7 +30,7 @@ static const char *const AXIS_NAMES[AXES] = {"x", "y", "z"};
 static const char *const OFFSET_NAMES[AXES] = {"dX", "dY", "dZ"};
 
 struct pins {
-    hal_bit_t *cold, *enable, *clear, *on, *homed, *coord, *teleop;
+    hal_bit_t *alive, *cold, *enable, *clear, *on, *homed, *coord, *teleop;
     hal_bit_t *heartbeat, *running, *wait, *moved, *valid, *following;
     hal_s32_t *status, *counts[AXES];
     hal_float_t *request[AXES], *command[AXES], *offset[AXES];
@@ -87,6 +86,7 @@ static bool make_pins(struct pins *pins, int id, const char *name)
         hal_bit_t **pin;
         hal_pin_dir_t direction;
     } bits[] = {
+        {"alive", &pins->alive, HAL_IN},
         {"cold", &pins->cold, HAL_IN},           {"enable", &pins->enable, HAL_IN},
         {"clear", &pins->clear, HAL_IN},         {"on", &pins->on, HAL_IN},
         {"homed", &pins->homed, HAL_IN},         {"coord", &pins->coord, HAL_IN},
@@ -98,6 +98,10 @@ static bool make_pins(struct pins *pins, int id, const char *name)
     int failed = hal_pin_s32_newf(HAL_OUT, &pins->status, id, "%s.status", name);
     for (size_t i = 0; i < sizeof bits / sizeof bits[0]; i++) {
         failed |= hal_pin_bit_newf(bits[i].direction, bits[i].pin, id, "%s.%s", name, bits[i].name);
+    }
+    if (!failed) {
+        /* Without a watchdog nothing says that it has barked. */
+        *pins->alive = true;
     }
     for (size_t i = 0; i < AXES; i++) {
         const char *axis = AXIS_NAMES[i];
@@ -218,8 +222,8 @@ static void apply(struct component *self, double elapsed_s)
 {
     struct pins *pins = self->pins;
     *pins->heartbeat = !*pins->heartbeat;
-    if (elapsed_s > LATE_S) {
-        /* A watchdog that has barked, or may have, looks again when this rises. */
+    if (*pins->running && !*pins->alive) {
+        /* A watchdog that has barked looks again when this rises. */
         *pins->running = false;
         return;
     }
