@@ -85,6 +85,8 @@ def run(args: argparse.Namespace) -> int:
                 f"within {figures['error_um']:.2f} um, no jump above {figures['jump_um']:.2f} um, "
                 f"{figures['left_after_clear_um']:.4f} um left after a clear"
             )
+            if "blind_error_um" in figures:
+                print(f"  {figures['blind_error_um']:.2f} um while held without a gateway")
         print(f"{args.out / 'nose.png'}")
     return 0
 

@@ -31,8 +31,8 @@ class Nose:
         ``wall_s``, ``time_s``, and for each axis ``drift_X``, ``error_x``: how far the nose is from
         where the program has it, NaN where it moves, and ``jump_x``: by how much it moved since the
         row before though the program stood still [um]. ``held``: it is to be held, because the
-        feed is allowed and offsets are valid, or were so at most a hold time ago, and the operator
-        did not clear them, nor does a soft limit keep the axis.
+        feed is allowed and offsets are valid, the operator did not clear them, and no soft limit
+        keeps the axis. ``blind``: offsets are held without a gateway.
     events : list of dict
         What happened, with ``wall`` [s] and ``name``.
     """
@@ -48,7 +48,7 @@ class Nose:
         cleared = [
             abs(float(event[axis])) for event in self.events for axis in AXES if axis in event
         ]
-        return {
+        figures = {
             "drift_um": max(float(table[f"drift_{axis.upper()}"].abs().max()) for axis in AXES),
             "error_um": max(float(held[f"error_{axis}"].abs().max()) for axis in AXES),
             "jump_um": max(float(table[f"jump_{axis}"].max()) for axis in AXES),
@@ -56,6 +56,10 @@ class Nose:
             "hours": float(table.time_s.iloc[-1]) / 3600.0,
             "rest_rows": float(held[f"error_{AXES[-1]}"].notna().sum()),
         }
+        blind = table[table.blind][[f"error_{axis}" for axis in AXES]].abs().max().max()
+        if blind == blind:
+            figures["blind_error_um"] = float(blind)
+        return figures
 
 
 def read_nose(folder: Path, hold_s: float) -> Nose:
@@ -92,5 +96,6 @@ def read_nose(folder: Path, hold_s: float) -> Nose:
     recently = table.wall_s.where(table.valid == 1).ffill() >= table.wall_s - hold_s
     away = table[["wait", "clear", "limited"]].max(axis=1)
     near = away.rolling(2 * LOOK_ROWS + 1, center=True, min_periods=1).max()
-    table["held"] = recently & (near == 0)
+    table["held"] = (table.valid == 1) & (near == 0)
+    table["blind"] = recently & (table.valid == 0) & (near == 0)
     return Nose(table, events)
