@@ -12,6 +12,7 @@ from typing import Any
 from tqdm import tqdm
 
 from measurement.errors import BadInput
+from scenarios.fit_found import told
 
 
 def add_jobs(parser: argparse.ArgumentParser) -> None:
@@ -76,13 +77,8 @@ def report(table: dict[str, Any], path: Path) -> list[str]:
     if choice.get("hardly_moving"):
         lines.append(f"hardly moving: {', '.join(choice['hardly_moving'])}")
     lines.append(f"temperatures used: {', '.join(table['chosen'])}")
-    fit = figures["fit"]
-    if "condition_number" in fit:
-        inflation = max(fit["variance_inflation"].values())
-        lines.append(
-            f"condition number {fit['condition_number']:.1f}, "
-            f"largest variance inflation {inflation:.1f}"
-        )
+    model = table["error_model"]
+    lines += told(model["kind"], model["targets"], figures["fit"])
     promised = promise(figures, len(provenance["runs"]))
     return [promised[0], *lines, *promised[1:], f"wrote {path}"]
 

@@ -1,15 +1,23 @@
-"""The options of the grey grouping, which more than one command has."""
+"""The options of the choice of temperatures, which more than one command has."""
 
 from __future__ import annotations
 
 import argparse
+import json
 from typing import Any
 
-USUAL: dict[str, Any] = {"theta": 0.5, "image": "initial", "absolute_image": "as_read"}
+USUAL: dict[str, Any] = {
+    "theta": 0.5,
+    "image": "initial",
+    "absolute_image": "as_read",
+    "clusters": 4,
+    "variables": None,
+    "keep_quiet": False,
+}
 
 
 def add_grey_options(parser: argparse.ArgumentParser) -> None:
-    """Declare them."""
+    """Declare them, and what else the choice of points goes by."""
     parser.add_argument(
         "--lambda",
         dest="threshold",
@@ -37,6 +45,30 @@ def add_grey_options(parser: argparse.ArgumentParser) -> None:
         help="dimensionless form for the absolute degree (default: as_read, none; the jig-borer "
         "study has --absolute-image initial --image mean)",
     )
+    parser.add_argument(
+        "--clusters",
+        type=int,
+        default=USUAL["clusters"],
+        help="groups of the hierarchical and fuzzy clustering (default: 4)",
+    )
+    parser.add_argument(
+        "--variables",
+        type=int,
+        metavar="N",
+        help="temperatures to choose: after one of each group the best of the rest (default: one "
+        "of each group)",
+    )
+    parser.add_argument(
+        "--keep-quiet",
+        action="store_true",
+        help="take temperatures that hardly move into account, too",
+    )
+    parser.add_argument(
+        "--score",
+        default="correlation",
+        metavar="correlation|relational",
+        help="what makes a temperature the best of its group (default: correlation)",
+    )
 
 
 def grey_options(args: argparse.Namespace) -> dict[str, Any]:
@@ -49,3 +81,17 @@ def grey_options(args: argparse.Namespace) -> dict[str, Any]:
         "threshold": args.threshold,
         **{name: value for name, value in given.items() if value != USUAL[name]},
     }
+
+
+def choice_options(args: argparse.Namespace) -> dict[str, Any]:
+    """Return what the choice of temperatures goes by, score and its target included."""
+    target = {} if args.score_target is None else {"target": args.score_target}
+    return grey_options(args) | {"score": args.score} | target
+
+
+def option_value(text: str) -> Any:
+    """Return the value of an option: JSON, or the word that it is."""
+    try:
+        return json.loads(text)
+    except ValueError:
+        return text

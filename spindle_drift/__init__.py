@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from spindle_drift.gaps import Gap, find_gap
     from spindle_drift.machines import Calibration, Machine, calibrate, simulate
     from spindle_drift.recordings import ImportedLog, import_log, read_run, summary
+    from spindle_drift.surveys import Points, points
 
     __version__: str
 
@@ -32,6 +33,7 @@ __all__ = [
     "Gap",
     "ImportedLog",
     "Machine",
+    "Points",
     "Run",
     "Scenario",
     "Summary",
@@ -41,6 +43,7 @@ __all__ = [
     "find_gap",
     "fit",
     "import_log",
+    "points",
     "read_run",
     "run_scenario",
     "simulate",
@@ -59,6 +62,7 @@ _HOMES = {
     "spindle_drift.gaps": ("Gap", "find_gap"),
     "spindle_drift.machines": ("Calibration", "Machine", "calibrate", "simulate"),
     "spindle_drift.recordings": ("ImportedLog", "import_log", "read_run", "summary"),
+    "spindle_drift.surveys": ("Points", "points"),
 }
 _HOME = {name: module for module, names in _HOMES.items() for name in names}
 

@@ -10,9 +10,10 @@ import pandas as pd
 
 from fmu_compensator.fit import comparison
 from fmu_compensator.fit.columns import targets_of
-from fmu_compensator.fit.contestants import contestants
+from fmu_compensator.fit.contestants import Contestant, contestants
 from fmu_compensator.fit.splits import Split, leave_out
 from measurement.errors import BadInput
+from scenarios.presets import preset
 from spindle_drift._inputs import MachineLike, RunLike, as_runs
 from spindle_drift._plots import plot_bars
 from spindle_drift.compensators import USUAL_MACHINE
@@ -82,6 +83,10 @@ def compare(
     machine: MachineLike | None = None,
     by: str = "run",
     seed: int | None = None,
+    study: str | None = None,
+    points: str = "",
+    grey: Mapping[str, Any] | None = None,
+    options: Mapping[str, Mapping[str, Any]] | None = None,
 ) -> Comparison:
     """Compare error models on runs that they never saw.
 
@@ -97,6 +102,15 @@ def compare(
         What is left out in turn: each run, or all runs of the same speeds.
     seed : int, optional
         For models that start at random.
+    study : {"GA", "TS", "VAC"}, optional
+        As that study has it: its models with their options, and its points. What else is given
+        counts before it.
+    points : str
+        Temperatures for all models; by default what is usual for each.
+    grey : mapping, optional
+        Options of their choice, as `spindle_drift.points` takes them.
+    options : mapping of str to mapping, optional
+        Of the models, by their names.
 
     Returns
     -------
@@ -126,7 +140,7 @@ def compare(
     found = comparison.compare(
         splits,
         rig,
-        contestants(models, seed=seed),
+        _contestants(models, study, points, grey or {}, options or {}, seed),
     )
     details = found.to_dict()
     return Comparison(
@@ -147,3 +161,22 @@ def _ranking(models: Sequence[Mapping[str, Any]], targets: Sequence[str]) -> pd.
 
 
 __all__ = ["Comparison", "compare"]
+
+
+def _contestants(
+    models: Sequence[str] | None,
+    study: str | None,
+    points: str,
+    grey: Mapping[str, Any],
+    options: Mapping[str, Mapping[str, Any]],
+    seed: int | None,
+) -> list[Contestant]:
+    if study is not None:
+        given = preset(study)
+        models = list(given.models) if models is None else models
+        points, grey = points or given.points, {**given.grey, **grey}
+        options = {
+            name: {**given.models.get(name, {}), **options.get(name, {})}
+            for name in {*models, *options}
+        }
+    return contestants(models, points=points, seed=seed, grey=grey, options=options)

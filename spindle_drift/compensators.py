@@ -25,6 +25,7 @@ from measurement.rig import FivePointRig, Rig, default_rig, rig_from_table
 from measurement.runs import Run
 from plant_model.machine_file import read_machine
 from scenarios.outputs import COMPENSATOR_FILE, check_output, guarding
+from scenarios.presets import preset
 from scenarios.replay import rig_of_model
 from spindle_drift._inputs import MachineLike, RunLike, as_run, as_runs, usual, warn_of_doubts
 from spindle_drift._plots import plot_judged
@@ -298,6 +299,7 @@ def fit(
     model: str | None = None,
     *,
     machine: MachineLike | None = None,
+    study: str | None = None,
     **options: Any,
 ) -> Compensator:
     """Fit a compensator to runs.
@@ -311,6 +313,9 @@ def fit(
     machine : Machine, path or name, optional
         Says which sensors the runs hold, and what the displacements mean. Without it the columns'
         names say so.
+    study : {"GA", "TS", "VAC"}, optional
+        As that study has it: points, their choice, model, its options, geometry. What else is given
+        counts before it.
     **options
         Of `fmu_compensator.fit.fitting.fit_compensator` (``points``, ``input_form``, ``name``,
         ``title``, ``tool_length_mm``, ...) and of the error model.
@@ -336,7 +341,16 @@ def fit(
     recorded = as_runs(runs)
     rig, sensors = _rig(recorded[0], machine)
     grey = {"threshold": usual("fit", "threshold"), "score": usual("fit", "score")}
-    table = fit_compensator(recorded, rig, model, **({"sensors": sensors, "grey": grey} | options))
+    as_usual: dict[str, Any] = {"sensors": sensors, "grey": grey}
+    if study is not None:
+        given = preset(study)
+        as_usual |= {"points": given.points, "grey": dict(given.grey)}
+        if isinstance(rig, FivePointRig):
+            as_usual["geometry_form"] = given.geometry_form
+        if model in (None, given.model):
+            model = given.model
+            as_usual |= given.options
+    table = fit_compensator(recorded, rig, model, **(as_usual | options))
     return Compensator(parse_model(compensator_text(table), table["name"]))
 
 

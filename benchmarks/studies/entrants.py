@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from fmu_compensator.fit.recipe import Recipe
+from scenarios.presets import PRESETS, TRAINED
 
 STUDY_STEP_S = 270.0
 """The time-series study has 89 samples of some 400 min [s]."""
@@ -14,15 +15,13 @@ STUDY_POINTS = "T1,T4,T7,T10"
 """What the GA-BP study chose of the same eleven thermometers."""
 SEEDED = ("bp", "ga_bp", "vac")
 TRUTH, NO_MODEL, PERSISTENCE = "truth", "no_model", "persistence"
-STUDY_CHOICE = {
-    "absolute_image": "initial",
-    "image": "mean",
-    "score": "relational",
-    "target": "elongation",
-}
+STUDY_CHOICE = PRESETS["GA"].grey
 """How the GA-BP study chooses: absolute degree on initial-value images, relative degree on mean
 images, one point a group by its grey relational degree to elongation."""
-UNDECAYED = {"decay": 0.0, "iterations": 1000}
+TS_CHOICE = PRESETS["TS"].grey
+"""How the time-series study chooses: hierarchical clustering with C = 4, the ambient air kept, five
+variables by their correlation with elongation."""
+UNDECAYED = TRAINED
 
 
 @dataclass(frozen=True)
@@ -47,6 +46,8 @@ class Entrant:
         Whether it is told the drift measured one step before.
     machines : tuple of str
         Where it takes part; empty: everywhere.
+    memory : bool, optional
+        Of a baseline by temperature: whether it remembers earlier samples.
     """
 
     title: str
@@ -57,6 +58,7 @@ class Entrant:
     step_s: float | None = None
     measured: bool = False
     machines: tuple[str, ...] = ()
+    memory: bool | None = None
 
     @property
     def is_fitted(self) -> bool:
@@ -115,7 +117,29 @@ ENTRANTS: Mapping[str, Entrant] = {
     "bp": Entrant("BP with decay, our points", "bp"),
     "ga_bp": Entrant("GA-BP with decay, our points", "ga_bp"),
     "bp_5_5": Entrant("BP 5-5 with decay, our points", "bp", {"hidden": (5, 5)}),
-    "mlr": Entrant("Multiple linear regression", "mlr"),
+    "mlr_ts": Entrant("MLRA as the TS study has it", "mlr", points="hierarchical", grey=TS_CHOICE),
+    "bp_ts": Entrant(
+        "BP 5-5-5-3 as the TS study has it",
+        "bp",
+        {**UNDECAYED, "hidden": (5, 5)},
+        points="hierarchical",
+        grey=TS_CHOICE,
+    ),
+    "mlr": Entrant("Multiple linear regression, grey points", "mlr"),
+    "mlr_all": Entrant(
+        "Without memory: linear regression, all thermometers",
+        "mlr",
+        {"subset": False},
+        points="all",
+        memory=False,
+    ),
+    "ridge_all": Entrant(
+        "Without memory: ridge, all thermometers",
+        "ridge",
+        {"lags_s": ()},
+        points="all",
+        memory=False,
+    ),
     "arma": Entrant("Time series, free-running", "arma"),
     "arma_one": Entrant("Time series, one step of 30 s", "arma", measured=True),
     "arma_270": Entrant(
@@ -139,7 +163,9 @@ ENTRANTS: Mapping[str, Entrant] = {
     ),
     "arx": Entrant("ARX with temperatures", "arx"),
     "armax": Entrant("ARMAX with temperatures", "arx", {"estimator": "armax"}),
-    "ridge": Entrant("Ridge on lagged temperatures", "ridge"),
+    "ridge": Entrant("With memory: ridge on lagged temperatures", "ridge", memory=True),
     "bayes": Entrant("Bayesian ridge on lagged temperatures", "bayes"),
-    "thermal_states": Entrant("Ridge on thermal states", "thermal_states"),
+    "thermal_states": Entrant(
+        "With memory: ridge on thermal states", "thermal_states", memory=True
+    ),
 }

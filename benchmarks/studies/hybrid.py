@@ -2,16 +2,16 @@
 
 76 samples at 4 min, each test done three times and averaged; thermometers at the front bearing, at
 the rear bearing and in the air; axial error only. The constituents are made as in the study:
-a regression on the three temperatures, a natural exponential whose steady growth and time constant
-come from finite elements, and the finite elements as they are. The hybrid is weighed on the first
-test and judged on the second. Then two groups of five workpieces are cut, with compensation and
-without; a workpiece's size errors count from the first of its group.
+a regression on the three temperatures, a natural exponential whose steady growth comes from finite
+elements and its time constant from tau = m c / (alpha S), and the finite elements as they are. The
+hybrid is weighed on the first test and judged on the second. Then two groups of five workpieces are
+cut, with compensation and without; a workpiece's size errors count from the first of its group.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -21,6 +21,7 @@ from benchmarks.studies.machines import Pair, truth
 from benchmarks.studies.tables import as_table, shown_range
 from fmu_compensator.fit.columns import MeasuredColumns
 from fmu_compensator.fit.data import prepare
+from fmu_compensator.fit.error_models.base import FittedModel
 from fmu_compensator.fit.fitting import compensator_text, fit_compensator
 from fmu_compensator.fit.recipe import Recipe
 from fmu_compensator.runtime.compensator import RunningCompensator
@@ -29,15 +30,25 @@ from measurement.drift import measured_drift
 from measurement.figures import figures_of_merit
 from measurement.rig import FivePointRig
 from measurement.runs import Run
+from scenarios.presets import EQUATION_8, HYBRID
 
 SAMPLE_S, SAMPLES, REPEATS = 240.0, 76, 3
 POINTS = "T6,T1,T5"
 """Front bearing, rear bearing, air."""
-AS_STUDIED: Mapping[str, Mapping[str, Any]] = {
-    "mlr": {"subset": False},
-    "ne": {"steady": "fem", "tau_s": "fem"},
-    "fem": {"identify": False},
+TAUS: Mapping[str, Mapping[str, Any]] = {
+    "equation (8)": EQUATION_8,
+    "finite elements": {"tau_s": "fem"},
+    **{f"{tau:g} s": {"tau_s": tau} for tau in (300.0, 900.0, 1200.0, 1800.0, 3600.0)},
 }
+"""Where the natural exponential's time constant comes from; the first is the study's way."""
+
+
+def as_studied(tau: Mapping[str, Any]) -> dict[str, Mapping[str, Any]]:
+    """Return the options of the hybrid's parts, with a time constant of `TAUS`."""
+    return {**HYBRID, "ne": {"steady": "fem", **tau}}
+
+
+AS_STUDIED = HYBRID
 STOP = (14400.0, 0.0)
 FIRST = ((0.0, 4000.0), (3600.0, 8000.0), (6000.0, 0.0), (6600.0, 8000.0), (9600.0, 12000.0), STOP)
 SECOND = (
@@ -86,6 +97,9 @@ class Hybrid:
         Of the constituents in the hybrid [1].
     pieces : tuple of (before, after)
         Mean size error of each group's workpieces in R and L [um]; empty without a five-point rig.
+    sweep : dict of str to tuple
+        By the source of tau: figures of the natural exponential and of the hybrid, and the weight
+        of the former in the latter [1].
     """
 
     machine: str
@@ -93,6 +107,9 @@ class Hybrid:
     figures: dict[str, tuple[float, ...]]
     weights: tuple[float, ...]
     pieces: tuple[tuple[tuple[float, float], tuple[float, float]], ...]
+    sweep: dict[str, tuple[tuple[float, ...], tuple[float, ...], float]] = field(
+        default_factory=dict
+    )
 
 
 def experiment(machine: str, seed: int) -> list[Hybrid]:
@@ -103,25 +120,32 @@ def experiment(machine: str, seed: int) -> list[Hybrid]:
     judged = prepare([tests[1].measured], rig, "rise", sensors=learnt.sensors).runs[0]
     exact = prepare([tests[1].exact], rig, "rise", sensors=learnt.sensors).runs[0].targets
     predicted = {"no_model": np.zeros_like(exact), "truth": exact}
-    recipes = {kind: Recipe(kind, POINTS, options=options) for kind, options in AS_STUDIED.items()}
-    hybrid = {"models": PARTS, "parts": AS_STUDIED}
-    recipes |= {
-        name: Recipe("vac", POINTS, options={**hybrid, "combination": name}) for name in HYBRIDS
-    }
-    weights: tuple[float, ...] = ()
-    for name, recipe in recipes.items():
+
+    def figures(values: np.ndarray) -> tuple[float, ...]:
+        return tuple(figures_of_merit(judged.targets, values)[key] for key in FIGURES)
+
+    def fitted(recipe: Recipe) -> tuple[FittedModel, np.ndarray]:
         chosen, _ = recipe.choose(learnt, learnt.runs)
-        fitted = recipe.fit(learnt, learnt.runs, chosen)
-        rows = recipe.rows(judged, chosen)
-        predicted[name] = fitted.predict(rows)
-        if name == "cosine":
-            found = fitted.report()["weights"]["steady"]["elongation"]
-            weights = tuple(found[kind] for kind in PARTS)
-    figures = {
-        name: tuple(figures_of_merit(judged.targets, values)[key] for key in FIGURES)
-        for name, values in predicted.items()
-    }
-    return [Hybrid(machine, seed, figures, weights, _workpieces(machine, seed))]
+        model = recipe.fit(learnt, learnt.runs, chosen)
+        return model, model.predict(recipe.rows(judged, chosen))
+
+    for kind, options in AS_STUDIED.items():
+        predicted[kind] = fitted(Recipe(kind, POINTS, options=options))[1]
+    sweep = {}
+    for name, tau in TAUS.items():
+        parts = as_studied(tau)
+        hybrid = {"models": PARTS, "parts": parts}
+        model, values = fitted(Recipe("vac", POINTS, options={**hybrid, "combination": "cosine"}))
+        alone = fitted(Recipe("ne", POINTS, options=parts["ne"]))[1]
+        found = model.report()["weights"]["steady"]["elongation"]
+        sweep[name] = (figures(alone), figures(values), found["ne"])
+        if tau is EQUATION_8:
+            predicted["cosine"], weights = values, tuple(found[kind] for kind in PARTS)
+    for name in HYBRIDS[1:]:
+        options = {"models": PARTS, "parts": AS_STUDIED, "combination": name}
+        predicted[name] = fitted(Recipe("vac", POINTS, options=options))[1]
+    told = {name: figures(values) for name, values in predicted.items()}
+    return [Hybrid(machine, seed, told, weights, _workpieces(machine, seed), sweep)]
 
 
 def _scenario(
@@ -214,28 +238,30 @@ def hybrid_table(found: Sequence[Hybrid]) -> str:
     return as_table(["model", *heads], rows)
 
 
-def hybrid_wins(found: Sequence[Hybrid]) -> str:
-    """Return in how many seeds the hybrid beats all of its parts, as a sentence."""
-    parts = []
-    for machine in MACHINES:
-        here = [one for one in found if one.machine == machine]
-        won = sum(
-            all(
-                one.figures["cosine"][k] < one.figures[part][k]
-                for part in PARTS
-                for k in range(len(FIGURES))
-            )
-            for one in here
-        )
-        weights = np.mean([one.weights for one in here], axis=0)
-        shares = ", ".join(
-            f"{MODELS[part]} {weight:.2f}" for part, weight in zip(PARTS, weights, strict=True)
-        )
-        parts.append(
-            f"On the {truth(machine).title} the hybrid beats all three parts in all three figures "
-            f"in {won} of {len(here)} seeds; mean weights {shares}."
-        )
-    return " ".join(parts)
+def tau_table(found: Sequence[Hybrid]) -> str:
+    """Return by the source of tau how the hybrid does, and in how many seeds it beats its parts."""
+    rows = []
+    for name in TAUS:
+        cells = [name]
+        for machine in MACHINES:
+            here = [one for one in found if one.machine == machine and one.sweep]
+            alone, hybrid = (np.array([one.sweep[name][k][0] for one in here]) for k in (0, 1))
+            weight = np.mean([one.sweep[name][2] for one in here])
+            won = sum(_wins(one, name) for one in here)
+            cells += [shown_range(alone, max, 0), shown_range(hybrid, max, 0)]
+            cells += [f"{weight:.2f}", f"{won} of {len(here)}"]
+        rows.append(cells)
+    heads = ("SSE of NE", "SSE of the hybrid", "weight of NE", "beats all parts")
+    return as_table(
+        ["tau from", *(f"{truth(m).title}: {h}" for m in MACHINES for h in heads)], rows
+    )
+
+
+def _wins(one: Hybrid, tau: str) -> bool:
+    """Return whether the hybrid beats its three parts in all three figures."""
+    alone, hybrid, _ = one.sweep[tau]
+    parts = (alone, one.figures["mlr"], one.figures["fem"])
+    return all(mine < theirs[k] for theirs in parts for k, mine in enumerate(hybrid))
 
 
 def workpiece_table(found: Sequence[Hybrid]) -> str:

@@ -36,7 +36,12 @@ class Contestant:
 
 
 def contestants(
-    names: Sequence[str] | None, *, points: str = "", seed: int | None = None
+    names: Sequence[str] | None,
+    *,
+    points: str = "",
+    seed: int | None = None,
+    grey: Mapping[str, Any] | None = None,
+    options: Mapping[str, Mapping[str, Any]] | None = None,
 ) -> list[Contestant]:
     """Return the baselines and the models named; all models and variants without names.
 
@@ -48,6 +53,10 @@ def contestants(
         The points for all of them; empty: each its usual ones.
     seed : int, optional
         For those that start at random.
+    grey : mapping, optional
+        Options of the choice of points.
+    options : mapping of str to mapping, optional
+        Of the models, by the names above.
 
     Raises
     ------
@@ -68,10 +77,15 @@ def contestants(
             raise BadInput("compare", "models", f"{shown(name)} is not allowed: {allowed}")
         if name in [other.name for other in found]:
             raise BadInput("compare", "models", f"{shown(name)} is given twice")
-        kind, title, options = known[name]
+        kind, title, own = known[name]
+        more = {**own, **(options or {}).get(name, {})}
         if seed is not None and fitted_models()[kind].takes_seed():
-            options = {**options, "seed": seed}
-        found.append(Contestant(name, title, Recipe(kind, points=points, options=options)))
+            more["seed"] = seed
+        recipe = Recipe(kind, points=points, grey=dict(grey or {}), options=more)
+        found.append(Contestant(name, title, recipe))
+    for name in options or {}:
+        if name not in chosen:
+            raise BadInput("compare", "option", f"{shown(name)} does not take part")
     return found
 
 

@@ -69,6 +69,8 @@ def choose_points(
     target: int | None = None,
     grouping: str = "grey",
     clusters: int = 4,
+    variables: int | None = None,
+    keep_quiet: bool = False,
     names: Sequence[str] = (),
 ) -> Choice:
     """Group the candidates and keep one of each group.
@@ -88,6 +90,11 @@ def choose_points(
         centroid linkage), or by fuzzy c-means.
     clusters : int
         How many groups the latter two make.
+    variables : int, optional
+        So many are chosen, if there are: after one of each group the best of all that are left.
+        The time-series study has five from four groups, and does not say how.
+    keep_quiet : bool
+        Take sensors that hardly move into account, as the studies do with the ambient air.
     score : {"correlation", "relational"}
         What makes a sensor the best of its group: the size of Pearson's r with the error, or the
         grey relational degree to it. A falling target counts like its mirror image. On a measured
@@ -113,7 +120,7 @@ def choose_points(
     if target is not None:
         errors = errors[:, [target]]
     spread = moved_by(rises)
-    loud = [place for place in range(len(candidates)) if spread[place] >= NEAR_CONSTANT_K]
+    loud = [p for p in range(len(candidates)) if keep_quiet or spread[p] >= NEAR_CONSTANT_K]
     if not loud:
         raise BadInput(
             "training runs",
@@ -135,6 +142,12 @@ def choose_points(
         else:
             members = fuzzy_c_means(rises[:, loud], clusters).groups
     best = [max(group, key=lambda place: values[place]) for group in members]
+    if variables is not None:
+        if variables < len(best):
+            problem = f"{variables} is not allowed: at least one of each of {len(best)} groups"
+            raise BadInput("points", "variables", problem)
+        rest = sorted(set(range(len(loud))) - set(best), key=lambda place: -values[place])
+        best += rest[: variables - len(best)]
     return Choice(
         chosen=sorted(candidates[loud[place]] for place in best),
         groups=[[candidates[loud[place]] for place in group] for group in members],

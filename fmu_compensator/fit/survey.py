@@ -15,14 +15,16 @@ from fmu_compensator.fit.correlation import MOST_CANDIDATES, Subset, all_subsets
 from fmu_compensator.fit.data import moved_by, prepare
 from fmu_compensator.fit.incidence import AS_READ, groups, relational_degree
 from fmu_compensator.fit.points import (
+    GROUPINGS,
     NEAR_CONSTANT_K,
+    choose_points,
     mean_degree,
     on_grid,
     refuse_grey,
     target_place,
 )
 from fmu_compensator.fit.training import Array
-from measurement.errors import BadInput
+from measurement.errors import BadInput, shown
 from measurement.rig import Rig
 from measurement.runs import Run
 
@@ -48,7 +50,7 @@ class Survey:
     pearson, relational : array (m,)
         Correlation, and grey relational degree, to the error [1].
     points : list of int
-        The column with the largest correlation of each grey group.
+        The columns chosen: the best of each group.
     subsets : list of Subset
         All combinations of the points; their columns count among `points`.
     notes : list of str
@@ -107,6 +109,10 @@ def survey(
     image: str = "initial",
     absolute_image: str = AS_READ,
     clusters: int = 4,
+    variables: int | None = None,
+    keep_quiet: bool = False,
+    score: str = "correlation",
+    grouping: str = "grey",
     target: str | None = None,
 ) -> Survey:
     """Return how alike the temperatures of runs are, and how well they tell the error.
@@ -121,6 +127,8 @@ def survey(
         Of the grey grouping.
     clusters : int
         Groups of hierarchical clustering and fuzzy c-means.
+    variables, keep_quiet, score, grouping
+        Of `choose_points`, which chooses; or names with commas instead of a grouping.
     target : str, optional
         Signal name of the error; by default the first target.
 
@@ -136,7 +144,7 @@ def survey(
     rises = np.concatenate([temperatures - temperatures[0] for temperatures, _ in grids])
     error = np.concatenate([targets[:, place] for _, targets in grids])
     spread = moved_by(rises)
-    loud = [k for k in range(rises.shape[1]) if spread[k] >= NEAR_CONSTANT_K]
+    loud = [k for k in range(rises.shape[1]) if keep_quiet or spread[k] >= NEAR_CONSTANT_K]
     if len(loud) < 2:
         raise BadInput(
             "runs",
@@ -157,8 +165,25 @@ def survey(
     }
     r = pearson(moving, error)
     relational = np.maximum(relational_degree(error, moving), relational_degree(-error, moving))
-    grey = next(iter(groupings.values()))
-    points = sorted(max(group, key=lambda k: np.nan_to_num(abs(r[k]))) for group in grey)
+    if grouping in GROUPINGS:
+        choice = choose_points(
+            prepared.runs,
+            prepared.candidates,
+            threshold=threshold,
+            theta=theta,
+            image=image,
+            absolute_image=absolute_image,
+            score=score,
+            target=place,
+            grouping=grouping,
+            clusters=clusters,
+            variables=variables,
+            keep_quiet=keep_quiet,
+            names=prepared.sensors,
+        )
+        points = [names.index(prepared.sensors[index]) for index in choice.chosen]
+    else:
+        points = [_place(name.strip(), names) for name in grouping.split(",")]
     points = sorted(sorted(points, key=lambda k: -np.nan_to_num(abs(r[k])))[:MOST_CANDIDATES])
     chosen = [
         ((temperatures - temperatures[0])[:, loud][:, points], targets[:, place])
@@ -178,6 +203,13 @@ def survey(
         all_subsets(chosen),
         list(prepared.notes),
     )
+
+
+def _place(name: str, names: Sequence[str]) -> int:
+    if name not in names:
+        allowed = ", ".join((*GROUPINGS, *names))
+        raise BadInput("points", "points", f"{shown(name)} is not allowed: {allowed}")
+    return list(names).index(name)
 
 
 def _defined(value: float) -> float | None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import argparse
 import json
 from pathlib import Path
+from typing import Any
 
 from tqdm import tqdm
 
@@ -17,13 +18,15 @@ from fmu_compensator.fit.comparison import Comparison, compare
 from fmu_compensator.fit.contestants import contestants
 from fmu_compensator.fit.splits import Split, leave_out
 from measurement.doubts import doubt_lines
-from measurement.errors import BadInput
+from measurement.errors import BadInput, shown
 from measurement.faults import HANDLING, faults_text, find_faults, looked_over
 from measurement.files import write_atomically
 from measurement.runs import Run, read_run
 from plant_model.machine_file import read_machine
 from scenarios.comparison_page import ranking_text, write_figures, write_page
+from scenarios.grey_options import add_grey_options, choice_options, option_value
 from scenarios.outputs import FOLDER
+from scenarios.presets import add_as, preset
 from scenarios.results import results_folder, write_table
 
 NAME = "compare"
@@ -54,8 +57,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--points",
         default="",
-        metavar="grey|all|NAME,NAME...",
+        metavar="grey|hierarchical|fuzzy|all|NAME,NAME...",
         help="temperatures for all models (default: what is usual for each)",
+    )
+    add_grey_options(parser)
+    parser.add_argument(
+        "--score-target",
+        metavar="NAME",
+        help="the one target to score temperatures against (default: the mean over all)",
+    )
+    parser.add_argument(
+        "--option",
+        action="append",
+        default=[],
+        metavar="MODEL.NAME=VALUE",
+        help="option of one of the models, the value as JSON or a word; may be repeated",
     )
     parser.add_argument(
         "--machine",
@@ -71,6 +87,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="DIR",
         help="write comparison.json, report.html and figures here",
     )
+    add_as(parser)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -87,7 +104,12 @@ def run(args: argparse.Namespace) -> int:
     runs = _all_runs(splits)
     rig = targets_of(runs, read_machine(args.machine or USUAL_MACHINE).rig)
     names = None if args.models is None else [name.strip() for name in args.models.split(",")]
-    entrants = contestants(names, points=args.points, seed=args.seed)
+    options = _options(args, names)
+    if args.study is not None and names is None:
+        names = list(preset(args.study).models)
+    entrants = contestants(
+        names, points=args.points, seed=args.seed, grey=choice_options(args), options=options
+    )
     faults = find_faults(runs)
     with tqdm(total=len(splits) * len(entrants), unit="fit", disable=None, leave=False) as bar:
 
@@ -118,6 +140,23 @@ def run(args: argparse.Namespace) -> int:
         lines += ["", "wrote " + ", ".join(str(args.out / path.name) for path in written)]
     print(text if args.json else "\n".join(lines))
     return 0
+
+
+def _options(args: argparse.Namespace, names: list[str] | None) -> dict[str, dict[str, Any]]:
+    """Return the options of the models by name: those of a study, then those given."""
+    found: dict[str, dict[str, Any]] = {}
+    if args.study is not None:
+        models = preset(args.study).models
+        wanted = [name for name in models if names is None or name in names]
+        found = {name: dict(models[name]) for name in wanted}
+    for text in args.option:
+        model, dot, rest = text.partition(".")
+        name, equals, value = rest.partition("=")
+        if not (dot and equals and name.isidentifier()):
+            problem = f"{shown(text)} is not allowed: must be MODEL.NAME=VALUE"
+            raise BadInput("compare", "--option", problem)
+        found.setdefault(model, {})[name] = option_value(value)
+    return found
 
 
 def _splits(args: argparse.Namespace) -> list[Split]:

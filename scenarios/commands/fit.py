@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from inspect import signature
 from pathlib import Path
 from typing import Any
@@ -15,14 +15,16 @@ from measurement.files import write_atomically
 from measurement.rig import Rig, default_rig, rig_from_table
 from measurement.runs import Run, read_run
 from plant_model.machine_file import read_machine
+from scenarios.fit_figures import draw_series
 from scenarios.fit_text import add_jobs, bar, check_jobs, report
-from scenarios.grey_options import add_grey_options, grey_options
-from scenarios.outputs import COMPENSATOR_FILE
+from scenarios.grey_options import add_grey_options, choice_options, option_value
+from scenarios.outputs import COMPENSATOR_FILE, FOLDER
+from scenarios.presets import add_as, preset
 
 NAME = "fit"
 HELP = "fit a compensator to runs and write its file"
 READS = ("runs", "machine", "option")
-WRITES = {"output": COMPENSATOR_FILE}
+WRITES = {"output": COMPENSATOR_FILE, "out": FOLDER}
 USUAL_MACHINE = "jig_borer"
 RESERVED = frozenset(signature(fit_compensator).parameters)
 """Names that are arguments of the fit, not options of an error model."""
@@ -70,12 +72,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_grey_options(parser)
     parser.add_argument(
-        "--score",
-        default="correlation",
-        metavar="correlation|relational",
-        help="what makes a temperature the best of its group (default: correlation)",
-    )
-    parser.add_argument(
         "--score-target",
         metavar="NAME",
         help="the one target to score against, as the studies do with elongation (default: the "
@@ -105,6 +101,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--created", metavar="YYYY-MM-DD", help="date in the file (default: none)")
     add_jobs(parser)
     parser.add_argument("--json", action="store_true", help="print the figures as JSON")
+    parser.add_argument(
+        "--out",
+        type=Path,
+        metavar="DIR",
+        help="write figures of what was found: ACF and PACF of a time series",
+    )
+    add_as(parser)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -115,11 +118,12 @@ def run(args: argparse.Namespace) -> int:
     with bar() as on_step:
         table = _fitted(args, runs, rig, sensors, on_step)
     path = write_atomically(args.output, compensator_text(table))
+    drawn = draw_series(table["provenance"]["figures"]["fit"], args.out)
     if args.json:
         shown = {"file": str(path), "chosen": table["chosen"], **table["provenance"]}
         print(json.dumps(shown, indent=1))
     else:
-        print("\n".join(report(table, path)))
+        print("\n".join([*report(table, path), *(f"wrote {name}" for name in drawn)]))
     return 0
 
 
@@ -138,7 +142,7 @@ def _fitted(
         jobs=args.jobs,
         points=args.points,
         input_form=args.input_form,
-        grey=_choice_options(args),
+        grey=choice_options(args),
         sensors=sensors,
         geometry_form=args.form,
         tool_length_mm=None if args.tool_length is None else tuple(args.tool_length),
@@ -146,14 +150,14 @@ def _fitted(
         name=args.name,
         title=args.title,
         created=args.created,
-        **_options(args.option),
+        **{**_preset_options(args), **_options(args.option)},
     )
 
 
-def _choice_options(args: argparse.Namespace) -> dict[str, Any]:
-    """Return what the choice of temperatures goes by."""
-    target = {} if args.score_target is None else {"target": args.score_target}
-    return grey_options(args) | {"score": args.score} | target
+def _preset_options(args: argparse.Namespace) -> Mapping[str, Any]:
+    """Return the model's options as a study has them, unless another model was asked for."""
+    given = None if args.study is None else preset(args.study)
+    return given.options if given is not None and args.model == given.model else {}
 
 
 def _options(given: list[str]) -> dict[str, Any]:
@@ -163,10 +167,7 @@ def _options(given: list[str]) -> dict[str, Any]:
         name, equals, value = text.partition("=")
         if not equals or not name.isidentifier() or name in RESERVED:
             raise BadInput("fit", "--option", f"{shown(text)} is not allowed: must be NAME=VALUE")
-        try:
-            options[name] = json.loads(value)
-        except ValueError:
-            options[name] = value
+        options[name] = option_value(value)
     return options
 
 

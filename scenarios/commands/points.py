@@ -18,6 +18,7 @@ from plant_model.machine_file import read_machine
 from scenarios.grey_options import add_grey_options, grey_options
 from scenarios.outputs import FOLDER
 from scenarios.points_figures import draw_points
+from scenarios.presets import add_as
 from scenarios.results import results_folder, write_table
 
 NAME = "points"
@@ -33,7 +34,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("runs", nargs="+", type=Path, metavar="RUN", help="run file (CSV)")
     add_grey_options(parser)
     parser.add_argument(
-        "--clusters", type=int, default=4, help="groups of the other clusterings (default: 4)"
+        "--points",
+        default="grey",
+        metavar="grey|hierarchical|fuzzy|NAME,NAME...",
+        help="the groups of which one point each is chosen, or the points (default: grey)",
     )
     parser.add_argument(
         "--target", metavar="NAME", help="the error that counts (default: elongation, or the first)"
@@ -43,6 +47,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--out", type=Path, metavar="DIR", help="write points.json, dendrogram.png and heat_map.png"
     )
+    add_as(parser)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -59,7 +64,8 @@ def run(args: argparse.Namespace) -> int:
         runs,
         rig,
         **grey_options(args),
-        clusters=args.clusters,
+        score=args.score,
+        grouping=args.points,
         target=args.target,
     )
     text = json.dumps(found.to_dict(), indent=1, allow_nan=False)
@@ -88,7 +94,7 @@ def _report(found: Survey) -> list[str]:
         lines.append(
             f"{name:<{width}}{found.pearson[place]:>10.3f}{found.relational[place]:>11.3f}"
         )
-    lines += ["", f"One point per group: {', '.join(names[i] for i in found.points)}"]
+    lines += ["", f"Chosen: {', '.join(names[i] for i in found.points)}"]
     lines += ["", f"Combinations of them, best adjusted R2 first (of {len(found.subsets)})"]
     lines.append(f"{'multiple R':>11}{'adj. R2':>9}{'unseen RMSE':>13}  temperatures")
     for one in found.subsets[:SHOWN_SUBSETS]:

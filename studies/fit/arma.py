@@ -64,6 +64,7 @@ class AutoregressiveMovingAverage(FittedModel):
     """
 
     title = "Time series (ARMA)"
+    by_temperature = False
     history = True
     uses_measured = True
 

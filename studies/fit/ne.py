@@ -41,6 +41,7 @@ class NaturalExponential(FittedModel):
     """
 
     title = "Natural exponential"
+    by_temperature = False
     history = True
 
     def __init__(

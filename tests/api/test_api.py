@@ -22,7 +22,8 @@ from scenarios.fmu_files import build_compensator
 from scenarios.replay import model_of, replay, rig_of_model
 
 FUNCTIONS = [
-    "read_run", "import_log", "summary", "fit", "compare", "Compensator", "Machine", "simulate",
+    "read_run", "import_log", "summary", "points", "fit", "compare", "Compensator", "Machine",
+    "simulate",
     "calibrate", "find_gap", "build_fmu", "run_scenario",
 ]  # fmt: skip
 RESULTS = [
@@ -31,6 +32,7 @@ RESULTS = [
     "Comparison",
     "Gap",
     "ImportedLog",
+    "Points",
     "Run",
     "Scenario",
     "Summary",

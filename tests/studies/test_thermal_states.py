@@ -104,7 +104,7 @@ def test_a_measured_bias_is_taken_up_and_kept() -> None:
 @pytest.mark.parametrize(
     ("options", "told"),
     [
-        ({"lags_s": ()}, "1 to 6 time constants"),
+        ({"lags_s": (1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0)}, "6 time constants at most"),
         ({"lags_s": (0.0,)}, "lags_s: 0 is not allowed"),
         ({"penalty": 0.0}, "penalty: 0 is not allowed"),
         ({"walk": -1.0}, "walk: -1 is not allowed"),

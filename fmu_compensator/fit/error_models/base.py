@@ -43,6 +43,8 @@ class FittedModel(ABC):
         `PreparedRun.complete`.
     uses_measured : bool
         Whether it gets better with measured targets at run time.
+    by_temperature : bool
+        Whether it takes temperatures in.
     usual_form, usual_points : str
         The input form, and the points to use, when the caller does not say.
     variants : mapping of str to (title, options)
@@ -52,6 +54,7 @@ class FittedModel(ABC):
     title: ClassVar[str] = ""
     history: ClassVar[bool] = False
     uses_measured: bool = False
+    by_temperature: ClassVar[bool] = True
     usual_form: ClassVar[str] = "rise"
     usual_points: ClassVar[str] = "grey"
     variants: ClassVar[Mapping[str, tuple[str, Mapping[str, Any]]]] = {}

@@ -1,0 +1,71 @@
+"""What a fit found besides its figures: weights, time constants, orders, tests, as lines."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from fmu_compensator.fit.error_models import fitted_models
+
+LAGS = 4
+"""So many autocorrelations are printed; the file has all, and the figure of ``--out``."""
+
+
+def told(kind: str, targets: Sequence[str], found: Mapping[str, Any]) -> list[str]:
+    """Return what the error model reports of its fit, as lines.
+
+    Parameters
+    ----------
+    kind : str
+        Of the error model.
+    targets : sequence of str
+        What it predicts.
+    found : mapping
+        Its report.
+    """
+    lines = []
+    if not fitted_models()[kind].by_temperature:
+        lines.append(f"of them {kind}, the mean function, uses none; the Gaussian on it does")
+    lines += [*_regression(found), *_weights(found), *_time_constants(targets, found)]
+    return [*lines, *_network(found), *_series(found)]
+
+
+def _regression(found: Mapping[str, Any]) -> Iterator[str]:
+    if "condition_number" in found:
+        each = ", ".join(f"{name} {v:.1f}" for name, v in found["variance_inflation"].items())
+        yield f"condition number {found['condition_number']:.1f}, variance inflation: {each}"
+
+
+def _weights(found: Mapping[str, Any]) -> Iterator[str]:
+    for condition, rows in found.get("weights", {}).items():
+        for target, row in rows.items():
+            each = ", ".join(f"{name} {weight:.2f}" for name, weight in row.items())
+            yield f"weights, {condition}, {target}: {each}"
+
+
+def _time_constants(targets: Sequence[str], found: Mapping[str, Any]) -> Iterator[str]:
+    for key, when in (("tau_s", "turning"), ("tau_stopped_s", "standing")):
+        if key in found:
+            pairs = zip(targets, found[key], strict=True)
+            each = ", ".join(f"{target} {tau:.0f}" for target, tau in pairs)
+            yield f"time constant {when} [s]: {each}"
+
+
+def _network(found: Mapping[str, Any]) -> Iterator[str]:
+    if "nodes" in found:
+        shape = "-".join(map(str, found["nodes"]))
+        yield f"network {shape}, {found['iterations']} iterations"
+
+
+def _series(found: Mapping[str, Any]) -> Iterator[str]:
+    series = found.get("targets")
+    for target, one in (series if isinstance(series, Mapping) else {}).items():
+        if "adf_p" in one:
+            p, d, q = one["order"]
+            tests = ", ".join(f"{value:.3g}" for value in one["adf_p"])
+            yield f"{target}: ARMA({p}, {q}) of difference {d}, AIC {one['aic']:.1f}"
+            yield f"  ADF p of each difference: {tests}"
+            for key in ("acf", "pacf"):
+                values = ", ".join(f"{value:.2f}" for value in one[key][1 : 1 + LAGS])
+                band = f"white noise stays within {one['white_noise_95']:.2f}"
+                yield f"  {key.upper()} from lag 1: {values} ({band})"

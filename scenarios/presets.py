@@ -1,0 +1,154 @@
+"""The three studies' ways as presets: ``--as GA``, ``--as TS``, ``--as VAC``, and in the API.
+
+A preset sets what the study prints; each single option may still be given beside it. Where a study
+is silent, or its number is lost from its text, the preset says so.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from measurement.errors import BadInput, shown
+
+
+@dataclass(frozen=True)
+class Preset:
+    """What a study does with its runs.
+
+    Attributes
+    ----------
+    points : str
+        How it chooses temperatures, or which it takes.
+    grey : mapping
+        Options of the choice, by the names of `choose_points`.
+    model : str
+        What it installs.
+    models : mapping of str to mapping
+        What it compares, with the options of each.
+    geometry_form : str
+        How it turns a tilt into an offset.
+    """
+
+    points: str
+    grey: Mapping[str, Any]
+    model: str
+    models: Mapping[str, Mapping[str, Any]]
+    geometry_form: str = "pure_rotation"
+
+    @property
+    def options(self) -> Mapping[str, Any]:
+        """Options of the model that it installs."""
+        return self.models[self.model]
+
+
+TRAINED: Mapping[str, Any] = {"decay": 0.0, "iterations": 1000}
+"""Both network studies: Levenberg-Marquardt without weight decay, up to 1000 iterations."""
+EQUATION_8: Mapping[str, Any] = {
+    "mass_kg": 15.5,
+    "specific_heat": 463.0,
+    "film": 104.0,
+    "surface_m2": 0.125,
+}
+"""tau = m c / (alpha S) [kg, J/(kg K), W/(m2 K), m2]: 552 s. The study's own four numbers, its
+Table 1, are lost. These are the turning parts (shaft, nose, rotor) of the finite-element spindle
+``jig_borer``, whose film follows the study's equation (12) at 56 mm and 8,000 r/min."""
+HYBRID = {
+    "mlr": {"subset": False},
+    "ne": {"steady": "fem", **EQUATION_8},
+    "fem": {"identify": False},
+}
+"""The hybrid's parts as that study has them: all three temperatures in the regression, the steady
+growth from finite elements, tau by equation (8), finite elements that are not fitted."""
+
+PRESETS: Mapping[str, Preset] = {
+    "GA": Preset(
+        points="grey",
+        grey={
+            "threshold": 0.9,
+            "theta": 0.5,
+            "absolute_image": "initial",
+            "image": "mean",
+            "score": "relational",
+            "target": "elongation",
+        },
+        model="ga_bp",
+        models={"bp": {**TRAINED, "hidden": (10,)}, "ga_bp": {**TRAINED, "hidden": 10}},
+    ),
+    # Five variables from four groups: the study does not say how. The air (T5) stays in.
+    "TS": Preset(
+        points="hierarchical",
+        grey={
+            "clusters": 4,
+            "variables": 5,
+            "keep_quiet": True,
+            "score": "correlation",
+            "target": "elongation",
+        },
+        model="arma",
+        models={"mlr": {}, "bp": {**TRAINED, "hidden": (5, 5)}, "arma": {}},
+    ),
+    # Front bearing, rear bearing and air of the shipped jig borer.
+    "VAC": Preset(
+        points="T6,T1,T5",
+        grey={"keep_quiet": True},
+        model="vac",
+        models={**HYBRID, "vac": {"models": ("mlr", "ne", "fem"), "parts": HYBRID}},
+        geometry_form="rigid",
+    ),
+}
+
+
+def preset(name: str) -> Preset:
+    """Return a preset by the study's name.
+
+    Raises
+    ------
+    BadInput
+        For a name that is none.
+    """
+    if name not in PRESETS:
+        raise BadInput("--as", "", f"{shown(name)} is not allowed: {', '.join(PRESETS)}")
+    return PRESETS[name]
+
+
+ARGUMENTS = {"target": "score_target", "geometry_form": "form"}
+"""Settings whose argument on the command line has another name, where the command has it."""
+
+
+class _As(argparse.Action):
+    """Sets what the preset says, but for what was given before it; what follows overrides."""
+
+    def __call__(
+        self,
+        parser: argparse.ArgumentParser,
+        namespace: argparse.Namespace,
+        values: str | Sequence[Any] | None,
+        option_string: str | None = None,
+    ) -> None:
+        try:
+            given = preset(str(values))
+        except BadInput as refusal:
+            parser.error(str(refusal))
+        setattr(namespace, self.dest, values)
+        settings = {"points": given.points, "model": given.model, **given.grey}
+        settings["geometry_form"] = given.geometry_form
+        for setting, value in settings.items():
+            other = ARGUMENTS.get(setting, setting)
+            name = other if hasattr(namespace, other) else setting
+            if hasattr(namespace, name) and getattr(namespace, name) == parser.get_default(name):
+                setattr(namespace, name, value)
+
+
+def add_as(parser: argparse.ArgumentParser) -> None:
+    """Declare ``--as``; the command's other arguments must be declared before."""
+    parser.add_argument(
+        "--as",
+        dest="study",
+        metavar="|".join(PRESETS),
+        action=_As,
+        help="as that study has it: points, groups, scores, models, networks, geometry "
+        "(docs/studies.md); an option after it overrides",
+    )

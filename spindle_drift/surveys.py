@@ -1,0 +1,105 @@
+"""Which temperatures are alike, and which tell most of the drift."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import pandas as pd
+
+from fmu_compensator.fit.columns import targets_of
+from fmu_compensator.fit.survey import survey
+from scenarios.presets import preset
+from spindle_drift._inputs import MachineLike, RunLike, as_runs
+from spindle_drift.compensators import USUAL_MACHINE
+from spindle_drift.machines import as_machine
+
+
+@dataclass(frozen=True)
+class Points:
+    """How alike temperatures are, and which are chosen.
+
+    Attributes
+    ----------
+    chosen : list of str
+        The temperatures chosen.
+    groups : dict of str to list of list of str
+        By the method of grouping.
+    degree : DataFrame
+        Grey comprehensive degree of all pairs [1].
+    scores : DataFrame
+        For each temperature Pearson's r and the grey relational degree to the error [1].
+    combinations : DataFrame
+        All combinations of the chosen ones, the largest adjusted R2 first.
+    details : dict
+        Everything, as ``spindle-drift points --json`` prints it.
+    """
+
+    chosen: list[str]
+    groups: dict[str, list[list[str]]]
+    degree: pd.DataFrame
+    scores: pd.DataFrame
+    combinations: pd.DataFrame
+    details: dict[str, Any]
+
+
+def points(
+    runs: RunLike | Sequence[RunLike],
+    *,
+    machine: MachineLike | None = None,
+    study: str | None = None,
+    target: str | None = None,
+    **options: Any,
+) -> Points:
+    """Group temperatures and choose the most telling of each group.
+
+    Parameters
+    ----------
+    runs : Run, DataFrame or path, or several
+        Their temperatures and displacements.
+    machine : Machine, path or name, optional
+        Says what the displacements mean; without it the columns' names do.
+    study : {"GA", "TS", "VAC"}, optional
+        As that study chooses. What else is given counts before it.
+    target : str, optional
+        The error that counts; by default elongation, or the first.
+    **options
+        Of `fmu_compensator.fit.survey.survey`: ``grouping``, ``threshold``, ``theta``, ``image``,
+        ``absolute_image``, ``clusters``, ``variables``, ``keep_quiet``, ``score``.
+
+    Returns
+    -------
+    Points
+
+    Raises
+    ------
+    BadInput
+        For runs or options that cannot be used.
+
+    Examples
+    --------
+    >>> import spindle_drift as sd
+    >>> run = sd.simulate("jig_borer", "step_speed", every_s=60.0, noise_seed=1)
+    >>> len(sd.points(run, machine="jig_borer", study="TS").chosen)
+    5
+    """
+    recorded = as_runs(runs)
+    rig = targets_of(recorded, as_machine(machine or USUAL_MACHINE).model.rig)
+    settings: dict[str, Any] = {"target": target}
+    if study is not None:
+        given = preset(study)
+        settings = {**given.grey, "grouping": given.points}
+        if target is not None:
+            settings["target"] = target
+    found = survey(recorded, rig, **(settings | options)).to_dict()
+    names = found["sensors"]
+    scores = pd.DataFrame({key: found[key] for key in ("pearson", "relational")}).loc[names]
+    return Points(
+        found["points"],
+        found["groups"],
+        pd.DataFrame(found["degree"], index=names, columns=names),
+        scores,
+        pd.DataFrame(found["subsets"]),
+        found,
+    )

@@ -1,0 +1,133 @@
+"""The studies' ways as presets of `points`, `fit`, `compare` and the API."""
+
+from __future__ import annotations
+
+import json
+from math import pi
+from pathlib import Path
+
+import pytest
+
+import spindle_drift as sd
+from fmu_compensator.runtime.modelfile import load_model
+from measurement.runs import write_run
+from scenarios.cli import main
+from scenarios.presets import EQUATION_8, PRESETS, TRAINED
+from studies.finite_elements import read_description
+from studies.finite_elements.films import turning_film
+from tests.fmu_compensator.conftest import make_run
+
+QUICK = ["--option", "iterations=3", "--option", "population=6", "--option", "generations=2"]
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
+    folder = tmp_path_factory.mktemp("runs")
+    made = [make_run(name, seed, hours=2.0) for seed, name in enumerate("ab")]
+    return [str(write_run(run, folder / f"{run.name}.csv")) for run in made]
+
+
+def fitted(runs: list[str], tmp_path: Path, *more: str) -> dict:
+    out = tmp_path / "c.json"
+    assert main(["fit", *runs, "-o", str(out), *more]) == 0
+    return load_model(out).table
+
+
+def test_points_as_a_study_has_them_keep_the_air_and_say_what_the_api_says(
+    runs: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["points", runs[0], "--as", "TS", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found == sd.points(runs[0], study="TS").details
+    # T3 does not move. The study's way takes it in; ours does not.
+    assert found["points"] == ["T1", "T2", "T3", "T4"]
+    assert "T3" not in sd.points(runs[0], clusters=2).scores.index
+    named = sd.points(runs[0], grouping="T1,T4", clusters=2)
+    assert named.chosen == ["T1", "T4"]
+    assert len(named.combinations) == 3
+
+
+def test_the_time_series_study_says_order_tests_and_correlations(
+    runs: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    table = fitted(runs, tmp_path, "--as", "TS", "--out", str(tmp_path / "figures"))
+    text = capsys.readouterr().out
+    assert table["error_model"]["kind"] == "arma"
+    assert table["geometry"]["form"] == "pure_rotation"
+    assert "elongation: ARMA(" in text
+    for said in ("ADF p of each difference", "ACF from lag 1", "PACF from lag 1"):
+        assert said in text
+    assert "of them arma, the mean function, uses none" in text
+    assert (tmp_path / "figures" / "correlations.png").stat().st_size > 10_000
+
+
+def test_an_option_after_a_preset_overrides_and_another_model_has_its_own_options(
+    runs: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    table = fitted(runs, tmp_path, "--as", "TS", "--model", "mlr", "--points", "T1,T4")
+    assert (table["error_model"]["kind"], table["chosen"]) == ("mlr", ["T1", "T4"])
+    text = capsys.readouterr().out
+    assert "variance inflation: T1 " in text
+    assert ", T4 " in text
+
+
+def test_the_network_study_trains_without_decay_on_points_chosen_its_way(
+    runs: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    table = fitted(runs, tmp_path, "--as", "GA", *QUICK)
+    options = table["provenance"]["options"]
+    assert options["decay"] == TRAINED["decay"] == 0.0
+    assert options["hidden"] == 10
+    assert {key: options[key] for key in ("image", "score")} == {
+        "image": "mean",
+        "score": "relational",
+    }
+    assert "-10-" in next(
+        line for line in capsys.readouterr().out.splitlines() if "network" in line
+    )
+
+
+def test_a_comparison_takes_options_of_models_and_of_the_choice(
+    runs: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    given = ["compare", "--train", runs[0], "--validate", runs[1], "--as", "TS", "--json"]
+    quick = ["--models", "mlr,bp", "--option", "bp.iterations=3", "--option", "bp.hidden=[4]"]
+    assert main([*given, *quick]) == 0
+    found = json.loads(capsys.readouterr().out)
+    kinds = {one["name"] for one in found["models"]}
+    assert {"mlr", "bp", "no_model"} <= kinds
+    assert main([*given, "--option", "fem.identify=false"]) == 2
+    assert "fem" in capsys.readouterr().err
+
+
+def test_what_is_no_study_is_refused_in_one_line(
+    runs: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["points", *runs, "--as", "XY"]) == 2
+    assert "GA, TS, VAC" in capsys.readouterr().err
+    with pytest.raises(sd.BadInput, match="GA, TS, VAC"):
+        sd.points(runs[0], study="XY")
+
+
+def test_equation_8_is_of_the_turning_parts_of_the_finite_elements() -> None:
+    spindle = read_description("jig_borer")
+    parts = {part.name: part for part in spindle.parts}
+    mass = heat = 0.0
+    for name in ("shaft", "nose", "rotor"):
+        part, material = parts[name], spindle.materials[parts[name].material]
+        ring = pi * (part.r[1] ** 2 - part.r[0] ** 2) * (part.z[1] - part.z[0]) * 1e-9
+        mass += ring * material.density
+        heat += ring * material.density * material.specific_heat
+    (bore, shaft), nose, rotor = parts["shaft"].r, parts["nose"], parts["rotor"]
+    long = [part.z[1] - part.z[0] for part in (parts["shaft"], nose, rotor)]
+    outside = 2 * pi * (shaft * (long[0] - long[1] - long[2]) + nose.r[1] * long[1])
+    outside += 2 * pi * rotor.r[1] * long[2]
+    ends = pi * (nose.r[1] ** 2 - bore**2 + shaft**2 - bore**2)
+    reckoned = {
+        "mass_kg": mass,
+        "specific_heat": heat / mass,
+        "film": turning_film(8000.0, 2e-3 * shaft),
+        "surface_m2": 1e-6 * (outside + ends),
+    }
+    assert pytest.approx(reckoned, rel=0.01) == EQUATION_8
+    assert PRESETS["VAC"].options["parts"]["ne"]["mass_kg"] == EQUATION_8["mass_kg"]
