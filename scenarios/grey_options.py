@@ -90,7 +90,13 @@ def choice_options(args: argparse.Namespace) -> dict[str, Any]:
 
 
 def option_value(text: str) -> Any:
-    """Return the value of an option: JSON, or the word that it is."""
+    """Return the value of an option: JSON, or the word that it is.
+
+    Parameters
+    ----------
+    text : str
+        What stands behind the equals sign.
+    """
     try:
         return json.loads(text)
     except ValueError:

@@ -104,6 +104,11 @@ PRESETS: Mapping[str, Preset] = {
 def preset(name: str) -> Preset:
     """Return a preset by the study's name.
 
+    Parameters
+    ----------
+    name : str
+        Of `PRESETS`.
+
     Raises
     ------
     BadInput

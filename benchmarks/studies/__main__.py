@@ -10,24 +10,31 @@ docs/studies.md.
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import as_completed
 from pathlib import Path
 from typing import Any
 
 from tqdm import tqdm
 
+from benchmarks.studies.claims import (
+    convergence_claim,
+    goal_claim,
+    network_claim,
+    printed_claims,
+    tau_claim,
+)
 from benchmarks.studies.four_runs import MODELS, interval_rows, interval_table
 from benchmarks.studies.hybrid import (
     MACHINES,
     Hybrid,
     experiment,
     hybrid_table,
-    hybrid_wins,
+    tau_table,
     workpiece_table,
 )
 from benchmarks.studies.judge import Score, judge_all
-from benchmarks.studies.machines import TRUTHS, coolant_share
+from benchmarks.studies.machines import TRUTHS, settling_min
 from benchmarks.studies.tables import (
     by_place,
     cells_table,
@@ -35,6 +42,7 @@ from benchmarks.studies.tables import (
     convergence_table,
     goal_table,
     prediction_table,
+    printed_table,
 )
 from measurement.files import write_atomically
 from measurement.workers import workers
@@ -50,21 +58,37 @@ def page_of(done: list[Any], seeds: int) -> str:
     found = by_place(one for one in done if isinstance(one, Score))
     hybrids = [one for one in done if isinstance(one, Hybrid)]
     intervals = sorted(one for one in done if isinstance(one, list))
+    return page_from(
+        {
+            "goal": goal_table(found, FIVE_POINT),
+            "cells": cells_table(found, "study_size"),
+            "study_size": prediction_table(found, "study_size"),
+            "study_size_compensated": compensation_table(found, "study_size"),
+            "jig_borer": prediction_table(found, "jig_borer"),
+            "jig_borer_compensated": compensation_table(found, "jig_borer"),
+            "elements": prediction_table(found, "elements"),
+            "convergence": convergence_table(found, "study_size"),
+            "hybrid": hybrid_table(hybrids),
+            "taus": tau_table(hybrids),
+            "workpieces": workpiece_table(hybrids),
+            "intervals": interval_table(intervals),
+        },
+        seeds,
+    )
+
+
+def page_from(tables: Mapping[str, str], seeds: int) -> str:
+    """Return the page that holds some tables; what it says of them is made of their cells."""
     return TEMPLATE.read_text("utf-8").format(
         seeds=seeds,
-        coolant=coolant_share(),
-        goal=goal_table(found, FIVE_POINT),
-        cells=cells_table(found, "study_size"),
-        study_size=prediction_table(found, "study_size"),
-        study_size_compensated=compensation_table(found, "study_size"),
-        jig_borer=prediction_table(found, "jig_borer"),
-        jig_borer_compensated=compensation_table(found, "jig_borer"),
-        elements=prediction_table(found, "elements"),
-        convergence=convergence_table(found, "study_size"),
-        hybrid=hybrid_table(hybrids),
-        hybrid_wins=hybrid_wins(hybrids),
-        workpieces=workpiece_table(hybrids),
-        intervals=interval_table(intervals),
+        goal_claim=goal_claim(tables["goal"]),
+        network_claim=network_claim(tables["study_size"]),
+        convergence_claim=convergence_claim(tables["convergence"]),
+        tau_claim=tau_claim(tables["taus"]),
+        printed=printed_table(
+            printed_claims(tables["study_size"], tables["study_size_compensated"]), settling_min()
+        ),
+        **tables,
     )
 
 

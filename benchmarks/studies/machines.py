@@ -204,18 +204,13 @@ def truth(name: str) -> Truth:
     return TRUTHS[name]()
 
 
-def coolant_share() -> str:
-    """Return what the coolant makes of the jig borer's drift on the training run, as a sentence."""
-    whole, without = (
-        simulate(machine, _inputs(machine, [("", STEP), *coolant], EVERY_S)).run_frame()
-        for machine in [read_machine("jig_borer_lumps")]
-        for coolant in ([], [("signals.coolant_inlet", LIKE["ambient"])])
-    )
-    growth, alone = ((frame["S5_um"].iloc[0] - frame["S5_um"]).max() for frame in (whole, without))
-    return (
-        f"The drift of the training run reaches {growth:.0f} um along Z; with the coolant held at "
-        f"{LIKE['ambient']:g} degC it would be {alone:.0f} um."
-    )
+def settling_min() -> tuple[float, float]:
+    """Return when the study-sized machine's axial drift first is 75 % and 95 % of its largest."""
+    frame = truth("study_size").runs(1)["fit"].exact.frame
+    drift = np.abs(frame["S5_um"] - frame["S5_um"].iloc[0]).to_numpy()
+    minutes = frame["time_s"].to_numpy() / 60.0
+    early, late = (float(minutes[np.argmax(drift >= part * drift.max())]) for part in (0.75, 0.95))
+    return early, late
 
 
 def shipped_runs(names: tuple[str, ...]) -> list[Run]:

@@ -19,8 +19,8 @@ UNSEEN: Mapping[str, tuple[float, ...]] = {
 COMPENSATED: Mapping[str, tuple[str, tuple[float, ...]]] = {
     "bp_study": ("GA-BP study", (62.0, 76.0, 67.0)),
     "ga_bp_study": ("GA-BP study", (82.0, 85.0, 85.0)),
-    "bp_5_5": ("time-series study", (64.0, 85.0, 70.0)),
-    "mlr": ("time-series study", (75.0, 74.0, 63.0)),
+    "bp_ts": ("time-series study", (64.0, 85.0, 70.0)),
+    "mlr_ts": ("time-series study", (75.0, 74.0, 63.0)),
     "arma_270": ("time-series study", (77.0, 88.0, 89.0)),
 }
 """What compensation takes off the mean drift of the distal X sensor, the distal Y sensor and the
