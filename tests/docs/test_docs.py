@@ -184,14 +184,6 @@ def test_the_machine_example_reads_and_runs(tmp_path: Path) -> None:
     assert result.run_frame()["disp_z_um"].iloc[-1] < -1.0
 
 
-def test_the_page_example_reads_and_looks_right(tmp_path: Path) -> None:
-    path = tmp_path / "page.toml"
-    path.write_text(example("page.toml"), encoding="utf-8")
-    sheet = check_sheet(read_machine(path))
-    assert sheet.drift[2] < -10.0
-    assert not [line for line in sheet.wrong if "viscosity" not in line]
-
-
 def test_the_example_of_a_belt_spindle_looks_right_and_moves_as_the_page_says(
     tmp_path: Path,
 ) -> None:
