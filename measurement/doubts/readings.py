@@ -98,15 +98,23 @@ def likelier(
 
 
 def _clock(runs: Sequence[Run], warm: Sequence[FloatArray]) -> Iterator[tuple[str, str]]:
-    halves = [half for run, rise in zip(runs, warm, strict=True) if (half := _half(run, rise))]
-    if not halves:
-        return
-    half = float(np.median(halves))
-    long = float(np.median([run.time_s[-1] - run.time_s[0] for run in runs]))
-    other = likelier([("half of the warming [s]", half), ("run [s]", long)], TIMES)
-    if other:
-        text = f"by this clock the machine makes half of its warming within {_time(half)}"
-        yield TIME, f"{text} in runs of {_time(long)}: {other[0]}? then its unit is {other[1]}"
+    doubted = []
+    for run, rise in zip(runs, warm, strict=True):
+        half, long = _half(run, rise), float(run.time_s[-1] - run.time_s[0])
+        values = [("half of the warming [s]", half), ("run [s]", long)]
+        if half and (other := likelier(values, TIMES)):
+            text = f"by this clock the machine makes half of its warming within {_time(half)}"
+            text = f"{text} in a run of {_time(long)}: {other[0]}? then its unit is {other[1]}"
+            doubted.append((run.name, text))
+    yield from _told(TIME, doubted, len(runs))
+
+
+def _told(column: str, doubted: Sequence[tuple[str, str]], runs: int) -> Iterator[tuple[str, str]]:
+    """Give the first doubt of a column, and the runs that share it unless all do."""
+    if doubted:
+        names = ", ".join(name for name, _ in doubted)
+        where = "" if len(doubted) == runs else f" (in {names})"
+        yield column, doubted[0][1] + where
 
 
 def _half(run: Run, rise: FloatArray) -> float:
@@ -123,23 +131,22 @@ def _half(run: Run, rise: FloatArray) -> float:
 
 
 def _displacements(runs: Sequence[Run], warm: Sequence[FloatArray]) -> Iterator[tuple[str, str]]:
+    usual = USUAL["drift for each kelvin [um]"].median
     for name in runs[0].displacements:
-        moved = [
-            (float(np.ptp(run.frame[name].dropna())), float(np.ptp(rise)))
-            for run, rise in zip(runs, warm, strict=True)
-            if name in run.frame and run.frame[name].notna().any()
-        ]
-        # A machine that does not warm may rest; it cannot move by metres.
-        ratios = [(span / max(k, WARMS_K), span, k) for span, k in moved if span > 0.0]
-        usual = USUAL["drift for each kelvin [um]"].median
-        ratios = [entry for entry in ratios if entry[2] >= WARMS_K or entry[0] > usual]
-        if not ratios:
-            continue
-        ratio, span, kelvin = sorted(ratios)[len(ratios) // 2]
-        other = likelier([("drift for each kelvin [um]", ratio)], LENGTHS)
-        if other:
-            text = f"moves by {span:.2g} um while the machine warms by {kelvin:.0f} K"
-            yield name, f"{text}: {other[0]}? then its unit is {other[1]}"
+        doubted = []
+        for run, rise in zip(runs, warm, strict=True):
+            if name not in run.frame or not run.frame[name].notna().any():
+                continue
+            span, kelvin = float(np.ptp(run.frame[name].dropna())), float(np.ptp(rise))
+            ratio = span / max(kelvin, WARMS_K)
+            # A machine that does not warm may rest; it cannot move by metres.
+            if span == 0.0 or (kelvin < WARMS_K and ratio < usual):
+                continue
+            if other := likelier([("drift for each kelvin [um]", ratio)], LENGTHS):
+                text = f"moves by {span:.2g} um while the machine warms by {kelvin:.0f} K"
+                text = f"{text}: {other[0]}? then its unit is {other[1]}"
+                doubted.append((run.name, text))
+        yield from _told(name, doubted, len(runs))
 
 
 def _speeds(runs: Sequence[Run], warm: Sequence[FloatArray]) -> Iterator[tuple[str, str]]:

@@ -59,6 +59,15 @@ def test_millimetres_called_micrometres_and_the_other_way_round(tmp_path: Path) 
     assert "micrometres taken for millimetres?" in found["z_um"]
 
 
+def test_one_run_among_others_in_another_unit() -> None:
+    runs = [run_of_day(number) for number in (1, 2, 3)]
+    frame = runs[1].frame
+    wrong = frame.assign(z_um=frame["z_um"] / 1000.0, time_s=frame["time_s"] / 60.0)
+    told = dict(doubts([runs[0], Run("day2", wrong), runs[2]]))
+    assert told.keys() == {"z_um", "time_s"}
+    assert all(text.endswith("(in day2)") for text in told.values())
+
+
 def test_minutes_called_seconds(tmp_path: Path) -> None:
     found = doubted(tmp_path, signals(), step="min")
     assert set(found) == {"time_s"}
