@@ -345,8 +345,14 @@ def _is_page(path: Path) -> bool:
     return b'<meta name="generator" content="spindle-drift">' in path.read_bytes()[:2000]
 
 
+def _is_program(path: Path) -> bool:
+    """Return whether a file is a program with a compensator in C compiled in."""
+    data = path.read_bytes()
+    return data.startswith(b"\x7fELF") and b"compensator_step" in data
+
+
 STATE = "state of an FMU"
-RUN_FILE, LOG, PAGE = "run file", "log of frames", "page"
+RUN_FILE, LOG, PAGE, PROGRAM = "run file", "log of frames", "page", "program"
 COMPENSATOR_FILE, MACHINE_FILE = "compensator file", "machine file"
 SSP, FMU = "scenario package (.ssp)", "FMU"
 KINDS: dict[str, Callable[[Path], bool]] = {
@@ -356,6 +362,7 @@ KINDS: dict[str, Callable[[Path], bool]] = {
     SSP: _zip_with("SystemStructure.ssd"),
     FMU: _zip_with("modelDescription.xml"),
     PAGE: _is_page,
+    PROGRAM: _is_program,
     # A simulated run looks like a measured one.
     RUN_FILE: _never,
     LOG: _is_log,

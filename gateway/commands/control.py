@@ -9,12 +9,12 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from scenarios.outputs import FOLDER
+from scenarios.outputs import FOLDER, PROGRAM
 
 NAME = "control"
 HELP = "run a day at LinuxCNC, whose axes are moved against the drift"
 READS = ("compensator", "plant")
-WRITES = {"out": FOLDER}
+WRITES = {"out": FOLDER, "build": PROGRAM}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

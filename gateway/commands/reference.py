@@ -11,6 +11,7 @@ from pathlib import Path
 NAME = "reference"
 HELP = "tell a running gateway that the machine is cold now"
 READS = ("state",)
+WRITES: dict[str, str] = {}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

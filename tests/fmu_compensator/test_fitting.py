@@ -126,13 +126,14 @@ def test_the_hottest_part_is_used(rig: FivePointRig) -> None:
 
 
 def test_a_sensor_that_is_read_rarely_counts_by_straight_lines(rig: FivePointRig) -> None:
+    # It is judged with its last reading held, as in a control: more is left than with every one.
     rare = [
         changed(run, T4_degC=np.where(np.arange(len(run.frame)) % 20, np.nan, run.frame["T4_degC"]))
         for run in RUNS
     ]
     tables = [fit_compensator(runs, rig, "mlr", points="T1,T4") for runs in (RUNS, rare)]
     unseen = [table["provenance"]["figures"]["unseen"]["like"]["Z"]["model"] for table in tables]
-    assert unseen[1] < 1.3 * unseen[0]
+    assert unseen[0] < unseen[1] < 2.0 * unseen[0]
     assert [table["provenance"]["runs"][0]["rows"] for table in tables] == [len(RUNS[0].frame)] * 2
 
 

@@ -89,9 +89,7 @@ def in_lanes(model: Model, state: list[float]) -> list[float]:
     def rows(count: int, length: int) -> list[list[float]]:
         return [[next(rest) for _ in range(length)] for _ in range(count)]
 
-    (lagged,) = rows(1, width - len(model.chosen))
     (features,) = rows(1, width)
-    assert lagged == features[len(model.chosen) :]
     both, (suspect,) = rows(2, targets), rows(1, suspected)
     held = [[0.0] * (width + 1)] * (MOST_PROBES - probes) + rows(probes, width + 1)
     weights = rows(targets, width) if probes else learnt["weights"]

@@ -70,6 +70,8 @@ def command_line(command: str, written: str, target: Path, source: Path) -> list
     module = module_of(command)
     for action in actions_of(command):
         value = target if action.dest == written else source
+        if action.dest in module.WRITES and action.dest != written:
+            value = source.parents[1] / "another.out"
         if action.option_strings:
             given = action.dest == written or (action.dest in module.READS and action.type is Path)
             if action.required or given:
