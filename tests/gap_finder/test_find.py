@@ -58,7 +58,8 @@ def test_a_hidden_effect_is_named_added_and_closes_the_gap(
     (effect,) = table["effects"]
     assert effect["name"] == name
     found = effect["parameters"][number]
-    assert found["value"] == pytest.approx(size, rel=0.2)
+    # Other numbers have soft ranges and give way to it.
+    assert found["value"] == pytest.approx(size, rel=0.3)
     gap = table["gap"]["holdout"]
     assert gap["after"] < 0.2 * gap["before"]
     after = read_machine(out / "machine_after.toml")
