@@ -58,12 +58,14 @@ def test_a_hidden_effect_is_named_added_and_closes_the_gap(
     (effect,) = table["effects"]
     assert effect["name"] == name
     found = effect["parameters"][number]
-    # Other numbers have soft ranges and give way to it.
+    # Other numbers have soft ranges and give way to it, and of two drivers that do the same in
+    # these runs it may be given the other.
     assert found["value"] == pytest.approx(size, rel=0.3)
     gap = table["gap"]["holdout"]
     assert gap["after"] < 0.2 * gap["before"]
     after = read_machine(out / "machine_after.toml")
-    assert after.parameters[f"effects.{name}.{number}"].value == found["value"]
+    (key,) = (key for key in after.effects if key.partition(":")[0] == name)
+    assert after.effects[key][number].value == found["value"]
     assert (out / "report.html").stat().st_size > 1e6
     assert len(list(out.glob("residual_*.png"))) == 2
     assert len(list(out.glob(f"signature_{name}_*.png"))) == 1

@@ -214,8 +214,8 @@ def test_the_nose_of_a_real_control_is_held_through_all_faults(tmp_path: Path) -
     for figures in summary.values():
         assert figures["rest_rows"] > 100
         assert figures["drift_um"] > 15.0
-        # As it is on an idle computer, and what a busy one adds. A fault that is not honoured leaves
-        # or jumps by the whole drift.
+        # As it is on an idle computer, and what a busy one adds. A fault that is not honoured
+        # leaves the whole drift, or jumps by it.
         assert figures["error_um"] < 3.0 + 3.0
         assert figures["jump_um"] < 1.0 + 3.0
         assert figures["left_after_clear_um"] < 0.05
