@@ -67,7 +67,6 @@ bench: $(STAMP)
 	$(BIN)/python -m benchmarks.step_cost
 	$(BIN)/python tests/gateway/on_vcan.py python -m benchmarks.gateway_latency
 	$(BIN)/python -m benchmarks.gateway_faults
-	$(BIN)/python -m benchmarks.gap.speed
 
 clean:
 	rm -rf build dist results

@@ -9,9 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from gap_finder.data_faults import DataFault, need_readings, without_faults
-from gap_finder.find import FEWEST_RUNS, GapResult
+from gap_finder.find import FEWEST_RUNS, GapResult, answer
 from gap_finder.five_lines import five_lines
-from gap_finder.held_out import answer
 from gap_finder.long_log import pieces_of
 from gap_finder.observations import Observations
 from gap_finder.report import MACHINE_AFTER, report_of
@@ -26,7 +25,6 @@ from plant_model.machine_writer import write_machine
 from plant_model.sensors import column_of, displacement_names
 from scenarios.fmu_files import build_plant
 from scenarios.gap_cosimulation import compare_fmus
-from scenarios.gap_next_run import NEXT_RUN, next_run_scenario
 from scenarios.gap_page import PAGE, write_gap_page
 from scenarios.results import check_folder, results_folder, write_table
 
@@ -95,8 +93,9 @@ def run_find_gap(asked: GapTask, say: Callable[[str], None]) -> tuple[dict[str, 
     used, kept_back, faults = usable_runs(machine, runs, unseen)
     if asked.split_hours is not None:
         used, kept_back = _in_pieces(machine, used, kept_back, asked.split_hours)
-    found, comparison, more = answer(machine, used, kept_back, asked.search, progress=say)
-    observed = [one.observed for one in comparison.before]
+    judged, more = answer(machine, used, kept_back, asked.search, progress=say)
+    found = judged.found
+    observed = [one.observed for one in judged.unseen.before]
     faults = sorted([*faults, *more], key=lambda fault: (fault.run, fault.channel, fault.start_s))
     lacking = [*not_compared(machine, [*runs, *unseen]), *begun_warm([*runs, *unseen])]
     with results_folder(asked.out) as folder:
@@ -104,7 +103,7 @@ def run_find_gap(asked: GapTask, say: Callable[[str], None]) -> tuple[dict[str, 
         for which, name in zip(machines, (MACHINE_BEFORE, MACHINE_AFTER), strict=True):
             write_machine(which, asked.machine, folder / name)
         cosimulation = _cosimulated(found, observed, folder, say) if asked.fmu else None
-        table = report_of(found, comparison, faults, cosimulation) | {"not_compared": lacking}
+        table = report_of(judged, faults, cosimulation) | {"not_compared": lacking}
         facts = [
             ("Machine", f"{machine.title} ({machine_path(asked.machine).name})"),
             ("Runs used", _named(used)),
@@ -113,9 +112,7 @@ def run_find_gap(asked: GapTask, say: Callable[[str], None]) -> tuple[dict[str, 
             ("Sensors not compared", "; ".join(lacking) or "-"),
             ("Seed", str(asked.search.seed)),
         ]
-        if table["next_run"]:
-            (folder / NEXT_RUN).write_text(next_run_scenario(table), encoding="utf-8")
-        write_gap_page(found, comparison, table, facts, folder)
+        write_gap_page(judged, table, facts, folder)
         text = json.dumps(table, indent=1, allow_nan=False) + "\n"
         (folder / GAP).write_text(text, encoding="utf-8")
         write_table([], {"gap": GAP}, folder)
