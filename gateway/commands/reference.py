@@ -28,11 +28,12 @@ def run(args: argparse.Namespace) -> int:
     try:
         # A state says which process saved it.
         pid = int(json.loads(args.state.read_text(encoding="utf-8"))["pid"])
-        command = Path(f"/proc/{pid}/cmdline").read_bytes().split(b"\0")
+        command = Path(f"/proc/{pid}/cmdline").read_bytes()
     except (OSError, ValueError, KeyError, TypeError):
         raise BadInput(args.state, "", "was saved by no gateway that runs") from None
-    # A gateway that was killed leaves its file behind, and its number may be another's by now.
-    if b"gateway" not in command:
+    # A gateway that was killed leaves its file behind, and its number may be another's by now. Some
+    # kernels show no command line.
+    if command and b"gateway" not in command:
         raise BadInput(args.state, "", f"was saved by process {pid}, which is no gateway now")
     try:
         os.kill(pid, signal.SIGUSR1)
