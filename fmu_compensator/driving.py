@@ -132,12 +132,7 @@ def inputs_of(model: Model, run: Run) -> tuple[Array, Array]:
     BadInput
         If a thermometer that the model uses is not there.
     """
-    used = [model.sensors[index].name for index in model.chosen]
-    lost = next((name for name in used if f"{name}_degC" not in run.frame), None)
-    if lost is not None:
-        there = ", ".join(run.temperatures) or "none"
-        problem = f"is missing, and the compensator uses it; the run's temperatures: {there}"
-        raise BadInput(run.path or run.name, f"column {lost}_degC", problem)
+    refuse_lacking(model, run)
     nothing = np.full(len(run.time_s), np.nan)
     columns = [f"{sensor.name}_degC" for sensor in model.sensors]
     readings = [
@@ -146,6 +141,27 @@ def inputs_of(model: Model, run: Run) -> tuple[Array, Array]:
     ]
     speed = run.frame["speed_rpm"].to_numpy(float) if "speed_rpm" in run.frame else nothing
     return np.column_stack(readings), speed
+
+
+def refuse_lacking(model: Model, run: Run) -> None:
+    """Refuse a run without a thermometer that a compensator uses.
+
+    Parameters
+    ----------
+    model : Model
+    run : Run
+
+    Raises
+    ------
+    BadInput
+        Naming the first.
+    """
+    used = [model.sensors[index].name for index in model.chosen]
+    lost = next((name for name in used if f"{name}_degC" not in run.frame), None)
+    if lost is not None:
+        there = ", ".join(run.temperatures) or "none"
+        problem = f"is missing, and the compensator uses it; the run's temperatures: {there}"
+        raise BadInput(run.path or run.name, f"column {lost}_degC", problem)
 
 
 def held(time_s: Array, values: Array) -> Array:

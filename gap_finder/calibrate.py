@@ -244,9 +244,10 @@ def _calibrated(
     best: tuple[float, FloatArray, list[Linearisation]] | None = None
     reached = []
     for start in range(max(1, starts)):
-        x = min((priors.position(one) for one in start_from or (machine,)), key=problem.cost)
         if start:
-            x = np.clip(generator.normal(0.0, 0.7, len(x)), priors.low, priors.high)
+            x = np.clip(generator.normal(0.0, 0.7, len(priors.names)), priors.low, priors.high)
+        else:
+            x = min((priors.position(one) for one in start_from or (machine,)), key=problem.cost)
         found = _descend(problem, x, iterations, progress, f"start {start + 1} of {starts}")
         reached.append(found[0])
         if best is None or found[0] < best[0]:

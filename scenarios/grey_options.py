@@ -71,6 +71,17 @@ def add_grey_options(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_choice_options(parser: argparse.ArgumentParser) -> None:
+    """Declare these options, and which target the choice goes by."""
+    add_grey_options(parser)
+    parser.add_argument(
+        "--score-target",
+        metavar="NAME",
+        help="the one target to score against, as the studies do with elongation (default: the "
+        "mean over all targets)",
+    )
+
+
 def grey_options(args: argparse.Namespace) -> dict[str, Any]:
     """Return the threshold, and what is not as usual, by the names that fit and survey give them.
 

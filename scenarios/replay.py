@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from fmu_compensator.driving import held, inputs_of
+from fmu_compensator.driving import held, refuse_lacking
 from fmu_compensator.runtime.fmi_slave import MODEL_FILE
 from fmu_compensator.runtime.geometry import FivePoint
 from fmu_compensator.runtime.modelfile import Model, ModelFileError, parse_model
@@ -158,7 +158,7 @@ def replay(
     FmuError
         If the FMU fails.
     """
-    inputs_of(model, run)  # refuses a run that lacks what the compensator uses
+    refuse_lacking(model, run)
     if probing is not None:
         probing.check(model)
     faults = find_faults([run])

@@ -6,6 +6,7 @@ it. What carries them there (the PLC's program, OPC UA, ADS, FOCAS) belongs to t
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import inf, isfinite
@@ -23,7 +24,7 @@ class Write:
     value: float | int | bool
 
 
-class Control:
+class Control(ABC):
     """A control; one subclass a file.
 
     Parameters
@@ -51,6 +52,7 @@ class Control:
         """Return what is written once, before the first offset."""
         return []
 
+    @abstractmethod
     def write(self, axis: str, digits: int) -> list[Write]:
         """Return what gives an axis an offset.
 
@@ -60,13 +62,7 @@ class Control:
             X, Y or Z.
         digits : int
             The offset, in steps of `step_um`.
-
-        Raises
-        ------
-        NotImplementedError
-            By this base class.
         """
-        raise NotImplementedError
 
     def writes(self, offsets: Mapping[str, float]) -> list[Write]:
         """Return what gives the axes the offsets of an answer; nothing for those that stay.

@@ -13,6 +13,7 @@ from typing import NamedTuple
 from measurement.doubts.places import swapped
 from measurement.doubts.readings import unlikely_units
 from measurement.doubts.signs import doubted_signs
+from measurement.doubts.warming import warming
 from measurement.runs import Run
 
 
@@ -27,7 +28,8 @@ def doubts(runs: Sequence[Run]) -> list[Doubt]:
     """Return what looks wrong with runs of one machine, one entry for each column and kind."""
     if not runs:
         return []
-    found = [*unlikely_units(runs), *swapped(runs), *doubted_signs(runs)]
+    warm = [warming(run) for run in runs]
+    found = [*unlikely_units(runs, warm), *swapped(runs), *doubted_signs(runs, warm)]
     return [Doubt(column, text) for column, text in found]
 
 

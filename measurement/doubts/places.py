@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from measurement.doubts.readings import ASTRAY_PER_K, WRONG
-from measurement.doubts.warming import WARMS_K
+from measurement.doubts.warming import WARMS_K, rises
 from measurement.resampling import FloatArray
 from measurement.runs import Run
 
@@ -97,13 +97,12 @@ def _missed(here: _Moments, others: Sequence[_Moments]) -> FloatArray:
 
 
 def _moments(run: Run, names: Sequence[str]) -> _Moments:
-    filled = run.frame[list(names)].interpolate(limit_direction="both").to_numpy(dtype=np.float64)
-    rises = filled - filled[0]
-    mean, time = rises.mean(axis=1), run.time_s
+    rise = rises(run, names)
+    mean, time = rise.mean(axis=1), run.time_s
     both = np.column_stack([mean, np.interp(time - LAG_S, time, mean)])
-    rows = float(len(rises))
+    rows = float(len(rise))
     return _Moments(
-        both.T @ both / rows, both.T @ rises / rows, (rises**2).mean(axis=0), float(np.ptp(mean))
+        both.T @ both / rows, both.T @ rise / rows, (rise**2).mean(axis=0), float(np.ptp(mean))
     )
 
 

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from measurement.doubts.warming import WARMS_K, warming
+from measurement.doubts.warming import WARMS_K
 from measurement.resampling import FloatArray
 from measurement.runs import TIME, Run
 
@@ -64,9 +64,11 @@ TEMPERATURES = {"K": ("kelvin", 1.0, -273.15), "degF": ("Fahrenheit", 5.0 / 9.0,
 """The usual other readings: what was taken for what, and the unit that it should have."""
 
 
-def unlikely_units(runs: Sequence[Run]) -> list[tuple[str, str]]:
-    """Return columns whose unit is doubtful, each with a text that says which one is likelier."""
-    warm = [warming(run) for run in runs]
+def unlikely_units(runs: Sequence[Run], warm: Sequence[FloatArray]) -> list[tuple[str, str]]:
+    """Return columns whose unit is doubtful, each with a text that says which one is likelier.
+
+    *warm* is each run's `warming` [K].
+    """
     return [
         *_temperatures(runs),
         *_clock(runs, warm),

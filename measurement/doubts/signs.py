@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from measurement.doubts.warming import WARMS_K, warming
+from measurement.doubts.warming import WARMS_K, rises
 from measurement.resampling import FloatArray
 from measurement.runs import Run
 
@@ -27,12 +27,14 @@ DAMPING_K = 1.0
 _GROWTH = re.compile(r"growth|elong|axial|dehnung|laengung|wachstum", re.IGNORECASE)
 
 
-def doubted_signs(runs: Sequence[Run]) -> list[tuple[str, str]]:
-    """Return displacements of one machine's runs whose sign is doubtful, each with a text."""
-    rises = [warming(run) for run in runs]
+def doubted_signs(runs: Sequence[Run], warm: Sequence[FloatArray]) -> list[tuple[str, str]]:
+    """Return displacements of one machine's runs whose sign is doubtful, each with a text.
+
+    *warm* is each run's `warming` [K].
+    """
     found = []
     for name in runs[0].displacements:
-        present = [(run, warm) for run, warm in zip(runs, rises, strict=True) if name in run.frame]
+        present = [(run, rise) for run, rise in zip(runs, warm, strict=True) if name in run.frame]
         if _GROWTH.search(name) and _falls(present, name):
             text = "falls while the machine warms, and growth should rise: flipped? then sign = -1"
             found.append((name, text))
@@ -66,22 +68,22 @@ def flipped(runs: Sequence[Run], name: str) -> list[str]:
     shared = [column for column in runs[0].temperatures if all(column in run.frame for run in runs)]
     if len(runs) < FEWEST_RUNS or not shared:
         return []
-    rises = [_from_start(run, shared) for run in runs]
-    usable = np.all([np.isfinite(part).all(axis=0) for part in rises], axis=0)
+    risen = [_from_start(run, shared) for run in runs]
+    usable = np.all([np.isfinite(part).all(axis=0) for part in risen], axis=0)
     moved = [_from_start(run, [name])[:, 0] for run in runs]
     if not usable.any() or not all(np.isfinite(part).all() for part in moved):
         return []
-    rises = [part[:, usable] for part in rises]
-    squares = [part.T @ part for part in rises]
-    products = [part.T @ drift for part, drift in zip(rises, moved, strict=True)]
-    damping = DAMPING_K**2 * sum(len(part) for part in rises) * np.eye(int(usable.sum()))
+    risen = [part[:, usable] for part in risen]
+    squares = [part.T @ part for part in risen]
+    products = [part.T @ drift for part, drift in zip(risen, moved, strict=True)]
+    damping = DAMPING_K**2 * sum(len(part) for part in risen) * np.eye(int(usable.sum()))
     odd = []
     for at, run in enumerate(runs):
         weights = np.linalg.solve(
             np.sum(squares, axis=0) - squares[at] + damping, np.sum(products, axis=0) - products[at]
         )
         total = float(moved[at] @ moved[at])
-        turned = moved[at] + rises[at] @ weights
+        turned = moved[at] + risen[at] @ weights
         if total > 0.0 and 1.0 - float(turned @ turned) / total >= EXPLAINED:
             odd.append(run.name)
     # Where most are odd, it is the few others that were turned.
@@ -90,5 +92,5 @@ def flipped(runs: Sequence[Run], name: str) -> list[str]:
 
 def _from_start(run: Run, names: list[str]) -> npt.NDArray[np.float64]:
     """Return some rows of a run's columns, counted from their first reading."""
-    filled = run.frame[names].interpolate(limit_direction="both").to_numpy(dtype=np.float64)
-    return np.asarray((filled - filled[0])[:: max(1, len(filled) // ROWS)])
+    rise = rises(run, names)
+    return np.asarray(rise[:: max(1, len(rise) // ROWS)])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from measurement.resampling import FloatArray
@@ -11,10 +13,16 @@ WARMS_K = 3.0
 """Less warming than this says nothing of a machine [K]."""
 
 
+def rises(run: Run, names: Sequence[str]) -> FloatArray:
+    """Return columns counted from their first reading, gaps bridged, shape (rows, columns)."""
+    filled = run.frame[list(names)].interpolate(limit_direction="both").to_numpy(dtype=np.float64)
+    return np.asarray(filled - filled[0])
+
+
 def warming(run: Run) -> FloatArray:
     """Return the mean rise of a run's thermometers over its rows [K]; zeros without any."""
     if not run.temperatures:
         return np.zeros(len(run.frame))
-    filled = run.frame[run.temperatures].interpolate(limit_direction="both").to_numpy()
-    filled = filled[:, np.isfinite(filled).all(axis=0)]
-    return np.asarray((filled - filled[0]).mean(axis=1) if filled.size else np.zeros(len(filled)))
+    rise = rises(run, run.temperatures)
+    rise = rise[:, np.isfinite(rise).all(axis=0)]
+    return np.asarray(rise.mean(axis=1) if rise.size else np.zeros(len(rise)))

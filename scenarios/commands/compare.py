@@ -24,7 +24,7 @@ from measurement.files import write_atomically
 from measurement.runs import Run, read_run
 from plant_model.machine_file import read_machine
 from scenarios.comparison_page import ranking_text, write_figures, write_page
-from scenarios.grey_options import add_grey_options, choice_options, option_value
+from scenarios.grey_options import add_choice_options, choice_options, option_value
 from scenarios.outputs import FOLDER
 from scenarios.presets import add_as, preset
 from scenarios.results import results_folder, write_table
@@ -60,12 +60,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="grey|hierarchical|fuzzy|all|NAME,NAME...",
         help="temperatures for all models (default: what is usual for each)",
     )
-    add_grey_options(parser)
-    parser.add_argument(
-        "--score-target",
-        metavar="NAME",
-        help="the one target to score temperatures against (default: the mean over all)",
-    )
+    add_choice_options(parser)
     parser.add_argument(
         "--option",
         action="append",

@@ -17,7 +17,7 @@ from measurement.runs import Run, read_run
 from plant_model.machine_file import read_machine
 from scenarios.fit_figures import draw_series
 from scenarios.fit_text import add_jobs, bar, check_jobs, report
-from scenarios.grey_options import add_grey_options, choice_options, option_value
+from scenarios.grey_options import add_choice_options, choice_options, option_value
 from scenarios.outputs import COMPENSATOR_FILE, FOLDER
 from scenarios.presets import add_as, preset
 
@@ -70,13 +70,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="temperatures to use: one per group of a clustering, every one, or those named "
         "(default: what is usual for the model)",
     )
-    add_grey_options(parser)
-    parser.add_argument(
-        "--score-target",
-        metavar="NAME",
-        help="the one target to score against, as the studies do with elongation (default: the "
-        "mean over all targets)",
-    )
+    add_choice_options(parser)
     parser.add_argument(
         "--input-form",
         metavar="rise|absolute|level",

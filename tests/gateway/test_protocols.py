@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from gateway import protocols
+from gateway import protocols, walk
 from gateway.database import Database
 from gateway.node import GatewaySettings
 from gateway.protocols.base import Adapter, Participant
@@ -48,7 +48,8 @@ def test_every_file_of_the_folder_holds_one_adapter() -> None:
 
 def test_another_distribution_adds_one_by_entry_point(monkeypatch: pytest.MonkeyPatch) -> None:
     point = EntryPoint("lamp", f"{__name__}:LampAdapter", protocols.GROUP)
-    monkeypatch.setattr(protocols, "entry_points", lambda group: [point])
+    named = {protocols.GROUP: [point]}
+    monkeypatch.setattr(walk, "entry_points", lambda group: named.get(group, []))
     protocols.adapters.cache_clear()
     try:
         assert protocols.adapters()[-1].__name__ == "LampAdapter"
