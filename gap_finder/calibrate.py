@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -14,7 +14,7 @@ from gap_finder.directions import fewer
 from gap_finder.linearise import (
     Linearisation,
     bias_columns,
-    linear_about,
+    linear_about_all,
     nuisance_columns,
     residual_of,
 )
@@ -27,6 +27,9 @@ from plant_model.parameters import FloatArray
 ITERATIONS = 20
 ENOUGH = 1e-3
 """Relative improvement of the cost at which a start is taken to have converged [1]."""
+
+DAMPINGS = ((1 / 6.0, 1.0, 6.0), (36.0, 216.0, 1296.0))
+"""Multiples of the last damping that are tried at once, and if none helps, then [1]."""
 
 STEP = 2.0
 """Farthest that a parameter goes in an iteration, in prior standard deviations: derivatives know
@@ -43,7 +46,7 @@ def quiet(_: str) -> None:
 
 
 class Sensitivities(Protocol):
-    """Derivatives of one run that need not be computed again; see ``design.RunSensitivities``."""
+    """What need not be computed again of one run; see ``design.RunSensitivities``."""
 
     @property
     def nuisance(self) -> FloatArray:
@@ -52,10 +55,6 @@ class Sensitivities(Protocol):
     @property
     def bias(self) -> FloatArray:
         """Thermometers' errors, shape (N, C)."""
-
-    @property
-    def moved(self) -> Mapping[str, FloatArray]:
-        """Parameters that calibration moves, each (N,)."""
 
 
 @dataclass(frozen=True)
@@ -111,16 +110,22 @@ class Calibration:
     starts : tuple of float
         Cost reached from each start.
     parameters : tuple of ParameterEstimate
+    parts : tuple of Linearisation
+        Every run about the machine.
     """
 
     machine: Machine
     cost: float
     starts: tuple[float, ...]
     parameters: tuple[ParameterEstimate, ...]
+    parts: tuple[Linearisation, ...]
 
 
 class _LeastSquares:
-    """Least squares over all runs, nuisance parameters of single runs eliminated exactly."""
+    """Least squares over all runs, nuisance parameters of single runs eliminated exactly.
+
+    Several points are simulated at once: many sets of parameters cost hardly more than one.
+    """
 
     def __init__(
         self,
@@ -133,17 +138,16 @@ class _LeastSquares:
         if sensitivities is None:
             self._nuisance = [fewer([nuisance_columns(machine, one)])[0] for one in observed]
             self._bias = [bias_columns(machine, one) for one in observed]
-            self._known: list[Mapping[str, FloatArray]] = [{} for _ in observed]
         else:
             self._nuisance = [part.nuisance for part in sensitivities]
             self._bias = [part.bias for part in sensitivities]
-            self._known = [part.moved for part in sensitivities]
 
-    def linear(self, x: FloatArray) -> list[Linearisation]:
-        return [
-            linear_about(self.machine, one, self.priors, x, known)
-            for one, known in zip(self.observed, self._known, strict=True)
+    def linear(self, points: FloatArray) -> list[list[Linearisation]]:
+        """Return every run about every point, (S, P)."""
+        of_runs = [
+            linear_about_all(self.machine, one, self.priors, points) for one in self.observed
         ]
+        return [list(parts) for parts in zip(*of_runs, strict=True)]
 
     def gram(self, parts: Sequence[Linearisation]) -> tuple[FloatArray, FloatArray, float]:
         """Return normal matrix, right side and squares of parameters and biases together."""
@@ -165,14 +169,22 @@ class _LeastSquares:
             squares += full[-1, -1]
         return np.asarray(matrix), np.asarray(right), float(squares)
 
-    def cost(self, x: FloatArray) -> float:
-        parts = []
-        for one in self.observed:
-            try:
-                residual = residual_of(self.machine, one, self.priors.values(x[None, :]))[0]
-            except IntegrationError:  # So far from what is likely that it cannot be stepped.
-                return float("inf")
-            parts.append(Linearisation(residual, np.zeros((len(residual), 0))))
+    def costs(self, points: FloatArray) -> FloatArray:
+        """Return the cost at every point, (S,); inf where the machine cannot be stepped."""
+        try:
+            residuals = [
+                residual_of(self.machine, one, self.priors.values(points)) for one in self.observed
+            ]
+        except IntegrationError:  # One point so far from what is likely stops all of them.
+            if len(points) == 1:
+                return np.array([np.inf])
+            return np.concatenate([self.costs(one[None, :]) for one in points])
+        return np.array(
+            [self._cost(x, [shown[i] for shown in residuals]) for i, x in enumerate(points)]
+        )
+
+    def _cost(self, x: FloatArray, residuals: Sequence[FloatArray]) -> float:
+        parts = [Linearisation(one, np.zeros((len(one), 0))) for one in residuals]
         matrix, right, squares = self.gram(parts)
         inner = matrix + np.eye(len(right))
         return squares - float(right @ np.linalg.solve(inner, right)) + float(x @ x)
@@ -203,16 +215,15 @@ def calibrate(
     observed : sequence of Observations
         Of the calibration runs.
     starts : int
-        Number of starting points; the first is the machine as it stands.
+        Number of starting points; all but the machine as it stands are drawn.
     seed : int
         Of the further starting points.
     iterations : int
         At most, from each start.
     start_from : sequence of Machine
-        The best of these is the first starting point, instead of the machine itself; priors stay
-        the machine's.
+        Starting points instead of the machine itself; priors stay the machine's.
     sensitivities : sequence of Sensitivities, optional
-        Derivatives of every run that are known already.
+        How what only one run has acts, if it is known already, of a machine near by.
     progress : callable
         Told what is being done.
 
@@ -241,59 +252,84 @@ def _calibrated(
     priors = Priors.of(machine, calibrated=True)
     problem = _LeastSquares(machine, observed, priors, sensitivities)
     generator = np.random.default_rng(seed)
-    best: tuple[float, FloatArray, list[Linearisation]] | None = None
-    reached = []
-    for start in range(max(1, starts)):
-        if start:
-            x = np.clip(generator.normal(0.0, 0.7, len(priors.names)), priors.low, priors.high)
-        else:
-            x = min((priors.position(one) for one in start_from or (machine,)), key=problem.cost)
-        found = _descend(problem, x, iterations, progress, f"start {start + 1} of {starts}")
-        reached.append(found[0])
-        if best is None or found[0] < best[0]:
-            best = found
-    assert best is not None
-    cost, x, parts = best
-    values = {name: float(value[0]) for name, value in priors.values(x[None, :]).items()}
+    begin = [priors.position(one) for one in start_from or (machine,)]
+    begin += [generator.normal(0.0, 0.7, len(priors.names)) for _ in range(starts - 1)]
+    points = np.clip(np.array(begin), priors.low, priors.high)
+    reached = _descend(problem, points, iterations, progress)
+    best = min(reached, key=lambda one: one.cost)
+    values = {name: float(value[0]) for name, value in priors.values(best.x[None, :]).items()}
     return Calibration(
         machine.with_values(values, beyond=True),
-        cost,
-        tuple(reached),
-        _estimates(machine, problem, parts, x),
+        best.cost,
+        tuple(one.cost for one in reached),
+        _estimates(machine, problem, best.parts, best.x),
+        tuple(best.parts),
     )
 
 
+@dataclass(eq=False)
+class _Descent:
+    """One start on its way down."""
+
+    x: FloatArray
+    cost: float
+    parts: list[Linearisation]
+    damping: float = 1e-2
+    is_done: bool = False
+
+
 def _descend(
-    problem: _LeastSquares, x: FloatArray, iterations: int, progress: Progress, name: str
-) -> tuple[float, FloatArray, list[Linearisation]]:
-    """Levenberg-Marquardt inside what physics allows, from one start."""
-    priors = problem.priors
-    count = len(priors.names)
-    cost = problem.cost(x)
-    parts = problem.linear(x)
-    damping = 1e-2
+    problem: _LeastSquares, points: FloatArray, iterations: int, progress: Progress
+) -> list[_Descent]:
+    """Levenberg-Marquardt inside what physics allows, from every start, (S, P), side by side."""
+    costs = problem.costs(points)
+    can = np.isfinite(costs)
+    if not can.any():
+        raise IntegrationError("the machine cannot be stepped from where calibration starts")
+    begun = zip(points[can], costs[can].tolist(), problem.linear(points[can]), strict=True)
+    descents = [_Descent(x, cost, parts) for x, cost, parts in begun]
     for iteration in range(iterations):
-        progress(f"{name}, iteration {iteration + 1}")
-        matrix, right, _ = problem.gram(parts)
-        matrix += np.eye(len(matrix))
-        right[:count] += x
-        improved = False
-        for _ in range(6):
-            scaled = matrix + damping * np.diag(np.diag(matrix))
-            trial = np.clip(x + _bounded_step(scaled, right, x, priors), priors.low, priors.high)
-            new_cost = problem.cost(trial)
-            if new_cost < cost:
-                improved = True
-                break
-            damping *= 6.0
-        if not improved:
+        progress(f"iteration {iteration + 1}")
+        moved = _stepped(problem, [one for one in descents if not one.is_done])
+        if not moved:
             break
-        gain = (cost - new_cost) / max(cost, 1e-300)
-        x, cost, damping = trial, new_cost, max(damping / 6.0, 1e-6)
-        parts = problem.linear(x)
-        if gain < ENOUGH:
+        parts_of = problem.linear(np.array([one.x for one in moved]))
+        for one, parts in zip(moved, parts_of, strict=True):
+            one.parts = parts
+    return descents
+
+
+def _stepped(problem: _LeastSquares, descents: Sequence[_Descent]) -> list[_Descent]:
+    """Take one step from each start, the best of several dampings; return those that moved."""
+    moved, waiting = [], list(descents)
+    for shares in DAMPINGS:
+        if not waiting:
             break
-    return cost, x, parts
+        trials = [
+            [_trial(problem, one, one.damping * share) for share in shares] for one in waiting
+        ]
+        costs = problem.costs(np.concatenate(trials)).reshape(len(waiting), len(shares))
+        for one, points, reached in zip(waiting, trials, costs, strict=True):
+            best = int(np.argmin(reached))
+            if reached[best] < one.cost:
+                one.is_done = one.cost - reached[best] < ENOUGH * one.cost
+                one.x, one.cost = points[best], float(reached[best])
+                one.damping = max(one.damping * shares[best], 1e-6)
+                moved.append(one)
+        waiting = [one for one in waiting if one not in moved]
+    for one in waiting:
+        one.is_done = True
+    return moved
+
+
+def _trial(problem: _LeastSquares, one: _Descent, damping: float) -> FloatArray:
+    """Return where a start would go, shape (P,)."""
+    priors, x = problem.priors, one.x
+    matrix, right, _ = problem.gram(one.parts)
+    matrix += np.eye(len(matrix))
+    right[: len(x)] += x
+    scaled = matrix + damping * np.diag(np.diag(matrix))
+    return np.clip(x + _bounded_step(scaled, right, x, priors), priors.low, priors.high)
 
 
 def _bounded_step(

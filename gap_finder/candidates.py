@@ -24,14 +24,11 @@ from plant_model.parameters import FloatArray, Parameter
 from plant_model.sensors import displacement_names
 from plant_model.simulate import Simulation
 
-SIZES = (0.12, 0.4, 1.0)
-"""Amplitudes tried, as shares of the way from off to each end of the range."""
+SIZES = (0.12, 0.4, 1.0, 2.5)
+"""Amplitudes tried, as shares of the way from off to each end of the usual range."""
 
-LEAST, MOST = 0.05, 2.5
+LEAST, MOST = 0.05, 5.0
 """An answer may be scaled by this much: what is tried small stands for what is smaller still."""
-
-LEAST_ACTING = 1e-3
-"""Share of an effect's largest answer (squares) from which a run can speak for or against it."""
 
 SHAPES = (0.2, 0.8)
 """Shape parameters tried beside the nominal value, as shares of their range."""
@@ -66,12 +63,6 @@ class Candidate:
     seen: tuple[Leaps | Relay, ...] = ()
 
     @property
-    def acts(self) -> tuple[bool, ...]:
-        """Whether it does anything in each run, compared with where it does most."""
-        sizes = np.array([float(np.sum(answer**2)) for answer in self.answers])
-        return tuple((sizes > LEAST_ACTING * sizes.max()).tolist())
-
-    @property
     def is_switched(self) -> bool:
         """Whether a part switches it: then it acts when the rows say, and nearly in proportion."""
         return any(isinstance(one, Relay) for one in self.seen)
@@ -92,30 +83,9 @@ class Candidate:
         effect = catalogue()[self.key.partition(":")[0]]
         name = effect.proportional or effect.amplitude
         off = 0.0 if effect.proportional else effect.off
-        limits = effect.parameters[name]
+        low, high = possible(effect, name)
         value = off + scale * (self.values[name] - off)
-        return self.values | {name: float(np.clip(value, limits.low, limits.high))}
-
-
-def as_tried(tried: Sequence[Candidate], one: Candidate) -> list[Candidate]:
-    """Return an effect of temperature as it was tried and at its next larger size, or nothing.
-
-    Others are near enough to linear to be calibrated from the size that the screening gives.
-    """
-    effect = catalogue()[one.key.partition(":")[0]]
-    if not effect.temperature_dependent or one.is_switched:
-        return []
-    name, off = effect.amplitude, effect.off
-    size = one.values[name] - off
-    shape = one.values | {name: off}
-    same = [
-        other
-        for other in tried
-        if other.key == one.key
-        and other.values | {name: off} == shape
-        and (other.values[name] - off) / size > 1.0
-    ]
-    return [one, *sorted(same, key=lambda other: abs(other.values[name] - off))[:1]]
+        return self.values | {name: float(np.clip(value, low, high))}
 
 
 def missing_effects(machine: Machine, without: Sequence[str] = ()) -> list[type[Effect]]:
@@ -134,28 +104,17 @@ def missing_effects(machine: Machine, without: Sequence[str] = ()) -> list[type[
 def with_effect(machine: Machine, key: str, values: dict[str, float] | None = None) -> Machine:
     """Return the machine with an effect in force, its parameters free to be calibrated.
 
-    Its ranges are the usual ones, but for an amplitude whose value lies beyond: that is as free as
-    physics lets it be.
+    A range of the catalogue says what is usual. Amplitude and law may leave it as far as physics
+    lets them: what is unusual pays for it in the score.
     """
     effect = catalogue()[key.partition(":")[0]]
     idle = unused_with(machine, key)
-    parameters = {
-        name: replace(p, calibrate=name not in idle) for name, p in effect.parameters.items()
-    }
+    parameters = {}
+    for name, p in effect.parameters.items():
+        low, high = possible(effect, name)
+        parameters[name] = replace(p, low=low, high=high, calibrate=name not in idle)
     grown = replace(machine, effects=machine.effects | {key: parameters})
-    usual = effect.parameters[effect.amplitude]
-    if not usual.low <= (values or {}).get(effect.amplitude, usual.value) <= usual.high:
-        grown = widened(grown, key)
     return grown.with_values({f"effects.{key}.{name}": v for name, v in (values or {}).items()})
-
-
-def widened(machine: Machine, key: str) -> Machine:
-    """Return the machine with an effect's amplitude as free as physics lets it be."""
-    effect = catalogue()[key.partition(":")[0]]
-    name = effect.amplitude
-    low, high = possible(effect, name)
-    free = replace(machine.effects[key][name], low=low, high=high)
-    return replace(machine, effects={**machine.effects, key: {**machine.effects[key], name: free}})
 
 
 def beyond_usual_range(machine: Machine, key: str) -> tuple[str, ...]:
@@ -177,7 +136,9 @@ def grid(effect: type[Effect], idle: Sequence[str] = ()) -> list[dict[str, float
         points = product(*((nominal[n],) if n in idle else tried[n] for n in nominal))
         return [dict(zip(nominal, point, strict=True)) for point in points]
     ends = [end for end in (size.low, size.high) if end != effect.off]
+    least, most = possible(effect, effect.amplitude)
     sizes = [effect.off + share * (end - effect.off) for end in ends for share in SIZES]
+    sizes = [value for value in sizes if least <= value <= most]
     shapes = [nominal]
     for name, parameter in effect.parameters.items():
         if name not in (effect.amplitude, *idle) and parameter.high > parameter.low:

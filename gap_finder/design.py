@@ -17,6 +17,7 @@ import numpy as np
 from gap_finder.calibrate import robust_weights
 from gap_finder.directions import fewer
 from gap_finder.linearise import (
+    Linearisation,
     bias_columns,
     linear_about,
     modelled,
@@ -53,8 +54,6 @@ class RunSensitivities:
         Thermometers' errors.
     other : array, shape (N, Q)
         Parameters that calibration does not move, errors, places and levers.
-    moved : dict of str to array, each (N,)
-        Parameters that calibration moves.
     weight : array, shape (N,)
         Robust square-root weight.
     """
@@ -63,15 +62,11 @@ class RunSensitivities:
     starts: FloatArray
     bias: FloatArray
     other: FloatArray
-    moved: dict[str, FloatArray]
     weight: FloatArray
 
 
-def sensitivities_of(
-    machine: Machine, observed: Observations, moved: Priors, fixed: Priors
-) -> RunSensitivities:
+def sensitivities_of(machine: Machine, observed: Observations, fixed: Priors) -> RunSensitivities:
     """Compute what a run answers to, about a calibrated machine; ``other`` column by column."""
-    by_moved = linear_about(machine, observed, moved, moved.position(machine))
     by_fixed = linear_about(machine, observed, fixed, fixed.position(machine))
     bias = bias_columns(machine, observed)
     places, levers = _place_columns(machine, observed), _lever_columns(machine, observed)
@@ -81,20 +76,19 @@ def sensitivities_of(
         nuisance[:, nuisance.shape[1] - len(machine.nodes) :],
         bias,
         np.hstack([by_fixed.by_parameter, bias, places, levers]),
-        dict(zip(moved.names, by_moved.by_parameter.T, strict=True)),
-        robust_weights(by_moved.residual, OUTLIER),
+        robust_weights(by_fixed.residual, OUTLIER),
     )
 
 
 def all_sensitivities(
-    base: Machine, calibrated: Machine, observed: Sequence[Observations]
+    calibrated: Machine, observed: Sequence[Observations]
 ) -> list[RunSensitivities]:
-    """Compute what every run answers to, about a calibrated machine whose priors are *base*'s.
+    """Compute what every run answers to, about a calibrated machine.
 
     ``other`` is in those directions that move something in these runs.
     """
-    moved, fixed = Priors.of(base, calibrated=True), Priors.of(calibrated, calibrated=False)
-    parts = [sensitivities_of(calibrated, one, moved, fixed) for one in observed]
+    fixed = Priors.of(calibrated, calibrated=False)
+    parts = [sensitivities_of(calibrated, one, fixed) for one in observed]
     others = fewer([part.other for part in parts])
     return [replace(part, other=other) for part, other in zip(parts, others, strict=True)]
 
@@ -146,28 +140,22 @@ class RunDesign:
 
 
 def design_of(
-    machine: Machine,
+    parts: Sequence[Linearisation],
     observed: Sequence[Observations],
     moved: Priors,
     sensitivities: Sequence[RunSensitivities],
 ) -> list[RunDesign]:
     """Gather the design of all runs about a calibrated machine."""
-    pairs = zip(observed, sensitivities, strict=True)
     return [
-        run_design(machine, one, moved, known, _only_here(moved, observed, one))
-        for one, known in pairs
+        run_design(part, known, _only_here(moved, observed, one))
+        for part, known, one in zip(parts, sensitivities, observed, strict=True)
     ]
 
 
 def run_design(
-    machine: Machine,
-    one: Observations,
-    moved: Priors,
-    known: RunSensitivities,
-    alone: Sequence[int] = (),
+    linear: Linearisation, known: RunSensitivities, alone: Sequence[int] = ()
 ) -> RunDesign:
     """Gather the design of one run; *alone* are parameters that no other run tells anything of."""
-    linear = linear_about(machine, one, moved, moved.position(machine), known.moved)
     weight = known.weight
     shared = np.hstack([linear.by_parameter, known.other])
     # What only this run has is an unknown of its own, like a zero.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 from plant_model.effect_names import effect_key
 from plant_model.effects import Effect, catalogue
@@ -66,3 +66,27 @@ def unused_with(machine: Machine, key: str) -> tuple[str, ...]:
     if effect is None:
         return ()
     return (*effect.unused(driver_of(machine, key)[0]), *effect.given)
+
+
+def key_of(name: str, place: Sequence[str]) -> str:
+    """Return what a change of the description is called among what is tried.
+
+    Parameters
+    ----------
+    name : str
+        The kind of change.
+    place : sequence of str
+        The parts, inputs, sensors or axes.
+    """
+    return f"{name}:{'+'.join(place)}"
+
+
+def place_of(key: str) -> list[str]:
+    """Return the place that the key of a change names.
+
+    Parameters
+    ----------
+    key : str
+        As `key_of` gives it.
+    """
+    return key.partition(":")[2].split("+")

@@ -18,7 +18,7 @@ TOLERANCE = 3e-3
 """Local error while fitting where it is not [K]: far below what misfits are judged by."""
 
 DIFFERENCE = 0.05
-"""Step of the numerical derivative, in prior standard deviations."""
+"""Step of the numerical derivative, in usual standard deviations."""
 
 OFFSET_UM = 30.0
 """How well the zero of a displacement channel is known in each run [um]: hardly, for a run may
@@ -119,30 +119,31 @@ def residual_of(
 
 
 def linear_about(
-    machine: Machine,
-    observed: Observations,
-    priors: Priors,
-    x: FloatArray,
-    known: Mapping[str, FloatArray] | None = None,
+    machine: Machine, observed: Observations, priors: Priors, x: FloatArray
 ) -> Linearisation:
-    """Linearise one run about x, shape (P,), in the priors' fitting scale.
+    """Linearise one run about x, shape (P,), in the priors' fitting scale."""
+    return linear_about_all(machine, observed, priors, x[None, :])[0]
 
-    *known* holds derivatives, each (N,), that need not be computed again: adding an effect hardly
-    changes how the rest answers, and a descent with such derivatives ends at the same place.
+
+def linear_about_all(
+    machine: Machine, observed: Observations, priors: Priors, points: FloatArray
+) -> list[Linearisation]:
+    """Linearise one run about several points, (S, P), in the priors' fitting scale.
+
+    All are simulated at once, which costs hardly more than one where something depends on
+    temperature.
     """
-    known = known or {}
-    asked = [i for i, name in enumerate(priors.names) if name not in known]
+    step = DIFFERENCE * priors.usual
     # A difference that would leave what can be goes the other way.
-    sign = np.where(x + DIFFERENCE > priors.high, -1.0, 1.0)
-    points = np.tile(x, (len(asked) + 1, 1))
-    points[np.arange(len(asked)) + 1, asked] += sign[asked] * DIFFERENCE
-    residual = residual_of(machine, observed, priors.values(points))
-    columns = np.empty((len(priors.names), residual.shape[1]))
-    columns[asked] = (residual[1:] - residual[0]) / (sign[asked] * DIFFERENCE)[:, None]
-    for i, name in enumerate(priors.names):
-        if name in known:
-            columns[i] = known[name]
-    return Linearisation(residual[0], columns.T)
+    step = np.where(points + step > priors.high, -step, step)
+    sets = np.repeat(points[:, None], len(priors.names) + 1, axis=1)
+    each = np.arange(len(priors.names))
+    sets[:, each + 1, each] += step
+    shown = residual_of(machine, observed, priors.values(sets.reshape(-1, len(priors.names))))
+    return [
+        Linearisation(residual[0], ((residual[1:] - residual[0]) / way[:, None]).T)
+        for residual, way in zip(shown.reshape(*sets.shape[:2], -1), step, strict=True)
+    ]
 
 
 def nuisance_columns(machine: Machine, observed: Observations) -> FloatArray:

@@ -12,10 +12,9 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
-from gap_finder.candidates import Candidate
 from gap_finder.design import RunDesign
 from gap_finder.observations import BIN_S, INDEPENDENT_S, Observations
-from gap_finder.screen import ResidualSets, Screen
+from gap_finder.screen import Answers, ResidualSets, Screen
 from plant_model.parameters import FloatArray
 
 DRAWS = 200
@@ -58,8 +57,8 @@ def null_residuals(
     screen: Screen,
     designs: Sequence[RunDesign],
     observed: Sequence[Observations],
-    tried: Sequence[Candidate],
-    loro_cost: float,
+    tried: Sequence[Answers],
+    cost: float,
     seed: int,
 ) -> list[FloatArray]:
     """Return residuals of data sets with nothing missing that cost as much as the data does.
@@ -70,27 +69,7 @@ def null_residuals(
     costs = []
     for size in sizes:
         drawn = ResidualSets.of(designs, tried, draw_null(designs, observed, 8, seed, size))
-        costs.append(float(np.median(screen.scores(drawn).loro_cost.sum(axis=1))))
+        costs.append(float(np.median(screen.scores(drawn).cost)))
     slope = (costs[1] - costs[0]) / (sizes[1] ** 2 - sizes[0] ** 2)
-    misfit = float(np.sqrt(np.clip((loro_cost - costs[0]) / max(slope, 1e-9), 0.05**2, 9.0)))
+    misfit = float(np.sqrt(np.clip((cost - costs[0]) / max(slope, 1e-9), 0.05**2, 9.0)))
     return draw_null(designs, observed, DRAWS, seed + 1, misfit)
-
-
-def best_share_q99(screen: Screen, drawn: ResidualSets) -> float:
-    """Return the 99 % quantile of the share that the best candidate explains in data sets."""
-    scores = screen.scores(drawn)
-    best = scores.loro_gain.sum(axis=1).max(axis=1) / scores.loro_cost.sum(axis=1)
-    return float(np.quantile(best, 0.99))
-
-
-def null_quantile(
-    screen: Screen,
-    designs: Sequence[RunDesign],
-    observed: Sequence[Observations],
-    tried: Sequence[Candidate],
-    loro_cost: float,
-    seed: int,
-) -> float:
-    """Return the null 99 % quantile of the share of cost that the best candidate explains."""
-    drawn = null_residuals(screen, designs, observed, tried, loro_cost, seed)
-    return best_share_q99(screen, ResidualSets.of(designs, tried, drawn))

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from plant_model.effects import catalogue
 from plant_model.limits import physical_limits
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
@@ -29,6 +30,9 @@ class Priors:
     names : tuple of str
     low, high : array, shape (P,)
         What physics allows, in the fitting scale.
+    usual : array, shape (P,)
+        How much is a usual step: 1, or less for an effect's number, which may go far beyond its
+        usual range and is flat there.
     """
 
     names: tuple[str, ...]
@@ -39,6 +43,7 @@ class Priors:
     high: FloatArray
     _bottom: FloatArray
     _top: FloatArray
+    usual: FloatArray
 
     @classmethod
     def of(cls, machine: Machine, *, calibrated: bool) -> Priors:
@@ -71,7 +76,9 @@ class Priors:
         centre, low, high, bottom, top = scaled.T
         width = np.maximum((high - low) / (2.0 * FAR), 1e-300)
         bounds = (bottom - centre) / width, (top - centre) / width
-        return cls(tuple(names), centre, width, log, *bounds, plain[:, 3], plain[:, 4])
+        usual = np.array([_usual(n, w) for n, w in zip(names, width.tolist(), strict=True)])
+        ends = plain[:, 3], plain[:, 4]
+        return cls(tuple(names), centre, width, log, *bounds, *ends, usual)
 
     def position(self, machine: Machine) -> FloatArray:
         """Return where a machine's values lie in the fitting scale, shape (P,)."""
@@ -86,3 +93,15 @@ class Priors:
         # Rounding in the logarithm must not lead out of what can be.
         plain = np.clip(plain, self._bottom, self._top)
         return {name: plain[:, i] for i, name in enumerate(self.names)}
+
+
+def _usual(name: str, width: float) -> float:
+    """Return the standard deviation that an effect's usual range has, in those of its prior."""
+    if not name.startswith("effects."):
+        return 1.0
+    key, _, number = name.removeprefix("effects.").rpartition(".")
+    range_of = catalogue()[key.partition(":")[0]].parameters[number]
+    low, high = range_of.low, range_of.high
+    if low > 0.0:
+        low, high = float(np.log(low)), float(np.log(high))
+    return min(1.0, (high - low) / (2.0 * FAR) / width)

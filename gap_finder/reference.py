@@ -31,11 +31,6 @@ PENALTIES = tuple(0.01 * 10.0 ** (0.5 * k) for k in range(10))
 START = "start"
 """What the predictors are called that say how warm the machine started."""
 
-LEFT = 0.8
-"""Reducible mean square from which something is left to be explained [tolerances squared].
-
-On the development split of the benchmark, nine cases with nothing missing have 0 to 0.52."""
-
 LEAST_SHARE = 0.1
 """Share of what the plant leaves that an input must predict to be told [1]."""
 
@@ -136,11 +131,6 @@ class ReferenceModel:
         before, after = (mean_squares(part) / self._tolerance**2 for part in (left, self.known))
         self.reducible = float(np.nanmean(before - after)) if np.isfinite(before).any() else 0.0
         self.share = self.reducible / max(float(np.nanmean(before)), 1e-12)
-
-    @property
-    def is_left(self) -> bool:
-        """Whether what can still be predicted is too much to be a lumped model's own misfit."""
-        return self.reducible >= LEFT
 
     def _scaled(self, parts: Sequence[FloatArray]) -> list[FloatArray]:
         return [part / self._tolerance for part in parts]

@@ -7,18 +7,26 @@ drawing runs in which nothing is missing cost no simulation.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
-from gap_finder.candidates import LEAST, MOST, Candidate
+from gap_finder.candidates import LEAST, MOST
 from gap_finder.design import RunDesign
 from plant_model.parameters import FloatArray
 
 BLOCK = 1000
 """Candidates whose answers are copied at once."""
+
+
+class Answers(Protocol):
+    """What has an answer in every run."""
+
+    @property
+    def answers(self) -> tuple[FloatArray, ...]:
+        """Weighted, each (N,)."""
 
 
 @dataclass(frozen=True)
@@ -33,48 +41,25 @@ class NormalMatrices:
         Shared columns against candidates' answers.
     answers : array, shape (R, m)
         Squares of the answers.
-    between : array, shape (R, m, m) or (R, 0, 0)
-        Candidates' answers against each other, where they were asked for.
     """
 
     shared: FloatArray
     cross: FloatArray
     answers: FloatArray
-    between: FloatArray
 
     @classmethod
-    def of(
-        cls, designs: Sequence[RunDesign], tried: Sequence[Candidate], *, between: bool = False
-    ) -> NormalMatrices:
-        """Gather the matrices, and on demand those between candidates."""
-        shared, cross, answers, mutual = [], [], [], []
+    def of(cls, designs: Sequence[RunDesign], tried: Sequence[Answers]) -> NormalMatrices:
+        """Gather the matrices."""
+        shared, cross, answers = [], [], []
         for i, design in enumerate(designs):
             clean_shared = design.cleaned(design.shared)
             shared.append(design.shared.T @ clean_shared)
             cross.append(np.zeros((design.shared.shape[1], len(tried))))
             answers.append(np.zeros(len(tried)))
-            mutual.append(np.zeros((len(tried),) * 2 if between else (0, 0)))
             for some, columns in answers_in_blocks(tried, i, design):
                 cross[-1][:, some] = clean_shared.T @ columns
-                clean = design.cleaned(columns)
-                answers[-1][some] = np.sum(columns * clean, axis=0)
-                for others, beside in answers_in_blocks(tried, i, design) if between else ():
-                    mutual[-1][others, some] = beside.T @ clean
-        return cls(np.array(shared), np.array(cross), np.array(answers), np.array(mutual))
-
-    def beside(self, which: int) -> NormalMatrices:
-        """Return the same with one candidate in force, its size a shared unknown, the last one.
-
-        Parameters
-        ----------
-        which : int
-            Position of the candidate. The most that it is scaled by is one standard deviation.
-        """
-        own = MOST * self.cross[:, :, which : which + 1]
-        corner = MOST**2 * self.answers[:, which, None, None]
-        shared = np.block([[self.shared, own], [np.swapaxes(own, 1, 2), corner]])
-        cross = np.concatenate([self.cross, MOST * self.between[:, which : which + 1]], axis=1)
-        return replace(self, shared=shared, cross=cross)
+                answers[-1][some] = np.sum(columns * design.cleaned(columns), axis=0)
+        return cls(np.array(shared), np.array(cross), np.array(answers))
 
 
 @dataclass(frozen=True)
@@ -99,7 +84,7 @@ class ResidualSets:
     def of(
         cls,
         designs: Sequence[RunDesign],
-        tried: Sequence[Candidate],
+        tried: Sequence[Answers],
         residuals: Sequence[FloatArray],
         moved: FloatArray | None = None,
     ) -> ResidualSets:
@@ -120,24 +105,9 @@ class ResidualSets:
             pull[:, : len(moved)] = moved
         return cls(shared, answers, squares, pull)
 
-    def beside(self, which: int) -> ResidualSets:
-        """Return the same for :meth:`NormalMatrices.beside`.
-
-        Parameters
-        ----------
-        which : int
-            Position of the candidate.
-        """
-        own = MOST * self.against_answers[:, :, which : which + 1]
-        return replace(
-            self,
-            against_shared=np.concatenate([self.against_shared, own], axis=2),
-            pull=np.concatenate([self.pull, np.zeros((len(self.pull), 1))], axis=1),
-        )
-
 
 def answers_in_blocks(
-    tried: Sequence[Candidate], run: int, design: RunDesign
+    tried: Sequence[Answers], run: int, design: RunDesign
 ) -> Iterator[tuple[slice, FloatArray]]:
     """Return the candidates' answers in a run, robust-weighted, (N, b), some at a time.
 
@@ -164,27 +134,24 @@ def answers_in_blocks(
 
 @dataclass(frozen=True)
 class Scores:
-    """What each candidate gains, for each data set.
+    """What each candidate gains, for each data set, runs predicted from the others.
 
     Attributes
     ----------
     gain : array, shape (D, m)
-        Fall of the cost over all runs, recalibrated (in sample).
+        Fall of what is left of all runs.
+    nearer : array, shape (D, m)
+        Fall of the squares by which what calibration moves is away from its prior's centre.
     scale : array, shape (D, m)
-        By how much the candidate's answer is scaled.
-    loro_gain : array, shape (D, R, m)
-        Fall of the leave-one-run-out cost of each run.
+        By how much the candidate's answer is scaled, all runs together.
     cost : array, shape (D,)
-        Cost that recalibration without any effect leaves.
-    loro_cost : array, shape (D, R)
-        Leave-one-run-out cost of each run without any effect.
+        What is left of all runs without any candidate.
     """
 
     gain: FloatArray
+    nearer: FloatArray
     scale: FloatArray
-    loro_gain: FloatArray
     cost: FloatArray
-    loro_cost: FloatArray
 
 
 class Screen:
@@ -193,44 +160,28 @@ class Screen:
     Parameters
     ----------
     grams : NormalMatrices
+    moved : int
+        How many of the shared columns calibration moves; they come first.
     """
 
-    def __init__(self, grams: NormalMatrices) -> None:
-        self.grams = grams
-        self.runs = len(grams.shared)
-
-    @cached_property
-    def _whole(self) -> Fold:
-        return Fold(self.grams, list(range(self.runs)))
-
-    @cached_property
-    def _folds(self) -> list[Fold]:
-        everything = range(self.runs)
-        return [Fold(self.grams, [j for j in everything if j != k]) for k in everything]
-
-    def fold_without(self, run: int) -> Fold:
-        """Return recalibration on all runs but one."""
-        return self._folds[run]
+    def __init__(self, grams: NormalMatrices, moved: int) -> None:
+        self.grams, self._moved = grams, moved
+        everything = list(range(len(grams.shared)))
+        self._whole = Fold(grams, everything)
+        self._folds = [Fold(grams, [j for j in everything if j != k]) for k in everything]
 
     def scores(self, data: ResidualSets) -> Scores:
         """Score every candidate on every data set."""
-        gain, scale, cost, _ = self._whole.fit(data)
-        loro_gain, loro_cost = [], []
+        scale, solved = self._whole.fit(data)
+        away = (data.pull - solved)[:, : self._moved]
+        follow = self._whole.follow[: self._moved]
+        nearer = 2.0 * scale * (away @ follow) - scale**2 * np.sum(follow**2, axis=0)
+        gain, cost = np.zeros_like(scale), np.zeros(len(scale))
         for k, fold in enumerate(self._folds):
             with_it, without = fold.predict(self.grams, data, k)
-            loro_gain.append(without[:, None] - with_it)
-            loro_cost.append(without)
-        return Scores(gain, scale, np.stack(loro_gain, axis=1), cost, np.stack(loro_cost, axis=1))
-
-    def last_shared(self, data: ResidualSets) -> FloatArray:
-        """Return what recalibration makes of the last shared unknown with each candidate, (D, m).
-
-        Parameters
-        ----------
-        data : ResidualSets
-        """
-        _, scale, _, solved = self._whole.fit(data)
-        return np.asarray(-solved[:, -1:] - scale * self._whole.follow[-1])
+            gain += without[:, None] - with_it
+            cost += without
+        return Scores(gain, nearer, scale, cost)
 
 
 class Fold:
@@ -247,21 +198,19 @@ class Fold:
         self.left = np.maximum(squares - np.sum(cross * self.follow, axis=0), 1e-12)
         self._cross = cross
 
-    def fit(self, data: ResidualSets) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Return gain (D, m), scale (D, m), cost without (D,) and shared solution (D, Q)."""
+    def fit(self, data: ResidualSets) -> tuple[FloatArray, FloatArray]:
+        """Return scale (D, m) and shared solution without any candidate (D, Q)."""
         right = data.against_shared[:, self.runs].sum(axis=1) + data.pull
         solved = cho_solve(self._factor, right.T).T
-        cost = data.squares[:, self.runs].sum(axis=1) - np.sum(right * solved, axis=1)
         slope = data.against_answers[:, self.runs].sum(axis=1) - solved @ self._cross
         scale = np.clip(-slope / self.left, LEAST, MOST)
-        gain = -(2.0 * slope * scale + self.left * scale**2)
-        return gain, scale, cost, solved
+        return scale, solved
 
     def predict(
         self, grams: NormalMatrices, data: ResidualSets, run: int
     ) -> tuple[FloatArray, FloatArray]:
         """Return the cost of a run left out with each candidate (D, m) and without (D,)."""
-        _, scale, _, solved = self.fit(data)
+        scale, solved = self.fit(data)
         matrix, cross = grams.shared[run], grams.cross[run]
         own = grams.answers[run]
         alone = (own > 0.0) & (grams.answers[self.runs].sum(axis=0) == 0.0)

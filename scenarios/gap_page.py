@@ -6,14 +6,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from gap_finder.description import NamedChange, place_of
-from gap_finder.find import GapResult
+from gap_finder.find import GapResult, Judged
 from gap_finder.five_lines import five_lines
-from gap_finder.keys import driver_of
+from gap_finder.forward_backward import Step
+from gap_finder.keys import driver_of, place_of
 from gap_finder.kinds import kinds
 from gap_finder.regimes import RunResiduals
-from gap_finder.report import GapComparison
-from gap_finder.selection import SelectionRound
 from plant_model.effects import catalogue
 from plant_model.machine import Machine
 from scenarios.channel_charts import channel_charts, measured_against_model
@@ -30,13 +28,13 @@ HELD_OUT = "The held-out run."
 
 
 def write_gap_page(
-    found: GapResult,
-    unseen: GapComparison,
+    judged: Judged,
     table: dict[str, Any],
     facts: Sequence[tuple[str, str]],
     folder: Path,
 ) -> list[Path]:
     """Write the page and its figures into *folder* and return the files."""
+    found, unseen = judged.found, judged.unseen
     charts = signature_charts(found) + [
         chart
         for before, after in zip(unseen.before, unseen.after, strict=True)
@@ -51,13 +49,11 @@ def write_gap_page(
         picture=gap_picture(table["channels"]),
         gap=[(names[key], row) for key, row in table["gap"].items()],
         channels=list(table["channels"].items()),
-        rounds=[
-            *(_round(selection, "the catalogue") for selection in found.rounds),
-            *(_round(one.selection, _asked(one)) for one in found.changes),
-        ],
+        rounds=[_round(step) for step in found.search.steps],
+        look_at=table["look_at"],
         where=table["where"],
         remaining=table["remaining"],
-        maps=_maps(found, unseen),
+        maps=_maps(judged),
         faults=table["data_faults"],
         parameters=parameter_rows(
             found.after.machine, found.after.calibration.parameters, _new_numbers(found)
@@ -75,35 +71,31 @@ def _new_numbers(found: GapResult) -> list[str]:
     return [name for name in found.after.machine.parameters if name not in had]
 
 
-def _maps(found: GapResult, unseen: GapComparison) -> list[tuple[str, RegimeMap]]:
+def _maps(judged: Judged) -> list[tuple[str, RegimeMap]]:
     """Return the regime map as the calibrated machine leaves it, and with what was added."""
-    first, last = found.before.machine, found.after.machine
-    known = GapComparison(first, last, found.observed)
+    known, unseen = judged.used, judged.unseen
     maps = [("calibrated as given", regime_map([*known.before, *unseen.before]))]
-    if found.after is not found.before:
+    if judged.found.keys:
         maps.append(("with what was added", regime_map([*known.after, *unseen.after])))
     return maps
 
 
-def _asked(one: NamedChange) -> str:
-    return f"the description, for {one.channel}" if one.channel else "the description"
-
-
-def _round(selection: SelectionRound, what: str) -> dict[str, Any]:
-    before = float(selection.baseline.loro_cost.sum())
+def _round(step: Step) -> dict[str, Any]:
+    begun = step.baseline.fit
     return {
-        "what": what,
-        "cost": before,
-        "null_q99": selection.null_q99,
+        "what": ", ".join(_title(key, begun.machine) for key in step.baseline.keys) or "nothing",
+        "cost": begun.cost,
+        "score": step.baseline.score(step.unit),
+        "by_chance": max(step.by_chance, 0.0),
         "rows": [
             {
-                "title": _title(one.added[-1], one.machine),
-                "cost": float(one.loro_cost.sum()),
-                "share": 1.0 - float(one.loro_cost.sum()) / before,
-                "probability": p,
-                "at_bounds": ", ".join(one.at_bounds),
+                "title": _title(one.keys[-1], one.fit.machine),
+                "cost": one.fit.cost,
+                "share": 1.0 - one.fit.cost / begun.cost,
+                "prior": one.prior_cost,
+                "score": one.score(step.unit),
             }
-            for one, p in zip(selection.fits, selection.probability, strict=True)
+            for one in step.tried
         ],
     }
 

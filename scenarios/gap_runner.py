@@ -9,9 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from gap_finder.data_faults import DataFault, need_readings, without_faults
-from gap_finder.find import FEWEST_RUNS, GapResult
+from gap_finder.find import FEWEST_RUNS, GapResult, answer
 from gap_finder.five_lines import five_lines
-from gap_finder.held_out import answer
 from gap_finder.long_log import pieces_of
 from gap_finder.observations import Observations
 from gap_finder.report import MACHINE_AFTER, report_of
@@ -20,13 +19,13 @@ from measurement.errors import BadInput
 from measurement.runs import Run, read_run
 from measurement.warm import named_warm
 from plant_model.drive import column_in
+from plant_model.effects import catalogue
 from plant_model.machine import Machine
 from plant_model.machine_file import machine_path, read_machine
 from plant_model.machine_writer import write_machine
 from plant_model.sensors import column_of, displacement_names
 from scenarios.fmu_files import build_plant
 from scenarios.gap_cosimulation import compare_fmus
-from scenarios.gap_next_run import NEXT_RUN, next_run_scenario
 from scenarios.gap_page import PAGE, write_gap_page
 from scenarios.results import check_folder, results_folder, write_table
 
@@ -64,6 +63,20 @@ class GapTask:
     fmu: bool = True
     split_hours: float | None = None
 
+    def __post_init__(self) -> None:
+        """Refuse what cannot be searched for."""
+        search = self.search
+        for name in search.without:
+            if name not in catalogue():
+                raise BadInput("--without", "", f"{name} is not one of {', '.join(catalogue())}")
+        for option, value, low, high in (
+            ("--workers", search.workers, 1, 256),
+            ("--most", search.most, 1, 20),
+            ("--split-hours", self.split_hours, 0.5, 1000.0),
+        ):
+            if value is not None and not low <= value <= high:
+                raise BadInput(option, "", f"{value:g} is outside {low:g}..{high:g}")
+
 
 def run_find_gap(asked: GapTask, say: Callable[[str], None]) -> tuple[dict[str, Any], list[str]]:
     """Find the gap and write the results folder; nothing is left of it if anything fails.
@@ -95,8 +108,9 @@ def run_find_gap(asked: GapTask, say: Callable[[str], None]) -> tuple[dict[str, 
     used, kept_back, faults = usable_runs(machine, runs, unseen)
     if asked.split_hours is not None:
         used, kept_back = _in_pieces(machine, used, kept_back, asked.split_hours)
-    found, comparison, more = answer(machine, used, kept_back, asked.search, progress=say)
-    observed = [one.observed for one in comparison.before]
+    judged, more = answer(machine, used, kept_back, asked.search, progress=say)
+    found = judged.found
+    observed = [one.observed for one in judged.unseen.before]
     faults = sorted([*faults, *more], key=lambda fault: (fault.run, fault.channel, fault.start_s))
     lacking = [*not_compared(machine, [*runs, *unseen]), *begun_warm([*runs, *unseen])]
     with results_folder(asked.out) as folder:
@@ -104,7 +118,7 @@ def run_find_gap(asked: GapTask, say: Callable[[str], None]) -> tuple[dict[str, 
         for which, name in zip(machines, (MACHINE_BEFORE, MACHINE_AFTER), strict=True):
             write_machine(which, asked.machine, folder / name)
         cosimulation = _cosimulated(found, observed, folder, say) if asked.fmu else None
-        table = report_of(found, comparison, faults, cosimulation) | {"not_compared": lacking}
+        table = report_of(judged, faults, cosimulation) | {"not_compared": lacking}
         facts = [
             ("Machine", f"{machine.title} ({machine_path(asked.machine).name})"),
             ("Runs used", _named(used)),
@@ -113,9 +127,7 @@ def run_find_gap(asked: GapTask, say: Callable[[str], None]) -> tuple[dict[str, 
             ("Sensors not compared", "; ".join(lacking) or "-"),
             ("Seed", str(asked.search.seed)),
         ]
-        if table["next_run"]:
-            (folder / NEXT_RUN).write_text(next_run_scenario(table), encoding="utf-8")
-        write_gap_page(found, comparison, table, facts, folder)
+        write_gap_page(judged, table, facts, folder)
         text = json.dumps(table, indent=1, allow_nan=False) + "\n"
         (folder / GAP).write_text(text, encoding="utf-8")
         write_table([], {"gap": GAP}, folder)

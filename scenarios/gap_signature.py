@@ -24,7 +24,7 @@ def signature_charts(found: GapResult) -> list[Chart]:
     The signature is the calibrated machine with everything that was added, less the same without
     this effect.
     """
-    return [_chart(found, key) for key in found.after.added]
+    return [_chart(found, key) for key in found.keys if key in found.after.machine.effects]
 
 
 def _chart(found: GapResult, key: str) -> Chart:

@@ -17,12 +17,12 @@ from benchmarks.gap.clock import clocked
 from benchmarks.gap.make import OWNERS_FILE
 from benchmarks.gap.truth.case import RUNS
 from gap_finder.calibrate import ParameterEstimate, calibrate
+from gap_finder.comparison import GapComparison
 from gap_finder.design import RunDesign
-from gap_finder.find import GapResult
-from gap_finder.held_out import answer
+from gap_finder.find import Judged, answer
 from gap_finder.observations import Observations, observe
-from gap_finder.regimes import by_channel, gap_of, residuals
-from gap_finder.report import GapComparison, report_of
+from gap_finder.regimes import by_channel
+from gap_finder.report import report_of
 from gap_finder.search import Search
 from measurement.runs import Run, read_run
 from plant_model.machine import Machine
@@ -70,8 +70,8 @@ def ask(folder: Path, without: Sequence[str] = (), seed: int = 0) -> dict[str, A
     """
     machine = machine_of(folder)
     with clocked() as spent:
-        found, comparison, table = answered(machine, *runs_of(folder), without, seed)
-    return {"seconds": spent, "answer": table, "details": _details(found, comparison)}
+        judged, table = answered(machine, *runs_of(folder), without, seed)
+    return {"seconds": spent, "answer": table, "details": _details(judged)}
 
 
 def answered(
@@ -80,12 +80,12 @@ def answered(
     unseen: list[Run],
     without: Sequence[str] = (),
     seed: int = 0,
-) -> tuple[GapResult, GapComparison, dict[str, Any]]:
-    """Return what is found, how it does on runs not used, and the content of ``gap.json``."""
+) -> tuple[Judged, dict[str, Any]]:
+    """Return what is found, held against runs not used, and the content of ``gap.json``."""
     sound, kept, faults = usable_runs(machine, runs, unseen)
     # One process: the cases themselves run side by side.
-    found, comparison, more = answer(machine, sound, kept, Search(without, seed=seed, workers=1))
-    return found, comparison, report_of(found, comparison, [*faults, *more])
+    judged, more = answer(machine, sound, kept, Search(without, seed=seed, workers=1))
+    return judged, report_of(judged, [*faults, *more])
 
 
 def ask_empty(folder: Path, seed: int = 0) -> dict[str, Any]:
@@ -102,29 +102,38 @@ def ask_empty(folder: Path, seed: int = 0) -> dict[str, Any]:
     return {"seconds": spent, "answer": {"gap": gap}}
 
 
-def _details(found: GapResult, unseen: GapComparison) -> dict[str, Any]:
-    """Return what thresholds can be studied with afterwards.
+def _details(judged: Judged) -> dict[str, Any]:
+    """Return what judgement numbers can be studied with afterwards.
 
-    Besides all small numbers of every round: the gap that each effect tried in the first would
-    have left on the run that was not used, and every run's residual by channel.
+    What every step scored, and every run's residual by channel.
     """
-    before, after = found.before.machine, found.after.machine
-    known = GapComparison(before, after, found.observed)
-    observed = [one.observed for one in unseen.before]
+    first, last = judged.found.before.machine, judged.found.after.machine
+    used, unseen = judged.used, judged.unseen
+    before, after = (*used.before, *unseen.before), (*used.after, *unseen.after)
     return {
-        "rounds": plain(found.rounds),
-        "held_out_with": {
-            one.added[-1]: gap_of(one.machine, [residuals(one.machine, run) for run in observed])
-            for one in found.rounds[0].fits
-        },
+        "steps": [
+            {
+                "from": list(step.baseline.keys),
+                "fall": step.fall,
+                "by_chance": step.by_chance,
+                "unit": step.unit,
+                "tried": {
+                    one.keys[-1]: {
+                        "cost": one.fit.cost,
+                        "moved": one.fit.moved_cost,
+                        "prior": one.prior_cost,
+                    }
+                    for one in step.tried
+                },
+            }
+            for step in judged.found.search.steps
+        ],
         "channels_by_run": {
             part.observed.run.name: {
-                "before": by_channel(before, [part]),
-                "after": by_channel(after, [later]),
+                "before": by_channel(first, [part]),
+                "after": by_channel(last, [later]),
             }
-            for part, later in zip(
-                (*known.before, *unseen.before), (*known.after, *unseen.after), strict=True
-            )
+            for part, later in zip(before, after, strict=True)
         },
     }
 

@@ -27,7 +27,7 @@ from tqdm import tqdm  # noqa: E402
 
 from benchmarks.gap.clock import clocked  # noqa: E402
 from benchmarks.gap.descriptions import named_in, outcome_of  # noqa: E402
-from gap_finder.held_out import answer  # noqa: E402
+from gap_finder.find import answer  # noqa: E402
 from gap_finder.kinds.base import Change  # noqa: E402
 from gap_finder.kinds.coarse_part import CoarsePart  # noqa: E402
 from gap_finder.kinds.conductance_with_motion import ConductanceWithMotion  # noqa: E402
@@ -145,8 +145,8 @@ def asked(mistake: Mistake, given: Machine, seed: int) -> dict[str, Any]:
     runs = runs_of(truth, seed)
     with clocked() as spent:
         search = Search(seed=seed, workers=1)
-        found, comparison, faults = answer(told, runs[:-1], runs[-1:], search)
-    table = report_of(found, comparison, faults)
+        judged, faults = answer(told, runs[:-1], runs[-1:], search)
+    table = report_of(judged, faults)
     named, rivals = named_in(table)
     return {
         "kind": mistake.kind,

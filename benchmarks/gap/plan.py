@@ -17,7 +17,12 @@ from benchmarks.gap.truth.case import TruthCase
 from benchmarks.gap.truth.effects.base import SIZES
 from benchmarks.gap.truths import TRUTHS, USUAL
 
-SPLITS = {"development": 1_000_000, "reported": 2_000_000, "second": 3_000_000}
+SPLITS = {
+    "development": 1_000_000,
+    "reported": 2_000_000,
+    "second": 3_000_000,
+    "third": 4_000_000,
+}
 """First seed of each split; no machine, run or disturbance is in two of them.
 
 The second was drawn to ask two versions of the gap finder the same questions, once each."""

@@ -25,7 +25,7 @@ from tqdm import tqdm  # noqa: E402
 from gap_finder.calibrate import calibrate  # noqa: E402
 from gap_finder.candidates import with_effect  # noqa: E402
 from gap_finder.data_faults import without_faults  # noqa: E402
-from gap_finder.held_out import answer  # noqa: E402
+from gap_finder.find import answer  # noqa: E402
 from gap_finder.keys import driver_of  # noqa: E402
 from gap_finder.observations import observe  # noqa: E402
 from gap_finder.report import report_of  # noqa: E402
@@ -64,8 +64,8 @@ def asked(machine: Machine, key: str, runs: list[Run], held_out: int, seed: int)
     """Plant an effect and ask; the last *held_out* runs are kept back."""
     shown = planted(machine, key, runs, seed)
     used, unseen = shown[:-held_out], shown[-held_out:]
-    found, comparison, faults = answer(machine, used, unseen, Search(seed=seed))
-    table = report_of(found, comparison, faults)
+    judged, faults = answer(machine, used, unseen, Search(seed=seed))
+    table = report_of(judged, faults)
     effects = [_said(one) for one in table["effects"]]
     name = key.partition(":")[0]
     planted_key = _said({"name": name, "driver": driver_of(machine, key)[0]})

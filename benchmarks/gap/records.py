@@ -90,8 +90,9 @@ class Record:
 
     @cached_property
     def in_doubt(self) -> bool:
-        """Whether the answer says that more than the tolerance is left with what is named."""
-        return bool(self.answer["remaining"]["above_tolerance"])
+        """Whether the answer says that too much is left with what is named."""
+        remaining = self.answer.get("remaining", {})
+        return bool(self.answer.get("in_doubt", remaining.get("above_tolerance", False)))
 
     @property
     def ratio(self) -> float:

@@ -26,7 +26,7 @@ DOCS = Path(__file__).resolve().parents[2] / "docs"
 PAGE = "gap_benchmark.md"
 MARKS = {
     name: re.compile(rf"(<!-- begin {name}[^\n]*-->\n).*?(<!-- end {name} -->)", re.DOTALL)
-    for name in ("results", "simulators", "in_turn")
+    for name in ("results", "simulators")
 }
 
 TABLES: dict[str, Callable[[Sequence[Record]], str]] = {

@@ -10,8 +10,8 @@ from typing import Any, ClassVar, Self
 import numpy as np
 
 from gap_finder.added_paths import AddedPath, path_answers
-from gap_finder.description import key_of
 from gap_finder.design import RunSensitivities
+from gap_finder.keys import key_of
 from gap_finder.linearise import modelled, simulate_at
 from gap_finder.observations import Observations
 from plant_model.effects import catalogue

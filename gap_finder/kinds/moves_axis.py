@@ -37,17 +37,23 @@ class MovesAxis(Change):
 
     @classmethod
     def all_of(cls, known: Sequence[CalibratedRun]) -> Iterator[Self]:
-        """Return every part with every axis that is measured, either way."""
+        """Return every part with every axis that is measured, either way.
+
+        None for what the structure has already: its length is calibrated there, or was drawn.
+        """
         machine = known[0].machine
         if "thermal_expansion" not in machine.effects:
             return
-        names = {item.name for item in machine.items}
+        there = {
+            (item.refs["nodes"], name)
+            for item in machine.of_kind("structure", "member")
+            for name in AXES.values()
+            if item.parameters[name].value
+        }
         for node in machine.nodes:
             for axis in _measured(known[0]):
-                for way in WAYS:
-                    one = cls((node.name, axis), way)
-                    if one._name not in names:
-                        yield one
+                if ((node.name,), AXES[axis]) not in there:
+                    yield from (cls((node.name, axis), way) for way in WAYS)
 
     @property
     def _name(self) -> str:

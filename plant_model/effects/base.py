@@ -448,15 +448,17 @@ class Effect:
 
 
 BEYOND = 10.0
-"""How many times its usual range an amplitude may reach where physics sets no other limit [1]."""
+"""How many times its usual range an amplitude or a number of a law may reach where physics sets no
+other limit [1]: far enough that the prior of its size decides."""
 
 
 def possible(effect: type[Effect], parameter: str) -> tuple[float, float]:
     """Return the range in which a parameter of an effect is possible, usual or not.
 
     A range of the catalogue says what is usual. An amplitude may be larger than that, as far as
-    physics lets it; it never changes its sign where the usual range has but one. The numbers that
-    make a law what it is stay in their ranges: beyond them it would be another law.
+    physics lets it; it never changes its sign where the usual range has but one. A positive number
+    that makes the law what it is, such as hours, may be as many times smaller or larger; any other
+    (a direction, a share) stays in its range.
 
     Parameters
     ----------
@@ -471,7 +473,8 @@ def possible(effect: type[Effect], parameter: str) -> tuple[float, float]:
     """
     usual = effect.parameters[parameter]
     if parameter != effect.amplitude:
-        return usual.low, usual.high
+        free = parameter in effect.law and usual.low > 0.0
+        return (usual.low / BEYOND, usual.high * BEYOND) if free else (usual.low, usual.high)
     if effect.physical:
         low, high = effect.physical
         return low, high

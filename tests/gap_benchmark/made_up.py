@@ -37,7 +37,7 @@ def answer(
         "effects": list(effects),
         "one_of": list(one_of),
         "gap": {"holdout": holdout},
-        "remaining": {"above_tolerance": in_doubt},
+        "in_doubt": in_doubt,
     }
 
 

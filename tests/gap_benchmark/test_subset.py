@@ -14,9 +14,8 @@ import pytest
 from benchmarks.gap.ask import runs_of
 from benchmarks.gap.plan import plan
 from benchmarks.gap.truth.case import simulate_case
-from gap_finder.find import GapResult, find_gap
+from gap_finder.find import Judged, find_gap
 from gap_finder.observations import observe
-from gap_finder.report import GapComparison
 from gap_finder.search import Search
 from measurement.runs import Run, write_run
 from plant_model.effects import catalogue
@@ -41,19 +40,16 @@ def _runs(number: int, folder: Path) -> tuple[list[Run], list[Run]]:
     return runs_of(folder)
 
 
-def _held_out(found: GapResult, unseen: list[Run], machine: Machine) -> dict[str, float]:
-    return GapComparison(found.before.machine, found.after.machine, observe(machine, unseen)).gap()
-
-
 @pytest.mark.long
 def test_a_hidden_effect_is_named_and_the_gap_shrinks(
     jig_borer_lumps: Machine, tmp_path: Path
 ) -> None:
     runs, unseen = _runs(33, tmp_path)
     found = find_gap(jig_borer_lumps, runs)
-    assert found.verdict == "effect"
-    assert found.rounds[0].best.added == ("windage",)
-    gap = _held_out(found, unseen, jig_borer_lumps)
+    assert found.keys == ("windage",)
+    judged = Judged.of(found, observe(jig_borer_lumps, unseen))
+    assert judged.verdict == "effect"
+    gap = judged.unseen.gap()
     assert gap["after"] < 0.65 * gap["before"]
 
 
@@ -69,13 +65,13 @@ def test_the_answer_stays_when_rows_are_dropped_and_runs_are_swapped(
         kept[0] = True
         thinned.append(Run(run.name, run.frame[kept].reset_index(drop=True)))
     found = find_gap(jig_borer_lumps, thinned, Search(OTHERS))
-    assert found.verdict == "effect"
-    assert found.rounds[0].best.added == ("centrifugal_shift",)
+    assert found.keys == ("centrifugal_shift",)
 
 
 @pytest.mark.long
 def test_nothing_is_named_where_nothing_is_hidden(jig_borer_lumps: Machine, tmp_path: Path) -> None:
-    runs, _ = _runs(2, tmp_path)
+    runs, unseen = _runs(2, tmp_path)
     found = find_gap(jig_borer_lumps, runs)
-    assert found.verdict == "none_missing"
+    judged = Judged.of(found, observe(jig_borer_lumps, unseen))
+    assert judged.verdict == "none_missing"
     assert found.after is found.before

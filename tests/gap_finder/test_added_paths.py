@@ -25,7 +25,7 @@ NOTHING = np.zeros((0, 0))
 
 
 def known_of(machine: Machine, observed: Observations) -> CalibratedRun:
-    none = RunSensitivities(NOTHING, NOTHING, NOTHING, NOTHING, {}, NOTHING)
+    none = RunSensitivities(NOTHING, NOTHING, NOTHING, NOTHING, NOTHING)
     return CalibratedRun(machine, observed, none)
 
 

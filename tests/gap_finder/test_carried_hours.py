@@ -10,10 +10,12 @@ import pytest
 from gap_finder.calibrate import calibrate
 from gap_finder.candidates import candidates, grid, with_effect
 from gap_finder.design import all_sensitivities
+from gap_finder.forward_backward import Hypothesis, added_to
+from gap_finder.hypotheses import AddedEffect
 from gap_finder.keys import unused_with
 from gap_finder.long_log import is_piece, pieces_of
 from gap_finder.observations import observe
-from gap_finder.refit import fit_candidate, score_fit
+from gap_finder.score import scored
 from measurement.runs import Run
 from plant_model.effects import catalogue
 from plant_model.machine import Machine
@@ -91,14 +93,16 @@ def test_the_hours_of_all_runs_are_written_into_the_machine(jig_borer_lumps: Mac
         before += HOURS[run.name]
     observed = observe(jig_borer_lumps, shown)
     calibration = calibrate(jig_borer_lumps, observed, starts=1, iterations=1)
-    sensitivities = all_sensitivities(jig_borer_lumps, calibration.machine, observed)
-    now = score_fit(jig_borer_lumps, (), observed, calibration, sensitivities)
+    sensitivities = all_sensitivities(calibration.machine, observed)
+    now = scored(jig_borer_lumps, observed, calibration, sensitivities)
     found = list(candidates(now.machine, observed, catalogue()["bearing_run_in"]))
     some = next(one for one in found if one.key == SERIES and one.values["excess"] > 0.5)
-    fit = fit_candidate(now, some, 1.0, np.full(2, 1e9), sensitivities)
+    grown = added_to(Hypothesis((), (), now), AddedEffect(some), (10.0,), sensitivities)
+    assert grown is not None
+    fit = grown.fit
     assert fit.machine.effects[SERIES]["before"].value == pytest.approx(before, abs=0.05)
     assert [one.own[f"effects.{SERIES}.before"] for one in fit.observed] == [
         0.0,
         pytest.approx(HOURS["down"], abs=0.02),
     ]
-    assert float(fit.loro_cost.sum()) < float(now.loro_cost.sum())
+    assert fit.cost < now.cost

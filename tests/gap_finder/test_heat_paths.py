@@ -1,4 +1,4 @@
-"""Heat paths that the machine file forgot."""
+"""A heat path that the machine file forgot."""
 
 from __future__ import annotations
 
@@ -6,35 +6,26 @@ from dataclasses import replace
 
 import pytest
 
-from gap_finder.five_lines import five_lines
-from gap_finder.held_out import answer
-from gap_finder.report import report_of
+from gap_finder.find import answer
 from gap_finder.search import Search
 from plant_model.effects import catalogue
 from plant_model.machine import Machine
 from tests.gap_finder.conftest import runs_of
 
-FORGOTTEN = ("front_inner", "front_outer")
-
-
-def without_link(machine: Machine, name: str) -> Machine:
-    return replace(machine, items=tuple(item for item in machine.items if item.name != name))
+FORGOTTEN = "front_inner-front_outer"
 
 
 @pytest.mark.long
 def test_a_forgotten_path_is_named_with_where_it_leads_from(jig_borer_lumps: Machine) -> None:
-    few = ("centrifugal_shift",)
-    without = [name for name in catalogue() if name not in few]
-    told_wrong = without_link(jig_borer_lumps, "-".join(FORGOTTEN))
+    without = [name for name in catalogue() if name != "centrifugal_shift"]
+    items = tuple(item for item in jig_borer_lumps.items if item.name != FORGOTTEN)
+    told = replace(jig_borer_lumps, items=items)
     runs = runs_of(jig_borer_lumps, every_s=60.0)
-    found, comparison, faults = answer(told_wrong, runs[:3], runs[3:], Search(without, workers=1))
-    table = report_of(found, comparison, faults)
-    (effect,) = table["effects"]
-    assert effect["name"] == "heat_path"
+    judged, _ = answer(told, runs[:3], runs[3:], Search(without, workers=1))
+    (key,), (others,) = judged.found.keys, judged.found.search.instead
     # From the inner ring, or the shaft in it, to what is cooled outside: soft ranges of the other
     # numbers take up so much of it that the runs no longer tell where it ends.
-    places = [effect["place"], *effect["other_places"]]
-    assert all(place[0] in (FORGOTTEN[0], "shaft_front") for place in places)
-    gap = table["gap"]["holdout"]
+    for name in (key, *(other.keys[0] for other in others)):
+        assert name.startswith(("heat_path:front_inner+", "heat_path:shaft_front+"))
+    gap = judged.unseen.gap()
     assert gap["after"] < 0.75 * gap["before"]
-    assert "Heat path" in five_lines(table)[1]

@@ -37,7 +37,7 @@ NEVER_OFF = ("coarse_part", "start_state")
 @pytest.fixture(scope="module")
 def known(jig_borer_lumps: Machine) -> list[CalibratedRun]:
     observed = observe(jig_borer_lumps, warm_runs(jig_borer_lumps)[1:3])
-    sensitivities = all_sensitivities(jig_borer_lumps, jig_borer_lumps, observed)
+    sensitivities = all_sensitivities(jig_borer_lumps, observed)
     return [
         CalibratedRun(jig_borer_lumps, one, part)
         for one, part in zip(observed, sensitivities, strict=True)

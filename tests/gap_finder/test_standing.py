@@ -3,15 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 
 from gap_finder.data_faults import taken_out
-from gap_finder.held_out import answer
 from gap_finder.observations import observe
-from gap_finder.search import Search
 from gap_finder.standing import calibrated, standing_still
 from measurement.runs import Run
-from plant_model.effects import catalogue
 from plant_model.machine import Machine
 from tests.gap_finder.conftest import runs_of
 
@@ -57,27 +53,3 @@ def test_calibration_is_done_again_without_what_stands_still(jig_borer_lumps: Ma
         for one, other in zip(found.parameters, sound.parameters, strict=True)
     ]
     assert np.abs(np.log(np.abs([ratio for ratio in moved if ratio > 0.0]))).max() < 0.2
-
-
-@pytest.mark.long
-def test_an_error_in_one_run_alone_does_not_enter_the_machine(jig_borer_lumps: Machine) -> None:
-    few = ("sensor_offset",)
-    without = [name for name in catalogue() if name not in few]
-    runs = runs_of(jig_borer_lumps)
-    last = max(range(3), key=lambda i: runs[i].name)
-    high = runs[last].frame["T2_degC"] + 3.0
-    runs[last] = Run(runs[last].name, runs[last].frame.assign(T2_degC=high))
-    found, comparison, faults = answer(jig_borer_lumps, runs[:3], runs[3:], Search(without))
-    assert [(one.run, one.channel, one.kind) for one in faults] == [
-        (runs[last].name, "T2", "one_run")
-    ]
-    assert found.after.added == ()
-    assert found.verdict == "none_missing"
-    gap = comparison.gap()
-    assert gap["after"] == gap["before"] < 1.5
-    # Where the run never used has it, too, it is the sensor's error from then on.
-    later = Run("steady", runs[3].frame.assign(T2_degC=runs[3].frame["T2_degC"] + 3.0))
-    found, comparison, faults = answer(jig_borer_lumps, runs[:3], [later], Search(without))
-    assert found.after.added == ("sensor_offset:T2",)
-    assert faults == []
-    assert comparison.gap()["after"] < 0.3 * comparison.gap()["before"]

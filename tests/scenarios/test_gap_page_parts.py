@@ -96,7 +96,8 @@ def test_a_signature_is_what_the_effect_alone_adds(
         "GapResult",
         SimpleNamespace(
             before=SimpleNamespace(machine=machine),
-            after=SimpleNamespace(machine=after, added=("centrifugal_shift",)),
+            after=SimpleNamespace(machine=after),
+            keys=("centrifugal_shift",),
             observed=observed,
         ),
     )
@@ -110,6 +111,6 @@ def test_a_signature_is_what_the_effect_alone_adds(
 
 
 def test_no_effect_no_chart(machine: Machine, observed: list[Observations]) -> None:
-    nothing: Any = SimpleNamespace(machine=machine, added=())
-    found: Any = SimpleNamespace(before=nothing, after=nothing, observed=observed)
+    nothing: Any = SimpleNamespace(machine=machine)
+    found: Any = SimpleNamespace(before=nothing, after=nothing, observed=observed, keys=())
     assert signature_charts(found) == []

@@ -13,8 +13,8 @@ from gap_finder.calibrate import calibrate
 from gap_finder.candidates import Candidate, candidates, missing_effects
 from gap_finder.design import all_sensitivities
 from gap_finder.observations import observe
-from gap_finder.refit import score_fit
 from gap_finder.regimes import RunResiduals, residuals
+from gap_finder.score import scored
 from plant_model.machine_file import read_machine
 
 
@@ -50,7 +50,7 @@ class Question:
         To calibrate on, and held out.
     sensitivities : list of RunSensitivities
         What may be wrong anyway, for each run.
-    before : CandidateFit
+    before : Fit
         The calibrated machine with its residuals and derivatives.
     left : list of RunResiduals
         What the calibrated machine leaves on the held-out run.
@@ -64,8 +64,8 @@ class Question:
         self.without = tuple(without)
         self.observed, self.unseen = observe(self.base, runs), observe(self.base, unseen)
         calibration = calibrate(self.base, self.observed, seed=seed)
-        self.sensitivities = all_sensitivities(self.base, calibration.machine, self.observed)
-        self.before = score_fit(self.base, (), self.observed, calibration, self.sensitivities)
+        self.sensitivities = all_sensitivities(calibration.machine, self.observed)
+        self.before = scored(self.base, self.observed, calibration, self.sensitivities)
         self.machine = self.before.machine
         self.left = [residuals(self.machine, one) for one in self.unseen]
 

@@ -1,66 +1,28 @@
-"""Odds and intervals against oracles that share no algebra with them.
+"""Intervals against oracles that share no algebra with them.
 
-Odds: the ratio of normal densities. Intervals: the quantiles of the posterior, the fall of the cost
-by the chi-squared quantile, and one dense least-squares problem without any elimination.
+The quantiles of the posterior, the fall of the cost by the chi-squared quantile, and one dense
+least-squares problem without any elimination.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scipy.stats import chi2, norm
 
 from gap_finder.calibrate import ParameterEstimate, _LeastSquares, calibrate, intervals
-from gap_finder.design import RunDesign, all_sensitivities, design_of
+from gap_finder.design import RunDesign, all_sensitivities
 from gap_finder.observations import Observations, observe
 from gap_finder.priors import Priors
-from gap_finder.refit import fit_effects
-from gap_finder.selection import cost_unit, odds_against_best, select_effect
+from gap_finder.score import fit
 from measurement.runs import Run
 from plant_model.machine import Machine
 from tests.gap_finder.conftest import runs_of
 
 FREE = "links.front_inner-front_outer.conductance"
-
-
-class _Scored:
-    """What selection needs to know of a fit."""
-
-    def __init__(self, name: str, unseen: np.ndarray) -> None:
-        self.added, self.loro_cost, self.acts, self.at_bounds = (name,), unseen, (), ()
-        self.beyond_usual, self.is_ordinary = (), False
-        self.pieces, self.cost = 14 * len(unseen), float(unseen.sum())
-        self.calibration = SimpleNamespace(cost=self.cost)
-
-
-@pytest.mark.parametrize("unit", [1.0, 4.0])
-def test_odds_are_ratios_of_normal_densities(unit: float) -> None:
-    generator = np.random.default_rng(3)
-    measured = generator.normal(0.0, np.sqrt(unit), 40)
-    predicted = 0.3 * generator.normal(size=(5, 40))
-    costs = ((measured - predicted) ** 2).sum(axis=1)
-    density = norm.logpdf(measured, predicted, np.sqrt(unit)).sum(axis=1)
-    np.testing.assert_allclose(
-        odds_against_best(costs, unit), np.exp(density - density.max()), rtol=1e-9
-    )
-
-
-@pytest.mark.parametrize("left", [10.0, 28.0, 84.0])
-def test_probabilities_are_those_of_bayes_with_the_unit_as_variance(left: float) -> None:
-    """Two explanations of three runs and 14 channels, the best of which leaves so much of them."""
-    channels, runs = 14, 3
-    costs = {"a": left, "b": left + 3.0, "c": left + 9.0}
-    now = _Scored("now", np.full(runs, 200.0))
-    tried = [_Scored(name, np.full(runs, cost / runs)) for name, cost in costs.items()]
-    found = select_effect(now, tried, 0.1, channels)  # type: ignore[arg-type]
-    variance = max(1.0, left / (runs * channels))
-    assert cost_unit(left, runs * channels) == variance
-    # A residual whose square is the cost, in one dimension: the same likelihood.
-    density = norm.pdf(np.sqrt(list(costs.values())), 0.0, np.sqrt(variance))
-    np.testing.assert_allclose(found.probability, density / density.sum(), rtol=1e-9)
 
 
 def test_an_interval_holds_95_percent_of_the_posterior(jig_borer_lumps: Machine) -> None:
@@ -130,15 +92,16 @@ def test_at_the_ends_of_an_interval_the_cost_has_risen_by_the_chi_squared_quanti
     (told,) = found.parameters
     assert told.low < told.value < told.high
     problem = _LeastSquares(machine, observed, priors, None)
-    best = problem.cost(priors.position(found.machine))
+    best = problem.costs(priors.position(found.machine)[None, :])
     for end in (told.low, told.high):
         position = priors.position(machine.with_values({FREE: end}, beyond=True))
-        assert problem.cost(position) - best == pytest.approx(chi2.ppf(0.95, 1), rel=0.15)
+        (risen,) = problem.costs(position[None, :]) - best
+        assert risen == pytest.approx(chi2.ppf(0.95, 1), rel=0.15)
         half = distance(priors, machine, told, end)
         assert told.prior_contraction == pytest.approx(1.0 - half / norm.ppf(0.975), abs=1e-3)
 
 
-def dense_deviations(designs: list[RunDesign], count: int) -> np.ndarray:
+def dense_deviations(designs: Sequence[RunDesign], count: int) -> np.ndarray:
     """Return posterior standard deviations from every unknown of every run side by side.
 
     Each has its prior, and nothing is eliminated; the first *count* are the shared parameters.
@@ -184,13 +147,12 @@ def test_the_intervals_of_an_explanation_are_those_of_one_dense_problem(
         replace(one, values=generator.normal(one.values, noise * one.tolerance + 1e-12))
         for one in observed
     ]
-    sensitivities = all_sensitivities(machine, machine, noisy)
-    found = fit_effects(machine, (), noisy, [machine], sensitivities)
+    sensitivities = all_sensitivities(machine, noisy)
+    found = fit(machine, noisy, [machine], sensitivities)
     moved = Priors.of(machine, calibrated=True)
-    designs = design_of(found.machine, noisy, moved, sensitivities)
-    over = found.cost / (len(noisy) * len(noisy[0].channels))
+    over = found.left_each
     assert (over > 1.1) == (noise > 0.0)
-    expected = dense_deviations(designs, len(moved.names)) * np.sqrt(max(1.0, over))
+    expected = dense_deviations(found.designs, len(moved.names)) * np.sqrt(max(1.0, over))
     expected = np.minimum(expected, 1.0)  # no run makes a parameter less certain than its range
     assert expected.min() < 0.95
     for one, wanted in zip(found.calibration.parameters, expected, strict=True):

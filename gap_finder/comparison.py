@@ -1,0 +1,118 @@
+"""Residuals of a machine before and after, side by side, beside what any model could do."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from gap_finder.observations import Observations
+from gap_finder.periods import in_step
+from gap_finder.regimes import (
+    RunResiduals,
+    by_channel,
+    floor_of,
+    gap_of,
+    noise_of,
+    residuals,
+)
+from plant_model.machine import Machine
+from plant_model.parameters import FloatArray
+from plant_model.sensors import displacement_names
+
+
+class GapComparison:
+    """Residuals of the machine before and after, on some runs.
+
+    Parameters
+    ----------
+    before, after : Machine
+    observed : sequence of Observations
+    """
+
+    def __init__(self, before: Machine, after: Machine, observed: Sequence[Observations]) -> None:
+        self.machine = before
+        self.before: list[RunResiduals] = [residuals(before, one) for one in observed]
+        self.after = self.before
+        if after is not before:
+            self.after = [residuals(after, in_step(after, one)) for one in observed]
+
+    def gap(self) -> dict[str, float]:
+        """Return the gap before and after and its floor [1]."""
+        return {
+            "before": gap_of(self.machine, self.before),
+            "after": gap_of(self.machine, self.after),
+            "floor": floor_of(self.before),
+        }
+
+    def gap_beside(self, reference: Sequence[FloatArray]) -> dict[str, float]:
+        """Return the gap with what the reference leaves, (K, C) of each run, and the rest of it.
+
+        Parameters
+        ----------
+        reference : sequence of array, each (K, C)
+            Residuals of each run that no description of this machine could take away [K, um].
+
+        Returns
+        -------
+        dict of str to float
+            ``before``, ``after``, ``reference`` and ``reducible``, which is never below 0 [1].
+        """
+        table = self.gap()
+        least = gap_of(self.machine, self._with(reference))
+        return table | {"reference": least, "reducible": max(table["after"] - least, 0.0)}
+
+    def _with(self, values: Sequence[FloatArray]) -> list[RunResiduals]:
+        return [replace(one, values=other) for one, other in zip(self.after, values, strict=True)]
+
+    def channels(self) -> dict[str, dict[str, Any]]:
+        """Return every channel's residual before and after, its noise, and what noise leaves.
+
+        ``no_model`` is how far it moves from its first reading: what is left if nothing is
+        modelled.
+        """
+        names = self.before[0].observed.channels
+        lengths = set(displacement_names(self.machine))
+        noise, floor = noise_of(self.machine, names), floor_of(self.before)
+        first, last = (by_channel(self.machine, part) for part in (self.before, self.after))
+        return {
+            name: {
+                "before": first[name],
+                "after": last[name],
+                "noise": float(noise[i]),
+                "floor": float(noise[i]) * floor,
+                "no_model": _moved([one.observed.values[:, i] for one in self.before]),
+                "unit": "um" if name in lengths else "K",
+            }
+            for i, name in enumerate(names)
+            if name in first
+        }
+
+    def channels_beside(self, reference: Sequence[FloatArray]) -> dict[str, dict[str, Any]]:
+        """Return the channels with what the reference leaves of each, and the rest of it.
+
+        Parameters
+        ----------
+        reference : sequence of array, each (K, C)
+            As in `gap_beside`.
+
+        Returns
+        -------
+        dict of str to dict
+            By channel [K, um].
+        """
+        table = self.channels()
+        least = by_channel(self.machine, self._with(reference))
+        for name, entry in table.items():
+            entry["reference"] = least[name]
+            entry["reducible"] = max(entry["after"] - least[name], 0.0)
+        return table
+
+
+def _moved(runs: Sequence[FloatArray]) -> float:
+    """Return the root mean square of readings about each run's first one."""
+    known = [values[np.isfinite(values)] for values in runs]
+    away = np.concatenate([values - values[:1] for values in known])
+    return float(np.sqrt(np.mean(away**2)))

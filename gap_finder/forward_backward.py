@@ -1,0 +1,402 @@
+"""Forward, backward and with swaps over the one list, until nothing lowers the score."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gap_finder.calibrate import Progress
+from gap_finder.design import RunSensitivities, all_sensitivities
+from gap_finder.hypotheses import AddedEffect, Listed, everything
+from gap_finder.keys import effect_of
+from gap_finder.proposals import Added, is_far_from_linear, screened
+from gap_finder.score import Fit, fit
+from gap_finder.search import Search
+from plant_model.integrate import IntegrationError
+from plant_model.machine import Machine
+from plant_model.parameters import ParameterError
+
+MARGIN = 6.0
+"""Score within which another hypothesis cannot be excluded: odds of one in twenty, set on no
+split."""
+
+PROOF = 20.0
+"""By how much more than chance an addition must lower the score to be named. Set on the development
+split of the lathe: what is not there lowers it by 8 and 16, what is by 36 and more."""
+
+LAW = 0.05
+"""Share of the squares that were missing at first that a right law may still leave [1]: no machine
+obeys a law of the catalogue better, and what is left of a strong effect is like others. Set on the
+development split (lathe 0003 and 0016)."""
+
+SETTLED = 1.6
+"""What is left per run and channel at which nothing more is looked for beside a name [tolerances
+squared]. Development split: machines with nothing missing leave 0.9 to 1.7."""
+
+RIVALS = 6
+"""Rivals tried in the place of an addition when another one has joined it; set for time."""
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """Something that may be missing, or nothing.
+
+    Attributes
+    ----------
+    additions : tuple of AddedEffect or AddedChange
+        In the order in which they are put in, with the numbers of the fit.
+    prior : tuple of float
+        -2 log of each one's prior probability, without its size.
+    fit : Fit
+    """
+
+    additions: tuple[Added, ...]
+    prior: tuple[float, ...]
+    fit: Fit
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """What is added."""
+        return tuple(one.key for one in self.additions)
+
+    @property
+    def prior_cost(self) -> float:
+        """-2 log of the prior, sizes included, "nothing" being 0."""
+        return sum(self.prior) + sum(one.size_cost() for one in self.additions)
+
+    def score(self, unit: float) -> float:
+        """Return the score; *unit* is what the best hypothesis leaves per run and channel.
+
+        A model that follows the runs only with unlikely numbers pays for these as for what it
+        leaves: what calibration has absorbed is missing all the same.
+        """
+        return (self.fit.cost + self.fit.moved_cost) / unit + self.prior_cost
+
+
+def unit_of(nothing: Hypothesis, some: Iterable[Hypothesis]) -> float:
+    """Return what the best of some hypotheses leaves per run and channel [tolerances squared].
+
+    Never less than the tolerance, nor than what laws are known to.
+    """
+    least = min(one.fit.left_each for one in some)
+    return max(1.0, LAW * nothing.fit.left_each, least)
+
+
+@dataclass(frozen=True)
+class Step:
+    """One step forward.
+
+    Attributes
+    ----------
+    baseline : Hypothesis
+        What it began with.
+    tried : tuple of Hypothesis
+        Fully scored, each with one more addition, the best first.
+    unit : float
+        What the best of all leaves per run and channel [tolerances squared].
+    by_chance : float
+        99 % quantile of how much the score falls where nothing more is missing.
+    """
+
+    baseline: Hypothesis
+    tried: tuple[Hypothesis, ...]
+    unit: float
+    by_chance: float
+
+    @property
+    def fall(self) -> float:
+        """How much the best lowers the score."""
+        if not self.tried:
+            return 0.0
+        return self.baseline.score(self.unit) - self.tried[0].score(self.unit)
+
+    @property
+    def is_taken(self) -> bool:
+        """Whether the best lowers the score by so much more than chance that it is proven."""
+        return self.fall > max(self.by_chance, 0.0) + PROOF
+
+
+@dataclass(frozen=True)
+class Found:
+    """Where the search ended.
+
+    Attributes
+    ----------
+    nothing, best : Hypothesis
+    instead : tuple of tuple of Hypothesis
+        For every addition of the best: hypotheses with something else in its place that the runs
+        do not exclude, the best first.
+    steps : tuple of Step
+    """
+
+    nothing: Hypothesis
+    best: Hypothesis
+    instead: tuple[tuple[Hypothesis, ...], ...]
+    steps: tuple[Step, ...]
+
+
+class Searching:
+    """The search over one machine's runs."""
+
+    def __init__(self, pool: Executor, nothing: Fit, search: Search, progress: Progress) -> None:
+        self._pool, self._search, self._progress = pool, search, progress
+        self.nothing = Hypothesis((), (), nothing)
+
+    def run(self, sensitivities: Sequence[RunSensitivities]) -> Found:
+        """Return the best hypothesis and what stands beside it."""
+        best, steps = self.nothing, []
+        rivals: dict[str, tuple[Hypothesis, ...]] = {}
+        instead: tuple[tuple[Hypothesis, ...], ...] = ()
+        while len(best.additions) < self._search.most:
+            step = self._forward(best, sensitivities)
+            steps.append(step)
+            if not step.is_taken:
+                break
+            best = step.tried[0]
+            rivals[best.keys[-1]] = step.tried[1:]
+            best, instead = self._settled(best, rivals, sensitivities)
+            if best.fit.left_each < SETTLED or len(best.additions) >= self._search.most:
+                break
+            self._progress(f"calibrating with {best.keys[-1]}")
+            best, sensitivities = in_full(best)
+        return Found(self.nothing, best, instead, tuple(steps))
+
+    def _forward(self, best: Hypothesis, sensitivities: Sequence[RunSensitivities]) -> Step:
+        """Score what the screening proposes beside the best so far."""
+        self._progress(f"screening, {len(best.additions) + 1}")
+        search = self._search
+        listed = everything(self._pool, best.fit, sensitivities, search.without, search.described)
+        law = LAW * self.nothing.fit.left_each
+        proposed = screened(best.fit, listed, search.seed, law)
+        dear = [one for one in proposed.likely if is_far_from_linear(one)]
+        cheap = [one for one in proposed.likely if not is_far_from_linear(one)]
+        tried = self._scored(best, cheap, listed, sensitivities)
+        # Soon as good as half of what the best so far wins, or of what is asked for.
+        costs = [one.fit.calibration.cost for one in (best, *tried)]
+        wins = max(costs[0] - min(costs), PROOF * unit_of(self.nothing, [best, *tried]))
+        worth = costs[0] - wins / 2.0
+        tried += self._scored(best, dear, listed, sensitivities, worth=worth)
+        if tried:
+            first = min(tried, key=lambda one: one.score(unit_of(self.nothing, tried)))
+            kind = first.keys[-1].partition(":")[0]
+            more = _other_drivers(first, tried, listed)
+            more += [one for one in proposed.places if one.key.partition(":")[0] == kind]
+            tried += self._scored(best, more, listed, sensitivities, like=first)
+        unit = unit_of(self.nothing, [best, *tried])
+        tried.sort(key=lambda one: one.score(unit))
+        return Step(best, tuple(tried), unit, proposed.by_chance)
+
+    def _scored(
+        self,
+        best: Hypothesis,
+        proposed: Sequence[Added],
+        listed: Listed,
+        sensitivities: Sequence[RunSensitivities],
+        like: Hypothesis | None = None,
+        worth: float = np.inf,
+    ) -> list[Hypothesis]:
+        jobs = []
+        for one in proposed:
+            prior = (*best.prior, listed.costs[one.key])
+            task = (best, one, prior, sensitivities, like, worth)
+            jobs.append(self._pool.submit(added_to, *task))
+            self._progress(f"scoring {one.key}")
+        return [found for job in jobs if (found := job.result()) is not None]
+
+    def _settled(
+        self,
+        best: Hypothesis,
+        rivals: dict[str, tuple[Hypothesis, ...]],
+        sensitivities: Sequence[RunSensitivities],
+    ) -> tuple[Hypothesis, tuple[tuple[Hypothesis, ...], ...]]:
+        """Go backward and swap until nothing lowers the score; say what stands beside it."""
+        while True:
+            beside: list[list[Hypothesis]] = []
+            fewer: list[Hypothesis] = []
+            for place in range(len(best.additions)):
+                if len(best.additions) == 1 or place == len(best.additions) - 1:
+                    beside.append(
+                        [
+                            one
+                            for one in rivals.get(best.keys[place], ())
+                            if self._fits(one, best, place)
+                        ]
+                    )
+                    continue
+                self._progress(f"asking again for {best.keys[place]}")
+                gone = self._without(best, place, sensitivities)
+                fewer += [gone] if gone else []
+                beside.append(self._swapped(best, place, rivals, sensitivities))
+            others = [*fewer, *(one for some in beside for one in some)]
+            unit = unit_of(self.nothing, [best, *others])
+            better = min(others, key=lambda one: one.score(unit), default=best)
+            simpler = min(fewer, key=lambda one: one.score(unit), default=None)
+            if simpler is not None and simpler.score(unit) < best.score(unit) + PROOF:
+                # Beside what came later, it is not proven any more.
+                best = simpler
+                continue
+            if len(best.additions) > 1 and better.score(unit) < best.score(unit) - 1e-6:
+                rivals.update({key: () for key in better.keys if key not in rivals})
+                best = better
+                continue
+            instead = tuple(
+                tuple(
+                    sorted(
+                        (o for o in some if o.score(unit) <= best.score(unit) + MARGIN),
+                        key=lambda one: one.score(unit),
+                    )
+                )
+                for some in beside
+            )
+            return best, instead
+
+    def _without(
+        self, best: Hypothesis, place: int, sensitivities: Sequence[RunSensitivities]
+    ) -> Hypothesis | None:
+        """Return the best without one of its additions."""
+        additions = (*best.additions[:place], *best.additions[place + 1 :])
+        prior = (*best.prior[:place], *best.prior[place + 1 :])
+        return _of(self.nothing, additions, prior, sensitivities, best.fit.machine)
+
+    @staticmethod
+    def _fits(one: Hypothesis, best: Hypothesis, place: int) -> bool:
+        kept = [key for i, key in enumerate(best.keys) if i != place]
+        return len(one.keys) == len(best.keys) and all(key in one.keys for key in kept)
+
+    def _swapped(
+        self,
+        best: Hypothesis,
+        place: int,
+        rivals: dict[str, tuple[Hypothesis, ...]],
+        sensitivities: Sequence[RunSensitivities],
+    ) -> list[Hypothesis]:
+        """Return the best with each rival of one addition in its place."""
+        jobs = []
+        for rival in rivals.get(best.keys[place], ())[:RIVALS]:
+            other = rival.additions[-1]
+            if other.key in best.keys:
+                continue
+            additions = [*best.additions[:place], other, *best.additions[place + 1 :]]
+            prior = [*best.prior[:place], rival.prior[-1], *best.prior[place + 1 :]]
+            jobs.append(
+                self._pool.submit(
+                    _of,
+                    self.nothing,
+                    tuple(additions),
+                    tuple(prior),
+                    sensitivities,
+                    best.fit.machine,
+                )
+            )
+        return [found for job in jobs if (found := job.result()) is not None]
+
+
+def added_to(
+    best: Hypothesis,
+    one: Added,
+    prior: tuple[float, ...],
+    sensitivities: Sequence[RunSensitivities],
+    like: Hypothesis | None = None,
+    worth: float = np.inf,
+) -> Hypothesis | None:
+    """Return a hypothesis with one more addition, fully scored.
+
+    None if it cannot be simulated, fits no better, or is so small that any machine has it.
+
+    Parameters
+    ----------
+    best : Hypothesis
+    one : AddedEffect or AddedChange
+        At the size to start from.
+    prior : tuple of float
+        Costs of all additions.
+    sensitivities : sequence of RunSensitivities
+        About the best.
+    like : Hypothesis, optional
+        The same law on another driver, calibrated: where a law is far from linear everything else
+        must have moved with it before another driver does any good.
+    worth : float
+        Cost that its calibration must be below soon for the rest of it to be worth its time.
+    """
+    observed = [one.marked(i, run) for i, run in enumerate(best.fit.observed)]
+    points = [one.put_into(best.fit.machine)]
+    if is_far_from_linear(one):
+        # The size that a linear screening finds may be far too small.
+        points.append(one.base(best.fit.machine))
+    if like is not None:
+        points.append(_driven_as(like, best, one))
+    try:
+        found = fit(one.base(best.fit.base), observed, points, sensitivities, worth)
+        if found is None:
+            return None
+        additions = tuple(each.read(found.machine) for each in (*best.additions, one))
+    except (IntegrationError, ParameterError):
+        return None
+    last = additions[-1]
+    ordinary = isinstance(last, AddedEffect) and last.is_ordinary
+    if ordinary or found.calibration.cost > best.fit.calibration.cost:
+        return None
+    return Hypothesis(additions, prior, found)
+
+
+def _driven_as(like: Hypothesis, best: Hypothesis, first: Added) -> Machine:
+    """Return the machine calibrated on one driver, with the same law on another instead."""
+    machine, key = like.fit.machine, like.keys[-1]
+    rest = {name: table for name, table in machine.effects.items() if name != key}
+    bare = replace(machine, effects=rest)
+    if not isinstance(first, AddedEffect):
+        return first.put_into(best.fit.machine)
+    values = {name: one.value for name, one in machine.effects[key].items()}
+    return AddedEffect(replace(first.candidate, values=values)).put_into(bare)
+
+
+def in_full(one: Hypothesis) -> tuple[Hypothesis, list[RunSensitivities]]:
+    """Return a hypothesis calibrated and scored with what answers about itself, and this."""
+    base, near, observed = one.fit.base, one.fit.machine, one.fit.observed
+    sensitivities = all_sensitivities(near, observed)
+    found = fit(base, observed, [near], sensitivities)
+    assert found is not None
+    additions = tuple(each.read(found.machine) for each in one.additions)
+    return replace(one, additions=additions, fit=found), sensitivities
+
+
+def _of(
+    nothing: Hypothesis,
+    additions: tuple[Added, ...],
+    prior: tuple[float, ...],
+    sensitivities: Sequence[RunSensitivities],
+    like: Machine,
+) -> Hypothesis | None:
+    """Return the hypothesis with some additions, the rest begun as a calibrated machine has it."""
+    base = nothing.fit.base
+    shared = {
+        name: value.value
+        for name, value in like.parameters.items()
+        if name in base.parameters and value.calibrate and not value.tied
+    }
+    try:
+        machine = base.with_values(shared, beyond=True)
+        observed = list(nothing.fit.observed)
+        for one in additions:
+            base, machine = one.base(base), one.put_into(machine)
+            observed = [one.marked(i, run) for i, run in enumerate(observed)]
+        found = fit(base, observed, [machine], sensitivities)
+        assert found is not None
+        read = tuple(one.read(found.machine) for one in additions)
+    except (IntegrationError, ParameterError, KeyError):
+        return None  # A path may lead to what an addition that is gone had brought.
+    return Hypothesis(read, prior, found)
+
+
+def _other_drivers(first: Hypothesis, tried: Sequence[Hypothesis], listed: Listed) -> list[Added]:
+    """Return the law that does best on each driver that was not scored: the score must tell."""
+    key = first.keys[-1]
+    effect = effect_of(key)
+    if effect is None or effect.on_channel or effect.switched:
+        return []
+    done = {one.keys[-1] for one in tried}
+    others = {one.key: one for one in listed.tried if one.key.partition(":")[0] == effect.name}
+    return [one for name, one in others.items() if name not in done]

@@ -1,0 +1,261 @@
+"""The one list of what may be missing: every effect and every change of the description.
+
+A kind is a law of the catalogue or a kind of change; it has as many candidates as there are
+drivers, channels or places for it. "Nothing" has half of the prior probability, the kinds share the
+rest evenly, and so do the candidates of a kind. A second addition pays its own share again.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Collection, Mapping, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+import numpy as np
+
+from gap_finder.candidates import (
+    Candidate,
+    candidates,
+    given_values,
+    missing_effects,
+    with_effect,
+)
+from gap_finder.design import RunSensitivities
+from gap_finder.kinds import CalibratedRun, Change, kinds
+from gap_finder.observations import Observations
+from gap_finder.score import Fit
+from plant_model.effects import catalogue
+from plant_model.machine import Machine
+from plant_model.parameters import FloatArray
+
+ONLY = 1e-6
+"""An answer that is nowhere larger than this is none [tolerances]."""
+
+NOTHING = 0.5
+"""Prior probability that nothing is missing, and that nothing more is [1]."""
+
+
+class Addition(Protocol):
+    """What a hypothesis adds to the machine, with the numbers that it is tried at."""
+
+    @property
+    def key(self) -> str:
+        """What it is called; its kind before the colon."""
+
+    @property
+    def answers(self) -> tuple[FloatArray, ...]:
+        """What it changes in every run, weighted, each (N,)."""
+
+    def put_into(self, machine: Machine) -> Machine:
+        """Return the machine with it, its numbers as tried."""
+
+    def base(self, machine: Machine) -> Machine:
+        """Return the machine with it, its numbers at the prior's centre."""
+
+    def marked(self, position: int, observed: Observations) -> Observations:
+        """Return a run's observations with what this says of that run alone."""
+
+    def scaled(self, scale: float) -> Addition:
+        """Return it with an answer so many times as large."""
+
+    def read(self, machine: Machine) -> Addition:
+        """Return it with the numbers that a machine has."""
+
+    def size_cost(self) -> float:
+        """Return -2 log of how usual its numbers are, against the most usual."""
+
+
+def heavy_tail(value: float, low: float, high: float, *, log: bool) -> float:
+    """Return -2 log of a Cauchy density against its middle.
+
+    Parameters
+    ----------
+    value, low, high : float
+        The usual range is one scale parameter to either side: its ends cost 1.4, five times
+        as far 6.5, and nothing is impossible.
+    log : bool
+        Whether it is the logarithm that is distributed so.
+    """
+    if log:
+        value, low, high = (float(np.log(max(one, 1e-12))) for one in (value, low, high))
+    away = (value - (low + high) / 2.0) / max((high - low) / 2.0, 1e-12)
+    return float(2.0 * np.log1p(away**2))
+
+
+@dataclass(frozen=True)
+class AddedEffect:
+    """An effect of the catalogue; see `Addition`."""
+
+    candidate: Candidate
+
+    @property
+    def key(self) -> str:
+        """Name, and driver or channel behind a colon."""
+        return self.candidate.key
+
+    @property
+    def answers(self) -> tuple[FloatArray, ...]:
+        """What it changes in every run."""
+        return self.candidate.answers
+
+    def put_into(self, machine: Machine) -> Machine:
+        """Return the machine with the effect in force."""
+        return with_effect(machine, self.key, self.candidate.values)
+
+    def base(self, machine: Machine) -> Machine:
+        """Return the machine with the effect at its nominal size."""
+        return with_effect(machine, self.key, given_values(self.key, self.candidate.values))
+
+    def marked(self, position: int, observed: Observations) -> Observations:
+        """Return a run's observations with what the effect has of its own there."""
+        return self.candidate.seen_by(position, observed)
+
+    def scaled(self, scale: float) -> AddedEffect:
+        """Return it so many times as large."""
+        values = self.candidate.scaled(scale)
+        return AddedEffect(replace(self.candidate, values=values))
+
+    def read(self, machine: Machine) -> AddedEffect:
+        """Return it as a machine has it."""
+        values = {name: one.value for name, one in machine.effects[self.key].items()}
+        return AddedEffect(replace(self.candidate, values=values))
+
+    @property
+    def is_ordinary(self) -> bool:
+        """Whether it is so small that any machine has as much."""
+        effect = catalogue()[self.key.partition(":")[0]]
+        return abs(self.candidate.values[effect.amplitude] - effect.off) < effect.least
+
+    def size_cost(self) -> float:
+        """Return what its amplitude and the numbers of its law cost beyond their usual ranges."""
+        effect = catalogue()[self.key.partition(":")[0]]
+        total = 0.0
+        for name in (effect.amplitude, *effect.law):
+            usual = effect.parameters[name]
+            if name in self.candidate.values:
+                log = name != effect.amplitude and usual.low > 0.0
+                total += heavy_tail(self.candidate.values[name], usual.low, usual.high, log=log)
+        return total
+
+
+@dataclass(frozen=True)
+class AddedChange:
+    """A change of the description; see `Addition`."""
+
+    change: Change
+    numbers: Mapping[str, float]
+    answers: tuple[FloatArray, ...]
+
+    @property
+    def key(self) -> str:
+        """Kind, and place behind a colon."""
+        return self.change.key
+
+    def put_into(self, machine: Machine) -> Machine:
+        """Return the machine with the change."""
+        return self.change.put_into(machine, self.numbers)
+
+    def base(self, machine: Machine) -> Machine:
+        """Return the machine with the change: of a number that nobody knew the prior is wide."""
+        return self.put_into(machine)
+
+    def marked(self, position: int, observed: Observations) -> Observations:
+        """Return the observations as they are."""
+        return observed
+
+    def scaled(self, scale: float) -> AddedChange:
+        """Return it so many times as large."""
+        return replace(self, numbers=self.change.scaled(self.numbers, scale))
+
+    def read(self, machine: Machine) -> AddedChange:
+        """Return it as a machine has it."""
+        return replace(self, numbers=self.change.read(machine))
+
+    def size_cost(self) -> float:
+        """Return what its size costs beyond what is usual of its kind."""
+        points = [point[self.change.first] for point in self.change.points()]
+        if len(points) < 2:
+            return 0.0
+        value = self.numbers[self.change.first]
+        return heavy_tail(value, min(points), max(points), log=True)
+
+
+@dataclass(frozen=True)
+class Listed:
+    """All additions that are tried to a machine, and what each costs by its prior.
+
+    Attributes
+    ----------
+    tried : list of AddedEffect or AddedChange
+        Each candidate at several sizes.
+    costs : dict of str to float
+        -2 log of the prior probability of every candidate, by key.
+    """
+
+    tried: list[AddedEffect | AddedChange]
+    costs: dict[str, float]
+
+
+def prior_costs(keys: Collection[str]) -> dict[str, float]:
+    """Return -2 log of the prior probability of every candidate, "nothing" being 0.
+
+    Parameters
+    ----------
+    keys : collection of str
+        All candidates.
+    """
+    each = Counter(key.partition(":")[0] for key in keys)
+    odds = (1.0 - NOTHING) / NOTHING / len(each) if each else 1.0
+    return {key: -2.0 * float(np.log(odds / each[key.partition(":")[0]])) for key in keys}
+
+
+def everything(
+    pool: Executor,
+    about: Fit,
+    sensitivities: Sequence[RunSensitivities],
+    without: Sequence[str] = (),
+    described: bool = True,
+) -> Listed:
+    """Return all that may be added to a calibrated machine, and what it would change.
+
+    Parameters
+    ----------
+    pool : Executor
+    about : Fit
+    sensitivities : sequence of RunSensitivities
+        About its machine.
+    without : sequence of str
+        Effects that are not to be considered.
+    described : bool
+        Whether the description may be changed, too.
+    """
+    machine, observed = about.machine, about.observed
+    effects = [effect.name for effect in missing_effects(machine, without)]
+    jobs = [pool.submit(_of_effect, machine, observed, name) for name in effects]
+    known = [
+        CalibratedRun(machine, one, part) for one, part in zip(observed, sensitivities, strict=True)
+    ]
+    changes = {name: list(kind.all_of(known)) for name, kind in kinds().items() if described}
+    by_run = [job.result() for job in [pool.submit(_of_changes, one, changes) for one in known]]
+    tried: list[AddedEffect | AddedChange] = [
+        AddedEffect(one) for job in jobs for one in job.result()
+    ]
+    for name, some in changes.items():
+        for i, change in enumerate(some):
+            for j, numbers in enumerate(change.points()):
+                answers = tuple(run[name][i][j] for run in by_run)
+                tried.append(AddedChange(change, numbers, answers))
+    tried = [one for one in tried if max(float(np.abs(a).max()) for a in one.answers) > ONLY]
+    return Listed(tried, prior_costs({one.key for one in tried}))
+
+
+def _of_effect(machine: Machine, observed: Sequence[Observations], name: str) -> list[Candidate]:
+    return list(candidates(machine, observed, catalogue()[name]))
+
+
+def _of_changes(
+    known: CalibratedRun, changes: dict[str, list[Change]]
+) -> dict[str, list[FloatArray]]:
+    return {name: kinds()[name].answers(some, known) for name, some in changes.items()}

@@ -1,0 +1,115 @@
+"""What is worth a full score, and how much chance would win: linear near the calibrated machine."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gap_finder.hypotheses import AddedChange, AddedEffect, Listed
+from gap_finder.keys import effect_of
+from gap_finder.null_distribution import null_residuals
+from gap_finder.score import Fit
+from gap_finder.screen import NormalMatrices, ResidualSets, Screen
+
+PER_KIND = 2
+"""Candidates of a kind that the screening proposes for the full score. Set for time, as the next
+two are."""
+
+PROPOSED = 16
+"""Candidates that the screening proposes in all."""
+
+PLACES = 6
+"""Places at which the kind of change that does best is scored; set for time."""
+
+LENIENT = 0.5
+"""Share of its prior's cost that a candidate must win back in the screening to be proposed [1]: the
+screening is linear, the score is not."""
+
+CHANCE = 0.99
+"""Share of the data sets drawn with nothing missing in which less is won than is asked for [1]."""
+
+Added = AddedEffect | AddedChange
+
+
+@dataclass(frozen=True)
+class Proposed:
+    """What a screening proposes, at the size that it finds.
+
+    Attributes
+    ----------
+    likely : list of AddedEffect or AddedChange
+        What wins enough in the screening.
+    places : list of AddedEffect or AddedChange
+        The next few of every kind of change: the best of a kind is asked for with them.
+    by_chance : float
+        99 % quantile of what the best of the list wins where nothing is missing.
+    """
+
+    likely: list[Added]
+    places: list[Added]
+    by_chance: float
+
+
+def screened(best: Fit, listed: Listed, seed: int, law: float) -> Proposed:
+    """Return what is to be fully scored, and what chance would win.
+
+    About the calibrated machine every answer is taken as linear in its size. That is exact enough
+    for data sets in which nothing is missing, where all sizes are small; for the data itself it
+    only proposes.
+    """
+    tried = listed.tried
+    if not tried:
+        return Proposed([], [], 0.0)
+    screen = Screen(NormalMatrices.of(best.designs, tried), len(best.position()))
+    residuals = [design.residual[None] for design in best.designs]
+    data = ResidualSets.of(best.designs, tried, residuals, best.position())
+    scores = screen.scores(data)
+    prior = np.array([listed.costs[one.key] for one in tried])
+    gain, before = scores.gain[0], float(scores.cost[0])
+    unit = max(1.0, law, (before - float(gain.max())) / best.left.size)
+    won = (gain + scores.nearer[0]) / unit - np.array(
+        [one.scaled(float(s)).size_cost() for one, s in zip(tried, scores.scale[0], strict=True)]
+    )
+    order = np.argsort(-(won - prior)).tolist()
+    enough = [i for i in order if won[i] >= LENIENT * prior[i]]
+    likely = _best_of_kinds(tried, enough, PER_KIND, PROPOSED)
+    changes = [i for i in enough if isinstance(tried[i], AddedChange)]
+    keys = {tried[i].key for i in likely}
+    places = [i for i in _best_of_kinds(tried, changes, PLACES) if tried[i].key not in keys]
+    drawn = null_residuals(screen, best.designs, best.observed, tried, before, seed)
+    chance = screen.scores(ResidualSets.of(best.designs, tried, drawn))
+    units = np.maximum(max(1.0, law), (chance.cost - chance.gain.max(axis=1)) / best.left.size)
+    falls = ((chance.gain + chance.nearer) / units[:, None] - prior).max(axis=1)
+
+    def sized(some: Sequence[int]) -> list[Added]:
+        return [tried[i].scaled(float(scores.scale[0, i])) for i in some]
+
+    by_chance = float(np.quantile(falls, CHANCE))
+    return Proposed(sized(likely), sized(places), by_chance)
+
+
+def _kind(one: Added) -> str:
+    return one.key.partition(":")[0]
+
+
+def _best_of_kinds(
+    tried: Sequence[Added], order: Sequence[int], of_each: int, most: int | None = None
+) -> list[int]:
+    """Return the positions of the first few of every kind."""
+    keys: dict[str, list[str]] = {}
+    found: list[int] = []
+    for i in order:
+        some = keys.setdefault(_kind(tried[i]), [])
+        if tried[i].key not in some and len(some) < of_each and (most is None or len(found) < most):
+            some.append(tried[i].key)
+            found.append(i)
+    return found
+
+
+def is_far_from_linear(one: Added) -> bool:
+    """Whether it depends on a temperature that it changes itself."""
+    effect = effect_of(one.key)
+    dependent = effect is not None and effect.temperature_dependent
+    return dependent and isinstance(one, AddedEffect) and not one.candidate.is_switched

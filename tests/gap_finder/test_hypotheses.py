@@ -1,0 +1,61 @@
+"""The list of what may be missing and its prior."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.stats import cauchy
+
+from gap_finder.candidates import Candidate, grid, missing_effects, with_effect
+from gap_finder.hypotheses import NOTHING, AddedEffect, heavy_tail, prior_costs
+from plant_model.effects import catalogue
+from plant_model.effects.base import possible
+from plant_model.machine import Machine
+
+
+def test_half_is_nothing_and_every_kind_has_an_equal_part_of_the_rest() -> None:
+    keys = ["windage", "slow_structure", "slow_structure:bed", *(f"heat_path:a+{i}" for i in "bcd")]
+    odds = {key: np.exp(-cost / 2.0) for key, cost in prior_costs(keys).items()}
+    assert NOTHING * (1.0 + sum(odds.values())) == pytest.approx(1.0)
+    assert odds["windage"] == pytest.approx(2.0 * odds["slow_structure"])
+    assert odds["windage"] == pytest.approx(3.0 * odds["heat_path:a+b"])
+
+
+@pytest.mark.parametrize("value", [1.0, 3.0, 40.0])
+def test_sizes_have_the_tail_of_a_cauchy_law(value: float) -> None:
+    law = cauchy(1.0, 1.0)
+    expected = -2.0 * (law.logpdf(value) - law.logpdf(1.0))
+    assert heavy_tail(value, 0.0, 2.0, log=False) == pytest.approx(expected)
+    assert heavy_tail(np.exp(value), 1.0, np.e**2, log=True) == pytest.approx(expected)
+
+
+def test_hours_beyond_the_usual_are_possible_and_cost_something(jig_borer_lumps: Machine) -> None:
+    effect = catalogue()["slow_structure"]
+    usual = effect.parameters["hours"]
+    machine = with_effect(jig_borer_lumps, "slow_structure", {"hours": 2.0 * usual.high})
+    assert machine.effects["slow_structure"]["hours"].value == 2.0 * usual.high
+    values = {name: one.value for name, one in effect.parameters.items()}
+    costs = [
+        AddedEffect(Candidate("slow_structure", values | {"hours": hours}, ())).size_cost()
+        for hours in (np.sqrt(usual.low * usual.high), usual.high, 2.0 * usual.high)
+    ]
+    assert costs[0] < costs[1] < costs[2]
+    assert costs[1] - costs[0] == pytest.approx(2.0 * np.log(2.0))
+
+
+def test_a_lag_of_less_than_a_minute_is_ordinary() -> None:
+    for minutes, ordinary in ((0.8, True), (2.0, False)):
+        one = AddedEffect(Candidate("sensor_lag:T1", {"minutes": minutes}, ()))
+        assert one.is_ordinary is ordinary
+
+
+def test_candidates_cover_both_signs_and_stay_possible(jig_borer_lumps: Machine) -> None:
+    for effect in missing_effects(jig_borer_lumps):
+        sizes = {entry[effect.amplitude] for entry in grid(effect)}
+        amplitude = effect.parameters[effect.amplitude]
+        assert effect.off not in sizes
+        assert (min(sizes) < effect.off) == (amplitude.low < effect.off)
+        for entry in grid(effect):
+            for name, value in entry.items():
+                low, high = possible(effect, name)
+                assert low <= value <= high

@@ -1,0 +1,69 @@
+"""The score against a dense least-squares problem that eliminates nothing."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from gap_finder.design import RunDesign
+from gap_finder.score import _Folds
+
+RUNS, CHANNELS, MOVED, OTHER, OWN = 4, 3, 2, 3, 2
+
+
+class _Linear(_Folds):
+    """Folds of a machine whose every answer is linear."""
+
+    def _simulated(self, point: np.ndarray) -> list[np.ndarray]:
+        away = point - self._start
+        return [one.residual + away @ one.shared.T for one in self._designs]
+
+
+def _designs() -> list[RunDesign]:
+    generator = np.random.default_rng(3)
+    return [
+        RunDesign(
+            generator.normal(0.0, 2.0, rows * CHANNELS),
+            generator.normal(size=(rows * CHANNELS, MOVED + OTHER)),
+            generator.normal(size=(rows * CHANNELS, OWN)),
+            np.ones(rows * CHANNELS),
+        )
+        for rows in (20, 25, 30, 22)
+    ]
+
+
+def _dense(designs: list[RunDesign], x: np.ndarray, out: int) -> float:
+    """Return what is left of one run, every unknown of every other run side by side."""
+    shared = designs[0].shared.shape[1]
+    others = [one for i, one in enumerate(designs) if i != out]
+    rows, right = [], []
+    for place, one in enumerate(others):
+        block = np.zeros((len(one.residual), shared + OWN * len(others)))
+        block[:, :shared] = one.shared
+        block[:, shared + OWN * place : shared + OWN * (place + 1)] = one.nuisance
+        rows.append(block)
+        right.append(-one.residual)
+    unknown = rows[0].shape[1]
+    rows.append(np.eye(unknown))
+    right.append(np.concatenate([-np.pad(x, (0, unknown - len(x)))]))
+    found = np.linalg.lstsq(np.vstack(rows), np.concatenate(right), rcond=None)[0]
+    left = designs[out].residual + designs[out].shared @ found[:shared]
+    own = np.vstack([designs[out].nuisance, np.eye(OWN)])
+    padded = np.concatenate([left, np.zeros(OWN)])
+    best = np.linalg.lstsq(own, -padded, rcond=None)[0]
+    return float(np.sum((padded + own @ best) ** 2))
+
+
+def test_a_run_is_predicted_from_the_others_alone() -> None:
+    designs, x = _designs(), np.array([0.4, -0.3])
+    free = np.full(MOVED, 1e9)
+    moved: Any = SimpleNamespace(low=-free, high=free)
+    observed: Any = [SimpleNamespace(channels=("a", "b", "c"))] * RUNS
+    folds = _Linear(None, observed, moved, x, designs)  # type: ignore[arg-type]
+    left = folds.left()
+    assert left.shape == (RUNS, CHANNELS)
+    for k in range(RUNS):
+        assert left[k].sum() == pytest.approx(_dense(designs, x, k), rel=1e-9)
