@@ -230,36 +230,41 @@ def dictionary(
     information.nr_of_RXPDO = sum(pdo.way == RECEIVE for pdo in pdos)
     information.nr_of_TXPDO = sum(pdo.way == SEND for pdo in pdos)
     information.allowed_baudrates = {125_000, 250_000, 500_000, 1_000_000}
-    _variable(found, "Device type", 0x1000, 0, od.UNSIGNED32, PROFILE)
-    _variable(found, "Error register", 0x1001, 0, od.UNSIGNED8, 0)
-    _variable(found, "Manufacturer device name", 0x1008, 0, od.VISIBLE_STRING, "spindle-drift")
-    _variable(found, "COB-ID EMCY", 0x1014, 0, od.UNSIGNED32, 0x80 + node_id)
-    _of_node(found[0x1014], node_id)
-    _variable(
-        *(found, "Producer heartbeat time", 0x1017, 0, od.UNSIGNED16, HEARTBEAT_MS), access="rw"
-    )
+    objects = [
+        _made("Device type", 0x1000, 0, od.UNSIGNED32, PROFILE),
+        _made("Error register", 0x1001, 0, od.UNSIGNED8, 0),
+        _made("Manufacturer device name", 0x1008, 0, od.VISIBLE_STRING, "spindle-drift"),
+        _of_node(_made("COB-ID EMCY", 0x1014, 0, od.UNSIGNED32, 0x80 + node_id), node_id),
+        _made("Producer heartbeat time", 0x1017, 0, od.UNSIGNED16, HEARTBEAT_MS, access="rw"),
+    ]
     numbers = {"Vendor-ID": 0, "Product code": 0, "Revision number": REVISION, "Serial number": 0}
-    _record(found, "Identity object", 0x1018, od.UNSIGNED32, numbers)
+    objects += [_record("Identity object", 0x1018, od.UNSIGNED32, numbers)]
     channels = {"cob_client": 0x600 + node_id, "cob_server": 0x580 + node_id}
-    _record(found, "SDO server parameter", 0x1200, od.UNSIGNED32, channels)
+    objects += [_record("SDO server parameter", 0x1200, od.UNSIGNED32, channels)]
     for sub in (1, 2):
-        _of_node(found[0x1200][sub], node_id)
+        _of_node(objects[-1][sub], node_id)
     for pdo in pdos:
-        _pdo(found, pdo, node_id)
+        objects += _pdo(pdo, node_id)
     entries = [entry for pdo in pdos for entry in pdo.entries]
-    for index, title in ((OFFSETS, "AI input PV"), (TEMPERATURES, "Temperatures")):
-        _group(found, title, [entry for entry in entries if entry.index == index])
-    _group(found, "Uncertainty", [entry for entry in entries if entry.index == UNCERTAINTY])
+    groups = {OFFSETS: "AI input PV", TEMPERATURES: "Temperatures", UNCERTAINTY: "Uncertainty"}
+    for index, title in groups.items():
+        names = dict.fromkeys((entry.name for entry in entries if entry.index == index), MISSING)
+        if names:
+            objects += [_record(title, index, od.INTEGER16, names, mappable=True)]
     for entry in entries:
-        if entry.index not in (OFFSETS, TEMPERATURES, UNCERTAINTY):
+        if entry.index not in groups:
             kind = KINDS[entry.kind][0]
-            _variable(found, entry.name, entry.index, 0, kind, 0, mappable=True)
+            objects += [_made(entry.name, entry.index, 0, kind, 0, mappable=True)]
     axes = ("dX", "dY", "dZ")
-    _record(found, "AI physical unit PV", UNITS, od.UNSIGNED32, dict.fromkeys(axes, MICROMETRE))
-    _record(found, "AI decimal digits PV", DIGITS, od.UNSIGNED8, dict.fromkeys(axes, 1))
     told = {key: limits.get(key, float("nan")) for key in LIMIT_NAMES}
-    _record(found, "Limits of the compensator", LIMITS, od.REAL32, told)
-    _record(found, "Compensator", HASH, od.VISIBLE_STRING, {"Name": name, "SHA-256": sha256})
+    objects += [
+        _record("AI physical unit PV", UNITS, od.UNSIGNED32, dict.fromkeys(axes, MICROMETRE)),
+        _record("AI decimal digits PV", DIGITS, od.UNSIGNED8, dict.fromkeys(axes, 1)),
+        _record("Limits of the compensator", LIMITS, od.REAL32, told),
+        _record("Compensator", HASH, od.VISIBLE_STRING, {"Name": name, "SHA-256": sha256}),
+    ]
+    for one in objects:
+        found.add_object(one)
     return found
 
 
@@ -278,23 +283,10 @@ def eds_text(dictionary_: canopen.ObjectDictionary) -> str:
     return text.getvalue().replace("GroupMessaging=", "CompactPDO=0\nGroupMessaging=", 1)
 
 
-def _of_node(variable: od.ODVariable, node_id: int) -> None:
+def _of_node(variable: od.ODVariable, node_id: int) -> od.ODVariable:
     """Note that an identifier moves with the number of the node."""
     variable.default_raw = f"$NODEID+0x{variable.default - node_id:X}"
-
-
-def _variable(
-    found: canopen.ObjectDictionary,
-    name: str,
-    index: int,
-    sub: int,
-    kind: int,
-    value: float | str,
-    *,
-    access: str = "ro",
-    mappable: bool = False,
-) -> None:
-    found.add_object(_made(name, index, sub, kind, value, access=access, mappable=mappable))
+    return variable
 
 
 def _made(
@@ -302,7 +294,7 @@ def _made(
     index: int,
     sub: int,
     kind: int,
-    value: float | str,
+    value: object,
     *,
     access: str = "ro",
     mappable: bool = False,
@@ -314,33 +306,18 @@ def _made(
 
 
 def _record(
-    found: canopen.ObjectDictionary, name: str, index: int, kind: int, members: Table[str, object]
-) -> None:
+    name: str, index: int, kind: int, members: Table[str, object], *, mappable: bool = False
+) -> od.ODRecord:
     record = od.ODRecord(name, index)
     record.add_member(_made("Number of entries", index, 0, od.UNSIGNED8, len(members)))
     for sub, (member, value) in enumerate(members.items(), 1):
-        assert isinstance(value, float | int | str)
-        record.add_member(_made(member, index, sub, kind, value))
-    found.add_object(record)
+        record.add_member(_made(member, index, sub, kind, value, mappable=mappable))
+    return record
 
 
-def _group(found: canopen.ObjectDictionary, name: str, entries: Sequence[Entry]) -> None:
-    if not entries:
-        return
-    record = od.ODRecord(name, entries[0].index)
-    record.add_member(_made("Number of entries", record.index, 0, od.UNSIGNED8, len(entries)))
-    for entry in entries:
-        record.add_member(
-            _made(entry.name, entry.index, entry.sub, od.INTEGER16, MISSING, mappable=True)
-        )
-    found.add_object(record)
-
-
-def _pdo(found: canopen.ObjectDictionary, pdo: Pdo, node_id: int) -> None:
-    base = 0x1400 if pdo.way == RECEIVE else 0x1800
-    what = f"{pdo.name} {{}} parameter"
-    communication = od.ODRecord(what.format("communication"), base + pdo.number - 1)
-    index = communication.index
+def _pdo(pdo: Pdo, node_id: int) -> list[od.ODRecord]:
+    index = (0x1400 if pdo.way == RECEIVE else 0x1800) + pdo.number - 1
+    communication = od.ODRecord(f"{pdo.name} communication parameter", index)
     for sub, name, kind, value in (
         (0, "Highest sub-index supported", od.UNSIGNED8, 2),
         (1, "COB-ID", od.UNSIGNED32, pdo.cob_id(node_id)),
@@ -348,6 +325,6 @@ def _pdo(found: canopen.ObjectDictionary, pdo: Pdo, node_id: int) -> None:
     ):
         communication.add_member(_made(name, index, sub, kind, value))
     _of_node(communication[1], node_id)
-    found.add_object(communication)
     mapped = {entry.name: entry.index << 16 | entry.sub << 8 | entry.bits for entry in pdo.entries}
-    _record(found, what.format("mapping"), base + 0x200 + pdo.number - 1, od.UNSIGNED32, mapped)
+    what = f"{pdo.name} mapping parameter"
+    return [communication, _record(what, index + 0x200, od.UNSIGNED32, mapped)]

@@ -123,6 +123,8 @@ class Encoder:
             arbitration_id=frame.frame_id,
             data=frame.protection.sealed(data),
             is_extended_id=frame.extended,
+            is_fd=frame.fd,
+            bitrate_switch=frame.fd,
         )
 
 

@@ -76,6 +76,7 @@ class Link:
         self._filters = [_filter(key) for key in sorted(ids)]
         self._extended = any(one["extended"] for one in self._filters)
         self._say, self._clock, self._options = say, clock, options or {}
+        self._fd = bool(self._options.get("fd"))
         self._bus: can.BusABC | None = None
         self._wait_s, self._next_try = FIRST_WAIT_S, 0.0
         self._failures = 0
@@ -199,7 +200,7 @@ class Link:
             if message.arbitration_id & ERR_BUS_OFF:
                 self._lose("bus_off", "reported by the controller")
             return None
-        if message.is_remote_frame or message.is_fd:
+        if message.is_remote_frame or (message.is_fd and not self._fd):
             return None
         if message.is_extended_id and not self._extended:
             return None

@@ -142,6 +142,7 @@ class MapFile(_Form):
     dbc: Name
     title: str = Field(default="", max_length=400)
     bit_rate: Annotated[int, Field(ge=5000, le=1000000)] | None = None
+    data_bit_rate: Annotated[int, Field(ge=5000, le=20_000_000)] | None = None
     axes: list[Literal["X", "Y", "Z"]] | None = Field(default=None, min_length=1, max_length=3)
     cycle: CycleMap
     frames: dict[Name, FrameMap] = Field(min_length=1, max_length=256)

@@ -10,15 +10,8 @@ from cantools.database.can import Message
 from cantools.database.can import Signal as CanSignal
 
 from gateway.conversion import conversion
-from gateway.database import (
-    ERROR,
-    NOT_AVAILABLE,
-    OTHER,
-    TRUST,
-    Signal,
-    attribute,
-    read_database,
-)
+from gateway.database import ERROR, NOT_AVAILABLE, OTHER, TRUST, Signal
+from gateway.dbc import attribute, read_database
 from gateway.e2e import COUNTERS
 from gateway.mapfile import FrameMap, InputMap, OutputMap
 from gateway.protection import (

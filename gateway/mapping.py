@@ -14,19 +14,8 @@ from pathlib import Path
 from cantools.database.can import Database as CanDatabase
 from cantools.database.can import Message
 
-from gateway.database import (
-    COMPENSATOR,
-    MACHINE,
-    NEEDED,
-    OFFSETS,
-    Database,
-    Frame,
-    Signal,
-    Substitute,
-    attribute,
-    check,
-    load_dbc,
-)
+from gateway.database import COMPENSATOR, MACHINE, OFFSETS, Database, Frame, Signal, Substitute
+from gateway.dbc import NEEDED, attribute, check, load_dbc
 from gateway.mapfile import (
     FOLLOW,
     HOLD,
@@ -45,6 +34,9 @@ from gateway.protection import (
 from measurement.errors import BadInput
 from scenarios.wiring import PROBED
 
+CLASSIC = 8
+"""Bytes of a frame at most, without CAN FD."""
+LENGTHS = (*range(1, CLASSIC + 1), 12, 16, 20, 24, 32, 48, 64)
 TIMED = ("machine_time", "machine_step", "answered_time")
 Spec = InputMap | OutputMap
 
@@ -282,8 +274,11 @@ class _Reader:
     def _made(
         self, message: Message, told: FrameMap, node: str, signals: dict[str, Signal]
     ) -> Frame:
-        if message.is_fd or not 1 <= message.length <= 8:
-            raise BadInput(f"{message.length} bytes", "", "CAN FD frames are not supported")
+        fd = self.form.data_bit_rate is not None
+        if not fd and (message.is_fd or message.length > CLASSIC):
+            raise BadInput(f"{message.length} bytes", "", "a frame of CAN FD needs data_bit_rate")
+        if message.length not in LENGTHS:
+            raise BadInput(f"{message.length} bytes", "", "is not a length that frames can have")
         together = self.every_s is None
         if together and message.is_multiplexed():
             raise BadInput("multiplexed", "", 'needs frames = "sampled"')
@@ -322,6 +317,7 @@ class _Reader:
             fixed=fixed,
             multiplexer=_multiplexer(message),
             event=event,
+            fd=fd,
         )
 
     def _late(self, message: Message, told: FrameMap, node: str) -> float:

@@ -14,11 +14,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
-from math import inf, isnan, nan
+from math import inf, nan
 
 import can
 
 from gateway.answering import AXES, Answered, Unit, by_tool_length, half_widths
+from gateway.clocks import Hours
 from gateway.codec import Sender, Value
 from gateway.database import COMPENSATOR, MACHINE, TRUST, Database, key_of
 from gateway.judging import Judge, Rival
@@ -26,15 +27,9 @@ from gateway.probes import COUNTED, ProbeEar
 from gateway.proof import CHALLENGE, FRESHNESS, NOT_PROVEN, PROVEN, Challenges
 from gateway.reception import Cycle, Finding, Reception, Substitution
 from gateway.reference import Proof, Reference
-from gateway.unit import Saved
+from gateway.state import Saved
+from gateway.stepping import Stepper
 
-LONGEST_GAP_S = 3600.0
-"""A state is too old when the machine's time has gone on by more since it was saved [s]."""
-AGREE_S = 10.0
-"""By so much may the two ages of a state differ: the machine's and this computer's [s]."""
-WALL_STEP_S = 2.0
-"""A time of day that moves on by so much more than this computer's clock has been set, or has seen
-time that the clock has not [s]."""
 QUIET_S = 60.0
 """The same fault of the same frame is said again after this time at the earliest [s]."""
 FAREWELLS = 2
@@ -126,8 +121,7 @@ class GatewayNode:
         wall: Callable[[], float] | None = None,
     ) -> None:
         self._unit, self._send, self._settings, self._say = unit, send, settings, say
-        self._clock, self._wall = clock, wall
-        self._wall_offset_s = wall() - now if wall is not None else 0.0
+        self._clock = clock
         self._sender = Sender(database, COMPENSATOR)
         self._closing = closing = database.closing(MACHINE)
         self._every_s = database.every_s
@@ -165,23 +159,18 @@ class GatewayNode:
             database.signal(f"d{axis}") for axis in AXES if database.has(f"d{axis}")
         ]
         self.begun = warm is not None
-        own_clock = warm is not None and not settings.machine_clock
         self.state = STARTING
         self.machine_off = False
-        self._started_at, self._stepped_at = now, now - (warm.age_s if warm and own_clock else 0.0)
-        self._fresh = warm is None  # no step yet: nothing to measure one from
-        self._tool_length_mm = nan
-        self._deadline = now
-        # Machine time that the compensator has been stepped to [s].
-        self._covered = warm.machine_time_s if warm else None
+        self._started_at = self._deadline = now
+        rate = settings.speed_up, settings.machine_clock
+        self._hours = Hours(now, *rate, warm.machine_time_s if warm else 0.0, wall)
+        self._stepper = Stepper(unit, *rate, self._cycle_s, self._timeout_s, now, warm)
         self._finding: Finding | None = None
         self._late_start = False
-        self.machine_time_s, self._told_at = self._covered or 0.0, now
         self._said: dict[tuple[str, str], float] = {}
         self._proven = False
         self.told: Mapping[str, Value] = {}
         self.given: Mapping[str, float] = {}
-        self.steps = 0
 
     # What happens
 
@@ -236,12 +225,9 @@ class GatewayNode:
             finding = Finding(lost, self._closing, text)
         self._judge.forget()
         self.given = {}
-        unseen_s = self._unseen_by_wall(now)
+        unseen_s = self._hours.unseen_s(now)
         if self.begun:
-            step_s = self._own_step(now) + unseen_s
-            if self._covered is not None:
-                self._covered += step_s
-            self._step({}, step_s, now)
+            self._stepper.silence(unseen_s, now)
         elif not lost and now - self._started_at > self._settings.startup_s:
             text = f"no complete cycle of the machine within {self._settings.startup_s:g} s"
             finding = Finding("startup_timeout", self._closing, text)
@@ -258,6 +244,20 @@ class GatewayNode:
         self._deadline += every_s
         if self._deadline <= now:
             self._deadline = now + every_s
+
+    @property
+    def steps(self) -> int:
+        """How many steps the compensator has taken."""
+        return self._stepper.steps
+
+    @property
+    def machine_time_s(self) -> float:
+        """The machine's time, as it was heard last [s]."""
+        return self._hours.machine_time_s
+
+    def machine_time_at(self, now: float) -> float:
+        """Return what the machine's clock is likely to show at a time [s]."""
+        return self._hours.machine_time_at(now)
 
     @property
     def reference_known(self) -> bool:
@@ -279,17 +279,20 @@ class GatewayNode:
 
     def _on_cycle(self, cycle: Cycle, arrived: float, now: float) -> None:
         verdict = self._judge.judge(cycle, arrived, now, begun=self.begun)
-        unseen_s = max(verdict.unseen_s * self._settings.speed_up, self._unseen_by_wall(now))
+        unseen_s = max(verdict.unseen_s * self._settings.speed_up, self._hours.unseen_s(now))
         self._proven = verdict.proven
         if verdict.proven or not self._proves:
-            self._hear_clock(cycle.heartbeat, now)
+            self._hours.hear(cycle.heartbeat, now, sampled=self._every_s is not None)
             self.machine_off = verdict.machine_state == "off"
         if verdict.proven:
             self.reception.renew()
         usable = verdict.usable
         if usable and self._restored is not None:
-            self._check_age(self._restored, cycle.heartbeat, now)
-            self._restored = None
+            shown_s = cycle.heartbeat.get("machine_time", nan)
+            why = self._hours.too_old(self._restored, shown_s, self._judge.period_s, now)
+            self._lost_track, self._restored = bool(why), None
+            if why:
+                self._say(why)
         self.given = self._substitution.fill(cycle.values, now) if usable else {}
         if not self.begun and (usable or verdict.finding_is("machine_not_running")):
             self._look_for_reference(cycle, now)
@@ -299,7 +302,7 @@ class GatewayNode:
             if usable:
                 step_s = cycle.values.get("machine_step", nan)
                 probe = self.probes.due(self._judge.raw, step_s, self._unit.probed)
-            self._advance({**self.given, **probe}, cycle.heartbeat, now, unseen_s)
+            self._stepper.advance({**self.given, **probe}, cycle.heartbeat, now, unseen_s)
         elif cycle.usable and not usable:
             # In touch, and the machine has not begun: nothing to compensate yet.
             self.state, self._late_start = READY, False
@@ -316,83 +319,11 @@ class GatewayNode:
             known = self.reference.known or "nothing proves any more that the machine is cold"
             self._say(f"reference: {known}")
 
-    def _hear_clock(self, beat: Mapping[str, float], now: float) -> None:
-        if not isnan(beat.get("machine_time", nan)):
-            self.machine_time_s, self._told_at = beat["machine_time"], now
-        elif self._every_s is not None:
-            self.machine_time_s = (now - self._started_at) * self._settings.speed_up
-            self._told_at = now
-
-    def machine_time_at(self, now: float) -> float:
-        """Return what the machine's clock is likely to show at a time [s]."""
-        gone_s = 0.0 if self._settings.machine_clock else now - self._told_at
-        return self.machine_time_s + gone_s * self._settings.speed_up
-
-    def _check_age(self, saved: Saved, beat: Mapping[str, float], now: float) -> None:
-        """Hold the age of the state that was restored against the machine's clock."""
-        if isnan(beat.get("machine_time", nan)):
-            return  # a machine without a clock: there is only this computer's
-        age_s = (beat["machine_time"] - saved.machine_time_s) % self._judge.period_s
-        own_s = (now - self._started_at + saved.age_s) * self._settings.speed_up
-        if self._settings.machine_clock:
-            self._lost_track = age_s > LONGEST_GAP_S
-        else:
-            self._lost_track = abs(age_s - own_s) > AGREE_S * self._settings.speed_up
-        if self._lost_track:
-            own = "" if self._settings.machine_clock else f", {own_s:.0f} s by this computer's"
-            self._say(f"the state is too old: {age_s:.0f} s by the machine's clock{own}")
-
-    def _unseen_by_wall(self, now: float) -> float:
-        """Return the compensator's time that only the time of day has seen go by [s]."""
-        if self._wall is None or self._settings.machine_clock:
-            return 0.0
-        offset_s = self._wall() - now
-        ahead_s, self._wall_offset_s = offset_s - self._wall_offset_s, offset_s
-        return ahead_s * self._settings.speed_up if ahead_s > WALL_STEP_S else 0.0
-
-    def _advance(
-        self, values: Mapping[str, float], beat: Mapping[str, float], now: float, unseen_s: float
-    ) -> None:
-        """Step the compensator over a cycle of the machine.
-
-        Time in which nothing came, or that one clock has seen and the others have not, counts as
-        time without inputs.
-        """
-        step_s = self._own_step(now)
-        if not self._settings.machine_clock:
-            if now - self._stepped_at > self._timeout_s and not self._fresh:
-                cycle_s = self._cycle_s * self._settings.speed_up
-                unseen_s, step_s = max(unseen_s, step_s - cycle_s), cycle_s
-        elif not isnan(beat["machine_time"] + beat["machine_step"]):
-            step_s, begins_s = beat["machine_step"], beat["machine_time"]
-            unseen_s = begins_s - self._covered if self._covered is not None else 0.0
-            self._covered = begins_s + step_s
-        if unseen_s > 1e-6:
-            # In two steps: only a second sample that is missing shows that the first was no slip.
-            last_s = min(unseen_s, self._cycle_s * self._settings.speed_up)
-            self._step({}, unseen_s - last_s, now)
-            self._step({}, last_s, now)
-        self._step(values, step_s, now)
-
     def renew_reference(self) -> None:
         """Count the drift from the next readings: somebody says that the machine is cold."""
-        self._unit.renew()
+        self._stepper.renew()
         self.reference.say_cold()
         self.begun, self._lost_track, self._restored = False, False, None
-        self._fresh, self._covered = True, None
-
-    def _own_step(self, now: float) -> float:
-        """Return the time since the last step by this computer's clock [s]."""
-        elapsed = self._cycle_s if self._fresh else now - self._stepped_at
-        return elapsed * self._settings.speed_up
-
-    def _step(self, values: Mapping[str, float], step_s: float, now: float) -> None:
-        self._stepped_at, self._fresh = now, False
-        if step_s > 0.0:
-            self._unit.step(values, step_s)
-            self.steps += 1
-            length = values.get("tool_length", nan)
-            self._tool_length_mm = self._tool_length_mm if isnan(length) else length
 
     # The answer
 
@@ -441,7 +372,7 @@ class GatewayNode:
             values |= self._when_invalid
         if usable and not known:
             values["status"] = "reference_unknown"
-        self.told = by_tool_length(outputs, self._tool_length_mm) | values
+        self.told = by_tool_length(outputs, self._stepper.tool_length_mm) | values
         self._send(self._sender.messages(self.told))
 
     def _fits(self, outputs: Mapping[str, float]) -> bool:

@@ -4,98 +4,107 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import json
 import math
 import signal
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from types import FrameType
+from typing import Any
 
 from gateway.background import Background
-from gateway.database import COMPENSATOR, DBC, MACHINE, Database, read_database
+from gateway.database import COMPENSATOR, MACHINE, Database
+from gateway.dbc import DBC, read_database
 from gateway.framelog import LARGEST_MB, FrameLog
 from gateway.link import Link
 from gateway.mapping import Mapping
 from gateway.protocols.frames import mapping_named
-from gateway.unit import options_of
 from measurement.errors import BadInput
 
 ROOM = 1000
 """Most lines for people that may wait to be printed."""
 
 
+def add_number(
+    parser: argparse.ArgumentParser,
+    name: str,
+    metavar: str,
+    text: str,
+    default: float | None = None,
+    *,
+    zero: bool = False,
+) -> None:
+    """Declare an option that takes a number.
+
+    Parameters
+    ----------
+    parser : ArgumentParser
+        Of the command.
+    name, metavar, text : str
+        What help shows, which adds the default.
+    default : float, optional
+        Without the option [the unit that *text* says].
+    zero : bool, optional
+        Whether 0 is allowed; less never is.
+    """
+    text = text if default is None else f"{text} ({default:g})"
+    kind = at_least_zero if zero else above_zero
+    parser.add_argument(name, type=kind, default=default, metavar=metavar, help=text)
+
+
+def above_zero(text: str) -> float:
+    """Return a number that must be above zero, for an option."""
+    return _number(text, "above 0", lambda value: value > 0.0)
+
+
+def at_least_zero(text: str) -> float:
+    """Return a number that must not be below zero, for an option."""
+    return _number(text, "0 or more", lambda value: value >= 0.0)
+
+
+def _number(text: str, allowed: str, fits: Callable[[float], bool]) -> float:
+    value = float(text)
+    if not (math.isfinite(value) and fits(value)):
+        raise argparse.ArgumentTypeError(f"{text} is not allowed: {allowed}")
+    return value
+
+
 def add_bus_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments that say which bus, and where files are."""
-    parser.add_argument(
-        "--interface", default="socketcan", help="a python-can interface (socketcan)"
+    add = parser.add_argument
+    add("--interface", default="socketcan", help="a python-can interface (socketcan)")
+    add("--channel", default="vcan0", help="its channel (vcan0)")
+    text = "another setting of the interface, such as bitrate=500000"
+    add("--option", action="append", default=[], metavar="NAME=VALUE", help=text)
+    add("--dbc", type=Path, metavar="FILE", help="a DBC file with other frames")
+    text = (
+        "a mapping file: frames of any form, as a control has them; or the name of one that ships"
     )
-    parser.add_argument("--channel", default="vcan0", help="its channel (vcan0)")
-    parser.add_argument(
-        "--option",
-        action="append",
-        default=[],
-        metavar="NAME=VALUE",
-        help="another setting of the interface, such as bitrate=500000",
+    add("--map", metavar="FILE", help=text)
+    text = "log all frames: .log (candump), .asc or .blf"
+    add("--log", type=Path, metavar="FILE", help=text)
+    text = "size at which a new log begins; nine older ones are kept"
+    add_number(parser, "--log-size", "MB", text, LARGEST_MB)
+    text = "keep the FMU's state here, and go on from it when started again"
+    add("--state", type=Path, metavar="FILE", help=text)
+    add_number(parser, "--state-every", "S", "how often", 10.0)
+    text = (
+        "silence after which the other end counts as missing, and oldest message that is used "
+        "(what the DBC says)"
     )
-    parser.add_argument("--dbc", type=Path, metavar="FILE", help="a DBC file with other frames")
-    parser.add_argument(
-        "--map",
-        metavar="FILE",
-        help="a mapping file: frames of any form, as a control has them; or the name of one that "
-        "ships",
+    add_number(parser, "--timeout", "MS", text)
+    add("--fmu-dir", type=Path, default=Path("dist"), metavar="DIR", help="where FMUs are (dist)")
+    text = (
+        "any: the machine cannot prove that its cycles are fresh; answers are marked so (proven, "
+        "where the frames carry a proof)"
     )
-    parser.add_argument(
-        "--log", type=Path, metavar="FILE", help="log all frames: .log (candump), .asc or .blf"
-    )
-    parser.add_argument(
-        "--log-size",
-        type=float,
-        default=LARGEST_MB,
-        metavar="MB",
-        help=f"size at which a new log begins; nine older ones are kept ({LARGEST_MB:g})",
-    )
-    parser.add_argument(
-        "--state",
-        type=Path,
-        metavar="FILE",
-        help="keep the FMU's state here, and go on from it when started again",
-    )
-    parser.add_argument(
-        "--state-every", type=float, default=10.0, metavar="S", help="how often (10)"
-    )
-    parser.add_argument(
-        "--timeout",
-        type=float,
-        metavar="MS",
-        help="silence after which the other end counts as missing, and oldest message that is used "
-        "(what the DBC says)",
-    )
-    parser.add_argument(
-        "--fmu-dir", type=Path, default=Path("dist"), metavar="DIR", help="where FMUs are (dist)"
-    )
-    parser.add_argument(
-        "--freshness",
-        choices=("proven", "any"),
-        default="proven",
-        help="any: the machine cannot prove that its cycles are fresh; answers are marked so "
-        "(proven, where the frames carry a proof)",
-    )
-    parser.add_argument(
-        "--key",
-        type=Path,
-        metavar="FILE",
-        help="make and check these proofs with the key of this file (AES-CMAC)",
-    )
-    parser.add_argument("--json", action="store_true", help="print a summary as JSON")
-    parser.add_argument("--quiet", action="store_true", help="say nothing")
-
-
-def check_bus_arguments(args: argparse.Namespace) -> None:
-    """Refuse settings that are not above zero."""
-    check_positive("--timeout", args.timeout)
-    check_positive("--state-every", args.state_every)
-    check_positive("--log-size", args.log_size)
+    add("--freshness", choices=("proven", "any"), default="proven", help=text)
+    text = "make and check these proofs with the key of this file (AES-CMAC)"
+    add("--key", type=Path, metavar="FILE", help=text)
+    add("--json", action="store_true", help="print a summary as JSON")
+    add("--quiet", action="store_true", help="say nothing")
 
 
 def read_frames(args: argparse.Namespace) -> tuple[Database, Mapping | None]:
@@ -156,28 +165,6 @@ def told(problems: list[BadInput]) -> int:
     return 2 if problems else 0
 
 
-def check_positive(name: str, value: float | None, *, zero: bool = False) -> None:
-    """Refuse a number that is not above zero.
-
-    Parameters
-    ----------
-    name : str
-        Of the option, for the refusal.
-    value : float or None
-        None, an option that was not given, is allowed.
-    zero : bool
-        Whether 0 is allowed, too.
-
-    Raises
-    ------
-    BadInput
-        If it is not.
-    """
-    if value is None or (math.isfinite(value) and (value > 0.0 or (zero and value == 0.0))):
-        return
-    raise BadInput(name, "", f"{value:g} is not allowed: {'0 or more' if zero else 'above 0'}")
-
-
 def new_link(
     args: argparse.Namespace, database: Database, other: str, say: Callable[[str], None]
 ) -> Link:
@@ -202,7 +189,7 @@ def new_link(
         [frame.key for frame in database.frames if frame.sender in (other, COMPENSATOR)],
         args.log and FrameLog(args.log, say, args.log_size),
         say,
-        options=options_of(args.option),
+        options=({"fd": True} if database.fd else {}) | options_of(args.option),
     )
 
 
@@ -304,3 +291,28 @@ def stop_flag(hung_up: Callable[[], bool] = lambda: False) -> Iterator[Callable[
     finally:
         for number, handler in kept.items():
             signal.signal(number, handler)
+
+
+def options_of(texts: Sequence[str]) -> dict[str, Any]:
+    """Return further settings of an interface from ``name=value`` texts; numbers become numbers.
+
+    Parameters
+    ----------
+    texts : sequence of str
+        As the command line has them.
+
+    Raises
+    ------
+    BadInput
+        For a text without an equals sign.
+    """
+    found: dict[str, Any] = {}
+    for text in texts:
+        name, mark, value = text.partition("=")
+        if not mark or not name.strip():
+            raise BadInput("--option", "", f"{text!r} is not of the form NAME=VALUE")
+        try:
+            found[name.strip()] = json.loads(value)
+        except ValueError:
+            found[name.strip()] = value
+    return found

@@ -14,17 +14,8 @@ import can
 
 from gateway.busload import bus_load, frame_bits
 from gateway.codec import Sender, Value
-from gateway.database import (
-    COMPENSATOR,
-    DBC,
-    ERROR,
-    MACHINE,
-    NOT_AVAILABLE,
-    Database,
-    Frame,
-    Signal,
-    read_database,
-)
+from gateway.database import COMPENSATOR, ERROR, MACHINE, NOT_AVAILABLE, Database, Frame, Signal
+from gateway.dbc import DBC, read_database
 from measurement.files import write_atomically
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "gateway.md"
@@ -48,6 +39,8 @@ def frames_text(database: Database) -> str:
 def load_text(database: Database) -> str:
     """Return the bus load in a sentence."""
     rate = database.bit_rate
+    if database.fd:
+        return f"{len(database.frames)} frames; the load of a bus with CAN FD is not computed."
     frames = sum(len(frame.pages) / frame.cycle_s for frame in database.frames)
     most, least = bus_load(database), bus_load(database, stuffed=False)
     return (

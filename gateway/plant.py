@@ -12,7 +12,8 @@ import numpy as np
 import pandas as pd
 
 from gateway.database import OFFSETS
-from gateway.unit import Saved, StatefulSlave
+from gateway.state import Saved
+from gateway.unit import StatefulSlave
 from measurement.errors import BadInput
 from scenarios.cosimulation import NOISE_SEED
 from scenarios.faults import FaultLine

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from importlib.util import find_spec
 from math import isnan
 from pathlib import Path
 
@@ -16,6 +17,7 @@ from gateway.link import Link
 from gateway.machine import Ear
 from measurement.errors import BadInput
 
+READ = (*LOGS, ".mf4")
 LONGEST_PAUSE_S = 1.0
 """A longer pause in the log is cut out [s]."""
 LONGEST_SLEEP_S = 0.1
@@ -37,8 +39,10 @@ def recorded(path: Path, database: Database) -> list[can.Message]:
     BadInput
         If the log cannot be read or holds no such frame.
     """
-    if path.suffix.lower() not in LOGS:
-        raise BadInput(path, "", f"its ending must be one of {', '.join(LOGS)}")
+    if path.suffix.lower() not in READ:
+        raise BadInput(path, "", f"its ending must be one of {', '.join(READ)}")
+    if path.suffix.lower() == ".mf4" and find_spec("asammdf") is None:
+        raise BadInput(path, "", "needs asammdf: pip install 'spindle-drift[mdf]'")
     if not path.is_file():
         raise BadInput(path, "", "no such file")
     ids = {frame.key for frame in database.of(MACHINE)}

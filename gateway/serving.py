@@ -17,8 +17,9 @@ from gateway.database import COMPENSATOR, MACHINE, Database
 from gateway.link import Link
 from gateway.node import GatewayNode, GatewaySettings
 from gateway.protocols.base import Participant, Report, Send
+from gateway.state import StateFile
 from gateway.systemd import ServiceManager
-from gateway.unit import CompensatorUnit, StateFile, check_units
+from gateway.unit import CompensatorUnit, check_units
 from measurement.errors import BadInput
 
 LONGEST_WAIT_S = 0.25

@@ -12,7 +12,7 @@ from gateway.database import Database
 from gateway.link import Link
 from gateway.machine import MachineNode, Pace
 from gateway.plant import MachinePlant
-from gateway.unit import StateFile
+from gateway.state import StateFile
 from measurement.errors import BadInput
 
 

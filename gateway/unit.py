@@ -1,32 +1,19 @@
-"""An FMU at one end of the bus: values in and out by name, and a state that outlives the process.
-
-The gateway may be restarted while the spindle is warm. What the compensator remembers (its
-reference temperatures, its offsets) is therefore kept in a file, as the FMU itself serialises it.
-"""
+"""An FMU at one end of the bus: values in and out by name, and its state as bytes."""
 
 from __future__ import annotations
 
-import base64
+import contextlib
 import io
-import json
-import os
-import time
-from collections.abc import Callable, Mapping, Sequence
-from ctypes import byref, c_char, c_size_t, c_void_p
-from dataclasses import dataclass
-from math import isfinite, nan
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from math import nan
 from pathlib import Path
-from typing import Any
 
+from fmpy.fmi1 import FMICallException
+
+from gateway.state import Saved
 from measurement.errors import BadInput
-from measurement.files import read_bytes, write_atomically
-from scenarios.fmu import WARNING, Port, Slave
-from scenarios.outputs import STATE_KIND, begins_as_state
+from scenarios.fmu import Port, Slave
 from scenarios.wiring import PROBED
-
-FORMAT = 1
-OLDEST_S = 3600.0
-"""Oldest saved state that is restored [s]."""
 
 
 class StatefulSlave(Slave):
@@ -45,20 +32,13 @@ class StatefulSlave(Slave):
         FmuError
             If it gives none.
         """
-        library, state, size = self.library, c_void_p(), c_size_t()
-        self._ok(
-            library.fmi2GetFMUstate(self.component, byref(state)), "it does not give its state"
-        )
+        with self._asked("it does not give its state"):
+            state = self._fmu.getFMUstate()
         try:
-            problem = "its state cannot be serialised"
-            status = library.fmi2SerializedFMUstateSize(self.component, state, byref(size))
-            self._ok(status, problem)
-            memory = (c_char * size.value)()
-            status = library.fmi2SerializeFMUstate(self.component, state, memory, size)
-            self._ok(status, problem)
-            return bytes(memory)
+            with self._asked("its state cannot be serialised"):
+                return bytes(self._fmu.serializeFMUstate(state))
         finally:
-            library.fmi2FreeFMUstate(self.component, byref(state))
+            self._fmu.freeFMUstate(state)
 
     def restore(self, data: bytes) -> None:
         """Take up what `saved` returned.
@@ -68,114 +48,19 @@ class StatefulSlave(Slave):
         FmuError
             If the FMU refuses it.
         """
-        library, state = self.library, c_void_p()
-        memory = (c_char * len(data)).from_buffer_copy(data)
-        problem = "it does not accept a saved state"
-        status = library.fmi2DeSerializeFMUstate(
-            self.component, memory, c_size_t(len(data)), byref(state)
-        )
-        self._ok(status, problem)
+        with self._asked("it does not accept a saved state"):
+            state = self._fmu.deSerializeFMUstate(data)
+            try:
+                self._fmu.setFMUstate(state)
+            finally:
+                self._fmu.freeFMUstate(state)
+
+    @contextlib.contextmanager
+    def _asked(self, problem: str) -> Iterator[None]:
         try:
-            self._ok(library.fmi2SetFMUstate(self.component, state), problem)
-        finally:
-            library.fmi2FreeFMUstate(self.component, byref(state))
-
-    def _ok(self, status: int, problem: str) -> None:
-        if status > WARNING:
-            raise self.failure(problem)
-
-
-@dataclass(frozen=True)
-class Saved:
-    """A state file: the FMU's time and the machine's [s], how long ago [s], and the state."""
-
-    time_s: float
-    machine_time_s: float
-    age_s: float
-    state: bytes
-
-
-class StateFile:
-    """Where an FMU's state is kept.
-
-    Parameters
-    ----------
-    path : Path
-        The file; written whole or not at all.
-    fmu_sha256 : str
-        The FMU that the state must belong to.
-    wall : callable, optional
-        The time of day [s].
-    """
-
-    def __init__(self, path: Path, fmu_sha256: str, wall: Callable[[], float] = time.time) -> None:
-        self.path, self._fmu, self._wall = path, fmu_sha256, wall
-
-    def now(self) -> float:
-        """Return the time of day, for `write` [s]."""
-        return self._wall()
-
-    def write(self, taken: float, time_s: float, machine_time_s: float, state: bytes) -> None:
-        """Save a state that was taken at a time of day [s].
-
-        Raises
-        ------
-        BadInput
-            If the file cannot be written.
-        """
-        table = {
-            "kind": STATE_KIND,
-            "format": FORMAT,
-            "fmu": self._fmu,
-            "pid": os.getpid(),
-            "saved": taken,
-            "time_s": time_s,
-            "machine_time_s": machine_time_s,
-            "state": base64.b64encode(state).decode(),
-        }
-        write_atomically(self.path, json.dumps(table) + "\n")
-
-    def read(self, speed_up: float = 1.0) -> tuple[Saved | None, str]:
-        """Return what was saved, or None and why it cannot be used.
-
-        Parameters
-        ----------
-        speed_up : float
-            Seconds of the FMU in a second of the time of day.
-
-        Raises
-        ------
-        BadInput
-            If the file is not a state file.
-        """
-        if not self.path.exists():
-            return None, "the file does not exist yet"
-        if not self.path.is_file():
-            raise BadInput(self.path, "", "is not an ordinary file")
-        text = read_bytes(self.path)
-        if not begins_as_state(text):
-            raise BadInput(self.path, "", "is not a state of an FMU")
-        try:
-            table = json.loads(text)
-            if table["format"] != FORMAT:
-                raise ValueError("it is of another version")
-            state = base64.b64decode(table["state"], validate=True)
-            saved, *times = (float(table[key]) for key in ("saved", "time_s", "machine_time_s"))
-            if not all(map(isfinite, (saved, *times))):
-                raise ValueError("a time in it is not a number")
-        except (ValueError, KeyError, TypeError) as error:
-            # A power cut may leave such a file; the gateway starts without it.
-            return None, f"it is damaged: {error}"
-        age = self._wall() - saved
-        found = Saved(times[0], times[1], age, state)
-        if table["fmu"] != self._fmu:
-            return None, "it belongs to another FMU"
-        if age < 0.0:
-            return None, f"it was saved {-age:.0f} s in the future: this computer's clock was set"
-        if age * speed_up > OLDEST_S:
-            allowed = f"allowed is {OLDEST_S / speed_up:g} s"
-            return None, f"it was saved {age:.0f} s ago, {allowed}"
-        return found, ""
+            yield
+        except FMICallException:
+            raise self.failure(problem) from None
 
 
 class CompensatorUnit:
@@ -350,28 +235,3 @@ def check_units(source: Path, pairs: Sequence[tuple[str, str, str]]) -> None:
 def units_that_differ(pairs: Sequence[tuple[str, str, str]]) -> list[tuple[str, str, str]]:
     """Return those pairs whose units are given and differ; see `check_units`."""
     return [(name, own, bus) for name, own, bus in pairs if own and bus and own != bus]
-
-
-def options_of(texts: Sequence[str]) -> dict[str, Any]:
-    """Return further settings of an interface from ``name=value`` texts; numbers become numbers.
-
-    Parameters
-    ----------
-    texts : sequence of str
-        As the command line has them.
-
-    Raises
-    ------
-    BadInput
-        For a text without an equals sign.
-    """
-    found: dict[str, Any] = {}
-    for text in texts:
-        name, mark, value = text.partition("=")
-        if not mark or not name.strip():
-            raise BadInput("--option", "", f"{text!r} is not of the form NAME=VALUE")
-        try:
-            found[name.strip()] = json.loads(value)
-        except ValueError:
-            found[name.strip()] = value
-    return found

@@ -19,58 +19,36 @@ WRITES = {"out": FOLDER, "build": PROGRAM}
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
-    parser.add_argument(
-        "--compensator",
-        type=Path,
-        metavar="FILE",
-        help="a compensator file (the one that ships)",
-    )
-    parser.add_argument(
-        "--plant", default="plant.fmu", metavar="FILE", help="an FMU or a machine file (plant.fmu)"
-    )
-    parser.add_argument(
-        "--by",
-        choices=("both", "gateway", "component"),
-        default="both",
-        help="the gateway beside the control, the component in C inside it, or both at once (both)",
-    )
-    parser.add_argument(
-        "--offsets",
-        choices=("external", "own"),
-        default="external",
-        help="the way in: LinuxCNC's external offsets, or 'offset' with 'limit2' (external)",
-    )
-    parser.add_argument("--parts", type=int, default=8, help="parts of the day (8)")
-    parser.add_argument(
-        "--part", type=float, default=60.0, metavar="S", help="length of a part, on the wall (60)"
-    )
-    parser.add_argument(
-        "--speed-up", type=float, default=60.0, metavar="N", help="thermal time is faster (60)"
-    )
-    parser.add_argument(
-        "--build",
-        type=Path,
-        metavar="PROGRAM",
-        help="only build the component in C of the compensator file",
-    )
-    parser.add_argument(
-        "--out", type=Path, default=Path("results/control"), metavar="DIR", help="results"
-    )
-    parser.add_argument(
-        "--fmu-dir", type=Path, default=Path("dist"), metavar="DIR", help="where FMUs are (dist)"
-    )
-    parser.add_argument("--json", action="store_true", help="print a summary as JSON")
-    parser.add_argument("--quiet", action="store_true", help="say nothing")
+    from gateway.options import add_number
+
+    add = parser.add_argument
+    text = "a compensator file (the one that ships)"
+    add("--compensator", type=Path, metavar="FILE", help=text)
+    text = "an FMU or a machine file (plant.fmu)"
+    add("--plant", default="plant.fmu", metavar="FILE", help=text)
+    text = "the gateway beside the control, the component in C inside it, or both at once (both)"
+    add("--by", choices=("both", "gateway", "component"), default="both", help=text)
+    text = "the way in: LinuxCNC's external offsets, or 'offset' with 'limit2' (external)"
+    add("--offsets", choices=("external", "own"), default="external", help=text)
+    add("--parts", type=int, default=8, help="parts of the day (8)")
+    add_number(parser, "--part", "S", "length of a part, on the wall", 60.0)
+    add_number(parser, "--speed-up", "N", "thermal time is faster", 60.0)
+    text = "only build the component in C of the compensator file"
+    add("--build", type=Path, metavar="PROGRAM", help=text)
+    add("--out", type=Path, default=Path("results/control"), metavar="DIR", help="results")
+    add("--fmu-dir", type=Path, default=Path("dist"), metavar="DIR", help="where FMUs are (dist)")
+    add("--json", action="store_true", help="print a summary as JSON")
+    add("--quiet", action="store_true", help="say nothing")
 
 
 def run(args: argparse.Namespace) -> int:
     """Run the day, or build the component."""
     from gateway.linuxcnc.native_component import build_component
-    from gateway.options import check_positive
+    from measurement.errors import BadInput
     from scenarios.building import DEFAULT_MODEL
 
-    for name in ("part", "speed_up", "parts"):
-        check_positive(f"--{name.replace('_', '-')}", getattr(args, name))
+    if args.parts < 1:
+        raise BadInput("--parts", "", f"{args.parts} is not allowed: 1 or more")
     compensator = args.compensator or DEFAULT_MODEL
     if args.build is not None:
         build_component(compensator, args.build)

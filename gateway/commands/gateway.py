@@ -20,79 +20,41 @@ WRITES = {"log": LOG, "state": STATE}
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
-    from gateway.options import add_bus_arguments
+    from gateway.options import add_bus_arguments, add_number
     from gateway.protocols import adapters
 
+    add = parser.add_argument
     add_bus_arguments(parser)
-    parser.add_argument(
-        "--compensator",
-        default="compensator.fmu",
-        metavar="FILE",
-        help="an FMU or a compensator file (compensator.fmu)",
-    )
-    parser.add_argument(
-        "--clock",
-        choices=("own", "machine"),
-        default="own",
-        help="step by this computer's clock, or by the machine's time as its frames tell it",
-    )
-    parser.add_argument(
-        "--speed-up",
-        type=float,
-        default=1.0,
-        metavar="N",
-        help="seconds of the compensator in a second of this computer's clock (1)",
-    )
-    parser.add_argument(
-        "--startup-timeout",
-        type=float,
-        default=10.0,
-        metavar="S",
-        help="time for the interface to appear and the machine to be heard (10)",
-    )
-    parser.add_argument(
-        "--cold-start",
-        action="store_true",
-        help="the machine is cold now: count the drift from its first readings",
-    )
-    parser.add_argument(
-        "--ambient",
-        metavar="NAME",
-        help="ambient temperature input: a machine whose temperatures stay near it is cold",
-    )
-    parser.add_argument(
-        "--together-band",
-        type=float,
-        default=1.0,
-        metavar="K",
-        help="how near: largest difference between them, and largest change [K] (1)",
-    )
-    parser.add_argument(
-        "--together-time",
-        type=float,
-        default=1800.0,
-        metavar="S",
-        help="how long they must stay so, in the compensator's time [s] (1800)",
-    )
+    text = "an FMU or a compensator file (compensator.fmu)"
+    add("--compensator", default="compensator.fmu", metavar="FILE", help=text)
+    text = "step by this computer's clock, or by the machine's time as its frames tell it"
+    add("--clock", choices=("own", "machine"), default="own", help=text)
+    text = "seconds of the compensator in a second of this computer's clock"
+    add_number(parser, "--speed-up", "N", text, 1.0)
+    text = "time for the interface to appear and the machine to be heard"
+    add_number(parser, "--startup-timeout", "S", text, 10.0, zero=True)
+    text = "the machine is cold now: count the drift from its first readings"
+    add("--cold-start", action="store_true", help=text)
+    text = "ambient temperature input: a machine whose temperatures stay near it is cold"
+    add("--ambient", metavar="NAME", help=text)
+    text = "how near: largest difference between them, and largest change [K]"
+    add_number(parser, "--together-band", "K", text, 1.0)
+    text = "how long they must stay so, in the compensator's time [s]"
+    add_number(parser, "--together-time", "S", text, 1800.0)
     for adapter in adapters():
         adapter.add_arguments(parser)
-    parser.add_argument(
-        "--duration", type=float, metavar="S", help="end after this time [s] (when interrupted)"
-    )
-    parser.add_argument("--until-off", action="store_true", help="end when the machine is off")
-    parser.add_argument(
-        "--frames",
-        action="store_true",
-        help="print the frames and the bus load, check a map, and end",
-    )
+    add_number(parser, "--duration", "S", "end after this time [s] (when interrupted)")
+    add("--until-off", action="store_true", help="end when the machine is off")
+    text = "print the frames and the bus load, check a map, and end"
+    add("--frames", action="store_true", help=text)
 
 
 def run(args: argparse.Namespace) -> int:
     """Serve the bus until told to stop."""
-    from gateway.database import DBC, read_database
+    from gateway.dbc import DBC, read_database
     from gateway.mapcheck import problems_of
     from gateway.mappage import map_text
-    from gateway.options import check_bus_arguments, check_positive, served, told
+    from gateway.options import served, told
     from gateway.page import frames_text
     from gateway.protocols import adapters
     from scenarios.fmu_files import find_fmu
@@ -103,12 +65,6 @@ def run(args: argparse.Namespace) -> int:
     if args.frames and args.map is None and args.canopen is None:
         print(frames_text(served(args, read_database(args.dbc or DBC))))
         return 0
-    check_bus_arguments(args)
-    check_positive("--speed-up", args.speed_up)
-    check_positive("--startup-timeout", args.startup_timeout, zero=True)
-    check_positive("--duration", args.duration)
-    check_positive("--together-band", args.together_band)
-    check_positive("--together-time", args.together_time)
     with contextlib.ExitStack() as stack:
         work = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="spindle-drift-")))
         fmu = find_fmu(args.compensator, args.fmu_dir, Path(), work, quiet=args.quiet)

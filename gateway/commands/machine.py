@@ -20,74 +20,53 @@ WRITES = {"log": LOG, "state": STATE, "out": RUN_FILE}
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
-    from gateway.options import add_bus_arguments
+    from gateway.options import add_bus_arguments, add_number
 
-    parser.add_argument(
-        "scenario",
-        nargs="?",
-        default="step_speed",
-        metavar="SCENARIO",
-        help="a name from 'list', or a TOML file (step_speed); its first variant is run",
-    )
+    add = parser.add_argument
+    text = "a name from 'list', or a TOML file (step_speed); its first variant is run"
+    add("scenario", nargs="?", default="step_speed", metavar="SCENARIO", help=text)
     add_bus_arguments(parser)
-    parser.add_argument(
-        "--replay", type=Path, metavar="LOG", help="send the machine's frames of this log instead"
+    text = "send the machine's frames of this log instead"
+    add("--replay", type=Path, metavar="LOG", help=text)
+    text = (
+        "times as fast as real time (1); 'max': by the scenario's step, as fast as the gateway "
+        "answers"
     )
-    parser.add_argument(
-        "--speed-up",
-        default="1",
-        metavar="N",
-        help="times as fast as real time (1); 'max': by the scenario's step, as fast as the "
-        "gateway answers",
-    )
-    parser.add_argument("--plant", metavar="FILE", help="another plant: an FMU or a machine file")
-    parser.add_argument(
-        "--set",
-        action="append",
-        default=[],
-        metavar="KEY=VALUE",
-        help="set a key of the scenario, for example duration_s=60",
-    )
-    parser.add_argument(
-        "--wait",
-        type=float,
-        default=10.0,
-        metavar="S",
-        help="time for the gateway to appear before the machine begins without it (10)",
-    )
-    parser.add_argument(
-        "--hold",
-        type=float,
-        default=60.0,
-        metavar="S",
-        help="machine time for which offsets are held without a gateway (60)",
-    )
-    parser.add_argument("--out", type=Path, metavar="FILE", help="write the run as a table (CSV)")
+    add("--speed-up", type=_speed_up, default=1.0, metavar="N", help=text)
+    add("--plant", metavar="FILE", help="another plant: an FMU or a machine file")
+    text = "set a key of the scenario, for example duration_s=60"
+    add("--set", action="append", default=[], metavar="KEY=VALUE", help=text)
+    text = "time for the gateway to appear before the machine begins without it"
+    add_number(parser, "--wait", "S", text, 10.0, zero=True)
+    text = "machine time for which offsets are held without a gateway"
+    add_number(parser, "--hold", "S", text, 60.0, zero=True)
+    add("--out", type=Path, metavar="FILE", help="write the run as a table (CSV)")
+
+
+def _speed_up(text: str) -> float | None:
+    from gateway.options import above_zero
+
+    return None if text == "max" else above_zero(text)
 
 
 def run(args: argparse.Namespace) -> int:
     """Run the machine to the end of its scenario or log."""
-    from gateway.options import check_bus_arguments, check_positive, read_frames, told
+    from gateway.options import read_frames, told
     from measurement.errors import BadInput
 
-    check_bus_arguments(args)
-    check_positive("--wait", args.wait, zero=True)
-    check_positive("--hold", args.hold, zero=True)
     database, mapping = read_frames(args)
     if mapping is not None and mapping.problems:
         return told(mapping.problems)
-    speed_up = None if args.speed_up == "max" else _number("--speed-up", args.speed_up)
-    check_positive("--speed-up", speed_up)
-    if speed_up is None and database.every_s is not None:
+    if args.speed_up is None and database.every_s is not None:
         raise BadInput("--speed-up", "max", "sampled frames do not say what they answer: a number")
     if args.replay is not None:
         for name, value in (("--out", args.out), ("--state", args.state), ("--plant", args.plant)):
             if value is not None:
                 raise BadInput(name, "", "has no meaning with --replay")
-        summary = _replay(args, database, speed_up)
+        summary = _replay(args, database)
         text = f"{summary['frames']} frames sent"
     else:
-        summary = _simulate(args, database, speed_up)
+        summary = _simulate(args, database)
         text = "{steps} steps, {answered} answered, {simulated_s:g} s in {seconds:.1f} s"
         text = text.format(**summary)
     if args.json:
@@ -97,16 +76,7 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _number(name: str, text: str) -> float:
-    from measurement.errors import BadInput
-
-    try:
-        return float(text)
-    except ValueError:
-        raise BadInput(name, "", f"{text!r} is not a number, nor 'max'") from None
-
-
-def _replay(args: argparse.Namespace, database: Any, speed_up: float | None) -> dict[str, Any]:
+def _replay(args: argparse.Namespace, database: Any) -> dict[str, Any]:
     import time
 
     from gateway.database import COMPENSATOR
@@ -126,7 +96,7 @@ def _replay(args: argparse.Namespace, database: Any, speed_up: float | None) -> 
             database,
             link,
             Ear(database, time.monotonic, args.timeout and args.timeout / 1e3),
-            speed_up=speed_up,
+            speed_up=args.speed_up,
             wait_s=args.wait,
             stopped=stopped,
             clock=time.monotonic,
@@ -134,7 +104,7 @@ def _replay(args: argparse.Namespace, database: Any, speed_up: float | None) -> 
     return {"frames": sent}
 
 
-def _simulate(args: argparse.Namespace, database: Any, speed_up: float | None) -> dict[str, Any]:
+def _simulate(args: argparse.Namespace, database: Any) -> dict[str, Any]:
     from gateway.database import COMPENSATOR
     from gateway.machine import Pace
     from gateway.options import new_link, stop_flag, teller
@@ -144,7 +114,7 @@ def _simulate(args: argparse.Namespace, database: Any, speed_up: float | None) -
     from measurement.runs import write_run
     from scenarios.fmu_files import find_fmu
 
-    case, near = _case(args, database, speed_up)
+    case, near = _case(args, database)
     printed = io.StringIO()
     with contextlib.ExitStack() as stack:
         say = stack.enter_context(teller("machine", args))
@@ -161,7 +131,7 @@ def _simulate(args: argparse.Namespace, database: Any, speed_up: float | None) -
         stack.push(lambda kind, error, trace: plant.close(error))
         say(f"{fmu.name}, scenario {case.settings.name}, on {link.name}")
         timeout_s = args.timeout and args.timeout / 1e3
-        pace = Pace(speed_up is None, args.wait, args.hold, timeout_s)
+        pace = Pace(args.speed_up is None, args.wait, args.hold, timeout_s)
         simulation = Simulation(
             database, fmu, plant, link, pace, args.state, args.state_every, stopped, say
         )
@@ -172,15 +142,15 @@ def _simulate(args: argparse.Namespace, database: Any, speed_up: float | None) -
     return summary
 
 
-def _case(args: argparse.Namespace, database: Any, speed_up: float | None) -> tuple[Any, Path]:
+def _case(args: argparse.Namespace, database: Any) -> tuple[Any, Path]:
     from gateway.database import MACHINE
     from measurement.errors import BadInput
     from scenarios.assignments import assignment
     from scenarios.scenario import read_scenario
 
     overrides = [assignment(text) for text in args.set]
-    if speed_up is not None:
-        step_s = (database.every_s or database.closing(MACHINE).cycle_s) * speed_up
+    if args.speed_up is not None:
+        step_s = (database.every_s or database.closing(MACHINE).cycle_s) * args.speed_up
         # The table that --out writes holds every step: how often a scenario records is no matter.
         overrides += [("step_s", step_s), ("record_s", step_s)]
     scenario = read_scenario(args.scenario, overrides)

@@ -36,18 +36,17 @@ from math import nan
 from typing import Any
 
 from gateway.control import FOLLOWING, OffsetFollower
-from gateway.database import COMPENSATOR, DBC, MACHINE, OFFSETS, Database, read_database
+from gateway.database import COMPENSATOR, MACHINE, OFFSETS, Database
+from gateway.dbc import DBC, read_database
 from gateway.linuxcnc.axes import COUNT_UM, AxisOffset, Seen
 from gateway.linuxcnc.modules import linuxcnc_module
 from gateway.machine import MachineNode, Pace
-from gateway.options import add_bus_arguments, new_link, served, stop_flag, teller
+from gateway.options import add_bus_arguments, add_number, new_link, served, stop_flag, teller
 from gateway.proof import read_key
 
 NAMES = ("x", "y", "z")
 WAIT_UM = 0.5
 """The feed waits while an axis is further than this from an offset that is followed [um]."""
-MOST_CYCLES = 1.5
-"""An axis is moved at once by what its slew allows in so many cycles, at most."""
 OWN = ("machine_time", "machine_step", "echo", "proof")
 """Numbers of the machine's frames that the component makes itself."""
 
@@ -130,7 +129,7 @@ class ControlPins:
         """Move the axes towards the offsets."""
         pins, now = self._pins, self._clock()
         # A component that was kept waiting does not make up for it in one step.
-        elapsed, self._last = min(now - self._last, MOST_CYCLES * self._cycle_s), now
+        elapsed, self._last = min(now - self._last, self._cycle_s), now
         self.point += 1
         pins["heartbeat"] = not pins["heartbeat"]
         # A watchdog that has barked looks again when this rises.
@@ -205,24 +204,12 @@ def _arguments(argv: Sequence[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="gateway.linuxcnc.component")
     add_bus_arguments(parser)
     parser.add_argument("--name", default="thermal", help="of the component (thermal)")
-    parser.add_argument(
-        "--offsets",
-        choices=("external", "own"),
-        default="external",
-        help="the way in: external offsets, or 'offset' with 'limit2' (external)",
-    )
-    parser.add_argument(
-        "--slew", type=float, default=5.0, metavar="UM/S", help="of an axis [um/s] (5)"
-    )
-    parser.add_argument(
-        "--hold", type=float, default=60.0, metavar="S", help="machine time without a gateway (60)"
-    )
-    parser.add_argument(
-        "--speed-up", type=float, default=1.0, metavar="N", help="thermal time is faster (1)"
-    )
-    parser.add_argument(
-        "--wait", type=float, default=2.0, metavar="S", help="for a gateway at the start (2)"
-    )
+    text = "the way in: external offsets, or 'offset' with 'limit2' (external)"
+    parser.add_argument("--offsets", choices=("external", "own"), default="external", help=text)
+    add_number(parser, "--slew", "UM/S", "of an axis [um/s]", 5.0)
+    add_number(parser, "--hold", "S", "machine time without a gateway", 60.0, zero=True)
+    add_number(parser, "--speed-up", "N", "thermal time is faster", 1.0)
+    add_number(parser, "--wait", "S", "for a gateway at the start", 2.0, zero=True)
     return parser.parse_args(argv)
 
 

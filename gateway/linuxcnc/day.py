@@ -1,7 +1,7 @@
 """A working day at the control, with a program, tool changes and faults; runs in the sandbox.
 
-Machine time is faster than time on the wall; what the axes do is not. The spindle writes down what
-the nose does meanwhile; this program writes down when it did what.
+Thermal time is faster; what the axes do is not, and the day goes by the control's own time. The
+spindle writes down what the nose does meanwhile; this program writes down what it did.
 """
 
 from __future__ import annotations
@@ -9,11 +9,10 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from gateway.linuxcnc.session import Session, running
+from gateway.linuxcnc.session import PATIENCE_S, Session, running
 
 GRID_MM = 10.0
 """The program stands at multiples of this only."""
@@ -83,13 +82,15 @@ class Day:
 
     def note(self, name: str, **facts: float) -> None:
         """Write down that something happens now."""
-        self.events.append({"wall": time.time(), "name": name, **facts})
+        self.events.append({"name": name, **facts})
         (self._session.folder / "events.json").write_text(json.dumps(self.events, indent=1))
+        # How many there were is sampled with everything else.
+        self._session.hal("sets", "event", str(len(self.events)))
 
     def work(self, part: int, share: float = 1.0) -> None:
         """Bore holes for a share of a part of the day."""
         self.begin(part, share)
-        self._session.until_idle("the program", 3.0 * self._part_s + 60.0)
+        self._session.until_idle("the program", 3.0 * self._part_s + PATIENCE_S)
 
     def begin(self, part: int, share: float = 1.0) -> None:
         """Begin to bore holes."""
@@ -114,13 +115,13 @@ class Day:
             faults[3:3] = [self._lose_bus]
         self.work(0)
         for part in range(1, parts):
-            begun = time.monotonic()
+            begun = self._session.now()
             if part <= len(faults):
                 self.begin(part)
-                time.sleep(0.35 * self._part_s)
+                self._session.sleep(0.35 * self._part_s)
                 faults[part - 1]()
                 self._rest()
-            left = 1.0 - (time.monotonic() - begun) / self._part_s
+            left = 1.0 - (self._session.now() - begun) / self._part_s
             self.work(part, max(left, 0.0))
         self.note("end of work")
         session.mdi("M5")
@@ -137,20 +138,20 @@ class Day:
     def _abort(self) -> None:
         self.note(ABORT)
         self._session.abort()
-        time.sleep(1.0)
+        self._session.sleep(1.0)
 
     def _stop(self) -> None:
         self.note(STOP)
         self._session.stop()
-        time.sleep(2.0)
+        self._session.sleep(2.0)
         self.note("on again")
         self._session.switch_on()
-        time.sleep(2.0)
+        self._session.sleep(2.0)
 
     def _kill_gateway(self) -> None:
         self.note("gateway killed")
         self._session.kill_gateway()
-        time.sleep(0.4 * self._hold_s)
+        self._session.sleep(0.4 * self._hold_s)
         self.note("gateway again")
         self._session.start_gateway()
         self._followed()
@@ -159,9 +160,9 @@ class Day:
         self._rest()
         self.note("bus lost")
         (self._session.folder / "bus").write_text("down\n")
-        time.sleep(self._hold_s)
+        self._session.sleep(self._hold_s)
         self.note("offsets given up")
-        time.sleep(FADE_S)
+        self._session.sleep(FADE_S)
         self.note("bus back")
         (self._session.folder / "bus").write_text("up\n")
         self._followed()
@@ -178,10 +179,10 @@ class Day:
         self._rest()
         self.note("to the soft limit")
         session.mdi(f"G53 G0 Z{LIMIT_MM:g}")
-        time.sleep(2.0)
+        self._session.sleep(2.0)
         self.note("limited", **{"eoffset-limited": session.pin("motion.eoffset-limited")})
         session.mdi("G0 Z50")
-        time.sleep(1.0)
+        self._session.sleep(1.0)
         self.note("from the soft limit")
 
     def _clear(self) -> None:
@@ -202,7 +203,7 @@ class Day:
         self.note("clear")
         session.hal("sets", "clear", "1")
         session.wait(lambda: session.signal("moved") == 0.0, "the offsets are not cleared")
-        time.sleep(0.5)
+        self._session.sleep(0.5)
         self.note("cleared", **{axis: session.offset_um(axis) for axis in "xyz"})
 
     def _kill_component(self) -> None:
@@ -211,7 +212,7 @@ class Day:
         session.kill_component()
         session.wait(lambda: session.signal("hold-feed") == 1.0, "the feed goes on")
         self.note("feed stopped")
-        time.sleep(2.0)
+        self._session.sleep(2.0)
         self.note("component again")
         session.start_component()
         session.wait(lambda: session.signal("hold-feed") == 0.0, "the feed does not go on")

@@ -13,12 +13,8 @@ from gateway.linuxcnc.day import GRID_MM, KNOWN_PLACE, STOPS
 AXES = ("x", "y", "z")
 NEAR_UM = 300.0
 """An axis that is further from every place of the program is on its way [um]."""
-GAP_S = 0.1
-"""Rows that are further apart say nothing of a jump: a busy computer skipped some [s]."""
-
-
-LOOK_ROWS = 4
-"""The component looks less often than the spindle is written down: so many rows [1]."""
+LOOKS = 2
+"""What the component is told shows in its pins after so many of its looks."""
 
 
 @dataclass(frozen=True)
@@ -28,13 +24,14 @@ class Nose:
     Attributes
     ----------
     table : DataFrame
-        ``wall_s``, ``time_s``, and for each axis ``drift_X``, ``error_x``: how far the nose is from
-        where the program has it, NaN where it moves, and ``jump_x``: by how much it moved since the
-        row before though the program stood still [um]. ``held``: it is to be held, because the
+        ``servo_s``, the control's own time, the plant's ``time_s``, how many events there were
+        (``event``), and for each axis ``drift_X``, ``error_x``: how far the nose is from where the
+        program has it, NaN where it moves, and ``jump_x``: by how much it moved since the row
+        before though the program stood still [um]. ``held``: it is to be held, because the
         feed is allowed and offsets are valid, the operator did not clear them, and no soft limit
         keeps the axis. ``blind``: offsets are held without a gateway.
     events : list of dict
-        What happened, with ``wall`` [s] and ``name``.
+        What happened, each with its ``name``.
     """
 
     table: pd.DataFrame
@@ -74,28 +71,28 @@ def read_nose(folder: Path, hold_s: float) -> Nose:
     """
     table = pd.read_csv(folder / "run.csv")
     # The last line may be cut off.
-    table = table.dropna(subset=["moved"])
+    table = table.dropna(subset=[table.columns[-1]])
     events = json.loads((folder / "events.json").read_text())
     # The axes are some cycles behind the planner, whose velocity this is.
     rest = (table.velocity == 0.0).rolling(3, center=True).min().eq(1.0) & (table.homed == 1)
     places = {KNOWN_PLACE: 1.0} | dict.fromkeys(STOPS, 0.0)
-    marks = pd.Series({float(e["wall"]): places.get(str(e["name"])) for e in events}, dtype=float)
-    at = marks.dropna().index.searchsorted(table.wall_s)
-    known = pd.Series([1.0, *marks.dropna()]).iloc[at].eq(1.0).to_numpy()
+    marks = pd.Series([1.0, *(places.get(str(event["name"])) for event in events)], dtype=float)
+    known = marks.ffill()[table.event.astype(int)].eq(1.0).to_numpy()
     for axis in AXES:
         motor = table[f"motor_{axis}"]
         place = (motor / GRID_MM).round() * GRID_MM
         moved = 1e3 * (motor - place)
         stands = rest & known & (moved.abs() < NEAR_UM)
-        same = rest & rest.shift(fill_value=False) & (table.wall_s.diff() < GAP_S)
+        same = rest & rest.shift(fill_value=False)
         table[f"error_{axis}"] = (table[f"drift_{axis.upper()}"] + moved).where(stands)
         # What was commanded meanwhile is no jump, nor is what a control counts anew at rest.
-        uncommanded = (motor - table[f"command_{axis}"]).diff().abs()
-        jump = 1e3 * pd.concat([motor.diff().abs(), uncommanded], axis=1).min(axis=1)
+        step, commanded = motor.diff(), table[f"command_{axis}"].diff(2).fillna(0.0)
+        jump = 1e3 * (step - step.clip(commanded.clip(upper=0.0), commanded.clip(lower=0.0))).abs()
         table[f"jump_{axis}"] = jump.where(same)
-    recently = table.wall_s.where(table.valid == 1).ffill() >= table.wall_s - hold_s
-    away = table[["wait", "clear", "limited"]].max(axis=1)
-    near = away.rolling(2 * LOOK_ROWS + 1, center=True, min_periods=1).max()
-    table["held"] = (table.valid == 1) & (near == 0)
-    table["blind"] = recently & (table.valid == 0) & (near == 0)
+    recently = table.servo_s.where(table.valid == 1).ffill() >= table.servo_s - hold_s
+    looks = table.heartbeat.diff().ne(0.0).cumsum().astype(float)
+    away = looks.where(table[["wait", "clear", "limited"]].max(axis=1) == 1)
+    near = (looks - away.ffill() <= LOOKS) | (away.bfill() - looks <= LOOKS)
+    table["held"] = (table.valid == 1) & ~near
+    table["blind"] = recently & (table.valid == 0) & ~near
     return Nose(table, events)

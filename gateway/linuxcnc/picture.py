@@ -36,11 +36,10 @@ def draw_days(noses: Mapping[str, Nose], target: Path) -> None:
             axes.plot(hours, held, ".", ms=2.0, color=COLOURS[axis], label=label)
             gone = table[f"error_{axis}"].where(~table.held)
             axes.plot(hours, gone, "x", ms=2.0, color="0.6", zorder=0)
-        for event in nose.events:
-            name, wall = str(event["name"]), float(event["wall"])
-            if "rpm" not in name and table.wall_s.iloc[0] <= wall <= table.wall_s.iloc[-1]:
-                at = float(hours.iloc[int(table.wall_s.searchsorted(wall))])
-                axes.axvline(at, color="0.85", lw=0.8, zorder=0)
+        for number, event in enumerate(nose.events, 1):
+            later = hours[table.event >= number]
+            if "rpm" not in str(event["name"]) and len(later):
+                axes.axvline(float(later.iloc[0]), color="0.85", lw=0.8, zorder=0)
         axes.set_title(TITLES.get(kind, kind), loc="left", fontsize=10)
         axes.set_ylabel("nose [um]")
         axes.grid(axis="y", alpha=0.3)

@@ -7,7 +7,7 @@ import os
 import signal
 import subprocess
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,8 +15,8 @@ from gateway.linuxcnc.folder import renamed
 from gateway.linuxcnc.modules import linuxcnc_module
 
 HALCMD = "/usr/bin/halcmd"
-START_S, STEP_S = 60.0, 30.0
-"""How long LinuxCNC may take to start, and to do one thing, on a busy computer [s]."""
+PATIENCE_S, END_S = 300.0, 30.0
+"""How long LinuxCNC may take to do one thing, and to end, on a busy computer [s]."""
 LOOK_S = 0.02
 
 
@@ -66,7 +66,7 @@ class Session:
         # The control keeps its tools in a file of its home, which its status looks for.
         os.environ["HOME"] = str(self.folder)
         os.environ["INI_FILE_NAME"] = str(self.folder / "machine.ini")
-        self.wait(self._ready, "LinuxCNC did not start", START_S)
+        self.wait(self._ready, "LinuxCNC did not start")
         self.command = self._module.command()
 
     def _ready(self) -> bool:
@@ -112,13 +112,13 @@ class Session:
             os.kill(int((self.folder / "display.pid").read_text()), signal.SIGTERM)
         if self._linuxcnc is not None:
             with contextlib.suppress(subprocess.TimeoutExpired):
-                self._linuxcnc.wait(STEP_S)
+                self._linuxcnc.wait(END_S)
         if self._gateway is not None:
             self._gateway.terminate()
-            self._gateway.wait(STEP_S)
+            self._gateway.wait(END_S)
         self._output.close()
 
-    def wait(self, done: Any, text: str, patience_s: float = STEP_S) -> None:
+    def wait(self, done: Any, text: str, patience_s: float = PATIENCE_S) -> None:
         """Wait until something is so.
 
         Raises
@@ -131,6 +131,16 @@ class Session:
             if time.monotonic() > until:
                 raise ControlError(text)
             time.sleep(LOOK_S)
+
+    def sleep(self, seconds: float) -> None:
+        """Wait until so much of the control's own time has gone by [s]."""
+        until = self.now() + seconds
+        while (left := until - self.now()) > 0.0:
+            time.sleep(max(left, LOOK_S))
+
+    def now(self) -> float:
+        """Return the control's own time, of the thread that moves the axes [s]."""
+        return self.pin("spindle-plant.servo_s")
 
     # HAL
 
@@ -160,66 +170,66 @@ class Session:
         self.status.poll()
         return self.status
 
+    def _tell(self, order: Callable[..., None], *words: object) -> None:
+        """Give an order, and wait until the control has taken it up."""
+        order(*words)
+        number = self.command.serial
+        self.wait(lambda: self.poll().echo_serial_number >= number, "takes no order")
+
     def switch_on(self) -> None:
         """Release the emergency stop and switch on."""
-        c, m = self.command, self._module
-        c.state(m.STATE_ESTOP_RESET)
+        m = self._module
+        self._tell(self.command.state, m.STATE_ESTOP_RESET)
         self.wait(lambda: self.poll().task_state != m.STATE_ESTOP, "E-stop is not released")
-        c.state(m.STATE_ON)
+        self._tell(self.command.state, m.STATE_ON)
         self.wait(lambda: self.poll().task_state == m.STATE_ON, "is not switched on")
 
     def stop(self) -> None:
         """Press the emergency stop."""
-        self.command.state(self._module.STATE_ESTOP)
+        self._tell(self.command.state, self._module.STATE_ESTOP)
         self.wait(lambda: self.poll().task_state == self._module.STATE_ESTOP, "did not stop")
 
     def _mode(self, mode: int) -> None:
-        self.command.mode(mode)
+        self._tell(self.command.mode, mode)
         self.wait(lambda: self.poll().task_mode == mode, "did not change its mode")
 
     def home(self) -> None:
         """Home all axes."""
         self._mode(self._module.MODE_MANUAL)
-        self.command.teleop_enable(0)
+        self._tell(self.command.teleop_enable, 0)
         self.wait(
             lambda: self.poll().motion_mode == self._module.TRAJ_MODE_FREE, "joints do not move"
         )
-        self.command.home(-1)
+        # What was homed before must not be taken for what is homed now.
+        self._tell(self.command.unhome, -1)
+        self.wait(lambda: not any(self.poll().homed[:3]), "stays homed")
+        self._tell(self.command.home, -1)
         self.wait(lambda: self.poll().homed[:3] == (1, 1, 1), "is not homed")
 
-    def mdi(self, line: str, patience_s: float = STEP_S) -> None:
+    def mdi(self, line: str) -> None:
         """Do one line."""
         self._mode(self._module.MODE_MDI)
-        self.command.mdi(line)
-        self.until_idle(line, patience_s)
-
-    def run(self, program: Path, patience_s: float) -> None:
-        """Run a program to its end."""
-        self.begin(program)
-        self.until_idle(program.name, patience_s)
+        self._tell(self.command.mdi, line)
+        self.until_idle(line)
 
     def begin(self, program: Path) -> None:
         """Begin a program."""
         self._mode(self._module.MODE_AUTO)
-        self.command.program_open(str(program))
-        self.command.auto(self._module.AUTO_RUN, 0)
+        self._tell(self.command.program_open, str(program))
+        self._tell(self.command.auto, self._module.AUTO_RUN, 0)
 
     def abort(self) -> None:
         """Abort what runs."""
-        self.command.abort()
-        self.until_idle("abort", STEP_S)
+        self._tell(self.command.abort)
+        self.until_idle("abort")
 
-    def until_idle(self, what: str, patience_s: float) -> None:
+    def until_idle(self, what: str, patience_s: float = PATIENCE_S) -> None:
         """Wait until what was begun has ended."""
-        self.command.wait_complete(LOOK_S)
-        time.sleep(2 * LOOK_S)
 
         def idle() -> bool:
             status = self.poll()
-            done = status.interp_state == self._module.INTERP_IDLE and status.inpos
-            return bool(
-                done and status.exec_state in (self._module.EXEC_DONE, self._module.EXEC_ERROR)
-            )
+            done = status.state in (self._module.RCS_DONE, self._module.RCS_ERROR)
+            return bool(done and status.interp_state == self._module.INTERP_IDLE and status.inpos)
 
         self.wait(idle, f"{what} did not end", patience_s)
 

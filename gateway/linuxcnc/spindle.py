@@ -1,7 +1,13 @@
 """The spindle behind LinuxCNC: the plant FMU as a component, driven by what the control does.
 
-The control's spindle speed and tool length drive it, its temperatures come out at pins, and every
-step is written down together with where the axes really are: what the nose does.
+The control's spindle speed and tool length drive it, and its temperatures come out at pins. What
+the nose does is written down in the control's own time: its thread samples where the axes really
+are, together with the number of the plant's step.
+
+Thermal time is faster than that on the wall, and so would be the delays of a busy computer: a
+compensator that is looked at late would have minutes of drift to catch up with. So the plant takes
+so many steps for a look of the component, and waits for the next one, unless the watchdog says that
+it is dead.
 """
 
 from __future__ import annotations
@@ -10,7 +16,7 @@ import argparse
 import csv
 import sys
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -22,9 +28,17 @@ from scenarios.scenario import read_scenario
 
 SCENARIO = Path(__file__).with_name("day.toml")
 STEP_S = 0.05
-"""A step takes so long [s]."""
-POSITIONS = tuple(f"{kind}_{axis}" for axis in "xyz" for kind in ("motor", "command", "eoffset"))
-FLAGS = ("on", "homed", "valid", "following", "wait", "moved", "clear", "limited")
+"""A step takes so long on the wall [s]."""
+STEPS_A_LOOK = 3
+"""The plant takes so many steps between two looks of the component, at most."""
+SERVO_S, EVERY = 0.005, 10
+"""The control's own cycle, as the INI file has it [s]; so many make a row."""
+SAMPLED = (
+    *("motor_x", "motor_y", "motor_z", "command_x", "command_y", "command_z", "velocity"),
+    *("point", "event", "homed", "valid", "wait", "clear", "limited", "heartbeat"),
+)
+"""What the sampler is connected to, in this order; the first seven are numbers."""
+KINDS = "fffffffssbbbbbb"
 NO_OFFSETS = dict.fromkeys(OFFSETS, 0.0)
 """The axes move by the control, not by the plant's own."""
 
@@ -41,14 +55,76 @@ def new_pins(name: str, outputs: Sequence[str]) -> Any:
     """
     hal = linuxcnc_module("hal")
     pins = hal.component(name)
-    for given in ("speed", "tool_length", "velocity", *POSITIONS):
+    for given in ("speed", "tool_length"):
         pins.newpin(given, hal.HAL_FLOAT, hal.HAL_IN)
-    for flag in FLAGS:
+    for flag in ("alive", "heartbeat"):
         pins.newpin(flag, hal.HAL_BIT, hal.HAL_IN)
     pins.newpin("cold", hal.HAL_BIT, hal.HAL_OUT)
+    pins.newpin("point", hal.HAL_S32, hal.HAL_OUT)
+    pins.newpin("servo_s", hal.HAL_FLOAT, hal.HAL_OUT)
     for shown in outputs:
         pins.newpin(shown, hal.HAL_FLOAT, hal.HAL_OUT)
     return pins
+
+
+class Table:
+    """What the control's thread sampled, with what the plant showed at the time.
+
+    Parameters
+    ----------
+    pins : HAL component
+        The plant's.
+    file : text stream
+        Takes the rows.
+    """
+
+    def __init__(self, pins: Any, file: Any) -> None:
+        hal, self._pins = linuxcnc_module("hal"), pins
+        self._samples = hal.stream(pins, hal.sampler_base, KINDS)
+        self._rows = csv.writer(file)
+        self._shown: list[dict[str, float]] = []
+
+    def show(self, readings: dict[str, float]) -> int:
+        """Keep what the plant shows from now on; return its number."""
+        if not self._shown:
+            self._rows.writerow(["servo_s", *readings, *SAMPLED])
+        self._shown.append(readings)
+        return len(self._shown) - 1
+
+    def write(self) -> None:
+        """Write down what was sampled meanwhile, and show the control's time."""
+        while self._samples.readable:
+            values = self._samples.read()
+            number = self._samples.sampleno
+            self._pins["servo_s"] = number * SERVO_S
+            if number % EVERY == 0:
+                sampled = dict(zip(SAMPLED, values, strict=True))
+                shown = self._shown[sampled["point"]]
+                cells = [number * SERVO_S, *shown.values(), *sampled.values()]
+                self._rows.writerow(float(cell) for cell in cells)
+
+
+class Looks:
+    """Waits for the component, which shows a heartbeat at each of its looks."""
+
+    def __init__(self, pins: Any, stopped: Callable[[], bool]) -> None:
+        self._pins, self._stopped = pins, stopped
+        self._beat, self._steps = False, 0
+        self._due = time.monotonic()
+
+    def wait(self) -> None:
+        """Wait until the plant may take its next step."""
+        # One that was late does not hurry afterwards.
+        now = time.monotonic()
+        self._due = max(self._due + STEP_S, now)
+        time.sleep(self._due - now)
+        self._steps += 1
+        while True:
+            if self._pins["heartbeat"] != self._beat:
+                self._beat, self._steps = not self._beat, 0
+            if self._steps < STEPS_A_LOOK or not self._pins["alive"] or self._stopped():
+                return
+            time.sleep(STEP_S / 10)
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -65,34 +141,24 @@ def main(argv: Sequence[str] | None = None) -> int:
     plant = MachinePlant(args.plant, case, recorded=False)
     plant.start()
     pins = new_pins("spindle-plant", sorted(name for name in plant.readings() if name[0] == "T"))
-    _show(pins, plant.readings(), cold=True)
     # Line by line, so that nothing is lost with a component that is ended at once.
     with args.out.open("w", buffering=1, newline="") as file, stop_flag() as stopped:
-        table = csv.writer(file)
-        pins.ready()
-        begun, points, cold = time.monotonic(), 0, True
+        table, looks, cold = Table(pins, file), Looks(pins, stopped), True
         while not stopped() and not plant.done:
             plant.drive({"speed": pins["speed"], "tool_length": pins["tool_length"]})
-            row = {"wall_s": time.time(), "time_s": plant.time_s, **plant.readings()}
-            row |= {name: pins[name] for name in ("velocity", *POSITIONS)}
-            row |= {flag: int(pins[flag]) for flag in FLAGS}
-            if not points:
-                table.writerow(row)
-            table.writerow(row.values())
-            plant.step(NO_OFFSETS)
-            points += 1
+            readings = plant.readings()
+            for name in (name for name in readings if name[0] == "T"):
+                pins[name] = readings[name]
             cold = cold and pins["speed"] == 0.0
-            _show(pins, plant.readings(), cold=cold)
-            time.sleep(max(begun + points * STEP_S - time.monotonic(), 0.0))
+            pins["cold"] = cold
+            pins["point"] = table.show({"time_s": plant.time_s, **readings})
+            if plant.point == 0:
+                pins.ready()
+            table.write()
+            looks.wait()
+            plant.step(NO_OFFSETS)
     plant.close()
     return 0
-
-
-def _show(pins: Any, readings: Mapping[str, float], *, cold: bool) -> None:
-    for name, value in readings.items():
-        if name[0] == "T":
-            pins[name] = value
-    pins["cold"] = cold
 
 
 if __name__ == "__main__":

@@ -77,15 +77,10 @@ class CanOpen(Adapter):
     @classmethod
     def add_arguments(cls, parser: argparse.ArgumentParser) -> None:
         """Declare its arguments."""
-        parser.add_argument(
-            "--canopen",
-            type=int,
-            metavar="ID",
-            help="be the CANopen node of this number (1 to 127)",
-        )
-        parser.add_argument(
-            "--eds", action="store_true", help="print the CANopen node's data sheet, and end"
-        )
+        text = "be the CANopen node of this number (1 to 127)"
+        parser.add_argument("--canopen", type=int, metavar="ID", help=text)
+        text = "print the CANopen node's data sheet, and end"
+        parser.add_argument("--eds", action="store_true", help=text)
 
     def check(self) -> None:
         """Refuse frames beside its own."""
@@ -109,7 +104,7 @@ class CanOpen(Adapter):
         if self.args.canopen is None:
             return None
         from gateway.canopen_node import CanOpenNode
-        from gateway.unit import options_of
+        from gateway.options import options_of
 
         bus = {"interface": self.args.interface, "channel": self.args.channel}
         return CanOpenNode(

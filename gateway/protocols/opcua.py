@@ -22,25 +22,14 @@ class OpcUa(Adapter):
     @classmethod
     def add_arguments(cls, parser: argparse.ArgumentParser) -> None:
         """Declare its arguments."""
-        parser.add_argument(
-            "--opcua",
-            nargs="?",
-            const=DEFAULT_URL,
-            metavar="URL",
-            help=f"show inputs, outputs and status by OPC UA, read-only ({DEFAULT_URL})",
-        )
-        parser.add_argument(
-            "--opcua-cert", type=Path, metavar="FILE", help="the OPC UA server's certificate"
-        )
-        parser.add_argument(
-            "--opcua-key", type=Path, metavar="FILE", help="key of the OPC UA server's certificate"
-        )
-        parser.add_argument(
-            "--opcua-trust",
-            type=Path,
-            metavar="DIR",
-            help="certificates of the clients that may read, or of those who signed them",
-        )
+        add = parser.add_argument
+        text = f"show inputs, outputs and status by OPC UA, read-only ({DEFAULT_URL})"
+        add("--opcua", nargs="?", const=DEFAULT_URL, metavar="URL", help=text)
+        add("--opcua-cert", type=Path, metavar="FILE", help="the OPC UA server's certificate")
+        text = "key of the OPC UA server's certificate"
+        add("--opcua-key", type=Path, metavar="FILE", help=text)
+        text = "certificates of the clients that may read, or of those who signed them"
+        add("--opcua-trust", type=Path, metavar="DIR", help=text)
 
     def check(self) -> None:
         """Refuse a server that is open to others."""

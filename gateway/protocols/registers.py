@@ -65,11 +65,8 @@ class Registers(Adapter):
     @classmethod
     def add_arguments(cls, parser: argparse.ArgumentParser) -> None:
         """Declare its arguments."""
-        parser.add_argument(
-            "--registers",
-            choices=tuple(controls()),
-            help="print the registers of such a control, a line of JSON for each change",
-        )
+        text = "print the registers of such a control, a line of JSON for each change"
+        parser.add_argument("--registers", choices=tuple(controls()), help=text)
 
     def join(
         self, database: Database, fmu: Path, unit: CompensatorUnit, say: Say

@@ -11,7 +11,8 @@ from gateway.database import COMPENSATOR, MACHINE, Database
 from gateway.e2e import protected
 from gateway.node import GatewayNode, GatewaySettings
 from gateway.proof import ECHO_BITS, proof_of
-from gateway.unit import CompensatorUnit, Saved
+from gateway.state import Saved
+from gateway.unit import CompensatorUnit
 
 WARM = {"T1": 24.0, "T4": 26.0}
 """What moves the offsets of the bench's compensator, which uses T1 and T4."""

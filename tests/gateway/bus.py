@@ -17,7 +17,8 @@ import can
 import cantools
 
 from gateway.codec import Sender, Value
-from gateway.database import COMPENSATOR, DBC, MACHINE, Database
+from gateway.database import COMPENSATOR, MACHINE, Database
+from gateway.dbc import DBC
 from gateway.framelog import FrameLog
 from gateway.link import Link
 from gateway.node import GatewaySettings

@@ -14,17 +14,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gateway.codec import Encoder, Problem, decode, high_raw, low_raw, name_of, raw_of
-from gateway.database import (
-    COMPENSATOR,
-    DBC,
-    ERROR,
-    MACHINE,
-    NOT_AVAILABLE,
-    Database,
-    Frame,
-    Signal,
-    read_database,
-)
+from gateway.database import COMPENSATOR, ERROR, MACHINE, NOT_AVAILABLE, Database, Frame, Signal
+from gateway.dbc import DBC, read_database
 from measurement.errors import BadInput
 from tests.gateway.bench import start_values
 

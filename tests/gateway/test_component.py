@@ -14,7 +14,8 @@ from typing import Any
 import pytest
 
 from gateway.control import FOLLOWING, HOLDING, OffsetFollower
-from gateway.database import OFFSETS, read_database
+from gateway.database import OFFSETS
+from gateway.dbc import read_database
 from gateway.linuxcnc import native_component, sandbox
 from gateway.linuxcnc.axes import AxisOffset
 from gateway.linuxcnc.component import NAMES, ControlPins, sent_signals
@@ -98,14 +99,14 @@ def test_homing_is_allowed_once_the_offsets_are_cleared() -> None:
     assert all(abs(axis.motor_um) < 1e-6 for axis in control.axes.values())
 
 
-def test_a_component_that_waited_moves_no_axis_further_than_a_cycle_and_a_half() -> None:
+def test_a_component_that_waited_moves_no_axis_further_than_in_one_cycle() -> None:
     control = Control()
     component = control.component()
     control.cycle(component, WANTED, 4)
     before = control.axes["z"].moved_um
     control.now += 0.3
     control.cycle(component, WANTED)
-    assert 0.0 < control.axes["z"].moved_um - before <= 1.5 * CYCLE_S * SLEW + 1e-9
+    assert 0.0 < control.axes["z"].moved_um - before <= CYCLE_S * SLEW + 1e-9
 
 
 def test_a_watchdog_that_barked_may_look_again_and_nothing_moves_before() -> None:
@@ -214,8 +215,9 @@ def test_the_nose_of_a_real_control_is_held_through_all_faults(tmp_path: Path) -
     for figures in summary.values():
         assert figures["rest_rows"] > 100
         assert figures["drift_um"] > 15.0
-        # As it is on an idle computer, and what a busy one adds. A fault that is not honoured
-        # leaves the whole drift, or jumps by it.
+        # A fault that is not honoured leaves the whole drift, or jumps by it. A busy computer makes
+        # an outage longer, in which minutes of temperatures are missed.
         assert figures["error_um"] < 3.0 + 3.0
-        assert figures["jump_um"] < 1.0 + 3.0
+        # Two looks of the component at half a micrometre each, in whole counts.
+        assert figures["jump_um"] < 1.02
         assert figures["left_after_clear_um"] < 0.05

@@ -9,7 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gateway.codec import Sender
-from gateway.database import COMPENSATOR, MACHINE, SIZE, Database, read_database
+from gateway.database import COMPENSATOR, MACHINE, Database
+from gateway.dbc import SIZE, read_database
 from gateway.e2e import COUNTERS, counter_of, crc_of, intact, protected
 from gateway.reception import Reception
 

@@ -15,11 +15,14 @@ from gateway import page
 from gateway.busload import bus_load, frame_bits
 from gateway.codec import Sender
 from gateway.control import OffsetFollower
-from gateway.database import COMPENSATOR, DBC, MACHINE, Database
+from gateway.database import COMPENSATOR, MACHINE, Database
+from gateway.dbc import DBC
 from gateway.machine import Ear
+from gateway.options import options_of
 from gateway.page import PAGE, frames_text, updated
 from gateway.reception import Cycle
-from gateway.unit import CompensatorUnit, StateFile, check_units, options_of
+from gateway.state import StateFile
+from gateway.unit import CompensatorUnit, check_units
 from measurement.errors import BadInput
 from scenarios.cli import main
 from tests.gateway.bench import WARM, Bench

@@ -13,8 +13,9 @@ from gateway.database import COMPENSATOR, MACHINE, Database
 from gateway.node import GatewaySettings
 from gateway.reception import Reception
 from gateway.reference import Proof, Reference
+from gateway.state import Saved
 from gateway.timebase import DRIFT, Timebase
-from gateway.unit import CompensatorUnit, Saved
+from gateway.unit import CompensatorUnit
 from tests.gateway.bench import WARM, Bench
 
 NOT_COLD = {"thermal_state": "warm"}

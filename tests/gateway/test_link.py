@@ -10,6 +10,8 @@ import can
 import pytest
 
 from gateway import link as module
+from gateway.codec import Sender
+from gateway.database import MACHINE
 from gateway.framelog import FrameLog
 from gateway.link import FIRST_WAIT_S, LONGEST_WAIT_S, MOST_FAILURES, Link
 from gateway.replay import recorded
@@ -212,3 +214,15 @@ def test_a_log_is_read_back(tmp_path: Path, database: Any) -> None:
     found = recorded(path, database)
     assert [message.arbitration_id for message in found] == [0x210, 0x215]
     assert bytes(found[0].data) == with_bytes(MESSAGE, bytes(range(1, 9))).data
+
+
+def test_a_log_converted_to_mf4_is_read(tmp_path: Path, database: Any) -> None:
+    pytest.importorskip("asammdf")
+    path = tmp_path / "frames.mf4"
+    sent = Sender(database, MACHINE).messages({"machine_state": "running"})
+    with can.Logger(str(path)) as log:
+        for number, message in enumerate(sent):
+            message.timestamp = 1e9 + 0.001 * number
+            log.on_message_received(message)
+    found = recorded(path, database)
+    assert [(m.arbitration_id, m.data) for m in found] == [(m.arbitration_id, m.data) for m in sent]

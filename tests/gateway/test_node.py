@@ -10,7 +10,8 @@ import pytest
 from gateway.codec import raw_of
 from gateway.database import MACHINE, Database
 from gateway.node import GatewaySettings
-from gateway.unit import CompensatorUnit, Saved
+from gateway.state import Saved
+from gateway.unit import CompensatorUnit
 from tests.gateway.bench import WARM, Bench, with_bytes
 from tests.gateway.conftest import HOLD_S, RECOVER_S, SLEW_UM_PER_S
 from tests.gateway.faults import (

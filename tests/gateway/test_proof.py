@@ -14,7 +14,8 @@ from gateway.codec import Sender
 from gateway.database import MACHINE, Database
 from gateway.node import GatewaySettings
 from gateway.proof import LARGEST_ECHO, Challenges, draw, proof_of, read_key
-from gateway.unit import CompensatorUnit, Saved
+from gateway.state import Saved
+from gateway.unit import CompensatorUnit
 from measurement.errors import BadInput
 from tests.gateway.bench import WARM, Bench
 

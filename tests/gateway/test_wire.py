@@ -13,7 +13,8 @@ import numpy as np
 import pytest
 
 from gateway.codec import Sender, Value
-from gateway.database import COMPENSATOR, DBC, MACHINE, PROTECTION, Database
+from gateway.database import COMPENSATOR, MACHINE, Database
+from gateway.dbc import DBC, PROTECTION
 from gateway.link import Link
 from gateway.machine import Pace
 from gateway.node import GatewaySettings

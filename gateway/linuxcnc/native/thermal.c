@@ -19,7 +19,6 @@
 #include "rtapi.h"
 
 #define CYCLE_S 0.1
-#define MOST_CYCLES 1.5 /* an axis is moved at once by what its slew allows in so many, at most */
 #define WAIT_UM 0.5     /* the feed waits while an axis is further from what is wanted */
 #define SAVE_CYCLES 10
 #define OLDEST_S 3600.0 /* a state that is older says nothing about the machine */
@@ -227,7 +226,8 @@ static void apply(struct component *self, double elapsed_s)
         *pins->running = false;
         return;
     }
-    elapsed_s = fmin(elapsed_s, MOST_CYCLES * CYCLE_S);
+    /* One that was kept waiting does not make up for it in one step. */
+    elapsed_s = fmin(elapsed_s, CYCLE_S);
     bool takes = *pins->on && *pins->homed && (*pins->coord || *pins->teleop);
     bool following = self->cold && whole_output(self, BOOLEAN, self->valid), moved = false;
     double furthest_um = 0.0;

@@ -1,0 +1,117 @@
+"""A state of an FMU that outlives the process.
+
+The gateway may be restarted while the spindle is warm. What the compensator remembers (its
+reference temperatures, its offsets) is therefore kept in a file, as the FMU itself serialises it.
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+import os
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import isfinite
+from pathlib import Path
+
+from measurement.errors import BadInput
+from measurement.files import read_bytes, write_atomically
+from scenarios.outputs import STATE_KIND, begins_as_state
+
+FORMAT = 1
+OLDEST_S = 3600.0
+"""Oldest saved state that is restored [s]."""
+
+
+@dataclass(frozen=True)
+class Saved:
+    """A state file: the FMU's time and the machine's [s], how long ago [s], and the state."""
+
+    time_s: float
+    machine_time_s: float
+    age_s: float
+    state: bytes
+
+
+class StateFile:
+    """Where an FMU's state is kept.
+
+    Parameters
+    ----------
+    path : Path
+        The file; written whole or not at all.
+    fmu_sha256 : str
+        The FMU that the state must belong to.
+    wall : callable, optional
+        The time of day [s].
+    """
+
+    def __init__(self, path: Path, fmu_sha256: str, wall: Callable[[], float] = time.time) -> None:
+        self.path, self._fmu, self._wall = path, fmu_sha256, wall
+
+    def now(self) -> float:
+        """Return the time of day, for `write` [s]."""
+        return self._wall()
+
+    def write(self, taken: float, time_s: float, machine_time_s: float, state: bytes) -> None:
+        """Save a state that was taken at a time of day [s].
+
+        Raises
+        ------
+        BadInput
+            If the file cannot be written.
+        """
+        table = {
+            "kind": STATE_KIND,
+            "format": FORMAT,
+            "fmu": self._fmu,
+            "pid": os.getpid(),
+            "saved": taken,
+            "time_s": time_s,
+            "machine_time_s": machine_time_s,
+            "state": base64.b64encode(state).decode(),
+        }
+        write_atomically(self.path, json.dumps(table) + "\n")
+
+    def read(self, speed_up: float = 1.0) -> tuple[Saved | None, str]:
+        """Return what was saved, or None and why it cannot be used.
+
+        Parameters
+        ----------
+        speed_up : float
+            Seconds of the FMU in a second of the time of day.
+
+        Raises
+        ------
+        BadInput
+            If the file is not a state file.
+        """
+        if not self.path.exists():
+            return None, "the file does not exist yet"
+        if not self.path.is_file():
+            raise BadInput(self.path, "", "is not an ordinary file")
+        text = read_bytes(self.path)
+        if not begins_as_state(text):
+            raise BadInput(self.path, "", "is not a state of an FMU")
+        try:
+            table = json.loads(text)
+            if table["format"] != FORMAT:
+                raise ValueError("it is of another version")
+            state = base64.b64decode(table["state"], validate=True)
+            saved, *times = (float(table[key]) for key in ("saved", "time_s", "machine_time_s"))
+            if not all(map(isfinite, (saved, *times))):
+                raise ValueError("a time in it is not a number")
+        except (ValueError, KeyError, TypeError) as error:
+            # A power cut may leave such a file; the gateway starts without it.
+            return None, f"it is damaged: {error}"
+        age = self._wall() - saved
+        found = Saved(times[0], times[1], age, state)
+        if table["fmu"] != self._fmu:
+            return None, "it belongs to another FMU"
+        if age < 0.0:
+            return None, f"it was saved {-age:.0f} s in the future: this computer's clock was set"
+        if age * speed_up > OLDEST_S:
+            allowed = f"allowed is {OLDEST_S / speed_up:g} s"
+            return None, f"it was saved {age:.0f} s ago, {allowed}"
+        return found, ""
