@@ -9,7 +9,7 @@ import numpy as np
 
 from benchmarks.trust.one_idea import one_idea
 from benchmarks.trust.questions import Question
-from fmu_compensator.driving import AXES, drive
+from fmu_compensator.driving import drive
 from fmu_compensator.fit.fitting import compensator_text, fit_compensator
 from fmu_compensator.fit.promise import RunLeft, left_of
 from fmu_compensator.runtime.compensator import OK
@@ -125,12 +125,7 @@ def _installed(
         for one in driven
     ]
     unseen = table["provenance"]["figures"]["unseen"] or {}
-    kinds = [unseen[kind] for kind in ("like", "unlike") if kind in unseen]
-    promised = {
-        axis: max(one[axis]["model"] for one in kinds)
-        for axis in AXES
-        if kinds and axis in kinds[0]
-    }
+    promised = {axis: row["model"] for axis, row in unseen.get("promised", {}).items()}
     runs = [left_of(one, run.name) for one, run in zip(driven, question.judged, strict=True)]
     share = float(np.mean([np.mean(one) for one in wrong]))
     return runs, promised, share, str(table["error_model"]["kind"])

@@ -81,7 +81,12 @@ def _left(run: PreparedRun, said: Array, spread: Array, weights: Array) -> RunLe
         drift, error = run.targets[rows] @ row, (run.targets - said)[rows] @ row
         half = WIDTH * np.abs(spread[rows]) @ np.abs(row)
         axes[axis] = AxisLeft(
-            _rms(drift), _rms(error), float(np.mean(np.abs(error) <= half)), float(half.mean()), 0.0
+            _rms(drift),
+            _rms(error),
+            float(np.mean(np.abs(error) <= half)),
+            float(half.mean()),
+            _rms(half) / WIDTH,
+            0.0,
         )
     return RunLeft(run.name, None, axes, 0.0)
 

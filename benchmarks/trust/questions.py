@@ -13,7 +13,7 @@ from measurement.rig import Rig, default_rig, rig_from_table
 from measurement.runs import Run, read_run
 from plant_model.machine_file import read_machine
 from plant_model.simulate import simulate
-from scenarios.commands.simulate import inputs_of
+from scenarios.machine_inputs import inputs_of
 from scenarios.scenario import read_scenario
 
 TRAINING = ("training_down", "training_random", "training_stops", "training_warm_hall")
@@ -46,9 +46,14 @@ class Question:
     rig: Rig
 
 
+def lathe_runs(folder: Path) -> list[Run]:
+    """Return the lathe's runs, by date; none where the folder has none."""
+    return [read_run(path) for path in sorted(folder.glob("2*.csv"))]
+
+
 def lathe_questions(folder: Path) -> Iterator[Question]:
     """Yield the splits of the lathe's thirty runs: by month, hall, speed, and every fifth run."""
-    runs = [read_run(path) for path in sorted(folder.glob("2*.csv"))]
+    runs = lathe_runs(folder)
     if not runs:
         return
     rig = default_rig(runs[0], read_machine("jig_borer_lumps").rig)
@@ -101,7 +106,7 @@ def simulated_questions() -> Iterator[Question]:
     """Yield the shipped jig borer's training, judged on machines and halls that are not its own."""
     machine = read_machine("jig_borer_lumps")
     rig = rig_from_table(machine.rig, "rig")
-    train = [_simulated(name, name, 0.0, 0.0, "") for name in TRAINING]
+    train = [simulated(name, name, 0.0, 0.0) for name in TRAINING]
     judged: list[tuple[str, bool, float, float, str]] = [
         ("the same machine, other speeds", False, 0.0, 0.0, ""),
         ("coolant 3 K warmer", True, 3.0, 0.0, ""),
@@ -112,12 +117,18 @@ def simulated_questions() -> Iterator[Question]:
         ("another machine of the series", True, 0.0, 0.0, "other"),
     ]
     for name, unlike, coolant, hall, what in judged:
-        runs = [_simulated(f"{base}, {name}", base, coolant, hall, what) for base in JUDGED]
+        runs = [simulated(f"{base}, {name}", base, coolant, hall, CHANGES[what]) for base in JUDGED]
         yield Question("jig borer", name, unlike, train, runs, rig)
 
 
-CHANGES: dict[str, Callable[[str], float]] = {
-    "": lambda name: 1.0,
+def unchanged(name: str) -> float:
+    """Return the factor of a parameter of the machine as it is."""
+    return 1.0
+
+
+Change = Callable[[str], float]
+CHANGES: dict[str, Change] = {
+    "": unchanged,
     "lubricant": lambda name: 1.5 if name.endswith(".viscosity") else 1.0,
     "worn": lambda name: 2.5 if name in ("sources.front_bearing.f1",) else 1.0,
     "other": lambda name: _drawn(name),
@@ -130,15 +141,17 @@ def _drawn(name: str) -> float:
     return float(np.random.default_rng([ord(letter) for letter in name]).uniform(0.85, 1.15))
 
 
-def _simulated(name: str, scenario: str, coolant_k: float, hall_k: float, what: str) -> Run:
-    """Return a run of a library scenario on a changed machine, with noise."""
+def simulated(
+    name: str, scenario: str, coolant_k: float, hall_k: float, change: Change = unchanged
+) -> Run:
+    """Return a run of a library scenario on a machine whose parameters are changed, with noise."""
     machine = read_machine("jig_borer_lumps")
     case = read_scenario(scenario).cases[0]
     inputs = inputs_of(case, machine, EVERY_S)
     inputs["coolant_inlet"] += coolant_k
     inputs["ambient"] += hall_k
     values = {
-        key: min(max(parameter.value * CHANGES[what](key), parameter.low), parameter.high)
+        key: min(max(parameter.value * change(key), parameter.low), parameter.high)
         for key, parameter in machine.parameters.items()
         if parameter.low < parameter.high
     }

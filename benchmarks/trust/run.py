@@ -1,10 +1,11 @@
 """Fit each error model on some runs, install it, and drive it through runs that it never saw.
 
-    python -m benchmarks.trust.run DATA [--models NAME,NAME] [--data lathe] [--json FILE] [--docs]
+    python -m benchmarks.trust.run DATA [--models NAME,NAME] [--data lathe] [--json FILE] [--write]
+    python -m benchmarks.trust.run DATA --fresh --models "fit's own choice" --json FILE
 
 DATA is the folder that holds ``lathe/`` and ``electric_spindle/``; what is missing is left out.
 The answers are kept in FILE as they come, and a run that was stopped goes on from there.
-``--docs`` writes the tables into docs/trust.md.
+``--fresh`` asks splits that nothing was set on; ``--write`` writes the tables into docs/results.md.
 """
 
 from __future__ import annotations
@@ -17,6 +18,8 @@ from typing import Any
 
 from tqdm import tqdm
 
+from benchmarks.results_page import put
+from benchmarks.trust.fresh import fresh_lathe, fresh_simulated
 from benchmarks.trust.judge import CHOICE, PROTOTYPE, judge
 from benchmarks.trust.questions import (
     Question,
@@ -24,7 +27,7 @@ from benchmarks.trust.questions import (
     lathe_questions,
     simulated_questions,
 )
-from benchmarks.trust.tables import tables, write_docs
+from benchmarks.trust.tables import tables
 from measurement.errors import BadInput
 from measurement.files import write_atomically
 
@@ -38,6 +41,12 @@ def questions(folder: Path) -> Iterator[Question]:
     yield from simulated_questions()
 
 
+def fresh(folder: Path) -> Iterator[Question]:
+    """Yield the splits that nothing was set on."""
+    yield from fresh_lathe(folder / "lathe")
+    yield from fresh_simulated()
+
+
 def main() -> int:
     """Ask what was not asked yet and print the tables."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -45,13 +54,14 @@ def main() -> int:
     parser.add_argument("--models", default=MODELS)
     parser.add_argument("--data", help="only this data set")
     parser.add_argument("--json", type=Path, default=Path("results/trust.json"))
-    parser.add_argument("--docs", action="store_true", help="write the tables into docs/trust.md")
+    parser.add_argument("--fresh", action="store_true", help="splits that nothing was set on")
+    parser.add_argument("--write", action="store_true", help="also write docs/results.md")
     args = parser.parse_args()
     found: list[dict[str, Any]] = json.loads(args.json.read_text()) if args.json.exists() else []
     asked = {(one["data"], one["question"], one["model"]) for one in found}
     todo = [
         (question, model)
-        for question in questions(args.folder)
+        for question in (fresh if args.fresh else questions)(args.folder)
         if args.data in (None, question.data)
         for model in args.models.split(",")
         if (question.data, question.name, model) not in asked
@@ -73,8 +83,8 @@ def main() -> int:
     order = {model: place for place, model in enumerate(MODELS.split(","))}
     text = tables(sorted(found, key=lambda one: order.get(one["model"], len(order))))
     print(text)
-    if args.docs:
-        write_docs(text)
+    if args.write:
+        put("trust", text)
     return 0
 
 

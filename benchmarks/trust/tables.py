@@ -1,24 +1,36 @@
-"""The tables of docs/trust.md."""
+"""The tables on how far to trust a compensator."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from benchmarks.trust.judge import CHOICE, PROTOTYPE
-from measurement.files import write_atomically
 
-PAGE = Path(__file__).resolve().parents[2] / "docs" / "trust.md"
-BEGIN, END = "<!-- tables: begin -->", "<!-- tables: end -->"
+MUCH = 1.5
+"""So many times the promise may be left [1]."""
 
 
 def tables(found: Sequence[dict[str, Any]]) -> str:
     """Return a summary by model, then every question with fit's own choice beside the rest."""
     good = [one for one in found if "axes" in one]
-    return "\n".join([*_summary(good), "", *_questions(good)])
+    return "\n".join([*_summary(good), "", *_kept(good), *_questions(good)])
+
+
+def _kept(good: Sequence[dict[str, Any]]) -> list[str]:
+    """Return in how many splits no axis is left more than `MUCH` times what was promised."""
+    ratios = [
+        max(axis["rmse"] / axis["promised"] for axis in one["axes"].values())
+        for one in good
+        if one["model"] == CHOICE and all(axis.get("promised") for axis in one["axes"].values())
+    ]
+    if not ratios:
+        return []
+    kept = sum(ratio <= MUCH for ratio in ratios)
+    says = f"What is left is at most {MUCH:g} times the promise, in every axis,"
+    return [f"{says} in {kept} of {len(ratios)} splits.", ""]
 
 
 def _ratio(one: dict[str, Any]) -> float:
@@ -97,11 +109,3 @@ def _rows(question: str, here: Sequence[dict[str, Any]]) -> list[list[str]]:
         cells.append(told)
         rows.append(cells)
     return rows
-
-
-def write_docs(text: str) -> None:
-    """Put the tables between the marks of the page."""
-    page = PAGE.read_text("utf-8")
-    head, rest = page.split(BEGIN)
-    tail = rest.split(END)[1]
-    write_atomically(PAGE, f"{head}{BEGIN}\n\n{text.rstrip()}\n\n{END}{tail}")

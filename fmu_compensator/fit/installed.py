@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -29,6 +30,8 @@ COVERAGE = 0.9
 """Share of unseen drift that an interval is to hold [1]."""
 DEVIATIONS = float(student.ppf(0.5 + COVERAGE / 2.0, DEGREES))
 """Half width of the interval in standard deviations [1]."""
+RMS_OF_HALF_WIDTH = math.sqrt(DEGREES / (DEGREES - 2.0)) / DEVIATIONS
+"""Root mean square of what an interval promises to be left, over its half width [1]."""
 PARTS = 5
 """Of the runs, each predicted by a mean function fitted to the others, so that the Gaussian learns
 what it leaves in runs that it did not see."""

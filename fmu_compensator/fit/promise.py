@@ -1,19 +1,23 @@
 """What a compensator leaves in runs and in conditions left out: what `fit` may promise.
 
 Judged is what would be installed: each time it is fitted anew without some runs, made into a
-compensator, and driven through them with all its checks.
+compensator, and driven through them with all its checks. Few runs say little of how large an error
+may become, so the promise is the posterior of its mean square: what the interval expects counts as
+`DEGREES` runs, and beside it stand as many as were left out, or as many conditions.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from fmu_compensator.driving import AXES, Driven, drive
-from fmu_compensator.fit.conditions import LIKE, UNLIKE, Fold
+from fmu_compensator.fit.conditions import EXTREME, LIKE, UNLIKE, Fold
+from fmu_compensator.fit.gaussian import DEGREES
+from fmu_compensator.fit.installed import RMS_OF_HALF_WIDTH
 from fmu_compensator.runtime.compensator import UNTRAINED
 from fmu_compensator.runtime.modelfile import Model
 from measurement.rig import Rig
@@ -32,6 +36,8 @@ class AxisLeft:
         Share of the samples within the promised interval [1].
     half_width : float
         Mean half width of the interval [um].
+    expected : float
+        Root mean square that the interval expects to be left [um].
     miss : float
         Root mean square of what is left over the half width [1].
     """
@@ -40,6 +46,7 @@ class AxisLeft:
     left: float
     inside: float
     half_width: float
+    expected: float
     miss: float
 
 
@@ -78,6 +85,7 @@ def left_of(driven: Driven, run: str, fold: Fold | None = None) -> RunLeft:
             _rms(missed),
             float(np.mean(np.abs(missed) <= half)),
             float(np.mean(half)),
+            RMS_OF_HALF_WIDTH * _rms(half),
             _rms(missed / half),
         )
     return RunLeft(run, fold, axes, float(np.mean(driven.status == UNTRAINED)))
@@ -120,8 +128,8 @@ def by_axis(records: Sequence[RunLeft]) -> dict[str, dict[str, float]]:
     Returns
     -------
     dict of str to dict of str to float
-        By axis: RMSE with the compensator (``model``) and without (``no_model``) [um], share of
-        the samples within the interval (``inside``) [1].
+        By axis: RMSE with the compensator (``model``) and without (``no_model``), and what the
+        interval expects (``expected``) [um]; share of the samples within it (``inside``) [1].
     """
     names = dict.fromkeys(axis for one in records for axis in one.axes)
     here = {axis: [one.axes[axis] for one in records if axis in one.axes] for axis in names}
@@ -129,6 +137,7 @@ def by_axis(records: Sequence[RunLeft]) -> dict[str, dict[str, float]]:
         axis: {
             "model": _pooled([one.left for one in parts]),
             "no_model": _pooled([one.none for one in parts]),
+            "expected": _pooled([one.expected for one in parts]),
             "inside": float(np.mean([one.inside for one in parts])),
         }
         for axis, parts in here.items()
@@ -150,20 +159,88 @@ def promise(records: Sequence[RunLeft]) -> dict[str, Any] | None:
             continue
         found[kind] = by_axis(here)
         by_fold = {one.fold.name: one.fold for one in here if one.fold is not None}
+        runs = {one.run for one in here}
+        # The folds of a condition overlap those of the next: they are thirds of the runs.
+        found[f"{kind}_behind"] = (
+            len(runs) if kind == LIKE else min(len(runs), round(1.0 / EXTREME))
+        )
         found[f"{kind}_folds"] = [
             {"left_out": name, "runs": len(fold.out), "ratio_to_none": _ratio(here, fold)}
             for name, fold in by_fold.items()
         ]
-    found["by_run"] = [
+    found["by_run"] = _misses(one for one in records if one.fold and one.fold.kind == LIKE)
+    return {**found, "promised": promised(found)}
+
+
+def promised(unseen: Mapping[str, Any]) -> dict[str, dict[str, float]]:
+    """Return what is promised to be left of each axis (``model``), and of what (``no_model``) [um].
+
+    Parameters
+    ----------
+    unseen : mapping
+        What `promise` returned: the worse of like and unlike runs counts.
+    """
+    kinds = [kind for kind in (LIKE, UNLIKE) if kind in unseen]
+    found = {}
+    for axis in unseen[kinds[0]]:
+        rows = [(unseen[kind][axis], unseen[f"{kind}_behind"]) for kind in kinds]
+        squares = [
+            (DEGREES * row["expected"] ** 2 + behind * row["model"] ** 2) / (DEGREES + behind)
+            for row, behind in rows
+        ]
+        none = max(row["no_model"] for row, _ in rows)
+        found[axis] = {"model": float(np.sqrt(max(squares))), "no_model": none}
+    return found
+
+
+def followed(unseen: Mapping[str, Any] | None, records: Sequence[RunLeft]) -> dict[str, Any] | None:
+    """Return a promise after further runs: each is one more run, all are one more condition.
+
+    Parameters
+    ----------
+    unseen : mapping or None
+        What `promise` returned for the runs before; without a promise it counts as none.
+    records : sequence of RunLeft
+        What was left of the new runs by compensators that did not know them.
+    """
+    records = [one for one in records if one.axes]
+    if not records:
+        return None if unseen is None else dict(unseen)
+    new, found = by_axis(records), dict(unseen if unseen and "promised" in unseen else {})
+    for kind, count in ((LIKE, len(records)), (UNLIKE, 1)):
+        if kind in found or kind == LIKE:
+            behind = found.get(f"{kind}_behind", 0)
+            found[kind] = _together(found.get(kind, {}), behind, new, count)
+            found[f"{kind}_behind"] = behind + count
+    found["by_run"] = [*found.get("by_run", ()), *_misses(records)]
+    return {**found, "promised": promised(found)}
+
+
+def _together(
+    old: Mapping[str, Mapping[str, float]],
+    behind: int,
+    new: Mapping[str, Mapping[str, float]],
+    count: int,
+) -> dict[str, dict[str, float]]:
+    """Return the figures by axis of *behind* observations and *count* more."""
+    found = {axis: dict(row) for axis, row in {**new, **old}.items()}
+    for axis in old.keys() & new.keys():
+        for name, value in new[axis].items():
+            power = 1.0 if name == "inside" else 2.0
+            total = behind * old[axis][name] ** power + count * value**power
+            found[axis][name] = float((total / (behind + count)) ** (1.0 / power))
+    return found
+
+
+def _misses(records: Iterable[RunLeft]) -> list[dict[str, Any]]:
+    return [
         {
             "run": one.run,
             "miss": [one.axes[axis].miss if axis in one.axes else None for axis in AXES],
             "new": one.new,
         }
         for one in records
-        if one.fold is not None and one.fold.kind == LIKE
     ]
-    return found
 
 
 def _ratio(records: Sequence[RunLeft], fold: Fold) -> float:

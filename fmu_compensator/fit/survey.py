@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
@@ -14,7 +14,9 @@ from fmu_compensator.fit.columns import MeasuredColumns
 from fmu_compensator.fit.correlation import MOST_CANDIDATES, Subset, all_subsets, pearson
 from fmu_compensator.fit.data import moved_by, prepare
 from fmu_compensator.fit.incidence import AS_READ, groups, relational_degree
+from fmu_compensator.fit.loops import Loop, loop_of
 from fmu_compensator.fit.points import (
+    GRID_S,
     GROUPINGS,
     NEAR_CONSTANT_K,
     choose_points,
@@ -49,6 +51,10 @@ class Survey:
         Of fuzzy c-means [1].
     pearson, relational : array (m,)
         Correlation, and grey relational degree, to the error [1].
+    loops : list of Loop
+        How the error follows each temperature.
+    traces : list of (array (n, m), array (n,))
+        Of each run, rises and error, a sample every `GRID_S` [K; um, urad].
     points : list of int
         The columns chosen: the best of each group.
     subsets : list of Subset
@@ -66,6 +72,8 @@ class Survey:
     membership: Array
     pearson: Array
     relational: Array
+    loops: list[Loop]
+    traces: list[tuple[Array, Array]]
     points: list[int]
     subsets: list[Subset]
     notes: list[str]
@@ -86,6 +94,10 @@ class Survey:
             "relational": dict(
                 zip(self.sensors, np.round(self.relational, 6).tolist(), strict=True)
             ),
+            "loops": {
+                name: {key: round(value, 6) for key, value in asdict(loop).items()}
+                for name, loop in zip(self.sensors, self.loops, strict=True)
+            },
             "points": [self.sensors[i] for i in self.points],
             "subsets": [
                 {
@@ -185,6 +197,11 @@ def survey(
     else:
         points = [_place(name.strip(), names) for name in grouping.split(",")]
     points = sorted(sorted(points, key=lambda k: -np.nan_to_num(abs(r[k])))[:MOST_CANDIDATES])
+    traces = [
+        ((temperatures - temperatures[0])[:, loud], targets[:, place] - targets[0, place])
+        for temperatures, targets in grids
+    ]
+    drifts = [drift for _, drift in traces]
     chosen = [
         ((temperatures - temperatures[0])[:, loud][:, points], targets[:, place])
         for temperatures, targets in grids
@@ -199,6 +216,8 @@ def survey(
         fuzzy.membership,
         np.nan_to_num(r),
         relational,
+        [loop_of([r[:, k] for r, _ in traces], drifts, GRID_S) for k in range(len(names))],
+        traces,
         points,
         all_subsets(chosen),
         list(prepared.notes),

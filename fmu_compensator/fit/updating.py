@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from fmu_compensator.driving import drive
-from fmu_compensator.fit.data import PreparedRun, left_out, prepare
+from fmu_compensator.fit.data import Prepared, PreparedRun, left_out, prepare
 from fmu_compensator.fit.gaussian import Gaussian, Sample, directions, sample_of
 from fmu_compensator.fit.installed import listed, rises_of
-from fmu_compensator.fit.promise import RunLeft, left_of
+from fmu_compensator.fit.promise import RunLeft, followed, judge_runs
 from fmu_compensator.fit.ranges import limits_table, sensor_table
 from fmu_compensator.fit.run_conditions import ranges_of
 from fmu_compensator.fit.training import Array, TrainingRun
-from fmu_compensator.runtime.modelfile import Model
+from fmu_compensator.runtime.modelfile import Model, model_text, parse_model
 from measurement.doubts import doubt_lines
 from measurement.errors import BadInput
 from measurement.faults import cleaned, find_faults
@@ -35,8 +34,9 @@ def update_compensator(
 
     The error model and the Gaussian's scales stay. Its weights are conditioned on the new runs as
     they were on the old ones, so no old run is needed; how far to believe them follows, and with it
-    the interval and what counts as new. What the old compensator
-    left in the new runs, which it had never seen, stands in the file's provenance.
+    the interval and what counts as new. What the old compensator left in the new runs, which it had
+    never seen, stands in the file's provenance. The promise follows by what updates with all new
+    runs but one leave of that one; a single one is judged by the old compensator.
 
     Parameters
     ----------
@@ -64,11 +64,10 @@ def update_compensator(
     names = [sensor.name for sensor in model.sensors]
     prepared = prepare(runs, rig, model.input_form, sensors=names)
     chosen = [prepared.sensors.index(model.sensors[index].name) for index in model.chosen]
-    before = _before(model, runs, rig)
-    table = copy.deepcopy(model.table)
-    samples = [sample_of_run(model, run, chosen) for run in prepared.runs]
-    _condition(table["gaussian"], samples)
-    _widen(table, model, prepared.runs, prepared.sensors, chosen)
+    left = cleaned(runs, find_faults(runs), left_out(frozen=True))
+    pairs = list(zip(runs, left, strict=True))
+    before = judge_runs(model, pairs, rig, model.limits.tool_length_mm[1])
+    table = _taken_in(model, prepared, chosen, range(len(runs)))
     provenance = table["provenance"]
     rows = [int(run.complete(chosen).known.sum()) for run in prepared.runs]
     provenance["runs"] += [
@@ -80,6 +79,9 @@ def update_compensator(
     figures = provenance["figures"]
     used = [model.sensors[index].name for index in model.chosen]
     figures["conditions"] = _together(figures.get("conditions") or (), ranges_of(runs, used))
+    figures["unseen"] = followed(
+        figures.get("unseen"), before if len(runs) == 1 else _unseen(model, prepared, chosen, pairs)
+    )
     figures["updated"] = [*figures.get("updated", ()), *(_listed_left(one) for one in before)]
     table["created"] = created
     return table, before
@@ -108,13 +110,28 @@ def _check_new(model: Model, runs: Sequence[Run], rig: Rig) -> None:
             raise BadInput(run.path or run.name, f"column {lost}", problem)
 
 
-def _before(model: Model, runs: Sequence[Run], rig: Rig) -> list[RunLeft]:
-    left = cleaned(runs, find_faults(runs), left_out(frozen=True))
-    tool = model.limits.tool_length_mm[1]
-    return [
-        left_of(drive(model, run, clean, rig, tool), run.name)
-        for run, clean in zip(runs, left, strict=True)
-    ]
+def _taken_in(
+    model: Model, prepared: Prepared, chosen: Sequence[int], places: Iterable[int]
+) -> dict[str, Any]:
+    """Return the file's content after some of the new runs."""
+    table = copy.deepcopy(model.table)
+    runs = [prepared.runs[place] for place in places]
+    _condition(table["gaussian"], [sample_of_run(model, run, chosen) for run in runs])
+    _widen(table, model, runs, prepared.sensors, chosen)
+    return table
+
+
+def _unseen(
+    model: Model, prepared: Prepared, chosen: Sequence[int], pairs: Sequence[tuple[Run, Run]]
+) -> list[RunLeft]:
+    """Return what updates with all new runs but one leave of that one."""
+    rig, found = _rig(model), []
+    for place, pair in enumerate(pairs):
+        others = [other for other in range(len(pairs)) if other != place]
+        table = _taken_in(model, prepared, chosen, others)
+        without = parse_model(model_text(table), model.source)
+        found += judge_runs(without, [pair], rig, model.limits.tool_length_mm[1])
+    return found
 
 
 def sample_of_run(model: Model, run: PreparedRun, chosen: Sequence[int]) -> Sample:

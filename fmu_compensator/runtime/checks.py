@@ -121,16 +121,33 @@ class SensorCheck:
     def look(self, value: float, elapsed_s: float) -> Fault | None:
         """Return what is wrong with a reading [degC], taken *elapsed_s* after the one before."""
         sensor = self._sensor
-        span = self._since_good = self._since_good + elapsed_s
-        if not isfinite(value):
-            self._last = None
-            return self._fault(MISSING, f"{sensor.name} is missing")
+        self._since_good += elapsed_s
         if value == self._last:
             self._unchanged += elapsed_s
-        else:
+        elif isfinite(value):
             if self._last is not None and self._moves < ALIVE_AFTER:
                 self._moves += 1
             self._last, self._unchanged = value, 0.0
+        else:
+            self._last = None
+            return self._fault(MISSING, f"{sensor.name} is missing")
+        # What was good is so again: only standing still can be wrong with it.
+        fault = None if value == self._good else self._elsewhere(value)
+        if fault is not None:
+            return fault
+        limit_s = sensor.stale_after_s if self._moves == ALIVE_AFTER else None
+        if limit_s is not None and self._unchanged > limit_s:
+            return self._fault(
+                STALE,
+                f"{sensor.name} {value:.1f} degC is unchanged for {self._unchanged:.0f} s, "
+                f"{limit_s:g} s allowed",
+            )
+        self._good, self._since_good, self._jumped_after = value, 0.0, None
+        return None
+
+    def _elsewhere(self, value: float) -> Fault | None:
+        """Return what is wrong with a reading that is not the last good one [degC]."""
+        sensor, span = self._sensor, self._since_good
         away = allowed = 0.0
         if self._good is not None:
             if self._jumped_after is not None:
@@ -144,14 +161,6 @@ class SensorCheck:
         if away > allowed:
             text = f"{value:.1f} degC jumped by {away:.1f} K, {allowed:.2g} K allowed"
             return self._fault(TOO_FAST, f"{sensor.name} {text}")
-        limit_s = sensor.stale_after_s if self._moves == ALIVE_AFTER else None
-        if limit_s is not None and self._unchanged > limit_s:
-            return self._fault(
-                STALE,
-                f"{sensor.name} {value:.1f} degC is unchanged for {self._unchanged:.0f} s, "
-                f"{limit_s:g} s allowed",
-            )
-        self._good, self._since_good, self._jumped_after = value, 0.0, None
         return None
 
     @property

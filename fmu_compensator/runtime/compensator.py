@@ -26,6 +26,8 @@ STATUS_TEXTS = {
 }
 LONGEST_S = 1e9  # a longer step is as good as this one, and sums of it stay finite
 FORMAT = 3
+ALSO = 3
+"""So many broken sensors are named beside the newest; odd, for C: its outputs have no gaps."""
 
 
 class Output(NamedTuple):
@@ -229,7 +231,7 @@ class RunningCompensator:
     ) -> Fault | None:
         """Replace what broken sensors read; return the fault that is left."""
         limits, idle = self.model.limits, self._checks[spare.turn].idle
-        axes = self.model.geometry.weights(limits.nearest_tool(tool_length))
+        axes = self._prediction.axes(limits.nearest_tool(tool_length))
         starts = None if self._started or not bad else self._starts(readings, bad)
         used = spare.step(readings, bad, idle, elapsed_s, limits.recover_s, axes, starts)
         if fault is not None:
@@ -309,14 +311,14 @@ class RunningCompensator:
         return self._output(True, OK, None)
 
     def _without(self, fault: Fault) -> Fault:
-        """Return the newest fault, with the name of a second broken sensor."""
+        """Return the newest fault, with the names of further broken sensors."""
         assert self._spare is not None
-        for place in self._spare.broken:
-            index = self.model.chosen[place]
-            if index + 1 != fault.sensor:
-                also = f"; and without {self.model.sensors[index].name}"
-                return Fault(fault.cause, fault.sensor, fault.text + also)
-        return fault
+        broken = [self.model.chosen[place] for place in self._spare.broken]
+        others = [index for index in broken if index + 1 != fault.sensor][:ALSO]
+        if not others:
+            return fault
+        names = ", ".join(self.model.sensors[index].name for index in others)
+        return Fault(fault.cause, fault.sensor, f"{fault.text}; and without {names}")
 
     def _new(self) -> Fault:
         """Return the inputs that make most of the uncertainty that is due to new conditions."""

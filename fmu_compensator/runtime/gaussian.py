@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import cycle
 from math import sqrt
 from operator import mul
 
@@ -84,7 +85,7 @@ class Gaussian:
         self._walk_per_h = walk_per_h
         self._inputs = len(weights[0]) // (1 + len(lags_s))
         # Steps are mostly of one length: the lags' shares of it are worth keeping.
-        self._elapsed_s, self._shares = 0.0, [0.0] * len(lags_s)
+        self._elapsed_s, self._shares = 0.0, [0.0] * (self._inputs * len(lags_s))
         self.reset()
 
     @classmethod
@@ -149,15 +150,12 @@ class Gaussian:
         """
         if elapsed_s != self._elapsed_s:
             self._elapsed_s = elapsed_s
-            self._shares = [share(elapsed_s, tau_s) for tau_s in self._lags_s]
+            shares = [share(elapsed_s, tau_s) for tau_s in self._lags_s]
+            self._shares = [part for part in shares for _ in range(self._inputs)]
         self._hours += elapsed_s / 3600.0
-        features, last, place = list(rises), self._features, self._inputs
-        for part in self._shares:
-            lagged = last[place : place + self._inputs]
-            features += [
-                value + part * (rise - value) for value, rise in zip(lagged, rises, strict=True)
-            ]
-            place += self._inputs
+        features = list(rises)
+        triples = zip(self._features[self._inputs :], self._shares, cycle(rises), strict=False)
+        features += [value + part * (rise - value) for value, part, rise in triples]
         self._features = features
         novelty = self._scale * sum(map(mul, features, features))
         for row in self._seen:

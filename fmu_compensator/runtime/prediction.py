@@ -106,7 +106,7 @@ class Prediction:
         self.pose = geometry.pose(self.targets)
         wanted = [limits.saturated(0.0 - limits.share * value) for value in drift]
         self.wanted = three(wanted)
-        self._for_tool(tool_length)
+        self.axes(tool_length)
         extra = [0.0] * 3 if self._spare is None else self._spare.added
         kept_back = 1.0 - limits.share
         self.half_width = three(
@@ -119,11 +119,13 @@ class Prediction:
             ]
         )
 
-    def _for_tool(self, tool_length: float) -> None:
+    def axes(self, tool_length: float) -> list[list[float]]:
+        """Return how the drift along X, Y, Z follows from the targets: `Geometry.weights`."""
         if tool_length != self._tool_length:
             self._tool_length = tool_length
             self._axes = self.model.geometry.weights(tool_length)
             self._spread = [self.gaussian.axis_deviation(weights) for weights in self._axes]
+        return self._axes
 
     def state(self) -> dict[str, Any]:
         """Return everything remembered, as values that JSON carries without loss."""

@@ -84,7 +84,7 @@ class NaturalExponential(FittedModel):
             ``fem``: the steady growth is that of the finite-element spindle. It is taken as it is
             for ``elongation``; other targets are in proportion to it, by a fitted factor.
         description : str
-            The finite-element spindle's: the one that ships, or a file (docs/finite_elements.md).
+            The finite-element spindle's: the one that ships, or a file (docs/methods.md).
 
         Raises
         ------

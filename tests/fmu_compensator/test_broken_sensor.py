@@ -56,6 +56,8 @@ def test_no_offset_steps_further_than_the_slew_when_sensors_break_and_return() -
     names = [model.sensors[index].name for index in (0, 2, 6)]
     assert f"going on without a sensor: {names[0]} is missing" in texts
     assert f"going on without a sensor: {names[0]} is missing; and without {names[2]}" in texts
+    both = f"{names[1]}, {names[2]}"
+    assert f"going on without a sensor: {names[0]} is missing; and without {both}" in texts
     assert output.status == OK
 
 

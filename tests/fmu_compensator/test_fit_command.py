@@ -11,7 +11,7 @@ import pytest
 from fmu_compensator.runtime.modelfile import load_model
 from measurement.errors import BadInput
 from measurement.runs import write_run
-from scenarios.commands import fit
+from spindle_drift.commands import fit
 from tests.fmu_compensator.conftest import make_run
 
 
@@ -32,7 +32,7 @@ def call(*arguments: str) -> int:
 def test_it_writes_a_file_and_says_how_good_it_is(
     run_files: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    out = tmp_path / "new" / "compensator.json"
+    out = tmp_path / "compensator.json"
     named = ["--created", "2026-01-31", "--name", "mine"]
     assert call(*run_files, "-o", str(out), "--model", "mlr", *named) == 0
     model = load_model(out)
@@ -42,7 +42,7 @@ def test_it_writes_a_file_and_says_how_good_it_is(
     text = capsys.readouterr().out
     row = next(line for line in text.splitlines() if line.startswith("Z ")).split()
     assert float(row[1]) > 3 > 0.4 > float(row[3]) > 0  # without it, and in runs left out
-    assert text.startswith("promise, from 3 runs left out: what is left is ")
+    assert text.startswith("promise, from 3 runs and 3 conditions left out: what is left is ")
     assert "the 90 % interval holds" in text
     assert f"wrote {out}" in text
 

@@ -6,6 +6,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from sklearn.linear_model import LinearRegression
+from statsmodels.regression.linear_model import WLS
 
 from fmu_compensator.fit.error_models.base import Task
 from fmu_compensator.fit.error_models.mlr import MultipleLinearRegression
@@ -116,3 +118,26 @@ def test_what_cannot_be_fitted_is_refused_in_one_line(inputs: Any, targets: Any,
 def test_an_unknown_option_is_refused() -> None:
     with pytest.raises(BadInput, match="ridge: is not a known option"):
         MultipleLinearRegression.fit(task_of(inputs_of(), inputs_of()[:, :1]), ridge=1.0)
+
+
+@pytest.mark.parametrize("form", ["absolute", "rise"])
+def test_it_is_what_statsmodels_and_scikit_learn_find(form: str) -> None:
+    x = 20.0 + inputs_of(80, 4, seed=5) @ inputs_of(4, 4, seed=6)
+    y = (x @ [1.0, -2.0, 0.5, 3.0] + inputs_of(80, 1, seed=7)[:, 0])[:, None]
+    time = np.cumsum(1.0 + np.random.default_rng(8).uniform(0.0, 9.0, 80))
+    weights, constant = row_weights(time), form == "absolute"
+    fitted = MultipleLinearRegression.fit(task_of(x, y, form, time), subset=False)
+    design = np.column_stack([np.ones(80), x]) if constant else x
+    known = WLS(y[:, 0], design, weights).fit()
+    found = [*([fitted.intercept[0]] if constant else []), *fitted.coefficients[0]]
+    assert found == pytest.approx(known.params)
+    told = fitted.report()["targets"]["E"]
+    assert told["r2"] == pytest.approx(known.rsquared)
+    assert told["r2_adjusted"] == pytest.approx(known.rsquared_adj)
+    learnt = LinearRegression(fit_intercept=constant).fit(x, y[:, 0], weights)
+    assert fitted.coefficients[0] == pytest.approx(learnt.coef_)
+    inflation = [
+        1.0 / (1.0 - WLS(x[:, k], np.delete(design, k + constant, 1), weights).fit().rsquared)
+        for k in range(4)
+    ]
+    assert list(fitted.report()["variance_inflation"].values()) == pytest.approx(inflation)

@@ -75,6 +75,9 @@ def test_what_the_old_one_left_of_the_new_runs_is_put_down() -> None:
     assert [one["run"] for one in told] == ["run2", "run3"]
     assert told[0]["axes"]["Z"]["model"] == before[0].axes["Z"].left
     assert table["created"] == "2026-02-03"
+    unseen = table["provenance"]["figures"]["unseen"]
+    assert unseen["like_behind"] == len(new)  # the promise comes from them
+    assert 0.0 < unseen["promised"]["Z"]["model"] < unseen["promised"]["Z"]["no_model"]
     again, _ = update_compensator(parse_model(compensator_text(table), "u.json"), runs(4))
     told = again["provenance"]["figures"]["updated"]
     assert [one["run"] for one in told] == ["run2", "run3", "run4"]

@@ -33,6 +33,7 @@ def test_like_and_unlike_splits_are_told_apart_and_the_worst_is_shown() -> None:
     cells = [cell.strip() for cell in summary.strip("|").split("|")]
     assert cells[1:] == ["20 %", "90 %", "60 %", "90 %", "120 %", "90 %", "25 %", "1.0 %"]
     assert "one idea" not in tables(found)
+    assert "1.5 times the promise, in every axis, in 2 of 3 splits." in tables(found)
 
 
 def test_single_models_stand_beside_the_choice_and_refusals_nowhere() -> None:

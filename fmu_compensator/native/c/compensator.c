@@ -68,7 +68,7 @@ static void put(
     output->status = status;
     output->reason = reason == NULL ? no_reason : *reason;
     output->status_sensor = output->reason.sensor;
-    output->also_without = 0;
+    memset(output->also_without, 0, sizeof output->also_without);
 }
 
 void compensator_reset(
@@ -287,17 +287,18 @@ static double slewed(double offset, double wanted, double step_s)
     return wanted < offset ? clamped(offset - reach, -limit, limit) : offset;
 }
 
-/* Puts down a valid output of a file that goes on without a sensor, and names a second one. */
+/* Puts down a valid output of a file that goes on without a sensor, and names further ones. */
 static void put_spared(
     const struct compensator *self, const struct remembered *memory, const struct parts *parts,
     struct output *output)
 {
     const double *good_for = spare_state(self->spare, parts->spare).good_for;
     put(memory, true, COMPENSATOR_SPARED, &memory->spared, output);
-    for (size_t place = 0; place < model_chosen_count && output->also_without == 0; place++) {
+    size_t named = 0;
+    for (size_t place = 0; place < model_chosen_count && named < COMPENSATOR_ALSO; place++) {
         int32_t sensor = (int32_t)model_chosen[place] + 1;
         if (good_for[place] >= 0.0 && sensor != memory->spared.sensor) {
-            output->also_without = sensor;
+            output->also_without[named++] = sensor;
         }
     }
 }

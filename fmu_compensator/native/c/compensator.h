@@ -5,6 +5,7 @@
 #include <stdint.h>
 
 #include "checks.h"
+#include "constants.h"
 #include "error_model.h"
 #include "gaussian.h"
 #include "geometry.h"
@@ -25,7 +26,7 @@ struct output {
     double elongation, yaw, pitch; /* the predicted pose [um, urad, urad] */
     double dX_uncertainty, dY_uncertainty, dZ_uncertainty; /* [um] */
     int32_t valid, status, status_sensor;
-    int32_t also_without; /* a second broken sensor, from 1, that is done without; 0: none */
+    int32_t also_without[COMPENSATOR_ALSO]; /* further broken sensors, from 1; 0: none */
     struct reason reason; /* what status_text is made of */
 };
 

@@ -118,8 +118,8 @@ void status_text(const struct output *output, char *text, size_t size)
             add_sensor_fault(text, size, reason);
         }
     }
-    if (output->also_without != 0) {
-        add(text, size, "; and without ");
-        add(text, size, model_sensors[output->also_without - 1].name);
+    for (size_t i = 0; i < COMPENSATOR_ALSO && output->also_without[i] != 0; i++) {
+        add(text, size, i == 0 ? "; and without " : ", ");
+        add(text, size, model_sensors[output->also_without[i] - 1].name);
     }
 }

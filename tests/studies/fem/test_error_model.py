@@ -94,7 +94,7 @@ def growth_missed(fitted: FiniteElementModel, found: list[Run]) -> list[float]:
 
 
 def test_fourteen_coordinates_do_for_a_thousand_nodes(jig_borer: FiniteElementSpindle) -> None:
-    """The figures of docs/finite_elements.md: 0.05 um in fit, 0.1 um on other spectra."""
+    """The figures of docs/methods.md: 0.05 um in fit, 0.1 um on other spectra."""
     level = [level_run(jig_borer, seed) for seed in (1, 2, 3, 4)]
     assert jig_borer.heat.basis.N == 1045
     assert all(28.0 < run.frame["disp_z_um"].max() < 36.0 for run in level)

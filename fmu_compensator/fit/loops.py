@@ -1,0 +1,63 @@
+"""Drift against temperature is a loop: the one runs behind the other. Its lag and its rate.
+
+Where the spindle slows down, temperatures fall while the drift still grows: no function of one
+temperature follows that. The lag is the delay at which a straight line comes nearest to the drift.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fmu_compensator.fit.training import Array
+
+MOST = 0.25
+"""Lags up to this share of the shortest run are tried, either way [1]: half of it is judged on."""
+TINY = 1e-12  # [K^2], of a temperature that stands still
+
+
+@dataclass(frozen=True)
+class Loop:
+    """How the drift follows one temperature.
+
+    Attributes
+    ----------
+    lag_min : float
+        The drift comes so much later than the temperature; below 0: earlier [min].
+    rate : float
+        Drift over rise at that lag [um/K, urad/K].
+    open, closed : float
+        Root mean square of the drift's distance from a straight line of the rise, without the lag
+        and with it [um, urad].
+    """
+
+    lag_min: float
+    rate: float
+    open: float
+    closed: float
+
+
+def loop_of(rises: Sequence[Array], drifts: Sequence[Array], step_s: float) -> Loop:
+    """Return how the drift of some runs follows one temperature.
+
+    Parameters
+    ----------
+    rises, drifts : sequence of array (n,)
+        Run by run, evenly sampled from the start [K; um, urad].
+    step_s : float
+        From sample to sample [s].
+    """
+    most = int(MOST * min(len(rise) for rise in rises))
+    # All lags are judged on the same samples: those that have a rise at each of them.
+    drift = np.concatenate([one[most : len(one) - most] for one in drifts])
+    found = {}
+    for lag in range(-most, most + 1):
+        parts = [one[most - lag : len(one) - most - lag] for one in rises]
+        rise = np.concatenate(parts)
+        away, off = rise - rise.mean(), drift - drift.mean()
+        rate = float(away @ off) / max(float(away @ away), TINY)
+        found[lag] = float(np.sqrt(np.mean((off - rate * away) ** 2))), rate
+    best = min(found, key=lambda lag: found[lag][0])
+    return Loop(best * step_s / 60.0, found[best][1], found[0][0], found[best][0])

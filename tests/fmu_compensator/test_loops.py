@@ -1,0 +1,41 @@
+"""Drift against temperature: lag and rate, from loops whose lag is known."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from fmu_compensator.fit.loops import loop_of
+
+STEP_S, ROWS = 60.0, 600
+
+
+def rises_of(count: int) -> list[np.ndarray]:
+    draw = np.random.default_rng(3)
+    return [np.cumsum(np.cumsum(draw.standard_normal(ROWS)) / 100.0) for _ in range(count)]
+
+
+@pytest.mark.parametrize("lag", [-40, 0, 25])
+def test_a_delayed_drift_has_that_lag_and_its_rate(lag: int) -> None:
+    rises = rises_of(3)
+    drifts = [2.5 * np.roll(rise, lag) for rise in rises]
+    for one in drifts:  # what was rolled over the ends is as it was before or after
+        one[:lag] = one[lag] if lag > 0 else one[:lag]
+        one[lag:] = one[lag - 1] if lag < 0 else one[lag:]
+    found = loop_of(rises, drifts, STEP_S)
+    assert found.lag_min == lag
+    assert found.rate == pytest.approx(2.5)
+    assert found.closed == pytest.approx(0.0, abs=1e-9)
+    assert found.open == pytest.approx(found.closed) if lag == 0 else found.open > 0.1
+
+
+def test_a_first_order_lag_opens_the_loop_and_a_delay_closes_most_of_it() -> None:
+    hours = np.arange(ROWS) * STEP_S / 3600.0
+    rise = 10.0 * (1.0 - np.exp(-hours / 1.0)) * (1.0 + 0.3 * np.sin(hours))
+    drift, state = np.zeros(ROWS), 0.0
+    for row, value in enumerate(rise):
+        state += (3.0 * value - state) * STEP_S / 1800.0
+        drift[row] = state
+    found = loop_of([rise], [drift], STEP_S)
+    assert 15.0 <= found.lag_min <= 45.0
+    assert found.closed < 0.5 * found.open
