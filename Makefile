@@ -55,7 +55,9 @@ test: $(STAMP)
 # What takes longer than a change should wait: questions to the gap finder, other platforms, the
 # installed wheel, whole measured data sets, the benchmarks' own parts, and a kernel with CAN.
 long: $(STAMP)
-	$(PYTEST) $(WORKERS) -m "long and not vcan"
+	$(PYTEST) $(WORKERS) -m "long and not vcan" --deselect tests/gateway/test_component.py
+	@# A control in real time, whose answers come too late beside other tests.
+	$(PYTEST) -m long tests/gateway/test_component.py
 	$(BIN)/python tests/gateway/on_vcan.py
 
 # The pages as a site in build/site. Its notebooks are run, from their own folder.
@@ -67,7 +69,6 @@ bench: $(STAMP)
 	$(BIN)/python -m benchmarks.step_cost
 	$(BIN)/python tests/gateway/on_vcan.py python -m benchmarks.gateway_latency
 	$(BIN)/python -m benchmarks.gateway_faults
-	$(BIN)/python -m benchmarks.gap.speed
 
 clean:
 	rm -rf build dist results

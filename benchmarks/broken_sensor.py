@@ -1,6 +1,6 @@
 """A sensor breaks: the error with what it is likely to read, and with hold and fade.
 
-    python -m benchmarks.broken_sensor [--lathe DATA] [--out docs/sensor_faults.md]
+    python -m benchmarks.broken_sensor [--lathe DATA] [--write]
 
 The jig borer: the compensator that ships, on a simulated run that it was not fitted on. Each of its
 sensors breaks in turn, after two hours and for good, in three ways. The lathe: a compensator of its
@@ -18,18 +18,18 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.results_page import put
 from fmu_compensator.fit.data import prepare
 from fmu_compensator.fit.fitting import compensator_text, fit_compensator
 from fmu_compensator.fit.training import Array
 from fmu_compensator.runtime.compensator import SPARED, RunningCompensator
 from fmu_compensator.runtime.modelfile import Model, load_model, parse_model
 from measurement.drift import measured_drift
-from measurement.files import write_atomically
 from measurement.rig import Rig, default_rig, rig_from_table
 from measurement.runs import Run, read_run
 from plant_model.machine_file import read_machine
 from plant_model.simulate import simulate
-from scenarios.commands.simulate import inputs_of
+from scenarios.machine_inputs import inputs_of
 from scenarios.scenario import read_scenario
 
 SHIPPED = Path(__file__).resolve().parents[1] / "fmu_compensator" / "library" / "jig_borer.json"
@@ -41,7 +41,6 @@ LEARNT = "202008"
 LATHE_MODEL = "gaussian"
 """What `fit` takes; it uses all sensors."""
 HEAD = "| Run and fault | Axis | None | All good | Going on | Hold and fade | Within | Status 4 |"
-MARKS = ("<!-- broken_sensor -->", "<!-- end broken_sensor -->")
 FAULTS: dict[str, Callable[[Array], Array]] = {
     "missing": lambda values: np.full(len(values), np.nan),
     "stuck": lambda values: np.full(len(values), values[0]),
@@ -218,23 +217,12 @@ def main() -> None:
     """Print the table, or put it into the page."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--lathe", type=Path, help="folder of the lathe's run files")
-    parser.add_argument("--out", type=Path, help="page whose table is to be made anew")
+    parser.add_argument("--write", action="store_true", help="also write docs/results.md")
     args = parser.parse_args()
-    page = ""
-    if args.out is not None:
-        # Before the work, which takes minutes.
-        try:
-            page = args.out.read_text(encoding="utf-8")
-        except OSError as error:
-            parser.error(f"--out: {args.out}: {error.strerror}")
-        if any(page.count(mark) != 1 for mark in MARKS):
-            parser.error(f"--out: {args.out}: needs {MARKS[0]} and {MARKS[1]} once each")
     text = table(args.lathe)
     print(text, end="")
-    if args.out is not None:
-        before, _, rest = page.partition(MARKS[0])
-        _, _, after = rest.partition(MARKS[1])
-        write_atomically(args.out, f"{before}{MARKS[0]}\n{text}{MARKS[1]}{after}")
+    if args.write:
+        put("broken_sensor", text)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """Error models on one long record of an electric spindle: learnt from its first part only.
 
-    python -m benchmarks.electric_spindle RECORD.csv [--share 0.5]
+    python -m benchmarks.electric_spindle RECORD.csv [--share 0.5] [--write]
 
 Every model runs free from the start of the record; only what comes after the first part is judged.
 One-step-ahead rows are given the growth measured one sample before: they say how slowly the growth
@@ -10,11 +10,13 @@ moves, not how good a model is.
 from __future__ import annotations
 
 import argparse
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from benchmarks.results_page import put
 from fmu_compensator.fit.columns import targets_of
 from fmu_compensator.fit.contestants import contestants, held
 from fmu_compensator.fit.data import prepare
@@ -31,44 +33,48 @@ def main() -> int:
     parser.add_argument("record", type=Path)
     parser.add_argument("--share", type=float, default=0.5, help="of the record to learn from")
     parser.add_argument("--models", default=MODELS)
+    parser.add_argument("--write", action="store_true", help="also write docs/results.md")
     args = parser.parse_args()
     whole = read_run(args.record)
     cut = int(args.share * len(whole.frame))
     first = Run(f"{whole.name}_first_part", whole.frame.iloc[:cut])
     print(f"{cut} of {len(whole.frame)} samples learnt from, the rest judged [um]")
-    print(f"{'model':<34}{'RMSE':>8}{'max':>8}{'eta %':>8}")
+    lines = ["| Model | RMSE | max | eta [%] |", "|" + " --- |" * 4]
     for entrant in contestants(args.models.split(",")):
         try:
-            _judge(entrant, first, whole, cut)
+            lines += _judge(entrant, first, whole, cut)
         except BadInput as refusal:
-            print(f"{entrant.title:<34}left out: {refusal}")
+            lines.append(f"| {entrant.title} | left out: {refusal} | | |")
+    print("\n".join(lines))
+    if args.write:
+        put("electric_spindle", "\n".join(lines))
     return 0
 
 
-def _judge(entrant: Any, first: Run, whole: Run, cut: int) -> None:
+def _judge(entrant: Any, first: Run, whole: Run, cut: int) -> Iterator[str]:
     form = entrant.recipe.input_form if entrant.recipe else "rise"
     rig = targets_of([whole], None)
     train = prepare([first], rig, form)
     record = prepare([whole], rig, form, sensors=train.sensors).runs[0]
     if entrant.recipe is None:
         rows = record.history([])
-        _show(entrant.title, rows, held(rows, None), cut)
+        yield _row(entrant.title, rows, held(rows, None), cut)
         if entrant.name == "persistence":
-            _show(entrant.title + ", one step", rows, held(rows, rows.targets), cut)
+            yield _row(entrant.title + ", one step", rows, held(rows, rows.targets), cut)
         return
     chosen, _ = entrant.recipe.choose(train, train.runs)
     fitted = entrant.recipe.fit(train, train.runs, chosen)
     rows = record.history(chosen)
-    _show(entrant.title, rows, fitted.predict(rows), cut)
+    yield _row(entrant.title, rows, fitted.predict(rows), cut)
     if fitted.uses_measured:
-        _show(entrant.title + ", one step", rows, fitted.predict(rows, rows.targets), cut)
+        yield _row(entrant.title + ", one step", rows, fitted.predict(rows, rows.targets), cut)
 
 
-def _show(title: str, rows: Any, predicted: Any, cut: int) -> None:
+def _row(title: str, rows: Any, predicted: Any, cut: int) -> str:
     judged = rows.known & (np.arange(len(rows.time_s)) >= cut)
     figures = figures_of_merit(rows.targets[judged, 0], predicted[judged, 0])
-    shown = f"{figures['rmse']:>8.2f}{figures['max_abs']:>8.2f}{100 * figures['eta']:>8.1f}"
-    print(f"{title:<34}{shown}")
+    cells = (f"{figures['rmse']:.2f}", f"{figures['max_abs']:.2f}", f"{100 * figures['eta']:.1f}")
+    return f"| {title} | {' | '.join(cells)} |"
 
 
 if __name__ == "__main__":

@@ -30,8 +30,9 @@ import can
 import numpy as np
 
 from gateway.codec import Sender, Value, decode
-from gateway.database import COMPENSATOR, MACHINE, Database, read_database
-from gateway.unit import options_of
+from gateway.database import COMPENSATOR, MACHINE, Database
+from gateway.dbc import read_database
+from gateway.options import options_of
 
 ROOT = Path(__file__).resolve().parents[1]
 PING, PONG = 0x300, 0x301

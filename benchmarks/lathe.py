@@ -1,6 +1,6 @@
 """Error models on thirty measured runs of a lathe, each predicted by a model of the other 29.
 
-    python -m benchmarks.lathe DATA [--models mlr,thermal_states] [--jobs 2]
+    python -m benchmarks.lathe DATA [--models mlr,thermal_states] [--jobs 2] [--write]
 
 DATA holds the run files. Two protocols:
 
@@ -16,7 +16,6 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-import time
 from concurrent.futures import ProcessPoolExecutor
 from functools import cache, partial
 from pathlib import Path
@@ -25,6 +24,7 @@ from typing import Any
 import numpy as np
 from tqdm import tqdm
 
+from benchmarks.results_page import put
 from fmu_compensator.fit.columns import MeasuredColumns, targets_of
 from fmu_compensator.fit.contestants import contestants, held
 from fmu_compensator.fit.data import prepare
@@ -141,6 +141,7 @@ def main() -> int:
     parser.add_argument("--models", default="mlr,arx,ne,bp,thermal_states")
     parser.add_argument("--jobs", type=int, default=2, help="processes (default: 2)")
     parser.add_argument("--json", type=Path, metavar="FILE", help="also write every run's errors")
+    parser.add_argument("--write", action="store_true", help="also write docs/results.md")
     args = parser.parse_args()
     runs = runs_in(args.data)
     if len(runs) < 2:
@@ -149,21 +150,23 @@ def main() -> int:
     print(f"{len(runs)} runs. What is wrong with them:\n{faults_text(find_faults(runs))}\n")
     names = list(prepare(runs[:1], rig_of(runs)).targets)
     targets = [f"{name}_um" for name in names]
-    print("Median RMSE over the left-out runs [um]")
-    print(f"{'':<18}" + "".join(f"{name:>12}{'':>10}" for name in targets) + f"{'both':>12}")
-    header = f"{'unseen':>12}{'100 given':>10}"
-    print(f"{'model':<18}" + header * len(targets) + f"{'100 given':>12}{'seconds':>9}")
+    heads = [f"{name} {kind}" for name in targets for kind in ("unseen", "100 given")]
+    heads = ["Model", *heads, "both, 100 given"]
+    lines = [f"| {' | '.join(heads)} |", "|" + " --- |" * len(heads)]
+    print("Median RMSE over the left-out runs [um]\n\n" + "\n".join(lines))
     results = {}
     with ProcessPoolExecutor(args.jobs) as pool:
         for name in [*BASELINES, *args.models.split(",")]:
-            began = time.perf_counter()
             work = pool.map(partial(judge, args.data, name), range(len(runs)))
             found = list(tqdm(work, total=len(runs), desc=name, disable=None, leave=False))
             results[name] = found
-            print(_line(name, found, len(targets)) + f"{time.perf_counter() - began:>9.0f}")
+            lines.append(_line(name, found, len(targets)))
+            print(lines[-1])
             sys.stdout.flush()
     if args.json:
         args.json.write_text(json.dumps({"targets": targets, "models": results}, indent=1))
+    if args.write:
+        put("lathe", "\n".join(lines))
     return 0
 
 
@@ -173,8 +176,8 @@ def _line(name: str, found: list[dict[str, Any]], targets: int) -> str:
     # The competition's figure is one RMSE over both axes.
     both = float(np.median(np.sqrt(np.mean(given**2, axis=1))))
     middle = np.median(given, axis=0)
-    cells = "".join(f"{unseen[k]:>12.2f}{middle[k]:>10.2f}" for k in range(targets))
-    return f"{name:<18}{cells}{both:>12.2f}"
+    cells = [f"{figure:.2f}" for k in range(targets) for figure in (unseen[k], middle[k])]
+    return f"| `{name}` | {' | '.join(cells)} | {both:.2f} |"
 
 
 if __name__ == "__main__":

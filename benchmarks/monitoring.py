@@ -1,6 +1,6 @@
 """How often `monitor` raises a false alarm, and how often it finds what was planted.
 
-    python -m benchmarks.monitoring DATA [--model gaussian] [--page docs/lifecycle.md]
+    python -m benchmarks.monitoring DATA [--model gaussian] [--write]
 
 DATA is the folder that holds ``lathe/`` and ``electric_spindle/``; what is missing is left out.
 Each compensator is fitted to the training runs of a split; the runs left out are then its log, one
@@ -20,6 +20,7 @@ from pathlib import Path
 import numpy as np
 from tqdm import tqdm
 
+from benchmarks.results_page import put
 from benchmarks.trust.questions import (
     Question,
     electric_questions,
@@ -30,10 +31,8 @@ from fmu_compensator.fit.fitting import compensator_text, fit_compensator
 from fmu_compensator.monitoring import Report, monitor
 from fmu_compensator.monitoring.monitor import SENSOR, VERDICTS
 from fmu_compensator.runtime.modelfile import Model, parse_model
-from measurement.files import write_atomically
 from measurement.runs import Run
 
-BEGIN, END = "<!-- benchmarks.monitoring: from here -->", "<!-- benchmarks.monitoring: to here -->"
 FOLDS = 5
 WANDERS_K = (2.0, 5.0, 10.0)
 MOVES = (0.7, 1.3, 1.6)
@@ -174,16 +173,14 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=Path, metavar="DATA")
     parser.add_argument("--model", default="gaussian")
-    parser.add_argument("--page", type=Path, help="page to write the tables into")
+    parser.add_argument("--write", action="store_true", help="also write docs/results.md")
     args = parser.parse_args()
     todo = list(questions(args.folder))
     answers = [ask(question, args.model) for question in tqdm(todo, disable=None)]
     text = page(answers)
     print(text)
-    if args.page is not None:
-        whole = args.page.read_text(encoding="utf-8")
-        head, tail = whole.split(BEGIN)[0], whole.split(END)[1]
-        write_atomically(args.page, f"{head}{BEGIN}\n\n{text}\n{END}{tail}")
+    if args.write:
+        put("monitoring", text)
     return 0
 
 

@@ -18,6 +18,7 @@ from pathlib import Path
 import fmpy
 
 import build_fmu
+from benchmarks.results_page import put
 from fmu_packaging.native.build import HEADERS, native_package
 from fmu_packaging.native.compilers import STRICT, compilers, run_compiler
 from plant_model.effects import catalogue
@@ -82,11 +83,12 @@ def main() -> None:
     """Measure, and print a table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--runs", type=int, default=300)
+    parser.add_argument("--write", action="store_true", help="also write docs/results.md")
     given = parser.parse_args()
-    print(
-        f"{'machine':22} {'step [s]':>8} {'stays [us]':>11} {'changes [us]':>13} {'worst [us]':>11}"
-        f" {'worst / median':>15} {'empty [us]':>11}"
-    )
+    lines = [
+        "| machine | step [s] | speed stays [us] | changes [us] | worst [us] | worst / median |",
+        "|" + " --- |" * 6,
+    ]
     with tempfile.TemporaryDirectory() as name:
         for number, (label, machine) in enumerate(machines().items()):
             real, empty = (
@@ -99,10 +101,14 @@ def main() -> None:
                     for part in (found[: 2 * STAYS], found[2 * STAYS :], found, nothing)
                 )
                 worst = max(found) / 1e3
-                print(
-                    f"{label:22} {step_s:8g} {stays:11.2f} {changes:13.2f} {worst:11.2f}"
-                    f" {worst / median:15.2f} {idle:11.3f}"
+                lines.append(
+                    f"| {label} | {step_s:g} | {stays:.2f} | {changes:.2f} | {worst:.2f} |"
+                    f" {worst / median:.2f} |"
                 )
+    lines.append(f"\nAn empty FMU takes {idle:.2f} us.")
+    print("\n".join(lines))
+    if given.write:
+        put("native_plant_steps", "\n".join(lines))
 
 
 if __name__ == "__main__":

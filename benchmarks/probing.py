@@ -1,6 +1,6 @@
 """What probe cycles bring: error against probes a run, on runs that a compensator never saw.
 
-    python -m benchmarks.probing DATA [--model gaussian] [--json FILE] [--page docs/probing.md]
+    python -m benchmarks.probing DATA [--model gaussian] [--json FILE] [--write]
 
 DATA holds ``lathe`` and ``electric_spindle``. A compensator is fitted to some runs and driven
 through the others; at a probe it is given the run's own measured drift, with 0.5 um of noise.
@@ -21,6 +21,7 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.results_page import put
 from fmu_compensator.fit.fitting import compensator_text, fit_compensator
 from fmu_compensator.runtime.compensator import WAITING, RunningCompensator
 from fmu_compensator.runtime.modelfile import Model, parse_model
@@ -38,7 +39,6 @@ PIECE_H = 6.0
 COUNTS = (1, 2, 4, 8)
 WHEN = (0.65,)
 """Limits, over the mean half width in the training runs [1]."""
-BEGIN, END = "<!-- benchmarks.probing: from here -->", "<!-- benchmarks.probing: to here -->"
 
 
 @dataclass(frozen=True)
@@ -217,7 +217,7 @@ def main() -> int:
     parser.add_argument("data", type=Path)
     parser.add_argument("--model", default="gaussian")
     parser.add_argument("--json", type=Path, metavar="FILE")
-    parser.add_argument("--page", type=Path, metavar="FILE", help="page whose tables to replace")
+    parser.add_argument("--write", action="store_true", help="also write docs/results.md")
     args = parser.parse_args()
     texts, results = [], []
     for split in splits(args.data):
@@ -235,10 +235,8 @@ def main() -> int:
         return 2
     if args.json:
         write_atomically(args.json, json.dumps(results, indent=1))
-    if args.page:
-        page = args.page.read_text(encoding="utf-8")
-        before, after = page.split(BEGIN)[0], page.split(END)[1]
-        write_atomically(args.page, f"{before}{BEGIN}\n\n" + "\n".join(texts) + f"\n{END}{after}")
+    if args.write:
+        put("probing", "\n".join(texts))
     return 0
 
 

@@ -31,6 +31,7 @@ from pythonfmu.builder import FmuBuilder
 
 import build_fmu
 from benchmarks.empty_slave import VARIABLES_FILE
+from benchmarks.results_page import put
 from fmu_packaging.package import Recipe, build
 from plant_model.machine_file import read_machine
 from scenarios.cosimulation import simulate
@@ -236,8 +237,11 @@ def main() -> int:
     parser.add_argument("--repeats", type=int, default=7, help="runs of each (7)")
     parser.add_argument("--model", type=Path, default=build_fmu.DEFAULT_MODEL)
     parser.add_argument("--json", action="store_true", help="print JSON")
+    parser.add_argument("--write", action="store_true", help="also write docs/results.md")
     arguments = parser.parse_args()
     found = measure(arguments.steps, arguments.repeats, arguments.model)
+    if arguments.write:
+        put("step_cost", f"```text\n{as_text(found)}\n```")
     print(json.dumps(found, indent=1) if arguments.json else as_text(found))
     return 0
 

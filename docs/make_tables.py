@@ -11,20 +11,29 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
 from build_fmu import DEFAULT_MACHINE, DEFAULT_MODEL
+from docs.form_tables import meanings, merged, plain, rows
 from fmu_compensator.runtime import fmi_slave as compensator_slave
-from fmu_compensator.runtime.modelfile import load_model
+from fmu_compensator.runtime.checks import Sensor
+from fmu_compensator.runtime.gaussian import Gaussian
+from fmu_compensator.runtime.limits import Limits
+from fmu_compensator.runtime.modelfile import Model, load_model
+from fmu_compensator.runtime.spare import Spare
 from fmu_packaging.variables import Variable
 from measurement.files import write_atomically
 from measurement.units import UNITS
 from plant_model import fmi_slave as plant_slave
+from plant_model.drawing.form import PageForm
 from plant_model.effects import Effect, catalogue, item_kinds
 from plant_model.item_forms import NumberSpec
 from plant_model.machine import FAMILIES, Machine
 from plant_model.machine_file import read_machine
+from plant_model.machine_forms import FileForm
 from plant_model.parameters import Parameter
+from scenarios.scenario import Settings
+from scenarios.signals import kinds as kinds_of_signals
 
 DOCS = Path(__file__).resolve().parent
-PAGES = ("effects.md", "fmu.md", "formats.md")
+PAGES = ("drawing.md", "effects.md", "fmu.md", "formats.md")
 MARKS = re.compile(r"(<!-- begin (\w+): [^\n]* -->\n).*?(<!-- end \2 -->)", re.DOTALL)
 
 
@@ -178,12 +187,68 @@ def _shown(value: object) -> str:
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 
+FIELDS = ("Field", "Allowed", "If left out", "Meaning")
+
+
+def machine_fields() -> str:
+    """Return the fields of a machine file."""
+    return table(FIELDS, merged(rows(FileForm)))
+
+
+def page_fields() -> str:
+    """Return the fields of a drawing's page that a machine file has not."""
+    return table(FIELDS, merged(rows(PageForm, without=FileForm.model_fields)))
+
+
+def scenario_fields() -> str:
+    """Return the fields of a scenario file."""
+    return table(FIELDS, merged(rows(Settings)))
+
+
+def signals() -> str:
+    """Return the kinds of signals and their fields."""
+    found = []
+    for name, kind in sorted(kinds_of_signals().items()):
+        fields = [
+            f"{field} {allowed}" + ("" if default[:1] == "*" else f" ({default or 'optional'})")
+            for field, allowed, default, _ in rows(kind, without=("kind",))
+        ]
+        told = plain((kind.__doc__ or "").partition(": ")[2])
+        found.append([code(name), "; ".join(fields), told[:1].upper() + told[1:]])
+    return table(("Signal `kind`", "Fields", "Meaning"), found)
+
+
+def compensator_fields() -> str:
+    """Return the fields of a compensator file, as the classes that read it describe them."""
+    found = []
+    for place, form, names in COMPENSATOR:
+        told = meanings(form)
+        found += [
+            [code(f"{place}{name}"), told[name].replace("None", "null")] for name in names or told
+        ]
+    return table(("Field", "Meaning"), merged(found))
+
+
+COMPENSATOR: tuple[tuple[str, type, tuple[str, ...]], ...] = (
+    ("", Model, ("name", "title", "created", "input_form", "provenance")),
+    ("sensors[].", Sensor, ()),
+    ("limits.", Limits, ()),
+    ("gaussian.", Gaussian, ()),
+    ("spare.", Spare, ()),
+)
+"""Where the classes stand in the file, and which of their fields do; all, where none is named."""
+
 TABLES: dict[str, Callable[[], str]] = {
     "effects": effects,
     "kinds": kinds,
     "units": units,
     "compensator_variables": compensator_variables,
     "plant_variables": plant_variables,
+    "machine_fields": machine_fields,
+    "page_fields": page_fields,
+    "scenario_fields": scenario_fields,
+    "signals": signals,
+    "compensator_fields": compensator_fields,
 }
 
 

@@ -47,7 +47,9 @@ class SimulatedRig(_Rig):
     """Noise and resolution of the sensors of any rig, for runs that are simulated."""
 
     noise_um: Fineness = 0.0
+    """Standard deviation of every displacement sensor."""
     resolution_um: Fineness = 0.0
+    """Its step."""
 
 
 class FivePointRig(SimulatedRig):

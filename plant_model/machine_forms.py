@@ -29,11 +29,17 @@ class ParameterForm(Form):
     """A number with its range and source."""
 
     value: Number
+    """Between *low* and *high*."""
     unit: str
+    """Fixed for each parameter."""
     low: Number
+    """With *high* the range: for calibration four standard deviations wide, of the logarithm where
+    it is positive, and no wall."""
     high: Number
     source: str = Field(min_length=1)
+    """A key of ``references``, or words."""
     calibrate: bool = False
+    """Calibration may move it, and it is a parameter of the plant FMU."""
 
 
 class TiedForm(Form):
@@ -48,36 +54,52 @@ class InputForm(Form):
     """What drives the machine."""
 
     unit: SignalUnit
+    """``degC`` is a boundary temperature."""
     column: str = Field(min_length=1)
+    """Its run-file column, which ends in the unit."""
     low: Number
+    """With *high* the range that the model is meant for."""
     high: Number
     default: Number | None = None
+    """Its value where a run has no such column; without it a run must have one."""
 
 
 class NodeForm(Form):
     """A lump."""
 
     name: Name
+    """A letter, then letters, digits, ``_``."""
     capacity: dict[str, Any]
+    """A parameter, 0.001 to 1e9 J/K."""
     start: str = "ambient"
+    """Sensor or input at whose first value it starts; or ``rest``: where it stands between those
+    parts and boundaries once the machine has been at rest for long."""
     start_share: Number = Field(default=1.0, ge=0.0, le=2.0)
+    """Share of the way there from the first boundary temperature."""
 
 
 class SensorForm(Form):
     """A thermometer."""
 
     name: Name
+    """Its column is ``<name>_degC``."""
     of: str
+    """A node or a boundary temperature."""
     noise: Number = Field(default=0.0, ge=0.0, le=10.0)
+    """Standard deviation [K]."""
     resolution: Number = Field(default=0.0, ge=0.0, le=10.0)
+    """Step [K]."""
 
 
 class AxisForm(Form):
     """How the control applies offsets."""
 
     slew_um_per_s: Number = Field(default=10.0, gt=0.0, le=1e5)
+    """How fast the control moves an offset."""
     limit_um: Number = Field(default=300.0, gt=0.0, le=1e5)
+    """Largest offset."""
     resolution_um: Number = Field(default=0.1, ge=0.0, le=100.0)
+    """Step of an offset."""
 
 
 class FiveForm(FivePointRig):
@@ -97,6 +119,7 @@ class DirectForm(SimulatedRig):
 
     kind: Literal["direct"]
     axes: dict[Name, AxisOfColumn] = Field(min_length=1)
+    """By the name of a sensor; its column is ``<name>_um``."""
 
 
 class FileForm(Form):
@@ -107,13 +130,22 @@ class FileForm(Form):
     title: str
     description: str = ""
     references: dict[Name, str] = Field(default_factory=dict)
+    """Sources by a key that parameters cite."""
     numbers: dict[Name, ParameterForm] = Field(default_factory=dict)
+    """Parameters that several others follow: ``{ number = "film", factor = 0.025, unit = "W/K" }``.
+    Calibration, sweeps and the plant FMU see ``numbers.film`` in place of all that follow it."""
     inputs: dict[Name, InputForm] = Field(min_length=1)
+    """What drives the model, by name."""
     nodes: list[NodeForm] = Field(min_length=1, max_length=MOST_NODES)
     links: list[dict[str, Any]] = Field(default_factory=list, max_length=5000)
+    """``kind``, ``name`` (else the joined names, ``shaft-housing``) and what the kind asks for:
+    [kinds](effects.md#kinds-of-links-sources-and-parts)."""
     sources: list[dict[str, Any]] = Field(default_factory=list, max_length=500)
+    """The same."""
     structure: list[dict[str, Any]] = Field(default_factory=list, max_length=500)
+    """The same; a shaft or housing needs exactly one part of kind ``located``."""
     sensors: list[SensorForm] = Field(default_factory=list, max_length=500)
     rig: FiveForm | DirectForm = Field(discriminator="kind")
     axis: AxisForm = Field(default_factory=AxisForm)
     effects: dict[str, dict[str, Any]]
+    """In force, by name; ``{}`` takes the nominal numbers: [effects](effects.md)."""

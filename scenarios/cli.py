@@ -1,6 +1,6 @@
 """The command line: ``spindle-drift COMMAND``.
 
-A command is a file in ``scenarios/commands`` or ``gateway/commands`` with ``NAME``, ``HELP``,
+A command is a file in ``spindle_drift/commands`` or ``gateway/commands`` with ``NAME``, ``HELP``,
 ``add_arguments(parser)`` and ``run(args)``, which returns the exit code. NAME and HELP are read
 without importing the file, so that help is quick whatever the commands import. ``READS`` and
 ``WRITES`` name the arguments that are files: see `scenarios.outputs`.
@@ -30,8 +30,8 @@ from typing import Any
 
 from scenarios.version import PROGRAM, version
 
-ROOMS = ("scenarios", "gateway")
-"""Whose folders ``commands`` hold commands; by name, as this room does not know those above it."""
+ROOMS = ("spindle_drift", "gateway")
+"""Whose folders ``commands`` hold commands; by name, as this room knows none above it."""
 TERMINATED = 128 + signal.SIGTERM
 """Exit code after SIGTERM, as a shell gives it."""
 AGAIN_S = 0.05

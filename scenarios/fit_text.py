@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -95,20 +95,10 @@ def promise(figures: dict[str, Any], runs: int) -> list[str]:
     """
     unseen = figures["unseen"] or {}
     kinds = [kind for kind in ("like", "unlike") if kind in unseen]
-    if not kinds:
-        first = (
-            f"nothing is promised for other runs: {runs} were given, and three are the fewest of "
-            "which one can be left out"
-        )
-    else:
-        worse = {
-            axis: max(unseen[kind][axis]["model"] for kind in kinds) for axis in unseen[kinds[0]]
-        }
-        left = ", ".join(
-            f"{axis} {value:.1f} of {max(unseen[k][axis]['no_model'] for k in kinds):.1f}"
-            for axis, value in worse.items()
-        )
-        first = f"promise, from {runs} runs left out: what is left is {left} um RMSE"
+    first = promise_line(unseen) or (
+        f"nothing is promised for other runs: {runs} were given, and three are the fewest of "
+        "which one can be left out"
+    )
     lines = [
         first,
         "",
@@ -139,3 +129,25 @@ def promise(figures: dict[str, Any], runs: int) -> list[str]:
         share = 100 * hardest["ratio_to_none"]
         lines.append(f"worst: {hardest['left_out']} left out, {share:.0f} % of the drift is left")
     return lines
+
+
+def promise_line(unseen: Mapping[str, Any] | None) -> str:
+    """Return what is promised for other runs, in a line; empty where nothing is.
+
+    Parameters
+    ----------
+    unseen : mapping or None
+        Of the file's figures.
+    """
+    if not unseen:
+        return ""
+    behind = [
+        f"{unseen[name]} {unit}{'s' if unseen[name] != 1 else ''}"
+        for name, unit in (("like_behind", "run"), ("unlike_behind", "condition"))
+        if name in unseen
+    ]
+    left = ", ".join(
+        f"{axis} {row['model']:.1f} of {row['no_model']:.1f}"
+        for axis, row in unseen["promised"].items()
+    )
+    return f"promise, from {' and '.join(behind)} left out: what is left is {left} um RMSE"

@@ -7,6 +7,8 @@ import json
 from typing import Any
 
 USUAL: dict[str, Any] = {
+    "threshold": 0.9,
+    "score": "correlation",
     "theta": 0.5,
     "image": "initial",
     "absolute_image": "as_read",
@@ -14,6 +16,8 @@ USUAL: dict[str, Any] = {
     "variables": None,
     "keep_quiet": False,
 }
+ALWAYS_TOLD = ("threshold", "score")
+"""Stand in a file's provenance even where nobody asked for another."""
 
 
 def add_grey_options(parser: argparse.ArgumentParser) -> None:
@@ -22,7 +26,7 @@ def add_grey_options(parser: argparse.ArgumentParser) -> None:
         "--lambda",
         dest="threshold",
         type=float,
-        default=0.9,
+        default=USUAL["threshold"],
         metavar="LAMBDA",
         help="grey degree from which two temperatures form one group (default: 0.9)",
     )
@@ -65,7 +69,7 @@ def add_grey_options(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--score",
-        default="correlation",
+        default=USUAL["score"],
         metavar="correlation|relational",
         help="what makes a temperature the best of its group (default: correlation)",
     )
@@ -89,15 +93,14 @@ def grey_options(args: argparse.Namespace) -> dict[str, Any]:
     """
     given = {name: getattr(args, name) for name in USUAL}
     return {
-        "threshold": args.threshold,
-        **{name: value for name, value in given.items() if value != USUAL[name]},
+        name: value for name, value in given.items() if name in ALWAYS_TOLD or value != USUAL[name]
     }
 
 
 def choice_options(args: argparse.Namespace) -> dict[str, Any]:
     """Return what the choice of temperatures goes by, score and its target included."""
     target = {} if args.score_target is None else {"target": args.score_target}
-    return grey_options(args) | {"score": args.score} | target
+    return grey_options(args) | target
 
 
 def option_value(text: str) -> Any:

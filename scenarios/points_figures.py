@@ -1,4 +1,4 @@
-"""Dendrogram and heat map of the temperatures."""
+"""Dendrogram and heat map of the temperatures, and the drift against those chosen."""
 
 from __future__ import annotations
 
@@ -11,9 +11,11 @@ from scipy.cluster.hierarchy import dendrogram
 from fmu_compensator.fit.survey import Survey
 from scenarios.figures import DPI
 
+COLUMNS = 3  # of the figure of loops
+
 
 def draw_points(found: Survey, folder: Path) -> list[Path]:
-    """Write ``dendrogram.png`` and ``heat_map.png`` and return the files.
+    """Write ``dendrogram.png``, ``heat_map.png`` and ``loops.png`` and return the files.
 
     Parameters
     ----------
@@ -29,6 +31,7 @@ def draw_points(found: Survey, folder: Path) -> list[Path]:
     return [
         _dendrogram(found, folder / "dendrogram.png"),
         _heat_map(found, folder / "heat_map.png"),
+        _loops(found, folder / "loops.png"),
     ]
 
 
@@ -72,5 +75,30 @@ def _heat_map(found: Survey, path: Path) -> Path:
                 ax.text(j, i, text, ha="center", va="center", fontsize=7, color=colour)
     figure.colorbar(image, ax=ax, label="grey comprehensive degree")
     ax.set_title("How alike the temperatures are", fontsize=11)
+    figure.savefig(path, dpi=DPI, metadata={"Software": None})
+    return path
+
+
+def _loops(found: Survey, path: Path) -> Path:
+    count = len(found.points)
+    columns = min(count, COLUMNS)
+    rows = -(-count // columns)
+    figure = Figure(figsize=(3.4 * columns, 3.1 * rows), layout="constrained")
+    FigureCanvasAgg(figure)
+    panels = figure.subplots(rows, columns, sharey=True, squeeze=False).ravel()
+    for panel, place in zip(panels, found.points, strict=False):
+        loop = found.loops[place]
+        for rises, drift in found.traces:
+            panel.plot(rises[:, place], drift, linewidth=1.0)
+            panel.plot(rises[-1, place], drift[-1], "o", markersize=3, color="black")
+        when = f"{abs(loop.lag_min):.0f} min {'later' if loop.lag_min >= 0.0 else 'earlier'}"
+        panel.set_title(f"{found.sensors[place]}: drift {when}, {loop.rate:.3g} per K", fontsize=9)
+        panel.set_xlabel("rise [K]")
+        panel.spines[["top", "right"]].set_visible(False)
+    for panel in panels[count:]:
+        panel.set_visible(False)
+    for panel in panels[::columns]:
+        panel.set_ylabel(f"{found.target} [um, urad]")
+    figure.suptitle("Drift against temperature, a line a run; a dot is its end", fontsize=11)
     figure.savefig(path, dpi=DPI, metadata={"Software": None})
     return path

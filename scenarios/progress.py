@@ -20,29 +20,26 @@ class Stage(NamedTuple):
     times: int
 
 
-CALIBRATE = (Stage("start", 1.0, 10),)
-"""What calibration says: starts, which rarely need all of their iterations."""
+CALIBRATE = (Stage("iteration", 1.0, 10),)
+"""What calibration says; it rarely needs all of its iterations."""
 
 SPEAKS_S = 10.0
 """Where standard error is no terminal, a line is written at least so often [s]."""
 
-_ROUND = (
-    Stage("screening", 10.0, 25),
-    Stage("calibrating with", 20.0, 4),
-    Stage("calibrating the named", 5.0, 1),
+_STEP = (
+    Stage("screening", 6.0, 1),
+    Stage("scoring", 18.0, 12),
 )
+
 FIND_GAP = (
     Stage("looking for broken", 1.0, 1),
-    Stage("start", 15.0, 10),
-    Stage("what else", 4.0, 1),
-    Stage("what starts", 2.0, 1),
-    *_ROUND,
-    *_ROUND,
-    Stage("looking for what", 15.0, 3),
+    Stage("iteration", 15.0, 10),
+    *_STEP,
+    *_STEP,
     Stage("judging", 2.0, 1),
     Stage("co-simulating", 8.0, 2),
 )
-"""What the gap finder says. A second effect is looked for only where a first one was named."""
+"""What the gap finder says. A second step is made only where a first one named something."""
 
 
 class Fraction:

@@ -43,8 +43,11 @@ class Plant(_Form):
     """
 
     fmu: FileName = "plant.fmu"
+    """A path, a name in the FMU folder, or a machine file."""
     noise: bool = True
+    """Whether the sensors are noisy."""
     parameters: dict[ParameterName, Value] = Field(default_factory=dict, max_length=500)
+    """Values of the plant FMU's parameters, by name."""
 
 
 class Probe(_Form):
@@ -54,7 +57,9 @@ class Probe(_Form):
     """
 
     every_s: Annotated[float, Field(ge=1.0, le=1e8)] | None = None
+    """A probe cycle at fixed intervals: the plant's own displacement goes to the compensator."""
     when_um: Annotated[float, Field(ge=0.01, le=1e5)] | None = None
+    """A probe cycle when an uncertainty passes this."""
 
 
 class CompensatorSection(_Form):
@@ -65,8 +70,11 @@ class CompensatorSection(_Form):
     """
 
     fmu: FileName = "compensator.fmu"
+    """A path, a name in the FMU folder, or a compensator file."""
     enabled: bool = True
+    """False: offsets stay zero."""
     tool_length_mm: Length | None = None
+    """A length that the compensator is told in place of the real one."""
     probe: Probe | None = None
 
 
@@ -76,12 +84,15 @@ class Variant(_Form):
     name: Name
     title: Text = ""
     set: dict[str, Any] = Field(default_factory=dict, max_length=100)
+    """The scenario once more, with these keys set otherwise: ``{ "key" = value }``."""
 
 
 class Replay(_Form):
     """A compensator driven by measured runs instead of the plant."""
 
     runs: list[FileName] = Field(default_factory=list, max_length=1000)
+    """Measured runs instead of a plant; then there are no ``plant``, ``signals``, ``faults``,
+    ``variants``."""
     tool_length_mm: Length | None = None
 
 
@@ -90,15 +101,22 @@ class Settings(_Form):
 
     format: Literal[1]
     name: Name
+    """Letters, digits, ``_``, ``-``."""
     title: Text = Field(min_length=1)
     description: Text = ""
     duration_s: Duration = 28800.0
+    """A multiple of *step_s*, at most 1,000,000 steps."""
     step_s: Annotated[float, Field(ge=1e-3, le=3600.0)] = 1.0
+    """Communication step."""
     record_s: Annotated[float, Field(ge=1e-3, le=1e6)] = 10.0
+    """Time between rows of the results, a multiple of *step_s*."""
     seed: Annotated[int, Field(ge=0, le=2**31 - 1)] = 1
+    """Of the sensors' noise and of random signals."""
     plant: Plant = Plant()
     compensator: CompensatorSection = CompensatorSection()
     signals: dict[SignalName, Any] = Field(default_factory=dict, max_length=200)
+    """What drives the plant's inputs, and ``tool_length`` [mm]: a number, or a table with a
+    ``kind``."""
     faults: list[SensorFault] = Field(default_factory=list, max_length=100)
     variants: list[Variant] = Field(default_factory=list, max_length=50)
     replay: Replay | None = None

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import argparse
 import warnings
 from collections.abc import Iterable, Sequence
-from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias, Union
+from typing import TYPE_CHECKING, TypeAlias, Union
 
 import pandas as pd
 
@@ -54,10 +52,3 @@ def warn_of_doubts(runs: Sequence[Run]) -> None:
     for run_doubt in doubts(runs):
         names = ", ".join(run.name for run in runs)
         warnings.warn(f"{names}: {run_doubt.column} {run_doubt.text}", DoubtfulData, stacklevel=3)
-
-
-def usual(command: str, option: str) -> Any:
-    """Return what a command takes for an option that is not given."""
-    parser = argparse.ArgumentParser(add_help=False)
-    import_module(f"scenarios.commands.{command}").add_arguments(parser)
-    return parser.get_default(option)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import pandas as pd
@@ -12,7 +12,9 @@ from fmu_compensator.fit import comparison
 from fmu_compensator.fit.columns import targets_of
 from fmu_compensator.fit.contestants import Contestant, contestants
 from fmu_compensator.fit.splits import Split, leave_out
+from measurement.doubts import doubt_lines
 from measurement.errors import BadInput
+from measurement.faults import Fault, find_faults, looked_over
 from scenarios.presets import preset
 from spindle_drift._inputs import MachineLike, RunLike, as_runs
 from spindle_drift._plots import plot_bars
@@ -38,12 +40,21 @@ class Comparison:
         What was left out of the data.
     details : dict
         Everything, as ``spindle-drift compare --json`` prints it.
+    faults : list of Fault
+        What is wrong with the runs; none of it was used.
+    doubts : list of str
+        What the runs' numbers contradict.
+    results : fmu_compensator.fit.comparison.Comparison
+        Run by run, with what was measured and predicted.
     """
 
     table: pd.DataFrame
     left_out: dict[str, str]
     notes: list[str]
     details: dict[str, Any]
+    faults: list[Fault] = field(repr=False)
+    doubts: list[str] = field(repr=False)
+    results: comparison.Comparison = field(repr=False)
 
     def plot(self, target: str | None = None) -> Figure:
         """Return a figure of the errors on training and on unseen runs, best model first.
@@ -87,6 +98,7 @@ def compare(
     points: str = "",
     grey: Mapping[str, Any] | None = None,
     options: Mapping[str, Mapping[str, Any]] | None = None,
+    on_step: Callable[[str, int], None] = lambda label, steps: None,
 ) -> Comparison:
     """Compare error models on runs that they never saw.
 
@@ -111,6 +123,8 @@ def compare(
         Options of their choice, as `spindle_drift.points` takes them.
     options : mapping of str to mapping, optional
         Of the models, by their names.
+    on_step : callable
+        Told the label of each piece of work as it begins, and how many there are.
 
     Returns
     -------
@@ -131,20 +145,32 @@ def compare(
     ['mlr', 'no_model', 'persistence', 'ridge']
     """
     learnt, judged = as_runs(list(train)), as_runs(list(validate)) if len(validate) else []
-    splits = [Split("the judged runs", learnt, judged)] if judged else leave_out(learnt, by)
-    same = {run.sha256 for run in learnt} & {run.sha256 for run in judged}
-    if same:
-        run = next(run for run in judged if run.sha256 in same)
-        raise BadInput("compare", run.name, "is in both: it would be judged on what it saw")
-    rig = targets_of([*learnt, *judged], as_machine(machine or USUAL_MACHINE).model.rig)
-    found = comparison.compare(
-        splits,
-        rig,
-        _contestants(models, study, points, grey or {}, options or {}, seed),
-    )
-    details = found.to_dict()
+    digests = {run.sha256: run for run in learnt}
+    for run in judged:
+        if run.sha256 in digests:
+            problem = f"is the same run as {digests[run.sha256].name} in --train"
+            raise BadInput("--validate", run.name, f"{problem}: it would be judged on what it saw")
+    entrants = _contestants(models, study, points, grey or {}, options or {}, seed)
+    # All together, so that every fold and every figure goes by the same verdict on each sensor.
+    every = looked_over([*learnt, *judged])
+    rig = targets_of(every, as_machine(machine or USUAL_MACHINE).model.rig)
+    if judged:
+        splits = [Split("the judged runs", every[: len(learnt)], every[len(learnt) :])]
+    else:
+        splits = leave_out(every, by)
+    steps = len(splits) * len(entrants)
+    found = comparison.compare(splits, rig, entrants, on_step=lambda label: on_step(label, steps))
+    runs = sorted({run.sha256: run for run in every}.values(), key=lambda run: run.name)
+    faults = find_faults(runs)
+    details = found.to_dict() | {"data": [fault.to_dict() for fault in faults]}
     return Comparison(
-        _ranking(details["models"], found.targets), dict(found.left_out), list(found.notes), details
+        _ranking(details["models"], found.targets),
+        dict(found.left_out),
+        list(found.notes),
+        details,
+        faults,
+        doubt_lines(runs),
+        found,
     )
 
 

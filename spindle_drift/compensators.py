@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import repeat
 from pathlib import Path
@@ -24,10 +24,11 @@ from measurement.files import write_atomically
 from measurement.rig import FivePointRig, Rig, default_rig, rig_from_table
 from measurement.runs import Run
 from plant_model.machine_file import read_machine
+from scenarios.grey_options import ALWAYS_TOLD, USUAL
 from scenarios.outputs import COMPENSATOR_FILE, check_output, guarding
 from scenarios.presets import preset
-from scenarios.replay import rig_of_model
-from spindle_drift._inputs import MachineLike, RunLike, as_run, as_runs, usual, warn_of_doubts
+from scenarios.replay import model_of, rig_of_model
+from spindle_drift._inputs import MachineLike, RunLike, as_run, as_runs, warn_of_doubts
 from spindle_drift._plots import plot_judged
 
 if TYPE_CHECKING:
@@ -63,7 +64,7 @@ class Compensator:
 
     @classmethod
     def load(cls, path: str | Path) -> Compensator:
-        """Read a compensator file.
+        """Read a compensator file, or the one in a compensator FMU.
 
         Parameters
         ----------
@@ -78,7 +79,7 @@ class Compensator:
         ModelFileError
             If it cannot be used.
         """
-        return cls(load_model(path))
+        return cls(model_of(Path(path)) if Path(path).suffix == ".fmu" else load_model(path))
 
     @property
     def name(self) -> str:
@@ -97,9 +98,9 @@ class Compensator:
 
     @property
     def figures(self) -> pd.DataFrame:
-        """RMSE [um] of each axis: no compensation, training runs, and runs left out.
+        """RMSE [um] of each axis: no compensation, training runs, runs left out, what is promised.
 
-        Of the latter ``like`` are runs like the rest and ``unlike`` whole conditions; NaN where
+        Of runs left out ``like`` are those like the rest and ``unlike`` whole conditions; NaN where
         fewer than three runs were there to leave one out. Each is what the installed compensator
         leaves.
         """
@@ -113,6 +114,7 @@ class Compensator:
                     kind: unseen[kind][axis]["model"] if kind in unseen else math.nan
                     for kind in ("like", "unlike")
                 },
+                "promised": unseen["promised"][axis]["model"] if "promised" in unseen else math.nan,
             }
             for axis, row in told["training"].items()
         }
@@ -241,7 +243,11 @@ class Compensator:
         return plot_judged(judged, recorded.name)
 
     def monitor(
-        self, runs: RunLike | Sequence[RunLike], *, machine: MachineLike | None = None
+        self,
+        runs: RunLike | Sequence[RunLike],
+        *,
+        machine: MachineLike | None = None,
+        on_run: Callable[[Run], None] = lambda run: None,
     ) -> Report:
         """Return whether it still fits, from logs of the machine.
 
@@ -251,6 +257,8 @@ class Compensator:
             Each from its start on; drift measured in all rows, in some, or in none.
         machine : Machine, path or name, optional
             Says what the displacements mean; by default what they meant in training.
+        on_run : callable
+            Told each run that is done.
 
         Returns
         -------
@@ -263,17 +271,19 @@ class Compensator:
             If a run lacks a thermometer that it uses.
         """
         rig = None if machine is None else rig_of_model(self.model, _five_point(machine))
-        return watch(self.model, as_runs(runs), rig)
+        return watch(self.model, as_runs(runs), rig, on_run=on_run)
 
-    def update(self, runs: RunLike | Sequence[RunLike], **options: Any) -> Compensator:
+    def update(
+        self, runs: RunLike | Sequence[RunLike], *, created: str | None = None
+    ) -> Compensator:
         """Return the compensator after new runs; those that it was fitted to are not needed.
 
         Parameters
         ----------
         runs : Run, DataFrame or path, or several
             New runs.
-        **options
-            Of `fmu_compensator.fit.updating.update_compensator`: ``created``.
+        created : str, optional
+            Date for the file (YYYY-MM-DD).
 
         Raises
         ------
@@ -290,7 +300,7 @@ class Compensator:
         >>> [run["name"] for run in new.model.provenance["runs"]] == names
         True
         """
-        table, _ = update_compensator(self.model, as_runs(runs), **options)
+        table, _ = update_compensator(self.model, as_runs(runs), created=created)
         return Compensator(parse_model(compensator_text(table), self.name))
 
 
@@ -340,7 +350,7 @@ def fit(
     """
     recorded = as_runs(runs)
     rig, sensors = _rig(recorded[0], machine)
-    grey = {"threshold": usual("fit", "threshold"), "score": usual("fit", "score")}
+    grey = {name: USUAL[name] for name in ALWAYS_TOLD}
     as_usual: dict[str, Any] = {"sensors": sensors, "grey": grey}
     if study is not None:
         given = preset(study)
@@ -369,7 +379,7 @@ def _rig(run: Run, machine: MachineLike | None) -> tuple[Rig, list[str] | None]:
         return default_rig(run, read_machine(USUAL_MACHINE).rig), None
     given = as_machine(machine)
     sensors = [sensor.name for sensor in given.model.sensors if sensor.unit == "degC"]
-    return rig_from_table(given.model.rig, given.name), sensors
+    return rig_from_table(given.model.rig, str(given.source)), sensors
 
 
 __all__ = ["Compensator", "fit"]

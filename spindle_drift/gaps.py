@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from gap_finder.search import MOST_CHANGES, MOST_EFFECTS, Search
+from gap_finder.search import MOST, Search
 from measurement.runs import Run, write_run
 from plant_model.machine_writer import write_machine
 from scenarios.gap_runner import GAP, GapTask, run_find_gap
@@ -70,11 +70,12 @@ def find_gap(
     *,
     out: str | Path | None = None,
     without: Sequence[str] = (),
-    most: int = MOST_CHANGES,
-    most_effects: int = MOST_EFFECTS,
+    most: int = MOST,
+    effects_only: bool = False,
     seed: int = 0,
     workers: int | None = None,
     fmu: bool = False,
+    split_hours: float | None = None,
     force: bool = False,
 ) -> Gap:
     """Say where a machine's model and measured runs disagree, and name what is missing.
@@ -90,14 +91,16 @@ def find_gap(
     without : sequence of str
         Effects not to consider.
     most : int
-        Changes of the description to make at most.
-    most_effects : int
-        Effects of the catalogue to add at most, 1 or more.
+        Additions to make at most.
+    effects_only : bool
+        Whether the description stays as it is.
     seed : int
     workers : int, optional
         Processes; one for each core by default.
     fmu : bool
         Whether to build the plant FMUs before and after and to co-simulate the runs kept back.
+    split_hours : float, optional
+        Longer *runs* are cut into pieces of this length [h], each begun where the one before ended.
     force : bool
         Whether *out* may hold other things.
 
@@ -133,8 +136,9 @@ def find_gap(
             paths[: len(used)],
             paths[len(used) :],
             folder,
-            Search(tuple(without), most, most_effects, seed, workers),
+            Search(tuple(without), most, not effects_only, seed, workers),
             fmu,
+            split_hours,
         )
         inputs = [run.path for run in (*used, *kept_back) if run.path is not None]
         with guarding("find-gap", inputs, force):

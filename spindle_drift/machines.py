@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pandas as pd
 
 from gap_finder import calibrate as calibration
-from gap_finder.observations import observe
+from gap_finder.advice import advice
+from gap_finder.calibrate import Progress, quiet
+from gap_finder.data_faults import DataFault
+from gap_finder.observations import Observations
 from gap_finder.regimes import by_channel, residuals
+from gap_finder.standing import calibrated
+from gap_finder.told import Advice
 from measurement.errors import BadInput
 from measurement.runs import Run
 from plant_model import simulate as plant
@@ -21,8 +26,10 @@ from plant_model.machine_file import machine_path, read_machine
 from plant_model.machine_writer import write_machine
 from plant_model.parameters import ParameterError
 from scenarios.gap_runner import begun_warm, not_compared, usable_runs
+from scenarios.machine_inputs import inputs_of
 from scenarios.outputs import MACHINE_FILE, check_output, guarding, marked
-from scenarios.scenario import read_scenario
+from scenarios.scenario import Case, read_scenario
+from scenarios.scenario import Scenario as ReadScenario
 from spindle_drift._inputs import MachineLike, RunLike, as_runs
 from spindle_drift._plots import plot_bars
 
@@ -145,9 +152,10 @@ def simulate(
     ----------
     machine : Machine, path or name
     inputs : DataFrame, Run or str
-        ``time_s`` and the machine's inputs, or a scenario's name or file: its first variant.
+        ``time_s`` and the machine's inputs, or a scenario's name or file: its first variant, with
+        the plant's parameters that it sets.
     parameters : mapping of str to float, optional
-        Values to use instead of the machine's, by full name.
+        Values to use instead of the machine's and the scenario's, by full name.
     every_s : float
         Time between the rows of a scenario [s].
     noise_seed : int, optional
@@ -172,22 +180,31 @@ def simulate(
     >>> bool(run.frame["T2_degC"].is_monotonic_increasing)
     True
     """
-    from scenarios.commands.simulate import inputs_of
-
     model = as_machine(machine).model
-    name = "simulated"
+    values, name, source = dict(parameters or {}), "simulated", "simulate"
+    if noise_seed is not None and noise_seed < 0:
+        raise BadInput("--seed", "", f"{noise_seed} is not allowed: 0 or more")
     if isinstance(inputs, (str, Path)):
         scenario = read_scenario(str(inputs))
-        if not scenario.cases:
-            raise BadInput(scenario.path, "replay", "nothing is simulated in a replay")
-        frame, name = inputs_of(scenario.cases[0], model, every_s), scenario.settings.name
+        case, name, source = case_to_simulate(scenario), scenario.settings.name, str(scenario.path)
+        frame = inputs_of(case, model, every_s)
+        # The FMU quotes names that hold a hyphen, as structured naming asks; both forms serve.
+        told = case.settings.plant.parameters.items()
+        values = {key.replace("'", ""): value for key, value in told} | values
     else:
         frame = inputs if isinstance(inputs, pd.DataFrame) else inputs.frame
     try:
-        found = plant.simulate(model, frame, dict(parameters or {}), noise_seed=noise_seed)
+        found = plant.simulate(model, frame, values, noise_seed=noise_seed)
     except (DriveError, ParameterError) as error:
-        raise BadInput("simulate", "", str(error)) from None
+        raise BadInput(source, "", str(error)) from None
     return Run(name, found.run_frame())
+
+
+def case_to_simulate(scenario: ReadScenario) -> Case:
+    """Return the first variant of a scenario."""
+    if not scenario.cases:
+        raise BadInput(scenario.path, "replay", "nothing is simulated in a replay")
+    return scenario.cases[0]
 
 
 @dataclass(frozen=True)
@@ -204,12 +221,23 @@ class Calibration:
         RMS of model minus measurement of each channel before and after [K, um].
     left_out : list of str
         What in the runs was broken, sensors that they lack, and runs that began warm.
+    faults : list of DataFault
+        Of these what was broken.
+    advice : list of Advice
+        What the machine file may lack.
+    found : gap_finder.calibrate.Calibration
+    observed : list of Observations
+        The runs as they were compared.
     """
 
     machine: Machine
     parameters: pd.DataFrame
     residuals: pd.DataFrame
     left_out: list[str]
+    faults: list[DataFault] = field(repr=False)
+    advice: list[Advice] = field(repr=False)
+    found: calibration.Calibration = field(repr=False)
+    observed: list[Observations] = field(repr=False)
 
     def plot(self) -> Figure:
         """Return a figure of each channel's residuals before and after."""
@@ -217,7 +245,12 @@ class Calibration:
 
 
 def calibrate(
-    machine: MachineLike, runs: RunLike | Sequence[RunLike], *, starts: int = 2, seed: int = 0
+    machine: MachineLike,
+    runs: RunLike | Sequence[RunLike],
+    *,
+    starts: int = 2,
+    seed: int = 0,
+    progress: Progress = quiet,
 ) -> Calibration:
     """Move a machine's free parameters so that it follows measured runs.
 
@@ -229,6 +262,8 @@ def calibrate(
         Starting points; the first is the machine as it stands.
     seed : int
         Of the further starting points.
+    progress : callable
+        Told what is being done.
 
     Returns
     -------
@@ -249,19 +284,30 @@ def calibrate(
     >>> bool((found.residuals["after"] <= found.residuals["before"] + 0.05).all())
     True
     """
-    given = as_machine(machine)
     if not 1 <= starts <= 50:
-        raise BadInput("calibrate", "starts", f"{starts} is outside 1..50")
-    recorded = as_runs(runs)
+        raise BadInput("--starts", "", f"{starts} is outside 1..50")
+    given, recorded = as_machine(machine), as_runs(runs)
     used, _, faults = usable_runs(given.model, recorded)
-    observed = observe(given.model, used)
-    found = calibration.calibrate(given.model, observed, starts=starts, seed=seed)
-    after = replace(given, model=found.machine)
-    table = pd.DataFrame([asdict(entry) for entry in found.parameters])
+    found, observed, stood = calibrated(
+        given.model, used, starts=starts, seed=seed, progress=progress
+    )
+    faults += stood
+    before, after = (
+        [residuals(model, run) for run in observed] for model in (given.model, found.machine)
+    )
     channels = {
-        moment: by_channel(which, [residuals(which, one) for one in observed])
-        for moment, which in (("before", given.model), ("after", found.machine))
+        "before": by_channel(given.model, before),
+        "after": by_channel(found.machine, after),
     }
-    left_out = [fault.text for fault in faults] + not_compared(given.model, recorded)
-    left_out += begun_warm(recorded)
-    return Calibration(after, table.set_index("name"), pd.DataFrame(channels), left_out)
+    table = pd.DataFrame([asdict(entry) for entry in found.parameters])
+    lacking = [*not_compared(given.model, recorded), *begun_warm(recorded)]
+    return Calibration(
+        replace(given, model=found.machine),
+        table.set_index("name"),
+        pd.DataFrame(channels),
+        [fault.text for fault in faults] + lacking,
+        faults,
+        advice(found.machine, after, found.parameters, before),
+        found,
+        observed,
+    )

@@ -14,7 +14,7 @@ from measurement.importing.log import Imported, import_files
 from measurement.importing.mapping import Mapping as Rules
 from measurement.importing.mapping import read_mapping
 from measurement.iso230 import Summary, summarise
-from measurement.rig import default_rig, rig_from_table
+from measurement.rig import Rig, default_rig, rig_from_table
 from measurement.runs import Run
 from scenarios.imported import write_imported
 from scenarios.outputs import guarding
@@ -211,7 +211,7 @@ def summary(
     machine : Machine, path or name, optional
         Its rig says what the displacements mean; without it their names do.
     ambient : str, optional
-        Column of the ambient temperature.
+        Column of the ambient temperature; by default that of the machine's input ``ambient``.
 
     Returns
     -------
@@ -225,15 +225,29 @@ def summary(
     >>> round(found.duration_s / 3600.0, 1), found.temperatures["T2_degC"].rise > 1.0
     (8.0, True)
     """
+    recorded = as_run(run)
+    return summarise(
+        recorded, rig_for(recorded, machine), ambient or _ambient_column(recorded, machine)
+    )
+
+
+def rig_for(run: Run, machine: MachineLike | None) -> Rig | None:
+    """Return the machine's rig; without a machine the one that the columns' names tell, or None."""
     from spindle_drift.machines import as_machine
 
-    recorded = as_run(run)
-    if machine is None:
-        try:
-            rig = default_rig(recorded)
-        except BadInput:
-            rig = None
-    else:
+    if machine is not None:
         model = as_machine(machine)
-        rig = rig_from_table(model.model.rig, f"machine {model.name}")
-    return summarise(recorded, rig, ambient)
+        return rig_from_table(model.model.rig, f"machine {model.name}")
+    try:
+        return default_rig(run)
+    except BadInput:
+        return None
+
+
+def _ambient_column(run: Run, machine: MachineLike | None) -> str | None:
+    """Return the column of the machine's input called ambient, where the run has it."""
+    from spindle_drift.machines import as_machine
+
+    inputs = () if machine is None else as_machine(machine).model.inputs
+    column = next((entry.column for entry in inputs if entry.name == "ambient"), None)
+    return column if column in run.frame.columns else None

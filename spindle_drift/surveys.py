@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import pandas as pd
 
 from fmu_compensator.fit.columns import targets_of
-from fmu_compensator.fit.survey import survey
+from fmu_compensator.fit.survey import Survey, survey
 from scenarios.presets import preset
 from spindle_drift._inputs import MachineLike, RunLike, as_runs
 from spindle_drift.compensators import USUAL_MACHINE
@@ -34,6 +34,8 @@ class Points:
         All combinations of the chosen ones, the largest adjusted R2 first.
     details : dict
         Everything, as ``spindle-drift points --json`` prints it.
+    survey : Survey
+        The same as arrays, with the dendrogram's linkage.
     """
 
     chosen: list[str]
@@ -42,6 +44,7 @@ class Points:
     scores: pd.DataFrame
     combinations: pd.DataFrame
     details: dict[str, Any]
+    survey: Survey = field(repr=False)
 
 
 def points(
@@ -92,7 +95,8 @@ def points(
         settings = {**given.grey, "grouping": given.points}
         if target is not None:
             settings["target"] = target
-    found = survey(recorded, rig, **(settings | options)).to_dict()
+    surveyed = survey(recorded, rig, **(settings | options))
+    found = surveyed.to_dict()
     names = found["sensors"]
     scores = pd.DataFrame({key: found[key] for key in ("pearson", "relational")}).loc[names]
     return Points(
@@ -102,4 +106,5 @@ def points(
         scores,
         pd.DataFrame(found["subsets"]),
         found,
+        surveyed,
     )

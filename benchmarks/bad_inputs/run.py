@@ -1,6 +1,6 @@
 """Give every command bad input, and see what it says.
 
-    python -m benchmarks.bad_inputs.run [--page docs/refusals.md]
+    python -m benchmarks.bad_inputs.run [--write]
 
 Each case runs in a folder of its own with good files of which some are spoilt. Promised are exit
 code 2, one line that names file, place, value and what is allowed, and that no file is lost,
@@ -18,10 +18,10 @@ from tqdm import tqdm
 
 from benchmarks.bad_inputs.case import Answer, BadInputCase, ask
 from benchmarks.bad_inputs.cases import GROUPS
+from benchmarks.results_page import put
 from fmu_compensator.fit.fitting import compensator_text, fit_compensator
 from fmu_packaging.package import build
 from fmu_packaging.publish import publish
-from measurement.files import write_atomically
 from measurement.rig import rig_from_table
 from measurement.runs import read_run
 from plant_model.machine_file import machine_path, read_machine
@@ -31,7 +31,6 @@ from scenarios.scenario import scenario_path
 
 SHOWN = 3
 """Cases of each group that the page shows [1]."""
-BEGIN, END = "<!-- benchmarks.bad_inputs: from here -->", "<!-- benchmarks.bad_inputs: to here -->"
 ROOT = Path(__file__).resolve().parents[2]
 RUNS = {"a": "training_down", "b": "training_random", "c": "training_stops", "d": "stop_and_go"}
 
@@ -103,18 +102,15 @@ def tables(found: dict[str, list[Answer]], shown: int = 10**6) -> str:
 def main() -> int:
     """Ask all, and print or write the tables; 1 if a promise was not kept."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--page", type=Path, help="page to write the tables into")
+    parser.add_argument("--write", action="store_true", help="also write docs/results.md")
     args = parser.parse_args()
     good = good_files()
     with tempfile.TemporaryDirectory() as dist:
         build_into(Path(dist))
         found = {name: answers(cases, good, Path(dist)) for name, cases in GROUPS.items()}
     print(tables(found))
-    if args.page is not None:
-        whole = args.page.read_text(encoding="utf-8")
-        text = tables(found, SHOWN)
-        head, tail = whole.split(BEGIN)[0], whole.split(END)[1]
-        write_atomically(args.page, f"{head}{BEGIN}\n\n{text}\n{END}{tail}")
+    if args.write:
+        put("bad_inputs", tables(found, SHOWN))
     return int(any(answer.problem for group in found.values() for answer in group))
 
 

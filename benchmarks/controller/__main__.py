@@ -3,7 +3,7 @@
 Both shipped FMUs, compiled from their sources with NO_HEAP: for this machine, and for a Cortex-M7
 and aarch64 where these compilers are. Time is measured on this machine, and beside it that of a
 chain of a thousand multiplications and additions of doubles, each waiting for the one before.
-``python -m benchmarks.controller``
+``python -m benchmarks.controller [--write]``
 """
 
 from __future__ import annotations
@@ -15,13 +15,14 @@ import subprocess
 import sys
 import tempfile
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import numpy as np
 
 import build_fmu
 from benchmarks.controller.stack import Stack
+from benchmarks.results_page import put
 from fmu_packaging.native.build import memory_size, native_package
 from fmu_packaging.native.compilers import STRICT, c_files, compilers, run_compiler, write_sources
 from plant_model.machine_file import read_machine
@@ -37,6 +38,9 @@ TARGETS = {
 }
 LINKED = ("-O2", "-ffunction-sections", "-fdata-sections", "-Wl,--gc-sections")
 ENTRIES = ("fmi2DoStep", "fmi2SetReal", "fmi2GetReal", "fmi2Instantiate")
+TIMES = ("", "median [ns]", "longest [ns]", "longest in chains")
+MOST_RULES = 8
+"""So many of MISRA's rules are named; the count stands beside them."""
 LAG_S, STEP_S, LEVEL = 7200.0, 1.0, 20.0
 
 
@@ -95,15 +99,17 @@ def main() -> int:
     parser = argparse.ArgumentParser("benchmarks.controller", description=__doc__)
     parser.add_argument("--steps", type=int, default=4000, help="a run (4000)")
     parser.add_argument("--runs", type=int, default=25, help="of which the shortest counts (25)")
+    parser.add_argument("--write", action="store_true", help="also write docs/results.md")
     given = parser.parse_args()
     found = {kind: sources_of(kind) for kind in ("compensator", "plant")}
-    print(f"{'':12}{'for':11}{'sources':>9}{'linked':>8}{'static':>8}{'a step':>8}{'start':>7}")
+    heads = ("", "sources, read only", "linked", "static", "stack of a step", "of the start")
+    size, time, rule = rows_of(heads), rows_of(TIMES), rows_of(("", "rules", "findings"))
     with tempfile.TemporaryDirectory(prefix="controller_") as name:
         programs = {}
         for kind, sources in found.items():
             for target, (command, flags) in TARGETS.items():
                 if command and shutil.which(command) is None:
-                    print(f"{kind:12}{target:11} {command} is not there")
+                    size.append(row(f"{kind}, {target}", f"{command} is not there"))
                     continue
                 folder = Path(name) / kind / target
                 programs[kind] = linked(command, flags, sources, folder)
@@ -114,26 +120,40 @@ def main() -> int:
                 stack = Stack(folder.glob("*.ci"))
                 deep = {entry: stack.deepest(entry)[0] for entry in ENTRIES}
                 step, start = max(list(deep.values())[:3]), deep["fmi2Instantiate"]
-                print(f"{kind:12}{target:11}{constant:9}{whole:8}{written:8}{step:8}{start:7}")
-        print(f"\n{'':12}{'median':>9}{'longest':>9}{'chain':>8}  [ns]   longest in chains")
+                size.append(row(f"{kind}, {target}", constant, whole, written, step, start))
         for kind, program in programs.items():
             command = [str(program), str(given.steps), str(given.runs)]
             done = subprocess.run(command, capture_output=True, text=True, check=False)
             median, longest, chain = map(float, done.stdout.split())
-            print(f"{kind:12}{median:9.0f}{longest:9.0f}{chain:8.0f}{longest / chain:17.1f}")
+            shown = (f"{median:.0f}", f"{longest:.0f}", f"{longest / chain:.1f}")
+            time.append(row(kind, *shown))
         for kind, sources in found.items():
             if shutil.which("cppcheck") is None:
-                print("\ncppcheck is not there")
+                rule.append(row("cppcheck is not there"))
                 break
             rules = misra(sources, Path(name) / "misra" / kind)
-            said = ", ".join(f"{rule} ({count})" for rule, count in rules.most_common())
-            print(f"\n{kind}, MISRA C:2012 rules and findings: {said}")
+            said = ", ".join(f"{rule} ({count})" for rule, count in rules.most_common(MOST_RULES))
+            rule.append(row(kind, len(rules), said))
     single, double = followed(np.float32), followed(np.float64)
-    print(
-        f"\na lag of {LAG_S:g} s at {LEVEL:g} degC, stepped by {STEP_S:g} s, stands still within "
-        f"{single:.1g} K of its input in float32, {double:.1g} K in double"
+    lag = (
+        f"A lag of {LAG_S:g} s at {LEVEL:g} degC, stepped by {STEP_S:g} s, stands still within "
+        f"{single:.1g} K of its input in float32, {double:.1g} K in double."
     )
+    text = "\n\n".join("\n".join(part) for part in (size, time, rule, [lag]))
+    print(text)
+    if given.write:
+        put("controller", text)
     return 0
+
+
+def row(*cells: object) -> str:
+    """Return a row of a Markdown table."""
+    return f"| {' | '.join(map(str, cells))} |"
+
+
+def rows_of(heads: Sequence[str]) -> list[str]:
+    """Return the first two lines of a Markdown table."""
+    return [row(*heads), row(*["---"] * len(heads))]
 
 
 if __name__ == "__main__":

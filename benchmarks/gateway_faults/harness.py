@@ -15,7 +15,7 @@ from gateway.codec import Sender, Value, decode
 from gateway.database import COMPENSATOR, MACHINE, Database
 from gateway.link import Link
 from gateway.node import GatewayNode, GatewaySettings
-from gateway.unit import Saved
+from gateway.state import Saved
 
 CYCLE_S = 0.1
 OLDEST_S = 0.5

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.gateway_faults.harness import Episode, Wire
-from gateway.unit import OLDEST_S, Saved, StateFile
+from gateway.state import OLDEST_S, Saved, StateFile
 
 FMU = "an FMU"
 

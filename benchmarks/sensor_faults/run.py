@@ -1,8 +1,8 @@
 """Plant faults, look for them, and count false alarms.
 
-``python -m benchmarks.sensor_faults.run report --lathe DIR --spindle FILE`` prints the tables of
-docs/sensor_faults.md; ``setting`` in place of ``report`` takes the runs on which the thresholds
-were set. Without the measured data the simulated runs alone are used.
+``python -m benchmarks.sensor_faults.run report --lathe DIR --spindle FILE`` prints the tables,
+``--write`` puts them into docs/results.md; ``setting`` in place of ``report`` takes the runs on
+which the thresholds were set. Without the measured data the simulated runs alone are used.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 from tqdm import tqdm
 
+from benchmarks.results_page import put
 from benchmarks.sensor_faults.breaking import BREAKAGES, ODDITIES, Breakage, planted
 from benchmarks.sensor_faults.plain import plain_faults
 from benchmarks.sensor_faults.sources import Group, is_known, is_sound, report, setting
@@ -201,6 +202,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--seed", type=int, default=0, help="of machines and faults")
     parser.add_argument("--only", default="", metavar="WORD", help="plant only faults named so")
     parser.add_argument("--said", action="store_true", help="print every alarm and every miss")
+    parser.add_argument("--write", action="store_true", help="also write docs/results.md")
     parser.add_argument("--json", type=Path, metavar="FILE", help="also write the counts here")
     args = parser.parse_args(arguments)
     first = 1_000_000 + 1000 * args.seed if args.part == "report" else 1000 * args.seed
@@ -216,7 +218,10 @@ def main(arguments: list[str] | None = None) -> int:
         count.broken(source, group, rng)
     if args.said:
         print("\n".join(count.said), "\n")
-    print(tables(count.tallies))
+    text = tables(count.tallies)
+    print(text)
+    if args.write:
+        put("sensor_faults", text)
     if args.json:
         table: list[dict[str, Any]] = [
             {"source": key[0], "what": key[1], "by": key[2], **tally.__dict__}

@@ -40,6 +40,7 @@ from benchmarks.studies.tables import (
     cells_table,
     compensation_table,
     convergence_table,
+    elements_table,
     goal_table,
     prediction_table,
     printed_table,
@@ -64,7 +65,6 @@ def page_of(done: list[Any], seeds: int) -> str:
             "cells": cells_table(found, "study_size"),
             "study_size": prediction_table(found, "study_size"),
             "study_size_compensated": compensation_table(found, "study_size"),
-            "jig_borer": prediction_table(found, "jig_borer"),
             "jig_borer_compensated": compensation_table(found, "jig_borer"),
             "elements": prediction_table(found, "elements"),
             "convergence": convergence_table(found, "study_size"),
@@ -81,6 +81,7 @@ def page_from(tables: Mapping[str, str], seeds: int) -> str:
     """Return the page that holds some tables; what it says of them is made of their cells."""
     return TEMPLATE.read_text("utf-8").format(
         seeds=seeds,
+        elements_of_studies=elements_table(),
         goal_claim=goal_claim(tables["goal"]),
         network_claim=network_claim(tables["study_size"]),
         convergence_claim=convergence_claim(tables["convergence"]),

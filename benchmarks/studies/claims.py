@@ -9,6 +9,8 @@ from benchmarks.studies.entrants import ENTRANTS
 
 Rows = Mapping[str, Sequence[str]]
 """Cells by the title of their row, the heads by the empty text."""
+MOST_NAMED = 4
+"""So many winners of a column are named; more stand in the table."""
 
 
 def rows_of(table: str) -> dict[str, list[str]]:
@@ -23,20 +25,18 @@ def means(cell: str) -> list[float]:
 
 
 def goal_claim(goal: str) -> str:
-    """Return, for each column of the goal's table, who reaches it in every seed."""
+    """Return, for each column of the goal's table, how many reach it in every seed, few by name."""
     rows = rows_of(goal)
+    models = [title for title in rows if title]
     memory = {entrant.title: entrant.memory for entrant in ENTRANTS.values()}
+    free = [title for title in models if memory.get(title) is False]
     lines = []
     for place, head in enumerate(rows[""]):
-        won = [
-            title
-            for title, cells in rows.items()
-            if title and re.fullmatch(r"(\d+) of \1", cells[place])
-        ]
-        free = [title for title in won if memory.get(title) is False]
-        names = "; ".join(won) if won else "nobody"
+        won = [title for title in models if re.fullmatch(r"(\d+) of \1", rows[title][place])]
+        names = f" ({'; '.join(won)})" if 0 < len(won) <= MOST_NAMED else ""
         lines.append(
-            f"- **{head}**, in every seed: {names}. Of both baselines without memory: {len(free)}."
+            f"- **{head}**: {len(won)} of {len(models)}{names}, {len({*free} & {*won})} of "
+            f"{len(free)} baselines without memory"
         )
     return "\n".join(lines)
 

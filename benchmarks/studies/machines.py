@@ -27,7 +27,7 @@ from measurement.runs import Run
 from plant_model.machine import Machine
 from plant_model.machine_file import read_machine
 from plant_model.simulate import simulate
-from scenarios.commands.simulate import inputs_of
+from scenarios.machine_inputs import inputs_of
 from scenarios.scenario import read_scenario
 from studies.finite_elements import FiniteElementSpindle, read_description
 from studies.finite_elements.description import Description

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import csv
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
 
 import numpy as np
 
@@ -30,6 +32,7 @@ NETWORKS = (
     "bp_four",
     "ga_bp_four",
 )
+ELEMENTS = Path(__file__).with_name("elements.csv")
 TARGETS, AXES = ("E", "yaw", "pitch"), ("X", "Y", "Z")
 
 Scores = Mapping[tuple[str, str, str], Sequence[Score]]
@@ -227,6 +230,22 @@ def _cell(figures: np.ndarray) -> str:
 
 def _plain(figures: Sequence[float]) -> str:
     return " / ".join(f"{value:.0f}" for value in figures)
+
+
+def elements() -> list[dict[str, str]]:
+    """Return every element of the studies: what it is, what is here, its command, file and test."""
+    with ELEMENTS.open(encoding="utf-8", newline="") as lines:
+        return list(csv.DictReader(lines))
+
+
+def elements_table() -> str:
+    """Return the elements of the studies, each with its command, file and test."""
+    rows = []
+    for one in elements():
+        file, _, name = one["test"].partition("::")
+        code = [f"`{cell}`" for cell in (one["command"], one["file"], file)]
+        rows.append([one["study"], one["element"], one["here"], *code, name])
+    return as_table(["study", "element", "here", "command", "file", "test", "its name"], rows)
 
 
 def as_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:

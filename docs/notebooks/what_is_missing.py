@@ -58,7 +58,7 @@ figure = gap.plot()
 # %% [markdown]
 # `gap.machine` is the model with the effect in force; every command takes it as a machine. The report in
 # the folder shows where and when the gap was, and which effects came close. When the data cannot tell two
-# effects apart, the verdict is `one_of` and says which further run would; when nothing in the catalogue
+# effects apart, the verdict is `one_of` and says what kind of run would; when nothing on the list
 # explains the gap it is `unknown`. See [what a model lacks](../gap.md) and [how often it is
 # right](../gap_benchmark.md).
 

@@ -8,6 +8,7 @@ block.
 from __future__ import annotations
 
 import argparse
+import html
 import re
 import tempfile
 from pathlib import Path
@@ -32,6 +33,8 @@ TOP = {
 BESIDE = {"LICENSE": "LICENSE.txt", "gateway/spindle_drift.dbc": "spindle_drift.dbc"}
 """Other files that pages link to."""
 LIVE = "spindle.html"
+PYTHON = "api.md"
+"""The page that the reference of the library follows."""
 LIVE_PICTURE = re.compile(r"!\[[^\]]*\]\([^)\s]*figures/web_page\.png\)")
 """The picture of the live page; here it opens the page itself."""
 LINK = re.compile(r"(!?\[[^\]]*\]\()([^)\s#]+)(#[^)\s]*)?(\))")
@@ -48,9 +51,7 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
         content = path.read_text(encoding="utf-8")
         files.append(File.generated(config, name, content=content))
     files.append(File.generated(config, LIVE, content=live_page()))
-    made = {"reference/commands.md": commands_page(), "reference/python.md": python_page()}
-    for name, content in made.items():
-        files.append(File.generated(config, name, content=content))
+    files.append(File.generated(config, "reference/commands.md", content=commands_page()))
     return files
 
 
@@ -63,7 +64,8 @@ def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
         markdown = LIVE_PICTURE.sub(rf"[\g<0>]({LIVE})\n\n[Open it]({LIVE}).", markdown)
     parts = BLOCK.split(markdown)
     parts[::2] = [NESTED.sub("    ", text) for text in parts[::2]]
-    return FENCE.sub(_titled, "".join(parts))
+    markdown = FENCE.sub(_titled, "".join(parts))
+    return f"{markdown}\n\n{python_names()}" if place == PYTHON else markdown
 
 
 def _link(found: re.Match[str], source: str, place: str) -> str:
@@ -119,18 +121,18 @@ def _argument(action: argparse.Action) -> str:
     value = action.metavar or (action.dest.upper() if action.nargs != 0 else "")
     shown = " ".join(value) if isinstance(value, tuple) else str(value)
     names = ", ".join(action.option_strings)
-    return f"`{_cell(f'{names} {shown}'.strip())}`"
+    # Marks of code would show the backslash before a bar.
+    text = html.escape(" ".join(f"{names} {shown}".split())).replace("|", "&#124;")
+    return f"<code>{text}</code>"
 
 
 def _cell(text: str) -> str:
     return " ".join(text.split()).replace("%%", "%").replace("|", "\\|")
 
 
-def python_page() -> str:
-    """Return the page of the public names."""
+def python_names() -> str:
+    """Return what makes the reference of the public names, for the end of their page."""
     import spindle_drift
 
-    lines = ["# Python", "", "```python", "import spindle_drift as sd", "```", ""]
-    for name in sorted(spindle_drift.__all__, key=str.lower):
-        lines += [f"::: spindle_drift.{name}", ""]
-    return "\n".join(lines)
+    names = sorted(spindle_drift.__all__, key=str.lower)
+    return "\n\n".join(f"::: spindle_drift.{name}" for name in names) + "\n"

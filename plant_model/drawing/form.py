@@ -104,7 +104,9 @@ class PatchForm(_Span):
     """A stretch of the housing, all around or on one side: so wide an angle around that."""
 
     side: Side | None = None
+    """The middle of what is on one side; without it all around."""
     width: Annotated[Number, _between(1.0, 360.0, "degrees")] = 90.0
+    """How many degrees it covers."""
 
     @property
     def around(self) -> float:
@@ -134,7 +136,9 @@ class StretchForm(_Span):
     outer: Diameter
     inner: Bore = 0.0
     material: str | None = None
+    """Else that of the whole."""
     even: bool = False
+    """Not split around the axis."""
 
 
 class ShaftForm(Form):
@@ -142,6 +146,7 @@ class ShaftForm(Form):
 
     material: str = "steel"
     gauge_line: Place
+    """From the mounting face."""
     stretches: list[StretchForm] = Field(min_length=1, max_length=100)
 
 
@@ -149,7 +154,9 @@ class FaceForm(PatchForm):
     """A part of the housing's outside that stands in other air than the rest, or is blown on."""
 
     air: str | None = None
+    """An input, or the enclosure."""
     film: Annotated[Quantity, _between(0.5, 1000.0, "W/(m2 K)")] | None = None
+    """Else of still air."""
 
 
 class HousingForm(Form):
@@ -157,6 +164,7 @@ class HousingForm(Form):
 
     material: str = "steel"
     air: str | None = None
+    """``ambient``, unless another input or the enclosure."""
     faces: list[FaceForm] = Field(default_factory=list, max_length=20)
     stretches: list[StretchForm] = Field(min_length=1, max_length=100)
 
@@ -168,6 +176,7 @@ class SleeveForm(_Span):
     """
 
     outer: Diameter | None = None
+    """With it, a part of its own between bearings and housing."""
     material: str = "steel"
 
 
@@ -176,24 +185,38 @@ class BearingForm(Form):
 
     name: Name
     at: Place
+    """Middle of the set."""
     designation: str | None = None
+    """70, 719, 72, 60, 62, N10 or NN30 with two digits of bore code; or *bore*, *outside* and
+    *width*."""
     count: int = Field(default=1, ge=1, le=8)
+    """Bearings in the set."""
     spacing: Length | None = None
+    """Else side by side."""
     sleeve: SleeveForm | None = None
     locates: bool = False
+    """Holds the shaft along its axis."""
     lubrication: Literal["oil-air", "grease", "oil"] = "grease"
     grade: Annotated[Number, _between(10.0, 320.0, "mm2/s at 40 degC")] = 32.0
+    """ISO VG."""
     viscosity_index: Annotated[Number, _between(50.0, 200.0, "")] = 95.0
     running_temperature: Annotated[Quantity, _between(0.0, 120.0, "degC")] | None = None
+    """Of the lubricant; 45 degC."""
     bore: Diameter | None = None
     outside: Diameter | None = None
     width: Length | None = None
     rollers: bool = False
+    """Of a bearing without a designation."""
     f0: Annotated[Quantity, _between(0.1, 20.0, "")] | None = None
+    """Class value."""
     f1: Annotated[Quantity, _between(0.0, 0.01, "")] | None = None
+    """Class value."""
     preload: Annotated[Quantity, _between(0.0, 50000.0, "N")] | None = None
+    """Class value."""
     conductance: Conductance | None = None
+    """Of one bearing, inner to outer ring; class value."""
     seat: Annotated[Quantity, _between(100.0, 100000.0, "W/(m2 K)")] | None = None
+    """Of its joints; class value."""
 
 
 class MotorForm(_Span):
@@ -201,16 +224,23 @@ class MotorForm(_Span):
 
     drive: Literal["built-in", "belt"] = "built-in"
     rotor_outer: Diameter | None = None
+    """Of a built-in motor, like *stator_outer* and *gap*."""
     stator_outer: Diameter | None = None
+    """The housing's bore."""
     gap: Annotated[Number, _between(0.1, 10.0, "mm")] = 0.7
     loss: Annotated[Quantity, _between(0.0, 2000.0, "W/(1000 r/min)")] | None = None
+    """Or *power*, *efficiency* and *rated_speed*."""
     power: Annotated[Number, _between(0.1, 500.0, "kW")] | None = None
     efficiency: Annotated[Number, _between(0.3, 0.995, "(share, not per cent)")] | None = None
     rated_speed: Annotated[Number, _between(10.0, 1e5, "r/min")] | None = None
     rotor_share: Annotated[Quantity, _between(0.0, 1.0, "")] | None = None
+    """Class value."""
     joint: Annotated[Quantity, _between(50.0, 50000.0, "W/(m2 K)")] | None = None
+    """Stator to housing; class value."""
     pulley_outer: Diameter | None = None
+    """Of a belt."""
     into: str | None = None
+    """The carrier that the rest of a belt's loss warms."""
 
 
 class ChannelForm(Form):
@@ -219,6 +249,7 @@ class ChannelForm(Form):
     width: Annotated[Number, _between(1.0, 200.0, "mm")] = 15.0
     depth: Annotated[Number, _between(1.0, 50.0, "mm")] = 6.0
     turns: Annotated[Number, _between(0.5, 200.0, "turns")] | None = None
+    """Else as many as fit side by side."""
 
 
 class JacketForm(PatchForm):
@@ -226,13 +257,19 @@ class JacketForm(PatchForm):
 
     name: Name
     fluid: str = "water"
+    """``water``, ``glycol 30 %``, ``oil 10``."""
     flow: Annotated[Quantity, _between(0.05, 200.0, "l/min")]
     inlet: str = "coolant_inlet"
+    """An input."""
     after: str | None = None
+    """A jacket, in series."""
     channel: ChannelForm = Field(default_factory=ChannelForm)
     wall: Conductance | None = None
+    """Else from the channel."""
     inlet_side: Side | None = None
+    """Where it is coldest."""
     unevenness: Annotated[Quantity, _between(0.0, 1.0, "(share)")] | None = None
+    """How much less the far side has; even without it."""
 
 
 class HoldForm(PatchForm):
@@ -243,11 +280,19 @@ class BendForm(Form):
     """A tilt by the difference between a carrier and another one."""
 
     against: str
+    """The other carrier, on the cool side."""
     width: Length
+    """From the middle of the carrier to the middle of *against*, across the bending."""
     length: Annotated[Quantity, _between(1.0, 10000.0, "mm")]
+    """Over which the two lie side by side and bend each other: the height of the joint."""
     lever: Annotated[Number, _between(-10000.0, 10000.0, "mm")]
+    """Along the spindle, from the middle of *length* to the gauge line; positive towards the
+    nose."""
     yaw: Annotated[Number, _between(-1.0, 1.0, "")] = 0.0
+    """Which way, as *pitch* for X."""
     pitch: Annotated[Number, _between(-1.0, 1.0, "")] = 0.0
+    """1 if a warmer carrier swings the tool's end towards +Y, -1 towards -Y; slanting: cosine and
+    sine."""
 
 
 OneWay = Annotated[Quantity, _between(-5000.0, 5000.0, "mm")]
@@ -258,8 +303,11 @@ class GrowForm(Form):
     """Length of a carrier that moves the nose along an axis; z: towards the table."""
 
     x: OneWay | None = None
+    """Length that moves the nose along X."""
     y: OneWay | None = None
+    """Along Y."""
     z: OneWay | None = None
+    """Towards the table."""
 
     def lengths(self) -> dict[str, Quantity]:
         """Return those that are not 0, by axis."""
@@ -271,7 +319,9 @@ class FeedForm(Form):
     """A feed axis that heats the part."""
 
     input: str
+    """Feed speed."""
     loss: Annotated[Quantity, _between(0.0, 2000.0, "W/(m/min)")] | None = None
+    """Class value."""
 
 
 class CarrierForm(Form):
@@ -279,12 +329,16 @@ class CarrierForm(Form):
 
     name: Name
     material: str = "cast_iron"
+    """A material."""
     mass: Annotated[Quantity, _between(0.05, 50000.0, "kg")]
     surface: Annotated[Number, _between(0.0, 200.0, "m2")]
     holds: HoldForm | None = None
     on: str | None = None
+    """The carrier that holds it."""
     joint: Conductance | None = None
+    """To what it holds or stands on; class value."""
     air: str | None = None
+    """``ambient``, unless another input or the enclosure."""
     grows: GrowForm = Field(default_factory=GrowForm)
     bends: list[BendForm] = Field(default_factory=list, max_length=10)
     feed: FeedForm | None = None
@@ -297,6 +351,7 @@ class ToolForm(Form):
     diameter: Diameter
     material: str = "steel"
     joint: Conductance | None = None
+    """Class value."""
 
 
 class EnclosureForm(Form):
@@ -304,7 +359,9 @@ class EnclosureForm(Form):
 
     volume: Annotated[Number, _between(0.01, 500.0, "m3")]
     wall: Annotated[Number, _between(0.1, 500.0, "m2")]
+    """Its own walls towards the hall, not what stands in it."""
     film: Annotated[Quantity, _between(0.5, 50.0, "W/(m2 K)")] | None = None
+    """From the air inside through the wall to the hall; class value."""
 
 
 class ThermometerForm(Form):
@@ -312,16 +369,22 @@ class ThermometerForm(Form):
 
     name: Name
     part: str
+    """``housing``, ``shaft``, ``rotor``, ``stator``, ``tool``, ``enclosure``, ``front.outer`` (a
+    bearing's ring, or its ``sleeve``), ``jacket.front``, a carrier, an input."""
     at: Place | None = None
     side: Side | None = None
     noise: Number = Field(default=0.05, ge=0.0, le=10.0)
+    """[K]"""
     resolution: Number = Field(default=0.01, ge=0.0, le=10.0)
+    """[K]"""
 
 
 class MaterialForm(Form):
     """A material of the page's own."""
 
     density: Annotated[Number, _between(100.0, 25000.0, "kg/m3")]
+    """A material of your own. Known: steel, cast_iron, lamination, aluminium, mineral_casting,
+    invar, carbide, granite."""
     specific_heat: Annotated[Number, _between(50.0, 5000.0, "J/(kg K)")]
     conductivity: Annotated[Quantity, _between(0.01, 500.0, "W/(m K)")]
     expansion: Annotated[Quantity, _between(0.0, 40.0, "1e-6/K")]
@@ -331,7 +394,9 @@ class CellsForm(Form):
     """How finely the spindle is cut; without *sectors* as the thermometers' sides ask."""
 
     longest: Annotated[Number, _between(2.0, 500.0, "mm")] = 40.0
+    """Of a cell along the axis."""
     sectors: Literal[1, 4, 8, 12, 16] | None = None
+    """Else the fewest from 4 on in which every thermometer sits in the middle of one."""
 
 
 class PageForm(Form):

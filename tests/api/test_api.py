@@ -130,7 +130,7 @@ def test_what_is_fitted_is_what_the_command_fits(runs: list[sd.Run], tmp_path: P
     ours = sd.fit(read, "ridge", machine="jig_borer").save(tmp_path / "ours.json")
     assert ours.read_text() == out.read_text()
     figures = sd.Compensator.load(out).figures
-    assert list(figures.columns) == ["no_model", "training", "like", "unlike"]
+    assert list(figures.columns) == ["no_model", "training", "like", "unlike", "promised"]
     assert figures["like"].notna().all()
 
 
@@ -207,7 +207,7 @@ def test_a_comparison_is_that_of_the_command(
     found = sd.compare(paths[:2], paths[2:], models=["mlr", "ridge"])
     assert json.loads(json.dumps(found.details))["models"] == told["models"]
     assert found.best in ("mlr", "ridge")
-    with pytest.raises(sd.BadInput, match="is in both"):
+    with pytest.raises(sd.BadInput, match="is the same run as"):
         sd.compare(paths[:2], paths[:1])
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -32,9 +31,11 @@ from benchmarks.studies.hybrid import (
 from benchmarks.studies.judge import TOOLS_MM, Score, judge
 from benchmarks.studies.machines import COLDER_K, EVERY_S, PROTOCOLS, truth
 from benchmarks.studies.published import BEST, COMPENSATED, FIT, UNSEEN
-from benchmarks.studies.tables import by_place, cells_table, goal_table
+from benchmarks.studies.tables import by_place, cells_table, elements, goal_table
+from tests.conftest import ROOT
+from tests.docs.test_docs import check_command
 
-DOCS = Path(__file__).resolve().parents[2] / "docs"
+DOCS = ROOT / "docs"
 SENTENCES = ("seeds", "goal_claim", "network_claim", "convergence_claim", "tau_claim")
 """What the page's template holds besides tables."""
 
@@ -167,8 +168,8 @@ def test_sentences_are_made_of_the_tables_cells() -> None:
     memoryless = ENTRANTS["mlr_all"].title
     goal = f"| model | here | there |\n| --- | --- | --- |\n| {memoryless} | 6 of 6 | 5 of 6 |"
     here, there = goal_claim(goal).splitlines()
-    assert here == f"- **here**, in every seed: {memoryless}. Of both baselines without memory: 1."
-    assert "nobody" in there
+    assert here == f"- **here**: 1 of 1 ({memoryless}), 1 of 1 baselines without memory"
+    assert there == "- **there**: 0 of 1, 0 of 1 baselines without memory"
     head = "| model | hidden nodes | iterations to within 1 % of it |\n| --- | --- | --- |\n"
     nodes = [ENTRANTS[name].title for name in ("ga_bp_nodes", "ga_bp_nodes_training")]
     slow, soon = (
@@ -214,9 +215,17 @@ def test_the_page_is_made_of_what_all_jobs_give() -> None:
     done += [hybrid(1, 1.0), replace(hybrid(1, 1.0), machine="elements", pieces=())]
     done += [["`mlr`", "100", *["1.00"] * 9]]
     page = page_of(done, 2)
-    assert "There are 2 seeds" in page
+    assert "2 seeds, each with its own noise" in page
     assert all(entrant.title in page for entrant in ENTRANTS.values())
     assert "{" not in page
+
+
+@pytest.mark.parametrize("one", elements(), ids=lambda one: one["element"])
+def test_each_element_of_the_studies_has_its_command_file_and_test(one: dict[str, str]) -> None:
+    check_command(one["command"])
+    assert (ROOT / one["file"]).is_file()
+    path, _, name = one["test"].partition("::")
+    assert f"def {name}(" in (ROOT / path).read_text(encoding="utf-8")
 
 
 def test_every_entrant_of_the_studies_tables_takes_part() -> None:

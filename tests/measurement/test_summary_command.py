@@ -12,7 +12,7 @@ import pytest
 
 from measurement.errors import BadInput
 from measurement.runs import write_run
-from scenarios.commands import summary
+from spindle_drift.commands import summary
 
 
 def call(*words: object) -> int:

@@ -198,8 +198,11 @@ def test_what_is_possible_holds_what_is_usual_and_can_be_simulated(
     # The sign is physics: what only heats never cools.
     assert (low < effect.off) == (usual.low < effect.off)
     for other in effect.parameters.keys() - {effect.amplitude}:
-        parameter = effect.parameters[other]
-        assert possible(effect, other) == (parameter.low, parameter.high)
+        parameter, (least, most) = effect.parameters[other], possible(effect, other)
+        assert least <= parameter.low <= parameter.high <= most
+        # Hours may be unusual, and never negative; a direction or a share is all there is.
+        wider = other in effect.law and parameter.low > 0.0
+        assert (least > 0.0) if wider else (least, most) == (parameter.low, parameter.high)
     inputs = inputs_over(0.5)
     for size in {low, high} - {effect.off}:
         grown = with_effect(jig_borer_lumps, key_of(name), {effect.amplitude: size})

@@ -111,7 +111,7 @@ def test_points_prints_degrees_and_groups_and_draws(
     assert "grey comprehensive degree, lambda 0.9: 2 groups\n  T1 T2; T4" in text
     assert "fuzzy c-means: 2 groups" in text
     assert {path.name for path in out.iterdir()} == {
-        "points.json", "dendrogram.png", "heat_map.png", "table.json"
+        "points.json", "dendrogram.png", "heat_map.png", "loops.png", "table.json"
     }  # fmt: skip
     assert (out / "heat_map.png").read_bytes().startswith(b"\x89PNG")
     table = json.loads((out / "points.json").read_text())

@@ -6,12 +6,9 @@ import argparse
 import json
 from pathlib import Path
 
-from fmu_compensator.fit.fitting import compensator_text
-from fmu_compensator.fit.updating import update_compensator
-from fmu_compensator.runtime.modelfile import load_model
-from measurement.files import write_atomically
-from measurement.runs import read_run
+from scenarios.fit_text import promise_line
 from scenarios.outputs import COMPENSATOR_FILE
+from spindle_drift.compensators import Compensator
 
 NAME = "update"
 HELP = "take new runs into a compensator, without the files of the old ones"
@@ -39,23 +36,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Condition on the runs, write the file, and print what the old one left of them."""
-    old = load_model(args.compensator)
-    table, before = update_compensator(
-        old, [read_run(path) for path in args.runs], created=args.created
-    )
-    path = write_atomically(args.output, compensator_text(table))
+    after = Compensator.load(args.compensator).update(args.runs, created=args.created)
+    path, provenance = after.save(args.output), after.model.provenance
+    new_runs = provenance["figures"]["updated"][-len(args.runs) :]
     if args.json:
-        shown = {
-            "file": str(path),
-            "new_runs": table["provenance"]["figures"]["updated"][-len(before) :],
-            "chosen": table["chosen"],
-            **table["provenance"],
-        }
-        print(json.dumps(shown, indent=1))
+        facts = {"file": str(path), "new_runs": new_runs, "chosen": after.model.table["chosen"]}
+        print(json.dumps({**facts, **provenance}, indent=1))
         return 0
     print("The old compensator in the new runs, RMSE [um] without it and with it:")
-    for one in before:
-        cells = [f"{axis} {left.none:.1f} -> {left.left:.1f}" for axis, left in one.axes.items()]
-        print(f"  {one.run}: {', '.join(cells) or 'drift not measured'}")
-    print(f"wrote {path}; it was learnt from {len(table['provenance']['runs'])} runs")
+    for run_left in new_runs:
+        cells = [
+            f"{axis} {left['no_model']:.1f} -> {left['model']:.1f}"
+            for axis, left in run_left["axes"].items()
+        ]
+        print(f"  {run_left['run']}: {', '.join(cells) or 'drift not measured'}")
+    if line := promise_line(provenance["figures"]["unseen"]):
+        print(line)
+    print(f"wrote {path}; it was learnt from {len(provenance['runs'])} runs")
     return 0

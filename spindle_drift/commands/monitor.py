@@ -48,24 +48,15 @@ def run(args: argparse.Namespace) -> int:
     """Read the logs, and print the verdict first."""
     from tqdm import tqdm
 
-    from fmu_compensator.monitoring import monitor
-    from fmu_compensator.runtime.modelfile import load_model
-    from measurement.rig import FivePointRig, rig_from_table
-    from measurement.runs import read_run
-    from plant_model.machine_file import read_machine
     from scenarios.monitor_figure import draw_monitor
-    from scenarios.replay import model_of, rig_of_model
     from scenarios.results import results_folder, write_table
+    from spindle_drift.compensators import Compensator
 
-    fmu = args.compensator.suffix == ".fmu"
-    model = model_of(args.compensator) if fmu else load_model(args.compensator)
-    runs = [read_run(path) for path in args.runs]
-    rig = None
-    if args.machine is not None:
-        named = rig_from_table(read_machine(args.machine).rig, args.machine)
-        rig = rig_of_model(model, named if isinstance(named, FivePointRig) else None)
-    with tqdm(total=len(runs), unit="run", disable=args.quiet or None, leave=False) as bar:
-        report = monitor(model, runs, rig, on_run=lambda one: _count(bar))
+    compensator = Compensator.load(args.compensator)
+    with tqdm(total=len(args.runs), unit="run", disable=args.quiet or None, leave=False) as bar:
+        report = compensator.monitor(
+            args.runs, machine=args.machine, on_run=lambda run: _count(bar)
+        )
     table = _plain(asdict(report))
     text = json.dumps(table, indent=1, ensure_ascii=False, allow_nan=False)
     if args.out is not None:

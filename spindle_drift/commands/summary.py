@@ -10,17 +10,16 @@ from pathlib import Path
 from tqdm import tqdm
 
 from measurement.doubts import doubt_lines
-from measurement.errors import BadInput
 from measurement.faults import looked_over
 from measurement.files import write_atomically
-from measurement.iso230 import Summary, summarise
+from measurement.iso230 import Summary
 from measurement.overview import draw_overview, png_bytes
-from measurement.rig import Rig, default_rig, rig_from_table
+from measurement.rig import Rig
 from measurement.runs import Run, read_run
-from plant_model.machine import Machine
-from plant_model.machine_file import read_machine
 from scenarios.outputs import FOLDER
 from scenarios.results import results_folder, write_table
+from spindle_drift.machines import Machine
+from spindle_drift.recordings import rig_for, summary
 
 NAME = "summary"
 HELP = "print the ISO 230-3 style summary of runs"
@@ -58,14 +57,11 @@ def run(args: argparse.Namespace) -> int:
     BadInput
         For a run or a machine file that cannot be used.
     """
-    machine = read_machine(args.machine) if args.machine else None
+    machine = Machine(args.machine) if args.machine else None
     runs = looked_over([read_run(path) for path in args.runs])
-    rigs = [_rig(entry, machine) for entry in runs]
-    summaries = [
-        summarise(entry, rig, args.ambient or _ambient(entry, machine))
-        for entry, rig in zip(runs, rigs, strict=True)
-    ]
-    tables = json.dumps([summary.to_dict() for summary in summaries], indent=2, allow_nan=False)
+    rigs = [rig_for(entry, machine) for entry in runs]
+    summaries = [summary(entry, machine=machine, ambient=args.ambient) for entry in runs]
+    tables = json.dumps([entry.to_dict() for entry in summaries], indent=2, allow_nan=False)
     if args.out is not None:
         with results_folder(args.out) as folder:
             _write(folder, tables, runs, summaries, rigs)
@@ -73,29 +69,12 @@ def run(args: argparse.Namespace) -> int:
     if args.json:
         print(tables)
     else:
-        print("\n\n\n".join(summary.text() for summary in summaries))
+        print("\n\n\n".join(entry.text() for entry in summaries))
         for line in doubt_lines(runs):
             print(line)
         if args.out is not None:
             print(f"\nWrote summary.json and {len(runs)} PNG to {args.out}")
     return 0
-
-
-def _rig(entry: Run, machine: Machine | None) -> Rig | None:
-    """Return the machine's rig; without a machine the one that the columns' names tell, or None."""
-    if machine is not None:
-        return rig_from_table(machine.rig, f"machine {machine.name}")
-    try:
-        return default_rig(entry)
-    except BadInput:
-        return None
-
-
-def _ambient(entry: Run, machine: Machine | None) -> str | None:
-    """Return the column of the machine's input called ambient, where the run has it."""
-    inputs = machine.inputs if machine is not None else ()
-    column = next((item.column for item in inputs if item.name == "ambient"), None)
-    return column if column in entry.frame.columns else None
 
 
 def _write(
@@ -108,8 +87,8 @@ def _write(
     names = _file_names([entry.name for entry in runs])
     every = list(zip(names, runs, summaries, rigs, strict=True))
     hidden = len(every) < 4 or not sys.stderr.isatty()
-    for name, entry, summary, rig in tqdm(every, desc="figures", disable=hidden):
-        write_atomically(folder / name, png_bytes(draw_overview(entry, summary, rig)))
+    for name, entry, table, rig in tqdm(every, desc="figures", disable=hidden):
+        write_atomically(folder / name, png_bytes(draw_overview(entry, table, rig)))
     write_atomically(folder / "summary.json", tables + "\n")
 
 

@@ -13,27 +13,22 @@ from typing import Any
 
 from tqdm import tqdm
 
-from fmu_compensator.fit.columns import targets_of
-from fmu_compensator.fit.comparison import Comparison, compare
-from fmu_compensator.fit.contestants import contestants
-from fmu_compensator.fit.splits import Split, leave_out
-from measurement.doubts import doubt_lines
+from fmu_compensator.fit.comparison import Comparison
 from measurement.errors import BadInput, shown
-from measurement.faults import HANDLING, faults_text, find_faults, looked_over
+from measurement.faults import HANDLING, faults_text
 from measurement.files import write_atomically
-from measurement.runs import Run, read_run
-from plant_model.machine_file import read_machine
 from scenarios.comparison_page import ranking_text, write_figures, write_page
 from scenarios.grey_options import add_choice_options, choice_options, option_value
 from scenarios.outputs import FOLDER
-from scenarios.presets import add_as, preset
+from scenarios.presets import add_as
 from scenarios.results import results_folder, write_table
+from spindle_drift.comparisons import compare
+from spindle_drift.compensators import USUAL_MACHINE
 
 NAME = "compare"
 HELP = "compare all error models on runs that they never saw"
 READS = ("train", "validate", "runs", "machine")
 WRITES = {"out": FOLDER}
-USUAL_MACHINE = "jig_borer"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -95,40 +90,41 @@ def run(args: argparse.Namespace) -> int:
     """
     if args.seed is not None and not 0 <= args.seed < 2**31:
         raise BadInput("compare", "seed", f"{args.seed} is not allowed: 0 to {2**31 - 1}")
-    splits = _splits(args)
-    runs = _all_runs(splits)
-    rig = targets_of(runs, read_machine(args.machine or USUAL_MACHINE).rig)
+    if args.runs and (args.train or args.validate):
+        raise BadInput("compare", "--runs", "cannot stand beside --train and --validate")
+    if not args.runs and not (args.train and args.validate):
+        raise BadInput("compare", "", "--train and --validate are needed, or --runs")
     names = None if args.models is None else [name.strip() for name in args.models.split(",")]
-    options = _options(args, names)
-    if args.study is not None and names is None:
-        names = list(preset(args.study).models)
-    entrants = contestants(
-        names, points=args.points, seed=args.seed, grey=choice_options(args), options=options
-    )
-    faults = find_faults(runs)
-    with tqdm(total=len(splits) * len(entrants), unit="fit", disable=None, leave=False) as bar:
+    with tqdm(unit="fit", disable=None, leave=False) as bar:
 
-        def tell(label: str) -> None:
+        def tell(label: str, steps: int) -> None:
+            bar.total = steps
             bar.set_description(label, refresh=False)
             bar.update()
 
-        comparison = compare(
-            splits,
-            rig,
-            entrants,
+        found = compare(
+            args.runs or args.train,
+            args.validate or (),
+            models=names,
+            machine=args.machine,
+            by=args.split,
+            seed=args.seed,
+            study=args.study,
+            points=args.points,
+            grey=choice_options(args),
+            options=_options(args),
             on_step=tell,
         )
-    result = comparison.to_dict() | {"data": [fault.to_dict() for fault in faults]}
-    text = json.dumps(result, indent=1, allow_nan=False)
-    doubtful = [f"  {line}" for line in doubt_lines(runs)]
-    lines = ["What is wrong with the data", faults_text(faults), *doubtful, "", *_noted(comparison)]
-    lines += ["", ranking_text(comparison)]
+    text = json.dumps(found.details, indent=1, allow_nan=False)
+    lines = ["What is wrong with the data", faults_text(found.faults)]
+    lines += [*(f"  {line}" for line in found.doubts), "", *_noted(found.results)]
+    lines += ["", ranking_text(found.results)]
     if args.out is not None:
         with results_folder(args.out) as folder:
-            figures = write_figures(comparison, folder)
+            figures = write_figures(found.results, folder)
             written = [
                 write_atomically(folder / "comparison.json", text + "\n"),
-                write_page(comparison, faults, folder / "report.html"),
+                write_page(found.results, found.faults, folder / "report.html"),
                 *figures,
             ]
             write_table([], {"comparison": "comparison.json"}, folder, to_come=())
@@ -137,13 +133,9 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _options(args: argparse.Namespace, names: list[str] | None) -> dict[str, dict[str, Any]]:
-    """Return the options of the models by name: those of a study, then those given."""
+def _options(args: argparse.Namespace) -> dict[str, dict[str, Any]]:
+    """Return the options of the models by name."""
     found: dict[str, dict[str, Any]] = {}
-    if args.study is not None:
-        models = preset(args.study).models
-        wanted = [name for name in models if names is None or name in names]
-        found = {name: dict(models[name]) for name in wanted}
     for text in args.option:
         model, dot, rest = text.partition(".")
         name, equals, value = rest.partition("=")
@@ -152,32 +144,6 @@ def _options(args: argparse.Namespace, names: list[str] | None) -> dict[str, dic
             raise BadInput("compare", "--option", problem)
         found.setdefault(model, {})[name] = option_value(value)
     return found
-
-
-def _splits(args: argparse.Namespace) -> list[Split]:
-    if args.runs:
-        if args.train or args.validate:
-            raise BadInput("compare", "--runs", "cannot stand beside --train and --validate")
-        return leave_out(looked_over([read_run(path) for path in args.runs]), args.split)
-    if not args.train or not args.validate:
-        raise BadInput("compare", "", "--train and --validate are needed, or --runs")
-    # All together, so that every fold and every figure goes by the same verdict on each sensor.
-    every = looked_over([read_run(path) for path in (*args.train, *args.validate)])
-    train, validate = every[: len(args.train)], every[len(args.train) :]
-    digests = {run.sha256: run for run in train}
-    for run in validate:
-        if run.sha256 in digests:
-            problem = f"is the same run as {digests[run.sha256].name} in --train"
-            raise BadInput("--validate", run.name, f"{problem}: it would be judged on what it saw")
-    return [Split("the judged runs", train, validate)]
-
-
-def _all_runs(splits: list[Split]) -> list[Run]:
-    found: dict[str, Run] = {}
-    for split in splits:
-        for run in (*split.train, *split.validate):
-            found[run.sha256] = run
-    return sorted(found.values(), key=lambda run: run.name)
 
 
 def _noted(comparison: Comparison) -> list[str]:

@@ -10,23 +10,21 @@ import json
 from pathlib import Path
 from typing import Any
 
-from fmu_compensator.fit.columns import targets_of
-from fmu_compensator.fit.survey import Survey, survey
+from fmu_compensator.fit.survey import Survey
 from measurement.files import write_atomically
-from measurement.runs import read_run
-from plant_model.machine_file import read_machine
 from scenarios.grey_options import add_grey_options, grey_options
 from scenarios.outputs import FOLDER
 from scenarios.points_figures import draw_points
 from scenarios.presets import add_as
 from scenarios.results import results_folder, write_table
+from spindle_drift.surveys import points
 
 NAME = "points"
 HELP = "show which temperatures are alike, and which tell most of the drift"
 READS = ("runs", "machine")
 WRITES = {"out": FOLDER}
-USUAL_MACHINE = "jig_borer"
 SHOWN_SUBSETS = 8
+HEADS = f"{'Pearson':>10}{'grey rel.':>11}{'lag [min]':>11}{'per K':>9}{'rms':>10}{'lagged':>10}"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -45,7 +43,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--machine", metavar="FILE", help="machine file with the rig")
     parser.add_argument("--json", action="store_true", help="print JSON instead of tables")
     parser.add_argument(
-        "--out", type=Path, metavar="DIR", help="write points.json, dendrogram.png and heat_map.png"
+        "--out",
+        type=Path,
+        metavar="DIR",
+        help="write points.json, dendrogram.png, heat_map.png, loops.png",
     )
     add_as(parser)
 
@@ -58,16 +59,8 @@ def run(args: argparse.Namespace) -> int:
     BadInput
         For runs or options that cannot be used.
     """
-    runs = [read_run(path) for path in args.runs]
-    rig = targets_of(runs, read_machine(args.machine or USUAL_MACHINE).rig)
-    found = survey(
-        runs,
-        rig,
-        **grey_options(args),
-        score=args.score,
-        grouping=args.points,
-        target=args.target,
-    )
+    options = {**grey_options(args), "grouping": args.points, "target": args.target}
+    found = points(args.runs, machine=args.machine, **options).survey
     text = json.dumps(found.to_dict(), indent=1, allow_nan=False)
     lines = _report(found)
     if args.out is not None:
@@ -89,11 +82,15 @@ def _report(found: Survey) -> list[str]:
     for title, groups in found.groupings.items():
         shown = "; ".join(" ".join(names[i] for i in group) for group in groups)
         lines += ["", f"{title}: {len(groups)} groups", f"  {shown}"]
-    lines += ["", f"To the error {found.target}", f"{'':<{width}}{'Pearson':>10}{'grey rel.':>11}"]
-    for place, name in enumerate(names):
+    lines += ["", f"To the error {found.target}", f"{'':<{width}}{HEADS}"]
+    for place, (name, loop) in enumerate(zip(names, found.loops, strict=True)):
         lines.append(
             f"{name:<{width}}{found.pearson[place]:>10.3f}{found.relational[place]:>11.3f}"
+            f"{loop.lag_min:>11.0f}{loop.rate:>9.3g}{loop.open:>10.2f}{loop.closed:>10.2f}"
         )
+    lines.append(
+        "lag: how much later the error comes; rms from a straight line without it, with it"
+    )
     lines += ["", f"Chosen: {', '.join(names[i] for i in found.points)}"]
     lines += ["", f"Combinations of them, best adjusted R2 first (of {len(found.subsets)})"]
     lines.append(f"{'multiple R':>11}{'adj. R2':>9}{'unseen RMSE':>13}  temperatures")

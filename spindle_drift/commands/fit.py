@@ -4,28 +4,23 @@ from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Callable, Mapping
 from inspect import signature
 from pathlib import Path
 from typing import Any
 
-from fmu_compensator.fit.fitting import compensator_text, fit_compensator
+from fmu_compensator.fit.fitting import fit_compensator
 from measurement.errors import BadInput, shown
-from measurement.files import write_atomically
-from measurement.rig import Rig, default_rig, rig_from_table
-from measurement.runs import Run, read_run
-from plant_model.machine_file import read_machine
 from scenarios.fit_figures import draw_series
 from scenarios.fit_text import add_jobs, bar, check_jobs, report
 from scenarios.grey_options import add_choice_options, choice_options, option_value
 from scenarios.outputs import COMPENSATOR_FILE, FOLDER
-from scenarios.presets import add_as, preset
+from scenarios.presets import add_as
+from spindle_drift.compensators import USUAL_MACHINE, fit
 
 NAME = "fit"
 HELP = "fit a compensator to runs and write its file"
 READS = ("runs", "machine", "option")
 WRITES = {"output": COMPENSATOR_FILE, "out": FOLDER}
-USUAL_MACHINE = "jig_borer"
 RESERVED = frozenset(signature(fit_compensator).parameters)
 """Names that are arguments of the fit, not options of an error model."""
 
@@ -106,52 +101,34 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Fit, write the file, and print how well it does."""
-    runs = [read_run(path) for path in args.runs]
-    rig, sensors = _rig(runs[0], args.machine)
     check_jobs("fit", args.jobs)
     with bar() as on_step:
-        table = _fitted(args, runs, rig, sensors, on_step)
-    path = write_atomically(args.output, compensator_text(table))
+        compensator = fit(
+            args.runs,
+            args.model,
+            machine=args.machine,
+            study=args.study,
+            on_step=on_step,
+            jobs=args.jobs,
+            points=args.points,
+            input_form=args.input_form,
+            grey=choice_options(args),
+            geometry_form=args.form,
+            tool_length_mm=None if args.tool_length is None else tuple(args.tool_length),
+            limits={} if args.share is None else {"share": args.share},
+            name=args.name,
+            title=args.title,
+            created=args.created,
+            **_options(args.option),
+        )
+    path, table = compensator.save(args.output), compensator.model.table
     drawn = draw_series(table["provenance"]["figures"]["fit"], args.out)
     if args.json:
-        shown = {"file": str(path), "chosen": table["chosen"], **table["provenance"]}
-        print(json.dumps(shown, indent=1))
+        facts = {"file": str(path), "chosen": table["chosen"], **table["provenance"]}
+        print(json.dumps(facts, indent=1))
     else:
         print("\n".join([*report(table, path), *(f"wrote {name}" for name in drawn)]))
     return 0
-
-
-def _fitted(
-    args: argparse.Namespace,
-    runs: list[Run],
-    rig: Rig,
-    sensors: list[str] | None,
-    on_step: Callable[[str, float], None],
-) -> dict[str, Any]:
-    return fit_compensator(
-        runs,
-        rig,
-        args.model,
-        on_step=on_step,
-        jobs=args.jobs,
-        points=args.points,
-        input_form=args.input_form,
-        grey=choice_options(args),
-        sensors=sensors,
-        geometry_form=args.form,
-        tool_length_mm=None if args.tool_length is None else tuple(args.tool_length),
-        limits={} if args.share is None else {"share": args.share},
-        name=args.name,
-        title=args.title,
-        created=args.created,
-        **{**_preset_options(args), **_options(args.option)},
-    )
-
-
-def _preset_options(args: argparse.Namespace) -> Mapping[str, Any]:
-    """Return the model's options as a study has them, unless another model was asked for."""
-    given = None if args.study is None else preset(args.study)
-    return given.options if given is not None and args.model == given.model else {}
 
 
 def _options(given: list[str]) -> dict[str, Any]:
@@ -163,12 +140,3 @@ def _options(given: list[str]) -> dict[str, Any]:
             raise BadInput("fit", "--option", f"{shown(text)} is not allowed: must be NAME=VALUE")
         options[name] = option_value(value)
     return options
-
-
-def _rig(run: Run, machine: str | None) -> tuple[Rig, list[str] | None]:
-    """Return the rig, and the temperatures of the machine where one is given."""
-    if machine is None:
-        return default_rig(run, read_machine(USUAL_MACHINE).rig), None
-    given = read_machine(machine)
-    sensors = [sensor.name for sensor in given.sensors if sensor.unit == "degC"]
-    return rig_from_table(given.rig, machine), sensors
