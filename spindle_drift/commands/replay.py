@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from scenarios.outputs import FOLDER
+from scenarios.scenario_options import add_fmu_folder
 
 NAME = "replay"
 HELP = "drive a compensator with measured runs"
@@ -28,9 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--out", type=Path, default=Path("results/replay"), metavar="DIR", help="results folder"
     )
-    parser.add_argument(
-        "--fmu-dir", type=Path, default=Path("dist"), metavar="DIR", help="where FMUs are (dist)"
-    )
+    add_fmu_folder(parser)
     parser.add_argument(
         "--tool-length",
         type=float,

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from scenarios.outputs import FOLDER, also_reads
+from scenarios.scenario_options import add_scenario_options
 
 NAME = "run"
 HELP = "simulate a scenario"
@@ -17,23 +18,9 @@ WRITES = {"out": FOLDER}
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
-    parser.add_argument("scenario", metavar="SCENARIO", help="a name from 'list', or a TOML file")
+    add_scenario_options(parser)
     parser.add_argument(
         "--out", type=Path, metavar="DIR", help="results folder (results/<scenario>)"
-    )
-    parser.add_argument(
-        "--fmu-dir", type=Path, default=Path("dist"), metavar="DIR", help="where FMUs are (dist)"
-    )
-    parser.add_argument("--plant", metavar="FILE", help="another plant: an FMU or a machine file")
-    parser.add_argument(
-        "--compensator", metavar="FILE", help="another compensator: an FMU or a compensator file"
-    )
-    parser.add_argument(
-        "--set",
-        action="append",
-        default=[],
-        metavar="KEY=VALUE",
-        help="set a key of the scenario, for example duration_s=3600 or signals.speed=6000",
     )
     parser.add_argument(
         "--live", action="store_true", help="beside the report, a page in which both run live"

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from scenarios.outputs import SSP, check_output
+from scenarios.scenario_options import add_scenario_options
 
 NAME = "ssp"
 HELP = "write a scenario with its FMUs as one .ssp file for other tools"
@@ -24,25 +25,11 @@ WRITES = {"out": SSP}
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
-    parser.add_argument("scenario", metavar="SCENARIO", help="a name from 'list', or a TOML file")
+    add_scenario_options(parser)
     parser.add_argument(
         "-o", "--out", type=Path, metavar="FILE", help="the .ssp file (dist/<scenario>.ssp)"
     )
     parser.add_argument("--variant", metavar="NAME", help="one of the scenario's (the first)")
-    parser.add_argument(
-        "--fmu-dir", type=Path, default=Path("dist"), metavar="DIR", help="where FMUs are (dist)"
-    )
-    parser.add_argument("--plant", metavar="FILE", help="another plant: an FMU or a machine file")
-    parser.add_argument(
-        "--compensator", metavar="FILE", help="another compensator: an FMU or a compensator file"
-    )
-    parser.add_argument(
-        "--set",
-        action="append",
-        default=[],
-        metavar="KEY=VALUE",
-        help="set a key of the scenario, for example duration_s=3600 or step_s=10",
-    )
     parser.add_argument("--json", action="store_true", help="say what was written as JSON")
 
 

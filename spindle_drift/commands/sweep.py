@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 from scenarios.outputs import FOLDER_THAT_GOES_ON
+from scenarios.scenario_options import add_fmu_folder, add_settings
 
 NAME = "sweep"
 HELP = "simulate a scenario many times, with what varies on a grid or drawn at random"
@@ -42,17 +43,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="NAME",
         help="one of the scenario's variants (all)",
     )
-    parser.add_argument(
-        "--set",
-        action="append",
-        default=[],
-        metavar="KEY=VALUE",
-        help="set a key of the scenario in all cases, for example step_s=10",
-    )
+    add_settings(parser)
     parser.add_argument("--out", type=Path, metavar="DIR", help="folder (results/sweep_<scenario>)")
-    parser.add_argument(
-        "--fmu-dir", type=Path, default=Path("dist"), metavar="DIR", help="where FMUs are (dist)"
-    )
+    add_fmu_folder(parser)
     where = parser.add_mutually_exclusive_group()
     where.add_argument("--workers", type=int, metavar="N", help="processes (all cores)")
     where.add_argument(
