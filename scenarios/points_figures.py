@@ -92,13 +92,15 @@ def _loops(found: Survey, path: Path) -> Path:
             panel.plot(rises[:, place], drift, linewidth=1.0)
             panel.plot(rises[-1, place], drift[-1], "o", markersize=3, color="black")
         when = f"{abs(loop.lag_min):.0f} min {'later' if loop.lag_min >= 0.0 else 'earlier'}"
-        panel.set_title(f"{found.sensors[place]}: drift {when}, {loop.rate:.3g} per K", fontsize=9)
+        panel.set_title(
+            f"{found.sensors[place]}: drift {when}, {loop.rate:.3g} {found.unit}/K", fontsize=9
+        )
         panel.set_xlabel("rise [K]")
         panel.spines[["top", "right"]].set_visible(False)
     for panel in panels[count:]:
         panel.set_visible(False)
     for panel in panels[::columns]:
-        panel.set_ylabel(f"{found.target} [um, urad]")
-    figure.suptitle("Drift against temperature, a line a run; a dot is its end", fontsize=11)
+        panel.set_ylabel(f"{found.target} [{found.unit}]")
+    figure.suptitle("Drift against temperature: one line per run, the dot is its end", fontsize=11)
     figure.savefig(path, dpi=DPI, metadata={"Software": None})
     return path

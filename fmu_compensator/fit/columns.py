@@ -82,3 +82,8 @@ def shown_targets(rig: Rig | MeasuredColumns, targets: Sequence[str]) -> dict[st
     if isinstance(rig, FivePointRig):
         return {name: targets.index(name) for name in ("elongation", "yaw", "pitch")}
     return {f"{name}_um": place for place, name in enumerate(targets)}
+
+
+def unit_of(rig: Rig | MeasuredColumns, name: str) -> str:
+    """Return the unit of a target: um, or urad for the tilts of a five-point rig."""
+    return "urad" if name in ("yaw", "pitch") and not isinstance(rig, MeasuredColumns) else "um"

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from fmu_compensator.fit.columns import MeasuredColumns, shown_targets
+from fmu_compensator.fit.columns import MeasuredColumns, shown_targets, unit_of
 from fmu_compensator.fit.contestants import NO_MODEL, ONE_STEP, Contestant, held
 from fmu_compensator.fit.data import Prepared, prepare
 from fmu_compensator.fit.installed import COVERAGE, Installed
@@ -193,7 +193,7 @@ def compare(
     bench = [_Bench(split, rig) for split in splits]
     first = bench[0].of("rise")[0]
     places = shown_targets(rig, first.targets)
-    units = [_unit(rig, name) for name in places]
+    units = [unit_of(rig, name) for name in places]
     rows: list[Row] = []
     left_out: dict[str, str] = {}
     last: BadInput | None = None
@@ -332,10 +332,6 @@ def _measure_coverage(rows: Iterable[Row]) -> None:
             if one.half_width is not None
         ]
         row.coverage = [COVERAGE, *np.concatenate(inside).mean(axis=0).tolist()]
-
-
-def _unit(rig: Rig | MeasuredColumns, name: str) -> str:
-    return "urad" if name in ("yaw", "pitch") and not isinstance(rig, MeasuredColumns) else "um"
 
 
 def _plain(value: Any) -> Any:

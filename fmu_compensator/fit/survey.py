@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from fmu_compensator.fit.clustering import centroid_linkage, fuzzy_c_means, hierarchical
-from fmu_compensator.fit.columns import MeasuredColumns
+from fmu_compensator.fit.columns import MeasuredColumns, unit_of
 from fmu_compensator.fit.correlation import MOST_CANDIDATES, Subset, all_subsets, pearson
 from fmu_compensator.fit.data import moved_by, prepare
 from fmu_compensator.fit.incidence import AS_READ, groups, relational_degree
@@ -39,8 +39,8 @@ class Survey:
     ----------
     run_names, sensors : list of str
         What was looked at.
-    target : str
-        The error that counts.
+    target, unit : str
+        The error that counts, and its unit.
     degree : array (m, m)
         Grey comprehensive degree [1].
     groupings : dict of str to list of list of int
@@ -66,6 +66,7 @@ class Survey:
     run_names: list[str]
     sensors: list[str]
     target: str
+    unit: str
     degree: Array
     groupings: dict[str, list[list[int]]]
     linkage: Array
@@ -84,6 +85,7 @@ class Survey:
             "runs": self.run_names,
             "sensors": self.sensors,
             "target": self.target,
+            "unit": self.unit,
             "degree": np.round(self.degree, 6).tolist(),
             "groups": {
                 name: [[self.sensors[i] for i in group] for group in found]
@@ -210,6 +212,7 @@ def survey(
         [run.name for run in runs],
         names,
         prepared.targets[place],
+        unit_of(rig, prepared.targets[place]),
         degree,
         groupings,
         centroid_linkage(moving),

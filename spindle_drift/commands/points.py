@@ -82,14 +82,14 @@ def _report(found: Survey) -> list[str]:
     for title, groups in found.groupings.items():
         shown = "; ".join(" ".join(names[i] for i in group) for group in groups)
         lines += ["", f"{title}: {len(groups)} groups", f"  {shown}"]
-    lines += ["", f"To the error {found.target}", f"{'':<{width}}{HEADS}"]
+    lines += ["", f"To the error {found.target} [{found.unit}]", f"{'':<{width}}{HEADS}"]
     for place, (name, loop) in enumerate(zip(names, found.loops, strict=True)):
         lines.append(
             f"{name:<{width}}{found.pearson[place]:>10.3f}{found.relational[place]:>11.3f}"
             f"{loop.lag_min:>11.0f}{loop.rate:>9.3g}{loop.open:>10.2f}{loop.closed:>10.2f}"
         )
     lines.append(
-        "lag: how much later the error comes; rms from a straight line without it, with it"
+        "lag: how much later the error comes [min]; rms from a straight line without it, with it"
     )
     lines += ["", f"Chosen: {', '.join(names[i] for i in found.points)}"]
     lines += ["", f"Combinations of them, best adjusted R2 first (of {len(found.subsets)})"]
