@@ -91,7 +91,9 @@ def _loops(found: Survey, path: Path) -> Path:
         for rises, drift in found.traces:
             panel.plot(rises[:, place], drift, linewidth=1.0)
             panel.plot(rises[-1, place], drift[-1], "o", markersize=3, color="black")
-        when = f"{abs(loop.lag_min):.0f} min {'later' if loop.lag_min >= 0.0 else 'earlier'}"
+        later = "later" if loop.lag_min >= 0.0 else "earlier"
+        least = "at least " if loop.is_limit else ""
+        when = f"{least}{abs(loop.lag_min):.0f} min {later}"
         panel.set_title(
             f"{found.sensors[place]}: drift {when}, {loop.rate:.3g} {found.unit}/K", fontsize=9
         )

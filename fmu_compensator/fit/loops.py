@@ -26,6 +26,8 @@ class Loop:
     ----------
     lag_min : float
         The drift comes so much later than the temperature; below 0: earlier [min].
+    is_limit : bool
+        The lag is the longest that the runs allow: it may be longer.
     rate : float
         Drift over rise at that lag [um/K, urad/K].
     open, closed : float
@@ -34,6 +36,7 @@ class Loop:
     """
 
     lag_min: float
+    is_limit: bool
     rate: float
     open: float
     closed: float
@@ -60,4 +63,5 @@ def loop_of(rises: Sequence[Array], drifts: Sequence[Array], step_s: float) -> L
         rate = float(away @ off) / max(float(away @ away), TINY)
         found[lag] = float(np.sqrt(np.mean((off - rate * away) ** 2))), rate
     best = min(found, key=lambda lag: found[lag][0])
-    return Loop(best * step_s / 60.0, found[best][1], found[0][0], found[best][0])
+    rms, rate = found[best]
+    return Loop(best * step_s / 60.0, abs(best) == most, rate, found[0][0], rms)

@@ -10,6 +10,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+from fmu_compensator.fit.loops import Loop
 from fmu_compensator.fit.survey import Survey
 from measurement.files import write_atomically
 from scenarios.grey_options import add_grey_options, grey_options
@@ -86,11 +87,12 @@ def _report(found: Survey) -> list[str]:
     for place, (name, loop) in enumerate(zip(names, found.loops, strict=True)):
         lines.append(
             f"{name:<{width}}{found.pearson[place]:>10.3f}{found.relational[place]:>11.3f}"
-            f"{loop.lag_min:>11.0f}{loop.rate:>9.3g}{loop.open:>10.2f}{loop.closed:>10.2f}"
+            f"{_lag(loop):>11}{loop.rate:>9.3g}{loop.open:>10.2f}{loop.closed:>10.2f}"
         )
-    lines.append(
-        "lag: how much later the error comes [min]; rms from a straight line without it, with it"
-    )
+    lines += [
+        "lag: how much later the error comes (*: at least, a quarter of the shortest run)",
+        "rms: of the error's distance from a straight line; lagged: after the lag",
+    ]
     lines += ["", f"Chosen: {', '.join(names[i] for i in found.points)}"]
     lines += ["", f"Combinations of them, best adjusted R2 first (of {len(found.subsets)})"]
     lines.append(f"{'multiple R':>11}{'adj. R2':>9}{'unseen RMSE':>13}  temperatures")
@@ -100,6 +102,10 @@ def _report(found: Survey) -> list[str]:
     if best not in found.subsets[:SHOWN_SUBSETS] and len(found.run_names) > 1:
         lines.append(_subset(found, best) + "  <- best on unseen runs")
     return lines
+
+
+def _lag(loop: Loop) -> str:
+    return f"{loop.lag_min:.0f}{'*' if loop.is_limit else ''}"
 
 
 def _cells(texts: list[str], width: int) -> str:

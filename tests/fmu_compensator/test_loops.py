@@ -23,7 +23,7 @@ def test_a_delayed_drift_has_that_lag_and_its_rate(lag: int) -> None:
         one[:lag] = one[lag] if lag > 0 else one[:lag]
         one[lag:] = one[lag - 1] if lag < 0 else one[lag:]
     found = loop_of(rises, drifts, STEP_S)
-    assert found.lag_min == lag
+    assert found.lag_min == lag and not found.is_limit
     assert found.rate == pytest.approx(2.5)
     assert found.closed == pytest.approx(0.0, abs=1e-9)
     assert found.open == pytest.approx(found.closed) if lag == 0 else found.open > 0.1
@@ -39,3 +39,10 @@ def test_a_first_order_lag_opens_the_loop_and_a_delay_closes_most_of_it() -> Non
     found = loop_of([rise], [drift], STEP_S)
     assert 15.0 <= found.lag_min <= 45.0
     assert found.closed < 0.5 * found.open
+
+
+def test_a_lag_longer_than_the_runs_allow_is_told_as_a_limit() -> None:
+    time = np.arange(ROWS, dtype=float)
+    found = loop_of([time**2], [np.maximum(time - 300.0, 0.0) ** 2], STEP_S)
+    assert found.lag_min == 150.0
+    assert found.is_limit
