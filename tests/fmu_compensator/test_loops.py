@@ -23,7 +23,8 @@ def test_a_delayed_drift_has_that_lag_and_its_rate(lag: int) -> None:
         one[:lag] = one[lag] if lag > 0 else one[:lag]
         one[lag:] = one[lag - 1] if lag < 0 else one[lag:]
     found = loop_of(rises, drifts, STEP_S)
-    assert found.lag_min == lag and not found.is_limit
+    assert found.lag_min == lag
+    assert not found.is_limit
     assert found.rate == pytest.approx(2.5)
     assert found.closed == pytest.approx(0.0, abs=1e-9)
     assert found.open == pytest.approx(found.closed) if lag == 0 else found.open > 0.1
