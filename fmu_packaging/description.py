@@ -14,16 +14,22 @@ PINNED_DATE = "2024-01-01T00:00:00Z"
 """The same content must give the same bytes, so the date says nothing about the day of a build."""
 
 CAPABILITIES = {
-    "canHandleVariableCommunicationStepSize": "true",
-    "canInterpolateInputs": "false",
-    "maxOutputDerivativeOrder": "0",
-    "canRunAsynchronuously": "false",
     "canBeInstantiatedOnlyOncePerProcess": "false",
     "canNotUseMemoryManagementFunctions": "true",
     "canGetAndSetFMUstate": "true",
     "canSerializeFMUstate": "true",
     "providesDirectionalDerivative": "false",
 }
+KINDS = {
+    "ModelExchange": {},
+    "CoSimulation": {
+        "canHandleVariableCommunicationStepSize": "true",
+        "canInterpolateInputs": "false",
+        "maxOutputDerivativeOrder": "0",
+        "canRunAsynchronuously": "false",
+    },
+}
+"""What an FMU may be for, and what it can do there beside `CAPABILITIES`."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +45,7 @@ class Program:
     sources : tuple of str
         Source files, by path in the folder of sources.
     variables : dict of str to Variable
-        Those that stand in for the slave's of the same name.
+        Those that stand in for the slave's of the same name, and those that it has not.
     categories : dict of str to str
         The categories of its messages, and what they hold.
     """
@@ -119,14 +125,20 @@ def model_description(
             "numberOfEventIndicators": "0",
         },
     )
-    _co_simulation(root, identity, program)
+    for kind in interfaces(variables):
+        _interface(root, kind, identity, program)
     unit_definitions(root, variables)
     type_definitions(root, slave, variables)
     log_categories(root, program)
     experiment(root, identity)
     listed = ET.SubElement(root, "ModelVariables")
+    names = [variable.name for variable in variables]
     for reference, variable in enumerate(variables):
         listed.append(_scalar_variable(variable, reference, type_of(slave, variable)))
+    for place, derivative in enumerate(variables):
+        if derivative.derivative_of is not None:
+            state = names.index(derivative.derivative_of) + 1
+            listed[place][0].set("derivative", str(state))
     root.append(_structure(variables))
     ET.indent(root)
     body: bytes = ET.tostring(root, encoding="UTF-8", xml_declaration=True)
@@ -140,18 +152,31 @@ def described(slave: DriftSlave, program: Program) -> list[Variable]:
     ----------
     slave : DriftSlave
     program : Program
-        Its own variables take the place of the slave's of the same name.
+        Its own variables take the place of the slave's of the same name; others come after them.
     """
-    return [program.variables.get(variable.name, variable) for variable in slave.variables]
+    known = {variable.name: variable for variable in slave.variables}
+    return list((known | dict(program.variables)).values())
 
 
-def _co_simulation(root: ET.Element, identity: Identity, program: Program) -> None:
+def interfaces(variables: Sequence[Variable]) -> list[str]:
+    """Return what an FMU is for: model exchange if it shows derivatives, and co-simulation."""
+    exchanged = any(variable.derivative_of is not None for variable in variables)
+    return [kind for kind in KINDS if exchanged or kind != "ModelExchange"]
+
+
+def initial_unknowns(variables: Sequence[Variable]) -> list[Variable]:
+    """Return what is computed at the start: outputs, then states and their derivatives."""
+    return sorted((v for v in variables if v.is_computed), key=lambda v: v.causality == "local")
+
+
+def _interface(root: ET.Element, kind: str, identity: Identity, program: Program) -> None:
     attributes = {
         "modelIdentifier": identity.name,
         "needsExecutionTool": number(program.needs_host),
         **CAPABILITIES,
+        **KINDS[kind],
     }
-    element = ET.SubElement(root, "CoSimulation", attributes)
+    element = ET.SubElement(root, kind, attributes)
     if program.sources:
         listed = ET.SubElement(element, "SourceFiles")
         for path in program.sources:
@@ -205,8 +230,8 @@ def measure(variable: Variable) -> dict[str, str]:
     """Return the attributes that say what a real variable measures, and in which unit."""
     shown = variable.display_unit or (variable.unit if variable.unit in DISPLAY else "")
     found = {
-        "quantity": quantity(variable.unit),
-        "unit": fmi_name(variable.unit),
+        "quantity": quantity(variable.unit) if variable.unit else "",
+        "unit": fmi_name(variable.unit) if variable.unit else "",
         "displayUnit": shown,
         "nominal": "" if variable.nominal is None else number(variable.nominal),
     }
@@ -228,7 +253,7 @@ def unit_definitions(
 ) -> None:
     """Add the units of the variables, and those that are wanted in any case."""
     definitions = ET.SubElement(root, "UnitDefinitions")
-    used = {variable.unit for variable in variables if variable.kind == "real"}
+    used = {variable.unit for variable in variables if variable.kind == "real" and variable.unit}
     for name in sorted(used.union(always)):
         unit = ET.SubElement(definitions, "Unit", {"name": fmi_name(name)})
         base = base_unit(fmi_name(name))
@@ -256,7 +281,7 @@ def _scalar_variable(variable: Variable, reference: int, kind: str) -> ET.Elemen
             "causality": variable.causality,
             "variability": str(variable.variability),
             # An input has no such attribute: its start value is always exact.
-            **({"initial": "calculated"} if variable.is_output else {}),
+            **({"initial": "calculated"} if variable.is_computed else {}),
             **({"initial": "exact"} if variable.is_parameter else {}),
         },
     )
@@ -264,7 +289,7 @@ def _scalar_variable(variable: Variable, reference: int, kind: str) -> ET.Elemen
     if variable.kind == "real":
         attributes |= measure(variable)
     attributes |= bounds(variable)
-    if not variable.is_output:
+    if not variable.is_computed:
         attributes["start"] = number(
             ZERO[variable.kind] if variable.start is None else variable.start
         )
@@ -275,24 +300,34 @@ def _scalar_variable(variable: Variable, reference: int, kind: str) -> ET.Elemen
 def _structure(variables: Sequence[Variable]) -> ET.Element:
     """Return the ModelStructure.
 
-    Outputs are computed in a step from inputs held during it, so at a communication point no
-    output depends on an input: the list of dependencies is empty. Before the first step each
-    depends on what its variable declares.
+    In a co-simulation outputs are computed in a step from inputs held during it, so at a
+    communication point no output depends on an input. In model exchange, and before the first step,
+    each depends on what its variable declares.
     """
     structure = ET.Element("ModelStructure")
     positions = {variable.name: number for number, variable in enumerate(variables, start=1)}
-    outputs = [variable for variable in variables if variable.is_output]
-    for tag in ("Outputs", "InitialUnknowns") if outputs else ():
-        group = ET.SubElement(structure, tag)
-        for variable in outputs:
+    for tag, unknowns in {
+        "Outputs": [variable for variable in variables if variable.is_output],
+        "Derivatives": [variable for variable in variables if variable.derivative_of is not None],
+        "InitialUnknowns": initial_unknowns(variables),
+    }.items():
+        group = ET.SubElement(structure, tag) if unknowns else structure
+        for variable in unknowns:
             attributes = {"index": str(positions[variable.name])}
-            if tag == "Outputs":
-                attributes["dependencies"] = ""
-            elif variable.depends_at_start is not None:
-                known = sorted(positions[name] for name in variable.depends_at_start)
-                attributes["dependencies"] = " ".join(map(str, known))
+            attributes |= dependencies(variable, positions, at_start=tag == "InitialUnknowns")
             ET.SubElement(group, "Unknown", attributes)
     return structure
+
+
+def dependencies(
+    variable: Variable, places: Mapping[str, int], *, at_start: bool
+) -> dict[str, str]:
+    """Return the attribute that says what a variable depends on; none: it may be anything."""
+    names = variable.depends_at_start if at_start else variable.depends
+    if names is None:
+        return {}
+    # FMI 2.0 has no variable for the time.
+    return {"dependencies": " ".join(map(str, sorted(places[n] for n in names if n in places)))}
 
 
 def number(value: Value) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from xml.etree import ElementTree as ET
 
 from fmu_packaging.description import (
@@ -10,8 +10,11 @@ from fmu_packaging.description import (
     Identity,
     Program,
     bounds,
+    dependencies,
     described,
     experiment,
+    initial_unknowns,
+    interfaces,
     log_categories,
     measure,
     number,
@@ -31,11 +34,13 @@ EXACT = "-ffp-contract=off"
 """Contracted multiply-adds round once where the Python twin rounds twice."""
 
 CAPABILITIES = {
-    "canHandleVariableCommunicationStepSize": "true",
     "canGetAndSetFMUState": "true",
     "canSerializeFMUState": "true",
     "canBeInstantiatedOnlyOncePerProcess": "false",
-    "hasEventMode": "false",
+}
+KINDS = {
+    "ModelExchange": {"needsCompletedIntegratorStep": "true"},
+    "CoSimulation": {"canHandleVariableCommunicationStepSize": "true", "hasEventMode": "false"},
 }
 
 
@@ -80,16 +85,23 @@ def model_description3(
         },
     )
     attributes = {"needsExecutionTool": number(program.needs_host), **CAPABILITIES}
-    ET.SubElement(root, "CoSimulation", {"modelIdentifier": identity.name, **attributes})
+    for kind in interfaces(variables):
+        facts = {"modelIdentifier": identity.name, **attributes, **KINDS[kind]}
+        ET.SubElement(root, kind, facts)
     unit_definitions(root, variables, always=("s",))
     type_definitions(root, slave, variables, 3)
     log_categories(root, program)
     experiment(root, identity)
     listed = ET.SubElement(root, "ModelVariables")
-    for reference, variable in enumerate(variables):
-        listed.append(_variable(variable, reference, type_of(slave, variable)))
-    listed.append(_time(len(variables)))
-    root.append(_structure(variables))
+    references = {variable.name: reference for reference, variable in enumerate(variables)}
+    references[TIME] = len(variables)
+    for variable in variables:
+        element = _variable(variable, references[variable.name], type_of(slave, variable))
+        if variable.derivative_of is not None:
+            element.set("derivative", str(references[variable.derivative_of]))
+        listed.append(element)
+    listed.append(_time(references[TIME]))
+    root.append(_structure(variables, references))
     ET.indent(root)
     body: bytes = ET.tostring(root, encoding="UTF-8", xml_declaration=True)
     return body + b"\n"
@@ -158,14 +170,14 @@ def _variable(variable: Variable, reference: int, kind: str) -> ET.Element:
         "variability": str(variable.variability),
     }
     if variable.causality != "input":
-        attributes["initial"] = "calculated" if variable.is_output else "exact"
+        attributes["initial"] = "calculated" if variable.is_computed else "exact"
     if kind:
         attributes["declaredType"] = kind
     if variable.kind == "real":
         attributes |= measure(variable)
     attributes |= bounds(variable)
     element = ET.Element(TYPES[variable.kind], attributes)
-    if not variable.is_output:
+    if not variable.is_computed:
         start = number(ZERO[variable.kind] if variable.start is None else variable.start)
         if variable.kind == "string":
             ET.SubElement(element, "Start", {"value": start})
@@ -188,18 +200,16 @@ def _time(reference: int) -> ET.Element:
     )
 
 
-def _structure(variables: Sequence[Variable]) -> ET.Element:
+def _structure(variables: Sequence[Variable], references: Mapping[str, int]) -> ET.Element:
     """Return the ModelStructure; its dependencies are those of the FMI 2.0 form."""
     structure = ET.Element("ModelStructure")
-    references = {variable.name: reference for reference, variable in enumerate(variables)}
-    outputs = [variable for variable in variables if variable.is_output]
-    for tag in ("Output", "InitialUnknown"):
-        for variable in outputs:
+    for tag, unknowns in {
+        "Output": [variable for variable in variables if variable.is_output],
+        "ContinuousStateDerivative": [v for v in variables if v.derivative_of is not None],
+        "InitialUnknown": initial_unknowns(variables),
+    }.items():
+        for variable in unknowns:
             attributes = {"valueReference": str(references[variable.name])}
-            if tag == "Output":
-                attributes["dependencies"] = ""
-            elif variable.depends_at_start is not None:
-                known = sorted(references[name] for name in variable.depends_at_start)
-                attributes["dependencies"] = " ".join(map(str, known))
+            attributes |= dependencies(variable, references, at_start=tag == "InitialUnknown")
             ET.SubElement(structure, tag, attributes)
     return structure

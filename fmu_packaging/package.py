@@ -93,6 +93,8 @@ class Package:
     ----------
     tried_with : dict of str to bytes
         Binaries, by path, that it is tried out with and goes without.
+    note : str
+        A sentence on what it can or cannot be used for; empty: nothing to say.
     """
 
     name: str
@@ -100,6 +102,7 @@ class Package:
     files: Mapping[str, bytes]
     slave: DriftSlave
     tried_with: Mapping[str, bytes] = field(default_factory=dict)
+    note: str = ""
 
     def zipped(self, *, on_trial: bool = False) -> bytes:
         """Return the FMU; the same files give the same bytes.

@@ -7,7 +7,7 @@ from typing import Literal, TypeAlias
 
 Value: TypeAlias = float | int | bool | str
 Kind: TypeAlias = Literal["real", "integer", "boolean", "string"]
-Causality: TypeAlias = Literal["input", "output", "parameter"]
+Causality: TypeAlias = Literal["input", "output", "parameter", "local"]
 Variability: TypeAlias = Literal["continuous", "discrete", "fixed", "tunable"]
 
 ZERO: dict[str, Value] = {"real": 0.0, "integer": 0, "boolean": False, "string": ""}
@@ -24,11 +24,12 @@ class Variable:
     kind : str
         ``real``, ``integer``, ``boolean`` or ``string``.
     causality : str
-        ``input``, ``output`` or ``parameter``.
+        ``input``, ``output``, ``parameter``, or ``local``: computed, like an output.
     description : str
         What it is, in a line.
     unit : str
-        Unit of a real variable, for example ``degC`` or ``W/K``; ``1`` for a pure number.
+        Unit of a real variable, for example ``degC`` or ``W/K``; ``1`` for a pure number; empty:
+        not told.
     display_unit : str or None
         The unit that a tool should show.
     start : float, int, bool or str
@@ -42,6 +43,11 @@ class Variable:
     depends_at_start : tuple of str or None
         For an output: the inputs and parameters that its initial value depends on; None means that
         it may depend on all of them.
+    depends : tuple of str
+        For what is computed, once the simulation runs: the inputs and states that its value depends
+        on at that very instant.
+    derivative_of : str or None
+        The continuous state that it is the derivative of.
     """
 
     name: str
@@ -56,19 +62,26 @@ class Variable:
     nominal: float | None = None
     variability: Variability | None = None
     depends_at_start: tuple[str, ...] | None = None
+    depends: tuple[str, ...] = ()
+    derivative_of: str | None = None
 
     def __post_init__(self) -> None:
         """Complete what follows from the rest."""
         if self.variability is None:
             usual: Variability = "continuous" if self.kind == "real" else "discrete"
             object.__setattr__(self, "variability", "fixed" if self.is_parameter else usual)
-        if self.start is None and not self.is_output:
+        if self.start is None and not self.is_computed:
             object.__setattr__(self, "start", ZERO[self.kind])
 
     @property
     def is_output(self) -> bool:
-        """Whether the FMU computes it."""
+        """Whether the FMU computes it and shows it to others."""
         return self.causality == "output"
+
+    @property
+    def is_computed(self) -> bool:
+        """Whether the FMU computes it."""
+        return self.causality in {"output", "local"}
 
     @property
     def is_parameter(self) -> bool:

@@ -379,12 +379,14 @@ def _summary(package: Package, path: Path, written: bool) -> dict[str, Any]:
         "variables": len(package.slave.variables),
         "validation": "clean",
         "written": written,
+        "note": package.note,
     }
 
 
 def _line(entry: dict[str, Any]) -> str:
     state = "validated, reference run passed" if entry["written"] else "up to date"
-    return f"{entry['file']}: {state}, {entry['bytes'] / 1024:.0f} KiB, GUID {entry['guid']}"
+    line = f"{entry['file']}: {state}, {entry['bytes'] / 1024:.0f} KiB, GUID {entry['guid']}"
+    return f"{line}. {entry['note']}" if entry["note"] else line
 
 
 def main(given: Sequence[str] | None = None) -> int:

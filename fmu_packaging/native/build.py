@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from html import escape
 from pathlib import Path
 from typing import Literal
 
@@ -23,7 +24,7 @@ HEADERS = Path(fmpy.__file__).parent / "c-code"
 C_FOLDER = Path(__file__).resolve().parent / "c"
 HOST = """
 <p>C99 without Python: the host needs nothing but the C library. Binaries: {platforms}. {other}
-No step takes memory, and no two instances share any. Errors go to the host's log.</p>
+No step takes memory, and no two instances share any. Errors go to the host's log. {note}</p>
 """
 SOURCES = """For another platform compile the folder <code>sources</code>: all files ending in
 <code>.c</code>, into one shared library, with <code>-ffp-contract=off</code>;
@@ -90,9 +91,11 @@ class Native:
     model_file : str
         The file among the recipe's data that it was made from.
     variables : dict of str to Variable
-        Those of which it says something else than the Python FMU.
+        Those of which it says something else than the Python FMU, and those that it alone has.
     documents : dict of str to bytes
         Further files of the documentation, by name.
+    note : str
+        A sentence on what it can or cannot be used for; empty: nothing to say.
     """
 
     program: Mapping[str, str]
@@ -100,6 +103,7 @@ class Native:
     model_file: str
     variables: Mapping[str, Variable] = field(default_factory=dict)
     documents: Mapping[str, bytes] = field(default_factory=dict)
+    note: str = ""
 
 
 def front(fmi: Fmi) -> dict[str, str]:
@@ -185,7 +189,8 @@ def native_package(
     if measured:
         here = next(entry for entry in compilers if entry.platform3 == fmpy.platform_tuple)
         fixed[MEASURED] = memory_size(sources, here, fmi)
-    page = index_page(recipe.page, identity, variables, _running(compilers, fmi, leave_out))
+    running = _running(compilers, fmi, leave_out, native.note)
+    page = index_page(recipe.page, identity, variables, running)
     files = {
         "model.png" if fmi == 2 else "terminalsAndIcons/icon.png": recipe.icon,
         "documentation/index.html": page.encode(),
@@ -218,8 +223,8 @@ def native_package(
         library = compiler.library(found)
         binaries[path] = in_one_file(binaries[path], library) if path in binaries else library
     if leave_out == "binaries":
-        return Package(identity.name, guid, files, slave, tried_with=binaries)
-    return Package(identity.name, guid, files | binaries, slave)
+        return Package(identity.name, guid, files, slave, binaries, native.note)
+    return Package(identity.name, guid, files | binaries, slave, note=native.note)
 
 
 def _licence_of_headers() -> bytes:
@@ -229,8 +234,9 @@ def _licence_of_headers() -> bytes:
     return text[begin:end].rstrip("-\n").encode() + b"\n"
 
 
-def _running(compilers: Sequence[Compiler], fmi: Fmi, leave_out: Part | None) -> Running:
+def _running(compilers: Sequence[Compiler], fmi: Fmi, leave_out: Part | None, note: str) -> Running:
     names = dict.fromkeys(compiler.platform3 for compiler in compilers)
     platforms = "none" if leave_out == "binaries" else ", ".join(names)
     other = NO_SOURCES if leave_out == "sources" else SOURCES
-    return Running(HOST.format(platforms=platforms, other=other), LICENCE_OF_HEADERS, f"{fmi}.0")
+    host = HOST.format(platforms=platforms, other=other, note=escape(note))
+    return Running(host, LICENCE_OF_HEADERS, f"{fmi}.0")

@@ -7,7 +7,7 @@ beside them: ``memory_take`` for the rows that a host passes, and a logger (``we
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -25,7 +25,7 @@ TOKEN = "web"
 
 @dataclass(frozen=True)
 class WebModule:
-    """An FMU in WebAssembly: its sources by path, and its variables by value reference."""
+    """An FMU in WebAssembly: its sources by path, and by value reference what others may see."""
 
     sources: Mapping[str, str]
     variables: tuple[Variable, ...]
@@ -65,4 +65,5 @@ def web_module(recipe: Recipe, native: Native) -> WebModule:
     variables = described(slave_of(recipe), Program("C99", False, variables=native.variables))
     sources = {**front(3), **native.program, **native.data(variables, TOKEN)}
     sources[SHIM.name] = SHIM.read_text("utf-8")
-    return WebModule(with_prefix(sources, 3), tuple(variables))
+    shown = (replace(entry, depends=()) for entry in variables if entry.causality != "local")
+    return WebModule(with_prefix(sources, 3), tuple(shown))

@@ -11,8 +11,13 @@ from fmu_packaging.package import Recipe
 from fmu_packaging.variables import Variable
 from plant_model.fmi_slave import MACHINE_FILE
 from plant_model.machine import Machine
-from plant_model.native.equations import NoFormulaError
-from plant_model.native.generate import machine_sources, program, variable_sources
+from plant_model.native.continuous import (
+    continuous_variables,
+    is_continuous,
+    note_on_exchange,
+)
+from plant_model.native.equations import NoFormulaError, equations_of
+from plant_model.native.generate import machine_sources, program, tunable_of, variable_sources
 
 
 def native_plant(recipe: Recipe, twin_of: str = "") -> Native:
@@ -32,11 +37,14 @@ def native_plant(recipe: Recipe, twin_of: str = "") -> Native:
     """
     machine = Machine.from_dict(json.loads(recipe.data[MACHINE_FILE]))
     try:
-        sources = {**program(), **machine_sources(machine)}
+        equations = equations_of(machine, tunable_of(machine))
     except NoFormulaError as error:
         raise NativeError(f"--native: {error}") from None
+    sources = {**program(), **machine_sources(machine, equations)}
+    more = continuous_variables(machine, equations) if is_continuous(equations) else {}
 
     def data(variables: Sequence[Variable], guid: str) -> dict[str, str]:
         return {"model_data.c": variable_sources(variables, recipe.identity.name, guid)}
 
-    return Native(sources, data, MACHINE_FILE, documents={TWIN_OF: twin_of.encode()})
+    documents = {TWIN_OF: twin_of.encode()}
+    return Native(sources, data, MACHINE_FILE, more, documents, note_on_exchange(equations))

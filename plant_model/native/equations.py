@@ -8,7 +8,7 @@ length of the tool.
 from __future__ import annotations
 
 import traceback
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -23,6 +23,7 @@ from plant_model.plugins import plugged_modules
 from plant_model.sensors import readings
 from plant_model.structure import drift_at, pose
 
+Place = tuple[int, int]
 Cells = list[Any]
 """Numbers and expressions."""
 
@@ -94,6 +95,8 @@ class Equations:
     heat : nodes
     dependent, rates : nodes; own states
         What depends on temperature.
+    slopes : nodes, then own states
+        How fast each changes, all in all.
     decay, time_constants, scales : own states
     target, settled, first : own states
     outputs : sensors, then drift in X, Y, Z
@@ -110,6 +113,7 @@ class Equations:
     heat: Cells
     dependent: Cells
     rates: Cells
+    slopes: Cells
     decay: Cells
     time_constants: Cells
     scales: Cells
@@ -190,6 +194,8 @@ class _Tracer:
         target, constants = self._lags(slices)
         at_end, states = self.temperatures[:, 0], self.own[:, 0]
         matrix, to_boundary = self._conductances()
+        flows = zip(_flat(network.heat(self.inputs)), _flat(dependent), strict=True)
+        slopes = self._slopes([self._do("add", *pair) for pair in flows], matrix, to_boundary)
         return Equations(
             capacity=_flat(network.capacity),
             matrix=matrix,
@@ -197,6 +203,7 @@ class _Tracer:
             heat=_flat(network.heat(self.inputs)),
             dependent=_flat(dependent),
             rates=_flat(rates),
+            slopes=slopes + _flat(rates),
             decay=_flat(network.state_decay()),
             time_constants=constants,
             scales=_flat(network.error_scale)[self.nodes :],
@@ -221,6 +228,25 @@ class _Tracer:
             {place: g for place, g in found.items() if place[0] == place[1] or not _is_nought(g)},
             {(i, j): g for (i, j), g in np.ndenumerate(boundary) if not _is_nought(g)},
         )
+
+    def _do(self, op: str, *args: Any) -> Any:
+        return self.graph.apply(op, *args)
+
+    def _slopes(
+        self, heat: Cells, matrix: Mapping[Place, Any], boundary: Mapping[Place, Any]
+    ) -> Cells:
+        """Return how fast temperatures change with a heat, the network and its surroundings."""
+        temperatures = _flat(self.temperatures)
+        outside = [self.inputs[name].cells[0] for name in self.machine.boundary_index]
+        flows = [(i, self._do("multiply", g, outside[j])) for (i, j), g in boundary.items()]
+        for (i, j), g in matrix.items():
+            loss = self._do("negative", g)
+            flows += [(i, self._do("multiply", loss, temperatures[j]))]
+            flows += [(j, self._do("multiply", loss, temperatures[i]))] if i != j else []
+        for node, flow in flows:
+            heat[node] = self._do("add", heat[node], flow)
+        capacities = _flat(self.network.capacity)
+        return [self._do("divide", *pair) for pair in zip(heat, capacities, strict=True)]
 
     def _lags(self, slices: dict[str, slice]) -> tuple[Cells, Cells]:
         target, constants = [0.0] * self.states, [float("inf")] * self.states

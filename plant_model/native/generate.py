@@ -11,6 +11,7 @@ import numpy as np
 from fmu_packaging.variables import Variable
 from plant_model.fmi_slave import start_sensors
 from plant_model.machine import Machine
+from plant_model.native.continuous import is_continuous, nominals
 from plant_model.native.emit import Stage, function, stage_function
 from plant_model.native.equations import Equations, equations_of
 from plant_model.native.trace import Expr, literal
@@ -36,8 +37,14 @@ def tunable_of(machine: Machine) -> list[str]:
     return [name for name, entry in machine.parameters.items() if entry.calibrate]
 
 
-def machine_sources(machine: Machine) -> dict[str, str]:
+def machine_sources(machine: Machine, equations: Equations | None = None) -> dict[str, str]:
     """Return the sources that hold one machine, by path in the folder of sources.
+
+    Parameters
+    ----------
+    machine : Machine
+    equations : Equations, optional
+        The machine's with its tunable parameters, where they are known.
 
     Raises
     ------
@@ -45,7 +52,7 @@ def machine_sources(machine: Machine) -> dict[str, str]:
         For an effect that has no form in C.
     """
     tunable = tunable_of(machine)
-    equations = equations_of(machine, tunable)
+    equations = equations or equations_of(machine, tunable)
     functions, of_parameters, of_inputs = _functions(equations)
     sizes = {
         "NODES": len(machine.nodes),
@@ -62,6 +69,7 @@ def machine_sources(machine: Machine) -> dict[str, str]:
         "SENSORS": len(noise_and_resolution(machine)),
         "KEPT_OF_PARAMETERS": of_parameters,
         "KEPT_OF_INPUTS": of_inputs,
+        "CONTINUOUS": int(is_continuous(equations)),
     }
     head = HEAD.format(name=machine.name)
     defines = "\n".join(f"#define {name} {size}" for name, size in sizes.items())
@@ -214,6 +222,7 @@ def _tables(machine: Machine, equations: Equations) -> Iterator[str]:
     yield f"const struct axis_limits machine_axis = {_braced(map(literal, limits))};"
     scales = (literal(float(scale)) for scale in equations.scales)
     yield from _array("double", "machine_state_scales", "STATES", scales)
+    yield from _array("double", "machine_nominals", "SIZE", map(literal, nominals(equations)))
     lags = (str(place in lagging).lower() for place in states)
     yield from _array("bool", "machine_lags", "STATES", lags)
     yield f"const bool machine_one_way = {str(equations.one_way).lower()};"
@@ -280,16 +289,20 @@ def variable_sources(variables: Sequence[Variable], name: str, guid: str) -> str
         Of the FMU.
     """
     outputs = [variable.name for variable in variables if variable.is_output]
+    derivatives = [variable.derivative_of for variable in variables if variable.derivative_of]
     rows, ranges = [], []
     for variable in variables:
-        offset, start = "0", 0.0
-        if variable.is_output:
-            place = outputs.index(variable.name)
-            offset = f"offsetof(struct plant_memory, outputs) + {place} * sizeof(double)"
-        else:
-            start = float(variable.start or 0.0)
+        offset, start = "0", 0.0 if variable.is_computed else float(variable.start or 0.0)
         kind, causality = variable.kind.upper(), variable.causality.upper()
-        if variable.variability == "tunable":
+        if variable.is_output:
+            offset = _in_memory("outputs", outputs.index(variable.name))
+        elif variable.derivative_of:
+            causality, offset = "DERIVATIVE", str(derivatives.index(variable.derivative_of))
+        elif variable.is_computed:
+            # Own states stand behind the temperatures.
+            causality = "OUTPUT"
+            offset = _in_memory("temperatures", derivatives.index(variable.name))
+        elif variable.variability == "tunable":
             causality = "TUNABLE_PARAMETER"
         rows.append(_braced((f'"{variable.name}"', kind, causality, literal(start), offset)))
         low, high = _bounds(variable)
@@ -315,9 +328,13 @@ def variable_sources(variables: Sequence[Variable], name: str, guid: str) -> str
     )
 
 
+def _in_memory(row: str, place: int) -> str:
+    return f"offsetof(struct plant_memory, {row}) + {place} * sizeof(double)"
+
+
 def _bounds(variable: Variable) -> tuple[float, float]:
     """Return what a variable may be; the control limits offsets itself, so all finite ones are."""
-    if variable.is_output or variable.name in OFFSETS:
+    if variable.is_computed or variable.name in OFFSETS:
         return -LARGEST, LARGEST
     low, high = (-LARGEST, LARGEST)
     return (

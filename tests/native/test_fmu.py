@@ -162,7 +162,7 @@ show([said, [m[1] for m in messages]])
     words = (
         "before the end of the initialisation",
         "value reference 999: there is no such variable",
-        "an output cannot be set",
+        "what the FMU computes cannot be set",
         "there is no such variable of this type",
         "model_file: this FMU has its compensator file compiled in",
         "a parameter cannot be set after the start",

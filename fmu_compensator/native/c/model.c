@@ -9,6 +9,7 @@
 
 /* A gap in the clock is time without a sample: see the Python twin, compensator.step. */
 const bool model_clock_may_jump = true;
+const struct continuous *const model_continuous = NULL;
 
 struct model *model_make(struct setup *setup, size_t *content_size)
 {

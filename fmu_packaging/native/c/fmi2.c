@@ -1,4 +1,4 @@
-/* FMI 2.0 co-simulation in front of an instance. */
+/* FMI 2.0 in front of an instance. */
 #include "fmi2Functions.h"
 
 #include <stdio.h>
@@ -82,7 +82,7 @@ fmi2Status fmi2SetDebugLogging(
 /* Returns what keeps an instance from being used, NULL for nothing. */
 static const char *unusable(const struct component *self, fmi2Type type, const char *guid)
 {
-    if (type != fmi2CoSimulation) {
+    if (type != fmi2CoSimulation && (type != fmi2ModelExchange || model_continuous == NULL)) {
         return "this FMU is for co-simulation";
     }
     if (guid == NULL || strcmp(guid, model_guid) != 0) {
@@ -115,6 +115,7 @@ fmi2Component fmi2Instantiate(
         fmi2FreeInstance(self);
         return NULL;
     }
+    self->instance->exchange = type == fmi2ModelExchange;
     return self;
 }
 
@@ -186,6 +187,7 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real step, fmi2Boolean
 
 #define FMI(name) fmi2##name
 #define FMI_INSTANCE fmi2Component
+#define FMI_DERIVATIVES fmi2GetDerivatives
 #define AND_COUNT
 #define LACKS(self, refs, values, count) without(self, refs, values, count)
 
@@ -193,6 +195,18 @@ ROWS(Real, fmi2Real, REAL, double, instance_get_real, instance_set_number)
 ROWS(Integer, fmi2Integer, INTEGER, int32_t, instance_get_whole, instance_set_number)
 ROWS(Boolean, fmi2Boolean, BOOLEAN, int32_t, instance_get_whole, instance_set_number)
 ROWS(String, fmi2String, STRING, const char *, instance_get_string, instance_set_string)
+
+#include "exchange.h"
+
+fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *info)
+{
+    struct component *self = c;
+    if (incomplete(self, info)) {
+        return fmi2Error;
+    }
+    memset(info, 0, sizeof *info);
+    return outcome(self, instance_in_event(self->instance));
+}
 
 fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state)
 {

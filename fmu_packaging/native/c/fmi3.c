@@ -1,4 +1,4 @@
-/* FMI 3.0 co-simulation in front of an instance. */
+/* FMI 3.0 in front of an instance. */
 #include "fmi3Functions.h"
 
 #include <stdio.h>
@@ -75,17 +75,12 @@ fmi3Status fmi3SetDebugLogging(
     return outcome(self, instance_log(&self->logged, on, count, categories) ? NULL : problem);
 }
 
-fmi3Instance fmi3InstantiateCoSimulation(
-    fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible,
-    fmi3Boolean logging, fmi3Boolean event_mode, fmi3Boolean early_return,
-    const fmi3ValueReference intermediate[], size_t intermediates,
-    fmi3InstanceEnvironment environment, fmi3LogMessageCallback log,
-    fmi3IntermediateUpdateCallback update)
+/* An instance, unless there is a problem with how it is wanted. */
+static fmi3Instance instantiated(
+    fmi3String token, fmi3Boolean logging, fmi3InstanceEnvironment environment,
+    fmi3LogMessageCallback log, bool exchange, const char *problem)
 {
     struct component *self = memory_take(1, sizeof *self);
-    const char *problem = NULL;
-    (void)name, (void)resources, (void)visible;
-    (void)early_return, (void)intermediate, (void)intermediates, (void)update;
     if (self == NULL) {
         return NULL;
     }
@@ -93,13 +88,11 @@ fmi3Instance fmi3InstantiateCoSimulation(
     self->log = log;
     self->logged = logging ? ~0u : 0u;
     self->instance = instance_new();
-    if (event_mode) {
-        problem = "this FMU has no event mode";
-    } else if (token == NULL || strcmp(token, model_guid) != 0) {
+    if (problem == NULL && (token == NULL || strcmp(token, model_guid) != 0)) {
         problem = "the instantiation token is not that of this FMU";
     } else if (self->instance == NULL) {
         problem = "there is not enough memory";
-    } else {
+    } else if (problem == NULL) {
         problem = self->instance->setup.problem;
     }
     if (problem != NULL) {
@@ -107,7 +100,30 @@ fmi3Instance fmi3InstantiateCoSimulation(
         fmi3FreeInstance(self);
         return NULL;
     }
+    self->instance->exchange = exchange;
     return self;
+}
+
+fmi3Instance fmi3InstantiateCoSimulation(
+    fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible,
+    fmi3Boolean logging, fmi3Boolean event_mode, fmi3Boolean early_return,
+    const fmi3ValueReference intermediate[], size_t intermediates,
+    fmi3InstanceEnvironment environment, fmi3LogMessageCallback log,
+    fmi3IntermediateUpdateCallback update)
+{
+    const char *problem = event_mode ? "this FMU has no event mode in co-simulation" : NULL;
+    (void)name, (void)resources, (void)visible;
+    (void)early_return, (void)intermediate, (void)intermediates, (void)update;
+    return instantiated(token, logging, environment, log, false, problem);
+}
+
+fmi3Instance fmi3InstantiateModelExchange(
+    fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible,
+    fmi3Boolean logging, fmi3InstanceEnvironment environment, fmi3LogMessageCallback log)
+{
+    const char *problem = model_continuous == NULL ? "this FMU is for co-simulation" : NULL;
+    (void)name, (void)resources, (void)visible;
+    return instantiated(token, logging, environment, log, true, problem);
 }
 
 void fmi3FreeInstance(fmi3Instance c)
@@ -192,6 +208,7 @@ static const char *get_real(struct instance *self, enum kind kind, size_t ref, d
 
 #define FMI(name) fmi3##name
 #define FMI_INSTANCE fmi3Instance
+#define FMI_DERIVATIVES fmi3GetContinuousStateDerivatives
 #define AND_COUNT , size_t value_count
 #define LACKS(self, refs, values, count) without(self, refs, values, count, value_count)
 
@@ -199,6 +216,47 @@ ROWS(Float64, fmi3Float64, REAL, double, get_real, instance_set_number)
 ROWS(Int32, fmi3Int32, INTEGER, int32_t, instance_get_whole, instance_set_number)
 ROWS(Boolean, fmi3Boolean, BOOLEAN, int32_t, instance_get_whole, instance_set_number)
 ROWS(String, fmi3String, STRING, const char *, instance_get_string, instance_set_string)
+
+#include "exchange.h"
+
+fmi3Status fmi3UpdateDiscreteStates(
+    fmi3Instance c, fmi3Boolean *update_needed, fmi3Boolean *terminate,
+    fmi3Boolean *nominals_changed, fmi3Boolean *values_changed, fmi3Boolean *next_defined,
+    fmi3Float64 *next)
+{
+    struct component *self = c;
+    fmi3Boolean *const answers[] = {
+        update_needed, terminate, nominals_changed, values_changed, next_defined};
+    for (size_t i = 0; i < sizeof answers / sizeof *answers; i++) {
+        if (incomplete(self, answers[i])) {
+            return fmi3Error;
+        }
+        *answers[i] = fmi3False;
+    }
+    if (incomplete(self, next)) {
+        return fmi3Error;
+    }
+    *next = 0.0;
+    return outcome(self, instance_in_event(self->instance));
+}
+
+fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance c, size_t *count)
+{
+    if (incomplete(c, count)) {
+        return fmi3Error;
+    }
+    *count = model_continuous == NULL ? 0 : model_continuous->count;
+    return fmi3OK;
+}
+
+fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance c, size_t *count)
+{
+    if (incomplete(c, count)) {
+        return fmi3Error;
+    }
+    *count = 0;
+    return fmi3OK;
+}
 
 fmi3Status fmi3GetFMUState(fmi3Instance c, fmi3FMUState *state)
 {

@@ -33,35 +33,10 @@ GET_AND_SET(UInt64)
         return fmi3Error;       \
     }
 
-CHANGE_MODE(fmi3EnterEventMode)
 CHANGE_MODE(fmi3EnterConfigurationMode)
 CHANGE_MODE(fmi3ExitConfigurationMode)
 CHANGE_MODE(fmi3EvaluateDiscreteStates)
-CHANGE_MODE(fmi3EnterContinuousTimeMode)
 CHANGE_MODE(fmi3EnterStepMode)
-
-#define GET_ROW(name)                                                 \
-    fmi3Status name(fmi3Instance c, fmi3Float64 values[], size_t count) \
-    {                                                                 \
-        (void)c, (void)values;                                        \
-        return count == 0 ? fmi3OK : fmi3Error;                       \
-    }
-
-GET_ROW(fmi3GetContinuousStateDerivatives)
-GET_ROW(fmi3GetEventIndicators)
-GET_ROW(fmi3GetContinuousStates)
-GET_ROW(fmi3GetNominalsOfContinuousStates)
-
-#define GET_NOTHING(name)                        \
-    fmi3Status name(fmi3Instance c, size_t *count) \
-    {                                            \
-        (void)c;                                 \
-        *count = 0;                              \
-        return fmi3OK;                           \
-    }
-
-GET_NOTHING(fmi3GetNumberOfEventIndicators)
-GET_NOTHING(fmi3GetNumberOfContinuousStates)
 
 #define DERIVE(name)                                                                               \
     fmi3Status name(                                                                               \
@@ -76,15 +51,6 @@ GET_NOTHING(fmi3GetNumberOfContinuousStates)
 
 DERIVE(fmi3GetDirectionalDerivative)
 DERIVE(fmi3GetAdjointDerivative)
-
-fmi3Instance fmi3InstantiateModelExchange(
-    fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible,
-    fmi3Boolean logging, fmi3InstanceEnvironment environment, fmi3LogMessageCallback log)
-{
-    (void)name, (void)token, (void)resources, (void)visible, (void)logging, (void)environment;
-    (void)log;
-    return NULL;
-}
 
 fmi3Instance fmi3InstantiateScheduledExecution(
     fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible,
@@ -203,35 +169,6 @@ fmi3Status fmi3SetShiftFraction(
     const fmi3UInt64 resolutions[])
 {
     (void)c, (void)refs, (void)counters, (void)resolutions;
-    return count == 0 ? fmi3OK : fmi3Error;
-}
-
-fmi3Status fmi3UpdateDiscreteStates(
-    fmi3Instance c, fmi3Boolean *update_needed, fmi3Boolean *terminate,
-    fmi3Boolean *nominals_changed, fmi3Boolean *values_changed, fmi3Boolean *next_defined,
-    fmi3Float64 *next)
-{
-    (void)c, (void)update_needed, (void)terminate, (void)nominals_changed, (void)values_changed;
-    (void)next_defined, (void)next;
-    return fmi3Error;
-}
-
-fmi3Status fmi3CompletedIntegratorStep(
-    fmi3Instance c, fmi3Boolean no_set_state, fmi3Boolean *event_mode, fmi3Boolean *terminate)
-{
-    (void)c, (void)no_set_state, (void)event_mode, (void)terminate;
-    return fmi3Error;
-}
-
-fmi3Status fmi3SetTime(fmi3Instance c, fmi3Float64 time)
-{
-    (void)c, (void)time;
-    return fmi3Error;
-}
-
-fmi3Status fmi3SetContinuousStates(fmi3Instance c, const fmi3Float64 states[], size_t count)
-{
-    (void)c, (void)states;
     return count == 0 ? fmi3OK : fmi3Error;
 }
 

@@ -27,6 +27,9 @@ struct instance *instance_new(void)
             sizeof *self->memory + model_variable_count * sizeof(double) + content;
         self->memory = setup_take(&self->setup, 1, self->memory_size);
     }
+    if (self->memory != NULL && model_continuous != NULL) {
+        self->rates = setup_take(&self->setup, model_continuous->count, sizeof(double));
+    }
     if (self->memory != NULL) {
         self->values = self->memory->numbers;
         self->content = self->values + model_variable_count;
@@ -76,15 +79,17 @@ const char *instance_initialise(struct instance *self)
     return NULL;
 }
 
-/* Sees to it that the outputs are those of the values in force. */
-static const char *refresh(struct instance *self)
+const char *instance_refresh(struct instance *self)
 {
-    const char *problem = NULL;
-    if (!self->memory->fresh) {
-        problem = model_start(
-            self->model, self->content, self->values, self->memory->time_s, self->problem);
-        self->memory->fresh = problem == NULL;
+    struct memory *memory = self->memory;
+    bool before = memory->phase < STEPPING;
+    if (memory->fresh || !(before || self->exchange)) {
+        return NULL;
     }
+    const char *problem =
+        (before ? model_start : model_continuous->show)(
+            self->model, self->content, self->values, memory->time_s, self->problem);
+    memory->fresh = problem == NULL;
     return problem;
 }
 
@@ -93,7 +98,7 @@ const char *instance_start(struct instance *self)
     if (self->memory->phase != INITIALISING) {
         return "the initialisation has not begun, or has ended";
     }
-    const char *problem = refresh(self);
+    const char *problem = instance_refresh(self);
     if (problem == NULL) {
         self->memory->phase = STEPPING;
     }
@@ -102,7 +107,7 @@ const char *instance_start(struct instance *self)
 
 const char *instance_terminate(struct instance *self)
 {
-    if (self->memory->phase != STEPPING) {
+    if (self->memory->phase != STEPPING && self->memory->phase != CONTINUOUS) {
         return "there is no simulation to be terminated";
     }
     self->memory->phase = TERMINATED;
@@ -114,10 +119,13 @@ const char *instance_may_step(const struct instance *self, double time_s, double
     const struct memory *memory = self->memory;
     double shown = fabs(memory->time_s) + 1.0;
     double slack = fmax(SAME_TIME * shown, fmin(SAME_TIME_SINGLE * shown, step_s / 2.0));
+    if (self->exchange) {
+        return "this instance is for model exchange";
+    }
     if (memory->phase == TERMINATED) {
         return "a step after the end of the simulation";
     }
-    if (memory->phase != STEPPING) {
+    if (memory->phase < STEPPING) {
         return "a step before the end of the initialisation";
     }
     if (!isfinite(time_s)) {
@@ -157,12 +165,8 @@ static const struct variable *variable_of(enum kind kind, size_t ref)
 static const char *find_output(
     struct instance *self, const struct variable *variable, const void **place)
 {
-    const char *problem = NULL;
-    if (self->memory->phase < STEPPING) {
-        problem = refresh(self);
-    }
     *place = (const char *)self->content + variable->offset;
-    return problem;
+    return instance_refresh(self);
 }
 
 const char *instance_get_real(struct instance *self, enum kind kind, size_t ref, double *value)
@@ -171,6 +175,11 @@ const char *instance_get_real(struct instance *self, enum kind kind, size_t ref,
     const void *place = NULL;
     if (variable == NULL) {
         return NOT_OF_THIS_KIND;
+    }
+    if (variable->causality == DERIVATIVE) {
+        const char *problem = instance_compute_rates(self);
+        *value = problem == NULL ? self->rates[variable->offset] : NAN;
+        return problem;
     }
     if (variable->causality != OUTPUT) {
         *value = self->values[ref];
@@ -220,11 +229,14 @@ static const char *refusal(const struct instance *self, const struct variable *v
     if (variable == NULL) {
         return NOT_OF_THIS_KIND;
     }
-    if (variable->causality == OUTPUT) {
-        return "an output cannot be set";
+    if (variable->causality == OUTPUT || variable->causality == DERIVATIVE) {
+        return "what the FMU computes cannot be set";
     }
     if (self->memory->phase == TERMINATED) {
         return "nothing can be set after the end of the simulation";
+    }
+    if (variable->causality != INPUT && self->exchange && self->memory->phase == CONTINUOUS) {
+        return "a parameter cannot be set in continuous-time mode";
     }
     if (variable->causality == PARAMETER && self->memory->phase >= STEPPING) {
         return "a parameter cannot be set after the start";

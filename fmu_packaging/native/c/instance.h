@@ -8,14 +8,15 @@
 #include "model.h"
 #include "setup.h"
 
-enum phase { INSTANTIATED, INITIALISING, STEPPING, TERMINATED };
+/* STEPPING is the event mode of model exchange. */
+enum phase { INSTANTIATED, INITIALISING, STEPPING, CONTINUOUS, TERMINATED };
 
 /* All that changes, in one piece of memory: an FMU state is a copy of it. */
 struct memory {
     double time_s; /* the time that has been reached */
     double stop_s; /* no step goes farther; infinite where the host said nothing */
     int32_t phase;
-    int32_t fresh;    /* the outputs before the start are those of the values in force */
+    int32_t fresh;    /* where they are not those of a step: the outputs are those of the values */
     double numbers[]; /* a value per variable, of which inputs and parameters count; the content */
 };
 
@@ -26,6 +27,8 @@ struct instance {
     size_t memory_size; /* [bytes] */
     double *values;     /* by value reference */
     void *content;      /* of the model */
+    double *rates;      /* of its states, as they were last computed */
+    bool exchange;      /* for model exchange */
     char text[PROBLEM_LENGTH], problem[PROBLEM_LENGTH];
 };
 
@@ -47,6 +50,22 @@ const char *instance_may_step(const struct instance *self, double time_s, double
 
 /* Advances by a step; returns what is wrong, NULL for nothing. */
 const char *instance_step(struct instance *self, double time_s, double step_s);
+
+/* Sees to it that the outputs, where they are not those of a step, are those of the values in
+   force; returns what is wrong, NULL for nothing. */
+const char *instance_refresh(struct instance *self);
+
+/* Model exchange; each returns what is wrong, NULL for nothing. */
+const char *instance_enter(struct instance *self, enum phase mode);
+const char *instance_set_time(struct instance *self, double time_s);
+const char *instance_get_states(struct instance *self, double *states, size_t count);
+const char *instance_set_states(struct instance *self, const double *states, size_t count);
+const char *instance_get_rates(struct instance *self, double *rates, size_t count);
+const char *instance_get_nominals(struct instance *self, double *nominals, size_t count);
+const char *instance_complete(struct instance *self);  /* a solver's step has ended */
+const char *instance_in_event(struct instance *self);  /* that it is in event mode */
+/* Computes the rates of the states. */
+const char *instance_compute_rates(struct instance *self);
 
 /* Read and set a variable by value reference; each returns what is wrong, NULL for nothing. Unless
    really, setting only says whether it could be done: a row is set whole or not at all. */

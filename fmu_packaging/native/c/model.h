@@ -10,7 +10,7 @@
 
 enum kind { REAL, INTEGER, BOOLEAN, STRING };
 /* A tunable parameter may be set between steps; the next one goes on with it. */
-enum causality { INPUT, OUTPUT, PARAMETER, TUNABLE_PARAMETER };
+enum causality { INPUT, OUTPUT, PARAMETER, TUNABLE_PARAMETER, DERIVATIVE };
 
 /* One variable of the FMU; its place in the table is its value reference. */
 struct variable {
@@ -18,7 +18,7 @@ struct variable {
     enum kind kind;
     enum causality causality;
     double start;  /* of an input or a parameter */
-    size_t offset; /* of an output, in the content */
+    size_t offset; /* of an output, in the content; of a derivative, among them */
 };
 
 #define NONE ((size_t)-1)
@@ -53,6 +53,27 @@ const char *model_step(
 
 /* Takes note that another content has come, with the values that belong to it. */
 void model_restored(struct model *self, const void *content, const double *values);
+
+/* What model exchange needs of a model whose states are all continuous. Its functions say what is
+   wrong, NULL for nothing. */
+struct continuous {
+    size_t count;  /* of states, */
+    size_t offset; /* which stand in a row in the content */
+    const double *nominals;
+    const char *(*rates)(
+        struct model *self, const void *content, const double *values, double *rates,
+        char problem[PROBLEM_LENGTH]);
+    /* Brings the outputs to a time and to the states and values as they are. */
+    const char *(*show)(
+        struct model *self, void *content, const double *values, double time_s,
+        char problem[PROBLEM_LENGTH]);
+    /* A solver's step has ended at a time: what is not continuous, and moves no state, goes on. */
+    const char *(*complete)(
+        struct model *self, void *content, const double *values, double time_s,
+        char problem[PROBLEM_LENGTH]);
+};
+
+extern const struct continuous *const model_continuous; /* NULL: for co-simulation only */
 
 /* Writes the text output. */
 void model_text(const void *content, char text[PROBLEM_LENGTH]);

@@ -68,6 +68,7 @@ extern const struct range machine_ranges[]; /* by value reference; of an output 
 extern const struct ports model_ports;
 extern const struct sensor_noise machine_sensors[AT_LEAST_ONE(SENSORS)];
 extern const struct axis_limits machine_axis;
+extern const double machine_nominals[SIZE]; /* of temperatures and own states */
 extern const double machine_state_scales[AT_LEAST_ONE(STATES)];
 extern const bool machine_lags[AT_LEAST_ONE(STATES)];
 extern const bool machine_one_way; /* heat flows one way between nodes */

@@ -86,8 +86,24 @@ const char *model_start(
     }
     if (wrong == NULL) {
         make(self, values);
+        struct plant_memory *memory = content;
         plant_start(
-            &self->plant, content, values, values + FIRST_PARAMETER + 1, values[INPUTS]);
+            &self->plant, memory, values, values + FIRST_PARAMETER + 1, values[INPUTS]);
+        memory->began_s = time_s;
+    }
+    return wrong;
+}
+
+/* Sees to it that the plant is that of the values in force: parameters that have been set count
+   from now on. What is wrong, NULL for nothing. */
+static const char *ready(struct model *self, const double *values, char problem[PROBLEM_LENGTH])
+{
+    const char *wrong = look(values, 0, INPUTS + 1 + AXES, problem);
+    if (wrong == NULL && !same_parameters(self, values)) {
+        wrong = look(values, FIRST_PARAMETER, PARAMETERS, problem);
+    }
+    if (wrong == NULL) {
+        make(self, values);
     }
     return wrong;
 }
@@ -96,19 +112,52 @@ const char *model_step(
     struct model *self, void *content, const double *values, double time_s, double step_s,
     char problem[PROBLEM_LENGTH])
 {
-    const char *wrong = look(values, 0, INPUTS + 1 + AXES, problem);
+    const char *wrong = ready(self, values, problem);
     (void)time_s;
-    /* Parameters that have been set since the last step count from this one on. */
-    if (wrong == NULL && !same_parameters(self, values)) {
-        wrong = look(values, FIRST_PARAMETER, PARAMETERS, problem);
-    }
-    if (wrong != NULL) {
-        return wrong;
-    }
-    make(self, values);
-    return plant_step(
-        &self->plant, content, step_s, values, values[INPUTS], values + INPUTS + 1);
+    return wrong != NULL
+               ? wrong
+               : plant_step(
+                   &self->plant, content, step_s, values, values[INPUTS], values + INPUTS + 1);
 }
+
+static const char *rates(
+    struct model *self, const void *content, const double *values, double *rates_of,
+    char problem[PROBLEM_LENGTH])
+{
+    const char *wrong = ready(self, values, problem);
+    return wrong != NULL ? wrong : plant_rates(&self->plant, content, values, rates_of);
+}
+
+static const char *show(
+    struct model *self, void *content, const double *values, double time_s,
+    char problem[PROBLEM_LENGTH])
+{
+    struct plant_memory *memory = content;
+    const char *wrong = ready(self, values, problem);
+    if (wrong == NULL) {
+        memory->time_s = time_s - memory->began_s;
+        plant_show(&self->plant, memory, values, values[INPUTS]);
+    }
+    return wrong;
+}
+
+static const char *complete(
+    struct model *self, void *content, const double *values, double time_s,
+    char problem[PROBLEM_LENGTH])
+{
+    struct plant_memory *memory = content;
+    const char *wrong = ready(self, values, problem);
+    double now = time_s - memory->began_s;
+    if (wrong == NULL && now > memory->completed_s) {
+        plant_go_on(memory, now - memory->completed_s, values + INPUTS + 1);
+        memory->completed_s = now;
+    }
+    return wrong;
+}
+
+static const struct continuous continuous = {
+    SIZE, offsetof(struct plant_memory, temperatures), machine_nominals, rates, show, complete};
+const struct continuous *const model_continuous = CONTINUOUS ? &continuous : NULL;
 
 void model_restored(struct model *self, const void *content, const double *values)
 {

@@ -35,8 +35,7 @@ void plant_prepare(struct plant *self, const double *parameters, uint32_t seed)
     self->seed = seed;
 }
 
-/* Computes all outputs for the state as it is. */
-static void refresh(
+void plant_show(
     const struct plant *self, struct plant_memory *memory, const double *inputs,
     double tool_length)
 {
@@ -53,9 +52,6 @@ static void refresh(
             shown = rint(rint(shown / resolution) * resolution * 1e9) / 1e9;
         }
         out[i] = shown;
-    }
-    if (self->seed != 0) {
-        memory->drawn += SENSORS;
     }
     for (size_t i = 0; i < AXES; i++) {
         double drift = found[SENSORS + i];
@@ -96,7 +92,7 @@ void plant_start(
     rest(memory, inputs, rises);
     memcpy(memory->temperatures, memory->start, sizeof memory->start);
     equations_first(self->k, inputs, memory->start, memory->states);
-    refresh(self, memory, inputs, tool_length);
+    plant_show(self, memory, inputs, tool_length);
 }
 
 /* The own states of a linear network after a step: a lag follows what is linear between. */
@@ -184,6 +180,49 @@ static const char *linear_advance(
     return problem;
 }
 
+void plant_go_on(struct plant_memory *memory, double step_s, const double offsets[AXES])
+{
+    for (size_t i = 0; i < AXES; i++) {
+        axis_step(&memory->axes[i], offsets[i], step_s);
+    }
+    memory->drawn += SENSORS;
+}
+
+/* The heat that depends on inputs only [W], that from outside included. */
+static void force_of(struct plant *self, const double *inputs, const double *h, double *force)
+{
+    network_at(&self->network, self->k, self->share, inputs);
+    equations_heat(self->k, inputs, h, force);
+    for (int i = 0; i < OUTSIDE; i++) {
+        struct pair pair = machine_outside[i];
+        double outside = inputs[machine_boundaries[pair.other]];
+        force[pair.node] += self->network.outside[i] * outside;
+    }
+}
+
+const char *plant_rates(
+    struct plant *self, const struct plant_memory *memory, const double *inputs,
+    double rates[SIZE])
+{
+    double h[AT_LEAST_ONE(KEPT_OF_INPUTS)], force[NODES], heat[NODES];
+    double given[NODES], own[AT_LEAST_ONE(STATES)];
+    const char *problem = NULL;
+    equations_held(self->k, inputs, h);
+    force_of(self, inputs, h, force);
+    equations_rates(
+        self->network.diagonal, self->network.edges, self->share, memory->temperatures, given);
+    equations_dependent(
+        self->k, inputs, h, memory->temperatures, memory->states, heat, own);
+    for (size_t i = 0; i < NODES; i++) {
+        rates[i] = (force[i] + heat[i]) * self->share[i] - given[i];
+    }
+    memcpy(rates + NODES, own, STATES * sizeof *own);
+    for (size_t i = 0; problem == NULL && i < SIZE; i++) {
+        problem = isfinite(rates[i]) ? NULL : NOT_FINITE;
+    }
+    return problem;
+}
+
 const char *plant_step(
     struct plant *self, struct plant_memory *memory, double step_s, const double *inputs,
     double tool_length, const double offsets[AXES])
@@ -192,14 +231,8 @@ const char *plant_step(
     struct plant_memory next;
     const char *problem = NULL;
     memcpy(&next, memory, sizeof next);
-    network_at(&self->network, self->k, self->share, inputs);
     equations_held(self->k, inputs, h);
-    equations_heat(self->k, inputs, h, force);
-    for (int i = 0; i < OUTSIDE; i++) {
-        struct pair pair = machine_outside[i];
-        double outside = inputs[machine_boundaries[pair.other]];
-        force[pair.node] += self->network.outside[i] * outside;
-    }
+    force_of(self, inputs, h, force);
     if (self->linear) {
         problem = linear_advance(self, step_s, inputs, force, next.temperatures, next.states);
     } else {
@@ -213,10 +246,8 @@ const char *plant_step(
         return problem;
     }
     next.time_s += step_s;
-    for (size_t i = 0; i < AXES; i++) {
-        axis_step(&next.axes[i], offsets[i], step_s);
-    }
-    refresh(self, &next, inputs, tool_length);
+    plant_go_on(&next, step_s, offsets);
+    plant_show(self, &next, inputs, tool_length);
     memcpy(memory, &next, sizeof next);
     return NULL;
 }

@@ -20,6 +20,7 @@ struct plant_memory {
     double time_s;
     double start[NODES], temperatures[NODES], states[AT_LEAST_ONE(STATES)];
     struct axis_state axes[AXES];
+    double began_s, completed_s; /* of model exchange: its clock at the start; time_s of late */
     double part;  /* of a step that error control goes at a time */
     double drawn; /* random numbers */
     double outputs[OUTPUTS];
@@ -53,6 +54,19 @@ void plant_start(
 const char *plant_step(
     struct plant *self, struct plant_memory *memory, double step_s, const double *inputs,
     double tool_length, const double offsets[AXES]);
+
+/* Computes all outputs for the state as it is. */
+void plant_show(
+    const struct plant *self, struct plant_memory *memory, const double *inputs,
+    double tool_length);
+
+/* Computes the rates of temperatures and own states [K/s, 1/s]; what is wrong, NULL for nothing. */
+const char *plant_rates(
+    struct plant *self, const struct plant_memory *memory, const double *inputs,
+    double rates[SIZE]);
+
+/* What is not continuous goes on: axes move, and sensors draw noise anew. */
+void plant_go_on(struct plant_memory *memory, double step_s, const double offsets[AXES]);
 
 /* One step of temperatures and own states where something depends on temperature; see
    dependent.c. What is wrong, NULL for nothing. */

@@ -6,6 +6,7 @@
 #define EARLY 1e-6 /* part of a step by which a host's time may fall short of a point */
 
 const bool model_clock_may_jump = false;
+const struct continuous *const model_continuous = NULL;
 
 struct model {
     char nothing;

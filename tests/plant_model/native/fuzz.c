@@ -3,6 +3,7 @@
    fuzz SEED CALLS: prints how many calls were OK, discarded and refused. Compiled with the FMU's
    sources and sanitizers, which end it at the first fault. */
 #include <math.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -101,6 +102,59 @@ static fmi2Status states(fmi2Component c)
     }
 }
 
+static fmi2Component instance(void)
+{
+    bool exchange = model_continuous != NULL && draw(2);
+    fmi2Type type = exchange ? fmi2ModelExchange : fmi2CoSimulation;
+    return fmi2Instantiate("fuzz", type, model_guid, "", &host, 0, 1);
+}
+
+static fmi2Status exchanges(fmi2Component c)
+{
+    size_t known = model_continuous == NULL ? 0 : model_continuous->count;
+    size_t count = draw(5) ? known : draw((unsigned)known + 2);
+    double *row = malloc((known + 2) * sizeof *row), *given = draw(20) ? row : NULL;
+    fmi2EventInfo info;
+    fmi2Boolean event, end;
+    fmi2Status status = fmi2Error;
+    for (size_t i = 0; i < known + 2; i++) {
+        row[i] = draw(100) ? (double)draw(60) : number();
+    }
+    switch (draw(10)) {
+    case 0:
+        status = fmi2EnterEventMode(c);
+        break;
+    case 1:
+        status = fmi2NewDiscreteStates(c, &info);
+        break;
+    case 2:
+        status = fmi2EnterContinuousTimeMode(c);
+        break;
+    case 3:
+        status = fmi2CompletedIntegratorStep(c, 0, &event, draw(20) ? &end : NULL);
+        break;
+    case 4:
+        status = fmi2SetTime(c, number());
+        break;
+    case 5:
+        status = fmi2SetContinuousStates(c, given, count);
+        break;
+    case 6:
+        status = fmi2GetContinuousStates(c, given, count);
+        break;
+    case 7:
+        status = fmi2GetNominalsOfContinuousStates(c, given, count);
+        break;
+    case 8:
+        status = fmi2GetEventIndicators(c, given, count);
+        break;
+    default:
+        status = fmi2GetDerivatives(c, given, count);
+    }
+    free(row);
+    return status;
+}
+
 static fmi2Status call(fmi2Component *c)
 {
     /* A step of hours goes on in many parts, so few are. */
@@ -124,7 +178,7 @@ static fmi2Status call(fmi2Component *c)
         return fmi2ExitInitializationMode(*c);
     case 9:
         fmi2FreeInstance(*c);
-        *c = fmi2Instantiate("fuzz", fmi2CoSimulation, model_guid, "", &host, 0, 1);
+        *c = instance();
         return fmi2OK;
     case 10:
         return fmi2DoStep(draw(2) ? *c : NULL, number(), step, fmi2True);
@@ -139,6 +193,9 @@ static fmi2Status call(fmi2Component *c)
     if (draw(6) == 0) {
         return states(*c);
     }
+    if (model_continuous != NULL && draw(2)) {
+        return exchanges(*c);
+    }
     fmi2GetRealStatus(*c, fmi2LastSuccessfulTime, &now);
     status = fmi2DoStep(*c, now, step, fmi2True);
     return status;
@@ -148,7 +205,7 @@ int main(int count, char **arguments)
 {
     long calls = count == 3 ? atol(arguments[2]) : 0, seen[3] = {0, 0, 0};
     state = count == 3 ? (unsigned long long)atol(arguments[1]) : 0;
-    fmi2Component c = fmi2Instantiate("fuzz", fmi2CoSimulation, model_guid, "", &host, 0, 1);
+    fmi2Component c = instance();
     for (long k = 0; k < calls; k++) {
         fmi2Status status = call(&c);
         seen[status == fmi2OK ? 0 : status == fmi2Discard ? 1 : 2]++;

@@ -12,8 +12,11 @@ from fmu_packaging.native.build import front
 from fmu_packaging.native.compilers import STRICT, c_files, run_compiler, write_sources
 from plant_model.fmi_slave import variables
 from plant_model.machine_file import read_machine
-from plant_model.native.generate import machine_sources, program, variable_sources
+from plant_model.native.continuous import continuous_variables, is_continuous
+from plant_model.native.equations import equations_of
+from plant_model.native.generate import machine_sources, program, tunable_of, variable_sources
 from tests.patience import PATIENCE_S
+from tests.plant_model.conftest import with_effects
 from tests.plant_model.native.test_twin import with_all_effects
 
 HERE = Path(__file__).resolve().parent
@@ -21,11 +24,20 @@ SANITIZED = ("-g", "-O0", "-fsanitize=address,undefined", "-fno-sanitize-recover
 CALLS = [6_000, pytest.param(60_000, marks=pytest.mark.long)]
 
 
+@pytest.mark.parametrize("whole", [True, False])
 @pytest.mark.parametrize("calls", CALLS)
-def test_fuzzed_calls_are_clean(calls: int, compiler: tuple[str, ...], tmp_path: Path) -> None:
-    machine = with_all_effects(read_machine("jig_borer_lumps"))
-    sources = {**front(2), **program(), **machine_sources(machine)}
-    sources["model_data.c"] = variable_sources(variables(machine), "fuzz", "{0}")
+def test_fuzzed_calls_are_clean(
+    calls: int, whole: bool, compiler: tuple[str, ...], tmp_path: Path
+) -> None:
+    machine = read_machine("jig_borer_lumps")
+    # With all effects it is for co-simulation only.
+    machine = with_all_effects(machine) if whole else with_effects(machine, "radiation")
+    equations = equations_of(machine, tunable_of(machine))
+    assert is_continuous(equations) != whole
+    known = {variable.name: variable for variable in variables(machine)}
+    known |= {} if whole else continuous_variables(machine, equations)
+    sources = {**front(2), **program(), **machine_sources(machine, equations)}
+    sources["model_data.c"] = variable_sources(list(known.values()), "fuzz", "{0}")
     fuzz(sources, calls, compiler, tmp_path)
 
 

@@ -1,0 +1,128 @@
+/* Model exchange: the host integrates the states of a model. */
+#include <math.h>
+#include <string.h>
+
+#include "instance.h"
+
+/* Returns why a call of model exchange cannot be made, NULL if it can. */
+static const char *refusal(const struct instance *self, int32_t first)
+{
+    if (!self->exchange) {
+        return "this instance is for co-simulation";
+    }
+    if (self->memory->phase < first) {
+        return first == INITIALISING ? "the initialisation has not begun"
+                                     : "the initialisation has not ended";
+    }
+    return self->memory->phase == TERMINATED && first >= STEPPING
+               ? "a call after the end of the simulation"
+               : NULL;
+}
+
+/* The same for a row with a value per state. */
+static const char *row_refusal(const struct instance *self, int32_t first, size_t count)
+{
+    const char *problem = refusal(self, first);
+    return problem == NULL && count != model_continuous->count
+               ? "there are not as many values as states"
+               : problem;
+}
+
+static double *states_of(const struct instance *self)
+{
+    return (double *)(void *)((char *)self->content + model_continuous->offset);
+}
+
+const char *instance_enter(struct instance *self, enum phase mode)
+{
+    const char *problem = refusal(self, STEPPING);
+    if (problem == NULL && self->memory->phase == (int32_t)mode) {
+        return "the FMU is in this mode already";
+    }
+    if (problem == NULL) {
+        self->memory->phase = mode;
+    }
+    return problem;
+}
+
+const char *instance_in_event(struct instance *self)
+{
+    const char *problem = refusal(self, STEPPING);
+    return problem == NULL && self->memory->phase != STEPPING ? "the FMU is not in event mode"
+                                                              : problem;
+}
+
+const char *instance_set_time(struct instance *self, double time_s)
+{
+    const char *problem = refusal(self, STEPPING);
+    if (problem == NULL && !isfinite(time_s)) {
+        return "the time is not finite";
+    }
+    if (problem == NULL) {
+        self->memory->time_s = time_s;
+        self->memory->fresh = 0;
+    }
+    return problem;
+}
+
+const char *instance_get_states(struct instance *self, double *states, size_t count)
+{
+    const char *problem = row_refusal(self, INITIALISING, count);
+    problem = problem == NULL ? instance_refresh(self) : problem;
+    if (problem == NULL) {
+        memcpy(states, states_of(self), count * sizeof *states);
+    }
+    return problem;
+}
+
+const char *instance_set_states(struct instance *self, const double *states, size_t count)
+{
+    const char *problem = row_refusal(self, STEPPING, count);
+    if (problem == NULL && self->memory->phase != CONTINUOUS) {
+        return "states are set in continuous-time mode";
+    }
+    if (problem == NULL) {
+        memcpy(states_of(self), states, count * sizeof *states);
+        self->memory->fresh = 0;
+    }
+    return problem;
+}
+
+const char *instance_compute_rates(struct instance *self)
+{
+    const char *problem = self->memory->phase < STEPPING ? instance_refresh(self) : NULL;
+    return problem != NULL ? problem
+                           : model_continuous->rates(
+                               self->model, self->content, self->values, self->rates,
+                               self->problem);
+}
+
+const char *instance_get_rates(struct instance *self, double *rates, size_t count)
+{
+    const char *problem = row_refusal(self, INITIALISING, count);
+    problem = problem == NULL ? instance_compute_rates(self) : problem;
+    if (problem == NULL) {
+        memcpy(rates, self->rates, count * sizeof *rates);
+    }
+    return problem;
+}
+
+const char *instance_get_nominals(struct instance *self, double *nominals, size_t count)
+{
+    const char *problem = row_refusal(self, INITIALISING, count);
+    if (problem == NULL) {
+        memcpy(nominals, model_continuous->nominals, count * sizeof *nominals);
+    }
+    return problem;
+}
+
+const char *instance_complete(struct instance *self)
+{
+    const char *problem = refusal(self, STEPPING);
+    if (problem == NULL) {
+        problem = model_continuous->complete(
+            self->model, self->content, self->values, self->memory->time_s, self->problem);
+        self->memory->fresh = 0;
+    }
+    return problem;
+}

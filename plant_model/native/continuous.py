@@ -1,0 +1,116 @@
+"""A machine's states and their derivatives as variables, for model exchange."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from fmu_packaging.variables import Variable
+from plant_model.effects import catalogue
+from plant_model.fmi_slave import variable_name, variables
+from plant_model.machine import Machine
+from plant_model.native.equations import Equations
+from plant_model.native.trace import Expr
+
+NOMINAL = 20.0  # [degC]
+TIME, TOOL_LENGTH = "time", "tool_length"
+
+
+def is_continuous(equations: Equations) -> bool:
+    """Return whether a solver can integrate all states: none jumps at the end of a step."""
+    return not equations.settling
+
+
+def nominals(equations: Equations) -> list[float]:
+    """Return a typical magnitude of each state: temperatures, then own states."""
+    return [NOMINAL] * len(equations.heat) + [NOMINAL * float(scale) for scale in equations.scales]
+
+
+def note_on_exchange(equations: Equations) -> str:
+    """Return what the FMU's user is told of model exchange: a sentence."""
+    if is_continuous(equations):
+        return f"Also for model exchange, with {len(equations.slopes)} states."
+    jumping = [e.key for e in equations.acting if not set(e.states).isdisjoint(equations.settling)]
+    return (
+        f"Not for model exchange: {', '.join(jumping)} {'switch' if jumping[1:] else 'switches'} "
+        "at the end of a step."
+    )
+
+
+def continuous_variables(machine: Machine, equations: Equations) -> dict[str, Variable]:
+    """Return what model exchange adds to an FMU's variables, by name.
+
+    These are states and derivatives; outputs and derivatives say what they depend on.
+
+    Parameters
+    ----------
+    machine : Machine
+    equations : Equations
+        Its own, all of whose states are continuous.
+    """
+    states = _states(machine, equations)
+    names = {("T", place): state.name for place, state in enumerate(states[: len(machine.nodes)])}
+    names |= {("x", place): state.name for place, state in enumerate(states[len(machine.nodes) :])}
+    names |= {("u", place): entry.name for place, entry in enumerate(machine.inputs)}
+    names |= {("w", 0): TIME, ("w", 1): TOOL_LENGTH}
+
+    def known(cell: Any) -> tuple[str, ...]:
+        return tuple(sorted({names[symbol] for symbol in symbols_of(cell) if symbol in names}))
+
+    derivatives = [
+        Variable(
+            f"der({state.name})",
+            "real",
+            "local",
+            f"Rate of change: {state.description[0].lower()}{state.description[1:]}",
+            unit="K/s" if state.unit == "degC" else "",
+            derivative_of=state.name,
+            depends=known(slope),
+        )
+        for state, slope in zip(states, equations.slopes, strict=True)
+    ]
+    shown = [variable for variable in variables(machine) if variable.is_output]
+    outputs = [
+        replace(variable, depends=known(cell))
+        for variable, cell in zip(shown, _shown(equations), strict=True)
+    ]
+    return {variable.name: variable for variable in (*outputs, *states, *derivatives)}
+
+
+def _states(machine: Machine, equations: Equations) -> list[Variable]:
+    told = [
+        (f"nodes.{node.name}.temperature", f"Temperature of the lump {node.name}", "degC")
+        for node in machine.nodes
+    ]
+    for effect in equations.acting:
+        names = catalogue()[effect.key.partition(":")[0]].states
+        told += [
+            (f"effects.{effect.key}.{name}", f"Own state {name} of the effect {effect.key}", "")
+            for name in names
+        ]
+    return [
+        Variable(variable_name(name), "real", "local", text, unit=unit, nominal=nominal)
+        for (name, text, unit), nominal in zip(told, nominals(equations), strict=True)
+    ]
+
+
+def _shown(equations: Equations) -> list[Any]:
+    """Return what each output follows at once; offsets move when a solver's step has ended."""
+    sensors, drift = equations.outputs[:-3], equations.outputs[-3:]
+    return [*sensors, *(cell for axis in drift for cell in (axis, 0.0, axis))]
+
+
+def symbols_of(cell: Any) -> set[tuple[str, int]]:
+    """Return the symbols, each a row and a place, that a cell depends on."""
+    waiting = [cell]
+    seen, found = set[Expr](), set[tuple[str, int]]()
+    while waiting:
+        now = waiting.pop()
+        if not isinstance(now, Expr) or now in seen:
+            continue
+        seen.add(now)
+        if now.op == "symbol":
+            found.add(now.args)
+        else:
+            waiting += now.args
+    return found

@@ -1,0 +1,222 @@
+"""Model exchange with the plant's C FMU: beside its co-simulation, and what is refused."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import fmpy
+import pytest
+from fmpy.validation import validate_fmu
+
+from fmu_packaging.native.build import Fmi, native_package
+from fmu_packaging.native.compilers import compilers
+from gap_finder.keys import driver_keys
+from plant_model.effects import catalogue
+from plant_model.machine import Machine
+from plant_model.machine_file import read_machine
+from plant_model.native.build import native_plant
+from plant_model.native.equations import equations_of
+from scenarios.building import plant_recipe
+from tests.fmu_packaging.apart import apart
+from tests.plant_model.conftest import with_effects
+
+MACHINES = ("jig_borer", "jig_borer_lumps", "lathe", "effects")
+WITHIN = 2e-4  # [K, um]; error control of the co-simulation takes 1e-4 K
+
+
+def machine_of(name: str) -> Machine:
+    """Return a shipped machine, or one with every effect whose own states are continuous."""
+    if name != "effects":
+        return read_machine(name)
+    machine = read_machine("jig_borer_lumps")
+    effects = {key: law for key, law in catalogue().items() if key not in machine.effects}
+    keys = [key for law in effects.values() for key in driver_keys(machine, law)]
+    full = with_effects(machine, *keys)
+    equations = equations_of(full, [])
+    settling = set(equations.settling)
+    jumping = {entry.key for entry in equations.acting if settling & set(entry.states)}
+    assert jumping
+    kept = {key: group for key, group in full.effects.items() if key not in jumping}
+    assert len(kept) > 30
+    return replace(full, effects=kept)
+
+
+@pytest.fixture(scope="module")
+def fmu_of(tmp_path_factory: pytest.TempPathFactory) -> Callable[[Machine, Fmi], Path]:
+    """Builds the C FMU of a machine."""
+    folder = tmp_path_factory.mktemp("exchange")
+
+    def build(machine: Machine, fmi: Fmi) -> Path:
+        path = folder / f"{machine.name}_{len(machine.effects)}_{fmi}.fmu"
+        if not path.exists():
+            recipe, _ = plant_recipe(machine, "plant_native")
+            package = native_package(recipe, native_plant(recipe), compilers()[:1], fmi)
+            path.write_bytes(package.zipped())
+        return path
+
+    return build
+
+
+RUN = """
+import numpy as np
+from fmpy import simulate_fmu
+description = fmpy.read_model_description(sys.argv[1])
+shown = [v.name for v in description.modelVariables if v.causality in ("output", "local")]
+given = dict(dX=30.0, dZ=-20.0, tool_length=100.0)
+times = np.repeat([0.0, 1200.0, 2400.0, 3600.0], 2)[1:-1]
+inputs = np.array(list(zip(times, np.repeat([4000.0, 0.0, 3000.0], 2))),
+                  dtype=[("time", float), ("speed", float)])
+def run(kind):
+    return simulate_fmu(sys.argv[1], fmi_type=kind, solver="CVode", stop_time=3600.0,
+                        output_interval=60.0, relative_tolerance=1e-8, input=inputs,
+                        start_values=given, output=shown, record_events=False)
+one, other = run("CoSimulation"), run("ModelExchange")
+assert list(one["time"]) == list(other["time"])
+# Where the speed changes, outputs follow at once in model exchange, after a step otherwise.
+held = one["time"] % 1200.0 > 0.0
+apart = {n: float(np.abs(one[n] - other[n])[held].max()) for n in shown if n[:4] != "der("}
+show([max(apart.values()), float(np.ptp(one["drift_Z"])), float(other["offset_X"][-1])])
+"""
+
+
+@pytest.mark.parametrize("fmi", [2, 3])
+@pytest.mark.parametrize("name", MACHINES)
+def test_a_solver_gives_the_numbers_of_the_co_simulation(
+    name: str, fmi: Fmi, fmu_of: Callable[[Machine, Fmi], Path]
+) -> None:
+    path = fmu_of(machine_of(name), fmi)
+    assert validate_fmu(str(path)) == []
+    worst, moved, offset = apart(RUN, path)
+    assert moved > 0.5
+    assert worst < WITHIN
+    assert offset == 30.0
+
+
+OPENED = """
+from fmpy.fmi2 import FMU2Model
+from fmpy.fmi3 import FMU3Model
+import ctypes
+description = fmpy.read_model_description(sys.argv[1])
+exchange = description.modelExchange or description.coSimulation
+two = description.fmiVersion == "2.0"
+def opened():
+    kind = FMU2Model if two else FMU3Model
+    fmu = kind(guid=description.guid, unzipDirectory=folder, instanceName="one",
+               modelIdentifier=exchange.modelIdentifier)
+    if two:
+        fmu.instantiate(callbacks=callbacks, loggingOn=True)
+    else:
+        def log(environment, status, category, message):
+            messages.append([status, message.decode()])
+        fmu.instantiate(loggingOn=True, logMessage=log)
+    return fmu
+folder = fmpy.extract(sys.argv[1])
+names = {v.name: v for v in description.modelVariables}
+states = description.numberOfContinuousStates
+def row(count=states):
+    return (ctypes.c_double * count)()
+def initialised():
+    fmu = opened()
+    if two:
+        fmu.setupExperiment(startTime=100.0)
+    fmu.enterInitializationMode(**({} if two else dict(startTime=100.0)))
+    fmu.exitInitializationMode()
+    return fmu
+def get(fmu, name):
+    return (fmu.getReal if two else fmu.getFloat64)([names[name].valueReference])[0]
+def set_(fmu, name, value):
+    (fmu.setReal if two else fmu.setFloat64)([names[name].valueReference], [value])
+def rates(fmu, values, count=states):
+    (fmu.getDerivatives if two else fmu.getContinuousStateDerivatives)(values, count)
+"""
+
+CALLS = """
+fmu = opened()
+x, dx = row(), row()
+first = next(n for n in names if n.endswith(".temperature"))
+said = [status_of(fmu.enterContinuousTimeMode), status_of(fmu.getContinuousStates, x, states)]
+fmu = initialised()
+said += [status_of(fmu.setContinuousStates, x, states), status_of(fmu.enterEventMode)]
+fmu.enterContinuousTimeMode()
+said += [status_of(fmu.getContinuousStates, x, states + 1), status_of(fmu.setTime, float("nan"))]
+said += [status_of(fmu.newDiscreteStates if two else fmu.updateDiscreteStates)]
+said += [status_of(set_, fmu, first, 30.0), status_of(set_, fmu, "sources.motor.loss", 30.0)]
+said += [status_of(fmu.getEventIndicators, x, 1)]
+set_(fmu, "speed", 1e6)
+said += [status_of(rates, fmu, dx)]
+set_(fmu, "speed", 9000.0)
+assert 3 == said[0] and set(said) == {3}, said
+fmu.getContinuousStates(x, states)
+before, value = list(x), get(fmu, first)
+state = fmu.getFMUState() if not two else fmu.getFMUstate()
+x[0] += 5.0
+fmu.setContinuousStates(x, states)
+moved = get(fmu, first) - value
+(fmu.setFMUstate if two else fmu.setFMUState)(state)
+fmu.getContinuousStates(x, states)
+rates(fmu, dx)
+fmu.terminate()
+said = [status_of(rates, fmu, dx), status_of(fmu.setTime, 0.0)]
+show([moved, list(x) == before, get(fmu, f"der({first})") == dx[0], said, len(messages)])
+"""
+
+
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_calls_out_of_place_are_refused_and_a_state_comes_back(
+    fmi: Fmi, fmu_of: Callable[[Machine, Fmi], Path]
+) -> None:
+    found = apart(OPENED + CALLS, fmu_of(read_machine("jig_borer_lumps"), fmi))
+    assert found == [pytest.approx(5.0), True, True, [0, 3], 12]
+
+
+NOISY = """
+fmu = opened()
+fmu.setupExperiment(startTime=0.0)
+fmu.setInteger([names["noise_seed"].valueReference], [3])
+fmu.enterInitializationMode()
+fmu.exitInitializationMode()
+fmu.enterContinuousTimeMode()
+shown = [get(fmu, "T1")]
+fmu.setTime(0.5)
+set_(fmu, "dX", 30.0)
+shown += [get(fmu, "T1"), get(fmu, "offset_X")]
+fmu.completedIntegratorStep()
+show([*shown, get(fmu, "T1"), get(fmu, "offset_X")])
+"""
+
+
+def test_noise_and_offsets_go_on_when_a_step_has_ended(
+    fmu_of: Callable[[Machine, Fmi], Path],
+) -> None:
+    first, within, offset, after, moved = apart(
+        OPENED + NOISY, fmu_of(read_machine("jig_borer_lumps"), 2)
+    )
+    assert first == within != after
+    assert (offset, moved) == (0.0, pytest.approx(0.5))
+
+
+def test_what_switches_is_for_co_simulation_only(
+    fmu_of: Callable[[Machine, Fmi], Path],
+) -> None:
+    machine = with_effects(read_machine("jig_borer_lumps"), "chiller")
+    recipe, _ = plant_recipe(machine, "plant_native")
+    assert "Not for model exchange: chiller switches" in native_plant(recipe).note
+    path = fmu_of(machine, 2)
+    described = fmpy.read_model_description(str(path))
+    assert described.modelExchange is None
+    assert described.numberOfContinuousStates == 0
+    said: Any = apart(
+        OPENED
+        + """
+try:
+    opened()
+    show("taken")
+except Exception:
+    show(messages[-1][1])
+""",
+        path,
+    )
+    assert "this FMU is for co-simulation" in said
