@@ -18,15 +18,15 @@ CAPABILITIES = {
     "canNotUseMemoryManagementFunctions": "true",
     "canGetAndSetFMUstate": "true",
     "canSerializeFMUstate": "true",
-    "providesDirectionalDerivative": "false",
 }
 KINDS = {
-    "ModelExchange": {},
+    "ModelExchange": {"providesDirectionalDerivative": "true"},
     "CoSimulation": {
         "canHandleVariableCommunicationStepSize": "true",
         "canInterpolateInputs": "false",
         "maxOutputDerivativeOrder": "0",
         "canRunAsynchronuously": "false",
+        "providesDirectionalDerivative": "false",
     },
 }
 """What an FMU may be for, and what it can do there beside `CAPABILITIES`."""

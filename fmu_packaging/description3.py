@@ -39,7 +39,11 @@ CAPABILITIES = {
     "canBeInstantiatedOnlyOncePerProcess": "false",
 }
 KINDS = {
-    "ModelExchange": {"needsCompletedIntegratorStep": "true"},
+    "ModelExchange": {
+        "needsCompletedIntegratorStep": "true",
+        "providesDirectionalDerivatives": "true",
+        "providesAdjointDerivatives": "true",
+    },
     "CoSimulation": {"canHandleVariableCommunicationStepSize": "true", "hasEventMode": "false"},
 }
 

@@ -9,8 +9,10 @@ from fmu_packaging.variables import Variable
 from plant_model.effects import catalogue
 from plant_model.fmi_slave import variable_name, variables
 from plant_model.machine import Machine
+from plant_model.native.derive import backward, forward
 from plant_model.native.equations import Equations
 from plant_model.native.trace import Expr
+from plant_model.stepper import AXES
 
 NOMINAL = 20.0  # [degC]
 TIME, TOOL_LENGTH = "time", "tool_length"
@@ -24,6 +26,21 @@ def is_continuous(equations: Equations) -> bool:
 def nominals(equations: Equations) -> list[float]:
     """Return a typical magnitude of each state: temperatures, then own states."""
     return [NOMINAL] * len(equations.heat) + [NOMINAL * float(scale) for scale in equations.scales]
+
+
+def derivatives_of(equations: Equations) -> dict[str, list[Any]]:
+    """Return the derivatives of rates and outputs by inputs and states, forward and backward.
+
+    Among the known the inputs come first, then the tool's length, the offsets (on which nothing
+    depends at once) and the states.
+    """
+    cells = [*equations.slopes, *shown(equations)]
+    inputs, nodes = equations.input_count, len(equations.heat)
+    given = inputs + 1 + len(AXES)
+    knowns = {("u", place): place for place in range(inputs)} | {("w", 1): inputs}
+    knowns |= {("T", place): given + place for place in range(nodes)}
+    knowns |= {("x", place): given + nodes + place for place in range(len(equations.scales))}
+    return {"forward": forward(cells, knowns), "backward": backward(cells, knowns)}
 
 
 def note_on_exchange(equations: Equations) -> str:
@@ -69,10 +86,10 @@ def continuous_variables(machine: Machine, equations: Equations) -> dict[str, Va
         )
         for state, slope in zip(states, equations.slopes, strict=True)
     ]
-    shown = [variable for variable in variables(machine) if variable.is_output]
+    outputs = [variable for variable in variables(machine) if variable.is_output]
     outputs = [
         replace(variable, depends=known(cell))
-        for variable, cell in zip(shown, _shown(equations), strict=True)
+        for variable, cell in zip(outputs, shown(equations), strict=True)
     ]
     return {variable.name: variable for variable in (*outputs, *states, *derivatives)}
 
@@ -94,7 +111,7 @@ def _states(machine: Machine, equations: Equations) -> list[Variable]:
     ]
 
 
-def _shown(equations: Equations) -> list[Any]:
+def shown(equations: Equations) -> list[Any]:
     """Return what each output follows at once; offsets move when a solver's step has ended."""
     sensors, drift = equations.outputs[:-3], equations.outputs[-3:]
     return [*sensors, *(cell for axis in drift for cell in (axis, 0.0, axis))]

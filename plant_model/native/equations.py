@@ -100,6 +100,7 @@ class Equations:
     decay, time_constants, scales : own states
     target, settled, first : own states
     outputs : sensors, then drift in X, Y, Z
+    input_count : int
     levels : inputs, by place, that conductances depend on
     one_way : bool
         Whether heat flows one way between nodes.
@@ -121,6 +122,7 @@ class Equations:
     settled: Cells
     first: Cells
     outputs: Cells
+    input_count: int
     levels: list[int]
     one_way: bool
     lagging: list[int]
@@ -211,6 +213,7 @@ class _Tracer:
             settled=_flat(network.settled(self.inputs, at_end, states)),
             first=_flat(network.start_states(at_end, self.inputs)),
             outputs=self._outputs(slices),
+            input_count=len(self.names),
             levels=[self.names.index(name) for name in network.conductance_inputs],
             one_way=bool(network.one_way),
             lagging=self._of_kind(slices, "lags"),

@@ -11,7 +11,7 @@ import numpy as np
 from fmu_packaging.variables import Variable
 from plant_model.fmi_slave import start_sensors
 from plant_model.machine import Machine
-from plant_model.native.continuous import is_continuous, nominals
+from plant_model.native.continuous import derivatives_of, is_continuous, nominals
 from plant_model.native.emit import Stage, function, stage_function
 from plant_model.native.equations import Equations, equations_of
 from plant_model.native.trace import Expr, literal
@@ -150,6 +150,11 @@ def _functions(equations: Equations) -> tuple[list[str], int, int]:
             first,
         ),
     ]
+    for name, found in derivatives_of(equations).items():
+        head = f"void equations_{name}({k}, {u}, {rows}, const double *s, const double *w, "
+        made.append(
+            function(f"{head}const double *d, double *found)", _places([("found", found)]), first)
+        )
     made.append(stage_function(f"void equations_held({k}, {u}, double *h)", of_inputs, first))
     made.append(
         stage_function("void equations_prepare(const double *p, double *k)", of_parameters, [])

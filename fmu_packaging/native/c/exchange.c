@@ -126,3 +126,47 @@ const char *instance_complete(struct instance *self)
     }
     return problem;
 }
+
+const char *instance_begin_derivatives(struct instance *self)
+{
+    const char *problem = refusal(self, STEPPING);
+    for (int i = 0; problem == NULL && i < 2; i++) {
+        memset(self->sides[i], 0, model_continuous->places[i] * sizeof(double));
+    }
+    return problem;
+}
+
+static const char *find_place(enum side side, size_t ref, size_t *place)
+{
+    *place = ref < model_variable_count ? model_continuous->place(side, ref) : NONE;
+    return *place != NONE ? NULL
+           : side == KNOWN ? "derivatives are by inputs and states"
+                           : "derivatives are of outputs and derivatives of states";
+}
+
+const char *instance_seed(struct instance *self, enum side side, size_t ref, double seed)
+{
+    size_t place;
+    const char *problem = find_place(side, ref, &place);
+    if (problem == NULL) {
+        self->sides[side][place] += seed;
+    }
+    return problem;
+}
+
+const char *instance_derive(struct instance *self, enum side from)
+{
+    double *const *sides = self->sides;
+    return model_continuous->derive(
+        self->model, self->content, self->values, from, sides[from], sides[1 - from],
+        self->problem);
+}
+
+const char *instance_get_derivative(
+    const struct instance *self, enum side side, size_t ref, double *found)
+{
+    size_t place;
+    const char *problem = find_place(side, ref, &place);
+    *found = problem == NULL ? self->sides[side][place] : NAN;
+    return problem;
+}

@@ -41,4 +41,25 @@ FMI(Status) FMI(CompletedIntegratorStep)(
     return outcome(self, instance_complete(self->instance));
 }
 
+/* Derives from seeds of one side's variables to the other side's. */
+static FMI(Status) derive(
+    struct component *self, enum side from, const FMI(ValueReference) refs[], size_t count,
+    const double seeds[], const FMI(ValueReference) others[], size_t other_count, double found[])
+{
+    enum side to = from == KNOWN ? UNKNOWN : KNOWN;
+    if (incomplete(self, count == 0 || (refs != NULL && seeds != NULL) ? self : NULL)
+        || incomplete(self, other_count == 0 || (others != NULL && found != NULL) ? self : NULL)) {
+        return FMI(Error);
+    }
+    const char *problem = instance_begin_derivatives(self->instance);
+    for (size_t i = 0; problem == NULL && i < count; i++) {
+        problem = instance_seed(self->instance, from, refs[i], seeds[i]);
+    }
+    problem = problem == NULL ? instance_derive(self->instance, from) : problem;
+    for (size_t i = 0; problem == NULL && i < other_count; i++) {
+        problem = instance_get_derivative(self->instance, to, others[i], &found[i]);
+    }
+    return outcome(self, problem);
+}
+
 #endif

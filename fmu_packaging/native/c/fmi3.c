@@ -219,6 +219,22 @@ ROWS(String, fmi3String, STRING, const char *, instance_get_string, instance_set
 
 #include "exchange.h"
 
+#define DERIVE(NAME, SIDE, FROM, TO)                                                          \
+    fmi3Status NAME(                                                                          \
+        fmi3Instance c, const fmi3ValueReference unknown[], size_t unknown_count,             \
+        const fmi3ValueReference known[], size_t known_count, const fmi3Float64 seeds[],      \
+        size_t seed_count, fmi3Float64 found[], size_t found_count)                           \
+    {                                                                                         \
+        const char *problem = "there are not as many values as value references";             \
+        if (incomplete(c, c) || seed_count != FROM##_count || found_count != TO##_count) {    \
+            return outcome(c, problem);                                                       \
+        }                                                                                     \
+        return derive(c, SIDE, FROM, FROM##_count, seeds, TO, TO##_count, found);             \
+    }
+
+DERIVE(fmi3GetDirectionalDerivative, KNOWN, known, unknown)
+DERIVE(fmi3GetAdjointDerivative, UNKNOWN, unknown, known)
+
 fmi3Status fmi3UpdateDiscreteStates(
     fmi3Instance c, fmi3Boolean *update_needed, fmi3Boolean *terminate,
     fmi3Boolean *nominals_changed, fmi3Boolean *values_changed, fmi3Boolean *next_defined,

@@ -38,20 +38,6 @@ CHANGE_MODE(fmi3ExitConfigurationMode)
 CHANGE_MODE(fmi3EvaluateDiscreteStates)
 CHANGE_MODE(fmi3EnterStepMode)
 
-#define DERIVE(name)                                                                               \
-    fmi3Status name(                                                                               \
-        fmi3Instance c, const fmi3ValueReference unknowns[], size_t unknown_count,                 \
-        const fmi3ValueReference knowns[], size_t known_count, const fmi3Float64 seed[],           \
-        size_t seed_count, fmi3Float64 sensitivity[], size_t sensitivity_count)                    \
-    {                                                                                              \
-        (void)c, (void)unknowns, (void)unknown_count, (void)knowns, (void)known_count, (void)seed; \
-        (void)seed_count, (void)sensitivity, (void)sensitivity_count;                              \
-        return fmi3Error;                                                                          \
-    }
-
-DERIVE(fmi3GetDirectionalDerivative)
-DERIVE(fmi3GetAdjointDerivative)
-
 fmi3Instance fmi3InstantiateScheduledExecution(
     fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible,
     fmi3Boolean logging, fmi3InstanceEnvironment environment, fmi3LogMessageCallback log,

@@ -28,6 +28,7 @@ struct instance {
     double *values;     /* by value reference */
     void *content;      /* of the model */
     double *rates;      /* of its states, as they were last computed */
+    double *sides[2];   /* of derivatives: seeds and what is found */
     bool exchange;      /* for model exchange */
     char text[PROBLEM_LENGTH], problem[PROBLEM_LENGTH];
 };
@@ -64,6 +65,13 @@ const char *instance_get_rates(struct instance *self, double *rates, size_t coun
 const char *instance_get_nominals(struct instance *self, double *nominals, size_t count);
 const char *instance_complete(struct instance *self);  /* a solver's step has ended */
 const char *instance_in_event(struct instance *self);  /* that it is in event mode */
+/* Directional derivatives: begin, seed variables of a side, derive, and get those of the other. */
+const char *instance_begin_derivatives(struct instance *self);
+const char *instance_seed(struct instance *self, enum side side, size_t ref, double seed);
+const char *instance_derive(struct instance *self, enum side from);
+const char *instance_get_derivative(
+    const struct instance *self, enum side side, size_t ref, double *found);
+
 /* Computes the rates of the states. */
 const char *instance_compute_rates(struct instance *self);
 

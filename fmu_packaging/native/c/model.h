@@ -54,6 +54,8 @@ const char *model_step(
 /* Takes note that another content has come, with the values that belong to it. */
 void model_restored(struct model *self, const void *content, const double *values);
 
+enum side { KNOWN, UNKNOWN };
+
 /* What model exchange needs of a model whose states are all continuous. Its functions say what is
    wrong, NULL for nothing. */
 struct continuous {
@@ -67,6 +69,14 @@ struct continuous {
     const char *(*show)(
         struct model *self, void *content, const double *values, double time_s,
         char problem[PROBLEM_LENGTH]);
+    /* Derivatives by what is known (inputs, states) of what is not (outputs, rates): forward a
+       direction among the known gives how the unknown change; backward weights of the unknown
+       give how their sum changes with each known. */
+    size_t places[2]; /* how many of each side there are */
+    size_t (*place)(enum side side, size_t ref); /* of a variable among them; NONE: not there */
+    const char *(*derive)(
+        struct model *self, const void *content, const double *values, enum side from,
+        const double *seeds, double *found, char problem[PROBLEM_LENGTH]);
     /* A solver's step has ended at a time: what is not continuous, and moves no state, goes on. */
     const char *(*complete)(
         struct model *self, void *content, const double *values, double time_s,

@@ -94,6 +94,14 @@ void equations_heat(const double *k, const double *u, const double *h, double *h
 void equations_dependent(
     const double *k, const double *u, const double *h, const double *T, const double *x,
     double *heat, double *rates);
+/* Derivatives of rates and outputs by inputs, tool_length, offsets and states, the
+   direction or weights in d. */
+void equations_forward(
+    const double *k, const double *u, const double *T, const double *x, const double *s,
+    const double *w, const double *d, double *found);
+void equations_backward(
+    const double *k, const double *u, const double *T, const double *x, const double *s,
+    const double *w, const double *d, double *found);
 void equations_target(const double *k, const double *u, const double *T, double *target);
 void equations_settled(
     const double *k, const double *u, const double *T, const double *x, double *settled);

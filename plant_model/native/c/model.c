@@ -9,6 +9,7 @@
 
 #define FIRST_PARAMETER (model_ports.noise_seed)
 #define PARAMETERS (1 + RISES + TUNABLE)
+#define GIVEN (INPUTS + 1 + AXES) /* inputs, tool_length, offsets */
 
 const bool model_clock_may_jump = false;
 
@@ -82,7 +83,7 @@ const char *model_start(
     (void)time_s;
     const char *wrong = look(values, FIRST_PARAMETER, PARAMETERS, problem);
     if (wrong == NULL) {
-        wrong = look(values, 0, INPUTS + 1 + AXES, problem);
+        wrong = look(values, 0, GIVEN, problem);
     }
     if (wrong == NULL) {
         make(self, values);
@@ -98,7 +99,7 @@ const char *model_start(
    from now on. What is wrong, NULL for nothing. */
 static const char *ready(struct model *self, const double *values, char problem[PROBLEM_LENGTH])
 {
-    const char *wrong = look(values, 0, INPUTS + 1 + AXES, problem);
+    const char *wrong = look(values, 0, GIVEN, problem);
     if (wrong == NULL && !same_parameters(self, values)) {
         wrong = look(values, FIRST_PARAMETER, PARAMETERS, problem);
     }
@@ -155,8 +156,45 @@ static const char *complete(
     return wrong;
 }
 
+/* The known are what can be set between steps, then the states; the unknown rates, then outputs. */
+static size_t place(enum side side, size_t ref)
+{
+    const struct variable *variable = &model_variables[ref];
+    size_t outputs = offsetof(struct plant_memory, outputs);
+    size_t states = offsetof(struct plant_memory, temperatures), offset = variable->offset;
+    if (side == KNOWN) {
+        bool is_state = variable->causality == OUTPUT && offset < outputs;
+        return ref < GIVEN ? ref : is_state ? GIVEN + (offset - states) / sizeof(double) : NONE;
+    }
+    if (variable->causality == DERIVATIVE) {
+        return offset;
+    }
+    return variable->causality == OUTPUT && offset >= outputs
+               ? SIZE + (offset - outputs) / sizeof(double)
+               : NONE;
+}
+
+static const char *derive(
+    struct model *self, const void *content, const double *values, enum side from,
+    const double *seeds, double *found, char problem[PROBLEM_LENGTH])
+{
+    const struct plant_memory *memory = content;
+    const double at[] = {memory->time_s, values[INPUTS]};
+    const char *wrong = ready(self, values, problem);
+    if (wrong == NULL) {
+        (from == KNOWN ? equations_forward : equations_backward)(
+            self->plant.k, values, memory->temperatures, memory->states, memory->start, at, seeds,
+            found);
+    }
+    for (size_t i = 0; wrong == NULL && i < (from == KNOWN ? SIZE + OUTPUTS : GIVEN + SIZE); i++) {
+        wrong = isfinite(found[i]) ? NULL : "a derivative is not finite";
+    }
+    return wrong;
+}
+
 static const struct continuous continuous = {
-    SIZE, offsetof(struct plant_memory, temperatures), machine_nominals, rates, show, complete};
+    SIZE, offsetof(struct plant_memory, temperatures), machine_nominals, rates, show,
+    {GIVEN + SIZE, SIZE + OUTPUTS}, place, derive, complete};
 const struct continuous *const model_continuous = CONTINUOUS ? &continuous : NULL;
 
 void model_restored(struct model *self, const void *content, const double *values)

@@ -120,7 +120,7 @@ static fmi2Status exchanges(fmi2Component c)
     for (size_t i = 0; i < known + 2; i++) {
         row[i] = draw(100) ? (double)draw(60) : number();
     }
-    switch (draw(10)) {
+    switch (draw(11)) {
     case 0:
         status = fmi2EnterEventMode(c);
         break;
@@ -148,6 +148,14 @@ static fmi2Status exchanges(fmi2Component c)
     case 8:
         status = fmi2GetEventIndicators(c, given, count);
         break;
+    case 9: {
+        unsigned all = (unsigned)model_variable_count + 2;
+        fmi2ValueReference unknown[] = {draw(all), all - 3}, known[] = {draw(8), draw(all)};
+        double change[2];
+        unsigned one = 1 + (draw(4) == 0);
+        status = fmi2GetDirectionalDerivative(c, unknown + 2 - one, one, known, one, given, change);
+        break;
+    }
     default:
         status = fmi2GetDerivatives(c, given, count);
     }

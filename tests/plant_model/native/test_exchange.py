@@ -220,3 +220,78 @@ except Exception:
         path,
     )
     assert "this FMU is for co-simulation" in said
+
+
+DERIVED = """
+import numpy as np
+fmu = initialised()
+fmu.enterContinuousTimeMode()
+unknowns = [v for v in description.modelVariables
+            if v.causality == "output" or v.derivative is not None]
+of_state = [v.derivative for v in unknowns if v.derivative is not None]
+inputs = [v for v in description.modelVariables if v.causality == "input"]
+knowns = [*inputs, *of_state]
+refs = [[v.valueReference for v in side] for side in (unknowns, knowns)]
+rng = np.random.default_rng(4)
+speed = float(sys.argv[2])
+for v in inputs:
+    # Off the ends of the ranges.
+    set_(fmu, v.name, float(v.start) or float(v.nominal))
+set_(fmu, "speed", speed)
+fmu.setTime(5000.0)
+start = row()
+fmu.getContinuousStates(start, states)
+start = np.array(start) + rng.uniform(0.5, 9.0, states)
+own = np.array([v.name.startswith("effects.") for v in of_state])
+start[own] = rng.uniform(0.1, 0.4, own.sum())
+def values(states_now):
+    fmu.setContinuousStates((ctypes.c_double * states)(*states_now), states)
+    return np.array((fmu.getReal if two else fmu.getFloat64)(refs[0]))
+def moved(place, by):
+    if place >= len(inputs):
+        return values(start + by * (np.arange(states) == place - len(inputs)))
+    before = get(fmu, inputs[place].name)
+    set_(fmu, inputs[place].name, before + by)
+    found = values(start)
+    set_(fmu, inputs[place].name, before)
+    return found
+def slope(place, h=1e-3):
+    near, far = (moved(place, by) - moved(place, -by) for by in (h, 2 * h))
+    return (8 * near - far) / (12 * h)
+first = len(inputs) if speed == 0.0 else 0
+by_differences = np.array([slope(k) for k in range(first, len(knowns))]).T
+values(start)
+forward = np.array([fmu.getDirectionalDerivative(refs[0], [k], [1.0]) for k in refs[1]]).T
+worst = np.abs(forward[:, first:] - by_differences) / (1e-3 + np.abs(by_differences))
+said = [float(worst.max()), int((forward != 0.0).sum()), bool(np.isfinite(forward).all())]
+declared = {u.variable.name: u.dependencies for u in
+            [*description.outputs, *description.derivatives]}
+told = np.array([[k in declared[u.name] for k in knowns] for u in unknowns])
+said.append(bool((told | (forward == 0.0)).all()))
+if not two:
+    weights = rng.normal(size=len(unknowns))
+    back = np.array(fmu.getAdjointDerivative(refs[0], refs[1], weights.tolist(), len(knowns)))
+    expected = weights @ forward
+    size = 1e-12 + np.abs(weights) @ np.abs(forward)
+    said.append(float((np.abs(back - expected) / size).max()))
+mistaken = [(refs[1][:1], refs[1][:1]), (refs[0][:1], refs[0][:1]), ([99999], refs[1][:1])]
+said.append([status_of(fmu.getDirectionalDerivative, u, k, [1.0]) for u, k in mistaken])
+show(said)
+"""
+
+
+@pytest.mark.parametrize("speed", [3000.0, 0.0])
+@pytest.mark.parametrize("fmi", [2, 3])
+@pytest.mark.parametrize("name", MACHINES)
+def test_derivatives_are_those_of_differences_and_declared(
+    name: str, fmi: Fmi, speed: float, fmu_of: Callable[[Machine, Fmi], Path]
+) -> None:
+    worst, count, finite, declared, *adjoint, mistaken = apart(
+        OPENED + DERIVED, fmu_of(machine_of(name), fmi), speed
+    )
+    assert finite
+    assert declared
+    assert count > 100
+    assert worst < 1e-5
+    assert all(apart_by < 1e-12 for apart_by in adjoint)
+    assert mistaken == [3, 3, 3]
