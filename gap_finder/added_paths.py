@@ -6,6 +6,9 @@ the modes of the machine as it stands a flow that is one unknown number. With y 
 a step the rest is exact, and a step costs as many operations as there are parts, where the modes of
 every changed machine would cost their cube. A path to a mass that nothing else touches is the same
 with one more number, the mass's own temperature.
+
+What depends on temperature, and own states, are linear about the course without the path: they add
+J D, the same J for all paths. The answers are for small changes then; they only propose.
 """
 
 from __future__ import annotations
@@ -15,8 +18,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gap_finder.linearise import TOLERANCE
+from gap_finder.linearise import TOLERANCE, in_its_run
 from gap_finder.observations import Observations
+from plant_model.drive import Drive
+from plant_model.effects import Effect
 from plant_model.effects.stirred_film import share_of_motion
 from plant_model.integrate import Modes, phi
 from plant_model.machine import Machine
@@ -30,8 +35,8 @@ from plant_model.trajectory import conductances_at, levels_on
 AT_ONCE = 512
 """Paths that are stepped together; more only fill memory."""
 
-ON_SURFACES = ("forced_convection", "natural_convection", "radiation")
-"""Effects that act on every surface, a new one included."""
+DIFFERENCE = 0.1
+"""Step of the numerical derivative by a temperature, or what counts like one [K]."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +66,7 @@ def path_answers(
     machine: Machine,
     observed: Observations,
     paths: Sequence[AddedPath],
-) -> list[FloatArray] | None:
+) -> list[FloatArray]:
     """Return what paths change in a run, weighted, each (sizes, N).
 
     Parameters
@@ -70,21 +75,12 @@ def path_answers(
     observed : Observations
     paths : sequence of AddedPath
         With as many sizes each.
-
-    Returns
-    -------
-    list of array, or None
-        None where something depends on temperature, follows late or acts on every surface: then
-        there is no way around simulating each.
     """
-    values = Values(machine.parameters)
-    network = Network(machine, values, effects_in_force(machine, values))
-    late = bool(network.state_count or observed.own or observed.absent)
-    if late or not network.linear or machine.effects.keys() & set(ON_SURFACES):
-        return None
-    stepped = _Stepped(machine, network, observed)
+    if not paths:
+        return []
+    stepped = _Stepped(machine, observed)
     found: list[FloatArray] = []
-    per_turn = max(1, AT_ONCE // len(paths[0].sizes)) if paths else 1
+    per_turn = max(1, AT_ONCE // len(paths[0].sizes))
     for start in range(0, len(paths), per_turn):
         found += stepped.answers(paths[start : start + per_turn])
     return found
@@ -93,20 +89,39 @@ def path_answers(
 class _Stepped:
     """One run of a machine on its grid, and the modes of every level of its inputs."""
 
-    def __init__(self, machine: Machine, network: Network, observed: Observations) -> None:
-        self.machine, self.observed = machine, observed
+    def __init__(self, machine: Machine, observed: Observations) -> None:
+        self.observed = observed
+        self.machine, own = in_its_run(machine, observed)
+        values = Values(self.machine.parameters, own, bounded=False)
+        effects = effects_in_force(self.machine, values)
+        network = Network(self.machine, values, effects)
         self.drive = drive = observed.drive
-        frame = observed.run.frame
-        base = simulate(machine, frame, tolerance=TOLERANCE, at=drive.grid, drive=drive)
+        base = simulate(
+            self.machine,
+            observed.run.frame,
+            own,
+            tolerance=TOLERANCE,
+            at=drive.grid,
+            drive=drive,
+            bounded=False,
+        )
         self.base = base.temperatures[0]
+        self.size = len(machine.nodes) + network.state_count
         self.steps = np.diff(drive.grid)
-        levels = levels_on(machine, network, drive)
+        levels = levels_on(self.machine, network, drive)
         self.keys = [tuple(row) for row in levels.tolist()]
-        matrices = conductances_at(machine, network, list(dict.fromkeys(self.keys)))
+        matrices = conductances_at(self.machine, network, list(dict.fromkeys(self.keys)))
         self.modes = {
-            key: Modes.of(matrix, network.capacity) for key, (matrix, _) in matrices.items()
+            key: Modes.of(matrix, network.capacity, network.state_count).with_state_decay(
+                network.state_decay()
+            )
+            for key, (matrix, _) in matrices.items()
         }
-        self.shown = _weights(machine, observed.channels)
+        self.slopes = None
+        if network.state_count or not network.linear:
+            known = np.concatenate([self.base, base.states[0]], axis=1)
+            self.slopes = _slopes(network, drive, known)
+        self.shown = _weights(self.machine, effects, network, observed.channels)
         self._gains: dict[tuple[tuple[float, ...], float], tuple[FloatArray, ...]] = {}
 
     def _gain(self, key: tuple[float, ...], step: float) -> tuple[FloatArray, ...]:
@@ -121,7 +136,7 @@ class _Stepped:
     def answers(self, paths: Sequence[AddedPath]) -> list[FloatArray]:
         """Return what some paths change, each (sizes, N)."""
         index, count = self.machine.node_index, len(paths[0].sizes)
-        ends = np.zeros((len(paths), len(index)))
+        ends = np.zeros((len(paths), self.size))
         first, last = np.zeros((2, len(paths), len(self.steps)))
         share = np.ones((len(paths), len(self.steps)))
         conductance = np.empty((len(paths), count))
@@ -142,7 +157,7 @@ class _Stepped:
                 law = "stirred_film"
                 share[row] = self._motion(path.driver)
             conductance[row] = np.array(path.sizes) * self._scale(law)
-        apart = ends @ self.base.T
+        apart = ends[:, : len(index)] @ self.base.T
         first, last = apart[:, :-1] - first, apart[:, 1:] - last
         repeated = (np.repeat(part, count, axis=0) for part in (ends, first, last, share))
         change = self._step(conductance.reshape(-1, 1), warming.ravel(), *repeated)
@@ -185,28 +200,67 @@ class _Stepped:
                 before = key
             keep, at_first, at_last = self._gain(key, step)
             now = share[:, k] * (first[:, k] + np.einsum("sn,sn->s", seen, state) - behind)
+            started, pushed = state, flow * at_last
             state = keep * state - flow * (at_first * now[:, None])
+            if self.slopes is not None:
+                at_start, at_end = (
+                    modes.to_modes[0] @ slope[k] @ modes.to_state[0] for slope in self.slopes
+                )
+                state += started @ at_start.T * at_first
+                implicit = np.linalg.inv(np.eye(self.size) - at_last[:, None] * at_end).T
+                state, pushed = state @ implicit, pushed @ implicit
             behind = behind + 0.5 * step * rate * now
-            slowed = np.einsum("sn,sn->s", seen * flow, np.broadcast_to(at_last, flow.shape))
-            slowed += 0.5 * step * rate
+            slowed = np.einsum("sn,sn->s", seen, pushed) + 0.5 * step * rate
             then = share[:, k] * (last[:, k] + np.einsum("sn,sn->s", seen, state) - behind)
             then /= 1.0 + share[:, k] * slowed
-            state -= flow * (at_last * then[:, None])
+            state -= pushed * then[:, None]
             behind += 0.5 * step * rate * then
             out[:, k + 1] = state @ shown
         return out
 
 
-def _weights(machine: Machine, channels: Sequence[str]) -> FloatArray:
-    """Return what each channel shows per kelvin of each part, shape (nodes, C)."""
-    values = Values(machine.parameters)
-    effects = effects_in_force(machine, values)
-    slices = Network(machine, values, effects).state_slices()
-    count = len(machine.nodes)
-    inputs = {entry.name: np.zeros(count + 1) for entry in machine.inputs}
-    rise = np.concatenate([np.zeros((1, count)), np.eye(count)])[None]
-    none = np.zeros((1, count + 1, 0))
-    moved = pose(effects, slices, inputs, rise, none)
-    seen = readings(machine, effects, slices, inputs, np.zeros(count + 1), rise, none, moved)
+def _slopes(network: Network, drive: Drive, known: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return how what depends on temperature, and own states, answer to all of these [1/s].
+
+    Parameters
+    ----------
+    network : Network
+        Of one parameter set.
+    drive : Drive
+        With K + 1 instants.
+    known : array, shape (K + 1, nodes + own states)
+        Temperatures and own states.
+
+    Returns
+    -------
+    first, last : array, shape (K, nodes + own states, nodes + own states)
+        At the start and at the end of each step.
+    """
+    nodes, size = network.node_count, known.shape[1]
+    step = DIFFERENCE * network.error_scale
+    found = []
+    for at, ends in ((known[:-1], drive.first), (known[1:], drive.last)):
+        near = np.repeat(at[None], size + 1, axis=0)
+        near[np.arange(size) + 1, :, np.arange(size)] += step[:, None]
+        outside = np.stack([ends[name] for name in network.machine.boundary_index], axis=-1)
+        inputs = drive.held | ends
+        heat, rates = network.dependent(inputs, outside, near[..., :nodes], near[..., nodes:])
+        rates = rates + network.state_decay()[:, None, :] * near[..., nodes:]
+        rate = np.concatenate([heat / network.capacity[:, None, :], rates], axis=2)
+        found.append(np.moveaxis((rate[1:] - rate[0]) / step[:, None, None], 0, 2))
+    return found[0], found[1]
+
+
+def _weights(
+    machine: Machine, effects: Sequence[Effect], network: Network, channels: Sequence[str]
+) -> FloatArray:
+    """Return what each channel shows per kelvin of each part, and by own state, (size, C)."""
+    slices = network.state_slices()
+    nodes, size = network.node_count, network.node_count + network.state_count
+    inputs = {entry.name: np.zeros(size + 1) for entry in machine.inputs}
+    each = np.concatenate([np.zeros((1, size)), np.eye(size)])[None]
+    rise, states = each[..., :nodes], each[..., nodes:]
+    moved = pose(effects, slices, inputs, rise, states)
+    seen = readings(machine, effects, slices, inputs, np.zeros(size + 1), rise, states, moved)
     shown = np.stack([seen[name][0] for name in channels], axis=-1)
     return np.asarray(shown[1:] - shown[0])

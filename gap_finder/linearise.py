@@ -31,6 +31,27 @@ BIAS_K = 0.15
 """How well a thermometer is known over all runs, fitting and calibration [K]."""
 
 
+def in_its_run(machine: Machine, observed: Observations) -> tuple[Machine, dict[str, FloatArray]]:
+    """Return the machine without what had not begun in a run, and what that run has of its own.
+
+    Parameters
+    ----------
+    machine : Machine
+    observed : Observations
+
+    Returns
+    -------
+    machine : Machine
+    own : dict of str to array, shape (1,)
+        Parameters by full name.
+    """
+    if observed.absent & machine.effects.keys():
+        kept = {key: p for key, p in machine.effects.items() if key not in observed.absent}
+        machine = replace(machine, effects=kept)
+    own = {name: np.array([v]) for name, v in observed.own.items() if name in machine.parameters}
+    return machine, own
+
+
 def simulate_at(
     machine: Machine,
     observed: Observations,
@@ -54,18 +75,13 @@ def simulate_at(
     Simulation
         At K + 1 instants.
     """
-    if observed.absent & machine.effects.keys():
-        gone = tuple(f"effects.{key}." for key in observed.absent)
-        kept = {key: p for key, p in machine.effects.items() if key not in observed.absent}
-        machine = replace(machine, effects=kept)
-        parameters = {n: v for n, v in (parameters or {}).items() if not n.startswith(gone)}
-    own = {name: np.array([v]) for name, v in observed.own.items() if name in machine.parameters}
-    if own:
-        parameters = {**(parameters or {}), **own}
+    machine, own = in_its_run(machine, observed)
+    gone = tuple(f"effects.{key}." for key in observed.absent)
+    given = {n: v for n, v in (parameters or {}).items() if not n.startswith(gone)}
     return simulate(
         machine,
         observed.run.frame,
-        parameters,
+        given | own,
         tolerance=TOLERANCE,
         at=np.append(observed.run.time_s[0], observed.time_s),
         start=start,

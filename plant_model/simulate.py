@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -40,6 +40,8 @@ class Simulation:
         Of every node [degC].
     pose : array, shape (sets, T, 6)
         In the order of ``effects.base.POSE``.
+    states : array, shape (sets, T, own states)
+        Of the effects in force, in their order.
     """
 
     machine: Machine
@@ -48,6 +50,7 @@ class Simulation:
     readings: dict[str, FloatArray]
     temperatures: FloatArray
     pose: FloatArray
+    states: FloatArray
 
     def run_frame(self, which: int = 0) -> pd.DataFrame:
         """Return one parameter set's result as a run: inputs and readings by run column.
@@ -170,7 +173,7 @@ def simulate(
     if noise_seed is None:
         return whole
     noisy = SensorNoise(machine, noise_seed).added(whole.readings)
-    return Simulation(machine, whole.time_s, whole.inputs, noisy, whole.temperatures, whole.pose)
+    return replace(whole, readings=noisy)
 
 
 def _joined(parts: list[Simulation]) -> Simulation:
@@ -182,6 +185,7 @@ def _joined(parts: list[Simulation]) -> Simulation:
         {name: np.concatenate([p.readings[name] for p in parts]) for name in head.readings},
         np.concatenate([part.temperatures for part in parts]),
         np.concatenate([part.pose for part in parts]),
+        np.concatenate([part.states for part in parts]),
     )
 
 
@@ -292,7 +296,7 @@ def _simulate_some(
     shown = readings(
         machine, effects, slices, row_inputs, time - drive.grid[0], temperatures, states, pose_now
     )
-    return Simulation(machine, time, row_inputs, shown, temperatures, pose_now)
+    return Simulation(machine, time, row_inputs, shown, temperatures, pose_now, states)
 
 
 def at_rows(grid: FloatArray, values: FloatArray, time: FloatArray) -> FloatArray:
