@@ -40,6 +40,10 @@ RIVALS = 6
 """Rivals tried in the place of an addition when another one has joined it; set for time."""
 
 
+LEADERS = 4
+"""Candidates that are calibrated to the end, whatever they win at first; set for time."""
+
+
 @dataclass(frozen=True)
 class Hypothesis:
     """Something that may be missing, or nothing.
@@ -171,23 +175,29 @@ class Searching:
         listed = everything(self._pool, best.fit, sensitivities, search.without, search.described)
         law = LAW * self.nothing.fit.left_each
         proposed = screened(best.fit, listed, search.seed, law)
-        dear = [one for one in proposed.likely if is_far_from_linear(one)]
-        cheap = [one for one in proposed.likely if not is_far_from_linear(one)]
-        tried = self._scored(best, cheap, listed, sensitivities)
-        # Soon as good as half of what the best so far wins, or of what is asked for.
-        costs = [one.fit.calibration.cost for one in (best, *tried)]
-        wins = max(costs[0] - min(costs), PROOF * unit_of(self.nothing, [best, *tried]))
-        worth = costs[0] - wins / 2.0
-        tried += self._scored(best, dear, listed, sensitivities, worth=worth)
+        likely = sorted(proposed.likely, key=is_far_from_linear)
+        tried = self._scored(best, likely[:LEADERS], listed, sensitivities)
+        worth = self._worth(best, tried)
+        tried += self._scored(best, likely[LEADERS:], listed, sensitivities, worth=worth)
         if tried:
             first = min(tried, key=lambda one: one.score(unit_of(self.nothing, tried)))
             kind = first.keys[-1].partition(":")[0]
             more = _other_drivers(first, tried, listed)
             more += [one for one in proposed.places if one.key.partition(":")[0] == kind]
-            tried += self._scored(best, more, listed, sensitivities, like=first)
+            worth = self._worth(best, tried)
+            tried += self._scored(best, more, listed, sensitivities, like=first, worth=worth)
         unit = unit_of(self.nothing, [best, *tried])
         tried.sort(key=lambda one: one.score(unit))
         return Step(best, tuple(tried), unit, proposed.by_chance)
+
+    def _worth(self, best: Hypothesis, tried: Sequence[Hypothesis]) -> float:
+        """Return the cost that a calibration must soon be below for the rest to be worth its time.
+
+        Soon as good as half of what the best so far wins, or of what is asked for.
+        """
+        costs = [one.fit.calibration.cost for one in (best, *tried)]
+        wins = max(costs[0] - min(costs), PROOF * unit_of(self.nothing, [best, *tried]))
+        return costs[0] - wins / 2.0
 
     def _scored(
         self,
