@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
+from scipy.signal import lfilter
+from statsmodels.tsa.statespace.mlemodel import MLEModel
 
 from fmu_compensator.fit.error_models.mlr import MultipleLinearRegression
 from fmu_compensator.fit.training import TrainingRun
@@ -67,6 +71,39 @@ def test_armax_takes_off_what_sensor_noise_does_to_the_memory() -> None:
     unseen = arx_run(11)
     missed = [rms(unseen.targets - model.predict(unseen)) for model in (plain, armax)]
     assert missed[1] < 0.5 * missed[0]
+
+
+class Armax(MLEModel):
+    """y(k) = a y(k-1) + b x(k) + e(k) + c e(k-1) in the state [y(k), c e(k)], by likelihood."""
+
+    start_params = (0.5, 1.0, 0.0, 0.1)
+
+    def __init__(self, y: Any, x: Any) -> None:
+        super().__init__(y, k_states=2, k_posdef=1)
+        self.ahead = np.append(x[1:], 0.0)
+        self["design"] = np.array([[1.0, 0.0]])
+        self.ssm.initialize_approximate_diffuse()
+
+    def update(self, params: Any, **given: Any) -> None:
+        pole, now, moving, variance = super().update(params, **given)
+        self["transition"] = np.array([[pole, 1.0], [0.0, 0.0]])
+        self["selection"] = np.array([[1.0], [moving]])
+        self["state_cov"] = np.array([[variance]])
+        self["state_intercept"] = np.array([now * self.ahead, np.zeros(len(self.ahead))])
+
+
+def test_armax_is_that_of_the_largest_likelihood() -> None:
+    draw = np.random.default_rng(3).standard_normal
+    x, error = lfilter([1.0], [1.0, -0.9], draw(3000)), draw(3000)
+    y = lfilter([1.0], [1.0, -0.8], 0.5 * x + lfilter([1.0, -0.6], [1.0], error))
+    ours = AutoregressiveExogenous.fit(
+        task_of([run_of(x[:, None], y[:, None], name="r")]), estimator="armax", lags=0
+    )
+    theirs = Armax(y, x).fit(disp=False).params
+    assert ours.report()["orders"]["y0"][2] >= 1
+    assert ours.pole[0] == pytest.approx(theirs[0], abs=0.01)
+    assert ours.now[0, 0] == pytest.approx(theirs[1], abs=0.02)
+    assert theirs[2] == pytest.approx(-0.6, abs=0.1)
 
 
 def before_run(seed: int, now: float, before: float) -> TrainingRun:
