@@ -5,11 +5,11 @@ from __future__ import annotations
 from math import pi
 
 from plant_model.drawing.coolants import Coolant
+from plant_model.effects.radiation import STEFAN_BOLTZMANN
 
 AIR = {"conductivity": 0.026, "viscosity": 1.56e-5, "prandtl": 0.71, "expansion": 1.0 / 295.0}
 """Air at 22 degC: [W/(m K)], [m2/s], [1], [1/K]."""
 
-STEFAN_BOLTZMANN = 5.67e-8
 USUAL_RISE = 5.0
 """Surface over air at which a constant film is taken [K]."""
 
