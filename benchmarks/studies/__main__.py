@@ -25,6 +25,14 @@ from benchmarks.studies.claims import (
     tau_claim,
 )
 from benchmarks.studies.four_runs import MODELS, interval_rows, interval_table
+from benchmarks.studies.groupings import (
+    GREY,
+    TREE,
+    Grouped,
+    grouped,
+    groupings_claim,
+    groupings_table,
+)
 from benchmarks.studies.hybrid import (
     MACHINES,
     Hybrid,
@@ -58,10 +66,14 @@ def page_of(done: list[Any], seeds: int) -> str:
     """Return docs/studies.md, made of what all jobs have given."""
     found = by_place(one for one in done if isinstance(one, Score))
     hybrids = [one for one in done if isinstance(one, Hybrid)]
+    groups = [one for one in done if isinstance(one, Grouped)]
     intervals = sorted(one for one in done if isinstance(one, list))
     return page_from(
         {
             "goal": goal_table(found, FIVE_POINT),
+            "grey_groups": groupings_table(groups, GREY),
+            "tree_groups": groupings_table(groups, TREE),
+            "groups_claim": groupings_claim(groups),
             "cells": cells_table(found, "study_size"),
             "study_size": prediction_table(found, "study_size"),
             "study_size_compensated": compensation_table(found, "study_size"),
@@ -94,7 +106,7 @@ def page_from(tables: Mapping[str, str], seeds: int) -> str:
 
 
 def measured(seeds: int, count: int | None) -> list[Any]:
-    """Return what all jobs give: scores, hybrids and rows of the last table.
+    """Return what all jobs give: scores, groups, hybrids and rows of the last table.
 
     Parameters
     ----------
@@ -108,6 +120,7 @@ def measured(seeds: int, count: int | None) -> list[Any]:
     jobs: list[tuple[Callable[..., Any], tuple[Any, ...]]] = [
         *((judge_all, (machine, seed)) for machine in TRUTHS for seed in every_seed),
         *((interval_rows, (model,)) for model in MODELS),
+        *((grouped, (machine, seed)) for machine in FIVE_POINT for seed in every_seed),
         *((experiment, (machine, seed)) for machine in MACHINES for seed in every_seed),
     ]
     done = []

@@ -6,12 +6,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from benchmarks.studies.published import GA_POINTS
 from fmu_compensator.fit.recipe import Recipe
 from scenarios.presets import PRESETS, TRAINED
 
 STUDY_STEP_S = 270.0
 """The time-series study has 89 samples of some 400 min [s]."""
-STUDY_POINTS = "T1,T4,T7,T10"
+STUDY_POINTS = ",".join(f"T{number}" for number in GA_POINTS)
 """What the GA-BP study chose of the same eleven thermometers."""
 SEEDED = ("bp", "ga_bp", "vac")
 TRUTH, NO_MODEL, PERSISTENCE = "truth", "no_model", "persistence"

@@ -34,3 +34,9 @@ AXIAL: Mapping[str, str] = {
 
 BEST = (82.0, 88.0, 89.0)
 """The best of any study in X, Y and Z: the goal for a temperature model [%]."""
+
+GA_POINTS = (1, 4, 7, 10)
+"""What the GA-BP study chose; its table of groups is lost from its text."""
+
+TS_GROUPS = ((1,), (5,), (2, 3, 4, 6, 9, 10), (7, 8, 11))
+"""The time-series study's groups, C = 4."""

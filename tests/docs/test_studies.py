@@ -17,6 +17,15 @@ from benchmarks.studies.claims import (
     tau_claim,
 )
 from benchmarks.studies.entrants import ENTRANTS, TRUTH
+from benchmarks.studies.groupings import (
+    GREY,
+    SETTINGS,
+    TREE,
+    Grouped,
+    agreement,
+    groupings_claim,
+    groupings_table,
+)
 from benchmarks.studies.hybrid import (
     MODELS,
     SAMPLE_S,
@@ -30,13 +39,20 @@ from benchmarks.studies.hybrid import (
 )
 from benchmarks.studies.judge import TOOLS_MM, Score, judge
 from benchmarks.studies.machines import COLDER_K, EVERY_S, PROTOCOLS, truth
-from benchmarks.studies.published import BEST, COMPENSATED, FIT, UNSEEN
+from benchmarks.studies.published import BEST, COMPENSATED, FIT, GA_POINTS, TS_GROUPS, UNSEEN
 from benchmarks.studies.tables import by_place, cells_table, elements, goal_table
 from tests.conftest import ROOT
 from tests.docs.test_docs import check_command
 
 DOCS = ROOT / "docs"
-SENTENCES = ("seeds", "goal_claim", "network_claim", "convergence_claim", "tau_claim")
+SENTENCES = (
+    "seeds",
+    "goal_claim",
+    "groups_claim",
+    "network_claim",
+    "convergence_claim",
+    "tau_claim",
+)
 """What the page's template holds besides tables."""
 
 
@@ -87,6 +103,21 @@ def test_a_cell_is_beaten_only_in_every_seed_and_noise_is_named_where_it_stands_
 def test_the_goal_counts_seeds_in_which_all_three_axes_reach_it() -> None:
     table = goal_table(scores(95.0, max(BEST), max(BEST) - 1.0, 99.0), ["study_size"])
     assert table.splitlines()[-1].endswith("| 1 of 2 | 1 of 2 | 1 of 2 |")
+
+
+def test_groupings_agree_on_pairs_and_the_claim_counts_what_comes_out() -> None:
+    assert agreement([(1, 2), (3,)], [(1, 2), (3,)]) == 1.0
+    assert agreement([(1, 2), (3,)], [(1,), (2, 3)]) == pytest.approx(1 / 3)
+    study = Grouped("jig_borer", TREE, 2, 1, TS_GROUPS, (1, 5, 6, 7, 10))
+    other = Grouped("jig_borer", TREE, 2, 2, ((1, 5), (2, 3, 4, 6, 7, 8, 9, 10, 11)), (1, 5))
+    grey = Grouped("jig_borer", GREY, 0, 1, ((1,),), GA_POINTS)
+    said = groupings_claim([study, other, grey])
+    assert "in 1 of 2 cases" in said
+    assert "100 % of the pairs" in said
+    assert "in 1 of 1" in said
+    assert "| 1 of 2 | T1, T5, T6, T7, T10 | 100 |" in groupings_table(
+        [replace(one, place=place) for one in (study, other) for place in range(5)], TREE
+    )
 
 
 def test_the_ceiling_is_what_noise_alone_leaves() -> None:
@@ -214,6 +245,13 @@ def test_the_page_is_made_of_what_all_jobs_give() -> None:
     ]
     done += [hybrid(1, 1.0), replace(hybrid(1, 1.0), machine="elements", pieces=())]
     done += [["`mlr`", "100", *["1.00"] * 9]]
+    done += [
+        Grouped(machine, study, place, seed, TS_GROUPS, GA_POINTS)
+        for machine in ("study_size", "jig_borer")
+        for study, settings in SETTINGS.items()
+        for place in range(len(settings))
+        for seed in (1, 2)
+    ]
     page = page_of(done, 2)
     assert "2 seeds, each with its own noise" in page
     assert all(entrant.title in page for entrant in ENTRANTS.values())
