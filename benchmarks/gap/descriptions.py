@@ -14,8 +14,12 @@ Named = list[Any]
 def named_in(answer: dict[str, Any]) -> tuple[list[Named], list[Named]]:
     """Return what the content of ``gap.json`` names, and what it says may as well be."""
     effects = answer["effects"]
-    named = [[one["name"], one.get("place", one.get("channel"))] for one in effects]
-    rivals = [[one["name"], one["place"]] for entry in effects for one in entry.get("or_else", [])]
+
+    def told(one: dict[str, Any]) -> Named:
+        return [one["name"], one.get("place", one.get("channel"))]
+
+    named = [told(one) for one in effects]
+    rivals = [told(one) for entry in effects for one in entry.get("or_else", [])]
     rivals += [
         [entry["name"], place] for entry in effects for place in entry.get("other_places", [])
     ]

@@ -76,6 +76,11 @@ def test_the_owners_file_is_asked_about_where_there_is_one(tmp_path: Path) -> No
             "one_of",
             "one of",
         ),
+        (
+            [change("hidden_mass", "z_nut", or_else=[{"name": "radiation"}])],
+            "one_of",
+            "right place",
+        ),
         ([change("heat_source", "column")], "effect", "wrong"),
         ([], "unknown", "unknown"),
         ([], "none_missing", "none"),
