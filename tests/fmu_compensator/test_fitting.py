@@ -330,6 +330,7 @@ def test_runs_that_cannot_be_used_are_refused(rig: FivePointRig) -> None:
         assert len(str(caught.value).splitlines()) == 1
 
 
+@pytest.mark.long
 @pytest.mark.real_data
 def test_measured_lathe_runs_unseen(lathe_runs: list[Path]) -> None:
     runs = [read_run(path) for path in lathe_runs]

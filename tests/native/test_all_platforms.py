@@ -60,6 +60,7 @@ def package(
     return native_package(recipe, native_of(recipe, model), made_with, fmi, leave_out=leave_out)
 
 
+@pytest.mark.long
 def test_every_platform_gets_a_library_of_its_own_kind(for_all: Mapping[str, Compiler]) -> None:
     assert set(for_all) == set(KINDS)
     made = {platform: compiler.library(SOURCES) for platform, compiler in for_all.items()}
