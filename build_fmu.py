@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
+from pathlib import Path
 
+from fmu_packaging.native.build import Native
+from fmu_packaging.package import Recipe
+from scenarios import building
 from scenarios.building import (
     DEFAULT_MACHINE,
     DEFAULT_MODEL,
     _arguments,
     compensator_recipe,
-    main,
     plant_recipe,
 )
 
@@ -21,6 +25,18 @@ __all__ = [
     "main",
     "plant_recipe",
 ]
+
+
+def _on_bus(recipe: Recipe, native: Native, dbc: Path | None) -> Native:
+    from gateway.native.build import native_on_bus  # takes its time, and few FMUs need it
+
+    return native_on_bus(recipe, native, dbc)
+
+
+def main(given: Sequence[str] | None = None) -> int:
+    """Build what the command line asks for; return the exit code."""
+    return building.main(given, _on_bus)
+
 
 if __name__ == "__main__":
     sys.exit(main())

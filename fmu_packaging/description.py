@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from xml.etree import ElementTree as ET
 
+from fmu_packaging.bus_terminal import BusTerminal
 from fmu_packaging.slave import DriftSlave
 from fmu_packaging.units import BASES, DISPLAY, base_unit, fmi_name, quantity
 from fmu_packaging.variables import ZERO, Value, Variable
@@ -48,6 +49,8 @@ class Program:
         Those that stand in for the slave's of the same name, and those that it has not.
     categories : dict of str to str
         The categories of its messages, and what they hold.
+    bus : BusTerminal, optional
+        A terminal of a bus; FMI 3.0 only.
     """
 
     tool: str
@@ -55,6 +58,7 @@ class Program:
     sources: tuple[str, ...] = ()
     variables: Mapping[str, Variable] = field(default_factory=dict)
     categories: Mapping[str, str] = field(default_factory=lambda: DriftSlave.log_categories)
+    bus: BusTerminal | None = None
 
 
 PYTHON = Program("pythonfmu", needs_host=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from xml.etree import ElementTree as ET
 
+from fmu_packaging.bus_terminal import BusTerminal
 from fmu_packaging.description import (
     PINNED_DATE,
     Identity,
@@ -91,6 +92,8 @@ def model_description3(
     attributes = {"needsExecutionTool": number(program.needs_host), **CAPABILITIES}
     for kind in interfaces(variables):
         facts = {"modelIdentifier": identity.name, **attributes, **KINDS[kind]}
+        if program.bus is not None and kind == "CoSimulation":
+            facts["hasEventMode"] = "true"
         ET.SubElement(root, kind, facts)
     unit_definitions(root, variables, always=("s",))
     type_definitions(root, slave, variables, 3)
@@ -105,7 +108,11 @@ def model_description3(
             element.set("derivative", str(references[variable.derivative_of]))
         listed.append(element)
     listed.append(_time(references[TIME]))
-    root.append(_structure(variables, references))
+    structure = _structure(variables, references)
+    if program.bus is not None:
+        listed.extend(program.bus.variables(references[TIME] + 1))
+        structure.insert(0, program.bus.output(references[TIME] + 1))
+    root.append(structure)
     ET.indent(root)
     body: bytes = ET.tostring(root, encoding="UTF-8", xml_declaration=True)
     return body + b"\n"
@@ -132,7 +139,7 @@ def build_description(identity: Identity, program: Program) -> bytes:
     return body + b"\n"
 
 
-def terminals(slave: DriftSlave) -> bytes:
+def terminals(slave: DriftSlave, bus: BusTerminal | None = None) -> bytes:
     """Return terminalsAndIcons.xml: what a tool can connect at once, by the names of its members.
 
     ``temperatures`` are those that one FMU reads and the other uses, ``offsets`` dX, dY and dZ,
@@ -141,6 +148,8 @@ def terminals(slave: DriftSlave) -> bytes:
     Parameters
     ----------
     slave : DriftSlave
+    bus : BusTerminal, optional
+        A terminal more.
     """
     root = ET.Element("fmiTerminalsAndIcons", {"fmiVersion": "3.0"})
     listed = ET.SubElement(root, "Terminals")
@@ -160,6 +169,8 @@ def terminals(slave: DriftSlave) -> bytes:
         for variable in members:
             facts = {"variableName": variable.name, "memberName": variable.name}
             ET.SubElement(terminal, "TerminalMemberVariable", facts | {"variableKind": "signal"})
+    if bus is not None:
+        listed.append(bus.terminal())
     ET.indent(root)
     body: bytes = ET.tostring(root, encoding="UTF-8", xml_declaration=True)
     return body + b"\n"

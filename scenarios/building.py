@@ -12,7 +12,8 @@ import json
 import re
 import sys
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from html import escape
 from pathlib import Path
 from typing import Any, NoReturn
@@ -46,6 +47,8 @@ HERE = Path(__file__).resolve().parent.parent
 ASSETS = HERE / "fmu_packaging" / "assets"
 DEFAULT_MODEL = HERE / "fmu_compensator" / "library" / "jig_borer.json"
 DEFAULT_MACHINE = "jig_borer"
+OnBus = Callable[[Recipe, Native, Path | None], Native]
+"""Puts a compensator behind a bus terminal, with the frames of a DBC file or the usual ones."""
 WORKING_DAY_S, STEP_S = 28800.0, 1.0
 
 
@@ -274,6 +277,12 @@ def _arguments(given: Sequence[str] | None) -> argparse.Namespace:
         choices=("sources", "binaries"),
         help="what an FMU without Python goes without",
     )
+    parser.add_argument(
+        "--can",
+        action="store_true",
+        help="a compensator that is a node of a CAN bus (FMI-LS-BUS), in FMI 3.0",
+    )
+    parser.add_argument("--dbc", type=Path, help="with --can: other frames than the gateway's")
     parser.add_argument("--out", type=Path, default=_usual_folder(), help="folder (dist)")
     parser.add_argument("--name", help="name of the FMU, with --only")
     parser.add_argument(
@@ -281,6 +290,12 @@ def _arguments(given: Sequence[str] | None) -> argparse.Namespace:
     )
     parser.add_argument("--json", action="store_true", help="print the summary as JSON")
     arguments = parser.parse_args(given)
+    if arguments.dbc is not None and not arguments.can:
+        parser.error("--dbc: add --can")
+    if arguments.can:
+        if arguments.only == "plant":
+            parser.error("--can: only the compensator has a CAN terminal")
+        arguments.only, arguments.fmi = "compensator", 3
     # Only the FMUs without Python have FMI 3.0.
     arguments.native |= arguments.fmi == 3
     for option in ("all_platforms", "leave_out"):
@@ -309,8 +324,12 @@ def _recipes(arguments: argparse.Namespace) -> list[tuple[Recipe, Reference]]:
     recipes = []
     ending = ("_native" if arguments.fmi == 2 else "_native_fmi3") if arguments.native else ""
     if arguments.only != "plant":
-        name = arguments.name or f"compensator{ending}"
-        recipes.append(compensator_recipe(arguments.model, name, arguments.native))
+        name = arguments.name or f"compensator{'_can' if arguments.can else ending}"
+        recipe, reference = compensator_recipe(arguments.model, name, arguments.native)
+        if arguments.can:
+            # What it would be driven with comes from a bus, and in that run there is none.
+            reference = replace(reference, profiles={})
+        recipes.append((recipe, reference))
     if arguments.only != "compensator":
         name = arguments.name or f"plant{ending}"
         recipes.append(plant_recipe(read_machine(arguments.machine), name))
@@ -389,8 +408,32 @@ def _line(entry: dict[str, Any]) -> str:
     return f"{line}. {entry['note']}" if entry["note"] else line
 
 
-def main(given: Sequence[str] | None = None) -> int:
-    """Build what the command line asks for; return the exit code."""
+def _natives(
+    arguments: argparse.Namespace,
+    recipes: Sequence[tuple[Recipe, Reference]],
+    on_bus: OnBus | None,
+) -> list[Native]:
+    """Return what the FMUs in C are made of; nothing where those in Python are wanted."""
+    if not arguments.native:
+        return []
+    natives = [native_of(recipe, arguments.model) for recipe, _ in recipes]
+    if not arguments.can:
+        return natives
+    if on_bus is None:
+        raise BadInput("--can", "", "say it to build_fmu.py, which knows the frames")
+    return [on_bus(recipes[0][0], natives[0], arguments.dbc)]
+
+
+def main(given: Sequence[str] | None = None, on_bus: OnBus | None = None) -> int:
+    """Build what the command line asks for; return the exit code.
+
+    Parameters
+    ----------
+    given : sequence of str, optional
+        The command line.
+    on_bus : callable, optional
+        What ``--can`` does: the frames are known to the gateway, which this room does not know.
+    """
     arguments = _arguments(given)
     try:
         recipes = _recipes(arguments)
@@ -398,7 +441,7 @@ def main(given: Sequence[str] | None = None) -> int:
         with guarding("build_fmu", [arguments.model, arguments.machine], arguments.force):
             for recipe, _ in recipes:
                 check_outputs(arguments.out, recipe.identity.name)
-        natives = [native_of(recipe, arguments.model) for recipe, _ in recipes if arguments.native]
+        natives = _natives(arguments, recipes, on_bus)
     except (BadInput, ModelFileError, NativeError) as error:
         print(error, file=sys.stderr)
         return 2

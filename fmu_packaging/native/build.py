@@ -10,6 +10,7 @@ from typing import Literal
 
 import fmpy
 
+from fmu_packaging.bus_terminal import MANIFEST, BusTerminal, bus_manifest
 from fmu_packaging.description import Program, described, model_description
 from fmu_packaging.description3 import build_description, model_description3, terminals
 from fmu_packaging.documentation import Running, index_page
@@ -96,6 +97,8 @@ class Native:
         Further files of the documentation, by name.
     note : str
         A sentence on what it can or cannot be used for; empty: nothing to say.
+    bus : BusTerminal, optional
+        The terminal of a bus that its program serves; FMI 3.0 only.
     """
 
     program: Mapping[str, str]
@@ -104,6 +107,7 @@ class Native:
     variables: Mapping[str, Variable] = field(default_factory=dict)
     documents: Mapping[str, bytes] = field(default_factory=dict)
     note: str = ""
+    bus: BusTerminal | None = None
 
 
 def front(fmi: Fmi) -> dict[str, str]:
@@ -181,7 +185,7 @@ def native_package(
     """
     identity, slave = recipe.identity, slave_of(recipe)
     fixed = {**front(fmi), **native.program}
-    twin = Program("C99", False, (), dict(native.variables), CATEGORIES)
+    twin = Program("C99", False, (), dict(native.variables), CATEGORIES, native.bus)
     variables = described(slave, twin)
     sources = with_prefix({**fixed, **native.data(variables, "")}, fmi)
     if leave_out != "sources":
@@ -201,7 +205,8 @@ def native_package(
         files[f"documentation/{native.model_file}"] = recipe.data[native.model_file]
     files |= {f"documentation/{name}": data for name, data in native.documents.items()}
     if fmi == 3:
-        files["terminalsAndIcons/terminalsAndIcons.xml"] = terminals(slave)
+        files["terminalsAndIcons/terminalsAndIcons.xml"] = terminals(slave, native.bus)
+        files |= {} if native.bus is None else {MANIFEST: bus_manifest()}
         if twin.sources:
             files["sources/buildDescription.xml"] = build_description(identity, twin)
     describe = model_description if fmi == 2 else model_description3

@@ -35,6 +35,10 @@ static double *states_of(const struct instance *self)
 
 const char *instance_enter(struct instance *self, enum phase mode)
 {
+    if (self->events && mode == STEPPING && self->memory->phase == STEPPING) {
+        self->memory->phase = EVENTS;
+        return NULL;
+    }
     const char *problem = refusal(self, STEPPING);
     if (problem == NULL && self->memory->phase == (int32_t)mode) {
         return "the FMU is in this mode already";
@@ -47,6 +51,9 @@ const char *instance_enter(struct instance *self, enum phase mode)
 
 const char *instance_in_event(struct instance *self)
 {
+    if (self->events && self->memory->phase == EVENTS) {
+        return NULL;
+    }
     const char *problem = refusal(self, STEPPING);
     return problem == NULL && self->memory->phase != STEPPING ? "the FMU is not in event mode"
                                                               : problem;

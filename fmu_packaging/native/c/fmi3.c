@@ -111,10 +111,15 @@ fmi3Instance fmi3InstantiateCoSimulation(
     fmi3InstanceEnvironment environment, fmi3LogMessageCallback log,
     fmi3IntermediateUpdateCallback update)
 {
-    const char *problem = event_mode ? "this FMU has no event mode in co-simulation" : NULL;
+    const char *problem =
+        event_mode && model_bus == NULL ? "this FMU has no event mode in co-simulation" : NULL;
     (void)name, (void)resources, (void)visible;
     (void)early_return, (void)intermediate, (void)intermediates, (void)update;
-    return instantiated(token, logging, environment, log, false, problem);
+    struct component *self = instantiated(token, logging, environment, log, false, problem);
+    if (self != NULL) {
+        self->instance->events = event_mode;
+    }
+    return self;
 }
 
 fmi3Instance fmi3InstantiateModelExchange(
@@ -214,7 +219,9 @@ static const char *get_real(struct instance *self, enum kind kind, size_t ref, d
 
 ROWS(Float64, fmi3Float64, REAL, double, get_real, instance_set_number)
 ROWS(Int32, fmi3Int32, INTEGER, int32_t, instance_get_whole, instance_set_number)
-ROWS(Boolean, fmi3Boolean, BOOLEAN, int32_t, instance_get_whole, instance_set_number)
+#include "terminal.h"
+
+ROWS(Boolean, fmi3Boolean, BOOLEAN, int32_t, get_boolean, set_boolean)
 ROWS(String, fmi3String, STRING, const char *, instance_get_string, instance_set_string)
 
 #include "exchange.h"
@@ -253,7 +260,8 @@ fmi3Status fmi3UpdateDiscreteStates(
         return fmi3Error;
     }
     *next = 0.0;
-    return outcome(self, instance_in_event(self->instance));
+    const char *problem = instance_in_event(self->instance);
+    return outcome(self, problem != NULL ? problem : instance_update(self->instance));
 }
 
 fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance c, size_t *count)

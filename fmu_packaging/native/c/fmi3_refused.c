@@ -36,7 +36,6 @@ GET_AND_SET(UInt64)
 CHANGE_MODE(fmi3EnterConfigurationMode)
 CHANGE_MODE(fmi3ExitConfigurationMode)
 CHANGE_MODE(fmi3EvaluateDiscreteStates)
-CHANGE_MODE(fmi3EnterStepMode)
 
 fmi3Instance fmi3InstantiateScheduledExecution(
     fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible,
@@ -47,36 +46,6 @@ fmi3Instance fmi3InstantiateScheduledExecution(
     (void)name, (void)token, (void)resources, (void)visible, (void)logging, (void)environment;
     (void)log, (void)update, (void)lock, (void)unlock;
     return NULL;
-}
-
-fmi3Status fmi3GetBinary(
-    fmi3Instance c, const fmi3ValueReference refs[], size_t count, size_t sizes[],
-    fmi3Binary values[], size_t value_count)
-{
-    (void)c, (void)refs, (void)sizes, (void)values, (void)value_count;
-    return count == 0 ? fmi3OK : fmi3Error;
-}
-
-fmi3Status fmi3SetBinary(
-    fmi3Instance c, const fmi3ValueReference refs[], size_t count, const size_t sizes[],
-    const fmi3Binary values[], size_t value_count)
-{
-    (void)c, (void)refs, (void)sizes, (void)values, (void)value_count;
-    return count == 0 ? fmi3OK : fmi3Error;
-}
-
-fmi3Status fmi3GetClock(
-    fmi3Instance c, const fmi3ValueReference refs[], size_t count, fmi3Clock values[])
-{
-    (void)c, (void)refs, (void)values;
-    return count == 0 ? fmi3OK : fmi3Error;
-}
-
-fmi3Status fmi3SetClock(
-    fmi3Instance c, const fmi3ValueReference refs[], size_t count, const fmi3Clock values[])
-{
-    (void)c, (void)refs, (void)values;
-    return count == 0 ? fmi3OK : fmi3Error;
 }
 
 fmi3Status fmi3GetNumberOfVariableDependencies(
@@ -95,14 +64,6 @@ fmi3Status fmi3GetVariableDependencies(
     (void)c, (void)dependent, (void)elements, (void)independents, (void)independent_elements;
     (void)kinds, (void)count;
     return fmi3Error;
-}
-
-fmi3Status fmi3GetIntervalDecimal(
-    fmi3Instance c, const fmi3ValueReference refs[], size_t count, fmi3Float64 intervals[],
-    fmi3IntervalQualifier qualifiers[])
-{
-    (void)c, (void)refs, (void)intervals, (void)qualifiers;
-    return count == 0 ? fmi3OK : fmi3Error;
 }
 
 fmi3Status fmi3GetIntervalFraction(

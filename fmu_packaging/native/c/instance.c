@@ -23,8 +23,10 @@ struct instance *instance_new(void)
     }
     self->model = model_make(&self->setup, &content);
     if (self->setup.problem == NULL) {
+        content = (content + sizeof(double) - 1) / sizeof(double) * sizeof(double);
         self->memory_size =
             sizeof *self->memory + model_variable_count * sizeof(double) + content;
+        self->memory_size += model_bus == NULL ? 0 : model_bus->size;
         self->memory = setup_take(&self->setup, 1, self->memory_size);
     }
     if (self->memory != NULL && model_continuous != NULL) {
@@ -37,6 +39,9 @@ struct instance *instance_new(void)
     if (self->memory != NULL) {
         self->values = self->memory->numbers;
         self->content = self->values + model_variable_count;
+        if (model_bus != NULL) {
+            self->terminal = (void *)((char *)self->content + content);
+        }
         instance_reset(self);
     }
     return self;
@@ -57,6 +62,9 @@ void instance_reset(struct instance *self)
     model_reset(self->model, self->content);
     for (size_t ref = 0; ref < model_variable_count; ref++) {
         self->values[ref] = model_variables[ref].start;
+    }
+    if (model_bus != NULL) {
+        model_bus->reset(self->terminal);
     }
 }
 
@@ -104,14 +112,17 @@ const char *instance_start(struct instance *self)
     }
     const char *problem = instance_refresh(self);
     if (problem == NULL) {
-        self->memory->phase = STEPPING;
+        self->memory->phase = self->events ? EVENTS : STEPPING;
+    }
+    if (problem == NULL && model_bus != NULL) {
+        model_bus->start(self);
     }
     return problem;
 }
 
 const char *instance_terminate(struct instance *self)
 {
-    if (self->memory->phase != STEPPING && self->memory->phase != CONTINUOUS) {
+    if (self->memory->phase < STEPPING || self->memory->phase == TERMINATED) {
         return "there is no simulation to be terminated";
     }
     self->memory->phase = TERMINATED;
@@ -132,6 +143,9 @@ const char *instance_may_step(const struct instance *self, double time_s, double
     if (memory->phase < STEPPING) {
         return "a step before the end of the initialisation";
     }
+    if (memory->phase == EVENTS) {
+        return "the FMU is in event mode";
+    }
     if (!isfinite(time_s)) {
         return "the step does not begin at a finite time";
     }
@@ -149,8 +163,11 @@ const char *instance_step(struct instance *self, double time_s, double step_s)
     if (!(step_s > 0.0 && isfinite(time_s + step_s))) {
         return "the step must be above 0 s and finite";
     }
+    /* What a bus brings steps the model. */
     const char *problem =
-        model_step(self->model, self->content, self->values, time_s, step_s, self->problem);
+        model_bus != NULL
+            ? NULL
+            : model_step(self->model, self->content, self->values, time_s, step_s, self->problem);
     if (problem == NULL) {
         self->memory->time_s = time_s + step_s;
     }
@@ -235,6 +252,9 @@ static const char *refusal(const struct instance *self, const struct variable *v
     }
     if (variable->causality == OUTPUT || variable->causality == DERIVATIVE) {
         return "what the FMU computes cannot be set";
+    }
+    if (variable->causality == INPUT && model_bus != NULL) {
+        return "this comes from the bus and cannot be set";
     }
     if (self->memory->phase == TERMINATED) {
         return "nothing can be set after the end of the simulation";

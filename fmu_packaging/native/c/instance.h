@@ -5,11 +5,12 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "bus.h"
 #include "model.h"
 #include "setup.h"
 
-/* STEPPING is the event mode of model exchange. */
-enum phase { INSTANTIATED, INITIALISING, STEPPING, CONTINUOUS, TERMINATED };
+/* STEPPING is the event mode of model exchange; in co-simulation that is EVENTS. */
+enum phase { INSTANTIATED, INITIALISING, STEPPING, CONTINUOUS, EVENTS, TERMINATED };
 
 /* All that changes, in one piece of memory: an FMU state is a copy of it. */
 struct memory {
@@ -30,6 +31,8 @@ struct instance {
     double *rates;      /* of its states, as they were last computed */
     double *sides[2];   /* of derivatives: seeds and what is found */
     bool exchange;      /* for model exchange */
+    bool events;        /* a co-simulation with event mode */
+    struct terminal *terminal; /* of a bus; NULL: none */
     char text[PROBLEM_LENGTH], problem[PROBLEM_LENGTH];
 };
 
@@ -85,6 +88,21 @@ const char *instance_set_number(
     struct instance *self, enum kind kind, size_t ref, double value, bool really);
 const char *instance_set_string(
     struct instance *self, enum kind kind, size_t ref, const char *value, bool really);
+
+/* A bus terminal; each returns what is wrong, NULL for nothing. */
+const char *instance_enter_step(struct instance *self); /* leaves event mode */
+const char *instance_get_port(
+    struct instance *self, enum port port, const unsigned char **bytes, size_t *size);
+const char *instance_set_port(
+    struct instance *self, enum port port, const unsigned char *bytes, size_t size);
+const char *instance_get_clock(struct instance *self, enum port port, bool *active);
+const char *instance_set_clock(struct instance *self, enum port port, bool active);
+/* How long until the Tx clock ticks [s], and whether that has changed since it was asked last. */
+const char *instance_interval(
+    struct instance *self, enum port port, double *interval_s, bool *changed);
+const char *instance_get_notifications(struct instance *self, int32_t *value);
+const char *instance_set_notifications(struct instance *self, double value, bool really);
+const char *instance_update(struct instance *self); /* ends an instant of event mode */
 
 /* The categories of messages, by the names in the model description; a set of them has a bit each. */
 enum category { DISCARDED, REFUSED, CATEGORIES };

@@ -1,0 +1,130 @@
+/* The terminal of a bus: binary data in both directions, and a clock for each. */
+#include "bus.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "instance.h"
+
+/* Returns why a port cannot be used now as one of the two that it must be, NULL if it can. */
+static const char *refusal(
+    const struct instance *self, enum port port, enum port either, enum port other, int32_t first)
+{
+    if (self->terminal == NULL || (port != either && port != other)) {
+        return "there is no such variable of this type";
+    }
+    if (!self->events) {
+        return "this instance was made without event mode";
+    }
+    return self->memory->phase < first || self->memory->phase == TERMINATED
+               ? "the FMU is not in event mode"
+               : NULL;
+}
+
+const char *instance_enter_step(struct instance *self)
+{
+    if (!self->events || self->memory->phase != EVENTS) {
+        return "the FMU is not in event mode";
+    }
+    self->memory->phase = STEPPING;
+    return NULL;
+}
+
+const char *instance_get_port(
+    struct instance *self, enum port port, const unsigned char **bytes, size_t *size)
+{
+    const char *problem = refusal(self, port, RX_DATA, TX_DATA, INSTANTIATED);
+    if (problem == NULL) {
+        struct terminal *terminal = self->terminal;
+        *bytes = port == RX_DATA ? terminal->rx : terminal->tx;
+        *size = port == RX_DATA ? terminal->rx_size
+                                : terminal->tx_active ? terminal->tx_size : 0;
+    }
+    return problem;
+}
+
+const char *instance_set_port(
+    struct instance *self, enum port port, const unsigned char *bytes, size_t size)
+{
+    const char *problem = refusal(self, port, RX_DATA, RX_DATA, INSTANTIATED);
+    if (problem == NULL && size > BUS_BYTES) {
+        problem = "these are more bytes than the variable takes";
+    }
+    if (problem == NULL) {
+        if (size > 0) {
+            memcpy(self->terminal->rx, bytes, size);
+        }
+        self->terminal->rx_size = (uint32_t)size;
+    }
+    return problem;
+}
+
+const char *instance_get_clock(struct instance *self, enum port port, bool *active)
+{
+    const char *problem = refusal(self, port, RX_CLOCK, TX_CLOCK, EVENTS);
+    if (problem == NULL) {
+        *active = port == RX_CLOCK ? self->terminal->rx_active : self->terminal->tx_active;
+    }
+    return problem;
+}
+
+const char *instance_set_clock(struct instance *self, enum port port, bool active)
+{
+    const char *problem = refusal(self, port, RX_CLOCK, TX_CLOCK, EVENTS);
+    if (problem == NULL && port == RX_CLOCK) {
+        self->terminal->rx_active = active;
+    } else if (problem == NULL && self->terminal->tx_active != (int32_t)active) {
+        self->terminal->tx_active = active;
+        problem = active ? model_bus->tick(self) : NULL;
+    }
+    return problem;
+}
+
+const char *instance_interval(
+    struct instance *self, enum port port, double *interval_s, bool *changed)
+{
+    const char *problem = refusal(self, port, TX_CLOCK, TX_CLOCK, INITIALISING);
+    if (problem == NULL) {
+        *interval_s = self->terminal->due_s - self->memory->time_s;
+        *changed = !self->terminal->announced && isfinite(*interval_s);
+        self->terminal->announced |= *changed;
+    }
+    return problem;
+}
+
+const char *instance_get_notifications(struct instance *self, int32_t *value)
+{
+    *value = self->terminal->notifications;
+    return NULL;
+}
+
+const char *instance_set_notifications(struct instance *self, double value, bool really)
+{
+    if (self->memory->phase >= STEPPING) {
+        return "a parameter cannot be set after the start";
+    }
+    if (really) {
+        self->terminal->notifications = value != 0.0;
+    }
+    return NULL;
+}
+
+const char *instance_update(struct instance *self)
+{
+    struct terminal *terminal = self->terminal;
+    const char *problem = NULL;
+    if (terminal == NULL) {
+        return NULL;
+    }
+    if (terminal->tx_active) {
+        terminal->tx_active = 0;
+        terminal->tx_size = 0;
+        model_bus->sent(self);
+    }
+    if (terminal->rx_active) {
+        problem = model_bus->receive(self);
+        terminal->rx_active = 0;
+        terminal->rx_size = 0;
+    }
+    return problem;
+}

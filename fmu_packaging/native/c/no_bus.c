@@ -1,0 +1,4 @@
+/* A model without a bus terminal. */
+#include "bus.h"
+
+const struct bus *const model_bus = NULL;

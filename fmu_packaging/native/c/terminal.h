@@ -1,0 +1,70 @@
+/* The functions of FMI 3.0 for a bus terminal. fmi3.c includes this. */
+#ifndef TERMINAL_H
+#define TERMINAL_H
+
+/* The port of a value reference; PORTS: it is none. */
+static enum port port_of(size_t ref)
+{
+    size_t place = ref - model_variable_count - 1;
+    return model_bus != NULL && ref > model_variable_count && place < PORTS ? (enum port)place
+                                                                            : PORTS;
+}
+
+#define EACH(NAME, PARAMETERS, PLACES, CALL)                                                     \
+    fmi3Status NAME(fmi3Instance c, const fmi3ValueReference refs[], size_t count, PARAMETERS)   \
+    {                                                                                            \
+        struct component *self = c;                                                              \
+        if (incomplete(self, count == 0 || (refs != NULL && (PLACES)) ? self : NULL)) {          \
+            return fmi3Error;                                                                    \
+        }                                                                                        \
+        for (size_t i = 0; i < count; i++) {                                                     \
+            enum port port = port_of(refs[i]);                                                   \
+            const char *problem = NULL;                                                          \
+            CALL;                                                                                \
+            if (problem != NULL) {                                                               \
+                return variable_outcome(self, refs[i], problem);                                 \
+            }                                                                                    \
+        }                                                                                        \
+        return fmi3OK;                                                                           \
+    }
+#define AND ,
+
+EACH(fmi3GetBinary, size_t sizes[] AND fmi3Binary values[] AND size_t value_count,
+     sizes != NULL && values != NULL && value_count == count,
+     problem = instance_get_port(self->instance, port, &values[i], &sizes[i]))
+EACH(fmi3SetBinary,
+     const size_t sizes[] AND const fmi3Binary values[] AND size_t value_count,
+     sizes != NULL && values != NULL && value_count == count,
+     problem = instance_set_port(self->instance, port, values[i], sizes[i]))
+EACH(fmi3GetClock, fmi3Clock values[], values != NULL,
+     problem = instance_get_clock(self->instance, port, &values[i]))
+EACH(fmi3SetClock, const fmi3Clock values[], values != NULL,
+     problem = instance_set_clock(self->instance, port, values[i]))
+EACH(fmi3GetIntervalDecimal, fmi3Float64 intervals[] AND fmi3IntervalQualifier qualifiers[],
+     intervals != NULL && qualifiers != NULL,
+     bool changed = false;
+     problem = instance_interval(self->instance, port, &intervals[i], &changed);
+     qualifiers[i] = changed ? fmi3IntervalChanged : fmi3IntervalUnchanged)
+
+fmi3Status fmi3EnterStepMode(fmi3Instance c)
+{
+    struct component *self = c;
+    return incomplete(self, self) ? fmi3Error
+                                  : outcome(self, instance_enter_step(self->instance));
+}
+
+static const char *get_boolean(
+    struct instance *self, enum kind kind, size_t ref, int32_t *value)
+{
+    return port_of(ref) == NOTIFICATIONS ? instance_get_notifications(self, value)
+                                         : instance_get_whole(self, kind, ref, value);
+}
+
+static const char *set_boolean(
+    struct instance *self, enum kind kind, size_t ref, double value, bool really)
+{
+    return port_of(ref) == NOTIFICATIONS ? instance_set_notifications(self, value, really)
+                                         : instance_set_number(self, kind, ref, value, really);
+}
+
+#endif

@@ -1,0 +1,269 @@
+"""The C data of a bus node, from the DBC file and the variables of its FMU.
+
+Frames, signals, codes and times are those that the gateway reads; nothing of them is written in C.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from math import isinf
+
+from fmu_packaging.variables import Variable
+from gateway.answering import AXES
+from gateway.busload import frame_bits
+from gateway.codec import high_raw, low_raw
+from gateway.database import (
+    COMPENSATOR,
+    ERROR,
+    MACHINE,
+    NOT_AVAILABLE,
+    OFFSETS,
+    Database,
+    Frame,
+    Signal,
+)
+from gateway.e2e import COUNTERS
+from gateway.node import GatewaySettings
+from gateway.proof import CHALLENGE, ECHO, FRESHNESS, LARGEST_ECHO, NOT_PROVEN, PROOF, PROVEN
+from gateway.reference import COLD_FOR_S
+from measurement.errors import BadInput
+from scenarios.wiring import PROBED
+
+ROLES = (
+    "valid",
+    "gateway_state",
+    "status",
+    "bus_fault",
+    "bus_fault_frame",
+    "answered_time",
+    CHALLENGE,
+    FRESHNESS,
+    "probes_taken",
+)
+"""What the node itself says, by the names of the signals; tables for each axis come after."""
+HEARD = (
+    "machine_state",
+    "machine_time",
+    "machine_step",
+    "thermal_state",
+    "tool_length",
+    ECHO,
+    PROOF,
+)
+"""What it takes from the machine besides the compensator's inputs."""
+STATES = ("starting", "ready", "running", "fault", "startup_timeout")
+FAULTS = (
+    "none",
+    "startup",
+    "startup_timeout",
+    "missing",
+    "late",
+    "repeated",
+    "out_of_sequence",
+    "bad_crc",
+    "wrong_length",
+    "out_of_range",
+    "not_available_value",
+    "error_value",
+    "time_jump",
+    "machine_not_running",
+    "mixed_cycles",
+    "delayed",
+    "time_stands",
+    "not_fresh",
+)
+"""Of those that the DBC names, the ones that this node can find; the first is none."""
+NONE = "NONE"
+HEAD = "/* Made by spindle-drift from a DBC file; not to be edited. */\n"
+
+
+def node_data(database: Database, variables: Sequence[Variable]) -> dict[str, str]:
+    """Return ``node_data.h`` and ``node_data.c``.
+
+    Parameters
+    ----------
+    database : Database
+        The frames.
+    variables : sequence of Variable
+        Those of the compensator, in the order of their value references.
+
+    Raises
+    ------
+    BadInput
+        If a frame cannot be had in C, or does not carry an input of the compensator.
+    """
+    refs = {variable.name: ref for ref, variable in enumerate(variables)}
+    heard = [signal.name for _, signal in database.signals(MACHINE)]
+    for variable in variables:
+        wanted = variable.causality == "input" and not variable.name.startswith(PROBED)
+        if wanted and variable.name not in heard:
+            problem = f"carries no signal {variable.name}, an input of the compensator"
+            raise BadInput(database.path, MACHINE, problem)
+    for frame in database.frames:
+        for signal in frame.message.signals:
+            if signal.byte_order != "little_endian":
+                name = f"{frame.name}.{signal.name}"
+                raise BadInput(database.path, name, "must have its least significant byte first")
+    return {"node_data.h": _header(database, heard), "node_data.c": _tables(database, refs)}
+
+
+def _header(database: Database, heard: Sequence[str]) -> str:
+    proof, closing = database.proof, database.closing(MACHINE)
+    frames = database.of(MACHINE)
+    machine_time = database.signal("machine_time")
+    answered = database.signal("answered_time")
+    numbers: dict[str, float] = {
+        "MACHINE_FRAMES": len(frames),
+        "COMPENSATOR_FRAMES": len(database.of(COMPENSATOR)),
+        "HEARD": len(heard),
+        "PROOF_FRAME": frames.index(proof) if proof else -1,
+        "AXES": len(AXES),
+        "COUNTERS": COUNTERS,
+        "LARGEST_ECHO": LARGEST_ECHO,
+        "BIT_RATE": database.bit_rate,
+        "FRAME_S": frame_bits(closing.size) / database.bit_rate,
+        "CYCLE_S": closing.cycle_s,
+        "TIMEOUT_S": closing.timeout_s,
+        "STARTUP_S": GatewaySettings().startup_s,
+        "COLD_FOR_S": COLD_FOR_S,
+        "TIME_SCALE": machine_time.scale,
+        "TIME_COUNT": float(high_raw(machine_time) + 1),
+        "ANSWERED_COUNT": float(1 << answered.bits),
+        "MACHINE_RUNNING": _code(database, "machine_state", "running"),
+        "THERMAL_COLD": _code(database, "thermal_state", "cold"),
+        "VALID_VALID": _code(database, "valid", "valid"),
+        "VALID_INVALID": _code(database, "valid", "invalid"),
+        "STATUS_REFERENCE_UNKNOWN": _code(database, "status", "reference_unknown"),
+        "FRESHNESS_PROVEN": _code(database, FRESHNESS, PROVEN),
+        "FRESHNESS_NOT_PROVEN": _code(database, FRESHNESS, NOT_PROVEN),
+    }
+    places = {name: heard.index(name) if name in heard else 0 for name in HEARD}
+    numbers |= {f"HEARD_{name.upper()}": place for name, place in places.items()}
+    names = [f"ROLE_{role.upper()}" for role in ROLES]
+    roles = [*names, "ROLE_UNCERTAINTY", f"ROLE_SLOPE = ROLE_UNCERTAINTY + {len(AXES)}"]
+    roles += [f"ROLE_TOOL_LENGTH = ROLE_SLOPE + {len(AXES)}", "ROLES"]
+    lines = [
+        HEAD,
+        '#ifndef NODE_DATA_H\n#define NODE_DATA_H\n\n#include "frames.h"\n',
+        *(f"#define {name} {_number(value)}" for name, value in numbers.items()),
+        f"enum role {{ {', '.join(roles)} }};",
+        f"enum fault {{ {', '.join(f'FAULT_{fault.upper()}' for fault in FAULTS)} }};",
+        f"enum state {{ {', '.join(f'STATE_{state.upper()}' for state in STATES)} }};",
+        "struct axis { size_t uncertainty, tilt; };",
+        "extern const struct frame machine_frames[], compensator_frames[];",
+        "extern const struct signal machine_signals[], offset_signals[];",
+        "extern const size_t valid_ref, status_ref, offset_count;",
+        "extern const double fault_codes[], state_codes[];",
+        "extern const struct axis axes[];",
+        "\n#endif",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _tables(database: Database, refs: Mapping[str, int]) -> str:
+    offsets = [signal for _, signal in database.signals(COMPENSATOR) if signal.name in OFFSETS]
+    tilts = {"X": "yaw", "Y": "pitch"}
+    axes = [(refs.get(f"d{axis}_uncertainty"), refs.get(tilts.get(axis, ""))) for axis in AXES]
+    lines = [
+        HEAD,
+        '#include "node_data.h"\n\n#include "model.h"\n',
+        *_frames(database, "machine", database.of(MACHINE), refs),
+        *_frames(database, "compensator", database.of(COMPENSATOR), refs),
+        "const struct signal offset_signals[] = {",
+        # The allowed values themselves, where a frame's signals have raw ones.
+        *(
+            f"    {{.low = {s.low!r}, .high = {s.high!r}, .ref = {_ref(refs, s)}}},"
+            for s in offsets
+        ),
+        "};",
+        f"const size_t offset_count = {len(offsets)};",
+        f"const size_t valid_ref = {refs.get('valid', NONE)};",
+        f"const size_t status_ref = {refs.get('status', NONE)};",
+        f"const double fault_codes[] = {{{_codes(database, 'bus_fault', FAULTS)}}};",
+        f"const double state_codes[] = {{{_codes(database, 'gateway_state', STATES)}}};",
+        "const struct axis axes[] = {",
+        *(f"    {{{', '.join(_or_none(ref) for ref in axis)}}}," for axis in axes),
+        "};",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _frames(
+    database: Database, node: str, frames: Sequence[Frame], refs: Mapping[str, int]
+) -> Iterator[str]:
+    """Yield a node's signals in one table, and its frames, each with its part of it."""
+    yield f"const struct signal {node}_signals[] = {{"
+    for frame in frames:
+        places = {signal.name: int(signal.start) for signal in frame.message.signals}
+        for signal in frame.signals.values():
+            yield f"    {_signal(signal, places[signal.name], refs)},"
+    yield "};"
+    yield f"const struct frame {node}_frames[] = {{"
+    first = 0
+    for frame in frames:
+        cycle = next(s for s in frame.message.signals if s.name == frame.cycle)
+        parts = (frame.frame_id, frame.data_id, int(cycle.start), cycle.length)
+        listed = f"{node}_signals + {first}, {len(frame.signals)}"
+        yield f"    {{{', '.join(map(str, parts))}, {listed}}},"
+        first += len(frame.signals)
+    yield "};"
+
+
+def _signal(signal: Signal, start: int, refs: Mapping[str, int]) -> str:
+    missing, error = (float(signal.codes.get(name, -1)) for name in (NOT_AVAILABLE, ERROR))
+    named = sum(1 << raw for raw in signal.codes.values()) if signal.is_enumeration else 0
+    parts = {
+        "start": start,
+        "bits": signal.bits,
+        "scale": signal.scale,
+        "offset": signal.offset,
+        "low": float(low_raw(signal)),
+        "high": float(high_raw(signal)),
+        "missing": missing,
+        "error": error,
+        "fallback": signal.start,
+        # Only the machine's are read, and its have few values.
+        "named": f"UINT64_C({named})" if named < 1 << 64 else 0,
+        "role": _role(signal.name),
+        "ref": _ref(refs, signal),
+    }
+    return f"{{{', '.join(f'.{name} = {value}' for name, value in parts.items())}}}"
+
+
+def _role(name: str) -> str:
+    for axis, letter in enumerate(AXES):
+        if name == f"d{letter}_uncertainty":
+            return f"ROLE_UNCERTAINTY + {axis}"
+        if name == f"d{letter}_per_tool_length":
+            return f"ROLE_SLOPE + {axis}"
+        if name == f"d{letter}_tool_length":
+            return "ROLE_TOOL_LENGTH"
+    return f"ROLE_{name.upper()}" if name in ROLES else "-1"
+
+
+def _ref(refs: Mapping[str, int], signal: Signal) -> str:
+    return _or_none(refs.get(signal.name.removesuffix("_at_tool_length")))
+
+
+def _or_none(ref: int | None) -> str:
+    return NONE if ref is None else str(ref)
+
+
+def _codes(database: Database, name: str, words: Sequence[str]) -> str:
+    return ", ".join(_number(_code(database, name, word)) for word in words)
+
+
+def _code(database: Database, name: str, word: str) -> float:
+    """Return the value that a name stands for; a signal that the DBC lacks is sent by nobody."""
+    if not database.has(name):
+        return 0.0
+    signal = database.signal(name)
+    if word not in signal.codes:
+        raise BadInput(database.path, name, f"has no value named {word}")
+    return signal.codes[word] * signal.scale + signal.offset
+
+
+def _number(value: float) -> str:
+    if isinf(value):
+        return "INFINITY"
+    return f"({value!r})" if value < 0 else repr(value)

@@ -1,0 +1,141 @@
+"""The compensator with a CAN terminal: its frames beside those of the gateway."""
+
+from __future__ import annotations
+
+import struct
+from pathlib import Path
+from random import Random
+from xml.etree import ElementTree as ET
+from zipfile import ZipFile
+
+import pytest
+from fmpy.validation import validate_fmu
+
+import build_fmu
+from tests.fmus.models import five_point_text
+from tests.native.can_bus import (
+    CONFIGURATION,
+    CONFIRM,
+    FAULTS,
+    FORMAT_ERROR,
+    Bench,
+    BusNode,
+    operations,
+    transmitted,
+)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The FMU on the bus, and the one that the gateway steps."""
+    folder = tmp_path_factory.mktemp("dist")
+    model = folder / "by_hand.json"
+    model.write_text(five_point_text())
+    for options in (["--can"], ["--native", "--only", "compensator"]):
+        assert build_fmu.main([*options, "--model", str(model), "--out", str(folder)]) == 0
+    return folder
+
+
+@pytest.fixture
+def bench(folder: Path, tmp_path: Path) -> Bench:
+    return Bench(
+        BusNode(folder / "compensator_can.fmu", tmp_path), folder / "compensator_native.fmu"
+    )
+
+
+def test_a_run_sends_the_gateway_s_frames(bench: Bench) -> None:
+    bench.run(600)
+    assert bench.frames == 8 * bench.answers >= 8 * 600
+    assert abs(bench.node.value("dZ")) > 0.1
+    assert bench.node.value("T3") == pytest.approx(bench.machine.values(60.0)["T3"], abs=0.006)
+
+
+def test_under_faults_it_sends_the_gateway_s_frames(bench: Bench) -> None:
+    random = Random(1)
+    faults = {}
+    for count in range(20, 2000):
+        if random.random() < 0.1:
+            kind = random.choice(FAULTS)
+            for further in range(random.randint(1, 8) if kind in ("silence", "stopped") else 1):
+                faults[count + further] = kind
+    bench.run(2000, faults)
+    assert len({fault for _, fault in bench.seen}) > 10
+
+
+def test_without_a_machine_it_says_so(bench: Bench) -> None:
+    while bench.node.due_s < 12.0:
+        bench.tick()
+    assert {state for state, _ in bench.seen} == {0.0, 4.0}
+
+
+def test_a_state_goes_on_with_the_same_frames(folder: Path, bench: Bench, tmp_path: Path) -> None:
+    bench.run(50)
+    fmu = bench.node.fmu
+    data = fmu.serializeFMUState(fmu.getFMUState())
+    other = BusNode(folder / "compensator_can.fmu", tmp_path / "other")
+    other.fmu.setFMUState(other.fmu.deserializeFMUState(data))
+    other.time_s, other.due_s = bench.node.time_s, bench.node.due_s
+    assert other.send() == bench.node.send() != b""
+
+
+def test_the_bus_learns_the_bit_rate_first(bench: Bench) -> None:
+    first = next(operations(bench.node.send()))
+    assert first == (CONFIGURATION, struct.pack("<BI", 1, 500_000))
+
+
+def test_other_operations_change_nothing_and_what_is_none_comes_back(bench: Bench) -> None:
+    bench.run(20)
+    node = bench.node
+    confirmed = struct.pack("<III", CONFIRM, 12, 0x190)
+    cut = transmitted(0x210, bytes(8))[:20]
+    node.receive(node.time_s, confirmed + cut)
+    told = dict(operations(node.send()))
+    assert told[FORMAT_ERROR] == struct.pack("<H", len(cut)) + cut
+    assert told.keys() == {0x10, FORMAT_ERROR}
+
+
+def test_the_description_is_that_of_the_layered_standard(folder: Path) -> None:
+    path = folder / "compensator_can.fmu"
+    assert validate_fmu(str(path)) == []
+    with ZipFile(path) as archive:
+        model, icons, manifest = (
+            ET.fromstring(archive.read(name))
+            for name in (
+                "modelDescription.xml",
+                "terminalsAndIcons/terminalsAndIcons.xml",
+                "extra/org.fmi-standard.fmi-ls-bus/fmi-ls-manifest.xml",
+            )
+        )
+    assert manifest.get("isBusSimulationFMU") == "false"
+    simulation = model.find("CoSimulation")
+    assert simulation is not None
+    assert simulation.get("hasEventMode") == "true"
+    terminal = next(t for t in icons.iter("Terminal") if t.get("name") == "CAN")
+    assert terminal.get("terminalKind") == "org.fmi-ls-bus.network-terminal"
+    listed = {variable.get("name"): variable for variable in model.iter()}
+    members = {
+        m.get("memberName"): listed[m.get("variableName")]
+        for m in terminal.iter()
+        if m.get("memberName")
+    }
+    assert {name: entry.tag for name, entry in members.items()} == {
+        "Rx_Data": "Binary",
+        "Tx_Data": "Binary",
+        "Rx_Clock": "Clock",
+        "Tx_Clock": "Clock",
+        "BusNotifications": "Boolean",
+    }
+    for side in ("Rx", "Tx"):
+        assert members[f"{side}_Data"].get("clocks") == members[f"{side}_Clock"].get(
+            "valueReference"
+        )
+    assert not [v for v in model.iter("Float64") if v.get("causality") == "input"]
+
+
+def test_frames_without_a_sensor_are_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    model = tmp_path / "many.json"
+    model.write_text(five_point_text(sensors=12))
+    assert build_fmu.main(["--can", "--model", str(model), "--out", str(tmp_path)]) == 2
+    assert "carries no signal T12" in capsys.readouterr().err
