@@ -34,6 +34,9 @@ def draw_days(noses: Mapping[str, Nose], target: Path) -> None:
             label = f"{axis.upper()}, compensated"
             held = table[f"error_{axis}"].where(table.held)
             axes.plot(hours, held, ".", ms=2.0, color=COLOURS[axis], label=label)
+        # After an abort an axis may stand anywhere: that must not set the scale.
+        axes.set_ylim(axes.get_ylim())
+        for axis in AXES:
             gone = table[f"error_{axis}"].where(~table.held)
             axes.plot(hours, gone, "x", ms=2.0, color="0.6", zorder=0)
         for number, event in enumerate(nose.events, 1):
