@@ -123,6 +123,23 @@ class _Stepped:
             self.slopes = _slopes(network, drive, known)
         self.shown = _weights(self.machine, effects, network, observed.channels)
         self._gains: dict[tuple[tuple[float, ...], float], tuple[FloatArray, ...]] = {}
+        self._couplings: dict[int, tuple[FloatArray, FloatArray]] = {}
+
+    def _coupling(self, k: int) -> tuple[FloatArray, FloatArray]:
+        """Return what J makes of the modes at a step's start and at its end, to multiply.
+
+        The same for all paths, which come in many turns.
+        """
+        if k not in self._couplings:
+            assert self.slopes is not None
+            modes = self.modes[self.keys[k]]
+            at_start, at_end = (
+                modes.to_modes[0] @ slope[k] @ modes.to_state[0] for slope in self.slopes
+            )
+            _, _, at_last = self._gain(self.keys[k], float(self.steps[k]))
+            implicit = np.linalg.inv(np.eye(self.size) - at_last[:, None] * at_end)
+            self._couplings[k] = at_start.T, implicit.T
+        return self._couplings[k]
 
     def _gain(self, key: tuple[float, ...], step: float) -> tuple[FloatArray, ...]:
         """Return what is kept over a step, and the gains of its first and last forcing."""
@@ -203,11 +220,8 @@ class _Stepped:
             started, pushed = state, flow * at_last
             state = keep * state - flow * (at_first * now[:, None])
             if self.slopes is not None:
-                at_start, at_end = (
-                    modes.to_modes[0] @ slope[k] @ modes.to_state[0] for slope in self.slopes
-                )
-                state += started @ at_start.T * at_first
-                implicit = np.linalg.inv(np.eye(self.size) - at_last[:, None] * at_end).T
+                explicit, implicit = self._coupling(k)
+                state += started @ explicit * at_first
                 state, pushed = state @ implicit, pushed @ implicit
             behind = behind + 0.5 * step * rate * now
             slowed = np.einsum("sn,sn->s", seen, pushed) + 0.5 * step * rate

@@ -39,7 +39,6 @@ squared]. Development split: machines with nothing missing leave 0.9 to 1.7."""
 RIVALS = 6
 """Rivals tried in the place of an addition when another one has joined it; set for time."""
 
-
 LEADERS = 4
 """Candidates that are calibrated to the end, whatever they win at first; set for time."""
 

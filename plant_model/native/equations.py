@@ -196,13 +196,14 @@ class _Tracer:
         target, constants = self._lags(slices)
         at_end, states = self.temperatures[:, 0], self.own[:, 0]
         matrix, to_boundary = self._conductances()
-        flows = zip(_flat(network.heat(self.inputs)), _flat(dependent), strict=True)
+        heat = _flat(network.heat(self.inputs))
+        flows = zip(heat, _flat(dependent), strict=True)
         slopes = self._slopes([self._do("add", *pair) for pair in flows], matrix, to_boundary)
         return Equations(
             capacity=_flat(network.capacity),
             matrix=matrix,
             boundary=to_boundary,
-            heat=_flat(network.heat(self.inputs)),
+            heat=heat,
             dependent=_flat(dependent),
             rates=_flat(rates),
             slopes=slopes + _flat(rates),
