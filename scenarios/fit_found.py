@@ -26,8 +26,18 @@ def told(kind: str, targets: Sequence[str], found: Mapping[str, Any]) -> list[st
     lines = []
     if not fitted_models()[kind].by_temperature:
         lines.append(f"of them {kind}, the mean function, uses none; the Gaussian on it does")
-    lines += [*_regression(found), *_weights(found), *_time_constants(targets, found)]
-    return [*lines, *_network(found), *_series(found)]
+    return [*lines, *_all_of(targets, found)]
+
+
+def _all_of(targets: Sequence[str], found: Mapping[str, Any]) -> Iterator[str]:
+    yield from _regression(found)
+    yield from _weights(found)
+    yield from _time_constants(targets, found)
+    yield from _factors(found)
+    yield from _network(found)
+    yield from _series(found)
+    for part, its in found.get("parts", {}).items():
+        yield from (f"{part}: {line}" for line in _all_of(targets, its))
 
 
 def _regression(found: Mapping[str, Any]) -> Iterator[str]:
@@ -51,8 +61,14 @@ def _time_constants(targets: Sequence[str], found: Mapping[str, Any]) -> Iterato
             yield f"time constant {when} [s]: {each}"
 
 
+def _factors(found: Mapping[str, Any]) -> Iterator[str]:
+    if "factors" in found:
+        each = ", ".join(f"{name} {factor:.2f}" for name, factor in found["factors"].items())
+        yield f"factors on what the finite elements start from: {each}"
+
+
 def _network(found: Mapping[str, Any]) -> Iterator[str]:
-    if "nodes" in found:
+    if "weights_and_thresholds" in found:
         shape = "-".join(map(str, found["nodes"]))
         yield f"network {shape}, {found['iterations']} iterations"
 

@@ -80,13 +80,14 @@ def _heat_map(found: Survey, path: Path) -> Path:
 
 
 def _loops(found: Survey, path: Path) -> Path:
-    count = len(found.points)
+    places = range(len(found.sensors))
+    count = len(places)
     columns = min(count, COLUMNS)
     rows = -(-count // columns)
     figure = Figure(figsize=(3.4 * columns, 3.1 * rows), layout="constrained")
     FigureCanvasAgg(figure)
     panels = figure.subplots(rows, columns, sharey=True, squeeze=False).ravel()
-    for panel, place in zip(panels, found.points, strict=False):
+    for panel, place in zip(panels, places, strict=False):
         loop = found.loops[place]
         for rises, drift in found.traces:
             panel.plot(rises[:, place], drift, linewidth=1.0)
@@ -103,6 +104,7 @@ def _loops(found: Survey, path: Path) -> Path:
         panel.set_visible(False)
     for panel in panels[::columns]:
         panel.set_ylabel(f"{found.target} [{found.unit}]")
-    figure.suptitle("Drift against temperature: one line per run, the dot is its end", fontsize=11)
+    title = "Drift against temperature: one line per run, the dot is its end"
+    figure.suptitle(title if columns > 1 else title.replace(": ", ":\n"), fontsize=11)
     figure.savefig(path, dpi=DPI, metadata={"Software": None})
     return path

@@ -4,7 +4,7 @@
 
 Three simulated machines, three protocols side by side, several seeds each, and what noise alone
 leaves in every table. Every figure stands beside the study's; ``--write`` writes the same page to
-docs/studies.md.
+docs/studies.md, and its pictures.
 """
 
 from __future__ import annotations
@@ -29,6 +29,7 @@ from benchmarks.studies.groupings import (
     GREY,
     TREE,
     Grouped,
+    draw_grouped,
     grouped,
     groupings_claim,
     groupings_table,
@@ -143,6 +144,7 @@ def main() -> int:
     print(page)
     if args.write:
         write_atomically(DOCS / "studies.md", page)
+        draw_grouped("study_size", 1, DOCS / "figures" / "studies")
     return 0
 
 

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
+from pathlib import Path
 from typing import Any
 
 from benchmarks.studies.machines import truth
 from benchmarks.studies.published import GA_POINTS, TS_GROUPS
 from benchmarks.studies.tables import as_table
 from fmu_compensator.fit.survey import survey
+from scenarios.points_figures import draw_points
 from scenarios.presets import PRESETS
 
 GREY, TREE = "GA", "TS"
@@ -49,6 +51,14 @@ class Grouped:
     seed: int
     groups: tuple[tuple[int, ...], ...]
     points: tuple[int, ...]
+
+
+def draw_grouped(machine: str, seed: int, folder: Path) -> list[Path]:
+    """Draw dendrogram, map of degrees and loops of a machine's training run, all thermometers."""
+    known = truth(machine)
+    run = known.runs(seed)["fit"].measured
+    preset = PRESETS[TREE]
+    return draw_points(survey([run], known.rig, grouping=preset.points, **preset.grey), folder)
 
 
 def grouped(machine: str, seed: int) -> list[Grouped]:

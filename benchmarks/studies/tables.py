@@ -239,13 +239,14 @@ def elements() -> list[dict[str, str]]:
 
 
 def elements_table() -> str:
-    """Return the elements of the studies, each with its command, file and test."""
+    """Return the elements of the studies, each with its command, file, test and oracle."""
     rows = []
     for one in elements():
         file, _, name = one["test"].partition("::")
         code = [f"`{cell}`" for cell in (one["command"], one["file"], file)]
-        rows.append([one["study"], one["element"], one["here"], *code, name])
-    return as_table(["study", "element", "here", "command", "file", "test", "its name"], rows)
+        rows.append([one["study"], one["element"], one["here"], *code, name, one["oracle"]])
+    head = ["study", "element", "here", "command", "file", "test", "its name", "its oracle"]
+    return as_table(head, rows)
 
 
 def as_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:

@@ -14,7 +14,7 @@ import numpy as np
 from fmu_compensator.fit.training import Array
 
 MOST = 0.25
-"""Lags up to this share of the shortest run are tried, either way [1]: half of it is judged on."""
+"""Lags up to this share of the shortest run are tried, either way [1]; the rest is judged on."""
 TINY = 1e-12  # [K^2], of a temperature that stands still
 
 
@@ -53,11 +53,13 @@ def loop_of(rises: Sequence[Array], drifts: Sequence[Array], step_s: float) -> L
         From sample to sample [s].
     """
     most = int(MOST * min(len(rise) for rise in rises))
-    # All lags are judged on the same samples: those that have a rise at each of them.
-    drift = np.concatenate([one[most : len(one) - most] for one in drifts])
+    # All lags are judged on the same samples. Before the start a rise was what it is there, so only
+    # the ends are left out, and how the machine warms up counts.
+    drift = np.concatenate([one[: len(one) - most] for one in drifts])
+    padded = [np.concatenate([np.full(most, one[0]), one]) for one in rises]
     found = {}
     for lag in range(-most, most + 1):
-        parts = [one[most - lag : len(one) - most - lag] for one in rises]
+        parts = [one[most - lag : len(one) - most - lag] for one in padded]
         rise = np.concatenate(parts)
         away, off = rise - rise.mean(), drift - drift.mean()
         rate = float(away @ off) / max(float(away @ away), TINY)

@@ -135,6 +135,7 @@ class VectorAngleCosine(FittedModel):
                 for condition in (CONDITIONS if combination == "adaptive" else ("steady",))
             },
             "cosine": dict(zip(task.target_names, rows.cosines(weights["steady"]), strict=True)),
+            "parts": {kind: part.report() for kind, part in zip(kinds, fitted, strict=True)},
         }
         return cls(kinds, fitted, weights, prior, diagnostics)
 
@@ -175,7 +176,7 @@ class VectorAngleCosine(FittedModel):
         }
 
     def report(self) -> dict[str, Any]:
-        """Return the weights, and the cosine that they reach."""
+        """Return the weights, the cosine that they reach, and what the constituents report."""
         return self._diagnostics
 
 

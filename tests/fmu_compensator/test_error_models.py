@@ -17,6 +17,7 @@ from fmu_compensator.runtime.error_models import error_models
 from fmu_compensator.runtime.error_models.base import ErrorModel
 from fmu_compensator.runtime.fields import Fields, ModelFileError
 from measurement.errors import BadInput
+from scenarios.fit_found import told
 from tests.fmu_compensator.conftest import RIG, make_run
 
 CHOSEN = [0, 3]
@@ -50,6 +51,14 @@ def task_of(kind: str, form: str) -> Task:
 @cache
 def fitted(kind: str, form: str) -> FittedModel:
     return fitted_models()[kind].fit(task_of(kind, form), **QUICK.get(kind, {}))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_what_a_fit_reports_can_be_told(kind: str) -> None:
+    found = fitted(kind, "rise")
+    lines = told(kind, ("elongation", "yaw", "pitch", "near_x", "near_y"), found.report())
+    assert all(line and "\n" not in line for line in lines)
+    assert json.dumps(found.report())
 
 
 def runtime_of(kind: str, form: str = "rise") -> ErrorModel:

@@ -15,6 +15,7 @@ from scenarios.cli import main
 from scenarios.presets import EQUATION_8, PRESETS, TRAINED
 from studies.finite_elements import read_description
 from studies.finite_elements.films import turning_film
+from studies.fit.ne import time_constant
 from tests.fmu_compensator.conftest import make_run
 
 QUICK = ["--option", "iterations=3", "--option", "population=6", "--option", "generations=2"]
@@ -59,6 +60,21 @@ def test_the_time_series_study_says_order_tests_and_correlations(
         assert said in text
     assert "of them arma, the mean function, uses none" in text
     assert (tmp_path / "figures" / "correlations.png").stat().st_size > 10_000
+
+
+def test_the_hybrid_study_says_weights_and_what_its_parts_found(
+    runs: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    fitted(runs, tmp_path, "--as", "VAC", "--points", "T1,T4")
+    text = capsys.readouterr().out
+    tau = time_constant(**EQUATION_8)
+    for said in (
+        "weights, steady, elongation: mlr ",
+        f"ne: time constant turning [s]: elongation {tau:.0f}",
+        "mlr: condition number ",
+        "fem: factors on what the finite elements start from: ",
+    ):
+        assert said in text
 
 
 def test_an_option_after_a_preset_overrides_and_another_model_has_its_own_options(
