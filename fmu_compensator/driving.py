@@ -15,12 +15,11 @@ from measurement.drift import counted, measured_drift
 from measurement.errors import BadInput
 from measurement.faults.record import SLOWER
 from measurement.resampling import GAP_INTERVALS
-from measurement.rig import Rig
+from measurement.rig import AXES, Rig
 from measurement.runs import Run
 
 STEP_S = 60.0
 """Rows closer together tell nothing more of drift [s]."""
-AXES = ("X", "Y", "Z")
 
 
 @dataclass(frozen=True)

@@ -22,6 +22,7 @@ from fmu_packaging.documentation import Page, in_python, index_page
 from fmu_packaging.slave import DriftSlave
 
 PINNED_TIME = (1980, 1, 1, 0, 0, 0)
+"""The same content gives the same bytes."""
 LICENCE = Path(__file__).resolve().parent / "assets" / "LICENSE.txt"
 
 OLDEST_PYTHON = (3, 11)

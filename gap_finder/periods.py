@@ -19,7 +19,7 @@ from plant_model.parameters import FloatArray
 PHASES = np.arange(0.0, 1.0, 1.0 / 24.0)
 """Places in a cycle that are tried [1]."""
 
-LIKELY = 3
+MOST_PERIODS = 3
 """Periods that are tried, the strongest in the residuals first."""
 
 SLOW_S = 1500.0
@@ -66,7 +66,7 @@ def likely_periods(
             orthogonal = np.linalg.qr(basis)[0]
             power[i] += float(np.sum((orthogonal.T @ columns) ** 2))
     peaks = find_peaks(np.concatenate([[0.0], power, [0.0]]))[0] - 1
-    strongest = peaks[np.argsort(-power[peaks])][:LIKELY]
+    strongest = peaks[np.argsort(-power[peaks])][:MOST_PERIODS]
     return [float(periods[i]) for i in strongest]
 
 

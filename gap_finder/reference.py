@@ -31,7 +31,7 @@ PENALTIES = tuple(0.01 * 10.0 ** (0.5 * k) for k in range(10))
 START = "start"
 """What the predictors are called that say how warm the machine started."""
 
-LEAST_SHARE = 0.1
+LEAST_PREDICTED = 0.1
 """Share of what the plant leaves that an input must predict to be told [1]."""
 
 
@@ -176,7 +176,7 @@ class ReferenceModel:
         for name in dict.fromkeys(name for name, _ in labels):
             lags = dict.fromkeys(lag for other, lag in labels if other == name)
             share = self._share(left, [i for i, one in enumerate(labels) if one[0] == name])
-            if share < LEAST_SHARE:
+            if share < LEAST_PREDICTED:
                 continue
             alone = {
                 lag: self._share(left, [i for i, one in enumerate(labels) if one == (name, lag)])

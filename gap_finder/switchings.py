@@ -42,7 +42,7 @@ once, when a machine gets warm, cannot be told from what else comes with warmth.
 ROWS_S = 20.0
 """Rows closer than this are taken together [s]: no cooler switches as fast."""
 
-LEAST_SHARE = 0.1
+LEAST_FOLLOWING = 0.1
 """Share of what is quick in the residuals that must follow the relay to be simulated with it [1]:
 development cases of `benchmarks.gap.switched` have 0.12 to 0.6, but for one that stays unseen."""
 
@@ -52,7 +52,7 @@ MODES = 3
 AT_ONCE = 64
 """Settings compared at once: more take memory and no less time."""
 
-LIKELY = 3
+MOST_SIMULATED = 3
 """Parts and settings that are simulated."""
 
 
@@ -198,8 +198,8 @@ def likely_switchings(
     Returns
     -------
     list of Switching
-        Best first, no more than `LIKELY`; empty where nothing that happens again and again follows
-        any of them.
+        Best first, no more than `MOST_SIMULATED`; empty where nothing that happens again and
+        again follows any of them.
     """
     compared = _Compared(machine, observed, residuals, carried)
     found = []
@@ -219,10 +219,10 @@ def likely_switchings(
             ]
             shares = compared.shares(seen, finer)
             best = int(np.argmax(shares))
-            if shares[best] >= LEAST_SHARE:
+            if shares[best] >= LEAST_FOLLOWING:
                 relays = tuple(Relay(one, *finer[best]) for one in seen)
                 found.append(Switching(part, relays, float(shares[best])))
-    return sorted(found, key=lambda one: -one.share)[:LIKELY]
+    return sorted(found, key=lambda one: -one.share)[:MOST_SIMULATED]
 
 
 def _apart(

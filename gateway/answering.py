@@ -8,8 +8,7 @@ from typing import Protocol
 
 from gateway.codec import Value
 from gateway.database import COMPENSATOR, Database
-
-AXES = ("X", "Y", "Z")
+from measurement.rig import AXES
 
 
 class Unit(Protocol):

@@ -15,6 +15,7 @@ import can
 
 from gateway.database import EXTENDED
 from gateway.framelog import FrameLog
+from gateway.timebase import CLOCK_DRIFT
 from measurement.errors import BadInput
 
 FIRST_WAIT_S, LONGEST_WAIT_S = 0.5, 8.0
@@ -29,8 +30,6 @@ ECHOING = ("udp_multicast",)
 """Interfaces on which a node hears its own frames."""
 ECHOES = 256
 """So many own frames may be on their way back."""
-DRIFT = 5e-4
-"""Another interface's clock may drift away from this computer's by so much."""
 Clock = Callable[[], float]
 
 
@@ -243,7 +242,7 @@ class Link:
         # The clock of an adapter began at any time: the quickest frame so far did not wait.
         now = self._clock()
         gap = now - message.timestamp
-        self._quickest_s = min(self._quickest_s + DRIFT * (now - self._quickest_at), gap)
+        self._quickest_s = min(self._quickest_s + CLOCK_DRIFT * (now - self._quickest_at), gap)
         self._quickest_at = now
         return gap - self._quickest_s
 

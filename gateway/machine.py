@@ -10,6 +10,7 @@ from typing import Protocol
 
 import can
 
+from fmu_compensator.runtime.fmi_slave import HALF_WIDTHS
 from gateway.codec import Sender, Value, high_raw, name_of
 from gateway.control import OffsetFollower
 from gateway.database import (
@@ -24,7 +25,6 @@ from gateway.link import Link
 from gateway.probes import TAKEN, ProbeSender
 from gateway.proof import CHALLENGE
 from gateway.reception import Cycle, Reception
-from scenarios.probe_cycle import HALF_WIDTHS
 
 FAREWELLS = 3
 STALE_CYCLES = 3.5

@@ -18,7 +18,7 @@ from math import inf, nan
 
 import can
 
-from gateway.answering import AXES, Answered, Unit, by_tool_length, half_widths
+from gateway.answering import Answered, Unit, by_tool_length, half_widths
 from gateway.clocks import Hours
 from gateway.codec import Sender, Value
 from gateway.database import COMPENSATOR, MACHINE, TRUST, Database, key_of
@@ -29,6 +29,7 @@ from gateway.reception import Cycle, Finding, Reception, Substitution
 from gateway.reference import Proof, Reference
 from gateway.state import Saved
 from gateway.stepping import Stepper
+from measurement.rig import AXES
 
 QUIET_S = 60.0
 """The same fault of the same frame is said again after this time at the earliest [s]."""

@@ -11,7 +11,7 @@ used until the offset is right again, whatever the machine says in between."""
 
 from __future__ import annotations
 
-DRIFT = 5e-4
+CLOCK_DRIFT = 5e-4
 """Two clocks may drift apart by this much of the time gone by. Crystals of 100 ppm each, in any
 temperature that a cabinet has, stay well below. A delay that grows more slowly than this cannot be
 told from drift."""
@@ -90,7 +90,7 @@ class Timebase:
             fault = "time_jump" if jumped else "time_stands"
             return fault, "machine_time stands while the machine runs"
         position_s = self._position_s + (ahead - self._period * back) * self._count_s
-        offset_s, drift_s = arrived - position_s, DRIFT * max(arrived - self._arrived, 0.0)
+        offset_s, drift_s = arrived - position_s, CLOCK_DRIFT * max(arrived - self._arrived, 0.0)
         behind_s, restarted = offset_s - self._low_s, self._restarted
         self._last, self._position_s, self._arrived = raw, position_s, arrived
         self._restarted = False

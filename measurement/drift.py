@@ -9,10 +9,9 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 
-from measurement.rig import AXES, DirectRig, FivePointRig, Rig
+from measurement.rig import AXES, UM_PER_MM, DirectRig, FivePointRig, Rig
 from measurement.runs import Run
 
-UM_PER_MM = 1e3
 RAD_PER_URAD = 1e-6
 FROM_START = {"rise": True, "level": True, "absolute": False}
 """Whether drift counts from a run's first reading, by the input form of an error model."""

@@ -30,7 +30,7 @@ POSE = ("elongation_um", "yaw_urad", "pitch_urad", "near_x_um", "near_y_um")
 
 _AXIAL_WORDS = {"growth", "elongation", "axial"}
 _NOT_DRIFT = {"offset", "error"}  # the plant's other signals per axis
-_UM_PER_MM = 1e3
+UM_PER_MM = 1e3
 _URAD = 1e6
 
 Distance = Annotated[float, Field(ge=-10_000.0, le=10_000.0, allow_inf_nan=False)]
@@ -143,12 +143,12 @@ class FivePointRig(SimulatedRig):
             frame[name].to_numpy(dtype=np.float64) for name in self.columns
         )
         x, y = self.near_x_sign * near_x, self.near_y_sign * near_y
-        spacing = self.spacing_mm * _UM_PER_MM
+        spacing = self.spacing_mm * UM_PER_MM
         slope_x = (self.distal_x_sign * distal_x - x) / spacing
         slope_y = (self.distal_y_sign * distal_y - y) / spacing
         elongation = self.axial_sign * axial
         if self.test_bar_mm:  # else an axial reading would be lost with a missing radial one
-            bar = self.test_bar_mm * _UM_PER_MM
+            bar = self.test_bar_mm * UM_PER_MM
             # (reading + bar) / cos - bar, written so that no digits cancel.
             elongation = elongation + (elongation + bar) * _less_one(slope_x, slope_y)
         tilt = (slope_x, slope_y) if small_angle else (np.arctan(slope_x), np.arctan(slope_y))
@@ -173,9 +173,9 @@ class FivePointRig(SimulatedRig):
             raise BadInput("pose", missing, f"is missing; the columns {', '.join(POSE)} are needed")
         elongation, yaw, pitch, x, y = (pose[name].to_numpy(dtype=np.float64) for name in POSE)
         slope_x, slope_y = np.tan(yaw / _URAD), np.tan(pitch / _URAD)
-        spacing = self.spacing_mm * _UM_PER_MM
+        spacing = self.spacing_mm * UM_PER_MM
         if self.test_bar_mm:
-            bar = self.test_bar_mm * _UM_PER_MM
+            bar = self.test_bar_mm * UM_PER_MM
             more = _less_one(slope_x, slope_y)
             elongation = elongation - (elongation + bar) * more / (1.0 + more)
         values = (

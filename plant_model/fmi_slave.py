@@ -12,6 +12,7 @@ from fmu_packaging.slave import DriftSlave, FmuError
 from fmu_packaging.variables import Variable
 from plant_model.effects import catalogue
 from plant_model.machine import Input, Machine
+from plant_model.noise import LARGEST_SEED
 from plant_model.parameters import Parameter, ParameterError
 from plant_model.stepper import AXES, OFFSETS, PlantStepper
 
@@ -19,7 +20,6 @@ MACHINE_FILE = "machine.json"
 """The machine, in the FMU's resources."""
 
 USUAL_TEMPERATURE, USUAL_TOOL, LONGEST_TOOL = 20.0, 150.0, 2000.0  # [degC, mm, mm]
-LARGEST_SEED = 2**31 - 1
 WIDEST_UM = 1e5
 WIDEST_RISE_K = 200.0
 

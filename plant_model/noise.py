@@ -16,6 +16,8 @@ from plant_model.parameters import FloatArray
 
 GAMMA = 0x9E3779B97F4A7C15
 WORD = 2**64 - 1
+LARGEST_SEED = 2**31 - 1
+"""What an FMI Integer holds."""
 
 
 def _mixed(z: npt.NDArray[np.uint64]) -> npt.NDArray[np.uint64]:

@@ -34,12 +34,13 @@ import numpy as np
 import pandas as pd
 from tqdm import tqdm
 
+from fmu_compensator.runtime.fmi_slave import HALF_WIDTHS
 from measurement.errors import BadInput
 from scenarios.faults import FaultLine, SensorFault
 from scenarios.fmu import Port, Slave, interruptible
 from scenarios.fmu_file import FmuFile
 from scenarios.loop_in_c import Compensated, LoopInC, library
-from scenarios.probe_cycle import HALF_WIDTHS, ProbeCycle
+from scenarios.probe_cycle import ProbeCycle
 from scenarios.recording import Event, Recording, facts_of
 from scenarios.replay import model_of
 from scenarios.scenario import Case, signal_setting

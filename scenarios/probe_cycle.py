@@ -17,8 +17,6 @@ from scenarios.scenario import Probe
 from scenarios.signals.base import FloatArray
 from scenarios.wiring import PROBED
 
-HALF_WIDTHS = ("dX_uncertainty", "dY_uncertainty", "dZ_uncertainty")
-
 
 class ProbeSource:
     """When a probe is due, and what it shows.

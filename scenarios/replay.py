@@ -25,7 +25,7 @@ from fmu_compensator.runtime.modelfile import Model, ModelFileError, parse_model
 from measurement.drift import measured_drift
 from measurement.errors import BadInput
 from measurement.faults import GROSS, Fault, cleaned, find_faults
-from measurement.rig import FivePointRig, Rig, rig_from_table
+from measurement.rig import AXES, FivePointRig, Rig, rig_from_table
 from measurement.runs import Run
 from scenarios.charts import BEFORE, LINES, Chart, Line, Panel, interval
 from scenarios.fmu import Port, Slave, interruptible
@@ -35,7 +35,6 @@ from scenarios.recording import Event, FmuFacts, facts_of
 from scenarios.table import NO_COMPENSATION
 from scenarios.wiring import PROBED, TOOL_LENGTH
 
-AXES = ("X", "Y", "Z")
 MODELS = (f"resources/{MODEL_FILE}", f"documentation/{MODEL_FILE}")  # in Python, in C
 LABEL = "Compensated"
 LABEL_PROBED = "Compensated, with probes"

@@ -14,6 +14,7 @@ import numpy as np
 from tqdm import tqdm
 
 from fmu_compensator.fit.advice import advice
+from fmu_compensator.runtime.compensator import AT_ZERO, WAITING
 from measurement.doubts import doubt_lines
 from measurement.errors import BadInput
 from measurement.faults import (
@@ -54,8 +55,6 @@ from scenarios.runner import fmu_facts, versions
 from scenarios.table import Group, group_of, overall
 
 ALL = "All runs together"
-WAITING, AT_ZERO = 1, 31
-"""Status codes: not started yet, and given up (from the second one on)."""
 MOST_SHOWN = 8
 """So many probes of a run are named by their time [1]."""
 WORTH_SAYING = 0.05

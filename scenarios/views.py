@@ -11,14 +11,13 @@ import numpy as np
 import pandas as pd
 
 from measurement.errors import BadInput
-from measurement.rig import FivePointRig, rig_from_table
+from measurement.rig import AXES, FivePointRig, rig_from_table
 from measurement.units import UNITS, split_column
 from scenarios.charts import BEFORE, LINES, MANY, MEASURED, Chart, Line, Panel, interval
 from scenarios.recording import Recording
 from scenarios.signals.base import FloatArray
 from scenarios.table import NO_COMPENSATION, Group, group_of
 
-AXES = ("X", "Y", "Z")
 MACHINES = ("resources/machine.json", "documentation/machine.json")  # in Python, in C
 TOOL = "tool_length_mm"
 AVERAGE_S = 60.0

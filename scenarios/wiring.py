@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from measurement.errors import BadInput, shown
+from measurement.rig import AXES
 
 TOOL_LENGTH = "tool_length"
-AXES = "XYZ"
 Variables = Mapping[str, Any]
 """The variables of an FMU as fmpy describes them, by name and in the FMU's order."""
 

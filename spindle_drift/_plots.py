@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
+from measurement.rig import AXES
 from scenarios.charts import BEFORE, LINES, MANY, MEASURED, Chart, Line, Panel, interval
 from scenarios.figures import draw_on
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-AXES = ("X", "Y", "Z")
 
 
 def plot_judged(frame: pd.DataFrame, name: str) -> Figure:

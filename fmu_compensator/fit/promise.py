@@ -14,13 +14,13 @@ from typing import Any
 
 import numpy as np
 
-from fmu_compensator.driving import AXES, Driven, drive
+from fmu_compensator.driving import Driven, drive
 from fmu_compensator.fit.conditions import EXTREME, LIKE, UNLIKE, Fold
 from fmu_compensator.fit.gaussian import DEGREES
 from fmu_compensator.fit.installed import RMS_OF_HALF_WIDTH
 from fmu_compensator.runtime.compensator import UNTRAINED
 from fmu_compensator.runtime.modelfile import Model
-from measurement.rig import Rig
+from measurement.rig import AXES, Rig
 from measurement.runs import Run
 
 
@@ -73,7 +73,7 @@ class RunLeft:
 
 def left_of(driven: Driven, run: str, fold: Fold | None = None) -> RunLeft:
     """Return what was left of a run's drift."""
-    axes = {}
+    axes: dict[str, AxisLeft] = {}
     error, width = driven.error, driven.half_width
     for place, axis in enumerate(AXES):
         known = np.isfinite(error[:, place])

@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 from scipy.stats import t as student
 
-from fmu_compensator.driving import AXES, Driven
+from fmu_compensator.driving import Driven
 from fmu_compensator.fit.training import Array
 from fmu_compensator.monitoring.bounds import FEWEST, upper_bound
+from measurement.rig import AXES
 
 FEWEST_ROWS = 3
 """With fewer measurements a run says nothing of its drift [1]."""
@@ -59,7 +60,7 @@ def bounds_of(figures: Mapping[str, Any]) -> dict[str, float]:
     A file that says nothing of it leaves the bound at `UNUSUAL` alone.
     """
     told = (figures.get("unseen") or {}).get("by_run") or []
-    found = {}
+    found: dict[str, float] = {}
     for place, axis in enumerate(AXES):
         misses = [row["miss"][place] for row in told if row["miss"][place] is not None]
         bound = upper_bound(misses)

@@ -5,6 +5,10 @@ from __future__ import annotations
 import math
 from typing import Any
 
+LARGEST_NUMBER = 1e6
+"""Of an error model's numbers [um/K, urad/K, um, K]; six orders above any spindle, so that products
+with it stay finite."""
+
 
 class ModelFileError(ValueError):
     """A compensator file that cannot be used; one line: file, place, value, what is allowed.

@@ -7,10 +7,9 @@ from itertools import cycle
 from math import sqrt
 from operator import mul
 
-from fmu_compensator.runtime.fields import Fields
+from fmu_compensator.runtime.fields import LARGEST_NUMBER, Fields
 from fmu_compensator.runtime.lags import checked_state, share, taus
 
-LARGEST = 1e6
 MOST_DIRECTIONS = 1000
 MOST_PROBES = 8
 """So many rows hold how far all measurements narrow the interval; what they said stays."""
@@ -101,20 +100,20 @@ class Gaussian:
         width = inputs * (1 + len(lags_s))
         rows = len(fields.items("seen", 0, MOST_DIRECTIONS, "lists of numbers"))
         reference = fields.choice("reference", (OF_START, OF_FIXED))
-        spread = fields.numbers("spread", targets, LARGEST)
+        spread = fields.numbers("spread", targets, LARGEST_NUMBER)
         for place, value in enumerate(spread):
             if not value > 0.0:
                 raise fields.refusal(f"spread.{place}", f"{value:g} is not allowed: above 0")
         model = cls(
             reference,
             fields.numbers("usual", inputs, 1e4) if reference == OF_FIXED else [0.0] * inputs,
-            fields.numbers("constant", targets, LARGEST),
-            fields.number("settled_h", 0.0, LARGEST),
+            fields.numbers("constant", targets, LARGEST_NUMBER),
+            fields.number("settled_h", 0.0, LARGEST_NUMBER),
             lags_s,
-            fields.matrix("weights", targets, width, LARGEST),
-            fields.number("scale", 0.0, LARGEST**2),
-            fields.matrix("seen", rows, width, LARGEST) if rows else [],
-            fields.number("walk_per_h", 0.0, LARGEST),
+            fields.matrix("weights", targets, width, LARGEST_NUMBER),
+            fields.number("scale", 0.0, LARGEST_NUMBER**2),
+            fields.matrix("seen", rows, width, LARGEST_NUMBER) if rows else [],
+            fields.number("walk_per_h", 0.0, LARGEST_NUMBER),
             spread,
             fields.number("deviations", 0.0, 1e3),
             fields.number("coverage", 0.01, 0.9999),

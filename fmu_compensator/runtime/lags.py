@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import expm1, isfinite
 
-from fmu_compensator.runtime.fields import Fields
+from fmu_compensator.runtime.fields import LARGEST_NUMBER, Fields
 
 SHORTEST_S, LONGEST_S = 1.0, 1e7
 MOST_LAGS = 20
-LARGEST_WEIGHT = 1e6  # six orders above any spindle
 FASTEST_RPM = 1e6  # no spindle turns faster, and powers of it stay finite
 
 
@@ -105,4 +104,4 @@ def matrices_by_lag(
     matrices = fields.items(key, lags, lags, "matrices")
     place = f"{fields.place}.{key}" if fields.place else key
     table = Fields({str(lag): one for lag, one in enumerate(matrices)}, fields.source, place)
-    return [table.matrix(str(lag), targets, columns, LARGEST_WEIGHT) for lag in range(lags)]
+    return [table.matrix(str(lag), targets, columns, LARGEST_NUMBER) for lag in range(lags)]

@@ -12,13 +12,12 @@ from typing import ClassVar, Self
 
 from gap_finder.added_paths import AddedPath
 from gap_finder.kinds.base import CalibratedRun, PathChange, free, with_item
+from gap_finder.kinds.heat_path import LARGEST_W_PER_K
 from plant_model.machine import Item, Machine
 
 SIZES_W_PER_K = (2.0, 20.0)
 """Conductances tried, at the top of the input's range [W/K]."""
 
-LARGEST_W_PER_K = 1000.0
-"""As for a heat path [W/K]."""
 
 MOTIONS = ("rpm", "mm_min", "lpm", "1")
 """Units of inputs that may drive it: speed, feed, flow, and a flag such as an open door."""

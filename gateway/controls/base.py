@@ -12,8 +12,7 @@ from dataclasses import dataclass
 from math import inf, isfinite
 
 from gateway.database import OFFSETS
-
-AXES = ("X", "Y", "Z")
+from measurement.rig import AXES
 
 
 @dataclass(frozen=True)

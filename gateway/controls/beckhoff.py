@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from gateway.controls.base import AXES, Control, Write
+from gateway.controls.base import Control, Write
+from measurement.rig import AXES
 
 PORT, GROUP = 551, 0x120300
 """The task GEO, and the index group of its axes' objects."""

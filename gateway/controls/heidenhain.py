@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from gateway.controls.base import AXES, Control, Write
+from gateway.controls.base import Control, Write
+from measurement.rig import AXES
 
-WORDS = dict(zip(AXES, ("W576", "W578", "W580"), strict=True))
+WORDS: dict[str, str] = dict(zip(AXES, ("W576", "W578", "W580"), strict=True))
 
 
 class Tnc(Control):

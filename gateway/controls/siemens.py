@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from gateway.controls.base import AXES, Control, Write
+from gateway.controls.base import Control, Write
+from measurement.rig import AXES
 
 
 class Sinumerik(Control):

@@ -12,6 +12,7 @@ import numpy as np
 from fmpy import read_model_description
 
 from fmu_packaging.native.compilers import Compiler
+from fmu_packaging.package import PINNED_TIME
 from fmu_packaging.units import own_name
 from measurement.errors import BadInput
 from measurement.files import read_bytes
@@ -22,9 +23,6 @@ from scenarios.signals.base import FloatArray
 from scenarios.ssp.signals import signals_fmu
 from scenarios.ssp.structure import Component, Connection, structure
 from scenarios.wiring import TOOL_LENGTH, Variables, check_role, parameter_kind, wire
-
-PINNED_TIME = (1980, 1, 1, 0, 0, 0)
-"""The same content gives the same bytes."""
 
 
 def case_of(scenario: Scenario, variant: str | None) -> Case:

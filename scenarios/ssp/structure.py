@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 from xml.etree import ElementTree as ET
 
+from fmu_packaging.units import BASES
 from scenarios.version import PROGRAM, version
 
 NAMESPACES = {
@@ -17,7 +18,6 @@ NAMESPACES = {
 }
 FMU = "application/x-fmu-sharedlibrary"
 OSP = "com.opensimulationplatform"
-BASES = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
 
 
 @dataclass(frozen=True)

@@ -12,10 +12,10 @@ from matplotlib.figure import Figure
 from measurement.files import write_atomically
 from measurement.overview import png_bytes
 from scenarios.charts import BEFORE, LINES
+from scenarios.figures import DPI
 from scenarios.sweep.plan import Plan
 from scenarios.sweep.tables import FIGURES, PERCENTILES
 
-DPI = 130
 AFTER = LINES[0]
 LOW, MIDDLE, HIGH = PERCENTILES
 BAND = f"{LOW} to {HIGH} % of the cases"

@@ -15,6 +15,7 @@ import numpy as np
 
 from measurement.errors import BadInput, shown
 from measurement.files import sha256_of
+from plant_model.noise import LARGEST_SEED
 from scenarios.fmu_file import read_description
 from scenarios.fmu_files import find_fmu
 from scenarios.scenario import Case, Scenario, Variant, changed, read_scenario, scenario_from_text
@@ -22,7 +23,6 @@ from scenarios.sweep.names import Names, Target, check_range
 from scenarios.sweep.variation import OPTION, Variation, variation
 
 MOST_CASES = 100_000
-LARGEST_SEED = 2**31 - 1
 PLANT, COMPENSATOR = "plant.fmu", "compensator.fmu"
 
 

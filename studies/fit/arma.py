@@ -18,12 +18,12 @@ from fmu_compensator.fit.error_models.options import refuse_poor, refuse_unknown
 from fmu_compensator.fit.training import Array, TrainingRun
 from measurement.errors import BadInput
 from studies.fit.arx import step_counts, usual_step
+from studies.runtime.arma import FURTHEST
 
 MOST_DIFFERENCES = 2
 SIGNIFICANCE = 0.05
 FEWEST_ROWS = 60
 LARGEST_ORDER = 3
-FURTHEST = 1e9
 LAGS = 20
 """So many autocorrelations are reported."""
 

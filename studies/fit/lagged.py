@@ -10,8 +10,8 @@ import numpy as np
 from fmu_compensator.fit.error_models.base import Task
 from fmu_compensator.fit.training import Array, TrainingRun
 from studies.fit.by_run import Block
+from studies.runtime.thermal_states import SPEED_UNIT
 
-SPEED_UNIT = 1000.0
 THIN_S = 300.0
 """Rows closer together say the same; they are thinned to this for fitting [s]."""
 START_MARGIN, SMALLEST_START_MARGIN_K = 0.5, 2.0

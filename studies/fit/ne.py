@@ -12,6 +12,7 @@ from fmu_compensator.fit.error_models.options import refuse_poor, refuse_unknown
 from fmu_compensator.fit.training import Array, TrainingRun, row_weights
 from measurement.errors import BadInput, shown
 from studies.finite_elements import FiniteElementSpindle, read_description
+from studies.fit.lagged import THIN_S
 
 MOST_KNOTS = 5
 SHORTEST_TAU_S, LONGEST_TAU_S = 60.0, 36_000.0
@@ -23,8 +24,6 @@ RIDGE = 1e-6
 STEADY = ("fitted", "fem")
 ROOM_DEGC = 20.0
 TAU_OF = ("mass_kg", "specific_heat", "film", "surface_m2")
-THIN_S = 300.0
-"""Rows closer together say the same; for fitting they are thinned to this [s]."""
 
 
 class NaturalExponential(FittedModel):

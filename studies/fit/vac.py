@@ -14,18 +14,17 @@ from fmu_compensator.fit.error_models.base import FittedModel, Task
 from fmu_compensator.fit.error_models.options import refuse_poor, refuse_unknown, within
 from fmu_compensator.fit.training import Array, TrainingRun
 from measurement.errors import BadInput, shown
+from studies.runtime.vac import CONDITIONS, SAME_SPEED_SHARE, STILL_RPM
 
 COMBINATIONS = ("cosine", "least_squares", "adaptive")
 STUDY = ("mlr", "ne", "fem")
 WITHOUT_SPEED = ("mlr", "arx", "bp")
-CONDITIONS = ("stopped", "changing", "steady")
 SETTLE_S, BLEND_S, MEMORY_S = 3600.0, 600.0, 3600.0
 MOST_FOLDS = 3
 FEWEST_RUNS_TO_LEAVE_OUT = 3
 FEWEST_ROWS = 50
 FEWEST_OF_CONDITION = 30
 """With fewer rows a condition takes the weights of all."""
-SAME_SPEED_SHARE, STILL_RPM = 0.02, 1.0
 
 
 class VectorAngleCosine(FittedModel):

@@ -5,11 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from fmu_compensator.runtime.error_models.base import ErrorModel
-from fmu_compensator.runtime.fields import Fields
+from fmu_compensator.runtime.fields import LARGEST_NUMBER, Fields
 from fmu_compensator.runtime.lags import checked_state
 from fmu_compensator.runtime.ticks import ticks
-
-LARGEST = 1e6
 
 
 class AutoregressiveExogenous(ErrorModel):
@@ -59,9 +57,9 @@ class AutoregressiveExogenous(ErrorModel):
         return cls(
             fields.number("step_s", 0.1, 1e5),
             pole,
-            fields.matrix("now", targets, inputs, LARGEST),
-            fields.matrix("before", targets, inputs, LARGEST),
-            fields.numbers("constant", targets, LARGEST),
+            fields.matrix("now", targets, inputs, LARGEST_NUMBER),
+            fields.matrix("before", targets, inputs, LARGEST_NUMBER),
+            fields.numbers("constant", targets, LARGEST_NUMBER),
         )
 
     def predict(

@@ -7,10 +7,9 @@ from math import exp
 from operator import mul
 
 from fmu_compensator.runtime.error_models.base import ErrorModel
-from fmu_compensator.runtime.fields import Fields
+from fmu_compensator.runtime.fields import LARGEST_NUMBER, Fields
 from fmu_compensator.runtime.lags import checked_state, share, taus
 
-LARGEST = 1e6
 MOST_CENTRES = 500
 
 
@@ -60,10 +59,10 @@ class GaussianProcess(ErrorModel):
         return cls(
             lags_s,
             fields.number("length", 1e-3, 1e6),
-            fields.numbers("constant", targets, LARGEST),
-            fields.matrix("linear", targets, width, LARGEST),
-            fields.matrix("centres", count, width, LARGEST),
-            fields.matrix("weights", targets, count, LARGEST),
+            fields.numbers("constant", targets, LARGEST_NUMBER),
+            fields.matrix("linear", targets, width, LARGEST_NUMBER),
+            fields.matrix("centres", count, width, LARGEST_NUMBER),
+            fields.matrix("weights", targets, count, LARGEST_NUMBER),
             inputs,
         )
 

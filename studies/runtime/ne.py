@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from fmu_compensator.runtime.error_models.base import ErrorModel
-from fmu_compensator.runtime.fields import Fields
+from fmu_compensator.runtime.fields import LARGEST_NUMBER, Fields
 from fmu_compensator.runtime.lags import LONGEST_S, SHORTEST_S, checked_state, known_speed, share
 
 MOST_KNOTS = 50
-LARGEST = 1e6
 
 
 class NaturalExponential(ErrorModel):
@@ -60,7 +59,7 @@ class NaturalExponential(ErrorModel):
                 if value < SHORTEST_S:
                     problem = f"{value:g} is not allowed: at least {SHORTEST_S:g} s"
                     raise fields.refusal(f"{key}.{index}", problem)
-        return cls(speeds, fields.matrix("steady", targets, count, LARGEST), *taus)
+        return cls(speeds, fields.matrix("steady", targets, count, LARGEST_NUMBER), *taus)
 
     def predict(
         self,

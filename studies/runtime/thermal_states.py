@@ -7,10 +7,9 @@ from operator import mul
 from statistics import median
 
 from fmu_compensator.runtime.error_models.base import ErrorModel
-from fmu_compensator.runtime.fields import Fields
+from fmu_compensator.runtime.fields import LARGEST_NUMBER, Fields
 from fmu_compensator.runtime.lags import checked_state, known_speed, matrices_by_lag, share, taus
 
-LARGEST = 1e6
 SPEED_UNIT = 1000.0  # [rpm]
 
 
@@ -90,7 +89,7 @@ class ThermalStates(ErrorModel):
             if not low <= usual <= high:
                 problem = f"{usual:g} is not allowed: from start_low ({low:g}) to start_high"
                 raise fields.refusal(f"start_usual.{index}", f"{problem} ({high:g})")
-        walk, noise = (fields.numbers(key, targets, LARGEST**2) for key in ("walk", "noise"))
+        walk, noise = (fields.numbers(key, targets, LARGEST_NUMBER**2) for key in ("walk", "noise"))
         for key, values in (("walk", walk), ("noise", noise)):
             for index, value in enumerate(values):
                 if value <= 0.0:
@@ -100,7 +99,7 @@ class ThermalStates(ErrorModel):
             lows,
             usuals,
             highs,
-            fields.matrix("direct", targets, inputs, LARGEST),
+            fields.matrix("direct", targets, inputs, LARGEST_NUMBER),
             matrices_by_lag(fields, "rise_lags", len(lags_s), targets, inputs),
             matrices_by_lag(fields, "level_lags", len(lags_s), targets, inputs),
             matrices_by_lag(fields, "speed_lags", len(lags_s), targets, 2),

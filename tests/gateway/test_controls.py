@@ -10,10 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gateway.controls import controls
-from gateway.controls.base import AXES, Write
+from gateway.controls.base import Write
 from gateway.database import OFFSETS
 from gateway.protocols.base import Report
 from gateway.protocols.registers import RegisterLines
+from measurement.rig import AXES
 
 CYCLE_S = 0.1
 

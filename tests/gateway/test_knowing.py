@@ -14,7 +14,7 @@ from gateway.node import GatewaySettings
 from gateway.reception import Reception
 from gateway.reference import Proof, Reference
 from gateway.state import Saved
-from gateway.timebase import DRIFT, Timebase
+from gateway.timebase import CLOCK_DRIFT, Timebase
 from gateway.unit import CompensatorUnit
 from tests.gateway.bench import WARM, Bench
 
@@ -207,7 +207,7 @@ def base(speed_up: float = 1.0) -> Timebase:
 @pytest.mark.parametrize("speed_up", [1.0, 10.0])
 def test_a_machine_whose_time_fits_is_trusted_for_days_and_over_the_wrap(speed_up: float) -> None:
     clock = base(speed_up)
-    drift = 0.4 * DRIFT
+    drift = 0.4 * CLOCK_DRIFT
     for k in range(0, 3_000_000, 97):
         now = 0.1 * k * (1.0 + drift) + 0.1 * (k % 7 == 0)
         raw = (RAW - 5_000_000 + round(100 * speed_up * k)) % RAW

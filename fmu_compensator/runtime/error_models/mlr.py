@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from fmu_compensator.runtime.error_models.base import ErrorModel
-from fmu_compensator.runtime.fields import Fields
-
-LARGEST = 1e6  # um/K or urad/K; six orders above any spindle, and products with it stay finite
+from fmu_compensator.runtime.fields import LARGEST_NUMBER, Fields
 
 
 class MultipleLinearRegression(ErrorModel):
@@ -26,8 +24,8 @@ class MultipleLinearRegression(ErrorModel):
     def from_fields(cls, fields: Fields, inputs: int, targets: int) -> MultipleLinearRegression:
         """Return the model that the file's numbers describe."""
         return cls(
-            fields.numbers("intercept", targets, LARGEST),
-            fields.matrix("coefficients", targets, inputs, LARGEST),
+            fields.numbers("intercept", targets, LARGEST_NUMBER),
+            fields.matrix("coefficients", targets, inputs, LARGEST_NUMBER),
         )
 
     def predict(
