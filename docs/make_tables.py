@@ -19,6 +19,8 @@ from fmu_compensator.runtime.limits import Limits
 from fmu_compensator.runtime.modelfile import Model, load_model
 from fmu_compensator.runtime.spare import Spare
 from fmu_packaging.variables import Variable
+from gateway.dbc import read_database
+from gateway.page import FRAME_HEAD, frame_rows, load_text, named_rows
 from measurement.files import write_atomically
 from measurement.units import UNITS
 from plant_model import fmi_slave as plant_slave
@@ -33,7 +35,7 @@ from scenarios.scenario import Settings
 from scenarios.signals import kinds as kinds_of_signals
 
 DOCS = Path(__file__).resolve().parent
-PAGES = ("drawing.md", "effects.md", "fmu.md", "formats.md")
+PAGES = ("drawing.md", "effects.md", "fmu.md", "formats.md", "gateway.md")
 MARKS = re.compile(r"(<!-- begin (\w+): [^\n]* -->\n).*?(<!-- end \2 -->)", re.DOTALL)
 
 
@@ -229,6 +231,17 @@ def compensator_fields() -> str:
     return table(("Field", "Meaning"), merged(found))
 
 
+def bus_frames() -> str:
+    """Return the frames of the bus and its load."""
+    database = read_database()
+    return f"{table(FRAME_HEAD, frame_rows(database))}\n\n{load_text(database)}"
+
+
+def bus_values() -> str:
+    """Return the values with names of the bus's signals."""
+    return table(("Signal", "Values"), named_rows(read_database()))
+
+
 COMPENSATOR: tuple[tuple[str, type, tuple[str, ...]], ...] = (
     ("", Model, ("name", "title", "created", "input_form", "provenance")),
     ("sensors[].", Sensor, ()),
@@ -249,6 +262,8 @@ TABLES: dict[str, Callable[[], str]] = {
     "scenario_fields": scenario_fields,
     "signals": signals,
     "compensator_fields": compensator_fields,
+    "bus_frames": bus_frames,
+    "bus_values": bus_values,
 }
 
 

@@ -1,27 +1,14 @@
-"""The frames as text: for the terminal, and for ``docs/gateway.md``.
-
-``python -m gateway.page`` writes the generated parts of that page anew. Nothing in them
-is typed: they come from the DBC file.
-"""
+"""The frames as rows of text, and as tables for a terminal."""
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterable, Sequence
-from pathlib import Path
-
-import can
+from collections.abc import Sequence
 
 from gateway.busload import bus_load, frame_bits
-from gateway.codec import Sender, Value
-from gateway.database import COMPENSATOR, ERROR, MACHINE, NOT_AVAILABLE, Database, Frame, Signal
-from gateway.dbc import DBC, read_database
-from measurement.files import write_atomically
+from gateway.database import ERROR, NOT_AVAILABLE, Database, Frame, Signal
 
-PAGE = Path(__file__).resolve().parents[1] / "docs" / "gateway.md"
 FRAME_HEAD = ("Frame", "Id", "From", "Every", "Late after", "Data id", "Bits, worst")
 SIGNAL_HEAD = ("Frame", "Signal", "Bits", "Value = raw *", "Range", "Start", "Error", "Missing")
-READINGS = (22.98, 21.12, 21.85, 21.77, 21.0, 22.09, 21.97, 21.9, 21.6, 21.72, 22.05)
 
 
 def frames_text(database: Database) -> str:
@@ -111,62 +98,6 @@ def named_rows(database: Database) -> list[tuple[str, ...]]:
     ]
 
 
-def session_lines(database: Database, channel: str = "vcan0") -> list[str]:
-    """Return the lines that candump prints for a cycle and its answer."""
-    return [
-        f"  {channel}  {message.arbitration_id:03X}   [{len(message.data)}]  "
-        + " ".join(f"{byte:02X}" for byte in message.data)
-        for message in session_messages(database)
-    ]
-
-
-def session_messages(database: Database) -> list[can.Message]:
-    """Return the messages of a cycle and its answer."""
-    readings: dict[str, Value] = {f"T{n}": value for n, value in enumerate(READINGS, 1)}
-    readings |= {"speed": 4000.0, "tool_length": 100.0, "offset_use": "following"}
-    readings["thermal_state"] = "warm"
-    readings |= {"machine_state": "running", "machine_time": 1200.0, "machine_step": 0.1}
-    answer: dict[str, Value] = {"dX": -1.7, "dY": -2.26, "dZ": 6.42, "valid": "valid"}
-    answer |= {"elongation": 6.42, "yaw": 14.32, "pitch": 10.84, "status": "ok"}
-    for axis, slope in (("X", -14.32), ("Y", -10.84), ("Z", 0.0)):
-        answer[f"d{axis}_at_tool_length"] = answer[f"d{axis}"]
-        answer |= {f"d{axis}_per_tool_length": slope, f"d{axis}_tool_length": 100.0}
-    answer |= {"challenge": 0x4F1C2A73, "freshness": "proven"}
-    answer |= {"gateway_state": "running", "status_sensor": 0.0, "bus_fault": "none"}
-    # The answer names the time that it answers by the low 16 bits of its milliseconds.
-    answer |= {"bus_fault_frame": 0.0, "answered_time": (1_200_000 % 65536) / 1e3}
-    return [
-        *Sender(database, MACHINE).messages(readings, 0x5D03917B),
-        *Sender(database, COMPENSATOR).messages(answer),
-    ]
-
-
-def updated(text: str, database: Database) -> str:
-    """Return the page with its generated parts made anew.
-
-    Raises
-    ------
-    ValueError
-        If the page lacks the marks of a part.
-    """
-    parts = {
-        "frames": _markdown(FRAME_HEAD, frame_rows(database)) + f"\n\n{load_text(database)}",
-        "values": _markdown(("Signal", "Values"), named_rows(database)),
-    }
-    for name, body in parts.items():
-        pattern = rf"(<!-- begin {name}[^>]*-->\n).*?(<!-- end {name} -->)"
-        found = re.search(pattern, text, re.DOTALL)
-        if found is None:
-            raise ValueError(f"the page has no part {name}")
-        text = f"{text[: found.start()]}{found[1]}{body}\n{found[2]}{text[found.end() :]}"
-    return text
-
-
-def _markdown(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    lines = [head, ["---"] * len(head), *rows]
-    return "\n".join(f"| {' | '.join(cell or ' ' for cell in line)} |" for line in lines)
-
-
 def aligned(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """Return a table for a terminal."""
     lines = [head, *rows]
@@ -175,12 +106,3 @@ def aligned(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
         "  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)).rstrip()
         for line in lines
     )
-
-
-def main() -> None:
-    """Write the page anew."""
-    write_atomically(PAGE, updated(PAGE.read_text(encoding="utf-8"), read_database(DBC)))
-
-
-if __name__ == "__main__":
-    main()

@@ -1,4 +1,4 @@
-"""The control's offsets, state files, the bus load, the page, and what the commands refuse."""
+"""The control's offsets, state files, the bus load, the tables, and what the commands refuse."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ from pathlib import Path
 import can
 import pytest
 
-from gateway import page
 from gateway.busload import bus_load, frame_bits
 from gateway.codec import Sender
 from gateway.control import OffsetFollower
 from gateway.database import COMPENSATOR, MACHINE, Database
-from gateway.dbc import DBC
+from gateway.dbc import DBC, read_database
 from gateway.machine import Ear
 from gateway.options import options_of
-from gateway.page import PAGE, frames_text, updated
+from gateway.page import frames_text
 from gateway.reception import Cycle
 from gateway.state import StateFile
 from gateway.unit import CompensatorUnit, check_units
 from measurement.errors import BadInput
 from scenarios.cli import main
 from tests.gateway.bench import WARM, Bench
+from tests.gateway.session import session_messages
 from tests.scenarios.tiny_fmus import COMPENSATOR as TINY_COMPENSATOR
 from tests.scenarios.tiny_fmus import build_tiny
 
@@ -167,8 +167,8 @@ def test_the_longest_frame_is_that_of_the_literature() -> None:
 
 
 def test_no_frame_has_more_stuff_bits_than_are_counted(database: Database) -> None:
-    """Stuff the frames of the page's session bit by bit and compare with the worst case."""
-    for message in page.session_messages(database):
+    """Stuff the frames of a cycle and its answer bit by bit and compare with the worst case."""
+    for message in session_messages(database):
         bits = _frame_without_stuffing(message.arbitration_id, bytes(message.data))
         stuffed = _stuffed(bits)
         # After the CRC: delimiter, acknowledge and its delimiter, end of frame, pause.
@@ -207,20 +207,14 @@ def test_the_load_is_that_of_the_cycle_times(database: Database) -> None:
     assert bus_load(database, 250_000) == pytest.approx(2 * bus_load(database))
 
 
-# The page
-
-
-def test_the_page_is_up_to_date(database: Database) -> None:
-    """If this fails: python -m gateway.page."""
-    text = PAGE.read_text(encoding="utf-8")
-    assert updated(text, database) == text
+# The tables
 
 
 def test_the_tables_follow_the_dbc(database: Database, tmp_path: Path) -> None:
     other = tmp_path / "other.dbc"
     changed = DBC.read_text(encoding="utf-8").replace("(0.02,-650)", "(0.01,-300)")
     other.write_text(changed.replace("[-650|650]", "[-300|300]"), encoding="utf-8")
-    assert "-300 to 300 um" in frames_text(page.read_database(other))
+    assert "-300 to 300 um" in frames_text(read_database(other))
 
 
 def test_the_table_names_every_frame_and_signal(

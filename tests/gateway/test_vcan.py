@@ -17,11 +17,11 @@ from gateway.database import COMPENSATOR, MACHINE, Database
 from gateway.link import Link
 from gateway.machine import Ear
 from gateway.node import GatewaySettings
-from gateway.page import session_lines, session_messages
 from gateway.reception import Cycle
 from tests.gateway.bench import WARM
 from tests.gateway.bus import Control, gateway_thread, wait_for
 from tests.gateway.conftest import SLEW_UM_PER_S, Wire
+from tests.gateway.session import session_lines, session_messages
 
 pytestmark = pytest.mark.vcan
 CLOCK = GatewaySettings(machine_clock=True)
@@ -48,7 +48,9 @@ def hears(kind: str, frame_id: str, channel: str = "vcan0") -> bool:
     return any(line.split()[:2] == [channel, frame_id] for line in lines)
 
 
-def test_candump_prints_what_the_page_shows(vcan: Wire, database: Database, tmp_path: Path) -> None:
+def test_candump_prints_a_cycle_and_its_answer(
+    vcan: Wire, database: Database, tmp_path: Path
+) -> None:
     output = tmp_path / "dump.txt"
     messages = session_messages(database)
     assert not hears("all", "000")
