@@ -9,7 +9,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from math import isinf
 
 from fmu_packaging.variables import Variable
-from gateway.answering import AXES
 from gateway.busload import frame_bits
 from gateway.codec import high_raw, low_raw
 from gateway.database import (
@@ -27,6 +26,7 @@ from gateway.node import GatewaySettings
 from gateway.proof import CHALLENGE, ECHO, FRESHNESS, LARGEST_ECHO, NOT_PROVEN, PROOF, PROVEN
 from gateway.reference import COLD_FOR_S
 from measurement.errors import BadInput
+from measurement.rig import AXES
 from scenarios.wiring import PROBED
 
 ROLES = (
