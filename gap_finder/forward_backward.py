@@ -24,17 +24,14 @@ MARGIN = 6.0
 split."""
 
 PROOF = 20.0
-"""By how much more than chance an addition must lower the score to be named. Set on the development
-split of the lathe: what is not there lowers it by 8 and 16, what is by 36 and more."""
+"""By how much an addition must lower the score to be named, where chance does not do as much. Set on
+the development split of the lathe: what is not there lowers it by 8 and 16, what is by 36 and
+more."""
 
 LAW = 0.05
 """Share of the squares that were missing at first that a right law may still leave [1]: no machine
 obeys a law of the catalogue better, and what is left of a strong effect is like others. Set on the
 development split (lathe 0003 and 0016)."""
-
-SETTLED = 1.6
-"""What is left per run and channel at which nothing more is looked for beside a name [tolerances
-squared]. Development split: machines with nothing missing leave 0.9 to 1.7."""
 
 RIVALS = 6
 """Rivals tried in the place of an addition when another one has joined it; set for time."""
@@ -118,8 +115,8 @@ class Step:
 
     @property
     def is_taken(self) -> bool:
-        """Whether the best lowers the score by so much more than chance that it is proven."""
-        return self.fall > max(self.by_chance, 0.0) + PROOF
+        """Whether the best lowers the score by so much that it is proven."""
+        return self.fall > max(self.by_chance, PROOF)
 
 
 @dataclass(frozen=True)
@@ -161,7 +158,7 @@ class Searching:
             best = step.tried[0]
             rivals[best.keys[-1]] = step.tried[1:]
             best, instead = self._settled(best, rivals, sensitivities)
-            if best.fit.left_each < SETTLED or len(best.additions) >= self._search.most:
+            if len(best.additions) >= self._search.most:
                 break
             self._progress(f"calibrating with {best.keys[-1]}")
             best, sensitivities = in_full(best)
@@ -174,17 +171,17 @@ class Searching:
         listed = everything(self._pool, best.fit, sensitivities, search.without, search.described)
         law = LAW * self.nothing.fit.left_each
         proposed = screened(best.fit, listed, search.seed, law)
-        likely = sorted(proposed.likely, key=is_far_from_linear)
-        tried = self._scored(best, likely[:LEADERS], listed, sensitivities)
+        first, later = proposed.likely[:LEADERS], proposed.likely[LEADERS:]
+        tried = self._scored(best, first, listed, sensitivities)
         worth = self._worth(best, tried)
-        tried += self._scored(best, likely[LEADERS:], listed, sensitivities, worth=worth)
+        tried += self._scored(best, later, listed, sensitivities, worth=worth)
         if tried:
-            first = min(tried, key=lambda one: one.score(unit_of(self.nothing, tried)))
-            kind = first.keys[-1].partition(":")[0]
-            more = _other_drivers(first, tried, listed)
+            leader = min(tried, key=lambda one: one.score(unit_of(self.nothing, tried)))
+            kind = leader.keys[-1].partition(":")[0]
+            more = _other_drivers(leader, tried, listed)
             more += [one for one in proposed.places if one.key.partition(":")[0] == kind]
             worth = self._worth(best, tried)
-            tried += self._scored(best, more, listed, sensitivities, like=first, worth=worth)
+            tried += self._scored(best, more, listed, sensitivities, like=leader, worth=worth)
         unit = unit_of(self.nothing, [best, *tried])
         tried.sort(key=lambda one: one.score(unit))
         return Step(best, tuple(tried), unit, proposed.by_chance)

@@ -23,10 +23,6 @@ PROPOSED = 16
 PLACES = 6
 """Places at which the kind of change that does best is scored; set for time."""
 
-LENIENT = 0.5
-"""Share of its prior's cost that a candidate must win back in the screening to be proposed [1]: the
-screening is linear, the score is not."""
-
 CHANCE = 0.99
 """Share of the data sets drawn with nothing missing in which less is won than is asked for [1]."""
 
@@ -40,7 +36,7 @@ class Proposed:
     Attributes
     ----------
     likely : list of AddedEffect or AddedChange
-        What wins enough in the screening.
+        What lowers the score in the screening.
     places : list of AddedEffect or AddedChange
         The next few of every kind of change: the best of a kind is asked for with them.
     by_chance : float
@@ -73,7 +69,7 @@ def screened(best: Fit, listed: Listed, seed: int, law: float) -> Proposed:
         [one.scaled(float(s)).size_cost() for one, s in zip(tried, scores.scale[0], strict=True)]
     )
     order = np.argsort(-(won - prior)).tolist()
-    enough = [i for i in order if won[i] >= LENIENT * prior[i]]
+    enough = [i for i in order if won[i] > prior[i]]
     likely = _best_of_kinds(tried, enough, PER_KIND, PROPOSED)
     changes = [i for i in enough if isinstance(tried[i], AddedChange)]
     keys = {tried[i].key for i in likely}
