@@ -24,9 +24,8 @@ MARGIN = 6.0
 split."""
 
 PROOF = 20.0
-"""By how much an addition must lower the score to be named, where chance does not do as much. Set on
-the development split of the lathe: what is not there lowers it by 8 and 16, what is by 36 and
-more."""
+"""By how much an addition must lower the score to be named, where chance does less. Set on the
+development split of the lathe: what is not there lowers it by 8 and 16, what is by 36 and more."""
 
 LAW = 0.05
 """Share of the squares that were missing at first that a right law may still leave [1]: no machine
