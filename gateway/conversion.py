@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cache
 from typing import TYPE_CHECKING
 
-from measurement.errors import BadInput
+from measurement.errors import BadInput, one_line
 
 if TYPE_CHECKING:
     import pint
@@ -61,8 +61,8 @@ def conversion(unit: str, wanted: str) -> tuple[float, float]:
             float(registry.Quantity(value, name).to(wanted).magnitude) for value in (0.0, 1.0)
         )
     except Exception as error:  # pint and the parser below it raise many kinds
-        why = " ".join(str(error).split())
-        raise BadInput(unit or "no unit", "", f"cannot be converted to {wanted}: {why}") from None
+        problem = f"cannot be converted to {wanted}: {one_line(error)}"
+        raise BadInput(unit or "no unit", "", problem) from None
     factor = number * (one - zero)
     # What is a whole number of steps shall stay one.
     return float(f"{factor:.12g}"), float(f"{zero:.12g}")

@@ -18,7 +18,7 @@ from can.io.blf import FILE_HEADER_STRUCT
 from can.util import channel2int
 
 from gateway.background import Background
-from measurement.errors import BadInput
+from measurement.errors import BadInput, one_line
 
 LOGS = (".log", ".asc", ".blf")
 ROOM = 20_000
@@ -153,20 +153,20 @@ class FrameLog:
         else:
             self._writer.file.flush()
 
-    def _fail(self, error: Exception) -> None:
-        if self._writer is not None:
+    def _stop(self) -> None:
+        writer, self._writer = self._writer, None
+        if writer is not None:
             with contextlib.suppress(OSError, ValueError):
-                self._writer.stop()
-        self._writer = None
+                writer.stop()
+
+    def _fail(self, error: Exception) -> None:
+        self._stop()
         self._retry_at = time.monotonic() + RETRY_S
-        self._say(f"{self.path}: cannot be written: {_line(error)}; the gateway goes on without")
+        self._say(f"{self.path}: cannot be written: {one_line(error)}; the gateway goes on without")
 
     def _close(self) -> None:
-        if self._writer is not None:
-            with contextlib.suppress(OSError, ValueError):
-                self._writer.stop()
-            self._writer = None
-            self._retry_at = float("inf")
+        self._stop()
+        self._retry_at = float("inf")
 
     def _identity(self) -> tuple[int, int]:
         found = os.stat(self.path)
@@ -203,7 +203,3 @@ def _trim(path: Path) -> None:
             whole = size - len(tail) + tail.rfind(b"\n") + 1
         if 0 < whole < size:
             stream.truncate(whole)
-
-
-def _line(error: Exception) -> str:
-    return " ".join(str(error).split()) or type(error).__name__

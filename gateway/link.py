@@ -16,7 +16,7 @@ import can
 from gateway.database import EXTENDED
 from gateway.framelog import FrameLog
 from gateway.timebase import CLOCK_DRIFT
-from measurement.errors import BadInput
+from measurement.errors import BadInput, one_line
 
 FIRST_WAIT_S, LONGEST_WAIT_S = 0.5, 8.0
 """Back-off: the first wait before the bus is opened again, and the longest [s]."""
@@ -111,12 +111,14 @@ class Link:
                 self._connect()
                 return
             except can.CanInterfaceNotImplementedError as error:
-                raise BadInput("--interface", "", _line(error)) from None
+                raise BadInput("--interface", "", one_line(error)) from None
             except (can.CanError, OSError, ValueError, TypeError, ImportError) as error:
                 left = until - self._clock()
                 if left <= 0.0:
                     raise BadInput(
-                        f"{self.interface}:{self.channel}", "", f"cannot be opened: {_line(error)}"
+                        f"{self.interface}:{self.channel}",
+                        "",
+                        f"cannot be opened: {one_line(error)}",
                     ) from None
                 time.sleep(min(FIRST_WAIT_S, left))
 
@@ -158,7 +160,9 @@ class Link:
             self._drop()
             self._wait_s = min(2.0 * self._wait_s, LONGEST_WAIT_S)
             self._next_try = self._clock() + self._wait_s
-            self._say(f"{self.name}: still lost ({_line(error)}); next try in {self._wait_s:g} s")
+            self._say(
+                f"{self.name}: still lost ({one_line(error)}); next try in {self._wait_s:g} s"
+            )
         else:
             self._say(f"{self.name}: back")
 
@@ -189,7 +193,7 @@ class Link:
             if _is_junk(error):
                 self.junk += 1
             else:
-                self._lose("interface_lost", _line(error))
+                self._lose("interface_lost", one_line(error))
             return None
         if message is None or self._is_echo(message):
             return None
@@ -215,7 +219,7 @@ class Link:
             except (can.CanError, OSError, ValueError) as error:
                 self._failures += 1
                 if self._failures >= MOST_FAILURES:
-                    self._lose("interface_lost", _line(error))
+                    self._lose("interface_lost", one_line(error))
                 return False
             self._failures = 0
             if self.interface in ECHOING:
@@ -267,7 +271,3 @@ def _is_junk(error: Exception) -> bool:
     return isinstance(error, can.CanOperationError) and not (
         error.error_code or cause is None or isinstance(cause, OSError)
     )
-
-
-def _line(error: Exception) -> str:
-    return " ".join(str(error).split()) or type(error).__name__

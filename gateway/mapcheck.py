@@ -12,7 +12,7 @@ from fmpy import read_model_description
 from fmu_compensator.runtime.fmi_slave import MODEL_FILE
 from gateway.mapping import Mapping
 from gateway.unit import units_that_differ
-from measurement.errors import BadInput
+from measurement.errors import BadInput, one_line
 from scenarios.wiring import PROBED
 
 
@@ -54,7 +54,7 @@ def _variables(fmu: Path) -> dict[str, Any]:
     try:
         description = read_model_description(str(fmu), validate=False)
     except Exception as error:  # fmpy raises many kinds
-        raise BadInput(fmu, "", f"is not an FMU: {' '.join(str(error).split())}") from None
+        raise BadInput(fmu, "", f"is not an FMU: {one_line(error)}") from None
     return {variable.name: variable for variable in description.modelVariables}
 
 

@@ -15,7 +15,7 @@ from gateway.database import MACHINE, Database, Frame, key_of
 from gateway.framelog import LOGS
 from gateway.link import Link
 from gateway.machine import Ear
-from measurement.errors import BadInput
+from measurement.errors import BadInput, one_line
 
 READ = (*LOGS, ".mf4")
 LONGEST_PAUSE_S = 1.0
@@ -54,8 +54,7 @@ def recorded(path: Path, database: Database) -> list[can.Message]:
                 if key_of(message) in ids and not message.is_error_frame
             ]
     except Exception as error:  # a damaged log makes the readers raise many kinds
-        problem = " ".join(str(error).split()) or type(error).__name__
-        raise BadInput(path, "", f"is not a log of frames: {problem[:200]}") from None
+        raise BadInput(path, "", f"is not a log of frames: {one_line(error)[:200]}") from None
     if not found:
         raise BadInput(path, "", "holds no frame of the machine")
     return found

@@ -68,6 +68,11 @@ def checked(kind: type[M], table: dict[str, Any], source: str | Path) -> M:
     raise BadInput(source, place, problem) from None
 
 
+def one_line(error: BaseException) -> str:
+    """Return what an error of somebody else's says, in one line; its kind if it says nothing."""
+    return " ".join(str(error).split()) or type(error).__name__
+
+
 def shown(value: object) -> str:
     """Return *value* as a refusal shows it, cut to a readable length.
 

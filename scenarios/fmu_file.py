@@ -7,7 +7,7 @@ from typing import Any
 
 import fmpy
 
-from measurement.errors import BadInput
+from measurement.errors import BadInput, one_line
 from measurement.files import sha256_of
 from scenarios.unpacking import Unpacked
 
@@ -95,8 +95,7 @@ def read_description(path: Path) -> Any:
     try:
         description = fmpy.read_model_description(str(path), validate=False)
     except Exception as error:  # fmpy raises whatever its zip and XML readers raise
-        problem = " ".join(str(error).split()) or type(error).__name__
-        raise BadInput(path, "", f"is not an FMU: {problem[:200]}") from None
+        raise BadInput(path, "", f"is not an FMU: {one_line(error)[:200]}") from None
     if description.fmiVersion != "2.0" or description.coSimulation is None:
         raise BadInput(path, "", "is not an FMU for co-simulation by FMI 2.0")
     return description

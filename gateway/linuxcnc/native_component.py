@@ -17,7 +17,7 @@ from fmu_packaging.native.compilers import (
     write_sources,
 )
 from fmu_packaging.package import slave_of
-from measurement.errors import BadInput
+from measurement.errors import BadInput, one_line
 from measurement.files import sha256_of
 from scenarios.building import compensator_recipe
 
@@ -79,7 +79,7 @@ def build_component(compensator: Path, target: Path) -> None:
                 [*command, *STRICT, *FLAGS, "-I.", "-o", "thermal", *files, *LIBRARIES], folder
             )
         except (NativeError, CompileError) as error:
-            raise BadInput(compensator, "", " ".join(str(error).split())) from None
+            raise BadInput(compensator, "", one_line(error)) from None
         made = target.with_name(f"{target.name}.new")
         made.write_bytes((folder / "thermal").read_bytes())
         made.chmod(0o755)
