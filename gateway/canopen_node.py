@@ -11,6 +11,7 @@ import contextlib
 import time
 from collections import deque
 from collections.abc import Callable, Mapping
+from functools import partial
 from math import isfinite
 from typing import Any
 
@@ -21,8 +22,8 @@ from canopen.sdo import SdoAbortedError, SdoServer
 from canopen.sdo.constants import NO_MORE_DATA, SDO_STRUCT
 
 from gateway.canopen_pdo import FAULT, RECEIVE, SENSOR, STATUS, VALID, layout
-from gateway.codec import Value
-from gateway.database import Database
+from gateway.codec import Value, raw_of
+from gateway.database import Database, Signal
 from gateway.link import ECHOING
 from gateway.protocols.base import Participant, Report
 from measurement.errors import BadInput
@@ -120,7 +121,7 @@ class CanOpenNode(Participant):
     node_id : int
         1 to 127.
     dictionary : ObjectDictionary
-        From `canopen_pdo.dictionary`.
+        From `canopen_pdo.node_dictionary`.
     database : Database
         The PDOs as frames.
     bus : dict
@@ -197,9 +198,9 @@ class CanOpenNode(Participant):
         """Show what was sent and heard last; send a heartbeat or an EMCY if one is due."""
         found = report()
         told, given = found.told, found.given
-        for name, (place, raw_of) in self._places.items():
+        for name, (place, raw) in self._places.items():
             value = told.get(name, given.get(name, float("nan")))
-            self._raw[place] = raw_of(value)
+            self._raw[place] = raw(value)
         nmt = self._node.nmt
         with contextlib.suppress(can.CanError, OSError):
             if nmt._state == 0:  # the master asked for a reset
@@ -262,18 +263,16 @@ def _places(
     dictionary: canopen.ObjectDictionary, database: Database
 ) -> dict[str, tuple[tuple[int, int], Callable[[Value], int]]]:
     """Return where each signal of a PDO stands, and what makes its raw value."""
-    from gateway.codec import raw_of
-
     signals = {s.name: s for frame in database.frames for s in frame.signals.values()}
     found: dict[str, tuple[tuple[int, int], Callable[[Value], int]]] = {}
     for pdo in layout(temperatures_of(database)):
         for entry in pdo.entries:
-            signal = signals[entry.name]
-
-            def raw(value: Value, signal: Any = signal) -> int:
-                if not isinstance(value, str) and not isfinite(value) and signal.is_enumeration:
-                    return 0
-                return int(raw_of(signal, value))
-
-            found[entry.name] = (entry.index, entry.sub), raw
+            place = entry.index, entry.sub
+            found[entry.name] = place, partial(_raw, signals[entry.name])
     return found
+
+
+def _raw(signal: Signal, value: Value) -> int:
+    if not isinstance(value, str) and not isfinite(value) and signal.is_enumeration:
+        return 0
+    return int(raw_of(signal, value))

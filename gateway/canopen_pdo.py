@@ -19,9 +19,11 @@ from canopen import objectdictionary as od
 from canopen.objectdictionary.eds import export_eds
 from cantools.database.can import Database as CanDatabase
 
+from gateway.mapcheck import inputs_of, limits_of
 from gateway.mapfile import MapFile
 from gateway.mapping import Mapping, mapping_of
 from measurement.errors import BadInput, checked
+from measurement.files import sha256_of
 
 MISSING = -32768
 """What a process value that is not known is sent as."""
@@ -138,24 +140,29 @@ def layout(temperatures: Sequence[str]) -> list[Pdo]:
     ]
 
 
-def canopen_mapping(node_id: int, inputs: Sequence[str]) -> Mapping:
-    """Return the PDOs as frames of the gateway, for the inputs of a compensator.
+def _pdos_of(fmu: Path) -> list[Pdo]:
+    """Return the PDOs for a compensator: what is neither speed nor length is a temperature."""
+    return layout([name for name in inputs_of(fmu) if name not in ("speed", "tool_length")])
+
+
+def node_mapping(node_id: int, fmu: Path) -> Mapping:
+    """Return the PDOs as frames of the gateway, for a compensator.
 
     Parameters
     ----------
     node_id : int
         1 to 127.
-    inputs : sequence of str
-        The compensator's inputs; all but ``speed`` and ``tool_length`` are temperatures.
+    fmu : Path
+        The compensator.
 
     Raises
     ------
     BadInput
-        If they do not fit.
+        If its inputs do not fit.
     """
     if not 1 <= node_id <= 127:
         raise BadInput("--canopen", "", f"{node_id} is not allowed: 1 to 127")
-    pdos = layout([name for name in inputs if name not in ("speed", "tool_length")])
+    pdos = _pdos_of(fmu)
     dbc = cantools.database.load_string(_dbc(node_id, pdos), database_format="dbc")
     assert isinstance(dbc, CanDatabase)
     source = Path(f"CANopen node {node_id}")
@@ -201,21 +208,15 @@ def _dbc(node_id: int, pdos: Sequence[Pdo]) -> str:
 # The object dictionary
 
 
-def dictionary(
-    node_id: int, inputs: Sequence[str], name: str, sha256: str, limits: dict[str, float]
-) -> canopen.ObjectDictionary:
+def node_dictionary(node_id: int, fmu: Path) -> canopen.ObjectDictionary:
     """Return the node's object dictionary.
 
     Parameters
     ----------
     node_id : int
         1 to 127.
-    inputs : sequence of str
-        See `canopen_mapping`.
-    name, sha256 : str
-        The compensator, and the hash of its file.
-    limits : dict of str to float
-        Those of the compensator that are known: `LIMIT_NAMES`.
+    fmu : Path
+        The compensator.
     """
     found = canopen.ObjectDictionary()
     found.node_id = node_id
@@ -226,7 +227,7 @@ def dictionary(
     information.simple_boot_up_master = information.simple_boot_up_slave = False
     information.granularity = information.dynamic_channels_supported = 0
     information.group_messaging = information.LSS_supported = False
-    pdos = layout([name for name in inputs if name not in ("speed", "tool_length")])
+    pdos = _pdos_of(fmu)
     information.nr_of_RXPDO = sum(pdo.way == RECEIVE for pdo in pdos)
     information.nr_of_TXPDO = sum(pdo.way == SEND for pdo in pdos)
     information.allowed_baudrates = {125_000, 250_000, 500_000, 1_000_000}
@@ -256,29 +257,33 @@ def dictionary(
             kind = KINDS[entry.kind][0]
             objects += [_made(entry.name, entry.index, 0, kind, 0, mappable=True)]
     axes = ("dX", "dY", "dZ")
+    limits = limits_of(fmu)
     told = {key: limits.get(key, float("nan")) for key in LIMIT_NAMES}
+    compensator = {"Name": fmu.name, "SHA-256": sha256_of(fmu)}
     objects += [
         _record("AI physical unit PV", UNITS, od.UNSIGNED32, dict.fromkeys(axes, MICROMETRE)),
         _record("AI decimal digits PV", DIGITS, od.UNSIGNED8, dict.fromkeys(axes, 1)),
         _record("Limits of the compensator", LIMITS, od.REAL32, told),
-        _record("Compensator", HASH, od.VISIBLE_STRING, {"Name": name, "SHA-256": sha256}),
+        _record("Compensator", HASH, od.VISIBLE_STRING, compensator),
     ]
-    for one in objects:
-        found.add_object(one)
+    for made in objects:
+        found.add_object(made)
     return found
 
 
-def eds_text(dictionary_: canopen.ObjectDictionary) -> str:
-    """Return an object dictionary as an electronic data sheet (CiA 306-1).
+def node_eds(node_id: int, fmu: Path) -> str:
+    """Return the node's electronic data sheet (CiA 306-1).
 
     Parameters
     ----------
-    dictionary_ : ObjectDictionary
-        From `dictionary`.
+    node_id : int
+        1 to 127.
+    fmu : Path
+        The compensator.
     """
-    text = io.StringIO()
-    dictionary_.__edsFileInfo = {}  # or the library would add a version of its own
-    export_eds(dictionary_, text, dict(FILE))
+    text, dictionary = io.StringIO(), node_dictionary(node_id, fmu)
+    dictionary.__edsFileInfo = {}  # or the library would add a version of its own
+    export_eds(dictionary, text, dict(FILE))
     # CiA 306-1 has this key, and the library does not know it: no PDO maps bits.
     return text.getvalue().replace("GroupMessaging=", "CompactPDO=0\nGroupMessaging=", 1)
 

@@ -15,7 +15,7 @@ import threading
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.util import find_spec
-from math import isfinite
+from math import isfinite, nan
 from pathlib import Path
 from urllib.parse import urlsplit
 
@@ -125,10 +125,8 @@ class HallStatus(Participant):
         From `checked_url`.
     security : Security or None
         None: without certificates, for this computer only.
-    inputs : mapping of str to str
-        Units of the compensator's inputs, by name.
-    outputs : mapping of str to str
-        Units of its outputs that are measures.
+    unit : CompensatorUnit
+        Says which inputs and outputs there are, and their units.
     say : callable
         Takes a line for people.
     """
@@ -137,12 +135,12 @@ class HallStatus(Participant):
         self,
         url: str,
         security: Security | None,
-        inputs: Mapping[str, str],
-        outputs: Mapping[str, str],
+        unit: CompensatorUnit,
         say: Callable[[str], None] = lambda line: None,
     ) -> None:
         self._say, self._ended = say, False
-        self._inputs, self._outputs = list(inputs), list(outputs)
+        self._inputs = list(unit.inputs)
+        self._outputs = [name for name in unit.output_names if name not in STATES]
         self._told_at = float("-inf")
         self._before: tuple[object, ...] = ()
         self._valid: bool | None = None
@@ -159,14 +157,13 @@ class HallStatus(Participant):
         self._lines = Background(ROOM)
         self._listener = threading.Thread(target=self._listen, daemon=True)
         self._listener.start()
-        variables = {"inputs": dict(inputs), "outputs": dict(outputs), "state": STATES}
-        files = (
-            [str(p) for p in (security.certificate, security.key, security.trust)]
-            if (security)
-            else [None] * 3
-        )
-        first = {"url": url, "title": "Gateway", "variables": variables}
-        self._write(first | dict(zip(("certificate", "key", "trust"), files, strict=True)))
+        units = {
+            group: {name: unit.unit_of(name) for name in names}
+            for group, names in (("inputs", self._inputs), ("outputs", self._outputs))
+        }
+        files = {name: str(path) for name, path in vars(security).items()} if security else None
+        first = {"url": url, "title": "Gateway", "variables": units | {"state": STATES}}
+        self._write({**first, "security": files})
         self._url = url
 
     def tell(
@@ -194,16 +191,10 @@ class HallStatus(Participant):
             text = f"offsets are {'valid' if changed[0] else 'not valid'}: {state['status_text']}"
             self.event(text, GOOD if changed[0] else LOST)
         self._told_at, self._before, self._valid = now, changed, bool(changed[0])
-        values: dict[str, object] = {}
-        for group, names, source in (
-            ("inputs", self._inputs, inputs),
-            ("outputs", self._outputs, outputs),
-        ):
-            for name in names:
-                value = source.get(name, float("nan"))
-                values[f"{group}.{name}"] = value if isfinite(value) else None
-        values |= {f"state.{key}": value for key, value in state.items()}
-        self._write({"values": values})
+        measures = {f"inputs.{name}": inputs.get(name, nan) for name in self._inputs}
+        measures |= {f"outputs.{name}": outputs.get(name, nan) for name in self._outputs}
+        values = {name: value if isfinite(value) else None for name, value in measures.items()}
+        self._write({"values": values | {f"state.{key}": state[key] for key in state}})
 
     def update(self, now: float, report: Callable[[], Report]) -> None:
         """Send what the gateway does; see `Participant`."""
@@ -280,27 +271,3 @@ def security_of(files: Sequence[Path | None]) -> Security | None:
             "--opcua-cert", "", "needs --opcua-key and --opcua-trust, and they need --opcua-cert"
         )
     return Security(certificate, key, trust)
-
-
-def hall_status(
-    url: str,
-    security: Security | None,
-    unit: CompensatorUnit,
-    say: Callable[[str], None] = lambda line: None,
-) -> HallStatus:
-    """Return the OPC UA side of a compensator.
-
-    Parameters
-    ----------
-    url : str
-        From `checked_url`.
-    security : Security or None
-    unit : CompensatorUnit
-        Says which inputs and outputs there are, and their units.
-    say : callable
-        Takes a line for people.
-    """
-    measures = {name: unit.unit_of(name) for name in unit.output_names if name not in STATES}
-    return HallStatus(
-        url, security, {name: unit.unit_of(name) for name in unit.inputs}, measures, say
-    )

@@ -159,14 +159,14 @@ async def serve(told: dict[str, Any]) -> None:
     Parameters
     ----------
     told : dict
-        The first line: url, title, variables; and certificate, key and trust or None.
+        The first line: url, title, variables; and the files of its security or None.
     """
     server = Server(user_manager=Readers())
     await server.init()
     server.set_endpoint(told["url"])
     server.set_server_name("spindle-drift gateway")
     server.set_identity_tokens([ua.AnonymousIdentityToken])
-    await _secure(server, told)
+    await _secure(server, told["security"])
     index = await server.register_namespace(NAMESPACE)
     status = Status(server, index)
     await status.make(told["title"], told["variables"])
@@ -184,14 +184,14 @@ async def serve(told: dict[str, Any]) -> None:
             watch.cancel()
 
 
-async def _secure(server: Server, told: dict[str, Any]) -> None:
-    if told["certificate"] is None:
+async def _secure(server: Server, files: dict[str, str] | None) -> None:
+    if files is None:
         server.set_security_policy([ua.SecurityPolicyType.NoSecurity], Reading())
         return
     server.set_security_policy(POLICIES, Reading())
-    await server.load_certificate(told["certificate"])
-    await server.load_private_key(told["key"])
-    store = TrustStore([Path(told["trust"])], [])
+    await server.load_certificate(files["certificate"])
+    await server.load_private_key(files["key"])
+    store = TrustStore([Path(files["trust"])], [])
     await store.load()
     options = (
         CertificateValidatorOptions.TIME_RANGE

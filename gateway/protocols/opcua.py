@@ -48,6 +48,6 @@ class OpcUa(Adapter):
         """Start the server."""
         if self.args.opcua is None:
             return None
-        from gateway.opcua import hall_status
+        from gateway.opcua import HallStatus
 
-        return hall_status(self.args.opcua, self._security, unit, say)
+        return HallStatus(self.args.opcua, self._security, unit, say)

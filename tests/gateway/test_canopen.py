@@ -19,7 +19,6 @@ import pytest
 from gateway.database import MACHINE
 from gateway.mapcheck import problems_of
 from gateway.node import GatewaySettings
-from gateway.protocols.canopen import node_dictionary, node_eds, node_mapping
 from gateway.serving import Service
 from measurement.errors import BadInput
 from tests.gateway.bus import gateway_thread
@@ -29,6 +28,7 @@ canopen = pytest.importorskip("canopen")
 from canopen.sdo import SdoAbortedError  # noqa: E402
 
 from gateway.canopen_node import CanOpenNode  # noqa: E402
+from gateway.canopen_pdo import node_dictionary, node_eds, node_mapping  # noqa: E402
 
 NODE = 5
 # CiA 306-1, sections 4.3 and 4.4.

@@ -21,7 +21,6 @@ from gateway.opcua import (
     HallStatus,
     Security,
     checked_url,
-    hall_status,
     security_of,
 )
 from gateway.serving import Service
@@ -90,7 +89,7 @@ def told_hall(database: Database, fmu: Path) -> Iterator[Hall]:
     wire = new_wire("virtual")
     with contextlib.ExitStack() as stack:
         service = stack.enter_context(gateway_thread(wire, database, fmu, CLOCK))
-        status = hall_status(url, None, service.unit, said.append)
+        status = HallStatus(url, None, service.unit, said.append)
         stack.callback(status.close)
         service.participants.append(status)
         control = stack.enter_context(contextlib.closing(Control(wire, database, 1.0)))
@@ -224,7 +223,7 @@ def test_a_gateway_that_stands_still_is_told_from_one_that_has_nothing_new(
 ) -> None:
     unit.start()
     url = free_url()
-    with contextlib.closing(hall_status(url, None, unit)) as status:
+    with contextlib.closing(HallStatus(url, None, unit)) as status:
         state = dict.fromkeys(("valid", "reference_known"), True) | {"status": 0, "steps": 1}
         state |= dict.fromkeys(("status_text", "gateway_state", "bus_fault", "trust"), "a")
         state |= {"machine_time": 1.0, "compensator": "c", "compensator_sha256": "d"}
@@ -275,7 +274,7 @@ def test_a_port_in_use_does_not_end_the_gateway(database: Database, unit: Compen
         taken.bind(("127.0.0.1", 0))
         taken.listen()
         url = f"opc.tcp://127.0.0.1:{taken.getsockname()[1]}"
-        with contextlib.closing(hall_status(url, None, unit, said.append)):
+        with contextlib.closing(HallStatus(url, None, unit, said.append)):
             until = time.monotonic() + 30.0
             while not said and time.monotonic() < until:
                 time.sleep(0.1)
@@ -328,7 +327,7 @@ def test_only_who_is_trusted_reads_with_certificates(
             node = await found(client, "state.valid")
             return str((await node.read_browse_name()).Name)
 
-    with contextlib.closing(hall_status(url, security, unit)):
+    with contextlib.closing(HallStatus(url, security, unit)):
         assert patiently(lambda: visit("client")) == "state.valid"
         with pytest.raises((UaError, OSError, TimeoutError)):
             asyncio.run(visit("stranger"))
