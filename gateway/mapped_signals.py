@@ -121,9 +121,9 @@ def _enumeration(name: str, spec: Spec, codes: dict[str, int], plain: Signal) ->
             what = f"lacks {lost[0]}, or" if lost else "lacks"
             raise BadInput("values", "", f"{what} a value named {OTHER} for all others")
         numbers = {} if same else {number: word for word, number in words.items()}
-        top = plain.high if name in ENDLESS and same else max(given.values())
-        taken = [raw - 1 for raw in plain.codes.values()]
-        top = min([top, *taken]) if name in ENDLESS and same else top
+        top = float(max(given.values()))
+        if name in ENDLESS and same:
+            top = min([plain.high, *(raw - 1 for raw in plain.codes.values())])
         return replace(
             plain,
             codes=plain.codes | given,

@@ -6,7 +6,8 @@ mends them all at once.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+import contextlib
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from math import inf
 from pathlib import Path
@@ -28,9 +29,7 @@ from gateway.mapfile import (
 )
 from gateway.mapped_signals import mapped_signal, own_signals, protection_of
 from gateway.probes import PROBE_TIME
-from gateway.protection import (
-    Profile1,
-)
+from gateway.protection import Profile1
 from measurement.errors import BadInput
 from scenarios.wiring import PROBED
 
@@ -176,20 +175,31 @@ class _Reader:
                 if len(wanted) > 1 and isinstance(spec, InputMap):
                     self.say(place, f"has two signals: {wanted[0]} and {wanted[1]}")
                 for signal in wanted:
-                    self._take(place, node, name, spec, signal, frames)
-        made = [self._frame(name, *content) for name, content in frames.items()]
+                    with self._telling(place):
+                        self._take(place, node, name, spec, signal, frames)
+        made: list[Frame] = []
+        for name, (node, signals) in frames.items():
+            with self._telling(f"frames.{name}"):
+                made += self._frames(name, node, signals)
         for name in self.form.frames:
             if name not in frames:
                 self.say(f"frames.{name}", "is not needed: the map uses no signal of it")
-        ordered = sorted((frame for frame in made if frame is not None), key=lambda f: f.key)
         self.found.database = replace(
             self.found.database,
-            frames=tuple(ordered),
+            frames=tuple(sorted(made, key=lambda frame: frame.key)),
             substitutes=substitutes,
             when_invalid=self._when_invalid(),
         )
         self._check()
         return self.found
+
+    @contextlib.contextmanager
+    def _telling(self, place: str) -> Iterator[None]:
+        """Note a refusal as a problem of a place, and go on."""
+        try:
+            yield
+        except BadInput as error:
+            self.say(place, str(error))
 
     # Signals
 
@@ -205,27 +215,21 @@ class _Reader:
         frame_name, _, signal_name = wanted.partition(".")
         message = next((m for m in self.dbc.messages if m.name == frame_name), None)
         if message is None:
-            self.say(place, f"{self.form.dbc} has no frame {frame_name}")
-            return
+            raise BadInput("", "", f"{self.form.dbc} has no frame {frame_name}")
         signal = next((s for s in message.signals if s.name == signal_name), None)
         if signal is None:
-            self.say(place, f"{frame_name} has no signal {signal_name} in {self.form.dbc}")
-            return
+            problem = f"{frame_name} has no signal {signal_name} in {self.form.dbc}"
+            raise BadInput("", "", problem)
         if wanted in self._used:
-            self.say(place, f"{wanted} is {self._used[wanted]} already")
-            return
+            raise BadInput("", "", f"{wanted} is {self._used[wanted]} already")
         self._used[wanted] = place
         owner, signals = frames.setdefault(frame_name, (node, {}))
         if owner != node:
-            self.say(place, f"{frame_name} holds inputs and outputs: a frame has one sender")
-            return
+            problem = f"{frame_name} holds inputs and outputs: a frame has one sender"
+            raise BadInput("", "", problem)
         if name in signals:
-            self.say(place, f"has two signals in {frame_name}")
-            return
-        try:
-            signals[name] = mapped_signal(name, spec, signal)
-        except BadInput as error:
-            self.say(place, str(error))
+            raise BadInput("", "", f"has two signals in {frame_name}")
+        signals[name] = mapped_signal(name, spec, signal)
 
     def _substitute(
         self, place: str, name: str, spec: InputMap, found: dict[str, Substitute]
@@ -256,20 +260,13 @@ class _Reader:
 
     # Frames
 
-    def _frame(self, name: str, node: str, signals: dict[str, Signal]) -> Frame | None:
+    def _frames(self, name: str, node: str, signals: dict[str, Signal]) -> list[Frame]:
+        """Return a frame; none where no signal of it could be taken."""
+        if name not in self.form.frames:
+            problem = 'is missing: state the protection, "none" if there is none'
+            raise BadInput("", "", problem)
         message = next(m for m in self.dbc.messages if m.name == name)
-        told = self.form.frames.get(name)
-        place = f"frames.{name}"
-        if told is None:
-            self.say(place, 'is missing: state the protection, "none" if there is none')
-            return None
-        if not signals:
-            return None
-        try:
-            return self._made(message, told, node, signals)
-        except BadInput as error:
-            self.say(place, str(error))
-            return None
+        return [self._made(message, self.form.frames[name], node, signals)] if signals else []
 
     def _made(
         self, message: Message, told: FrameMap, node: str, signals: dict[str, Signal]
