@@ -21,15 +21,12 @@ class Unit(Protocol):
 
     def step(self, values: Mapping[str, float], step_s: float) -> dict[str, float]:
         """Take in a sample and advance."""
-        ...
 
     def renew(self) -> None:
         """Forget everything: the next sample is the first."""
-        ...
 
     def text(self) -> str:
         """Return the status in words."""
-        ...
 
 
 class Answered:

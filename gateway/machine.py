@@ -62,37 +62,29 @@ class Plant(Protocol):
     @property
     def time_s(self) -> float:
         """Its time [s]."""
-        ...
 
     @property
     def done(self) -> bool:
         """Whether it has come to its end."""
-        ...
 
     @property
     def thermal_state(self) -> str:
         """What it says of its own state, as the frames name it."""
-        ...
 
     def probe_with(self, names: Sequence[str]) -> None:
         """Measure probes by these names; none where no frame carries them."""
-        ...
 
     def measured(self, half_widths: Sequence[float]) -> Sequence[float]:
         """Return what a probe shows now; empty if none is due."""
-        ...
 
     def readings(self) -> Mapping[str, float]:
         """Return what the control reads."""
-        ...
 
     def record(self, offsets: Mapping[str, float], extra: Mapping[str, float]) -> None:
         """Take note of the offsets and of what the gateway says."""
-        ...
 
     def step(self, offsets: Mapping[str, float]) -> None:
         """Go on to the next cycle with these offsets [um]."""
-        ...
 
 
 class Ear:
@@ -211,9 +203,7 @@ class Ear:
             The value's name; `NOT_AVAILABLE` where nothing was heard or the frames have no such
             signal.
         """
-        if self.last is None:
-            return NOT_AVAILABLE
-        if signal not in self._words:
+        if self.last is None or signal not in self._words:
             return NOT_AVAILABLE
         return name_of(self._words[signal], self.last.heartbeat.get(signal, nan))
 

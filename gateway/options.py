@@ -11,11 +11,10 @@ import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from types import FrameType
 from typing import Any
 
 from gateway.background import Background
-from gateway.database import COMPENSATOR, MACHINE, Database
+from gateway.database import COMPENSATOR, Database
 from gateway.dbc import DBC, read_database
 from gateway.framelog import LARGEST_MB, FrameLog
 from gateway.link import Link
@@ -165,32 +164,44 @@ def told(problems: list[BadInput]) -> int:
     return 2 if problems else 0
 
 
-def new_link(
-    args: argparse.Namespace, database: Database, other: str, say: Callable[[str], None]
-) -> Link:
-    """Return the link of a command line, not open yet, that hears the *other* node.
+@contextlib.contextmanager
+def on_bus(
+    name: str, args: argparse.Namespace, database: Database, other: str, patience_s: float
+) -> Iterator[tuple[Callable[[str], None], Link, Callable[[], bool]]]:
+    """Open the bus of a command line, to hear the *other* node.
 
     Parameters
     ----------
+    name : str
+        Of the command; each line for people begins with it.
     args : Namespace
         With what `add_bus_arguments` declares.
     database : Database
         The frames.
-    other : {"machine", "compensator"}
+    other : {"MACHINE", "COMPENSATOR"}
         The node at the other end.
-    say : callable
-        Takes a line for people.
+    patience_s : float
+        How long an interface may take to appear [s].
+
+    Yields
+    ------
+    tuple
+        What takes a line for people, the link, and what returns whether the program should end.
     """
-    assert other in (MACHINE, COMPENSATOR)
-    return Link(
-        args.interface,
-        args.channel,
-        # A gateway also hears whether there is another one.
-        [frame.key for frame in database.frames if frame.sender in (other, COMPENSATOR)],
-        args.log and FrameLog(args.log, say, args.log_size),
-        say,
-        options=({"fd": True} if database.fd else {}) | options_of(args.option),
-    )
+    with teller(name, args) as say, contextlib.ExitStack() as stack:
+        link = Link(
+            args.interface,
+            args.channel,
+            # A gateway also hears whether there is another one.
+            [frame.key for frame in database.frames if frame.sender in (other, COMPENSATOR)],
+            args.log and FrameLog(args.log, say, args.log_size),
+            say,
+            options=({"fd": True} if database.fd else {}) | options_of(args.option),
+        )
+        stack.callback(link.close)
+        stopped = stack.enter_context(stop_flag(link.reopen_log))
+        link.open(patience_s)
+        yield say, link, stopped
 
 
 @contextlib.contextmanager
@@ -230,12 +241,12 @@ def teller(name: str, args: argparse.Namespace) -> Iterator[Callable[[str], None
 
 
 @contextlib.contextmanager
-def on_signal(name: str, do: Callable[[], None]) -> Iterator[None]:
-    """Call a function at a signal, where the system has it.
+def on_signals(names: Sequence[str], do: Callable[[int, Any], None]) -> Iterator[None]:
+    """Call a function at signals, as far as the system has them.
 
     Parameters
     ----------
-    name : str
+    names : sequence of str
         Such as ``SIGUSR1``.
     do : callable
         Called in the main thread; short.
@@ -243,17 +254,15 @@ def on_signal(name: str, do: Callable[[], None]) -> Iterator[None]:
     Yields
     ------
     None
-        While the signal is dealt with so.
+        While the signals are dealt with so.
     """
-    number = getattr(signal, name, None)
-    if number is None:
-        yield
-        return
-    kept = signal.signal(number, lambda *_: do())
+    numbers = [getattr(signal, name) for name in names if hasattr(signal, name)]
+    kept = {number: signal.signal(number, do) for number in numbers}
     try:
         yield
     finally:
-        signal.signal(number, kept)
+        for number, handler in kept.items():
+            signal.signal(number, handler)
 
 
 @contextlib.contextmanager
@@ -275,7 +284,7 @@ def stop_flag(hung_up: Callable[[], bool] = lambda: False) -> Iterator[Callable[
     """
     asked = False
 
-    def stop(number: int, frame: FrameType | None) -> None:
+    def stop(number: int, frame: object) -> None:
         nonlocal asked
         if number == getattr(signal, "SIGHUP", None) and hung_up():
             return
@@ -283,14 +292,8 @@ def stop_flag(hung_up: Callable[[], bool] = lambda: False) -> Iterator[Callable[
             raise KeyboardInterrupt
         asked = True
 
-    names = ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT")
-    numbers = [getattr(signal, name) for name in names if hasattr(signal, name)]
-    kept = {number: signal.signal(number, stop) for number in numbers}
-    try:
+    with on_signals(("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT"), stop):
         yield lambda: asked
-    finally:
-        for number, handler in kept.items():
-            signal.signal(number, handler)
 
 
 def options_of(texts: Sequence[str]) -> dict[str, Any]:

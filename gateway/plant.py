@@ -15,7 +15,7 @@ from gateway.database import OFFSETS
 from gateway.state import Saved
 from gateway.unit import StatefulSlave
 from measurement.errors import BadInput
-from scenarios.cosimulation import NOISE_SEED
+from scenarios.cosimulation import plant_parameters
 from scenarios.faults import FaultLine
 from scenarios.fmu import Port
 from scenarios.probe_cycle import ProbeSource
@@ -111,12 +111,8 @@ class MachinePlant:
         FmuError
             If the FMU refuses.
         """
-        settings, source = self.case.settings, self.case.setting.source
-        for name, value in settings.plant.parameters.items():
-            self.slave.set_parameter(name, value, source, "plant.parameters")
-        if NOISE_SEED in self.slave.variables and NOISE_SEED not in settings.plant.parameters:
-            seed = max(settings.seed, 1) if settings.plant.noise else 0
-            self.slave.set_parameter(NOISE_SEED, seed, source, "plant.parameters")
+        for name, value in plant_parameters(self.case, self.slave.variables).items():
+            self.slave.set_parameter(name, value, self.case.setting.source, "plant.parameters")
         with self.slave.starting(self.steps * self.step_s):
             self._set(dict.fromkeys(OFFSETS, 0.0))
         if saved is not None:

@@ -108,16 +108,11 @@ class Service:
             If the FMU fails. The bus is told before any exception leaves here.
         """
         self._fit()
-        store = StateFile(self.state_file, self.unit.slave.sha256) if self.state_file else None
-        if store is not None and not self.unit.slave.can_save:
-            raise BadInput(self.fmu, "", "cannot save its state: run without --state")
         rate = 1.0 if self.settings.machine_clock else self.settings.speed_up
-        warm, why_not = store.read(rate) if store else (None, "")
+        store, warm = self.unit.slave.kept(self.state_file, self.say, rate)
         self.unit.start(warm)
         if warm is not None:
             self.say(f"goes on from the state of {warm.age_s:.0f} s ago")
-        elif store is not None:
-            self.say(f"{store.path}: the state is not used: {why_not}")
         begun = self.clock()
         send: Send = self.link.send
         for participant in self.participants:

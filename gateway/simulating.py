@@ -12,8 +12,6 @@ from gateway.database import Database
 from gateway.link import Link
 from gateway.machine import MachineNode, Pace
 from gateway.plant import MachinePlant
-from gateway.state import StateFile
-from measurement.errors import BadInput
 
 
 @dataclass
@@ -24,10 +22,8 @@ class Simulation:
     ----------
     database : Database
         The frames.
-    fmu : Path
-        The plant.
     plant : MachinePlant
-        The same, loaded.
+        The machine, loaded.
     link : Link
         The bus, open.
     pace : Pace
@@ -45,7 +41,6 @@ class Simulation:
     """
 
     database: Database
-    fmu: Path
     plant: MachinePlant
     link: Link
     pace: Pace
@@ -66,15 +61,8 @@ class Simulation:
         FmuError
             If the FMU fails.
         """
-        self._store: StateFile | None = None
-        if self.state_file is not None:
-            if not self.plant.slave.can_save:
-                raise BadInput(self.fmu, "", "cannot save its state: run without --state")
-            self._store = StateFile(self.state_file, self.plant.slave.sha256)
-        saved, why_not = self._store.read() if self._store else (None, "")
+        self._store, saved = self.plant.slave.kept(self.state_file, self.say)
         self.plant.start(saved)
-        if self._store is not None and saved is None:
-            self.say(f"{self._store.path}: the state is not used: {why_not}")
         if saved is not None:
             self.say(
                 f"goes on at {self.plant.time_s:g} s from the state of {saved.age_s:.0f} s ago"

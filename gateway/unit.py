@@ -10,7 +10,7 @@ from pathlib import Path
 
 from fmpy.fmi1 import FMICallException
 
-from gateway.state import Saved
+from gateway.state import Saved, StateFile
 from measurement.errors import BadInput
 from scenarios.fmu import Port, Slave
 from scenarios.wiring import PROBED
@@ -23,6 +23,35 @@ class StatefulSlave(Slave):
     def can_save(self) -> bool:
         """Whether the FMU says that its state can be serialised."""
         return bool(self.description.coSimulation.canSerializeFMUstate)
+
+    def kept(
+        self, path: Path | None, say: Callable[[str], None], speed_up: float = 1.0
+    ) -> tuple[StateFile | None, Saved | None]:
+        """Return the file that keeps the FMU's state, and what to go on from; None for neither.
+
+        Parameters
+        ----------
+        path : Path or None
+            The file; None: the state is not kept.
+        say : callable
+            Takes a line for people: why a state is not used.
+        speed_up : float, optional
+            Seconds of the FMU in a second of the time of day.
+
+        Raises
+        ------
+        BadInput
+            If the FMU has no state, or the file is none.
+        """
+        if path is None:
+            return None, None
+        if not self.can_save:
+            raise BadInput(self.path, "", "cannot save its state: run without --state")
+        store = StateFile(path, self.sha256)
+        saved, why_not = store.read(speed_up)
+        if saved is None:
+            say(f"{path}: the state is not used: {why_not}")
+        return store, saved
 
     def saved(self) -> bytes:
         """Return the state of the FMU.

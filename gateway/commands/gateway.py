@@ -94,7 +94,7 @@ def _serve(
 ) -> dict[str, Any]:
     from gateway.database import MACHINE
     from gateway.node import GatewaySettings
-    from gateway.options import new_link, on_signal, stop_flag, teller
+    from gateway.options import on_bus, on_signals
     from gateway.proof import read_key
     from gateway.reference import Proof
     from gateway.serving import Service
@@ -102,13 +102,10 @@ def _serve(
 
     printed = io.StringIO()
     with contextlib.ExitStack() as stack:
-        say = stack.enter_context(teller("gateway", args))
-        link = new_link(args, database, MACHINE, say)
-        stack.callback(link.close)
-        stopped = stack.enter_context(stop_flag(link.reopen_log))
         cold: list[bool] = []
-        stack.enter_context(on_signal("SIGUSR1", lambda: cold.append(True)))
-        link.open(args.startup_timeout)
+        stack.enter_context(on_signals(["SIGUSR1"], lambda *_: cold.append(True)))
+        bus = on_bus("gateway", args, database, MACHINE, args.startup_timeout)
+        say, link, stopped = stack.enter_context(bus)
         # A Python FMU shares this process's standard error; its complaints come through its log.
         stack.enter_context(contextlib.redirect_stderr(printed))
         unit = CompensatorUnit(fmu, say, printed)

@@ -81,15 +81,11 @@ def _replay(args: argparse.Namespace, database: Any) -> dict[str, Any]:
 
     from gateway.database import COMPENSATOR
     from gateway.machine import Ear
-    from gateway.options import new_link, stop_flag, teller
+    from gateway.options import on_bus
     from gateway.replay import recorded, replay
 
     messages = recorded(args.replay, database)
-    with contextlib.ExitStack() as stack:
-        say = stack.enter_context(teller("machine", args))
-        link = stack.enter_context(contextlib.closing(new_link(args, database, COMPENSATOR, say)))
-        stopped = stack.enter_context(stop_flag(link.reopen_log))
-        link.open(args.wait)
+    with on_bus("machine", args, database, COMPENSATOR, args.wait) as (say, link, stopped):
         say(f"{args.replay.name}, {len(messages)} frames, on {link.name}")
         sent = replay(
             messages,
@@ -107,7 +103,7 @@ def _replay(args: argparse.Namespace, database: Any) -> dict[str, Any]:
 def _simulate(args: argparse.Namespace, database: Any) -> dict[str, Any]:
     from gateway.database import COMPENSATOR
     from gateway.machine import Pace
-    from gateway.options import new_link, stop_flag, teller
+    from gateway.options import on_bus
     from gateway.plant import MachinePlant
     from gateway.proof import read_key
     from gateway.simulating import Simulation
@@ -117,14 +113,11 @@ def _simulate(args: argparse.Namespace, database: Any) -> dict[str, Any]:
     case, near = _case(args, database)
     printed = io.StringIO()
     with contextlib.ExitStack() as stack:
-        say = stack.enter_context(teller("machine", args))
         work = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="spindle-drift-")))
         name = args.plant or case.settings.plant.fmu
         fmu = find_fmu(name, args.fmu_dir, near, work, quiet=args.quiet)
-        link = new_link(args, database, COMPENSATOR, say)
-        stack.callback(link.close)
-        stopped = stack.enter_context(stop_flag(link.reopen_log))
-        link.open(args.wait)
+        bus = on_bus("machine", args, database, COMPENSATOR, args.wait)
+        say, link, stopped = stack.enter_context(bus)
         # A Python FMU shares this process's standard error; its complaints come through its log.
         stack.enter_context(contextlib.redirect_stderr(printed))
         plant = MachinePlant(fmu, case, say, printed, recorded=args.out is not None)
@@ -133,7 +126,7 @@ def _simulate(args: argparse.Namespace, database: Any) -> dict[str, Any]:
         timeout_s = args.timeout and args.timeout / 1e3
         pace = Pace(args.speed_up is None, args.wait, args.hold, timeout_s)
         simulation = Simulation(
-            database, fmu, plant, link, pace, args.state, args.state_every, stopped, say
+            database, plant, link, pace, args.state, args.state_every, stopped, say
         )
         simulation.key = args.key and read_key(args.key)
         summary = simulation.run()

@@ -28,7 +28,6 @@ back. The pins of a component called ``thermal``:
 from __future__ import annotations
 
 import argparse
-import contextlib
 import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -41,7 +40,7 @@ from gateway.dbc import DBC, read_database
 from gateway.linuxcnc.axes import COUNT_UM, AxisOffset, Seen
 from gateway.linuxcnc.modules import linuxcnc_module
 from gateway.machine import MachineNode, Pace
-from gateway.options import add_bus_arguments, add_number, new_link, served, stop_flag, teller
+from gateway.options import add_bus_arguments, add_number, on_bus, served
 from gateway.proof import read_key
 
 NAMES = ("x", "y", "z")
@@ -216,7 +215,7 @@ def _arguments(argv: Sequence[str] | None) -> argparse.Namespace:
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the component until LinuxCNC ends it."""
     args = _arguments(argv)
-    database = read_database(args.dbc or DBC)
+    database = served(args, read_database(args.dbc or DBC))
     inputs = sent_signals(database)
     pins = new_pins(args.name, inputs)
     cycle_s = database.closing(MACHINE).cycle_s
@@ -224,16 +223,10 @@ def main(argv: Sequence[str] | None = None) -> int:
         *(pins, inputs, cycle_s * args.speed_up, cycle_s, args.slew),
         external=args.offsets == "external",
     )
-    with contextlib.ExitStack() as stack:
-        say = stack.enter_context(teller(args.name, args))
-        link = stack.enter_context(
-            contextlib.closing(new_link(args, served(args, database), COMPENSATOR, say))
-        )
-        stopped = stack.enter_context(stop_flag())
-        link.open(args.wait)
+    with on_bus(args.name, args, database, COMPENSATOR, args.wait) as (_, link, stopped):
         pace = Pace(wait_s=args.wait, hold_s=args.hold)
         node = MachineNode(
-            *(served(args, database), control, link, pace),
+            *(database, control, link, pace),
             stopped=stopped,
             key=args.key and read_key(args.key),
         )

@@ -101,11 +101,6 @@ class Session:
         self._gateway.kill()
         self._gateway.wait()
 
-    def signal_gateway(self, number: int) -> None:
-        """Send the gateway a signal."""
-        assert self._gateway is not None
-        self._gateway.send_signal(number)
-
     def close(self) -> None:
         """End all."""
         with contextlib.suppress(OSError, ValueError):

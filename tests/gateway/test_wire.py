@@ -214,7 +214,7 @@ def test_the_loop_over_can_is_the_co_simulation(
         plant = MachinePlant(plant_fmu, case)
         with contextlib.closing(link), contextlib.closing(plant):
             pace = Pace(lockstep=True, timeout_s=10.0)
-            summary = Simulation(database, plant_fmu, plant, link, pace).run()
+            summary = Simulation(database, plant, link, pace).run()
             frame = plant.frame()
     assert summary["answered"] == 240
     assert len(frame) == len(direct) == 241
