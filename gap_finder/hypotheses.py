@@ -23,6 +23,7 @@ from gap_finder.candidates import (
     with_effect,
 )
 from gap_finder.design import RunSensitivities
+from gap_finder.keys import has_its_drivers
 from gap_finder.kinds import CalibratedRun, Change, kinds
 from gap_finder.observations import Observations
 from gap_finder.score import Fit
@@ -237,7 +238,11 @@ def everything(
     known = [
         CalibratedRun(machine, one, part) for one, part in zip(observed, sensitivities, strict=True)
     ]
-    changes = {name: list(kind.all_of(known)) for name, kind in kinds().items() if described}
+    changes = {
+        name: [one for one in kind.all_of(known) if _is_sound(machine, one)]
+        for name, kind in kinds().items()
+        if described
+    }
     by_run = [job.result() for job in [pool.submit(_of_changes, one, changes) for one in known]]
     tried: list[AddedEffect | AddedChange] = [
         AddedEffect(one) for job in jobs for one in job.result()
@@ -249,6 +254,12 @@ def everything(
                 tried.append(AddedChange(change, numbers, answers))
     tried = [one for one in tried if max(float(np.abs(a).max()) for a in one.answers) > ONLY]
     return Listed(tried, prior_costs({one.key for one in tried}))
+
+
+def _is_sound(machine: Machine, change: Change) -> bool:
+    """Whether effects in force keep their drivers: a part in two may no longer touch another."""
+    driven = any(":" in key for key in machine.effects)
+    return not driven or has_its_drivers(change.put_into(machine, change.points()[0]))
 
 
 def _of_effect(machine: Machine, observed: Sequence[Observations], name: str) -> list[Candidate]:

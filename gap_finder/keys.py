@@ -52,6 +52,17 @@ def driver_keys(machine: Machine, effect: type[Effect]) -> list[str]:
     return [effect.name, *(effect_key(effect.name, driver) for driver in others)]
 
 
+def has_its_drivers(machine: Machine) -> bool:
+    """Tell whether every effect in force is driven by something that may drive it there."""
+    for key in machine.effects:
+        effect, driver = effect_of(key), key.partition(":")[2]
+        if effect is None or effect.on_channel or not driver:
+            continue
+        if driver not in effect.drivers(machine):
+            return False
+    return True
+
+
 def is_switched(machine: Machine, key: str) -> bool:
     """Tell whether a part switches the effect that a key names."""
     effect = effect_of(key)

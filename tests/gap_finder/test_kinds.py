@@ -8,13 +8,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from gap_finder.candidates import with_effect
 from gap_finder.design import all_sensitivities
+from gap_finder.keys import has_its_drivers
 from gap_finder.kinds import CalibratedRun, Change, kinds
 from gap_finder.linearise import modelled, simulate_at
 from gap_finder.observations import observe
 from plant_model.machine import Input, Machine
 from plant_model.machine_file import read_machine
 from plant_model.machine_writer import write_machine
+from plant_model.network import effects_in_force
+from plant_model.parameters import Values
 from plant_model.simulate import simulate
 from plant_model.stepper import PlantStepper
 from tests.gap_finder.conftest import inputs_of
@@ -174,3 +178,20 @@ def test_a_change_that_is_off_changes_nothing(name: str, known: list[CalibratedR
     off = change.put_into(machine, {**change.points()[0], change.first: 0.0})
     plain, same = (simulate(one, inputs).run_frame() for one in (machine, off))
     np.testing.assert_allclose(same.to_numpy(), plain.to_numpy(), atol=0.05)
+
+
+def test_a_change_that_takes_an_effects_driver_away_is_not_tried(
+    known: list[CalibratedRun],
+) -> None:
+    # Twice its mass behind the foot makes that the heaviest part, and the base none to stand on.
+    machine = with_effect(read_machine("lathe"), "fixture_warming:base")
+    assert has_its_drivers(machine)
+    there = [replace(one, machine=machine) for one in known]
+    lost = []
+    for change in changes_of("hidden_mass", there):
+        changed = change.put_into(machine, change.points()[0])
+        if has_its_drivers(changed):
+            effects_in_force(changed, Values(changed.parameters))
+        else:
+            lost.append(change.place)
+    assert lost == [("foot",)]
