@@ -255,20 +255,18 @@ class CanOpenNode(Participant):
 
 def temperatures_of(database: Database) -> list[str]:
     """Return the names of the signals that are temperatures."""
-    signals = [s for frame in database.frames for s in frame.signals.values()]
-    return [signal.name for signal in signals if signal.unit == "degC"]
+    return [name for name, signal in database.named.items() if signal.unit == "degC"]
 
 
 def _places(
     dictionary: canopen.ObjectDictionary, database: Database
 ) -> dict[str, tuple[tuple[int, int], Callable[[Value], int]]]:
     """Return where each signal of a PDO stands, and what makes its raw value."""
-    signals = {s.name: s for frame in database.frames for s in frame.signals.values()}
     found: dict[str, tuple[tuple[int, int], Callable[[Value], int]]] = {}
     for pdo in layout(temperatures_of(database)):
         for entry in pdo.entries:
             place = entry.index, entry.sub
-            found[entry.name] = place, partial(_raw, signals[entry.name])
+            found[entry.name] = place, partial(_raw, database.signal(entry.name))
     return found
 
 

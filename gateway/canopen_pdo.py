@@ -19,6 +19,7 @@ from canopen import objectdictionary as od
 from canopen.objectdictionary.eds import export_eds
 from cantools.database.can import Database as CanDatabase
 
+from gateway.database import OFFSETS as DRIFTS
 from gateway.mapcheck import inputs_of, limits_of
 from gateway.mapfile import MapFile
 from gateway.mapping import Mapping, mapping_of
@@ -36,8 +37,8 @@ OFFSETS, UNITS, DIGITS = 0x7130, 0x6131, 0x6132
 TEMPERATURES, SPEED, TOOL_LENGTH, STATE, THERMAL = 0x2100, 0x2101, 0x2102, 0x2103, 0x2104
 VALID, STATUS, SENSOR, GATEWAY, FAULT, TRUSTED = 0x2200, 0x2201, 0x2202, 0x2203, 0x2204, 0x2205
 UNCERTAINTY, LIMITS, HASH = 0x2210, 0x2300, 0x2301
-MICROMETRE, CELSIUS = 0xFA010000, 0x002D0000
-"""Units by CiA 303-2: prefix, then unit."""
+MICROMETRE = 0xFA010000
+"""The unit by CiA 303-2: prefix, then unit."""
 REVISION = 1
 FILE = {
     "FileName": "spindle_drift.eds",
@@ -105,39 +106,31 @@ def layout(temperatures: Sequence[str]) -> list[Pdo]:
     if len(temperatures) > MOST_TEMPERATURES:
         problem = f"{len(temperatures)} temperatures: three PDOs hold {MOST_TEMPERATURES}"
         raise BadInput("--canopen", "", problem)
-    readings = [
-        Entry(name, TEMPERATURES, sub, "i16", 0.01, "degC")
-        for sub, name in enumerate(temperatures, 1)
-    ]
-    found = [
-        Pdo(number, RECEIVE, tuple(readings[first : first + 4]))
-        for number, first in enumerate(range(0, len(readings), 4), 1)
-    ]
-    found.append(
-        Pdo(
-            4,
-            RECEIVE,
-            (
-                Entry("speed", SPEED, 0, "i16", 1.0, "rpm"),
-                Entry("tool_length", TOOL_LENGTH, 0, "i32", 0.001, "mm"),
-                Entry("machine_state", STATE, 0, "u8"),
-                Entry("thermal_state", THERMAL, 0, "u8"),
-            ),
-        )
+    readings = _array(temperatures, TEMPERATURES, 0.01, "degC")
+    control = (
+        Entry("speed", SPEED, 0, "i16", 1.0, "rpm"),
+        Entry("tool_length", TOOL_LENGTH, 0, "i32", 0.001, "mm"),
+        *_bytes(machine_state=STATE, thermal_state=THERMAL),
     )
-    offsets = [Entry(f"d{a}", OFFSETS, n, "i16", 0.1, "um") for n, a in enumerate("XYZ", 1)]
-    widths = [
-        Entry(f"d{a}_uncertainty", UNCERTAINTY, n, "i16", 0.1, "um") for n, a in enumerate("XYZ", 1)
-    ]
-    valid, status = Entry("valid", VALID, 0, "u8"), Entry("status", STATUS, 0, "u8")
-    gateway, trust = Entry("gateway_state", GATEWAY, 0, "u8"), Entry("trust", TRUSTED, 0, "u8")
-    sensor, fault = Entry("status_sensor", SENSOR, 0, "u8"), Entry("bus_fault", FAULT, 0, "u8")
+    offsets = _array(DRIFTS, OFFSETS, 0.1, "um")
+    widths = _array([f"{name}_uncertainty" for name in DRIFTS], UNCERTAINTY, 0.1, "um")
+    fours = enumerate(range(0, len(readings), 4), 1)
     return [
-        *found,
-        Pdo(1, SEND, (*offsets, valid, status)),
-        Pdo(2, SEND, (*widths, gateway, trust)),
-        Pdo(3, SEND, (sensor, fault)),
+        *(Pdo(number, RECEIVE, readings[first : first + 4]) for number, first in fours),
+        Pdo(4, RECEIVE, control),
+        Pdo(1, SEND, (*offsets, *_bytes(valid=VALID, status=STATUS))),
+        Pdo(2, SEND, (*widths, *_bytes(gateway_state=GATEWAY, trust=TRUSTED))),
+        Pdo(3, SEND, _bytes(status_sensor=SENSOR, bus_fault=FAULT)),
     ]
+
+
+def _array(names: Sequence[str], index: int, scale: float, unit: str) -> tuple[Entry, ...]:
+    """Return the process values of an object."""
+    return tuple(Entry(name, index, sub, "i16", scale, unit) for sub, name in enumerate(names, 1))
+
+
+def _bytes(**indices: int) -> tuple[Entry, ...]:
+    return tuple(Entry(name, index, 0, "u8") for name, index in indices.items())
 
 
 def _pdos_of(fmu: Path) -> list[Pdo]:
@@ -256,13 +249,12 @@ def node_dictionary(node_id: int, fmu: Path) -> canopen.ObjectDictionary:
         if entry.index not in groups:
             kind = KINDS[entry.kind][0]
             objects += [_made(entry.name, entry.index, 0, kind, 0, mappable=True)]
-    axes = ("dX", "dY", "dZ")
     limits = limits_of(fmu)
     told = {key: limits.get(key, float("nan")) for key in LIMIT_NAMES}
     compensator = {"Name": fmu.name, "SHA-256": sha256_of(fmu)}
     objects += [
-        _record("AI physical unit PV", UNITS, od.UNSIGNED32, dict.fromkeys(axes, MICROMETRE)),
-        _record("AI decimal digits PV", DIGITS, od.UNSIGNED8, dict.fromkeys(axes, 1)),
+        _record("AI physical unit PV", UNITS, od.UNSIGNED32, dict.fromkeys(DRIFTS, MICROMETRE)),
+        _record("AI decimal digits PV", DIGITS, od.UNSIGNED8, dict.fromkeys(DRIFTS, 1)),
         _record("Limits of the compensator", LIMITS, od.REAL32, told),
         _record("Compensator", HASH, od.VISIBLE_STRING, compensator),
     ]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 
 import can
@@ -255,6 +256,14 @@ class Database:
             for signal in frame.signals.values():
                 yield frame, signal
 
+    @cached_property
+    def named(self) -> dict[str, Signal]:
+        """Every signal by its name here; of one that several frames carry, the first."""
+        found: dict[str, Signal] = {}
+        for frame in self.frames:
+            found = found | {n: s for n, s in frame.signals.items() if n not in found}
+        return found
+
     def signal(self, name: str) -> Signal:
         """Return a signal by its name.
 
@@ -263,7 +272,7 @@ class Database:
         name : str
             As the gateway calls it.
         """
-        return next(frame.signals[name] for frame in self.frames if name in frame.signals)
+        return self.named[name]
 
     def has(self, name: str) -> bool:
         """Return whether a frame carries a signal.
@@ -273,7 +282,7 @@ class Database:
         name : str
             As the gateway calls it.
         """
-        return any(name in frame.signals for frame in self.frames)
+        return name in self.named
 
     @property
     def proof(self) -> Frame | None:

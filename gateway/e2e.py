@@ -35,8 +35,3 @@ def protected(data: bytes, data_id: int) -> bytes:
 def intact(data: bytes | bytearray, data_id: int) -> bool:
     """Return whether a frame's CRC fits the rest of it."""
     return len(data) > 1 and data[0] == crc_of(data, data_id)
-
-
-def counter_of(data: bytes | bytearray) -> int:
-    """Return the alive counter of a frame."""
-    return data[1] & 0x0F

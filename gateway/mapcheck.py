@@ -42,8 +42,8 @@ def problems_of(mapping: Mapping, fmu: Path, *, machine_clock: bool = False) -> 
     mapping.check_compensator(taken, outputs, limits_of(fmu).get("offset_um"))
     if machine_clock and mapping.form.cycle.frames == "sampled":
         mapping.say("cycle.frames", "sampled frames carry no time: --clock machine cannot be used")
-    carried = {s.name: s for frame in mapping.database.frames for s in frame.signals.values()}
-    pairs = [(n, str(named[n].unit or ""), s.unit) for n, s in carried.items() if n in named]
+    carried = mapping.database.named.items()
+    pairs = [(n, str(named[n].unit or ""), s.unit) for n, s in carried if n in named]
     for name, own, bus in units_that_differ(pairs):
         kind = "inputs" if name in inputs else "outputs"
         mapping.say(f"{kind}.{name}", f"is in {bus}; the compensator has it in {own}")

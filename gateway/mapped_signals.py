@@ -33,8 +33,7 @@ Spec = InputMap | OutputMap
 @cache
 def own_signals() -> dict[str, Signal]:
     """Return the gateway's own signals, as the shipped DBC file has them."""
-    database = read_database()
-    return {s.name: s for frame in database.frames for s in frame.signals.values()}
+    return read_database().named
 
 
 def named(name: str) -> dict[str, int]:

@@ -264,10 +264,9 @@ def security_of(files: Sequence[Path | None]) -> Security | None:
         If only some are given.
     """
     certificate, key, trust = files
-    if certificate is None and key is None and trust is None:
-        return None
-    if certificate is None or key is None or trust is None:
-        raise BadInput(
-            "--opcua-cert", "", "needs --opcua-key and --opcua-trust, and they need --opcua-cert"
-        )
-    return Security(certificate, key, trust)
+    if certificate and key and trust:
+        return Security(certificate, key, trust)
+    if certificate or key or trust:
+        problem = "needs --opcua-key and --opcua-trust, and they need --opcua-cert"
+        raise BadInput("--opcua-cert", "", problem)
+    return None

@@ -15,7 +15,6 @@ import can
 
 from gateway.codec import Encoder, Value, decode
 from gateway.database import Frame, key_of
-from gateway.e2e import counter_of
 from scenarios.wiring import PROBED
 
 PROBE_TIME = "probe_time"
@@ -67,7 +66,7 @@ class ProbeEar:
             self._say(f"a frame of a probe, {frame.name}, does not fit its CRC")
             return True
         content = decode(frame, message.data)
-        counts = counter_of(message.data), content.cycle
+        counts = content.counter, content.cycle
         self._parts[frame.key] = counts, content.values
         together = {part[0] for part in self._parts.values()}
         if len(self._parts) == len(self._frames) and len(together) == 1 and counts != self._counts:

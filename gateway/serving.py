@@ -13,7 +13,7 @@ from typing import Any
 from gateway.background import Background
 from gateway.clocks import steady
 from gateway.codec import Value
-from gateway.database import COMPENSATOR, MACHINE, Database
+from gateway.database import MACHINE, Database
 from gateway.link import Link
 from gateway.node import GatewayNode, GatewaySettings
 from gateway.protocols.base import Participant, Report, Send
@@ -157,28 +157,21 @@ class Service:
             node.farewell(state)
 
     def _fit(self) -> None:
-        carried = {signal.name: signal for _, signal in self.database.signals(MACHINE)}
+        carried, read = self.database.named, {s.name for _, s in self.database.signals(MACHINE)}
         for name in self.unit.inputs:
-            if name not in carried and name not in self.database.substitutes:
+            if name not in read and name not in self.database.substitutes:
                 problem = f"is an input of the FMU that no frame of {self.database.path} carries"
                 raise BadInput(self.fmu, name, problem)
         ambient = self.settings.proof.ambient
         if ambient and (ambient not in self.unit.inputs or carried[ambient].unit != "degC"):
             raise BadInput("--ambient", ambient, f"is not a temperature input of {self.fmu.name}")
-        carried |= {signal.name: signal for _, signal in self.database.signals(COMPENSATOR)}
-        probed = {
-            s.name: s for frame in self.database.events(MACHINE) for s in frame.signals.values()
-        }
+        probed = {name for frame in self.database.events(MACHINE) for name in frame.signals}
         lost = [name for name in self.unit.probed if name not in probed]
         if probed and lost:
             self.say(f"no probe can be taken: no frame carries {lost[0]}")
-        carried |= probed
-        names = [
-            name
-            for name in (*self.unit.inputs, *self.unit.probed, *self.unit.outputs)
-            if name in carried
-        ]
-        check_units(self.fmu, [(n, self.unit.unit_of(n), carried[n].unit) for n in names])
+        names = (*self.unit.inputs, *self.unit.probed, *self.unit.outputs)
+        pairs = [(n, self.unit.unit_of(n), carried[n].unit) for n in names if n in carried]
+        check_units(self.fmu, pairs)
 
     def _loop(
         self, node: GatewayNode, store: StateFile | None, saver: Background, begun: float

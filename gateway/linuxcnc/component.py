@@ -38,7 +38,7 @@ from gateway.control import FOLLOWING, OffsetFollower
 from gateway.database import COMPENSATOR, MACHINE, OFFSETS, Database
 from gateway.dbc import DBC, read_database
 from gateway.linuxcnc.axes import COUNT_UM, AxisOffset, Seen
-from gateway.linuxcnc.modules import linuxcnc_module
+from gateway.linuxcnc.modules import new_component
 from gateway.machine import MachineNode, Pace
 from gateway.options import add_bus_arguments, add_number, on_bus, served
 from gateway.proof import read_key
@@ -178,24 +178,22 @@ def new_pins(name: str, inputs: Sequence[str]) -> Any:
     inputs : sequence of str
         Signals to send.
     """
-    hal = linuxcnc_module("hal")
-    pins = hal.component(name)
-    for given in ("cold", "enable", "clear", "on", "homed", "coord", "teleop"):
-        pins.newpin(given, hal.HAL_BIT, hal.HAL_IN)
+    readings = [f"in.{signal}" for signal in inputs]
+    places = [f"{what}-{axis}" for what in ("request", "command") for axis in NAMES]
+    given = ("cold", "enable", "clear", "on", "homed", "coord", "teleop", "alive")
+    shown = ("heartbeat", "running", "wait", "moved", "valid", "following")
+    table = {
+        ("BIT", "IN"): given,
+        ("BIT", "OUT"): shown,
+        ("S32", "OUT"): ["status", *(f"counts-{axis}" for axis in NAMES)],
+        ("FLOAT", "IN"): [*places, *readings],
+        ("FLOAT", "OUT"): [f"offset-{axis}" for axis in NAMES],
+    }
+    pins = new_component(name, table)
     # Without a watchdog nothing says that it has barked.
-    pins.newpin("alive", hal.HAL_BIT, hal.HAL_IN)
     pins["alive"] = True
-    for shown in ("heartbeat", "running", "wait", "moved", "valid", "following"):
-        pins.newpin(shown, hal.HAL_BIT, hal.HAL_OUT)
-    pins.newpin("status", hal.HAL_S32, hal.HAL_OUT)
-    for axis in NAMES:
-        pins.newpin(f"request-{axis}", hal.HAL_FLOAT, hal.HAL_IN)
-        pins.newpin(f"command-{axis}", hal.HAL_FLOAT, hal.HAL_IN)
-        pins.newpin(f"counts-{axis}", hal.HAL_S32, hal.HAL_OUT)
-        pins.newpin(f"offset-{axis}", hal.HAL_FLOAT, hal.HAL_OUT)
-    for signal in inputs:
-        pins.newpin(f"in.{signal}", hal.HAL_FLOAT, hal.HAL_IN)
-        pins[f"in.{signal}"] = nan
+    for reading in readings:
+        pins[reading] = nan
     return pins
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterable, Mapping
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,24 @@ from measurement.errors import BadInput
 
 FOLDER = Path("/usr/lib/python3/dist-packages")
 """Where Debian's package puts them."""
+
+
+def new_component(name: str, pins: Mapping[tuple[str, str], Iterable[str]]) -> Any:
+    """Make a component of HAL with its pins; it is not ready yet.
+
+    Parameters
+    ----------
+    name : str
+        Of the component.
+    pins : mapping
+        Type (``BIT``, ``S32``, ``FLOAT``) and direction (``IN``, ``OUT``) to names.
+    """
+    hal = linuxcnc_module("hal")
+    component = hal.component(name)
+    for (kind, way), names in pins.items():
+        for pin in names:
+            component.newpin(pin, getattr(hal, f"HAL_{kind}"), getattr(hal, f"HAL_{way}"))
+    return component
 
 
 def linuxcnc_module(name: str) -> Any:

@@ -7,6 +7,7 @@ The network is a loopback that carries multicast, which is the bus.
 
 from __future__ import annotations
 
+import shlex
 import shutil
 import subprocess
 from collections.abc import Sequence
@@ -28,17 +29,8 @@ exec unshare --user --map-user={USER} --map-group={USER} -- "$@"
 """
 # It also ends with the program that began it, however that ends.
 OUTSIDE = (
-    "setpriv",
-    "--pdeathsig",
-    "KILL",
-    "unshare",
-    "--user",
-    "--map-root-user",
-    "--ipc",
-    "--net",
-    "--mount",
-    "--pid",
-    "--fork",
+    "setpriv --pdeathsig KILL unshare --user --map-root-user --ipc --net --mount --pid --fork "
+    "--kill-child --mount-proc sh -c"
 )
 
 
@@ -53,7 +45,7 @@ def sandboxed(command: Sequence[str], bus: Path | None = None) -> list[str]:
         A pipe: ``down`` and ``up``, written to it, take the bus away and bring it back.
     """
     pipe = "" if bus is None else str(bus)
-    return [*OUTSIDE, "--kill-child", "--mount-proc", "sh", "-c", INSIDE, "sh", pipe, *command]
+    return [*shlex.split(OUTSIDE), INSIDE, "sh", pipe, *command]
 
 
 @cache

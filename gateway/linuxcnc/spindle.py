@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import Any
 
 from gateway.database import OFFSETS
-from gateway.linuxcnc.modules import linuxcnc_module
+from gateway.linuxcnc.modules import linuxcnc_module, new_component
 from gateway.options import stop_flag
 from gateway.plant import MachinePlant
 from scenarios.scenario import read_scenario
@@ -53,18 +53,14 @@ def new_pins(name: str, outputs: Sequence[str]) -> Any:
     outputs : sequence of str
         What the plant reads.
     """
-    hal = linuxcnc_module("hal")
-    pins = hal.component(name)
-    for given in ("speed", "tool_length"):
-        pins.newpin(given, hal.HAL_FLOAT, hal.HAL_IN)
-    for flag in ("alive", "heartbeat"):
-        pins.newpin(flag, hal.HAL_BIT, hal.HAL_IN)
-    pins.newpin("cold", hal.HAL_BIT, hal.HAL_OUT)
-    pins.newpin("point", hal.HAL_S32, hal.HAL_OUT)
-    pins.newpin("servo_s", hal.HAL_FLOAT, hal.HAL_OUT)
-    for shown in outputs:
-        pins.newpin(shown, hal.HAL_FLOAT, hal.HAL_OUT)
-    return pins
+    table = {
+        ("FLOAT", "IN"): ("speed", "tool_length"),
+        ("BIT", "IN"): ("alive", "heartbeat"),
+        ("BIT", "OUT"): ("cold",),
+        ("S32", "OUT"): ("point",),
+        ("FLOAT", "OUT"): ("servo_s", *outputs),
+    }
+    return new_component(name, table)
 
 
 class Table:
