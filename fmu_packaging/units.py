@@ -209,12 +209,12 @@ def _product(tokens: list[str | BaseUnit]) -> BaseUnit:
                 raise UnitError("a unit with an open bracket")
             tokens.pop(0)
         assert isinstance(token, BaseUnit)
-        one = _raised(token, sign)
+        raised = _raised(token, sign)
         powers = {
-            base: found.powers.get(base, 0) + one.powers.get(base, 0)
-            for base in {**found.powers, **one.powers}
+            base: found.powers.get(base, 0) + raised.powers.get(base, 0)
+            for base in {**found.powers, **raised.powers}
         }
-        found, sign = BaseUnit(found.factor * one.factor, 0.0, powers), 1
+        found, sign = BaseUnit(found.factor * raised.factor, 0.0, powers), 1
     return found
 
 

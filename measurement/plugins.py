@@ -133,7 +133,9 @@ def classes_plugged_in(
 @cache
 def _points(group: str) -> tuple[EntryPoint, ...]:
     """Return a group's entry points; one that lies on the path twice counts once."""
-    unique = {(one.name, one.value, _source(one)): one for one in entry_points(group=group)}
+    unique = {
+        (point.name, point.value, _source(point)): point for point in entry_points(group=group)
+    }
     return tuple(unique[key] for key in sorted(unique))
 
 

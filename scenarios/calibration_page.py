@@ -38,7 +38,7 @@ def page_beside(machine_file: Path) -> Path:
 
 def calibration_page(
     given: Machine,
-    found: Calibration,
+    calibration: Calibration,
     observed: Sequence[Observations],
     advice: Sequence[Advice],
     left_out: Sequence[str],
@@ -50,7 +50,7 @@ def calibration_page(
     ----------
     given : Machine
         Before calibration.
-    found : Calibration
+    calibration : Calibration
     observed : sequence of Observations
         Of the runs that it was calibrated on.
     advice : sequence of Advice
@@ -59,9 +59,9 @@ def calibration_page(
     facts : sequence of (str, str)
         Where it comes from.
     """
-    compared = GapComparison(given, found.machine, observed)
+    compared = GapComparison(given, calibration.machine, observed)
     gap = compared.gap()
-    left = [gap_of(found.machine, [one]) for one in compared.after]
+    left = [gap_of(calibration.machine, [run]) for run in compared.after]
     drawn = sorted(np.argsort([-value for value in left], kind="stable")[:MOST_RUNS].tolist())
     note = "A run that it was calibrated on."
     if len(drawn) < len(observed):
@@ -76,32 +76,32 @@ def calibration_page(
     return page_text(
         "calibration.html",
         title=given.title,
-        lines=summary_lines(found, gap, len(observed)),
+        lines=summary_lines(calibration, gap, len(observed)),
         gap=gap,
         channels=list(compared.channels().items()),
         advice=advice,
         left_out=left_out,
-        parameters=parameter_rows(found.machine, found.parameters),
+        parameters=parameter_rows(calibration.machine, calibration.parameters),
         charts=[(chart, chart_html(chart)) for chart in charts],
         facts=facts,
     )
 
 
-def summary_lines(found: Calibration, gap: dict[str, float], runs: int) -> list[str]:
+def summary_lines(calibration: Calibration, gap: dict[str, float], runs: int) -> list[str]:
     """Return what the page says first: how much is left, and how little that may mean."""
-    told = sum(one.prior_contraction >= DETERMINED for one in found.parameters)
+    told = sum(parameter.prior_contraction >= DETERMINED for parameter in calibration.parameters)
     several = f"{runs} runs" if runs > 1 else "one run"
     lines = [
         f"On the {several} of the calibration the model leaves {gap['after']:.2g} times the "
         f"sensors' noise, {gap['before']:.2g} before; noise alone would leave {gap['floor']:.2g}. "
         "How well it does on other runs is not known from this.",
-        f"The runs determine {told} of {len(found.parameters)} free parameters.",
+        f"The runs determine {told} of {len(calibration.parameters)} free parameters.",
     ]
-    far = [one for one in found.parameters if one.is_far]
-    far.sort(key=lambda one: -abs(one.deviations))
+    far = [parameter for parameter in calibration.parameters if parameter.is_far]
+    far.sort(key=lambda parameter: -abs(parameter.deviations))
     lines += [
-        f"Look at {one.name}: it ends {abs(one.deviations):.1f} deviations from its value before, "
-        f"{one.prior:.3g} -> {one.value:.3g} ({one.source})."
-        for one in far[:MOST_FAR]
+        f"Look at {parameter.name}: it ends {abs(parameter.deviations):.1f} deviations from its "
+        f"value before, {parameter.prior:.3g} -> {parameter.value:.3g} ({parameter.source})."
+        for parameter in far[:MOST_FAR]
     ]
     return lines

@@ -79,8 +79,8 @@ def measured_against_model(
 
     def lines_of(i: int) -> tuple[Line, ...]:
         modelled = [
-            Line(name, time, measured[:, i] + one.values[:, i], colour, rank=rank)
-            for rank, ((name, one), colour) in enumerate(zip(models, colours, strict=True), 1)
+            Line(name, time, measured[:, i] + residuals.values[:, i], colour, rank=rank)
+            for rank, ((name, residuals), colour) in enumerate(zip(models, colours, strict=True), 1)
         ]
         return (*modelled, Line("measured", time, measured[:, i], MEASURED, rank=0))
 

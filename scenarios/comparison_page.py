@@ -73,12 +73,12 @@ def table_of(comparison: Comparison) -> list[TableRow]:
 
 def _cells(comparison: Comparison, row: Row) -> list[TargetCell]:
     train, unseen = comparison.figures(row.train), comparison.figures(row.validate)
-    each = [comparison.figures([one]) for one in row.validate]
+    each = [comparison.figures([run]) for run in row.validate]
     return [
         TargetCell(
             train[name]["rmse"],
             unseen[name]["rmse"],
-            float(np.median([one[name]["rmse"] for one in each])),
+            float(np.median([figures[name]["rmse"] for figures in each])),
             100.0 * unseen[name]["eta"],
             unseen[name]["max_abs"],
         )
@@ -162,8 +162,8 @@ def _lines(best: Sequence[Row], number: int, place: int, judged: Judged) -> tupl
     time, measured = _with_gaps(judged.time_s, judged.measured[:, place])
     lines = [Line("Measured", time, measured, BEFORE, rank=0)]
     for rank, row in enumerate(best):
-        one = next(run for run in row.validate[number:] if run.run == judged.run)
-        time, predicted = _with_gaps(one.time_s, one.predicted[:, place])
+        same = next(run for run in row.validate[number:] if run.run == judged.run)
+        time, predicted = _with_gaps(same.time_s, same.predicted[:, place])
         lines.append(Line(row.title, time, predicted, LINES[rank % len(LINES)], rank=BEST - rank))
     return tuple(lines)
 
@@ -276,7 +276,7 @@ def write_page(comparison: Comparison, faults: Sequence[Fault], path: Path) -> P
         fed=[line for line in lines if line.row.uses_displacement],
         faults=[group_line(group) for group in by_column(faults)],
         charts=[(chart, chart_html(chart)) for chart in charts_of(comparison)],
-        judged=len({one.run for one in comparison.rows[0].validate}),
+        judged=len({run.run for run in comparison.rows[0].validate}),
         convergence=_convergence(curves_of(comparison)),
         plotly=get_plotlyjs(),
     )

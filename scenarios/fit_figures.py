@@ -30,19 +30,19 @@ def draw_series(found: Mapping[str, Any], out: Path | None) -> list[Path]:
     """
     targets = found.get("targets")
     series = targets if isinstance(targets, Mapping) else {}
-    shown = {name: one for name, one in series.items() if "acf" in one}
+    shown = {name: arma for name, arma in series.items() if "acf" in arma}
     if out is None or not shown:
         return []
     figure = Figure(figsize=(9.0, 1.9 * len(shown)), layout="constrained")
     FigureCanvasAgg(figure)
     axes = figure.subplots(len(shown), 2, squeeze=False, sharex=True, sharey=True)
-    for row, (name, one) in zip(axes, shown.items(), strict=True):
+    for row, (name, arma) in zip(axes, shown.items(), strict=True):
         for ax, key in zip(row, ("acf", "pacf"), strict=True):
-            values = np.asarray(one[key], dtype=float)
+            values = np.asarray(arma[key], dtype=float)
             ax.vlines(np.arange(len(values)), 0.0, values, color="#1d5fa8")
-            band = one["white_noise_95"]
+            band = arma["white_noise_95"]
             ax.axhspan(-band, band, color="#1d5fa8", alpha=0.15, lw=0)
-            ax.set_title(f"{key.upper()} of {name}, differenced {one['order'][1]} times", size=9)
+            ax.set_title(f"{key.upper()} of {name}, differenced {arma['order'][1]} times", size=9)
             ax.spines[["top", "right"]].set_visible(False)
     for ax in axes[-1]:
         ax.set_xlabel(f"lag [steps of {found['step_s']:g} s]")

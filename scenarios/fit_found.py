@@ -75,13 +75,13 @@ def _network(found: Mapping[str, Any]) -> Iterator[str]:
 
 def _series(found: Mapping[str, Any]) -> Iterator[str]:
     series = found.get("targets")
-    for target, one in (series if isinstance(series, Mapping) else {}).items():
-        if "adf_p" in one:
-            p, d, q = one["order"]
-            tests = ", ".join(f"{value:.3g}" for value in one["adf_p"])
-            yield f"{target}: ARMA({p}, {q}) of difference {d}, AIC {one['aic']:.1f}"
+    for target, arma in (series if isinstance(series, Mapping) else {}).items():
+        if "adf_p" in arma:
+            p, d, q = arma["order"]
+            tests = ", ".join(f"{value:.3g}" for value in arma["adf_p"])
+            yield f"{target}: ARMA({p}, {q}) of difference {d}, AIC {arma['aic']:.1f}"
             yield f"  ADF p of each difference: {tests}"
             for key in ("acf", "pacf"):
-                values = ", ".join(f"{value:.2f}" for value in one[key][1 : 1 + LAGS])
-                band = f"white noise stays within {one['white_noise_95']:.2f}"
+                values = ", ".join(f"{value:.2f}" for value in arma[key][1 : 1 + LAGS])
+                band = f"white noise stays within {arma['white_noise_95']:.2f}"
                 yield f"  {key.upper()} from lag 1: {values} ({band})"

@@ -123,7 +123,7 @@ def promise(figures: dict[str, Any], runs: int) -> list[str]:
         f"the 90 % interval holds, axis that it holds least: {held}",
     ]
     hardest = max(
-        unseen.get("unlike_folds", ()), key=lambda one: one["ratio_to_none"], default=None
+        unseen.get("unlike_folds", ()), key=lambda fold: fold["ratio_to_none"], default=None
     )
     if hardest is not None:
         share = 100 * hardest["ratio_to_none"]

@@ -159,10 +159,10 @@ def compare_fmus(
     apart = {"K": 0.0, "um": 0.0}
     for fmu, which in (before, after):
         rows = []
-        for one in observed:
-            found = cosimulate(fmu, which, one.run)
-            rows.append(residuals_of(found, one))
-            worst = apart_from_simulation(found, which, one.run, one.channels)
+        for observations in observed:
+            found = cosimulate(fmu, which, observations.run)
+            rows.append(residuals_of(found, observations))
+            worst = apart_from_simulation(found, which, observations.run, observations.channels)
             apart = {unit: max(apart[unit], worst[unit]) for unit in apart}
         left.append(rows)
     lengths = displacement_names(machine)

@@ -47,23 +47,23 @@ def regime_map(found: Sequence[RunResiduals]) -> RegimeMap:
     """Return root mean squares in tolerances, by channel, run and regime; blank if not measured."""
     runs, kinds = [], []
     columns: list[dict[str, float]] = []
-    for one in found:
-        time = one.observed.time_s
+    for run in found:
+        time = run.observed.time_s
         rows = {kind: np.zeros(len(time), dtype=bool) for kind in KINDS}
-        for start, end, regime in regimes(one.observed):
+        for start, end, regime in regimes(run.observed):
             rows[regime.partition(",")[0]] |= (time >= start) & (time <= end)
         present = [kind for kind in KINDS if rows[kind].any()]
-        runs.append((one.observed.run.name, len(present)))
+        runs.append((run.observed.run.name, len(present)))
         kinds += present
         for kind in present:
-            part = one.values[rows[kind]] / one.observed.tolerance
+            part = run.values[rows[kind]] / run.observed.tolerance
             known = np.isfinite(part)
             squares = np.where(known, part, 0.0) ** 2
             mean = squares.sum(axis=0) / np.maximum(known.sum(axis=0), 1)
             ratios = np.where(known.any(axis=0), np.sqrt(mean), np.nan)
-            columns.append(dict(zip(one.observed.channels, ratios.tolist(), strict=True)))
+            columns.append(dict(zip(run.observed.channels, ratios.tolist(), strict=True)))
     # A channel that is broken in every held-out run is none of theirs.
-    channels = dict.fromkeys(name for one in found for name in one.observed.channels)
+    channels = dict.fromkeys(name for run in found for name in run.observed.channels)
     return RegimeMap(
         tuple(runs),
         tuple(kinds),

@@ -34,29 +34,29 @@ def write_gap_page(
     folder: Path,
 ) -> list[Path]:
     """Write the page and its figures into *folder* and return the files."""
-    found, unseen = judged.found, judged.unseen
-    charts = signature_charts(found) + [
+    result, unseen = judged.found, judged.unseen
+    charts = signature_charts(result) + [
         chart
         for before, after in zip(unseen.before, unseen.after, strict=True)
-        for chart in _charts(found, before, after)
+        for chart in _charts(result, before, after)
     ]
     names = {"calibration": "runs used", "holdout": "held-out run"}
     page = write_page(
         "gap.html",
         folder / PAGE,
-        title=found.before.machine.title,
+        title=result.before.machine.title,
         lines=five_lines(table),
         picture=gap_picture(table["channels"]),
         gap=[(names[key], row) for key, row in table["gap"].items()],
         channels=list(table["channels"].items()),
-        rounds=[_round(step) for step in found.search.steps],
+        rounds=[_round(step) for step in result.search.steps],
         look_at=table["look_at"],
         where=table["where"],
         remaining=table["remaining"],
         maps=_maps(judged),
         faults=table["data_faults"],
         parameters=parameter_rows(
-            found.after.machine, found.after.calibration.parameters, _new_numbers(found)
+            result.after.machine, result.after.calibration.parameters, _new_numbers(result)
         ),
         cosimulation=table.get("cosimulation"),
         charts=[(chart, chart_html(chart)) for chart in charts],
@@ -65,10 +65,10 @@ def write_gap_page(
     return [page, *(draw(chart, folder) for chart in charts)]
 
 
-def _new_numbers(found: GapResult) -> list[str]:
+def _new_numbers(result: GapResult) -> list[str]:
     """Return the numbers that the machine did not have before."""
-    had = found.before.machine.parameters
-    return [name for name in found.after.machine.parameters if name not in had]
+    had = result.before.machine.parameters
+    return [name for name in result.after.machine.parameters if name not in had]
 
 
 def _maps(judged: Judged) -> list[tuple[str, RegimeMap]]:
@@ -89,13 +89,13 @@ def _round(step: Step) -> dict[str, Any]:
         "by_chance": max(step.by_chance, 0.0),
         "rows": [
             {
-                "title": _title(one.keys[-1], one.fit.machine),
-                "cost": one.fit.cost,
-                "share": 1.0 - one.fit.cost / begun.cost,
-                "prior": one.prior_cost,
-                "score": one.score(step.unit),
+                "title": _title(hypothesis.keys[-1], hypothesis.fit.machine),
+                "cost": hypothesis.fit.cost,
+                "share": 1.0 - hypothesis.fit.cost / begun.cost,
+                "prior": hypothesis.prior_cost,
+                "score": hypothesis.score(step.unit),
             }
-            for one in step.tried
+            for hypothesis in step.tried
         ],
     }
 
@@ -110,11 +110,11 @@ def _title(key: str, machine: Machine) -> str:
     return catalogue()[name].title + (f" on {channel}" if channel else "")
 
 
-def _charts(found: GapResult, before: RunResiduals, after: RunResiduals) -> list[Chart]:
+def _charts(result: GapResult, before: RunResiduals, after: RunResiduals) -> list[Chart]:
     """Return one run against the model and, on a scale of its own, what the model leaves of it."""
     time, same = before.observed.time_s, before is after
     models = [("calibrated as given", before), ("with what was added", after)]
-    machine = found.before.machine
+    machine = result.before.machine
     return [
         *measured_against_model(machine, models[:1] if same else models, HELD_OUT),
         *channel_charts(

@@ -109,15 +109,15 @@ def run_find_gap(asked: GapTask, say: Callable[[str], None]) -> tuple[dict[str, 
     if asked.split_hours is not None:
         used, kept_back = _in_pieces(machine, used, kept_back, asked.split_hours)
     judged, more = answer(machine, used, kept_back, asked.search, progress=say)
-    found = judged.found
-    observed = [one.observed for one in judged.unseen.before]
+    result = judged.found
+    observed = [run.observed for run in judged.unseen.before]
     faults = sorted([*faults, *more], key=lambda fault: (fault.run, fault.channel, fault.start_s))
     lacking = [*not_compared(machine, [*runs, *unseen]), *begun_warm([*runs, *unseen])]
     with results_folder(asked.out) as folder:
-        machines = (found.before.machine, found.after.machine)
+        machines = (result.before.machine, result.after.machine)
         for which, name in zip(machines, (MACHINE_BEFORE, MACHINE_AFTER), strict=True):
             write_machine(which, asked.machine, folder / name)
-        cosimulation = _cosimulated(found, observed, folder, say) if asked.fmu else None
+        cosimulation = _cosimulated(result, observed, folder, say) if asked.fmu else None
         table = report_of(judged, faults, cosimulation) | {"not_compared": lacking}
         facts = [
             ("Machine", f"{machine.title} ({machine_path(asked.machine).name})"),
@@ -256,14 +256,14 @@ def not_compared(machine: Machine, runs: Sequence[Run]) -> list[str]:
 
 
 def _cosimulated(
-    found: GapResult, observed: Sequence[Observations], folder: Path, say: Callable[[str], None]
+    result: GapResult, observed: Sequence[Observations], folder: Path, say: Callable[[str], None]
 ) -> dict[str, Any]:
     """Build the FMUs of both machines into the folder and co-simulate the runs never used."""
     built = []
     for name, file, which in zip(
         FMUS,
         (MACHINE_BEFORE, MACHINE_AFTER),
-        (found.before.machine, found.after.machine),
+        (result.before.machine, result.after.machine),
         strict=True,
     ):
         say(f"co-simulating {name}.fmu")

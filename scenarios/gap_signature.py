@@ -18,27 +18,27 @@ from scenarios.charts import BEFORE, LINES, Chart, Line, Panel
 MOST_CHANNELS = 5
 
 
-def signature_charts(found: GapResult) -> list[Chart]:
+def signature_charts(result: GapResult) -> list[Chart]:
     """Return a chart for each effect that was added: the run and the channels it moves most.
 
     The signature is the calibrated machine with everything that was added, less the same without
     this effect.
     """
-    return [_chart(found, key) for key in found.keys if key in found.after.machine.effects]
+    return [_chart(result, key) for key in result.keys if key in result.after.machine.effects]
 
 
-def _chart(found: GapResult, key: str) -> Chart:
-    after = found.after.machine
-    signatures = [_signature(after, key, one) for one in found.observed]
+def _chart(result: GapResult, key: str) -> Chart:
+    after = result.after.machine
+    signatures = [_signature(after, key, observations) for observations in result.observed]
     sizes = np.array(
         [
-            np.max(np.abs(_moving(values)), axis=0) / one.tolerance
-            for values, one in zip(signatures, found.observed, strict=True)
+            np.max(np.abs(_moving(values)), axis=0) / observations.tolerance
+            for values, observations in zip(signatures, result.observed, strict=True)
         ]
     )
     run = int(np.argmax(sizes.max(axis=1)))
-    observed, signature = found.observed[run], signatures[run]
-    left = -residuals(found.before.machine, observed).values
+    observed, signature = result.observed[run], signatures[run]
+    left = -residuals(result.before.machine, observed).values
     lengths = set(displacement_names(after))
     order = np.argsort(-sizes[run], kind="stable")[:MOST_CHANNELS]
     panels = []

@@ -19,7 +19,7 @@ MAPPING, MANIFEST = "import.toml", "imported.json"
 
 
 def write_imported(
-    found: Imported, paths: Sequence[Path], folder: Path, *, with_mapping: bool
+    imported: Imported, paths: Sequence[Path], folder: Path, *, with_mapping: bool
 ) -> list[Path]:
     """Write runs, the manifest and, where asked, the mapping file into a folder.
 
@@ -28,7 +28,7 @@ def write_imported(
 
     Parameters
     ----------
-    found : Imported
+    imported : Imported
     paths : sequence of Path
         What was imported.
     folder : Path
@@ -47,11 +47,11 @@ def write_imported(
         If a file is in the way; nothing is written then.
     """
     known = _manifest(folder)
-    targets = [folder / f"{run.name}.csv" for run in found.runs]
+    targets = [folder / f"{run.name}.csv" for run in imported.runs]
     for target in targets:
         _check(target, known)
     sources = [{"file": path.name, "sha256": sha256_of(path)} for path in paths]
-    for piece, target in zip(found.pieces, targets, strict=True):
+    for piece, target in zip(imported.pieces, targets, strict=True):
         write_run(piece.run, target)
         known[target.name] = {
             "sha256": sha256_of(target),
@@ -62,7 +62,7 @@ def write_imported(
     table = {"kind": KIND, "format": FORMAT, "runs": known}
     write_atomically(folder / MANIFEST, json.dumps(table, indent=1, sort_keys=True) + "\n")
     if with_mapping:
-        write_atomically(folder / MAPPING, found.mapping_text())
+        write_atomically(folder / MAPPING, imported.mapping_text())
     return targets
 
 
@@ -91,18 +91,18 @@ def _manifest(folder: Path) -> dict[str, Any]:
     return dict(runs)
 
 
-def table_text(found: Imported, files: Sequence[Path]) -> str:
+def table_text(imported: Imported, files: Sequence[Path]) -> str:
     """Return what was made as a table for a terminal.
 
     Parameters
     ----------
-    found : Imported
+    imported : Imported
     files : sequence of Path
         Where each of its runs was written, in their order.
     """
     began = {True: "began warm", False: "began cold", None: ""}
     lines = []
-    for piece, file in zip(found.pieces, files, strict=True):
+    for piece, file in zip(imported.pieces, files, strict=True):
         run: Run = piece.run
         hours = (run.time_s[-1] - run.time_s[0]) / 3600.0
         rest = "" if piece.rested_s != piece.rested_s else f"after {piece.rested_s / 3600.0:.1f} h"

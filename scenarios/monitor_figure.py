@@ -40,7 +40,7 @@ def draw_monitor(report: Report, path: Path) -> None:
     path : Path
         PNG to write.
     """
-    axes = sorted({error.axis for one in report.runs for error in one.errors})
+    axes = sorted({error.axis for run in report.runs for error in run.errors})
     figure = Figure(figsize=(WIDTH_IN, 1.8 + PANEL_IN * max(len(axes), 1)), layout="constrained")
     FigureCanvasAgg(figure)
     figure.suptitle(f"{report.verdict}: {report.summary}", fontsize=12, x=0.01, ha="left")
@@ -48,12 +48,12 @@ def draw_monitor(report: Report, path: Path) -> None:
     used = []
     for panel, axis in zip(panels, axes, strict=False):
         bound = UNUSUAL
-        for place, one in enumerate(report.runs):
-            for error in one.errors:
+        for place, run in enumerate(report.runs):
+            for error in run.errors:
                 if error.axis == axis:
                     bound = max(error.bound, UNUSUAL)
-                    panel.plot(place, error.miss, "o", color=COLOURS[one.verdict])
-                    used.append(one.verdict)
+                    panel.plot(place, error.miss, "o", color=COLOURS[run.verdict])
+                    used.append(run.verdict)
                     panel.annotate(
                         _label(error), (place, error.miss), (0, 6), textcoords="offset points",
                         fontsize=7, ha="center", color="#4a505a",
@@ -67,7 +67,7 @@ def draw_monitor(report: Report, path: Path) -> None:
     if not axes:
         panels[0].text(0.5, 0.5, "the drift was not measured", ha="center", va="center")
         panels[0].set_axis_off()
-    names = [one.run for one in report.runs]
+    names = [run.run for run in report.runs]
     if axes and len(names) <= MOST_NAMED:
         panels[-1].set_xticks(range(len(names)), names, rotation=60, ha="right", fontsize=8)
     else:

@@ -126,7 +126,7 @@ def _texts(value: object) -> list[str]:
     if value is None:
         return []
     several = value if isinstance(value, list) else [value]
-    texts = [str(one) for one in several]
+    texts = [str(item) for item in several]
     return texts + [text.partition("=")[2] for text in texts if "=" in text]
 
 
@@ -241,12 +241,12 @@ def is_forced() -> bool:
 
 def is_input(path: Path) -> bool:
     """Return whether the running command reads a file."""
-    return any(_same(path, one) for one in _GUARD.get().inputs)
+    return any(_same(path, known) for known in _GUARD.get().inputs)
 
 
 def _input_inside(folder: Path) -> Path | None:
     target = folder.resolve()
-    return next((one for one in _GUARD.get().inputs if target in one.resolve().parents), None)
+    return next((known for known in _GUARD.get().inputs if target in known.resolve().parents), None)
 
 
 def _is_there(path: Path) -> bool:

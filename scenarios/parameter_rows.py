@@ -29,17 +29,17 @@ def parameter_rows(
     ranges = machine.parameters
     return [
         {
-            "name": one.name,
-            "unit": "" if one.unit == "1" else one.unit,
-            "prior": None if one.name in added else one.prior,
-            "value": one.value,
-            "low": one.low,
-            "high": one.high,
-            "range": (ranges[one.name].low, ranges[one.name].high),
-            "contraction": one.prior_contraction,
-            "deviations": one.deviations,
-            "is_far": one.is_far,
-            "is_told": one.prior_contraction >= DETERMINED or one.is_far,
+            "name": parameter.name,
+            "unit": "" if parameter.unit == "1" else parameter.unit,
+            "prior": None if parameter.name in added else parameter.prior,
+            "value": parameter.value,
+            "low": parameter.low,
+            "high": parameter.high,
+            "range": (ranges[parameter.name].low, ranges[parameter.name].high),
+            "contraction": parameter.prior_contraction,
+            "deviations": parameter.deviations,
+            "is_far": parameter.is_far,
+            "is_told": parameter.prior_contraction >= DETERMINED or parameter.is_far,
         }
-        for one in sorted(parameters, key=lambda one: -one.prior_contraction)
+        for parameter in sorted(parameters, key=lambda parameter: -parameter.prior_contraction)
     ]

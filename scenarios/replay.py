@@ -277,32 +277,32 @@ class _ProbeInputs:
         self._flag.set()
 
 
-def chart_of(found: Replay, name: str) -> Chart:
+def chart_of(entry: Replay, name: str) -> Chart:
     """Return the drift before and after, an axis a panel."""
-    frame = found.frame
+    frame = entry.frame
     time_s = frame["time_s"].to_numpy() - frame["time_s"].iloc[0]
     panels = []
     for axis in AXES:
         if f"drift_{axis}_um" in frame:
             before, after = (frame[f"{what}_{axis}_um"].to_numpy() for what in ("drift", "error"))
-            label = LABEL if found.probes is None else LABEL_PROBED
+            label = LABEL if entry.probes is None else LABEL_PROBED
             lines = [
                 Line(NO_COMPENSATION, time_s, before, BEFORE),
                 Line(label, time_s, after, LINES[0], rank=2),
             ]
-            if found.probes is not None:
+            if entry.probes is not None:
                 unprobed = frame[f"unprobed_error_{axis}_um"].to_numpy()
                 lines.insert(1, Line(LABEL, time_s, unprobed, LINES[1]))
             if f"d{axis}_uncertainty_um" in frame:
                 lines += interval(time_s, frame[f"d{axis}_uncertainty_um"].to_numpy(float))
             panels.append(Panel(f"{axis} [µm]", tuple(lines)))
-    return Chart(name, f"Drift before and after compensation: {found.run.name}", "", tuple(panels))
+    return Chart(name, f"Drift before and after compensation: {entry.run.name}", "", tuple(panels))
 
 
-def results_of(found: Replay) -> list[tuple[str, str, pd.DataFrame]]:
+def results_of(entry: Replay) -> list[tuple[str, str, pd.DataFrame]]:
     """Return the lines of the table: name, label, and a frame with drift and error."""
-    frame, name = found.frame, found.run.name
-    if found.probes is None:
+    frame, name = entry.frame, entry.run.name
+    if entry.probes is None:
         return [(name, LABEL, frame)]
     lines = []
     for what, label in (("unprobed_", LABEL), ("", LABEL_PROBED), ("held_", LABEL_HELD)):

@@ -40,13 +40,13 @@ def advice(
     """
     pairs = list(zip(runs, left, strict=True))
     driven = [drive(model, run, clean, rig, tool_length_mm) for run, clean in pairs]
-    if not any(np.isfinite(one.error).any() for one in driven):
+    if not any(np.isfinite(record.error).any() for record in driven):
         return []
-    squares = [np.nansum(one.error**2, axis=1) for one in driven]
-    total = sum(float(one.sum()) for one in squares)
+    squares = [np.nansum(record.error**2, axis=1) for record in driven]
+    total = sum(float(squared.sum()) for squared in squares)
     outside = sum(
-        float(one[each.status == UNTRAINED].sum())
-        for one, each in zip(squares, driven, strict=True)
+        float(squared[each.status == UNTRAINED].sum())
+        for squared, each in zip(squares, driven, strict=True)
     )
     share = outside / total if total > 0.0 else 0.0
     lines = [f"{share:.0%} of the squared error came from conditions outside training (status 2)."]
@@ -57,8 +57,8 @@ def advice(
         drive(model, run, clean, rig, tool_length_mm, probe_every_s=HOURLY_S)
         for run, clean in pairs
     ]
-    before = by_axis([left_of(one, run.name) for one, run in zip(driven, runs, strict=True)])
-    after = by_axis([left_of(one, run.name) for one, run in zip(probed, runs, strict=True)])
+    before = by_axis([left_of(record, run.name) for record, run in zip(driven, runs, strict=True)])
+    after = by_axis([left_of(record, run.name) for record, run in zip(probed, runs, strict=True)])
     cells = [f"{axis} {after[axis]['model']:.1f} um" for axis in before if axis in after]
     beside = [f"{axis} {row['model']:.1f} um" for axis, row in before.items()]
     lines.append(
@@ -80,10 +80,10 @@ def _most_telling(model: Model, runs: Sequence[Run], rig: Rig) -> str | None:
     samples = [sample_of_run(model, run, chosen) for run in prepared.runs]
     known = gaussian_of(model.table["gaussian"])
     width = [
-        _uncertainty([*samples[:at], *samples[at + 1 :]], known.updated([one]))
-        if len(one.hours)
+        _uncertainty([*samples[:at], *samples[at + 1 :]], known.updated([sample]))
+        if len(sample.hours)
         else np.inf
-        for at, one in enumerate(samples)
+        for at, sample in enumerate(samples)
     ]
     best = int(np.argmin(width))
     others = [*samples[:best], *samples[best + 1 :]]
@@ -91,7 +91,9 @@ def _most_telling(model: Model, runs: Sequence[Run], rig: Rig) -> str | None:
     if not np.isfinite(width[best]) or now <= 0.0:
         return None
     ranges = model.provenance["figures"].get("conditions") or ()
-    new = [one.text for one in conditions_of(runs[best], used, ranges) if one.is_new]
+    new = [
+        condition.text for condition in conditions_of(runs[best], used, ranges) if condition.is_new
+    ]
     start = values_of(runs[best], used)[0]
     what = "; ".join(new) or f"temperature at the start {start:.1f} degC"
     return (
@@ -102,5 +104,7 @@ def _most_telling(model: Model, runs: Sequence[Run], rig: Rig) -> str | None:
 
 def _uncertainty(samples: Sequence[Sample], model: Gaussian) -> float:
     """Return the mean deviation that the weights bring, over that of the noise [1]."""
-    parts = [np.sqrt(model.novelty(one.features)).mean() for one in samples if len(one.hours)]
+    parts = [
+        np.sqrt(model.novelty(sample.features)).mean() for sample in samples if len(sample.hours)
+    ]
     return float(np.mean(parts)) if parts else 0.0

@@ -79,8 +79,8 @@ class Row:
 
     def score(self) -> float:
         """Return the unseen error over that of no model, mean over the targets [1]."""
-        measured = np.concatenate([one.measured for one in self.validate])
-        missed = measured - np.concatenate([one.predicted for one in self.validate])
+        measured = np.concatenate([run.measured for run in self.validate])
+        missed = measured - np.concatenate([run.predicted for run in self.validate])
         raw = np.sqrt(np.mean(measured**2, axis=0))
         rms = np.sqrt(np.mean(missed**2, axis=0))
         return float(np.mean(rms[raw > 0] / raw[raw > 0])) if (raw > 0).any() else float("nan")
@@ -121,7 +121,7 @@ class Comparison:
 
     def _row(self, row: Row) -> dict[str, Any]:
         validate = self.figures(row.validate)
-        per_run = [{"run": one.run, **self.figures([one])} for one in row.validate]
+        per_run = [{"run": run.run, **self.figures([run])} for run in row.validate]
         table = {
             "name": row.name,
             "title": row.title,
@@ -154,8 +154,8 @@ class Comparison:
             By target; the inner names are those of `measurement.figures.figures_of_merit` [um,
             urad].
         """
-        measured = np.concatenate([one.measured for one in judged])
-        predicted = np.concatenate([one.predicted for one in judged])
+        measured = np.concatenate([run.measured for run in judged])
+        predicted = np.concatenate([run.predicted for run in judged])
         return {
             name: figures_of_merit(measured[:, place], predicted[:, place])
             for place, name in enumerate(self.targets)
@@ -200,9 +200,9 @@ def compare(
     for entrant in entrants:
         rows_here = _rows_of(entrant)
         try:
-            for one in bench:
-                on_step(f"{entrant.name} on {one.split.name}")
-                one.judge(entrant, rows_here, list(places.values()))
+            for split_bench in bench:
+                on_step(f"{entrant.name} on {split_bench.split.name}")
+                split_bench.judge(entrant, rows_here, list(places.values()))
         except BadInput as refusal:
             left_out[entrant.name] = str(refusal)
             last = refusal
@@ -213,7 +213,7 @@ def compare(
         raise last  # no model can be fitted at all
     _measure_coverage(rows)
     rows.sort(key=lambda row: (row.uses_displacement, row.score()))
-    notes = list(dict.fromkeys(note for one in bench for note in one.notes()))
+    notes = list(dict.fromkeys(note for split_bench in bench for note in split_bench.notes()))
     notes += dict.fromkeys(note for note in warm if note)
     return Comparison(list(places), units, rows, left_out, notes)
 
@@ -324,12 +324,12 @@ def _judged(
 
 def _measure_coverage(rows: Iterable[Row]) -> None:
     for row in rows:
-        if not row.validate or any(one.half_width is None for one in row.validate):
+        if not row.validate or any(run.half_width is None for run in row.validate):
             continue
         inside = [
-            np.abs(one.measured - one.predicted) <= one.half_width
-            for one in row.validate
-            if one.half_width is not None
+            np.abs(run.measured - run.predicted) <= run.half_width
+            for run in row.validate
+            if run.half_width is not None
         ]
         row.coverage = [COVERAGE, *np.concatenate(inside).mean(axis=0).tolist()]
 

@@ -84,7 +84,7 @@ def all_subsets(runs: Sequence[tuple[Array, Array]]) -> list[Subset]:
             adjusted = 1.0 - (1.0 - r2) * (len(y) - 1) / freedom
             multiple = math.sqrt(max(r2, 0.0))
             found.append(Subset(columns, multiple, adjusted, _held_out(grams, total, places, y)))
-    return sorted(found, key=lambda one: -one.r2_adjusted)
+    return sorted(found, key=lambda subset: -subset.r2_adjusted)
 
 
 def _normal_equations(series: Array, error: Array) -> Array:

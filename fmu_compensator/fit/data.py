@@ -183,8 +183,8 @@ def prepare(
         frame = counted(_targets(rig, run), input_form)
         targets = tuple(split_column(str(name))[0] for name in frame.columns)
         prepared.append(_prepared_run(run, frame.to_numpy(float), common, input_form))
-    for place, one in enumerate(prepared):
-        one.usable[:] = _live(runs[place], left[place], rig)
+    for place, prepared_run in enumerate(prepared):
+        prepared_run.usable[:] = _live(runs[place], left[place], rig)
     candidates = _candidates(prepared, common, input_form, faults, notes)
     return Prepared(tuple(prepared), common, candidates, targets, tuple(notes))
 
@@ -197,10 +197,10 @@ def left_out(frozen: bool) -> tuple[str, ...]:
 def _of_interest(faults: Sequence[Fault], rig: Rig | MeasuredColumns) -> list[Fault]:
     """Return the faults that change what a fit is given."""
     return [
-        one
-        for one in faults
-        if (one.is_gross or one.kind in LEVELS)
-        and (split_column(one.column)[1] != "um" or one.column in rig.columns)
+        fault
+        for fault in faults
+        if (fault.is_gross or fault.kind in LEVELS)
+        and (split_column(fault.column)[1] != "um" or fault.column in rig.columns)
     ]
 
 
@@ -332,8 +332,8 @@ def _candidates(
     notes: list[str],
 ) -> tuple[int, ...]:
     """Return the sensors that a choice may be made from, and note why others are none."""
-    wrong = {one.column for one in faults if one.kind in LEVELS}
-    broken = {(one.place, one.column) for one in faults if one.is_gross}
+    wrong = {fault.column for fault in faults if fault.kind in LEVELS}
+    broken = {(fault.place, fault.column) for fault in faults if fault.is_gross}
     candidates = []
     for index, name in enumerate(sensors):
         unfit: dict[str, list[str]] = {}

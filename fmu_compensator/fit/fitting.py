@@ -243,12 +243,12 @@ class _Bench:
         if folds:
             _ = self.left  # once, and not in each process
         different = list({fold.out: fold for fold in folds}.values())
-        waiting = [pool.submit(self.of_fold, one.out) for one in different] if pool else []
+        waiting = [pool.submit(self.of_fold, fold.out) for fold in different] if pool else []
         answers = {}
         for number, fold in enumerate(different):
             answers[fold.out] = waiting[number].result() if waiting else self.of_fold(fold.out)
             on_step((number + 1) / len(different))
-        return [replace(one, fold=fold) for fold in folds for one in answers[fold.out]]
+        return [replace(record, fold=fold) for fold in folds for record in answers[fold.out]]
 
     def of_fold(self, out: Sequence[int]) -> list[RunLeft]:
         """Return what a compensator of the other runs leaves of these."""

@@ -117,14 +117,14 @@ class Gaussian:
         BadInput
             If there is no row to learn from.
         """
-        samples = [one for one in samples if len(one.hours)]
+        samples = [sample for sample in samples if len(sample.hours)]
         if not samples:
             raise BadInput("training runs", "", "no row has all temperatures and displacements")
         sizes = np.ones(len(samples))
         for _ in range(ROUNDS):
             evidence = _Evidence.best(samples, sizes)
             found = evidence.posterior()
-            sizes = np.array([found.size_of(one) for one in samples])
+            sizes = np.array([found.size_of(sample) for sample in samples])
         return found
 
     def size_of(self, sample: Sample) -> float:
@@ -145,8 +145,8 @@ class Gaussian:
         total, inside = precision @ self.weights, precision
         floor = SMALLEST_NOISE**2 * np.eye(len(self.spread))  # stands beside what runs show
         squares, rows = self.rows * (self.spread - floor), self.rows
-        for one in samples:
-            features, missed, _ = one.whitened(self.walk * self.size_of(one))
+        for sample in samples:
+            features, missed, _ = sample.whitened(self.walk * self.size_of(sample))
             inside, total = inside + features.T @ features, total + features.T @ missed
             squares, rows = squares + missed.T @ missed, rows + len(missed)
         covariance = np.linalg.inv(inside)
@@ -185,13 +185,13 @@ class _Evidence:
         width, targets = samples[0].features.shape[1], samples[0].missed.shape[1]
         gram, cross = np.zeros((width, width)), np.zeros((width, targets))
         squares, determinant = np.zeros((targets, targets)), 0.0
-        for one, size in zip(samples, sizes, strict=True):
-            features, missed, more = one.whitened(walk * size)
+        for sample, size in zip(samples, sizes, strict=True):
+            features, missed, more = sample.whitened(walk * size)
             gram += features.T @ features
             cross += features.T @ missed
             squares += missed.T @ missed
             determinant += more
-        rows = sum(len(one.hours) for one in samples)
+        rows = sum(len(sample.hours) for sample in samples)
         return cls(walk, gram, cross, squares, rows, determinant)
 
     @cached_property
@@ -250,8 +250,8 @@ def directions(model: Gaussian, samples: Sequence[Sample]) -> Array:
     values, vectors = np.linalg.eigh(model.scale * np.eye(size) - model.covariance)
     order = np.argsort(-values)
     rows = (vectors[:, order] * np.sqrt(np.maximum(values[order], 0.0))).T
-    features = np.vstack([one.features for one in samples])
-    hours = np.concatenate([one.hours for one in samples])
+    features = np.vstack([sample.features for sample in samples])
+    hours = np.concatenate([sample.hours for sample in samples])
     explained = np.cumsum(((features @ rows.T) ** 2).mean(axis=0))
     usual = 1.0 + model.walk**2 * hours.mean() + model.novelty(features).mean()
     enough = explained[-1] - explained <= LOST * usual

@@ -55,11 +55,11 @@ def loop_of(rises: Sequence[Array], drifts: Sequence[Array], step_s: float) -> L
     most = int(MOST * min(len(rise) for rise in rises))
     # All lags are judged on the same samples. Before the start a rise was what it is there, so only
     # the ends are left out, and how the machine warms up counts.
-    drift = np.concatenate([one[: len(one) - most] for one in drifts])
-    padded = [np.concatenate([np.full(most, one[0]), one]) for one in rises]
+    drift = np.concatenate([drift_of_run[: len(drift_of_run) - most] for drift_of_run in drifts])
+    padded = [np.concatenate([np.full(most, rise_of_run[0]), rise_of_run]) for rise_of_run in rises]
     found = {}
     for lag in range(-most, most + 1):
-        parts = [one[most - lag : len(one) - most - lag] for one in padded]
+        parts = [rise_of_run[most - lag : len(rise_of_run) - most - lag] for rise_of_run in padded]
         rise = np.concatenate(parts)
         away, off = rise - rise.mean(), drift - drift.mean()
         rate = float(away @ off) / max(float(away @ away), TINY)

@@ -131,14 +131,16 @@ def by_axis(records: Sequence[RunLeft]) -> dict[str, dict[str, float]]:
         By axis: RMSE with the compensator (``model``) and without (``no_model``), and what the
         interval expects (``expected``) [um]; share of the samples within it (``inside``) [1].
     """
-    names = dict.fromkeys(axis for one in records for axis in one.axes)
-    here = {axis: [one.axes[axis] for one in records if axis in one.axes] for axis in names}
+    names = dict.fromkeys(axis for record in records for axis in record.axes)
+    here = {
+        axis: [record.axes[axis] for record in records if axis in record.axes] for axis in names
+    }
     return {
         axis: {
-            "model": _pooled([one.left for one in parts]),
-            "no_model": _pooled([one.none for one in parts]),
-            "expected": _pooled([one.expected for one in parts]),
-            "inside": float(np.mean([one.inside for one in parts])),
+            "model": _pooled([part.left for part in parts]),
+            "no_model": _pooled([part.none for part in parts]),
+            "expected": _pooled([part.expected for part in parts]),
+            "inside": float(np.mean([part.inside for part in parts])),
         }
         for axis, parts in here.items()
     }
@@ -149,17 +151,19 @@ def promise(records: Sequence[RunLeft]) -> dict[str, Any] | None:
 
     Every run counts as one.
     """
-    records = [one for one in records if one.axes]
+    records = [record for record in records if record.axes]
     if not records:
         return None
     found: dict[str, Any] = {}
     for kind in (LIKE, UNLIKE):
-        here = [one for one in records if one.fold is not None and one.fold.kind == kind]
+        here = [
+            record for record in records if record.fold is not None and record.fold.kind == kind
+        ]
         if not here:
             continue
         found[kind] = by_axis(here)
-        by_fold = {one.fold.name: one.fold for one in here if one.fold is not None}
-        runs = {one.run for one in here}
+        by_fold = {record.fold.name: record.fold for record in here if record.fold is not None}
+        runs = {record.run for record in here}
         # The folds of a condition overlap those of the next: they are thirds of the runs.
         found[f"{kind}_behind"] = (
             len(runs) if kind == LIKE else min(len(runs), round(1.0 / EXTREME))
@@ -168,7 +172,9 @@ def promise(records: Sequence[RunLeft]) -> dict[str, Any] | None:
             {"left_out": name, "runs": len(fold.out), "ratio_to_none": _ratio(here, fold)}
             for name, fold in by_fold.items()
         ]
-    found["by_run"] = _misses(one for one in records if one.fold and one.fold.kind == LIKE)
+    found["by_run"] = _misses(
+        record for record in records if record.fold and record.fold.kind == LIKE
+    )
     return {**found, "promised": promised(found)}
 
 
@@ -203,7 +209,7 @@ def followed(unseen: Mapping[str, Any] | None, records: Sequence[RunLeft]) -> di
     records : sequence of RunLeft
         What was left of the new runs by compensators that did not know them.
     """
-    records = [one for one in records if one.axes]
+    records = [record for record in records if record.axes]
     if not records:
         return None if unseen is None else dict(unseen)
     new, found = by_axis(records), dict(unseen if unseen and "promised" in unseen else {})
@@ -235,17 +241,17 @@ def _together(
 def _misses(records: Iterable[RunLeft]) -> list[dict[str, Any]]:
     return [
         {
-            "run": one.run,
-            "miss": [one.axes[axis].miss if axis in one.axes else None for axis in AXES],
-            "new": one.new,
+            "run": record.run,
+            "miss": [record.axes[axis].miss if axis in record.axes else None for axis in AXES],
+            "new": record.new,
         }
-        for one in records
+        for record in records
     ]
 
 
 def _ratio(records: Sequence[RunLeft], fold: Fold) -> float:
     """Return the error over that of no compensation, geometric mean over the axes [1]."""
-    here = [one for one in records if one.fold == fold]
+    here = [record for record in records if record.fold == fold]
     logs = [
         np.log(max(found["model"], 1e-9) / found["no_model"])
         for found in by_axis(here).values()

@@ -70,7 +70,7 @@ def precision(runs: Sequence[Array], strength: float) -> Array:
     strength : float
         Variance of what is a sensor's own, over the mean variance [1].
     """
-    together = np.mean([one.T @ one / len(one) for one in runs], axis=0)
+    together = np.mean([rises.T @ rises / len(rises) for rises in runs], axis=0)
     own = strength * np.trace(together) / len(together) + NOISE_K**2
     found = np.linalg.inv(together + own * np.eye(len(together)))
     return np.asarray((found + found.T) / 2.0)
@@ -79,9 +79,9 @@ def precision(runs: Sequence[Array], strength: float) -> Array:
 def left_out_errors(runs: Sequence[Array], strength: float) -> list[Array]:
     """Return how far each reading is from what all others say, each run by the other runs [K]."""
     found = []
-    for place, one in enumerate(runs):
+    for place, rises in enumerate(runs):
         known = precision([*runs[:place], *runs[place + 1 :]], strength)
-        found.append(one @ known / np.diag(known))
+        found.append(rises @ known / np.diag(known))
     return found
 
 
@@ -117,15 +117,15 @@ def spare_table(runs: Sequence[PreparedRun], installed: Installed) -> dict[str, 
         What was fitted to them.
     """
     chosen = installed.chosen
-    records = [one for one in (Rises.of(run, chosen) for run in runs) if one is not None]
+    records = [record for record in (Rises.of(run, chosen) for run in runs) if record is not None]
     if len(records) < 2 or not 2 <= len(chosen) <= MOST_SENSORS:
         return None
-    rises = [one.values for one in records]
+    rises = [record.values for record in records]
     strength = best_strength(rises)
     known, errors = precision(rises, strength), left_out_errors(rises, strength)
-    variance = np.mean([(one**2).mean(axis=0) for one in errors], axis=0)
+    variance = np.mean([(error**2).mean(axis=0) for error in errors], axis=0)
     drift = [run.targets[run.known] for run in (run.history(chosen) for run in runs)]
-    usual = np.mean([one.T @ one / len(one) for one in drift if len(one)], axis=0)
+    usual = np.mean([moved.T @ moved / len(moved) for moved in drift if len(moved)], axis=0)
     return {
         "precision": _listed(known),
         "growth": _listed(variance * np.diag(known)),
@@ -141,9 +141,11 @@ def _usual_start(runs: Sequence[PreparedRun], chosen: Sequence[int]) -> Array:
     columns = list(chosen)
     there = [run.temperatures[:, columns] for run in runs]
     first = [
-        one[np.isfinite(one).all(axis=1)][0] for one in there if np.isfinite(one).all(axis=1).any()
+        readings[np.isfinite(readings).all(axis=1)][0]
+        for readings in there
+        if np.isfinite(readings).all(axis=1).any()
     ]
-    return np.asarray(np.median([one - np.median(one) for one in first], axis=0))
+    return np.asarray(np.median([reading - np.median(reading) for reading in first], axis=0))
 
 
 def likeliest_memory(series: Sequence[tuple[Array, Array]]) -> float:

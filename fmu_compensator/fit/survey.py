@@ -103,12 +103,12 @@ class Survey:
             "points": [self.sensors[i] for i in self.points],
             "subsets": [
                 {
-                    "temperatures": [self.sensors[self.points[i]] for i in one.columns],
-                    "multiple_r": _defined(one.multiple_r),
-                    "r2_adjusted": _defined(one.r2_adjusted),
-                    "held_out_rmse": _defined(one.held_out_rmse),
+                    "temperatures": [self.sensors[self.points[i]] for i in subset.columns],
+                    "multiple_r": _defined(subset.multiple_r),
+                    "r2_adjusted": _defined(subset.r2_adjusted),
+                    "held_out_rmse": _defined(subset.held_out_rmse),
                 }
-                for one in self.subsets
+                for subset in self.subsets
             ],
             "notes": self.notes,
         }

@@ -82,7 +82,7 @@ def update_compensator(
     figures["unseen"] = followed(
         figures.get("unseen"), before if len(runs) == 1 else _unseen(model, prepared, chosen, pairs)
     )
-    figures["updated"] = [*figures.get("updated", ()), *(_listed_left(one) for one in before)]
+    figures["updated"] = [*figures.get("updated", ()), *(_listed_left(record) for record in before)]
     table["created"] = created
     return table, before
 
@@ -185,7 +185,7 @@ def gaussian_of(table: Mapping[str, Any]) -> Gaussian:
 
 def _condition(table: dict[str, Any], samples: Sequence[Sample]) -> None:
     """Condition the Gaussian of a file's table on further runs."""
-    after = gaussian_of(table).updated([one for one in samples if len(one.hours)])
+    after = gaussian_of(table).updated([sample for sample in samples if len(sample.hours)])
     table["weights"] = listed(after.weights.T)
     table["seen"] = listed(directions(after, samples), digits=12)
     table["spread"] = listed(np.sqrt(np.diag(after.spread)))
@@ -226,6 +226,6 @@ def _together(
     ]
 
 
-def _listed_left(one: RunLeft) -> dict[str, Any]:
-    axes = {axis: {"no_model": v.none, "model": v.left} for axis, v in one.axes.items()}
-    return {"run": one.run, "axes": axes}
+def _listed_left(record: RunLeft) -> dict[str, Any]:
+    axes = {axis: {"no_model": v.none, "model": v.left} for axis, v in record.axes.items()}
+    return {"run": record.run, "axes": axes}

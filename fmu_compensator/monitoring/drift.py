@@ -106,7 +106,7 @@ class Gain:
 
 def gain_of(axis: str, runs: Sequence[AxisError]) -> Gain | None:
     """Return the mean gain of an axis and its 95 % range; None from fewer than three runs."""
-    gains = np.array([one.gain for one in runs if np.isfinite(one.gain)])
+    gains = np.array([error.gain for error in runs if np.isfinite(error.gain)])
     if len(gains) < FEWEST:
         return None
     spread = float(gains.std(ddof=1)) / np.sqrt(len(gains))

@@ -178,7 +178,7 @@ def monitor(
     for place, run in enumerate(runs):
         left = _without_broken(run)
         driven = drive(model, run, left, rig, length)
-        here = [one for one in faults if one.place == place]
+        here = [fault for fault in faults if fault.place == place]
         reports.append(
             _run_report(
                 run,
@@ -207,17 +207,18 @@ def _worth_saying(
     columns = {f"{name}_degC" for name in sensors}
     whole = max(float(run.time_s[-1] - run.time_s[0]), 1e-9)
     harmful = [
-        one
-        for one in faults
-        if one.column in columns and (one.is_gross or (input_form != "rise" and one.kind in LEVELS))
+        fault
+        for fault in faults
+        if fault.column in columns
+        and (fault.is_gross or (input_form != "rise" and fault.kind in LEVELS))
     ]
     lasting = {
         column
         for column in columns
-        if sum(one.end_s - one.start_s for one in harmful if one.column == column)
+        if sum(fault.end_s - fault.start_s for fault in harmful if fault.column == column)
         >= FAULT_SHARE * whole
     }
-    return [one for one in harmful if one.column in lasting]
+    return [fault for fault in harmful if fault.column in lasting]
 
 
 def _run_report(
@@ -235,24 +236,25 @@ def _run_report(
     reasons: list[str] = []
     sensor = None
     verdict = FITS if errors else NOT_MEASURED
-    unusual = [one for one in errors if one.is_unusual]
+    unusual = [error for error in errors if error.is_unusual]
     if unusual:
         verdict = CHANGED
         reasons += [
-            f"{one.axis}: {one.left:.1f} um are left of {one.none:.1f} um, {one.miss:.1f} times "
-            f"the promised half width; up to {max(one.bound, 1.0):.1f} is usual"
-            for one in unusual
+            f"{error.axis}: {error.left:.1f} um are left of {error.none:.1f} um, "
+            f"{error.miss:.1f} times the promised half width; "
+            f"up to {max(error.bound, 1.0):.1f} is usual"
+            for error in unusual
         ]
-    new = [one.text for one in conditions if one.is_new]
+    new = [condition.text for condition in conditions if condition.is_new]
     if outside >= OUTSIDE_SHARE:
         verdict = CHANGED if unusual else OUTSIDE
         reasons.append(f"outside training in {outside:.0%} of the samples: {_last_said(driven)}")
         reasons += [f"new: {text}" for text in new]
-    broken = [one for one in driven.outputs if one.status == SPARED]
+    broken = [output for output in driven.outputs if output.status == SPARED]
     never = driven.outputs[-1] if not driven.started.any() else None
     if faults:
         verdict, sensor = SENSOR, faults[0].column.rsplit("_", 1)[0]
-        reasons = [*(one.line() for one in faults), *reasons]
+        reasons = [*(fault.line() for fault in faults), *reasons]
     elif never is not None or len(broken) >= FAULT_SHARE * len(driven.outputs):
         said = broken[-1] if never is None else never
         verdict = SENSOR
@@ -282,7 +284,9 @@ def _run_report(
 def _too_short(run: Run, conditions: Sequence[Condition]) -> str:
     """Say why a log is too short to tell anything; empty if it is not."""
     rows, seconds = len(run.frame), float(run.time_s[-1] - run.time_s[0])
-    trained = next((one.low * 3600.0 for one in conditions if one.unit == "h"), 0.0)
+    trained = next(
+        (condition.low * 3600.0 for condition in conditions if condition.unit == "h"), 0.0
+    )
     if rows >= FEWEST_SAMPLES and seconds >= SHORT_SHARE * trained:
         return ""
     return f"{rows} rows in {seconds / 60.0:.1f} min (training: {trained / 60.0:.0f} min or more)"
@@ -297,30 +301,30 @@ def _last_said(driven: Driven) -> str:
 
 
 def _inside(runs: Sequence[RunReport]) -> dict[str, float]:
-    errors = [error for one in runs if one.verdict != SENSOR for error in one.errors]
+    errors = [error for run in runs if run.verdict != SENSOR for error in run.errors]
     return {
-        axis: float(np.mean([one.inside for one in errors if one.axis == axis]))
-        for axis in dict.fromkeys(one.axis for one in errors)
+        axis: float(np.mean([error.inside for error in errors if error.axis == axis]))
+        for axis in dict.fromkeys(error.axis for error in errors)
     }
 
 
 def _report(runs: Sequence[RunReport]) -> Report:
-    of = {verdict: [one for one in runs if one.verdict == verdict] for verdict in VERDICTS}
+    of = {verdict: [run for run in runs if run.verdict == verdict] for verdict in VERDICTS}
     verdict = next(name for name in VERDICTS if of[name])
     if verdict == CHANGED:
-        judged = sum(bool(one.errors) for one in runs)
+        judged = sum(bool(run.errors) for run in runs)
         if _chance(len(of[CHANGED]), judged) > CHANCE:
             verdict = OUTSIDE if of[OUTSIDE] else UNUSUAL
     elif verdict == NOT_MEASURED and of[FITS]:
         verdict = FITS
     gains = []
     if verdict == CHANGED:
-        for axis in sorted({e.axis for one in of[CHANGED] for e in one.errors if e.is_unusual}):
-            errors = [e for one in runs for e in one.errors if e.axis == axis]
+        for axis in sorted({e.axis for run in of[CHANGED] for e in run.errors if e.is_unusual}):
+            errors = [e for run in runs for e in run.errors if e.axis == axis]
             gain = gain_of(axis, errors)
             if gain is not None:
                 gains.append(gain)
-    sensors = list(dict.fromkeys(one.sensor for one in of[SENSOR] if one.sensor))
+    sensors = list(dict.fromkeys(run.sensor for run in of[SENSOR] if run.sensor))
     summary = VERDICTS[verdict]
     if sensors:
         named = f"{', '.join(sensors)}: broken, or not what the others explain"

@@ -89,8 +89,8 @@ class _Moments(NamedTuple):
 
 def _missed(here: _Moments, others: Sequence[_Moments]) -> FloatArray:
     """Return for a run what the others' laws leave of each thermometer in each place [K]."""
-    basis = sum(one.basis for one in others) + 1e-9 * np.eye(2)
-    laws = np.linalg.solve(basis, sum(one.both for one in others))
+    basis = sum(other.basis for other in others) + 1e-9 * np.eye(2)
+    laws = np.linalg.solve(basis, sum(other.both for other in others))
     expected = np.einsum("ki,kl,li->i", laws, here.basis, laws)
     left = here.squares[None, :] - 2.0 * laws.T @ here.both + expected[:, None]
     return np.asarray(np.sqrt(np.maximum(left, 0.0)), dtype=np.float64)

@@ -96,7 +96,7 @@ def by_column(faults: Sequence[Fault]) -> list[list[Fault]]:
         Of any runs, in any order.
     """
     groups: dict[tuple[str, str], list[Fault]] = {}
-    for fault in sorted(faults, key=lambda one: _ORDER.index(one.kind)):
+    for fault in sorted(faults, key=lambda fault: _ORDER.index(fault.kind)):
         groups.setdefault((fault.kind, fault.column), []).append(fault)
     return list(groups.values())
 
@@ -124,9 +124,9 @@ def group_line(group: Sequence[Fault]) -> str:
     """
     if len(group) == 1:
         return group[0].line()
-    longest = max(group, key=lambda one: one.end_s - one.start_s)
-    minutes = sum(one.end_s - one.start_s for one in group) / 60.0
-    names = list(dict.fromkeys(one.run for one in group))
+    longest = max(group, key=lambda fault: fault.end_s - fault.start_s)
+    minutes = sum(fault.end_s - fault.start_s for fault in group) / 60.0
+    names = list(dict.fromkeys(fault.run for fault in group))
     runs = ", ".join(names)
     if len(names) > 3:
         runs = f"{len(names)} runs ({names[0]} ... {names[-1]})"

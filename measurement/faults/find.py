@@ -33,7 +33,9 @@ def find_faults(runs: Sequence[Run]) -> list[Fault]:
         of its run among them. Runs that `looked_over` returned are not looked at again.
     """
     if all(run.faults is not None for run in runs):
-        return [one for place, run in enumerate(runs) for one in _placed(place, run.faults or ())]
+        return [
+            fault for place, run in enumerate(runs) for fault in _placed(place, run.faults or ())
+        ]
     # What stood still catches up in a leap, and a leap looks like running away: each check sees
     # the readings that are left by the one before it.
     found = [fault for place, run in enumerate(runs) for fault in _placed(place, record(run))]
@@ -42,18 +44,18 @@ def find_faults(runs: Sequence[Run]) -> list[Fault]:
         still += _placed(place, standing_displacements(run))
     found += still
     left = cleaned(runs, found)
-    seams = {(one.place, one.start_s) for one in found if one.kind == "jump"}
+    seams = {(fault.place, fault.start_s) for fault in found if fault.kind == "jump"}
     for check in (leaps, runaways):
-        more = [one for place, run in enumerate(left) for one in _placed(place, check(run))]
-        more = [one for one in more if (one.place, one.start_s) not in seams]
+        more = [fault for place, run in enumerate(left) for fault in _placed(place, check(run))]
+        more = [fault for fault in more if (fault.place, fault.start_s) not in seams]
         found += more
         left = cleaned(left, more)
     found += wrong_levels(left)
     for place, run in enumerate(runs):
-        frozen = [one for one in still if one.place == place and one.kind == "frozen"]
+        frozen = [fault for fault in still if fault.place == place and fault.kind == "frozen"]
         found += _placed(place, _restarts(run, frozen))
         found += _placed(place, _staircases(left[place]))
-    return sorted(found, key=lambda one: (one.place, one.start_s, one.column))
+    return sorted(found, key=lambda fault: (fault.place, fault.start_s, fault.column))
 
 
 def looked_over(runs: Sequence[Run]) -> list[Run]:
@@ -68,7 +70,7 @@ def looked_over(runs: Sequence[Run]) -> list[Run]:
     """
     faults = find_faults(runs)
     return [
-        replace(run, faults=tuple(one for one in faults if one.place == place))
+        replace(run, faults=tuple(fault for fault in faults if fault.place == place))
         for place, run in enumerate(runs)
     ]
 
@@ -83,20 +85,21 @@ def unusable(faults: Sequence[Fault], kinds: Collection[str] = GROSS) -> list[Fa
         The kinds that count; by default those whose readings are not what the machine did.
     """
     widest = sorted(
-        (fault for fault in faults if fault.kind in kinds), key=lambda one: one.start_s - one.end_s
+        (fault for fault in faults if fault.kind in kinds),
+        key=lambda fault: fault.start_s - fault.end_s,
     )
     kept: list[Fault] = []
     for fault in widest:
         inside = (
-            one
-            for one in kept
-            if (one.column, one.place) == (fault.column, fault.place)
-            and one.start_s <= fault.start_s
-            and fault.end_s <= one.end_s
+            wider
+            for wider in kept
+            if (wider.column, wider.place) == (fault.column, fault.place)
+            and wider.start_s <= fault.start_s
+            and fault.end_s <= wider.end_s
         )
         if next(inside, None) is None:
             kept.append(fault)
-    return sorted(kept, key=lambda one: (one.place, one.column, one.start_s))
+    return sorted(kept, key=lambda fault: (fault.place, fault.column, fault.start_s))
 
 
 def cleaned(
@@ -122,8 +125,8 @@ def cleaned(
     """
     result = list(runs)
     for place, run in enumerate(runs):
-        here = [one for one in faults if one.place == place and one.kind in kinds]
-        here = [one for one in here if one.column == TIME or one.column in run.frame]
+        here = [fault for fault in faults if fault.place == place and fault.kind in kinds]
+        here = [fault for fault in here if fault.column == TIME or fault.column in run.frame]
         if not here:
             continue
         frame, time = run.frame.copy(), run.time_s

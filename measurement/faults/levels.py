@@ -51,7 +51,7 @@ def runaways(run: Run) -> Iterator[Fault]:
     back = np.searchsorted(time, time - RUNAWAY_S)
     quiet = moving[1:] == moving[back]
     for place in known if len(known) >= 3 else []:
-        others = table[:, [one for one in known if one != place]]
+        others = table[:, [other for other in known if other != place]]
         away = running_median(table[:, place] - np.median(others, axis=1))
         moved = np.where(quiet, away - away[back], 0.0)
         gone = np.flatnonzero(np.abs(moved) >= RUNAWAY_K)

@@ -48,7 +48,7 @@ class Witnesses:
         the span, is summed over it. 0 where there is too little to learn from, or where the sum is
         within its own error.
         """
-        having = [one for one in self._grids if column in one[1]]
+        having = [grid for grid in self._grids if column in grid[1]]
         grid, here = self._grids[place]
         others = [n for n in here if n != column and all(n in table for _, table in having)]
         step = int(WINDOW_S / GRID_S)

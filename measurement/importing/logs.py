@@ -43,7 +43,7 @@ def _tdms(path: Path) -> Iterable[Sheet]:
 
     for group in TdmsFile.read(path).groups():
         channels = [channel for channel in group.channels() if len(channel)]
-        with_clock = [one for one in channels if "wf_increment" in one.properties]
+        with_clock = [channel for channel in channels if "wf_increment" in channel.properties]
         if not channels:
             continue
         columns: dict[Heading, list[Any]] = {}

@@ -60,8 +60,8 @@ class Names:
         # What one FMU gives the other is no signal.
         self._inputs = {
             name: same
-            for one, other in ((others, plants), (plants, others))
-            for name, same in _common(one, "input").items()
+            for fmus, other in ((others, plants), (plants, others))
+            for name, same in _common(fmus, "input").items()
             if name not in _common(other, "output")
         }
 

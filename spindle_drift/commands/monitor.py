@@ -86,14 +86,14 @@ def lines_of(report: Any) -> list[str]:
         held = ", ".join(f"{axis} {share:.0%}" for axis, share in report.inside.items())
         lines.append(f"inside the interval that promises {report.promised:.0%}: {held}")
     lines += ["", "run by run; RMSE [um] of the drift, and of what the compensator leaves:"]
-    for one in report.runs:
+    for run in report.runs:
         cells = [
             f"{e.axis} {e.none:.1f} -> {e.left:.1f}"
             + ("" if math.isnan(e.inside) else f" ({e.inside:.0%} inside)")
-            for e in one.errors
+            for e in run.errors
         ]
-        lines.append(f"  {one.run}: {one.verdict}; {', '.join(cells) or 'drift not measured'}")
-        lines += [f"    {reason}" for reason in one.reasons]
+        lines.append(f"  {run.run}: {run.verdict}; {', '.join(cells) or 'drift not measured'}")
+        lines += [f"    {reason}" for reason in run.reasons]
     return lines + [f"note: {note}" for note in report.notes]
 
 

@@ -61,46 +61,46 @@ def run(args: argparse.Namespace) -> int:
         For runs or options that cannot be used.
     """
     options = {**grey_options(args), "grouping": args.points, "target": args.target}
-    found = points(args.runs, machine=args.machine, **options).survey
-    text = json.dumps(found.to_dict(), indent=1, allow_nan=False)
-    lines = _report(found)
+    survey = points(args.runs, machine=args.machine, **options).survey
+    text = json.dumps(survey.to_dict(), indent=1, allow_nan=False)
+    lines = _report(survey)
     if args.out is not None:
         with results_folder(args.out) as folder:
             paths = [write_atomically(folder / "points.json", text + "\n")]
-            paths += draw_points(found, folder)
+            paths += draw_points(survey, folder)
             write_table([], {"points": "points.json"}, folder, to_come=())
         lines.append("wrote " + ", ".join(str(args.out / path.name) for path in paths))
     print(text if args.json else "\n".join(lines))
     return 0
 
 
-def _report(found: Survey) -> list[str]:
-    names = found.sensors
+def _report(survey: Survey) -> list[str]:
+    names = survey.sensors
     width = max(6, *(len(name) + 1 for name in names))
-    lines = [*found.notes, "", "Grey comprehensive degree", " " * width + _cells(names, width)]
-    for name, row in zip(names, found.degree, strict=True):
+    lines = [*survey.notes, "", "Grey comprehensive degree", " " * width + _cells(names, width)]
+    for name, row in zip(names, survey.degree, strict=True):
         lines.append(f"{name:<{width}}" + _cells([f"{value:.2f}" for value in row], width))
-    for title, groups in found.groupings.items():
+    for title, groups in survey.groupings.items():
         shown = "; ".join(" ".join(names[i] for i in group) for group in groups)
         lines += ["", f"{title}: {len(groups)} groups", f"  {shown}"]
-    lines += ["", f"To the error {found.target} [{found.unit}]", f"{'':<{width}}{HEADS}"]
-    for place, (name, loop) in enumerate(zip(names, found.loops, strict=True)):
+    lines += ["", f"To the error {survey.target} [{survey.unit}]", f"{'':<{width}}{HEADS}"]
+    for place, (name, loop) in enumerate(zip(names, survey.loops, strict=True)):
         lines.append(
-            f"{name:<{width}}{found.pearson[place]:>10.3f}{found.relational[place]:>11.3f}"
+            f"{name:<{width}}{survey.pearson[place]:>10.3f}{survey.relational[place]:>11.3f}"
             f"{_lag(loop):>11}{loop.rate:>9.3g}{loop.open:>10.2f}{loop.closed:>10.2f}"
         )
     lines += [
         "lag: how much later the error comes (*: at least, a quarter of the shortest run)",
         "rms: of the error's distance from a straight line; lagged: after the lag",
     ]
-    lines += ["", f"Chosen: {', '.join(names[i] for i in found.points)}"]
-    lines += ["", f"Combinations of them, best adjusted R2 first (of {len(found.subsets)})"]
+    lines += ["", f"Chosen: {', '.join(names[i] for i in survey.points)}"]
+    lines += ["", f"Combinations of them, best adjusted R2 first (of {len(survey.subsets)})"]
     lines.append(f"{'multiple R':>11}{'adj. R2':>9}{'unseen RMSE':>13}  temperatures")
-    for one in found.subsets[:SHOWN_SUBSETS]:
-        lines.append(_subset(found, one))
-    best = min(found.subsets, key=lambda one: (one.held_out_rmse, len(one.columns)))
-    if best not in found.subsets[:SHOWN_SUBSETS] and len(found.run_names) > 1:
-        lines.append(_subset(found, best) + "  <- best on unseen runs")
+    for subset in survey.subsets[:SHOWN_SUBSETS]:
+        lines.append(_subset(survey, subset))
+    best = min(survey.subsets, key=lambda subset: (subset.held_out_rmse, len(subset.columns)))
+    if best not in survey.subsets[:SHOWN_SUBSETS] and len(survey.run_names) > 1:
+        lines.append(_subset(survey, best) + "  <- best on unseen runs")
     return lines
 
 
@@ -112,6 +112,7 @@ def _cells(texts: list[str], width: int) -> str:
     return "".join(f"{text:>{width}}" for text in texts)
 
 
-def _subset(found: Survey, one: Any) -> str:
-    names = " ".join(found.sensors[found.points[place]] for place in one.columns)
-    return f"{one.multiple_r:>11.4f}{one.r2_adjusted:>9.4f}{one.held_out_rmse:>13.3f}  {names}"
+def _subset(survey: Survey, subset: Any) -> str:
+    names = " ".join(survey.sensors[survey.points[place]] for place in subset.columns)
+    fit = f"{subset.multiple_r:>11.4f}{subset.r2_adjusted:>9.4f}"
+    return f"{fit}{subset.held_out_rmse:>13.3f}  {names}"
