@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import re
-import subprocess
-import sys
 from math import nan
 from pathlib import Path
 
@@ -254,10 +252,9 @@ def test_the_table_names_every_frame_and_signal(
     ],
 )
 def test_bad_input_is_told_in_one_line(
-    arguments: list[str], word: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
+    arguments: list[str], word: str, capsys: pytest.CaptureFixture[str], fmu_folder: Path
 ) -> None:
-    extra = ["--fmu-dir", str(tmp_path)] if "--fmu-dir" not in arguments else []
-    assert main([*arguments, *extra]) == 2
+    assert main([*arguments, "--fmu-dir", str(fmu_folder)]) == 2
     lines = capsys.readouterr().err.strip().splitlines()
     assert len([line for line in lines if "error" in line]) == 1
     assert word in lines[-1]
@@ -280,14 +277,3 @@ def test_an_fmu_whose_inputs_no_frame_carries_is_refused(
     said = capsys.readouterr().err
     assert "oil_7" in said
     assert "no frame" in said
-
-
-def test_help_is_quick_and_complete() -> None:
-    for command in ("gateway", "machine"):
-        done = subprocess.run(
-            [sys.executable, "-m", "scenarios.cli", command, "--help"],
-            capture_output=True,
-            text=True,
-            check=True,
-        )
-        assert "--interface" in done.stdout

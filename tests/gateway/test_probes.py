@@ -19,11 +19,12 @@ from gateway.node import GatewaySettings
 from gateway.probes import COUNTED, MOST_TRIES, ProbeSender
 from gateway.unit import CompensatorUnit
 from measurement.runs import read_run
+from scenarios.cli import main
 from scenarios.cosimulation import simulate
 from scenarios.scenario import read_scenario
 from tests.gateway.bench import WARM, Bench
-from tests.gateway.bus import Program, programs
-from tests.gateway.conftest import Wire
+from tests.gateway.bus import gateway_thread
+from tests.gateway.conftest import new_wire
 
 # Small enough to be believed at once.
 SHOWN = {"elongation": 0.4, "yaw": 1.0, "pitch": -1.0, "near_x": 0.4, "near_y": -0.3}
@@ -219,46 +220,21 @@ def test_the_shipped_map_carries_probes(database: Database) -> None:
     assert len(database.events(MACHINE)) == 2
 
 
-@pytest.fixture
-def start(tmp_path: Path) -> Iterator[Callable[..., Program]]:
-    """Starts commands in processes."""
-    with programs(tmp_path) as starter:
-        yield starter
-
-
-@pytest.mark.parametrize("probe", ["every_s=40", "when_um=0.5"])
 def test_the_machine_probes_as_the_co_simulation_does(
-    shared_wire: Wire,
-    fmu_folder: Path,
-    tmp_path: Path,
-    start: Callable[..., Program],
-    probe: str,
+    database: Database, fmu_folder: Path, tmp_path: Path
 ) -> None:
-    bus = [*shared_wire.arguments(), "--fmu-dir", fmu_folder, "--timeout", 10000]
-    run = tmp_path / "run.csv"
-    gateway = start("gateway", *bus, "--clock", "machine", "--until-off", "--json")
-    sets = ["duration_s=120", "signals.speed=9000", f"compensator.probe.{probe}"]
-    machine = start(
-        *("machine", "step_speed", *bus, "--speed-up", "max", "--out", run),
-        *(word for text in sets for word in ("--set", text)),
-    )
-    assert machine.wait() == 0, machine.text()
-    assert gateway.wait() == 0, gateway.text()
-    name, _, value = probe.partition("=")
-    case = read_scenario(
-        "step_speed",
-        [
-            ("duration_s", 120.0),
-            ("record_s", 1.0),
-            ("signals.speed", 9000),
-            (f"compensator.probe.{name}", float(value)),
-        ],
-    ).cases[0]
+    wire, run = new_wire("virtual"), tmp_path / "run.csv"
+    settings = {"duration_s": 120.0, "signals.speed": 9000, "compensator.probe.when_um": 0.5}
+    clock = GatewaySettings(machine_clock=True, timeout_s=10.0)
     plant, compensator = fmu_folder / "plant.fmu", fmu_folder / "compensator.fmu"
+    with gateway_thread(wire, database, compensator, clock) as service:
+        command = ["machine", "step_speed", *wire.arguments(), "--fmu-dir", str(fmu_folder)]
+        command += ["--timeout", "10000", "--speed-up", "max", "--out", str(run)]
+        assert main([*command, *(f"--set={name}={value}" for name, value in settings.items())]) == 0
+    case = read_scenario("step_speed", [*settings.items(), ("record_s", 1.0)]).cases[0]
     direct = simulate(case, plant, compensator, quiet=True).frame
-    probes = int(direct["measured_1"].sum())
-    assert probes >= 1
-    assert f'"probes": {probes}' in gateway.text()
+    assert service.node is not None
+    assert service.node.probes.taken == direct["measured_1"].sum() >= 1
     over_can = read_run(run).frame
     for axis in "XYZ":
         apart = np.abs(direct[f"d{axis}_um"].to_numpy() - over_can[f"d{axis}_um"].to_numpy())

@@ -1,4 +1,4 @@
-"""Gateways as processes that are stopped, hung up, doubled, or started in a warm-up."""
+"""Gateways as processes that are stopped, hung up, or told that the machine is cold."""
 
 from __future__ import annotations
 
@@ -17,8 +17,6 @@ from scenarios.cli import main
 from tests.gateway.bench import WARM
 from tests.gateway.bus import Control, Program, programs
 from tests.gateway.conftest import Wire
-
-NOT_COLD = {**WARM, "thermal_state": "warm"}
 
 
 @pytest.fixture
@@ -142,55 +140,3 @@ def test_a_service_is_alive_and_takes_a_new_reference(
         assert gateway.stop() == 0, gateway.text()
         while manager.recv(1000) != b"STOPPING=1":
             pass
-
-
-def test_two_gateways_notice_each_other(
-    shared_wire: Wire,
-    database: Database,
-    arguments: tuple[object, ...],
-    start: Callable[..., Program],
-) -> None:
-    start(*arguments, "--quiet")
-    with contextlib.closing(Control(shared_wire, database, 1.0)) as control:
-        control.settle(WARM)
-        second = start(*arguments)
-        control.ear.until(lambda answer: answer["bus_fault"] == "second_gateway")
-        until = time.monotonic() + 20.0
-        while "another gateway" not in second.text():
-            assert time.monotonic() < until, second.text()
-            control.send(control.messages(WARM))
-            control.ear.until(lambda answer: True)
-        assert control.cycle(WARM)["valid"] == "invalid"
-        second.kill()
-        time.sleep(1.0)
-        for _ in range(100):
-            if control.cycle(WARM)["valid"] == "valid":
-                break
-        assert control.answers[-1]["valid"] == "valid"
-
-
-def test_a_gateway_started_in_a_warm_up_without_its_state_is_not_valid(
-    shared_wire: Wire,
-    database: Database,
-    arguments: tuple[object, ...],
-    tmp_path: Path,
-    start: Callable[..., Program],
-) -> None:
-    state = tmp_path / "state.json"
-    first = start(*arguments)
-    with contextlib.closing(Control(shared_wire, database, 1.0)) as control:
-        control.settle(WARM)
-        first.kill()
-        second = start(*arguments, "--state", state)
-        for _ in range(100):
-            with contextlib.suppress(AssertionError):
-                answer = control.cycle(NOT_COLD, timeout_s=0.3)
-                if answer["status"] == "reference_unknown":
-                    break
-        for _ in range(30):
-            answer = control.cycle(NOT_COLD)
-            assert (answer["valid"], answer["dZ"]) == ("invalid", 0.0)
-        assert answer["status"] == "reference_unknown"
-        assert second.stop() == 0
-    assert "the state is not used: the file does not exist yet" in second.text()
-    assert not state.exists()

@@ -161,8 +161,6 @@ def test_the_dbc_alone_tells_what_was_sent(wire: Wire, database: Database) -> No
 def test_a_log_holds_every_frame(
     wire: Wire, database: Database, quick_fmu: Path, tmp_path: Path, ending: str
 ) -> None:
-    if wire.interface != "virtual" and ending != ".log":
-        pytest.skip("the form of the log does not depend on the bus")
     path = tmp_path / f"frames{ending}"
     with (
         gateway_thread(wire, database, quick_fmu, CLOCK, log=path) as service,
@@ -178,20 +176,14 @@ def test_a_log_holds_every_frame(
             control.cycle({}, keep, state="starting")
         for _ in range(10):
             control.cycle(WARM, keep)
-        if wire.interface != "udp_multicast":  # where the last datagram may never arrive
-            # An answer may be to the silence before a cycle: the last one is not answered yet.
-            sent_s = control.time_s - STEP_S
-            wait_for(lambda: service.node is not None and service.node.machine_time_s >= sent_s)
+        # An answer may be to the silence before a cycle: the last one is not answered yet.
+        sent_s = control.time_s - STEP_S
+        wait_for(lambda: service.node is not None and service.node.machine_time_s >= sent_s)
     with can.LogReader(str(path)) as reader:
         logged = list(reader)
     machine = [bytes(m.data) for m in logged if m.arbitration_id >= 0x200]
     given = [bytes(message.data) for message in sent]
-    if wire.interface == "udp_multicast":  # a busy computer may drop datagrams
-        later = iter(given)
-        assert all(any(frame == one for one in later) for frame in machine)
-        assert len(machine) > 0.5 * len(given)
-    else:
-        assert machine == given
+    assert machine == given
     heartbeats = [m for m in logged if m.arbitration_id == 0x195]
     assert len(heartbeats) >= 15
     # Received frames carry the kernel's time, sent ones this process's.
@@ -227,18 +219,6 @@ def test_the_loop_over_can_is_the_co_simulation(
     assert np.abs(direct["dZ_um"]).max() > 1.0
     assert (frame["valid_1"].to_numpy()[1:] == direct["valid_1"].to_numpy()[1:]).all()
     assert np.array_equal(frame["T1_degC"], direct["T1_degC"])
-
-
-def test_the_gateway_is_asleep_while_nothing_comes(
-    wire: Wire, database: Database, quick_fmu: Path
-) -> None:
-    """No busy loop: waiting costs next to no processor time."""
-    with gateway_thread(wire, database, quick_fmu, GatewaySettings()):
-        time.sleep(0.3)
-        before, begun = time.process_time(), time.monotonic()
-        time.sleep(1.5)
-        used, gone = time.process_time() - before, time.monotonic() - begun
-    assert used / gone < 0.25
 
 
 def test_an_fmu_that_fails_is_told_on_the_bus(
