@@ -1,4 +1,4 @@
-"""docs/results.md: a measured table stands between marks that name the command that makes it."""
+"""Pages: a measured table stands between marks that name the command that makes it."""
 
 from __future__ import annotations
 
@@ -11,13 +11,14 @@ PAGE = Path(__file__).resolve().parents[1] / "docs" / "results.md"
 BLOCK = re.compile(r"(<!-- begin (\w+): ([^\n]*) -->\n).*?(<!-- end \2 -->)", re.DOTALL)
 
 
-def put(name: str, text: str) -> None:
-    """Put what a command has measured between its marks; other blocks stay as they are."""
-    page = PAGE.read_text(encoding="utf-8")
+def put(name: str, text: str, path: Path | None = None) -> None:
+    """Put what a command has measured between its marks on docs/results.md, or another page."""
+    path = path or PAGE
+    page = path.read_text(encoding="utf-8")
     if [found[1] for found in BLOCK.findall(page)].count(name) != 1:
-        raise ValueError(f"{PAGE}: needs one block {name}")
+        raise ValueError(f"{path}: needs one block {name}")
 
     def block(found: re.Match[str]) -> str:
         return f"{found[1]}\n{text.strip()}\n\n{found[4]}" if found[2] == name else found[0]
 
-    write_atomically(PAGE, BLOCK.sub(block, page))
+    write_atomically(path, BLOCK.sub(block, page))

@@ -1,4 +1,4 @@
-"""The gap finder's benchmark: cases from an independent simulator, answers, tables, rivals."""
+"""The gap finder's benchmark: cases from an independent simulator, answers, tables."""
 
 import os
 

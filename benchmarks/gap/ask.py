@@ -4,23 +4,19 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Sequence
-from dataclasses import fields, is_dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
-
-import numpy as np
 
 import gap_finder
 import plant_model
 from benchmarks.gap.clock import clocked
 from benchmarks.gap.make import OWNERS_FILE
 from benchmarks.gap.truth.case import RUNS
-from gap_finder.calibrate import ParameterEstimate, calibrate
+from gap_finder.calibrate import calibrate
 from gap_finder.comparison import GapComparison
-from gap_finder.design import RunDesign
 from gap_finder.find import Judged, answer
-from gap_finder.observations import Observations, observe
+from gap_finder.observations import observe
 from gap_finder.regimes import by_channel
 from gap_finder.report import report_of
 from gap_finder.search import Search
@@ -30,12 +26,6 @@ from plant_model.machine_file import read_machine
 from scenarios.gap_runner import usable_runs
 
 MACHINE = "jig_borer_lumps"
-
-LARGEST = 5000
-"""Numbers in the largest array that a record keeps."""
-
-BULKY = (Machine, Observations, RunDesign)
-"""What a record leaves out: it follows from the runs."""
 
 
 def runs_of(folder: Path) -> tuple[list[Run], list[Run]]:
@@ -136,33 +126,6 @@ def _details(judged: Judged) -> dict[str, Any]:
             for part, later in zip(before, after, strict=True)
         },
     }
-
-
-def plain(value: Any) -> Any:
-    """Return what JSON can hold of a value: numbers, names, small arrays, and what holds them.
-
-    Of calibrated parameters only those of added effects are kept.
-    """
-    if value is None or isinstance(value, (str, bool, int, float)):
-        return value
-    if isinstance(value, np.generic):
-        return value.item()
-    if isinstance(value, np.ndarray):
-        return value.tolist() if value.size <= LARGEST else None
-    if isinstance(value, dict):
-        return {str(key): plain(entry) for key, entry in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [plain(entry) for entry in value if not _left_out(entry)]
-    if is_dataclass(value):
-        parts = {entry.name: getattr(value, entry.name) for entry in fields(value)}
-        return {name: plain(part) for name, part in parts.items() if not _left_out(part)}
-    return None
-
-
-def _left_out(value: Any) -> bool:
-    if isinstance(value, ParameterEstimate):
-        return not value.name.startswith("effects.")
-    return isinstance(value, BULKY)
 
 
 @cache

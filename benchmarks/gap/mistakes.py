@@ -26,7 +26,7 @@ import pandas as pd  # noqa: E402
 from tqdm import tqdm  # noqa: E402
 
 from benchmarks.gap.clock import clocked  # noqa: E402
-from benchmarks.gap.descriptions import named_in, outcome_of  # noqa: E402
+from benchmarks.gap.outcome import NONE, RIGHT, named_in, outcome_of_mistake  # noqa: E402
 from gap_finder.find import answer  # noqa: E402
 from gap_finder.kinds.base import Change  # noqa: E402
 from gap_finder.kinds.coarse_part import CoarsePart  # noqa: E402
@@ -83,6 +83,11 @@ class Mistake:
             return given, given
         items = tuple(one for one in given.items if (one.family, one.name) != self.item)
         return given, replace(given, items=items)
+
+    def outcome(self, answer: dict[str, Any]) -> str:
+        """Return what an answer is; where nothing is missing, saying so is right."""
+        told = outcome_of_mistake({"kind": self.kind, "place": self.place}, answer)
+        return RIGHT if (self.kind, told) == ("nothing", NONE) else told
 
 
 def mistakes(given: Machine) -> list[Mistake]:
@@ -154,16 +159,11 @@ def asked(mistake: Mistake, given: Machine, seed: int) -> dict[str, Any]:
         "verdict": table["verdict"],
         "named": named,
         "or_else": rivals,
-        "outcome": outcome(mistake, named, rivals, table["verdict"]),
+        "outcome": mistake.outcome(table),
         "gap": table["gap"]["holdout"],
         "data_faults": [one["text"] for one in table["data_faults"]],
         "seconds": spent["cpu"],
     }
-
-
-def outcome(mistake: Mistake, named: list[Any], rivals: list[Any], verdict: str) -> str:
-    """Return what an answer is; see `benchmarks.gap.descriptions.outcome_of`."""
-    return outcome_of((mistake.kind, mistake.place), named, rivals, verdict)
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -1,12 +1,10 @@
-"""Right or wrong: an answer of the gap finder, or of another method, against what is hidden."""
+"""Right or wrong: an answer of the gap finder against what is hidden, or against a mistake."""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Collection, Sequence
 from typing import Any
-
-from benchmarks.gap.descriptions import PLACE, SILENT, named_in, outcome_of, says
 
 RIGHT, ONE_OF, MORE, WRONG = "right", "one of", "right and another", "wrong"
 BROKEN, UNKNOWN, NONE = "left out as broken", "unknown", "none"
@@ -23,8 +21,10 @@ BOTH, FIRST = "both", "one of the two"
 PAIR_OUTCOMES = (BOTH, FIRST, MORE, UNKNOWN, NONE, WRONG)
 """What can be said of a pair; the third is one or both of them and a wrong name."""
 
+PLACE = "right place"
 MISTAKE_OUTCOMES = (RIGHT, ONE_OF, PLACE, UNKNOWN, NONE, WRONG)
-"""What can be said where the machine's file has a mistake."""
+"""What can be said where the machine's file has a mistake; the third is another kind at one of the
+same parts."""
 
 HOLDING = (RIGHT, ONE_OF, BOTH, FIRST, SAME)
 FALSE = (WRONG, MORE, NAMED, PLACE)
@@ -47,7 +47,8 @@ def groups_of(answer: dict[str, Any], mistakes: Sequence[dict[str, Any]] = ()) -
     """
     groups = []
     for number, effect in enumerate(answer["effects"]):
-        if any(says(effect, mistake) for mistake in mistakes):
+        alone = {"effects": [effect], "verdict": "effect"}
+        if any(outcome_of_mistake(one, alone) in (RIGHT, ONE_OF) for one in mistakes):
             continue
         where = effect.get("channel") or "+".join(effect.get("place", ()))
         key = ":".join(filter(None, (effect["name"], where)))
@@ -77,7 +78,7 @@ def outcome(
     verdict: str,
     broken: Collection[str] = (),
 ) -> str:
-    """Return the outcome of one question.
+    """Return the outcome of one question about effects.
 
     Parameters
     ----------
@@ -93,8 +94,7 @@ def outcome(
         Channels that were reported as broken and left out before anything was compared.
     """
     if not groups:
-        told = kind in ONE_EFFECT and truth[0]["channel"] in broken
-        if told:
+        if kind in ONE_EFFECT and truth[0]["channel"] in broken:
             return BROKEN
         # With a mistake of the file named and nothing else, nothing is said of what is hidden.
         return SAYING_NOTHING.get(verdict, NONE)
@@ -112,34 +112,58 @@ def outcome(
 
 
 def outcome_of_mistake(mistake: dict[str, Any], answer: dict[str, Any]) -> str:
-    """Return one of `MISTAKE_OUTCOMES`."""
-    told = outcome_of(
-        (mistake["kind"], mistake["place"]), *named_in(answer), verdict=answer["verdict"]
-    )
-    return SAYING_NOTHING[answer["verdict"]] if told == SILENT else told
+    """Return one of `MISTAKE_OUTCOMES`: whether an answer names a kind of change and its place."""
+    named, rivals = named_in(answer)
+    if not named:
+        return SAYING_NOTHING[answer["verdict"]]
+    true = _change(mistake["kind"], mistake["place"])
+    told, others = ([_change(*one) for one in part] for part in (named, rivals))
+    if told == [true]:
+        return ONE_OF if others else RIGHT
+    if true in told or true in others:
+        return ONE_OF
+    return PLACE if any(true[1] & where for _, where in told) else WRONG
+
+
+def named_in(answer: dict[str, Any]) -> tuple[list[list[Any]], list[list[Any]]]:
+    """Return what an answer names, and what it says may as well be: names with places."""
+    effects = answer["effects"]
+
+    def told(entry: dict[str, Any]) -> list[Any]:
+        return [entry["name"], entry.get("place", entry.get("channel"))]
+
+    rivals = [told(other) for entry in effects for other in entry.get("or_else", [])]
+    rivals += [
+        [entry["name"], place] for entry in effects for place in entry.get("other_places", [])
+    ]
+    return [told(entry) for entry in effects], rivals
+
+
+def _change(name: str, place: Sequence[str] | str | None) -> tuple[str, frozenset[str]]:
+    """Return a change to compare: a path has no direction, and a channel is no place."""
+    return name, frozenset(() if place is None or isinstance(place, str) else place)
 
 
 def _in_other_words(truth: Sequence[dict[str, Any]], groups: list[Group]) -> bool:
     """Tell whether each group holds a change of the description that says what is hidden."""
-    known = [one for effect in truth for one in effect.get("in_other_words", ())]
-    return all(any(_says_so(key, one) for key in group for one in known) for group in groups)
+    same = [words for effect in truth for words in effect.get("in_other_words", ())]
+    return all(any(_says_so(key, words) for key in group for words in same) for group in groups)
 
 
 def _says_so(key: str, change: dict[str, Any]) -> bool:
     name, _, where = key.partition(":")
     place, said = where.split("+"), change["place"]
-    of_same_parts = {one for one in said if one != "*"} <= set(place)
+    of_same_parts = {part for part in said if part != "*"} <= set(place)
     return name == change["kind"] and len(place) == len(said) and of_same_parts
 
 
 def _of_pair(truth: Sequence[dict[str, Any]], groups: list[Group]) -> str:
-    found = sum(any(holds(group, effect) for group in groups) for effect in truth)
-    false = sum(not any(holds(group, effect) for effect in truth) for group in groups)
-    if not found:
+    hits = sum(any(holds(group, effect) for group in groups) for effect in truth)
+    if not hits:
         return WRONG
-    if false:
+    if not all(any(holds(group, effect) for effect in truth) for group in groups):
         return MORE
-    return BOTH if found == len(truth) else FIRST
+    return BOTH if hits == len(truth) else FIRST
 
 
 def tally(outcomes: Sequence[str], of: Sequence[str]) -> dict[str, int]:

@@ -5,11 +5,10 @@ Every truth (`benchmarks.gap.truths`) has a plan of its own.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
 from itertools import count as count_up
 from itertools import islice
-from typing import Any
 
 import numpy as np
 
@@ -157,19 +156,6 @@ def balanced(split: str, each: int, truth: str = USUAL) -> list[list[Planned]]:
             continue  # Not every simulator has all kinds.
         found.update((asked[0].number, asked) for asked in some)
     return list(found.values())
-
-
-def case_of(record: Mapping[str, Any]) -> TruthCase:
-    """Return the case that a record is about.
-
-    Parameters
-    ----------
-    record : mapping
-        That `benchmarks.gap.run` wrote.
-    """
-    cases = _cases(record["split"], record.get("simulator", USUAL))
-    planned = next(one for one in cases if one.number == record["number"])
-    return replace(planned.case, noise=record["noise"])
 
 
 def _asked(planned: Planned, kinds: Collection[str]) -> list[Planned]:

@@ -115,12 +115,8 @@ class Record:
         Reducible is what the calibrated model leaves beyond the same machine and runs with
         nothing hidden.
         """
-        return closed(self.answer["gap"]["holdout"], self.empty)
-
-
-def closed(gap: dict[str, float], best: float) -> float:
-    """Return the share of the reducible gap that was closed [1]."""
-    return (gap["before"] - gap["after"]) / (gap["before"] - best)
+        gap = self.answer["gap"]["holdout"]
+        return float((gap["before"] - gap["after"]) / (gap["before"] - self.empty))
 
 
 def read_records(folder: Path, beside: Path | None = None) -> list[Record]:

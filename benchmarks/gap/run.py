@@ -28,19 +28,18 @@ from benchmarks.gap.truth.effects.base import SIZES
 from benchmarks.gap.truths import TRUTHS, USUAL
 from measurement.files import write_atomically
 
-RECORDS, RIVALS = "records", "rivals"
+RECORDS = "records"
 
 Work = Callable[[list[Planned]], None]
 Tried = Callable[[list[Planned]], tuple[int, str]]
 
 
-def record_path(planned: Planned, out: Path, rival: str = "") -> Path:
-    """Return where the record of a question lies, the gap finder's or a rival's."""
-    folder = out / RIVALS / rival if rival else out / RECORDS
-    return folder / f"{planned.name}.json"
+def record_path(planned: Planned, out: Path) -> Path:
+    """Return where the record of a question lies."""
+    return out / RECORDS / f"{planned.name}.json"
 
 
-def ask_case(asked: list[Planned], out: Path, split: str, *, empty: bool, rivals: bool) -> None:
+def ask_case(asked: list[Planned], out: Path, split: str, *, empty: bool) -> None:
     """Ask everything that is to be asked of one case and has not been asked yet."""
     questions = [*asked]
     if empty and asked[0].kind != "none":
@@ -50,20 +49,6 @@ def ask_case(asked: list[Planned], out: Path, split: str, *, empty: bool, rivals
             runs = _runs(planned, out)
             told = ask_empty(runs) if planned.kind == EMPTY else ask(runs, planned.without)
             _write(planned, out, split, told)
-    if rivals:
-        for planned in asked:
-            _ask_rivals(planned, out, split)
-
-
-def _ask_rivals(planned: Planned, out: Path, split: str) -> None:
-    # Not at the top: they need libraries that nothing else does.
-    from benchmarks.gap.rivals import ask_rivals
-    from benchmarks.gap.rivals import rivals as known
-
-    left = [name for name in known() if not record_path(planned, out, name).exists()]
-    if left:
-        for name, told in ask_rivals(_runs(planned, out), planned.without, left).items():
-            _write(planned, out, split, told, name)
 
 
 def _runs(planned: Planned, out: Path) -> Path:
@@ -72,7 +57,7 @@ def _runs(planned: Planned, out: Path) -> Path:
     return case_folder(planned, out)
 
 
-def _write(planned: Planned, out: Path, split: str, told: dict[str, Any], rival: str = "") -> None:
+def _write(planned: Planned, out: Path, split: str, told: dict[str, Any]) -> None:
     """Write what was said beside what is true."""
     answer = json.loads(write_case(planned, out).read_text())
     record = {
@@ -88,7 +73,7 @@ def _write(planned: Planned, out: Path, split: str, told: dict[str, Any], rival:
         "finder": finder_version(),
         **told,
     }
-    write_atomically(record_path(planned, out, rival), json.dumps(record, indent=1) + "\n")
+    write_atomically(record_path(planned, out), json.dumps(record, indent=1) + "\n")
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -117,9 +102,7 @@ def main(arguments: list[str] | None = None) -> int:
     if args.numbers:
         cases = [asked for asked in cases if asked[0].number in args.numbers]
     finder_version()  # Of what is loaded now, whatever happens to the files while cases run.
-    work = partial(
-        ask_case, out=args.out, split=args.split, empty=not args.no_empty, rivals=args.rivals
-    )
+    work = partial(ask_case, out=args.out, split=args.split, empty=not args.no_empty)
     return 1 if _all_of(cases, work, args.workers) else 0
 
 
@@ -166,9 +149,6 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--numbers", nargs="+", type=int, metavar="N", help="only these cases")
     parser.add_argument("--noise", type=float, default=1.0, help="times the usual noise (1)")
     parser.add_argument("--workers", type=int, default=os.cpu_count(), help="processes")
-    parser.add_argument(
-        "--rivals", action="store_true", help="ask other methods, too (pip install '.[benchmarks]')"
-    )
     parser.add_argument(
         "--no-empty", action="store_true", help="do not calibrate the same machine and runs empty"
     )

@@ -4,21 +4,17 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 from benchmarks.gap import run
-from benchmarks.gap.ask import LARGEST, ask_empty, plain, runs_of
+from benchmarks.gap.ask import ask_empty, runs_of
 from benchmarks.gap.make import write_case
 from benchmarks.gap.plan import DELETED_SIZES, balanced, plan, trials
 from benchmarks.gap.truth.case import simulate_case
-from gap_finder.calibrate import ParameterEstimate
-from plant_model.machine import Machine
-from plant_model.machine_file import read_machine
 
 ARGUMENTS = ["--split", "development", "--workers", "1"]
 
@@ -142,36 +138,6 @@ def test_wishes_that_cannot_be_met_are_refused(wrong: list[str], tmp_path: Path)
         run.main([*ARGUMENTS, "--out", str(tmp_path), *wrong])
     assert stopped.value.code == 2
     assert not list(tmp_path.iterdir())
-
-
-def test_records_keep_numbers_and_leave_out_what_is_bulky() -> None:
-    @dataclass
-    class SelectionRound:
-        machine: Machine
-        unseen: Any
-        big: Any
-        parameters: tuple[ParameterEstimate, ...]
-        share: float
-
-    told = [
-        ParameterEstimate(name, "1", 1.0, 2.0, 1.5, 2.5, 0.9, False)
-        for name in ("sources.motor.loss", "effects.windage.power")
-    ]
-    found = plain(
-        [
-            SelectionRound(
-                read_machine("jig_borer_lumps"),
-                np.arange(3.0),
-                np.zeros(LARGEST + 1),
-                tuple(told),
-                np.float64(0.5),
-            )
-        ]
-    )
-    (entry,) = json.loads(json.dumps(found))
-    assert "machine" not in entry
-    assert (entry["unseen"], entry["big"], entry["share"]) == ([0.0, 1.0, 2.0], None, 0.5)
-    assert [one["name"] for one in entry["parameters"]] == ["effects.windage.power"]
 
 
 def test_a_balanced_sample_has_every_kind_and_size() -> None:

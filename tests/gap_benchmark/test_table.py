@@ -2,24 +2,14 @@
 
 from __future__ import annotations
 
-import io
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from matplotlib.image import imread
 
 from benchmarks.gap import sections, table
 from benchmarks.gap.amplitudes import COMPARABLE, amplitude_found
-from benchmarks.gap.figures import (
-    DESCRIPTION,
-    ORDER,
-    SET_WITH,
-    WRONG_CHANNEL,
-    confusion,
-    naming_by_size,
-)
 from benchmarks.gap.outcome import groups_of, outcome
 from benchmarks.gap.records import read_records
 from benchmarks.gap.truth.effects import catalogue as hidden_ones
@@ -233,56 +223,13 @@ def test_every_amplitude_is_compared_with_the_catalogues() -> None:
     assert left_out == {"coolant_degradation", "uneven_bearing_heating"}
 
 
-def test_the_confusion_matrix_counts_first_names(records: Folder) -> None:
-    records.put(
-        "effect", [hidden(THERMOMETER)], answer(added("sensor_offset:T1"), one_of=()), empty=1.0
-    )
-    sets = answer(RADIATION, one_of=("radiation", "windage"))
-    records.put("effect", [hidden("windage")], sets, empty=1.0)
-    path = {"name": "heat_path", "place": ["bed", "column"], "parameters": {}}
-    records.put("none", [], answer(path, one_of=()))
-    records.put("mistake", [], answer(path, one_of=()))
-    rows, columns, counts = confusion(read_records(records.folder))
-    assert counts.sum() == 10  # all but the pair and the mistake
-    at = {(rows[i], columns[j]): int(counts[i, j]) for i, j in np.argwhere(counts > 0)}
-    assert at["windage", "windage"] == 1
-    assert at["windage", "radiation"] == 1
-    assert at["windage", SET_WITH] == 1
-    assert at["sensor_offset", WRONG_CHANNEL] == 1
-    assert at["nothing", "windage"] == at["nothing", "none"] == at["nothing", DESCRIPTION] == 1
-    assert at["deleted from the catalogue", "unknown"] == 1
-    assert set(ORDER) == set(hidden_ones())
-
-
-def test_the_command_writes_tables_and_figures(
+def test_the_command_writes_tables(
     records: Folder, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert table.main([str(tmp_path)]) == 0
     text = (tmp_path / "tables.md").read_text()
     assert capsys.readouterr().out.strip() == text.strip()
     assert "8 questions on 8 cases; 7 of them beside the same machine" in text
-    for name in table.FIGURES:
-        assert f"({name}.png)" in text
-        picture = imread(tmp_path / f"{name}.png")
-        assert picture.shape[1] > 800
-        assert picture[..., :3].std() > 0.05
-
-
-def test_the_documentation_is_written_on_demand(
-    records: Folder, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    docs = tmp_path / "docs"
-    docs.mkdir()
-    old = "kept\n<!-- begin results -->\nstale text\n<!-- end results -->\nend\n"
-    (docs / table.PAGE).write_text(old)
-    monkeypatch.setattr(table, "DOCS", docs)
-    assert table.main([str(tmp_path), "--docs"]) == 0
-    page = (docs / table.PAGE).read_text()
-    assert page.startswith("kept\n<!-- begin results -->\n")
-    assert page.endswith("<!-- end results -->\nend\n")
-    assert "stale" not in page
-    assert "(figures/gap_confusion.png)" in page
-    assert (docs / "figures" / "gap_naming.png").exists()
 
 
 def test_folders_without_records_are_refused(tmp_path: Path) -> None:
@@ -293,10 +240,3 @@ def test_folders_without_records_are_refused(tmp_path: Path) -> None:
     (tmp_path / "records" / "0001.json").write_text("{}")
     with pytest.raises(BadInput, match="is not a record"):
         read_records(tmp_path / "records")
-
-
-def test_the_shares_drawn_are_those_counted(records: Folder) -> None:
-    one = naming_by_size(read_records(records.folder))
-    records.put("effect", [hidden("windage")], answer(gap=(9.0, 9.0)), empty=3.0)
-    another = naming_by_size(read_records(records.folder))
-    assert not np.array_equal(imread(io.BytesIO(one)), imread(io.BytesIO(another)))

@@ -82,6 +82,8 @@ def test_the_owners_file_is_asked_about_where_there_is_one(tmp_path: Path) -> No
             "right place",
         ),
         ([change("heat_source", "column")], "effect", "wrong"),
+        ([change("heat_source", "feed_z", "z_nut")], "effect", "right"),
+        ([added("sensor_offset:PT08")], "effect", "wrong"),
         ([], "unknown", "unknown"),
         ([], "none_missing", "none"),
     ],
@@ -101,8 +103,11 @@ def test_naming_a_mistake_that_is_there_is_not_wrong() -> None:
 
 
 def test_the_figures_of_several_simulators_stand_side_by_side(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    page = tmp_path / "page.md"
+    page.write_text("<!-- begin simulators: x -->\nstale\n<!-- end simulators -->\n")
+    monkeypatch.setattr(table, "PAGE", page)
     for name, effects in (("jig_borer", ("windage",)), ("belt", ("windage", "radiation"))):
         folder = Folder(tmp_path / name / "records")
         for number, effect in enumerate(effects):
@@ -111,8 +116,10 @@ def test_the_figures_of_several_simulators_stand_side_by_side(
             path = folder.folder / f"{number + 1:04d}.json"
             record = json.loads(path.read_text()) | {"simulator": name}
             path.write_text(json.dumps(record))
-    assert table.main([str(tmp_path / "jig_borer"), "--beside", str(tmp_path / "belt")]) == 0
+    arguments = [str(tmp_path / "jig_borer"), "--beside", str(tmp_path / "belt"), "--docs"]
+    assert table.main(arguments) == 0
     rows = capsys.readouterr().out.splitlines()
+    assert page.read_text().splitlines()[2:-2] == rows
     assert rows[0] == "|  | Asked for | jig_borer | belt |"
     (strong,) = (row for row in rows if row.startswith("| Named right, strong effect"))
     assert "1 of 1 (100 %)" in strong.split("|")[3]
