@@ -18,6 +18,7 @@ from tests.native.can_bus import (
     CONFIRM,
     FAULTS,
     FORMAT_ERROR,
+    TRANSMIT,
     Bench,
     BusNode,
     operations,
@@ -83,15 +84,36 @@ def test_the_bus_learns_the_bit_rate_first(bench: Bench) -> None:
     assert first == (CONFIGURATION, struct.pack("<BI", 1, 500_000))
 
 
+OTHERS = [
+    struct.pack("<III", CONFIRM, 12, 0x190),
+    struct.pack("<III", 0x30, 12, 0x190),
+    struct.pack("<IIIBBB", 0x31, 15, 0x190, 1, 1, 0),
+    struct.pack("<IIBI", CONFIGURATION, 13, 1, 250_000),
+    struct.pack("<IIBB", CONFIGURATION, 10, 4, 1),
+    struct.pack("<IIB", 0x41, 9, 1),
+    struct.pack("<II", 0x42, 8),
+    struct.pack("<IIIBBBH", 0x11, 19, 0x210, 0, 0, 0, 2) + bytes(2),
+    struct.pack("<IIH", FORMAT_ERROR, 12, 2) + bytes(2),
+]
+"""What CAN has besides frames; the code in 4 bytes, then the length in 4, all of it counted."""
+NONE = [
+    struct.pack("<III", CONFIRM, 12, 0x190)[:-4],
+    struct.pack("<IIB", 0x77, 9, 0),
+    struct.pack("<IIBB", 0x41, 10, 1, 0),
+    transmitted(0x210, bytes(8))[:20],
+]
+"""Cut off, unknown, too long, cut off; the last must end what is received."""
+
+
 def test_other_operations_change_nothing_and_what_is_none_comes_back(bench: Bench) -> None:
     bench.run(20)
     node = bench.node
-    confirmed = struct.pack("<III", CONFIRM, 12, 0x190)
-    cut = transmitted(0x210, bytes(8))[:20]
-    node.receive(node.time_s, confirmed + cut)
-    told = dict(operations(node.send()))
-    assert told[FORMAT_ERROR] == struct.pack("<H", len(cut)) + cut
-    assert told.keys() == {0x10, FORMAT_ERROR}
+    for wrong in NONE:
+        node.receive(node.time_s, b"".join(OTHERS) + wrong)
+    sent = list(operations(node.send()))
+    found = [content for code, content in sent if code != TRANSMIT]
+    assert found == [struct.pack("<H", len(wrong)) + wrong for wrong in NONE]
+    assert {code for code, _ in sent} == {TRANSMIT, FORMAT_ERROR}
 
 
 def test_the_description_is_that_of_the_layered_standard(folder: Path) -> None:

@@ -349,7 +349,32 @@ static uint32_t number_at(const unsigned char *bytes, unsigned count)
     return number;
 }
 
-/* Takes frames in; other operations mean nothing to this node, and what is none is sent back. */
+/* The operations of CAN: bytes before what varies, and where the number of the varying ones stands. */
+static const struct { uint32_t code, head, length_at; } operations[] = {
+    {FORMAT_ERROR, 10, 8}, {TRANSMIT, TRANSMIT_HEAD, 14},
+    {0x11, 17, 15}, {0x12, 22, 20}, /* the frames of CAN FD and CAN XL */
+    {0x20, 12, 0},                  /* Confirm */
+    {0x30, 12, 0},                  /* Arbitration Lost */
+    {0x31, 15, 0},                  /* Bus Error */
+    {CONFIGURATION, 13, 0},         /* of a bit rate; */
+    {CONFIGURATION, 10, 0},         /* of what happens after a lost arbitration */
+    {0x41, 9, 0},                   /* Status */
+    {0x42, 8, 0},                   /* Wakeup */
+};
+
+static bool is_operation(const unsigned char *at, size_t size)
+{
+    for (size_t i = 0; i < sizeof operations / sizeof *operations; i++) {
+        size_t head = operations[i].head, place = operations[i].length_at;
+        if (number_at(at, 4) == operations[i].code && size >= head
+            && size == head + (place > 0 ? number_at(at + place, 2) : 0)) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* Takes frames in. Other operations mean nothing to this node; what is none is sent back. */
 static const char *receive(struct instance *self)
 {
     struct node *node = node_of(self);
@@ -357,19 +382,18 @@ static const char *receive(struct instance *self)
     const char *problem = NULL;
     while (at < end && problem == NULL) {
         size_t left = (size_t)(end - at), size = left < HEAD ? 0 : number_at(at + 4, 4);
-        bool frame = size >= HEAD && number_at(at, 4) == TRANSMIT;
-        bool whole = !frame || (size >= TRANSMIT_HEAD
-                                && size == TRANSMIT_HEAD + number_at(at + 14, 2));
-        if (size < HEAD || size > left || !whole) {
-            if (begin(&node->terminal, FORMAT_ERROR, (uint32_t)(HEAD + 2 + left))) {
-                put(&node->terminal, left, 2);
-                memcpy(node->terminal.tx + node->terminal.tx_size, at, left);
-                node->terminal.tx_size += (uint32_t)left;
-            }
-            break;
+        if (size < HEAD || size > left) {
+            size = left; /* where the next one would begin is not known */
         }
-        /* A standard identifier, and no remote frame. */
-        if (frame && at[12] == 0 && at[13] == 0
+        if (size < HEAD || size != number_at(at + 4, 4) || !is_operation(at, size)) {
+            if (begin(&node->terminal, FORMAT_ERROR, (uint32_t)(HEAD + 2 + size))) {
+                put(&node->terminal, size, 2);
+                memcpy(node->terminal.tx + node->terminal.tx_size, at, size);
+                node->terminal.tx_size += (uint32_t)size;
+            }
+        } else if (
+            /* A standard identifier, and no remote frame. */
+            number_at(at, 4) == TRANSMIT && at[12] == 0 && at[13] == 0
             && reception_take(
                 node->watches, number_at(at + 8, 4), at + TRANSMIT_HEAD, size - TRANSMIT_HEAD,
                 self->memory->time_s)) {
