@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import json
+import shutil
 import struct
+import sys
 from pathlib import Path
 from random import Random
 from xml.etree import ElementTree as ET
 from zipfile import ZipFile
 
+import pandas as pd
 import pytest
 from fmpy.validation import validate_fmu
 
 import build_fmu
 from tests.fmus.models import five_point_text
+from tests.masters.conftest import needs, run
 from tests.native.can_bus import (
     CONFIGURATION,
     CONFIRM,
@@ -114,6 +119,40 @@ def test_other_operations_change_nothing_and_what_is_none_comes_back(bench: Benc
     found = [content for code, content in sent if code != TRANSMIT]
     assert found == [struct.pack("<H", len(wrong)) + wrong for wrong in NONE]
     assert {code for code, _ in sent} == {TRANSMIT, FORMAT_ERROR}
+
+
+NESTED = {
+    "name": "bus.fmu",
+    "fmu": ["a.fmu", "b.fmu"],
+    "step_size": 0.01,
+    "link": [["a.fmu", "CAN", "b.fmu", "CAN"]],
+    "auto_output": False,
+    "output": [["a.fmu", "status", "status"]],
+}
+RUN = """
+from fmpy import simulate_fmu
+from fmu_manipulation_toolbox.cli.fmucontainer import fmucontainer
+fmucontainer()
+simulate_fmu("bus.fmu", stop_time=2.0, output_interval=0.5)
+"""
+
+
+def test_another_tool_links_two_by_their_terminals(folder: Path, tmp_path: Path) -> None:
+    needs("fmu-manipulation-toolbox")
+    for name in ("a.fmu", "b.fmu"):
+        shutil.copy(folder / "compensator_can.fmu", tmp_path / name)
+    (tmp_path / "bus.json").write_text(json.dumps(NESTED))
+    options = ("-container", "bus.json", "-fmi", "3", "-datalog")
+    done = run(sys.executable, "-c", RUN, *options, folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    log = pd.read_csv(tmp_path / "bus-datalog.csv", dtype=str)
+    alone = BusNode(folder / "compensator_can.fmu", tmp_path / "alone")
+    wanted = []
+    while alone.due_s < 2.0:
+        wanted.append(alone.send().hex().upper())
+    for name in ("a", "b"):
+        sent = log[f"{name}.CAN.Tx_Data"].dropna()
+        assert list(sent[sent != sent.shift()])[: len(wanted)] == wanted
 
 
 def test_the_description_is_that_of_the_layered_standard(folder: Path) -> None:
