@@ -19,7 +19,7 @@ from fmu_compensator.runtime.limits import Limits
 from fmu_compensator.runtime.modelfile import Model, load_model
 from fmu_compensator.runtime.spare import Spare
 from fmu_packaging.variables import Variable
-from gateway.dbc import read_database
+from gateway.mapping import read_database
 from gateway.page import FRAME_HEAD, frame_rows, load_text, named_rows
 from measurement.files import write_atomically
 from measurement.units import UNITS

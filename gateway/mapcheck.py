@@ -11,7 +11,6 @@ from fmpy import read_model_description
 
 from fmu_compensator.runtime.fmi_slave import MODEL_FILE
 from gateway.mapping import Mapping
-from gateway.unit import units_that_differ
 from measurement.errors import BadInput, one_line
 from scenarios.wiring import PROBED
 
@@ -43,10 +42,11 @@ def problems_of(mapping: Mapping, fmu: Path, *, machine_clock: bool = False) -> 
     if machine_clock and mapping.form.cycle.frames == "sampled":
         mapping.say("cycle.frames", "sampled frames carry no time: --clock machine cannot be used")
     carried = mapping.database.named.items()
-    pairs = [(n, str(named[n].unit or ""), s.unit) for n, s in carried if n in named]
-    for name, own, bus in units_that_differ(pairs):
-        kind = "inputs" if name in inputs else "outputs"
-        mapping.say(f"{kind}.{name}", f"is in {bus}; the compensator has it in {own}")
+    for name, signal in carried:
+        own = str(named[name].unit or "") if name in named else ""
+        if own and signal.unit and own != signal.unit:
+            kind = "inputs" if name in inputs else "outputs"
+            mapping.say(f"{kind}.{name}", f"is in {signal.unit}; the compensator has it in {own}")
     return mapping.problems
 
 

@@ -11,7 +11,7 @@ from cantools.database.can import Signal as CanSignal
 
 from gateway.conversion import conversion
 from gateway.database import ERROR, NOT_AVAILABLE, OTHER, TRUST, Signal
-from gateway.dbc import attribute, read_database
+from gateway.dbc import DBC, attribute, load_dbc
 from gateway.e2e import COUNTERS
 from gateway.mapfile import FrameMap, InputMap, OutputMap
 from gateway.protection import (
@@ -33,7 +33,8 @@ Spec = InputMap | OutputMap
 @cache
 def own_signals() -> dict[str, Signal]:
     """Return the gateway's own signals, as the shipped DBC file has them."""
-    return read_database().named
+    every = [signal for message in load_dbc(DBC).messages for signal in message.signals]
+    return {signal.name: plain_signal(signal.name, signal) for signal in every}
 
 
 def named(name: str) -> dict[str, int]:
@@ -57,21 +58,12 @@ def mapped_signal(name: str, spec: Spec, signal: CanSignal) -> Signal:
     for word, raw in ((NOT_AVAILABLE, spec.missing_raw), (ERROR, spec.error_raw)):
         special |= {} if raw is None else {word: raw}
     own = own_signals().get(name)
-    low, high = _raw_ends(signal)
-    plain = Signal(
-        name,
-        unit="",
-        comment=(own.comment if own else "") or signal.comment or "",
-        scale=1.0,
-        offset=0.0,
-        low=low,
-        high=high,
-        bits=signal.length,
+    plain = plain_signal(name, signal)
+    plain = replace(
+        plain,
+        comment=(own.comment if own else "") or plain.comment,
         codes=special,
-        start=float(signal.raw_initial or 0),
-        wire_name=signal.name,
         holds=NOT_AVAILABLE not in special,
-        is_float=bool(signal.is_float),
         page=_page(signal),
     )
     if any(not plain.low <= raw <= plain.high for raw in special.values()):
@@ -82,6 +74,25 @@ def mapped_signal(name: str, spec: Spec, signal: CanSignal) -> Signal:
     if spec.values is not None:
         raise BadInput("values", "", f"{name} is a number, not one of several words")
     return _number(name, spec, signal, plain)
+
+
+def plain_signal(name: str, signal: CanSignal) -> Signal:
+    """Return a signal under a name, its raw values as they are."""
+    low, high = _raw_ends(signal)
+    return Signal(
+        name,
+        unit=signal.unit or "",
+        comment=signal.comment or "",
+        scale=1.0,
+        offset=0.0,
+        low=low,
+        high=high,
+        bits=signal.length,
+        codes={str(word): int(raw) for raw, word in (signal.choices or {}).items()},
+        start=float(signal.raw_initial or 0),
+        wire_name=signal.name,
+        is_float=bool(signal.is_float),
+    )
 
 
 def _number(name: str, spec: Spec, signal: CanSignal, plain: Signal) -> Signal:

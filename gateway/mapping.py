@@ -11,12 +11,22 @@ from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from math import inf
 from pathlib import Path
+from typing import Any
 
 from cantools.database.can import Database as CanDatabase
 from cantools.database.can import Message
 
-from gateway.database import COMPENSATOR, MACHINE, OFFSETS, Database, Frame, Signal, Substitute
-from gateway.dbc import NEEDED, attribute, check, load_dbc
+from gateway.database import (
+    COMPENSATOR,
+    CYCLE,
+    MACHINE,
+    OFFSETS,
+    Database,
+    Frame,
+    Signal,
+    Substitute,
+)
+from gateway.dbc import DBC, attribute, load_dbc
 from gateway.mapfile import (
     FOLLOW,
     HOLD,
@@ -29,8 +39,9 @@ from gateway.mapfile import (
 )
 from gateway.mapped_signals import mapped_signal, own_signals, protection_of
 from gateway.probes import PROBE_TIME
-from gateway.protection import Profile1
-from measurement.errors import BadInput
+from gateway.proof import CHALLENGE, ECHO, PROOF
+from gateway.protection import PROFILE_1, Profile1
+from measurement.errors import BadInput, checked
 from scenarios.wiring import PROBED
 
 CLASSIC = 8
@@ -38,6 +49,13 @@ CLASSIC = 8
 LENGTHS = (*range(1, CLASSIC + 1), 12, 16, 20, 24, 32, 48, 64)
 TIMED = ("machine_time", "machine_step", "answered_time")
 Spec = InputMap | OutputMap
+NEEDED = {
+    MACHINE: ("machine_state", "machine_time", "machine_step", "thermal_state"),
+    COMPENSATOR: ("valid", "gateway_state", "status", "bus_fault", "bus_fault_frame"),
+}
+"""The signals that the two programs themselves need, and the node that sends them."""
+PROTECTION = ("crc", "counter", CYCLE)
+"""The signals of a frame of the gateway's own form that protect it."""
 
 
 @dataclass
@@ -71,7 +89,14 @@ class Mapping:
         problem : str
             What is wrong with it.
         """
+        if self.is_own_form:  # whoever wrote the DBC file knows nothing of a map's parts
+            place = place.partition(".")[2] or place
         self.problems.append(BadInput(self.path, place, problem))
+
+    @property
+    def is_own_form(self) -> bool:
+        """Whether it is a DBC file of the gateway's own form, and no map beside one."""
+        return self.path == self.database.path
 
     def check_compensator(
         self, inputs: Iterable[str], outputs: Collection[str], limit_um: float | None
@@ -90,7 +115,7 @@ class Mapping:
                 self.say(f"inputs.{name}", "is missing: the compensator takes it")
         known = {*outputs, *own_signals(), "trust"}
         for name in self.form.outputs:
-            if name not in known:
+            if name not in known and not self.is_own_form:
                 self.say(f"outputs.{name}", "is not an output of the compensator or the gateway")
         axes = self.form.axes or ("X", "Y", "Z")
         for name in OFFSETS:
@@ -141,6 +166,51 @@ def read_mapping(path: Path) -> Mapping:
     form = read_map_file(path)
     dbc = path.parent / form.dbc
     return mapping_of(path, form, load_dbc(dbc), dbc)
+
+
+def read_own_form(path: Path = DBC) -> Mapping:
+    """Read a DBC file of the gateway's own form: a map in which each signal stands for itself.
+
+    Every frame is sent by MACHINE or COMPENSATOR and protected by E2E profile 1, and the frames of
+    a node make whole cycles.
+
+    Parameters
+    ----------
+    path : Path, optional
+        By default the file that ships.
+
+    Returns
+    -------
+    Mapping
+        Without problems.
+
+    Raises
+    ------
+    BadInput
+        If it cannot be read, or for the first thing that the gateway relies on and is not there.
+    """
+    dbc = load_dbc(path)
+    ways = {MACHINE: "inputs", COMPENSATOR: "outputs"}
+    table: dict[str, Any] = {"format": 1, "dbc": path.name, "cycle": {"frames": "together"}}
+    table |= {"frames": {}, "inputs": {}, "outputs": {}}
+    for message in dbc.messages:
+        senders = [name for name in message.senders if name in ways]
+        if len(senders) != 1:
+            raise BadInput(path, message.name, f"must be sent by {MACHINE} or by {COMPENSATOR}")
+        table["frames"][message.name] = {"protection": PROFILE_1}
+        places = table[ways[senders[0]]]
+        for signal in message.signals:
+            if signal.name not in PROTECTION:
+                places.setdefault(signal.name, []).append(f"{message.name}.{signal.name}")
+    mapping = mapping_of(path, checked(MapFile, table, path), dbc, path)
+    for problem in mapping.problems:
+        raise problem
+    return mapping
+
+
+def read_database(path: Path = DBC) -> Database:
+    """Return the frames of a DBC file of the gateway's own form; see `read_own_form`."""
+    return read_own_form(path).database
 
 
 def mapping_of(path: Path, form: MapFile, dbc: CanDatabase, dbc_path: Path) -> Mapping:
@@ -375,3 +445,52 @@ def _multiplexer(message: Message) -> str:
     if len(names) > 1:
         raise BadInput(names[1], "", "is a second multiplexer, which is not supported")
     return names[0] if names else ""
+
+
+def check(database: Database) -> None:
+    """Refuse frames that cannot make cycles.
+
+    Raises
+    ------
+    BadInput
+        For the first reason.
+    """
+    sealed = (frame for frame in database.frames if isinstance(frame.protection, Profile1))
+    ids = [frame.data_id for frame in sealed]
+    if len(set(ids)) < len(ids):
+        raise BadInput(database.path, "E2EDataId", "two frames have the same one")
+    for node in NEEDED:
+        _check_node(database, node)
+    if "cold" not in database.signal("thermal_state").codes:
+        raise BadInput(database.path, "thermal_state", "has no value named cold")
+    proof = database.proof
+    if proof is not None and (ECHO not in proof.signals or not database.has(CHALLENGE)):
+        raise BadInput(database.path, proof.name, f"needs {ECHO} beside, and a {CHALLENGE}")
+    if proof is not None and len(proof.signals) > 2:
+        problem = f"must hold {ECHO} and {PROOF} alone: a proof is over all other frames"
+        raise BadInput(database.path, proof.name, problem)
+    for name in OFFSETS:
+        if not database.has(name) and database.axes is None:
+            raise BadInput(database.path, COMPENSATOR, f"sends no signal {name}")
+    for node, name in ((MACHINE, "machine_time"), (COMPENSATOR, "answered_time")):
+        frame = database.closing(node)
+        if name not in frame.signals:
+            raise BadInput(
+                database.path, frame.name, f"is {node}'s last frame: it must hold {name}"
+            )
+
+
+def _check_node(database: Database, node: str) -> None:
+    known = [signal.name for _, signal in database.signals(node)]
+    for name in NEEDED[node]:
+        if name not in known:
+            raise BadInput(database.path, node, f"sends no signal {name}")
+    for frame in database.of(node):
+        if frame.timeout_s <= frame.cycle_s:
+            problem = "is late before the next comes: GenMsgCycleTime must be below E2ETimeout"
+            raise BadInput(database.path, frame.name, problem)
+        if frame.cycle_s != database.closing(node).cycle_s:
+            raise BadInput(database.path, frame.name, "frames of a node must share a cycle time")
+        if frame.cycles != database.closing(node).cycles:
+            problem = f"{CYCLE} of a node's frames must be equally long"
+            raise BadInput(database.path, frame.name, problem)

@@ -15,11 +15,8 @@ from typing import Any
 
 from gateway.background import Background
 from gateway.database import COMPENSATOR, Database
-from gateway.dbc import DBC, read_database
 from gateway.framelog import LARGEST_MB, FrameLog
 from gateway.link import Link
-from gateway.mapping import Mapping
-from gateway.protocols.frames import mapping_named
 from measurement.errors import BadInput
 
 ROOM = 1000
@@ -106,27 +103,8 @@ def add_bus_arguments(parser: argparse.ArgumentParser) -> None:
     add("--quiet", action="store_true", help="say nothing")
 
 
-def read_frames(args: argparse.Namespace) -> tuple[Database, Mapping | None]:
-    """Return the frames of a command line, and the map that they come from, if any.
-
-    Returns
-    -------
-    database : Database
-    mapping : Mapping or None
-        None unless ``--map`` was given.
-
-    Raises
-    ------
-    BadInput
-        If the DBC file or the map cannot be read.
-    """
-    mapping = mapping_named(args.map, args.dbc)
-    database = read_database(args.dbc or DBC) if mapping is None else mapping.database
-    return served(args, database), mapping
-
-
-def served(args: argparse.Namespace, database: Database) -> Database:
-    """Return the frames as a machine serves them that can, or cannot, prove its cycles fresh.
+def as_served(args: argparse.Namespace, database: Database) -> Database:
+    """Return the frames that a machine sends which can, or cannot, prove its cycles fresh.
 
     Parameters
     ----------
@@ -147,7 +125,7 @@ def served(args: argparse.Namespace, database: Database) -> Database:
     return database
 
 
-def told(problems: list[BadInput]) -> int:
+def report(problems: list[BadInput]) -> int:
     """Print a line for each problem of a map, and return the exit code.
 
     Parameters

@@ -1,26 +1,86 @@
-"""The frames as rows of text, and as tables for a terminal."""
+"""The frames as rows of text, for the pages and for a terminal."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import inf
 
 from gateway.busload import bus_load, frame_bits
-from gateway.database import ERROR, NOT_AVAILABLE, Database, Frame, Signal
+from gateway.database import ERROR, MACHINE, NOT_AVAILABLE, Database, Frame, Signal
+from gateway.mapfile import HOLD, InputMap
+from gateway.mapping import Mapping
 
 FRAME_HEAD = ("Frame", "Id", "From", "Every", "Late after", "Data id", "Bits, worst")
-SIGNAL_HEAD = ("Frame", "Signal", "Bits", "Value = raw *", "Range", "Start", "Error", "Missing")
+HEAD = (
+    *("Frame", "Id", "Signal", "Role", "Unit", "Value = raw *", "Range", "Protection"),
+    *("Late after", "If missing or not valid"),
+)
+WIDTH = 60
+"""A longer list of values makes the table too wide."""
 
 
-def frames_text(database: Database) -> str:
-    """Return the tables of frames and signals and the bus load, for a terminal.
+def frames_text(mapping: Mapping) -> str:
+    """Return the table of frames and signals, what protects them, and the bus load.
 
     Parameters
     ----------
-    database : Database
+    mapping : Mapping
     """
-    frames = aligned(FRAME_HEAD, frame_rows(database))
-    signals = aligned(SIGNAL_HEAD, signal_rows(database))
-    return f"{frames}\n\n{signals}\n\n{load_text(database)}"
+    database = mapping.database
+    lines = [aligned(HEAD, signal_rows(mapping)), "", load_text(database), ""]
+    lines += mapping.unprotected()
+    lines += [f"trust: {database.trust}"]
+    return "\n".join(lines)
+
+
+def signal_rows(mapping: Mapping) -> list[tuple[str, ...]]:
+    """Return a row for each signal in use, and for each input that no frame carries."""
+    rows = [
+        _row(mapping, frame, signal)
+        for frame in mapping.database.frames
+        for signal in frame.signals.values()
+    ]
+    for name, spec in mapping.form.inputs.items():
+        if spec.constant is not None:
+            rows.append(
+                ("", "", "", f"input {name}", "", f"always {spec.constant}", "", "", "", "")
+            )
+    return rows
+
+
+def _row(mapping: Mapping, frame: Frame, signal: Signal) -> tuple[str, ...]:
+    kind = "input" if frame.sender == MACHINE else "output"
+    protection = frame.protection
+    page = "" if signal.page is None else f" (page {signal.page})"
+    words = signal.is_enumeration
+    counter = " + counter" if protection.counter and protection.name != "counter" else ""
+    return (
+        frame.name,
+        f"0x{frame.frame_id:08X}" if frame.extended else f"0x{frame.frame_id:03X}",
+        f"{signal.key}{page}",
+        f"{kind} {signal.name}",
+        signal.unit,
+        "named" if words else scaling(signal),
+        _words(signal) if words else f"{signal.low:g} to {signal.high:.10g}",
+        f"{protection.name}{counter}",
+        "never" if frame.timeout_s == inf else f"{frame.timeout_s * 1e3:g} ms",
+        _when(mapping, signal.name),
+    )
+
+
+def _words(signal: Signal) -> str:
+    text = ", ".join(f"{raw} {word}" for word, raw in signal.named.items())
+    return text if len(text) <= WIDTH else f"{len(signal.named)} values"
+
+
+def _when(mapping: Mapping, name: str) -> str:
+    spec: object = mapping.form.inputs.get(name)
+    if isinstance(spec, InputMap):
+        if spec.when_missing == HOLD:
+            return f"held for {spec.hold_s:g} s"
+        return str(spec.when_missing)
+    output = mapping.form.outputs.get(name)
+    return str(output.when_invalid or "") if output is not None else ""
 
 
 def load_text(database: Database) -> str:
@@ -53,32 +113,6 @@ def frame_rows(database: Database) -> list[tuple[str, ...]]:
     ]
 
 
-def signal_rows(database: Database) -> list[tuple[str, ...]]:
-    """Return a row of texts for each signal but CRC and counter."""
-    return [
-        _signal_row(frame, signal) for frame in database.frames for signal in frame.signals.values()
-    ]
-
-
-def _signal_row(frame: Frame, signal: Signal) -> tuple[str, ...]:
-    first = frame.message.get_signal_by_name(signal.name).start
-    codes = signal.codes
-    start = next((n for n, raw in codes.items() if raw == signal.start), "").replace("_", " ")
-    plain = f"{signal.start * signal.scale + signal.offset:g}"
-    value = "named" if signal.is_enumeration else scaling(signal)
-    span = "named values" if signal.is_enumeration else f"{signal.low:g} to {signal.high:.10g}"
-    return (
-        frame.name,
-        signal.name,
-        f"{first} to {first + signal.bits - 1}",
-        value,
-        f"{span} {signal.unit}".strip(),
-        start or plain,
-        str(codes.get(ERROR, "")),
-        str(codes.get(NOT_AVAILABLE, "")),
-    )
-
-
 def scaling(signal: Signal) -> str:
     """Return scale and offset as a table shows them."""
     return f"{signal.scale:g}" + (f" {signal.offset:+g}" if signal.offset else "")
@@ -86,16 +120,15 @@ def scaling(signal: Signal) -> str:
 
 def named_rows(database: Database) -> list[tuple[str, ...]]:
     """Return a row for each signal with named values: the signal, and its values."""
-    enumerations = {
-        signal.name: signal
-        for frame in database.frames
-        for signal in frame.signals.values()
-        if signal.is_enumeration
-    }
-    return [
-        (name, ", ".join(f"{raw} {word}" for word, raw in signal.named.items()))
-        for name, signal in enumerations.items()
-    ]
+    rows = {}
+    for frame in database.frames:
+        for signal in frame.signals.values():
+            choices = dict(frame.message.get_signal_by_name(signal.key).choices or {})
+            words = {raw: str(word) for raw, word in choices.items()}
+            named = {raw: word for raw, word in words.items() if word not in (ERROR, NOT_AVAILABLE)}
+            if named:
+                rows[signal.name] = ", ".join(f"{raw} {word}" for raw, word in named.items())
+    return list(rows.items())
 
 
 def aligned(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:

@@ -19,7 +19,7 @@ from gateway.node import GatewayNode, GatewaySettings
 from gateway.protocols.base import Participant, Report, Send
 from gateway.state import StateFile
 from gateway.systemd import ServiceManager
-from gateway.unit import CompensatorUnit, check_units
+from gateway.unit import CompensatorUnit
 from measurement.errors import BadInput
 
 LONGEST_WAIT_S = 0.25
@@ -103,7 +103,7 @@ class Service:
         Raises
         ------
         BadInput
-            If FMU and frames do not fit, or the state file is none.
+            If there is no such ambient temperature, or the state file is none.
         FmuError
             If the FMU fails. The bus is told before any exception leaves here.
         """
@@ -157,21 +157,13 @@ class Service:
             node.farewell(state)
 
     def _fit(self) -> None:
-        carried, read = self.database.named, {s.name for _, s in self.database.signals(MACHINE)}
-        for name in self.unit.inputs:
-            if name not in read and name not in self.database.substitutes:
-                problem = f"is an input of the FMU that no frame of {self.database.path} carries"
-                raise BadInput(self.fmu, name, problem)
-        ambient = self.settings.proof.ambient
-        if ambient and (ambient not in self.unit.inputs or carried[ambient].unit != "degC"):
-            raise BadInput("--ambient", ambient, f"is not a temperature input of {self.fmu.name}")
+        ambient, fmu = self.settings.proof.ambient, self.fmu.name
+        if ambient and self.unit.unit_of(ambient) != "degC":
+            raise BadInput("--ambient", ambient, f"is not a temperature input of {fmu}")
         probed = {name for frame in self.database.events(MACHINE) for name in frame.signals}
         lost = [name for name in self.unit.probed if name not in probed]
         if probed and lost:
             self.say(f"no probe can be taken: no frame carries {lost[0]}")
-        names = (*self.unit.inputs, *self.unit.probed, *self.unit.outputs)
-        pairs = [(n, self.unit.unit_of(n), carried[n].unit) for n in names if n in carried]
-        check_units(self.fmu, pairs)
 
     def _loop(
         self, node: GatewayNode, store: StateFile | None, saver: Background, begun: float

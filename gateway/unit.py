@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import io
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from math import nan
 from pathlib import Path
 
@@ -223,13 +223,9 @@ class CompensatorUnit:
         return self.slave.text("status_text") if "status_text" in self._texts else ""
 
     def unit_of(self, name: str) -> str:
-        """Return the unit of a variable; empty if it has none.
-
-        Parameters
-        ----------
-        name : str
-        """
-        return str(self.slave.variables[name].unit or "")
+        """Return the unit of a variable; empty if it has none, or there is no such variable."""
+        variable = self.slave.variables.get(name)
+        return str(variable.unit or "") if variable is not None else ""
 
     def close(self, error: BaseException | None = None) -> None:
         """Let the FMU go.
@@ -240,27 +236,3 @@ class CompensatorUnit:
             What ended the gateway.
         """
         self.slave.__exit__(type(error) if error else None, error, None)
-
-
-def check_units(source: Path, pairs: Sequence[tuple[str, str, str]]) -> None:
-    """Refuse an FMU whose units are not those of the frames.
-
-    Parameters
-    ----------
-    source : Path
-        The FMU.
-    pairs : sequence of (name, unit of the FMU, unit of the DBC)
-        An FMU that names no unit passes.
-
-    Raises
-    ------
-    BadInput
-        For the first that differs.
-    """
-    for name, own, bus in units_that_differ(pairs):
-        raise BadInput(source, name, f"is in {own}; the frames carry it in {bus}")
-
-
-def units_that_differ(pairs: Sequence[tuple[str, str, str]]) -> list[tuple[str, str, str]]:
-    """Return those pairs whose units are given and differ; see `check_units`."""
-    return [(name, own, bus) for name, own, bus in pairs if own and bus and own != bus]

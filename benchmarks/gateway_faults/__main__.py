@@ -14,7 +14,7 @@ import benchmarks.gateway_faults.old  # noqa: F401  (registers its classes)
 from benchmarks.gateway_faults.classes import FAULTS, MASQUERADE
 from benchmarks.gateway_faults.harness import Episode, Outcome, Wire
 from benchmarks.gateway_faults.states import BOTH, RESTARTS
-from gateway.dbc import read_database
+from gateway.mapping import read_database
 from gateway.node import GatewaySettings
 
 ON_THE_MACHINES_CLOCK = ("gateway stopped, then goes on", "machine's clock stands, step 0")

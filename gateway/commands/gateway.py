@@ -51,19 +51,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Serve the bus until told to stop."""
-    from gateway.dbc import DBC, read_database
     from gateway.mapcheck import problems_of
-    from gateway.mappage import map_text
-    from gateway.options import served, told
+    from gateway.options import as_served, report
     from gateway.page import frames_text
     from gateway.protocols import adapters
+    from gateway.protocols.frames import frames_of
     from scenarios.fmu_files import find_fmu
 
     protocols = [adapter(args) for adapter in adapters()]
     for protocol in protocols:
         protocol.check()
     if args.frames and args.map is None and args.canopen is None:
-        print(frames_text(served(args, read_database(args.dbc or DBC))))
+        mapping = frames_of(None, args.dbc)
+        mapping.database = as_served(args, mapping.database)
+        print(frames_text(mapping))
         return 0
     with contextlib.ExitStack() as stack:
         work = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="spindle-drift-")))
@@ -71,16 +72,15 @@ def run(args: argparse.Namespace) -> int:
         for text in filter(None, (protocol.printed(fmu) for protocol in protocols)):
             print(text, end="")
             return 0
-        found = (protocol.mapping(fmu) for protocol in protocols)
-        mapping = next((one for one in found if one is not None), None)
-        database = served(args, mapping.database if mapping else read_database(args.dbc or DBC))
-        if mapping is not None:
-            problems = problems_of(mapping, fmu, machine_clock=args.clock == "machine")
-            if args.frames:
-                print(map_text(mapping))
-            if args.frames or problems:
-                return told(problems)
-        summary = _serve(args, database, fmu, mapping.unprotected() if mapping else [], protocols)
+        mappings = (protocol.mapping(fmu) for protocol in protocols)
+        mapping = next(mapping for mapping in mappings if mapping is not None)
+        mapping.database = as_served(args, mapping.database)
+        problems = problems_of(mapping, fmu, machine_clock=args.clock == "machine")
+        if args.frames:
+            print(frames_text(mapping))
+        if args.frames or problems:
+            return report(problems)
+        summary = _serve(args, mapping.database, fmu, mapping.unprotected(), protocols)
     if args.json:
         print(json.dumps(summary, indent=1))
     elif not args.quiet:

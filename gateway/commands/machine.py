@@ -51,12 +51,14 @@ def _speed_up(text: str) -> float | None:
 
 def run(args: argparse.Namespace) -> int:
     """Run the machine to the end of its scenario or log."""
-    from gateway.options import read_frames, told
+    from gateway.options import as_served, report
+    from gateway.protocols.frames import frames_of
     from measurement.errors import BadInput
 
-    database, mapping = read_frames(args)
-    if mapping is not None and mapping.problems:
-        return told(mapping.problems)
+    mapping = frames_of(args.map, args.dbc)
+    if mapping.problems:
+        return report(mapping.problems)
+    database = as_served(args, mapping.database)
     if args.speed_up is None and database.every_s is not None:
         raise BadInput("--speed-up", "max", "sampled frames do not say what they answer: a number")
     if args.replay is not None:

@@ -36,11 +36,12 @@ from typing import Any
 
 from gateway.control import FOLLOWING, OffsetFollower
 from gateway.database import COMPENSATOR, MACHINE, OFFSETS, Database
-from gateway.dbc import DBC, read_database
+from gateway.dbc import DBC
 from gateway.linuxcnc.axes import COUNT_UM, AxisOffset, Seen
 from gateway.linuxcnc.modules import new_component
 from gateway.machine import MachineNode, Pace
-from gateway.options import add_bus_arguments, add_number, on_bus, served
+from gateway.mapping import read_database
+from gateway.options import add_bus_arguments, add_number, as_served, on_bus
 from gateway.proof import read_key
 
 NAMES = ("x", "y", "z")
@@ -213,7 +214,7 @@ def _arguments(argv: Sequence[str] | None) -> argparse.Namespace:
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the component until LinuxCNC ends it."""
     args = _arguments(argv)
-    database = served(args, read_database(args.dbc or DBC))
+    database = as_served(args, read_database(args.dbc or DBC))
     inputs = sent_signals(database)
     pins = new_pins(args.name, inputs)
     cycle_s = database.closing(MACHINE).cycle_s

@@ -10,7 +10,8 @@ from fmu_packaging.bus_terminal import BusTerminal
 from fmu_packaging.native.build import Native
 from fmu_packaging.package import Recipe, slave_of
 from fmu_packaging.variables import Variable
-from gateway.dbc import DBC, read_database
+from gateway.dbc import DBC
+from gateway.mapping import read_database
 from gateway.native.generate import node_data
 
 C_FOLDER = Path(__file__).resolve().parent / "c"

@@ -12,41 +12,42 @@ if TYPE_CHECKING:
     from gateway.mapping import Mapping
 
 
-def mapping_named(name: str | None, dbc: Path | None) -> Mapping | None:
-    """Return the map of a command line; None without one.
+def frames_of(name: str | None, dbc: Path | None) -> Mapping:
+    """Return the frames of a command line: those of a map, or of a DBC file of the own form.
 
     Parameters
     ----------
     name : str or None
         A file, or the name of one that ships.
     dbc : Path or None
-        A DBC file that was given, too.
+        A DBC file that was given; None without a map: the one that ships.
 
     Raises
     ------
     BadInput
         If it cannot be read.
     """
-    if name is None:
-        return None
-    if dbc is not None:
-        raise BadInput("--dbc", "", "has no meaning with --map, which names its DBC file")
+    from gateway.dbc import DBC
     from gateway.mapfile import map_path
-    from gateway.mapping import read_mapping
+    from gateway.mapping import read_mapping, read_own_form
     from scenarios.outputs import also_reads
 
+    if name is None:
+        return read_own_form(dbc or DBC)
+    if dbc is not None:
+        raise BadInput("--dbc", "", "has no meaning with --map, which names its DBC file")
     mapping = read_mapping(map_path(name))
     also_reads([mapping.path, mapping.database.path])
     return mapping
 
 
 class Frames(Adapter):
-    """Frames of any form, as a control has them."""
+    """The gateway's own frames, or those of any form that a control has."""
 
     def check(self) -> None:
-        """Read the map."""
-        self._mapping = mapping_named(self.args.map, self.args.dbc)
+        """Read them."""
+        self._mapping = frames_of(self.args.map, self.args.dbc)
 
     def mapping(self, fmu: Path) -> Mapping | None:
-        """Return the map."""
+        """Return them."""
         return self._mapping

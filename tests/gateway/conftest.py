@@ -16,7 +16,7 @@ import pytest
 
 from fmu_compensator.runtime.modelfile import model_text
 from gateway.database import Database
-from gateway.dbc import read_database
+from gateway.mapping import read_database
 from gateway.unit import CompensatorUnit
 from scenarios.fmu_files import build_compensator, build_plant
 from tests.fmus.models import five_point_table

@@ -15,7 +15,8 @@ from hypothesis import strategies as st
 
 from gateway.codec import Encoder, Problem, decode, high_raw, low_raw, name_of, raw_of
 from gateway.database import COMPENSATOR, ERROR, MACHINE, NOT_AVAILABLE, Database, Frame, Signal
-from gateway.dbc import DBC, read_database
+from gateway.dbc import DBC
+from gateway.mapping import read_database
 from measurement.errors import BadInput
 from tests.gateway.bench import start_values
 
@@ -132,7 +133,6 @@ def test_the_start_values_are_safe(database: Database) -> None:
         "gateway_state": "starting",
         "status": "waiting",
         "bus_fault": "startup",
-        "bus_fault_frame": "none",
         "thermal_state": "unknown",
         "offset_use": "none_yet",
         "machine_state": "off",
@@ -188,12 +188,9 @@ GOOD = DBC.read_text(encoding="utf-8")
         ('BA_ "E2ETimeout" BO_ 533 250;', 'BA_ "E2ETimeout" BO_ 533 90;', "E2ETimeout"),
         ('BA_ "GenMsgCycleTime" BO_ 528 100;', 'BA_ "GenMsgCycleTime" BO_ 528 50;', "cycle"),
         ("machine_time", "machine_tine", "machine_time"),
-        ("(0.01,-100) [-60|400]", "(0.01,-100) [0|0]", "smallest"),
-        ("T1 : 16|16@1+", "T1 : 16|16@1-", "unsigned"),
         ("T1 : 16|16@1+ (0.01,", "T1 : 16|16@1+ (0,", "MachineTemperatures1.T1: has the factor 0"),
         ("dX : 16|16@1+ (0.02,", "dX : 16|16@1+ (0,", "CompensatorOffsets.dX: has the factor 0"),
         (" dX ", " eX ", "COMPENSATOR: sends no signal dX"),
-        ('1 "starting" 2 "running"', '1 "running" 2 "running"', "two values of one name"),
         ("BO_ 528 MachineTemperatures1: 8", "BO_ 528 MachineTemperatures1: 7", ""),
     ],
 )

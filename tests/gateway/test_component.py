@@ -15,11 +15,11 @@ import pytest
 
 from gateway.control import FOLLOWING, HOLDING, OffsetFollower
 from gateway.database import OFFSETS
-from gateway.dbc import read_database
 from gateway.linuxcnc import native_component, sandbox
 from gateway.linuxcnc.axes import AxisOffset
 from gateway.linuxcnc.component import NAMES, ControlPins, sent_signals
 from gateway.linuxcnc.folder import CONFIG, renamed, write_folder
+from gateway.mapping import read_database
 from scenarios.cli import main
 from tests.gateway.control_axis import ControlAxis
 

@@ -13,13 +13,12 @@ from gateway.busload import bus_load, frame_bits
 from gateway.codec import Sender
 from gateway.control import OffsetFollower
 from gateway.database import COMPENSATOR, MACHINE, Database
-from gateway.dbc import DBC, read_database
+from gateway.dbc import DBC
 from gateway.machine import Ear
 from gateway.options import options_of
-from gateway.page import frames_text
 from gateway.reception import Cycle
 from gateway.state import StateFile
-from gateway.unit import CompensatorUnit, check_units
+from gateway.unit import CompensatorUnit
 from measurement.errors import BadInput
 from scenarios.cli import main
 from tests.gateway.bench import WARM, Bench
@@ -138,12 +137,6 @@ def test_a_file_that_is_no_state_is_refused(tmp_path: Path, text: str) -> None:
         StateFile(path, "x").read()
 
 
-def test_units_that_differ_are_refused() -> None:
-    check_units(Path("x.fmu"), [("T1", "degC", "degC"), ("valid", "", "")])
-    with pytest.raises(BadInput, match=r"x\.fmu: T1: is in K; the frames carry it in degC"):
-        check_units(Path("x.fmu"), [("T1", "K", "degC")])
-
-
 def test_options_of_an_interface() -> None:
     assert options_of(["bitrate=500000", "fd=false", "app_name=x y"]) == {
         "bitrate": 500000,
@@ -208,23 +201,19 @@ def test_the_load_is_that_of_the_cycle_times(database: Database) -> None:
 # The tables
 
 
-def test_the_tables_follow_the_dbc(database: Database, tmp_path: Path) -> None:
+def test_the_table_names_every_frame_and_signal(
+    database: Database, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
     other = tmp_path / "other.dbc"
     changed = DBC.read_text(encoding="utf-8").replace("(0.02,-650)", "(0.01,-300)")
     other.write_text(changed.replace("[-650|650]", "[-300|300]"), encoding="utf-8")
-    assert "-300 to 300 um" in frames_text(read_database(other))
-
-
-def test_the_table_names_every_frame_and_signal(
-    database: Database, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main(["gateway", "--frames"]) == 0
+    assert main(["gateway", "--frames", "--dbc", str(other)]) == 0
     printed = capsys.readouterr().out
-    assert printed.strip() == frames_text(database).strip()
     for node in (MACHINE, COMPENSATOR):
         for frame, signal in database.signals(node):
             assert frame.name in printed
             assert signal.name in printed
+    assert "-300 to 300" in printed
     assert "4.05 %" in printed
 
 
@@ -268,6 +257,15 @@ def test_a_channel_that_is_not_there_is_told(
     assert "nocan7" in capsys.readouterr().err
 
 
+def test_an_fmu_in_other_units_is_refused(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    other = build_tiny(TINY_COMPENSATOR.replace('"degC"', '"K"'), "KelvinCompensator", tmp_path)
+    arguments = ["--interface", "virtual", "--channel", "refused", "--compensator", str(other)]
+    assert main(["gateway", *arguments]) == 2
+    assert "T1: is in degC; the compensator has it in K" in capsys.readouterr().err
+
+
 def test_an_fmu_whose_inputs_no_frame_carries_is_refused(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
@@ -276,4 +274,4 @@ def test_an_fmu_whose_inputs_no_frame_carries_is_refused(
     assert main(["gateway", *arguments]) == 2
     said = capsys.readouterr().err
     assert "oil_7" in said
-    assert "no frame" in said
+    assert "is missing: the compensator takes it" in said

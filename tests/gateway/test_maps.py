@@ -6,7 +6,6 @@ import contextlib
 import re
 import shutil
 from collections.abc import Callable
-from math import nan
 from pathlib import Path
 
 import can
@@ -22,11 +21,9 @@ from gateway.mapping import read_mapping
 from gateway.node import GatewaySettings
 from gateway.reception import Reception
 from gateway.reference import Proof
-from gateway.unit import CompensatorUnit
 from measurement.errors import BadInput
 from measurement.runs import read_run
 from scenarios.cli import main
-from tests.gateway.bench import WARM, Bench
 from tests.gateway.bus import gateway_thread
 from tests.gateway.conftest import Wire, new_wire
 
@@ -82,67 +79,6 @@ def test_the_shipped_map_has_every_frame_and_signal(shipped: Database, database:
                 *(plain.scale, plain.offset, plain.low),
             )
             assert signal.unit == plain.unit
-
-
-@pytest.mark.parametrize("node", [MACHINE, COMPENSATOR])
-def test_the_shipped_map_sends_the_same_bytes(
-    shipped: Database, database: Database, node: str
-) -> None:
-    random = np.random.default_rng(5)
-    senders = [Sender(one, node) for one in (shipped, database)]
-    for _ in range(500):
-        values: dict[str, Value] = {}
-        for _, signal in database.signals(node):
-            if shipped.signal(signal.name).is_enumeration:
-                values[signal.name] = str(random.choice(list(signal.codes)))
-            else:
-                far = random.uniform(-0.1, 1.1)
-                values[signal.name] = signal.low + far * (signal.high - signal.low)
-                if random.random() < 0.1:
-                    values[signal.name] = float(random.choice([nan, np.inf]))
-        for name in ("answered_time", "probe_time", "probes_taken", "challenge", "proof"):
-            values.pop(name, None)  # they have no code for what is missing
-        one, other = (sender.messages(values) for sender in senders)
-        assert [(m.arbitration_id, m.data) for m in one] == [
-            (m.arbitration_id, m.data) for m in other
-        ]
-
-
-def plain(answers: list[dict[str, float | str]]) -> list[dict[str, float | str]]:
-    """Return answers without what is drawn anew for each."""
-    return [
-        {n: v for n, v in answer.items() if n not in ("challenge", "crc")} for answer in answers
-    ]
-
-
-def test_the_gateway_does_the_same_by_the_shipped_map(
-    shipped: Database, database: Database, new_unit: Callable[[], CompensatorUnit]
-) -> None:
-    benches = [Bench(one, new_unit()) for one in (shipped, database)]
-    random = np.random.default_rng(7)
-    for bench in benches:
-        bench.settle(WARM)
-    for k in range(400):
-        at, kind = int(random.integers(0, 6)), int(random.integers(0, 12))
-        values: dict[str, Value] = {**WARM, "T4": 26.0 + 0.001 * k, "T7": [20.0, nan][k % 50 == 0]}
-
-        def change(
-            messages: list[can.Message], at: int = at, kind: int = kind
-        ) -> list[can.Message]:
-            if kind == 0:
-                return [*messages[:at], *messages[at + 1 :]]
-            if kind == 1:
-                return [*messages[: at + 1], *messages[at:]]
-            if kind == 2:
-                messages[at].data[3] ^= 4
-            return messages
-
-        for bench in benches:
-            bench.cycle(values, change)
-    one, other = benches
-    assert plain(one.answers) == plain(other.answers)
-    assert {answer["valid"] for answer in one.answers} == {"valid", "invalid"}
-    assert len({answer["bus_fault"] for answer in one.answers}) > 4
 
 
 # A machine-tool builder's frames

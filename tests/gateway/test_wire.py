@@ -14,9 +14,10 @@ import pytest
 
 from gateway.codec import Sender, Value
 from gateway.database import COMPENSATOR, MACHINE, Database
-from gateway.dbc import DBC, PROTECTION
+from gateway.dbc import DBC
 from gateway.link import Link
 from gateway.machine import Pace
+from gateway.mapping import PROTECTION
 from gateway.node import GatewaySettings
 from gateway.plant import MachinePlant
 from gateway.simulating import Simulation

@@ -18,7 +18,8 @@ from fmpy.fmi3 import FMU3Slave, fmi3Float64, fmi3IntervalQualifier, fmi3ValueRe
 
 from gateway.codec import Sender, decode
 from gateway.database import COMPENSATOR, MACHINE, Database
-from gateway.dbc import DBC, read_database
+from gateway.dbc import DBC
+from gateway.mapping import read_database
 from gateway.node import GatewayNode, GatewaySettings
 from gateway.unit import CompensatorUnit
 
