@@ -93,8 +93,8 @@ class Frame:
     ----------
     name, sender, comment : str
         As in the DBC file.
-    frame_id, data_id : int
-        The identifier on the bus, and the one that enters the CRC.
+    frame_id : int
+        The identifier on the bus.
     cycle_s, timeout_s : float
         How often it is sent, and after which silence it is late [s].
     signals : dict of str to Signal
@@ -125,7 +125,6 @@ class Frame:
     sender: str
     comment: str
     frame_id: int
-    data_id: int
     cycle_s: float
     timeout_s: float
     signals: dict[str, Signal]
@@ -144,6 +143,11 @@ class Frame:
     def key(self) -> int:
         """The identifier, with a bit beyond it for one of 29 bits."""
         return self.frame_id | EXTENDED if self.extended else self.frame_id
+
+    @property
+    def data_id(self) -> int:
+        """The number that enters the check value; 0 for none."""
+        return int.from_bytes(self.protection.data_id, "little")
 
     @property
     def size(self) -> int:

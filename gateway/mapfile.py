@@ -11,7 +11,7 @@ from typing import Annotated, Any, Final, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from gateway.protection import CHECKS, COUNTER_ONLY, NAMES, NONE, PROFILE_1
+from gateway.protection import COUNTER_ONLY, NAMES, NONE, PROFILE_1
 from measurement.errors import BadInput, checked
 
 MAPS = Path(__file__).with_name("maps")
@@ -60,7 +60,7 @@ class FrameMap(_Form):
             and self.protection != (PROFILE_1)
         ):
             raise ValueError("counter needs counter_values: how many values it has")
-        if self.protection in CHECKS and isinstance(self.data_id, int):
+        if self.protection != PROFILE_1 and isinstance(self.data_id, int):
             raise ValueError("data_id must be a list of bytes for this protection")
         if self.protection == PROFILE_1 and isinstance(self.data_id, list):
             raise ValueError("data_id must be a number for this protection")

@@ -12,17 +12,8 @@ from cantools.database.can import Signal as CanSignal
 from gateway.conversion import conversion
 from gateway.database import ERROR, NOT_AVAILABLE, OTHER, TRUST, Signal
 from gateway.dbc import DBC, attribute, load_dbc
-from gateway.e2e import COUNTERS
 from gateway.mapfile import FrameMap, InputMap, OutputMap
-from gateway.protection import (
-    CHECKS,
-    COUNTER_ONLY,
-    NONE,
-    PROFILE_1,
-    Checked,
-    Profile1,
-    Protection,
-)
+from gateway.protection import CHECKS, PROFILE_1, Protection, profile_1
 from measurement.errors import BadInput
 
 ENDLESS = ("status", "bus_fault")
@@ -157,36 +148,31 @@ def protection_of(message: Message, told: FrameMap) -> Protection:
         If the frame has no such signals, or not where they must be.
     """
     places = {signal.name: signal for signal in message.signals}
-    for what, name in (("check", told.check), ("counter", told.counter)):
-        needed = told.protection not in (NONE, COUNTER_ONLY) if what == "check" else bool(name)
-        if needed and name not in places:
-            raise BadInput(what, "", f"there is no signal {name}")
-    if told.protection == NONE:
-        return Protection()
-    if told.protection == PROFILE_1:
-        counter = told.counter or "counter"
-        found = [(places[n].start, places[n].length) for n in (told.check, counter) if n in places]
-        if found != [(0, 8), (8, 4)] or message.length < 2:
+    name, counter, data_id = told.protection, told.counter or "", told.data_id
+    if name == PROFILE_1:
+        counter = counter or "counter"
+    check = told.check if name in CHECKS else ""
+    for what, signal in (("check", check), ("counter", counter)):
+        if signal and signal not in places:
+            raise BadInput(what, "", f"there is no signal {signal}")
+    if name == PROFILE_1:
+        if [(places[n].start, places[n].length) for n in (check, counter)] != [(0, 8), (8, 4)]:
             raise BadInput(PROFILE_1, "", "needs its CRC in byte 0 and counter in bits 8 to 11")
-        data_id = told.data_id
         if data_id is None:
             data_id = int(attribute(message.dbc, "E2EDataId", 0))
         assert isinstance(data_id, int)
-        return Profile1(PROFILE_1, counter, COUNTERS, told.check, data_id)
-    counter, counters = told.counter or "", told.counter_values or 1
+        return profile_1(data_id, counter, check)
+    counters = told.counter_values or 1
     if counter and counters > 1 << places[counter].length:
         raise BadInput("counter_values", "", f"{counters} do not fit into {counter}")
-    if told.protection == COUNTER_ONLY:
-        return Protection(COUNTER_ONLY, counter, counters)
-    signal, size = places[told.check], CHECKS[told.protection][1]
-    big = signal.byte_order == "big_endian"
-    if signal.length != 8 * size or signal.start % 8 != (7 if big else 0):
-        raise BadInput("check", "", f"{told.check} must fill {size} whole bytes")
-    assert not isinstance(told.data_id, int)
-    return Checked(
-        *(told.protection, counter, counters, told.check, signal.start // 8, big),
-        bytes(told.data_id or ()),
-    )
+    if not check:
+        return Protection(name, counter, counters)
+    size, big = CHECKS[name][1], places[check].byte_order == "big_endian"
+    if places[check].length != 8 * size or places[check].start % 8 != (7 if big else 0):
+        raise BadInput("check", "", f"{check} must fill {size} whole bytes")
+    assert not isinstance(data_id, int)
+    at = places[check].start // 8
+    return Protection(name, counter, counters, check, at, big, bytes(data_id or ()))
 
 
 def _page(signal: CanSignal) -> int | None:

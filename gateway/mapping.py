@@ -40,7 +40,7 @@ from gateway.mapfile import (
 from gateway.mapped_signals import mapped_signal, own_signals, protection_of
 from gateway.probes import PROBE_TIME
 from gateway.proof import CHALLENGE, ECHO, PROOF
-from gateway.protection import PROFILE_1, Profile1
+from gateway.protection import PROFILE_1
 from measurement.errors import BadInput, checked
 from scenarios.wiring import PROBED
 
@@ -372,7 +372,6 @@ class _Reader:
             node,
             message.comment or "",
             message.frame_id,
-            data_id=protection.data_id if isinstance(protection, Profile1) else 0,
             cycle_s=inf if event else cycle_s or inf,
             timeout_s=late_s,
             signals=signals,
@@ -455,8 +454,7 @@ def check(database: Database) -> None:
     BadInput
         For the first reason.
     """
-    sealed = (frame for frame in database.frames if isinstance(frame.protection, Profile1))
-    ids = [frame.data_id for frame in sealed]
+    ids = [frame.data_id for frame in database.frames if frame.protection.name == PROFILE_1]
     if len(set(ids)) < len(ids):
         raise BadInput(database.path, "E2EDataId", "two frames have the same one")
     for node in NEEDED:

@@ -9,7 +9,6 @@ import can
 from benchmarks.gateway_faults.harness import CYCLE_S, Episode, Messages
 from gateway.codec import Sender
 from gateway.database import COMPENSATOR, MACHINE
-from gateway.e2e import protected
 
 Fault = Callable[[Episode], None]
 FAULTS: dict[str, Fault] = {}
@@ -55,7 +54,7 @@ def sealed(episode: Episode, at: int, data: bytes) -> can.Message:
     """Return a frame of the machine with a CRC that fits."""
     frame = episode.database.of(MACHINE)[at]
     message = can.Message(arbitration_id=frame.frame_id, data=data, is_extended_id=False)
-    return with_data(message, protected(data, frame.data_id))
+    return with_data(message, frame.protection.sealed(data))
 
 
 # One frame

@@ -21,9 +21,9 @@ from gateway.database import (
     Frame,
     Signal,
 )
-from gateway.e2e import COUNTERS
 from gateway.node import GatewaySettings
 from gateway.proof import CHALLENGE, ECHO, FRESHNESS, LARGEST_ECHO, NOT_PROVEN, PROOF, PROVEN
+from gateway.protection import COUNTERS
 from gateway.reference import COLD_FOR_S
 from measurement.errors import BadInput
 from measurement.rig import AXES

@@ -7,8 +7,7 @@ from collections.abc import Callable, Iterable, Mapping
 import can
 
 from gateway.codec import Sender, Value, name_of
-from gateway.database import COMPENSATOR, MACHINE, Database
-from gateway.e2e import protected
+from gateway.database import COMPENSATOR, MACHINE, Database, Frame
 from gateway.node import GatewayNode, GatewaySettings
 from gateway.proof import ECHO_BITS, proof_of
 from gateway.state import Saved
@@ -152,16 +151,16 @@ def proven(
     others = [bytes(m.data) for m in messages if m.arbitration_id != frame.frame_id]
     proof = (challenge & ECHO_BITS) | proof_of(challenge, others) << 16
     return [
-        sealed(m, bytes(m.data[:2]) + proof.to_bytes(6, "little"), frame.data_id)
+        sealed(m, bytes(m.data[:2]) + proof.to_bytes(6, "little"), frame)
         if m.arbitration_id == frame.frame_id
         else m
         for m in messages
     ]
 
 
-def sealed(message: can.Message, data: bytes, data_id: int) -> can.Message:
+def sealed(message: can.Message, data: bytes, frame: Frame) -> can.Message:
     """Return a message with other data and the CRC that fits."""
-    return with_bytes(message, protected(data, data_id))
+    return with_bytes(message, frame.protection.sealed(data))
 
 
 def start_values(database: Database) -> dict[str, str]:

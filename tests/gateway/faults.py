@@ -59,13 +59,13 @@ def sequence(place: int) -> Change:
     """The counter goes back by four from each frame to the next."""
 
     def change(database: Database) -> Callable[[Messages], Messages]:
-        data_id, count = database.of(MACHINE)[place].data_id, [0]
+        frame, count = database.of(MACHINE)[place], [0]
 
         def do(messages: Messages) -> Messages:
             count[0] += 1
             data = bytearray(messages[place].data)
             data[1] = data[1] & 0xF0 | ((data[1] & 0x0F) - 5 * count[0]) % 15
-            messages[place] = sealed(messages[place], bytes(data), data_id)
+            messages[place] = sealed(messages[place], bytes(data), frame)
             return messages
 
         return do
@@ -88,7 +88,7 @@ def raw_signal(name: str, raw: int) -> Change:
             assert isinstance(content, dict)
             content[name] = raw
             data = frame.message.encode(content, scaling=False, strict=False)
-            messages[place] = sealed(messages[place], data, frame.data_id)
+            messages[place] = sealed(messages[place], data, frame)
             return messages
 
         do.by_sender = True  # type: ignore[attr-defined]

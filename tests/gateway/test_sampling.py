@@ -11,7 +11,7 @@ from gateway.codec import Encoder
 from gateway.database import MACHINE, Database, Frame, Substitute
 from gateway.mapfile import map_path
 from gateway.mapping import read_mapping
-from gateway.protection import CHECKS, Checked, Protection
+from gateway.protection import CHECKS, Protection
 from gateway.reception import Reception, Substitution
 
 COUNTS = 16
@@ -23,6 +23,7 @@ KNOWN = {
     "crc8_autosar": 0xDF,
     "crc8_smbus": 0xF4,
     "crc16_ccitt_false": 0x29B1,
+    "e2e_profile_1": 0x37,
     "sum8": sum(DIGITS) % 256,
     "xor8": 0x31,
 }
@@ -38,7 +39,7 @@ def builder() -> Database:
 def turning(builder: Database) -> Frame:
     """A frame of one signal with a counter and a check value."""
     frame = next(frame for frame in builder.of(MACHINE) if frame.name == "SPN_STATUS")
-    protection = Checked("crc8_autosar", "OpMode", COUNTS, "", 5, True, b"\x2a")
+    protection = Protection("crc8_autosar", "OpMode", COUNTS, "check", 5, True, b"\x2a")
     signals = {"speed": frame.signals["speed"]}
     fixed = {"SpnLoad": 0, "OpMode": 0}
     return replace(frame, protection=protection, signals=signals, fixed=fixed, timeout_s=2.5)
@@ -49,7 +50,7 @@ def turning(builder: Database) -> Frame:
 def test_a_check_value_is_that_of_its_catalogue(name: str, big: bool) -> None:
     size = CHECKS[name][1]
     data = DIGITS[2:5] + bytes(size) + DIGITS[5:]
-    protection = Checked(name, "", 1, "check", 3, big, DIGITS[:2])
+    protection = Protection(name, "", 1, "check", 3, big, DIGITS[:2])
     sealed = protection.sealed(data)
     order = "big" if big else "little"
     assert int.from_bytes(sealed[3 : 3 + size], order) == KNOWN[name]
@@ -70,8 +71,8 @@ def test_every_check_value_has_a_reference() -> None:
     [
         (Protection(), "none"),
         (Protection("counter", "n", 4), "partly"),
-        (Checked("sum8", "", 1, "s", 0), "partly"),
-        (Checked("sum8", "n", 4, "s", 0), "protected"),
+        (Protection("sum8", "", 1, "s", 0), "partly"),
+        (Protection("sum8", "n", 4, "s", 0), "protected"),
     ],
 )
 def test_trust_is_what_can_be_noticed(protection: Protection, trust: str) -> None:
