@@ -1,11 +1,17 @@
-"""The clocks that the gateway goes by: this computer's, the time of day, the machine's."""
+"""What time it is: by this computer, by the machine, by the time of day; and for the compensator.
+
+The compensator is stepped by this computer's clock or by the machine's. Time that one of the clocks
+has seen go by, and the compensator was not told of, counts as time without inputs.
+"""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
 from math import isnan, nan
+from typing import Protocol
 
+from gateway.codec import CountedTime
 from gateway.state import Saved
 
 _BOOT = getattr(time, "CLOCK_BOOTTIME", None)
@@ -23,50 +29,91 @@ def steady() -> float:
     return time.monotonic() if _BOOT is None else time.clock_gettime(_BOOT)
 
 
-class Hours:
-    """What the machine's clock shows, and what the time of day has seen that no other clock has.
+class Unit(Protocol):
+    """What the gateway needs of a compensator; `unit.CompensatorUnit` is one."""
+
+    inputs: list[str]
+    probed: list[str]
+    outputs: dict[str, float]
+    time_s: float
+
+    def step(self, values: Mapping[str, float], step_s: float) -> dict[str, float]:
+        """Take in a sample and advance."""
+
+    def renew(self) -> None:
+        """Forget everything: the next sample is the first."""
+
+    def text(self) -> str:
+        """Return the status in words."""
+
+
+class Stepper:
+    """Steps the compensator over cycles of the machine, over silence, and over time not seen.
 
     Parameters
     ----------
+    unit : Unit
+        The compensator, started.
+    speed_up : float
+        Its seconds in one of this computer's clock.
+    machine_clock : bool
+        It is stepped by the machine's count of time, which has nothing to do with this clock.
+    cycle_s, timeout_s : float
+        How often cycles come, and after which time without one inputs are missing [s].
     now : float
         The time of this computer's clock [s].
-    speed_up : float
-        Seconds of the machine in one of this clock.
-    machine_clock : bool
-        The machine's time has nothing to do with this clock.
-    machine_time_s : float
-        What the machine's clock showed last [s].
+    warm : Saved or None
+        The state that it was restored from.
     wall : callable or None
         The time of day; None: not looked at.
+
+    Attributes
+    ----------
+    machine_time_s : float
+        What the machine's clock showed last [s].
+    tool_length_mm : float
+        The newest that was heard; NaN before one was [mm].
+    steps : int
+        How many were taken.
     """
 
     def __init__(
         self,
-        now: float,
+        unit: Unit,
         speed_up: float,
         machine_clock: bool,
-        machine_time_s: float,
+        cycle_s: float,
+        timeout_s: float,
+        now: float,
+        warm: Saved | None,
         wall: Callable[[], float] | None,
     ) -> None:
-        self._speed_up, self._machine_clock = speed_up, machine_clock
+        self._unit, self._speed_up, self._machine_clock = unit, speed_up, machine_clock
+        self._cycle_s, self._timeout_s = cycle_s, timeout_s
         self._wall = None if machine_clock else wall
-        self.machine_time_s, self._started_at, self._told_at = machine_time_s, now, now
         self._wall_offset_s = self._wall() - now if self._wall else 0.0
+        self._stepped_at = now - (warm.age_s if warm and not machine_clock else 0.0)
+        self._fresh = warm is None  # no step yet: nothing to measure one from
+        # Machine time that it has been stepped to [s].
+        self._covered = warm.machine_time_s if warm else None
+        self.machine_time_s = warm.machine_time_s if warm else 0.0
+        self._started_at = self._heard_at = now
+        self.tool_length_mm, self.steps = nan, 0
 
     def hear(self, beat: Mapping[str, float], now: float, *, sampled: bool) -> None:
         """Take note of a heartbeat; a machine whose frames are sampled has no time of its own."""
         if not isnan(beat.get("machine_time", nan)):
-            self.machine_time_s, self._told_at = beat["machine_time"], now
+            self.machine_time_s, self._heard_at = beat["machine_time"], now
         elif sampled:
             self.machine_time_s = (now - self._started_at) * self._speed_up
-            self._told_at = now
+            self._heard_at = now
 
     def machine_time_at(self, now: float) -> float:
         """Return what the machine's clock is likely to show at a time [s]."""
-        gone_s = 0.0 if self._machine_clock else now - self._told_at
+        gone_s = 0.0 if self._machine_clock else now - self._heard_at
         return self.machine_time_s + gone_s * self._speed_up
 
-    def too_old(self, saved: Saved, shown_s: float, period_s: float, now: float) -> str:
+    def too_old(self, saved: Saved, shown_s: float, counted: CountedTime | None, now: float) -> str:
         """Return why a state that was restored is too old by the machine's clock; empty if not.
 
         Parameters
@@ -75,14 +122,14 @@ class Hours:
             The state.
         shown_s : float
             What the machine's clock shows; NaN for a machine without one [s].
-        period_s : float
-            It starts anew after this time [s].
+        counted : CountedTime or None
+            How frames count it; None for a machine without a clock.
         now : float
             The present [s].
         """
-        if isnan(shown_s):
+        if isnan(shown_s) or counted is None:
             return ""
-        age_s = (shown_s - saved.machine_time_s) % period_s
+        age_s = (shown_s - saved.machine_time_s) % counted.period_s
         own_s = (now - self._started_at + saved.age_s) * self._speed_up
         if self._machine_clock:
             own, old = "", age_s > LONGEST_GAP_S
@@ -98,3 +145,71 @@ class Hours:
         offset_s = self._wall() - now
         ahead_s, self._wall_offset_s = offset_s - self._wall_offset_s, offset_s
         return ahead_s * self._speed_up if ahead_s > WALL_STEP_S else 0.0
+
+    def renew(self) -> None:
+        """Forget everything: the next step is the first."""
+        self._unit.renew()
+        self._fresh, self._covered = True, None
+
+    def silence(self, unseen_s: float, now: float) -> None:
+        """Step over the time since the step before, and over time that no clock but one has seen.
+
+        Parameters
+        ----------
+        unseen_s : float
+            That time [s].
+        now : float
+            The present [s].
+        """
+        step_s = self._own(now) + unseen_s
+        if self._covered is not None:
+            self._covered += step_s
+        self._step({}, step_s, now)
+
+    def advance(
+        self, values: Mapping[str, float], beat: Mapping[str, float], now: float, unseen_s: float
+    ) -> None:
+        """Step over a cycle of the machine.
+
+        Time in which nothing came, or that one clock has seen and the others have not, counts as
+        time without inputs.
+
+        Parameters
+        ----------
+        values : mapping of str to float
+            The inputs.
+        beat : mapping of str to float
+            The machine's heartbeat.
+        now : float
+            The present [s].
+        unseen_s : float
+            Time that only one clock has seen [s].
+        """
+        step_s = self._own(now)
+        if not self._machine_clock:
+            if now - self._stepped_at > self._timeout_s and not self._fresh:
+                cycle_s = self._cycle_s * self._speed_up
+                unseen_s, step_s = max(unseen_s, step_s - cycle_s), cycle_s
+        elif not isnan(beat["machine_time"] + beat["machine_step"]):
+            step_s, begins_s = beat["machine_step"], beat["machine_time"]
+            unseen_s = begins_s - self._covered if self._covered is not None else 0.0
+            self._covered = begins_s + step_s
+        if unseen_s > 1e-6:
+            # In two steps: only a second sample that is missing shows that the first was no slip.
+            last_s = min(unseen_s, self._cycle_s * self._speed_up)
+            self._step({}, unseen_s - last_s, now)
+            self._step({}, last_s, now)
+        self._step(values, step_s, now)
+
+    def _own(self, now: float) -> float:
+        """Return the time since the last step by this computer's clock [s]."""
+        elapsed_s = self._cycle_s if self._fresh else now - self._stepped_at
+        return elapsed_s * self._speed_up
+
+    def _step(self, values: Mapping[str, float], step_s: float, now: float) -> None:
+        self._stepped_at, self._fresh = now, False
+        if step_s > 0.0:
+            self._unit.step(values, step_s)
+            self.steps += 1
+            length = values.get("tool_length", nan)
+            self.tool_length_mm = self.tool_length_mm if isnan(length) else length

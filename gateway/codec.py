@@ -82,6 +82,43 @@ def _ends(signal: Signal) -> tuple[int, int]:
     return min(ends), max(ends)
 
 
+class CountedTime:
+    """A time as frames count it: in steps from 0 to the largest, and then anew.
+
+    Parameters
+    ----------
+    signal : Signal
+        What carries it.
+
+    Attributes
+    ----------
+    count : int
+        How many steps there are; special codes are none.
+    scale : float
+        A step [s].
+    """
+
+    def __init__(self, signal: Signal) -> None:
+        self.count, self.scale = high_raw(signal) + 1, signal.scale
+
+    @property
+    def period_s(self) -> float:
+        """It starts anew after this time [s]."""
+        return self.count * self.scale
+
+    def raw(self, time_s: float) -> int:
+        """Return the step of a time [s]."""
+        return round(time_s / self.scale) % self.count
+
+    def carried_s(self, time_s: float) -> float:
+        """Return what a frame shows of a time [s]."""
+        return self.raw(time_s) * self.scale
+
+    def since_s(self, earlier_s: float, time_s: float) -> float:
+        """Return how long before a time another one was, by what frames show of both [s]."""
+        return (self.raw(time_s) - self.raw(earlier_s)) % self.count * self.scale
+
+
 class Encoder:
     """Makes one frame's messages, counting them.
 

@@ -12,7 +12,7 @@ from math import inf, isnan, nan
 
 import can
 
-from gateway.codec import decode, high_raw, name_of
+from gateway.codec import CountedTime, decode, name_of
 from gateway.database import MACHINE, Database, Frame, key_of
 from gateway.proof import Challenges
 from gateway.reception import Cycle, Finding
@@ -67,13 +67,11 @@ class Judge:
 
     Attributes
     ----------
-    raw : int
-        The machine's time, as the newest cycle carries it.
-    period_s : float
-        It starts anew after this time [s].
+    time : CountedTime or None
+        How the machine counts its time.
+    time_s : float
+        Its time, as the newest cycle carries it [s].
     """
-
-    period_s = inf
 
     def __init__(
         self, database: Database, speed_up: float | None, timeout_s: float, challenges: Challenges
@@ -84,21 +82,18 @@ class Judge:
         self._challenges = challenges
         self._states = signals.get("machine_state")
         self._timebase: Timebase | None = None
-        self._timed = "machine_time" in signals
-        if self._timed:
-            self._time = signals["machine_time"]
-            self._times = high_raw(self._time) + 1  # the count wraps below the special codes
-            self.period_s = self._times * self._time.scale
+        timed = "machine_time" in signals
+        self.time = CountedTime(signals["machine_time"]) if timed else None
+        if self.time and speed_up:
             # A proof bounds how late a cycle is; what is left to judge is the clock's rate.
             tolerance_s = timeout_s if self._proof is None else challenges.young_s
-            if speed_up:
-                self._timebase = Timebase(self._times, self._time.scale, speed_up, tolerance_s)
-        self._expected: int | None = None
-        self.raw = 0
+            self._timebase = Timebase(self.time.count, self.time.scale, speed_up, tolerance_s)
+        self._expected_s: float | None = None
+        self.time_s = 0.0
 
     def forget(self) -> None:
         """Expect no particular time next: cycles were lost."""
-        self._expected = None
+        self._expected_s = None
 
     def judge(self, cycle: Cycle, arrived: float, now: float, *, begun: bool) -> Verdict:
         """Judge a cycle.
@@ -117,7 +112,7 @@ class Judge:
             state = name_of(self._states, cycle.heartbeat.get("machine_state", nan))
         proven = self._proven(cycle, arrived)
         if not isnan(time_s := cycle.heartbeat.get("machine_time", nan)):
-            self.raw = round(time_s / self._time.scale)
+            self.time_s = time_s
         wrong, unseen_s = None, 0.0
         if proven or self._proof is None:
             # What may be old says nothing of the machine's clock.
@@ -156,9 +151,9 @@ class Judge:
         self, beat: Mapping[str, float], arrived: float, state: str, *, proven: bool
     ) -> Finding | None:
         """Judge the machine's time: by what was announced, and by this computer's clock."""
-        if not self._timed or not beat:
+        if not self.time or not beat:
             return None
-        jump = self._jump(beat)
+        jump = self._jump(beat, self.time)
         timebase = self._timebase
         if timebase:
             timebase.unseen_s = 0.0
@@ -170,22 +165,22 @@ class Judge:
             return self._found("time_stands", "has machine_step 0 while running")
         if not timebase:
             return jump
-        found = timebase.judge(self.raw, arrived, jumped=jump is not None, proven=proven)
+        found = timebase.judge(
+            self.time.raw(self.time_s), arrived, jumped=jump is not None, proven=proven
+        )
         # A machine that left cycles out is none the worse if its time fits this clock.
         return Finding(found[0], self._closing, found[1]) if found else None
 
-    def _jump(self, beat: Mapping[str, float]) -> Finding | None:
+    def _jump(self, beat: Mapping[str, float], time: CountedTime) -> Finding | None:
         """Compare the machine's time with what it should be after the cycle before."""
         time_s, step_s = beat["machine_time"], beat["machine_step"]
         if isnan(time_s) or isnan(step_s):
-            self._expected = None
+            self._expected_s = None
             return self._found("not_available_value", "has no machine_time or machine_step")
-        raw, step = round(time_s / self._time.scale), round(step_s / self._time.scale)
-        expected, self._expected = self._expected, (raw + step) % self._times
-        if expected is None or raw == expected:
+        expected_s, self._expected_s = self._expected_s, time.carried_s(time_s + step_s)
+        if expected_s is None or not time.since_s(expected_s, time_s):
             return None
-        wanted = expected * self._time.scale
-        text = f"machine_time is {time_s:.3f} s, expected was {wanted:.3f} s"
+        text = f"machine_time is {time_s:.3f} s, expected was {expected_s:.3f} s"
         return Finding("time_jump", self._closing, text)
 
 

@@ -11,7 +11,7 @@ from typing import Protocol
 import can
 
 from fmu_compensator.runtime.fmi_slave import HALF_WIDTHS
-from gateway.codec import Sender, Value, high_raw, name_of
+from gateway.codec import CountedTime, Sender, Value, name_of
 from gateway.control import OffsetFollower
 from gateway.database import (
     COMPENSATOR,
@@ -110,9 +110,8 @@ class Ear:
         self._words = {s.name: s for _, s in database.signals(COMPENSATOR) if s.is_enumeration}
         self.timed = database.every_s is None
         if self.timed:
-            self._scale = closing.signals["answered_time"].scale
-            self._wrap = 1 << closing.signals["answered_time"].bits
-            self._period = high_raw(database.signal("machine_time")) + 1
+            self._time = CountedTime(database.signal("machine_time"))
+            self._answered = CountedTime(closing.signals["answered_time"])
         # A gateway sends its frames together, if not always protected so.
         self.reception = Reception(
             frames,
@@ -145,7 +144,7 @@ class Ear:
         bool
             Whether that answer has come; never true without *time_s*.
         """
-        wanted = self._answer_to(time_s) if time_s is not None and self.timed else None
+        wanted_s = time_s if self.timed else None
         while True:
             # At least one look, so that what waits is taken in even by one who is late.
             message = link.receive(until - self._clock())
@@ -157,19 +156,20 @@ class Ear:
                     self.challenge = self.challenge if isnan(heard) else int(heard)
                     if self.says("gateway_state") in ("starting", "ready"):
                         self.reception.renew()
-                    if wanted is not None and self._answers(cycle, wanted):
+                    if wanted_s is not None and self._answers(cycle, wanted_s):
                         return True
             if self._clock() >= until:
                 return False
 
-    def _answer_to(self, time_s: float) -> int:
-        """Return what a machine time [s] is answered with; it wraps where the frame does."""
-        return round(time_s / self._scale) % self._period % self._wrap
-
-    def _answers(self, cycle: Cycle, wanted: int) -> bool:
+    def _answers(self, cycle: Cycle, time_s: float) -> bool:
         if self.says("gateway_state") == "ready":
             return False  # that was for a cycle before the machine began
-        return round(cycle.heartbeat["answered_time"] / self._scale) == wanted
+        return self._age_s(cycle, time_s) == 0.0
+
+    def _age_s(self, cycle: Cycle, time_s: float) -> float:
+        """Return how long before a time the readings were that an answer is to [s]."""
+        sent_s = self._time.carried_s(time_s)  # it wraps where the machine's frame does
+        return self._answered.since_s(cycle.heartbeat["answered_time"], sent_s)
 
     def taken(self, time_s: float = 0.0, oldest_s: float = inf) -> Cycle | None:
         """Return the newest answer; None if it was returned before, or is stale.
@@ -185,9 +185,7 @@ class Ear:
         fresh, self._fresh = self._fresh, None
         if fresh is None or not self.timed:
             return fresh
-        answered = round(fresh.heartbeat["answered_time"] / self._scale)
-        age = (self._answer_to(time_s) - answered) % self._wrap * self._scale
-        return fresh if age <= oldest_s else None
+        return fresh if self._age_s(fresh, time_s) <= oldest_s else None
 
     def says(self, signal: str) -> str:
         """Return what the gateway's heartbeat said last, as the DBC names it.
@@ -250,8 +248,7 @@ class MachineNode:
         self._cycle_s = database.every_s or database.closing(MACHINE).cycle_s
         self._wrap_s = inf
         if database.has("machine_time"):
-            counted = database.signal("machine_time")
-            self._wrap_s = (high_raw(counted) + 1) * counted.scale
+            self._wrap_s = CountedTime(database.signal("machine_time")).period_s
         self._lost_s = 0.0
         self.ear = Ear(database, clock, pace.timeout_s)
         self.follower = OffsetFollower(pace.hold_s)

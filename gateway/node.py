@@ -18,17 +18,16 @@ from math import inf, nan
 
 import can
 
-from gateway.answering import Answered, Unit, by_tool_length, half_widths
-from gateway.clocks import Hours
-from gateway.codec import Sender, Value
+from gateway.answering import by_tool_length, half_widths
+from gateway.clocks import Stepper, Unit
+from gateway.codec import CountedTime, Sender, Value
 from gateway.database import COMPENSATOR, MACHINE, TRUST, Database, key_of
 from gateway.judging import Judge, Rival
-from gateway.probes import COUNTED, ProbeEar
+from gateway.probes import COUNTED, ProbeReceiver
 from gateway.proof import CHALLENGE, FRESHNESS, NOT_PROVEN, PROVEN, Challenges
 from gateway.reception import Cycle, Finding, Reception, Substitution
 from gateway.reference import Proof, Reference
 from gateway.state import Saved
-from gateway.stepping import Stepper
 from measurement.rig import AXES
 
 QUIET_S = 60.0
@@ -144,8 +143,10 @@ class GatewayNode:
         self._substitution = Substitution(database.substitutes)
         self._trust = TRUST.index(database.trust)
         self._when_invalid: dict[str, Value] = dict(database.when_invalid)
-        self._answered = Answered(database)
-        self.probes = ProbeEar(database.events(MACHINE), say)
+        answered = database.closing(COMPENSATOR).signals.get("answered_time")
+        timed = answered is not None and self._judge.time is not None
+        self._answered = CountedTime(answered) if answered is not None and timed else None
+        self.probes = ProbeReceiver(database.events(MACHINE), say)
         self._rival = Rival(database.of(COMPENSATOR))
         thermometers = [s.name for _, s in database.signals(MACHINE) if s.unit == "degC"]
         self.reference = Reference(
@@ -164,8 +165,7 @@ class GatewayNode:
         self.machine_off = False
         self._started_at = self._deadline = now
         rate = settings.speed_up, settings.machine_clock
-        self._hours = Hours(now, *rate, warm.machine_time_s if warm else 0.0, wall)
-        self._stepper = Stepper(unit, *rate, self._cycle_s, self._timeout_s, now, warm)
+        self._stepper = Stepper(unit, *rate, self._cycle_s, self._timeout_s, now, warm, wall)
         self._finding: Finding | None = None
         self._late_start = False
         self._said: dict[tuple[str, str], float] = {}
@@ -226,7 +226,7 @@ class GatewayNode:
             finding = Finding(lost, self._closing, text)
         self._judge.forget()
         self.given = {}
-        unseen_s = self._hours.unseen_s(now)
+        unseen_s = self._stepper.unseen_s(now)
         if self.begun:
             self._stepper.silence(unseen_s, now)
         elif not lost and now - self._started_at > self._settings.startup_s:
@@ -254,11 +254,11 @@ class GatewayNode:
     @property
     def machine_time_s(self) -> float:
         """The machine's time, as it was heard last [s]."""
-        return self._hours.machine_time_s
+        return self._stepper.machine_time_s
 
     def machine_time_at(self, now: float) -> float:
         """Return what the machine's clock is likely to show at a time [s]."""
-        return self._hours.machine_time_at(now)
+        return self._stepper.machine_time_at(now)
 
     @property
     def reference_known(self) -> bool:
@@ -280,17 +280,17 @@ class GatewayNode:
 
     def _on_cycle(self, cycle: Cycle, arrived: float, now: float) -> None:
         verdict = self._judge.judge(cycle, arrived, now, begun=self.begun)
-        unseen_s = max(verdict.unseen_s * self._settings.speed_up, self._hours.unseen_s(now))
+        unseen_s = max(verdict.unseen_s * self._settings.speed_up, self._stepper.unseen_s(now))
         self._proven = verdict.proven
         if verdict.proven or not self._proves:
-            self._hours.hear(cycle.heartbeat, now, sampled=self._every_s is not None)
+            self._stepper.hear(cycle.heartbeat, now, sampled=self._every_s is not None)
             self.machine_off = verdict.machine_state == "off"
         if verdict.proven:
             self.reception.renew()
         usable = verdict.usable
         if usable and self._restored is not None:
             shown_s = cycle.heartbeat.get("machine_time", nan)
-            why = self._hours.too_old(self._restored, shown_s, self._judge.period_s, now)
+            why = self._stepper.too_old(self._restored, shown_s, self._judge.time, now)
             self._lost_track, self._restored = bool(why), None
             if why:
                 self._say(why)
@@ -302,7 +302,7 @@ class GatewayNode:
             probe = {}
             if usable:
                 step_s = cycle.values.get("machine_step", nan)
-                probe = self.probes.due(self._judge.raw, step_s, self._unit.probed)
+                probe = self.probes.due(self._judge.time_s, step_s, self._unit.probed)
             self._stepper.advance({**self.given, **probe}, cycle.heartbeat, now, unseen_s)
         elif cycle.usable and not usable:
             # In touch, and the machine has not begun: nothing to compensate yet.
@@ -354,7 +354,8 @@ class GatewayNode:
             self.state = RUNNING if usable else FAULT
         elif not ready:
             self.state = "startup_timeout" if self._late_start else STARTING
-        kept = self._finding
+        kept, counted = self._finding, self._answered
+        answered_s = counted.carried_s(self._judge.time_s) if counted else 0.0
         issued = self._clock() if self._clock is not None else now
         values: dict[str, Value] = {
             **outputs,
@@ -362,7 +363,7 @@ class GatewayNode:
             "gateway_state": self.state,
             "bus_fault": kept.fault if kept else "none",
             "bus_fault_frame": kept.frame.frame_id & 0xFF if kept else 0.0,
-            "answered_time": self._answered.value(self._judge.raw),
+            "answered_time": answered_s,
             CHALLENGE: float(self._challenges.issue(issued)),
             FRESHNESS: PROVEN if self._proven and usable else NOT_PROVEN,
             "trust": float(self._trust),

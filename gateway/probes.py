@@ -13,7 +13,7 @@ from math import isfinite, isnan
 
 import can
 
-from gateway.codec import Encoder, Value, decode
+from gateway.codec import CountedTime, Encoder, Value, decode
 from gateway.database import Frame, key_of
 from scenarios.wiring import PROBED
 
@@ -27,7 +27,7 @@ LATEST_STEPS = 2.5
 """A probe of a cycle that is further back than this many of the machine's steps is not used."""
 
 
-class ProbeEar:
+class ProbeReceiver:
     """Puts the frames of a probe together.
 
     Parameters
@@ -48,13 +48,12 @@ class ProbeEar:
     ) -> None:
         self._frames = {frame.key: frame for frame in frames}
         times = [f.signals[PROBE_TIME] for f in frames if PROBE_TIME in f.signals]
-        self._scale = times[0].scale if times else 1.0
-        self._wrap = 1 << times[0].bits if times else 1
+        self._time = CountedTime(times[0]) if times else None
         self._say = say
         self._parts: dict[int, tuple[tuple[int, int], dict[str, float]]] = {}
         self._counts: tuple[int, int] | None = None
         self._waiting: dict[str, float] | None = None
-        self._last_time: int | None = None
+        self._last_s: float | None = None
         self.taken = 0
 
     def hear(self, message: can.Message) -> bool:
@@ -75,37 +74,37 @@ class ProbeEar:
             self._parts = {}
         return True
 
-    def due(self, raw_time: int, step_s: float, wanted: Sequence[str]) -> dict[str, float]:
+    def due(self, time_s: float, step_s: float, wanted: Sequence[str]) -> dict[str, float]:
         """Return the probe that belongs to a cycle, by the compensator's names; empty for none.
 
         Parameters
         ----------
-        raw_time : int
-            The cycle's raw time.
+        time_s : float
+            The cycle's time [s].
         step_s : float
             The machine's step [s].
         wanted : sequence of str
             What the compensator takes.
         """
         probe, self._waiting = self._waiting, None
-        if probe is None or not wanted:
+        if probe is None or self._time is None or not wanted:
             return {}
-        sent = round(probe[PROBE_TIME] / self._scale)
-        age_s = (raw_time - sent) % self._wrap * self._scale
+        sent_s = probe[PROBE_TIME]
+        age_s = self._time.since_s(sent_s, time_s)
         if age_s > LATEST_STEPS * step_s:
             self._say(f"a probe is not used: it is {age_s:.3f} s old")
             return {}
-        if sent == self._last_time:
+        if sent_s == self._last_s:
             return {}  # the same once more: its acknowledgement was lost
-        found = {name: probe.get(name, float("nan")) for name in wanted}
-        missing = [name for name, value in found.items() if not isfinite(value)]
+        measured = {name: probe.get(name, float("nan")) for name in wanted}
+        missing = [name for name, value in measured.items() if not isfinite(value)]
         if missing:
             self._say(f"a probe is not used: {missing[0]} is missing")
             return {}
-        self._last_time = sent
+        self._last_s = sent_s
         self.taken += 1
         self._say(f"a probe is used, the {self.taken}. so far")
-        return found
+        return measured
 
 
 class ProbeSender:
@@ -162,8 +161,6 @@ class ProbeSender:
             self._waiting = None
             return []
         self._left -= 1
-        scale = self._encoders[-1].frame.signals[PROBE_TIME].scale
-        wrap = 1 << self._encoders[-1].frame.signals[PROBE_TIME].bits
-        values: dict[str, Value] = dict(self._waiting)
-        values[PROBE_TIME] = round(time_s / scale) % wrap * scale
+        counted = CountedTime(self._encoders[-1].frame.signals[PROBE_TIME])
+        values: dict[str, Value] = {**self._waiting, PROBE_TIME: counted.carried_s(time_s)}
         return [encoder.message(values) for encoder in self._encoders]
