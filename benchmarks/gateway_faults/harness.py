@@ -163,19 +163,19 @@ class Episode:
         self.challenge: int | None = None
         self.background: Change = lambda messages: messages
         self.time_s = self.read_s = float(rng.integers(0, 4_000_000))
-        self.start_gateway(warm)
         self.truth: dict[int, tuple[float, dict[str, float]]] = {}
         self.outcome = Outcome()
         self.begun_at = (0.0, 0.0)
         self.rate = 1.0
         self.rate_matters = False
-        self.real_s: float | None = None
+        self.real_s: float | None
         self.rivals_at = -1e9
         self._valid = False
+        self.start_gateway(warm)
 
     def start_gateway(self, warm: Saved | None = None) -> None:
         """Start the gateway, or start it anew."""
-        self.glass = Glass(self.database)
+        self.glass, self.real_s = Glass(self.database), None
         self.node = GatewayNode(
             *(self.database, self.glass, self._answer, self.settings, self.now, warm),
             clock=lambda: self.now,
@@ -239,7 +239,8 @@ class Episode:
 
     def pass_unseen(self, gone_s: float) -> None:
         """Let time go by that this computer's clock does not see, from now on told of or not."""
-        self.real_s = self.glass.time_s - self.now + gone_s
+        if self.node.begun:  # before, the compensator has no time that could be wrong
+            self.real_s = self.glass.time_s - self.now + gone_s
 
     def begin(self) -> None:
         """From now on, judge the answers."""

@@ -13,8 +13,9 @@ from gateway.codec import Value
 
 HOUR_S = 3600.0
 ALONE = ("a second gateway", "machine's clock at another rate")
-"""These are judged alone: nobody hears a rival whose frames are lost or late, and after a restart
-the bench no longer knows what the compensator's time should be."""
+"""These are judged alone: beside another fault they are valid for a while, as the page says. The
+bench counts a rival from when its frames leave, and the gateway hears them when they arrive; a
+clock at another rate begins anew with each restart and gap, and shows some cycles later."""
 SINGLE = {name: play for name, play in FAULTS.items() if name not in ALONE}
 """The classes that two at once are drawn from."""
 
@@ -216,10 +217,9 @@ def _two(episode: Episode) -> None:
 def away(episode: Episode, *, own: bool, wall: bool, machine: bool) -> None:
     """Let hours go by that only some clocks see; nobody is heard meanwhile."""
     gone_s = round(float(episode.rng.uniform(0.5, 6.0)) * HOUR_S, 1)
-    episode.pass_unseen(gone_s)
     if own:
         episode.now += gone_s
-        episode.real_s = episode.glass.time_s - episode.now + gone_s
+    episode.pass_unseen(gone_s)
     episode.wall_ahead_s += gone_s * (wall - own)
     if machine:
         episode.time_s = round(episode.time_s + gone_s, 3)
