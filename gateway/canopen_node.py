@@ -197,9 +197,9 @@ class CanOpenNode(Participant):
     def update(self, now: float, report: Callable[[], Report]) -> None:
         """Show what was sent and heard last; send a heartbeat or an EMCY if one is due."""
         found = report()
-        told, given = found.told, found.given
+        answer, given = found.answer, found.given
         for name, (place, raw) in self._places.items():
-            value = told.get(name, given.get(name, float("nan")))
+            value = answer.get(name, given.get(name, float("nan")))
             self._raw[place] = raw(value)
         nmt = self._node.nmt
         with contextlib.suppress(can.CanError, OSError):
@@ -212,13 +212,13 @@ class CanOpenNode(Participant):
                 self._network.send_message(0x700 + nmt.id, [nmt._state])
             self._look_around(nmt.id)
             if self.operational:
-                self._complain(told)
+                self._complain(answer)
                 self._complain_of_lengths()
 
-    def _complain(self, told: Mapping[str, Value]) -> None:
+    def _complain(self, answer: Mapping[str, Value]) -> None:
         status, sensor, fault = (self._raw[index, 0] for index in (STATUS, SENSOR, FAULT))
         code, register = NO_ERROR, 0
-        if not self._raw[VALID, 0] and told.get("gateway_state") not in STOPPED:
+        if not self._raw[VALID, 0] and answer.get("gateway_state") not in STOPPED:
             code, register = DEVICE_SPECIFIC + status, GENERIC | MANUFACTURER
             if status == 0 and fault:
                 code, register = COMMUNICATION_ERROR, GENERIC | COMMUNICATION

@@ -250,12 +250,12 @@ def node_dictionary(node_id: int, fmu: Path) -> canopen.ObjectDictionary:
             kind = KINDS[entry.kind][0]
             objects += [_made(entry.name, entry.index, 0, kind, 0, mappable=True)]
     limits = limits_of(fmu)
-    told = {key: limits.get(key, float("nan")) for key in LIMIT_NAMES}
+    shown = {key: limits.get(key, float("nan")) for key in LIMIT_NAMES}
     compensator = {"Name": fmu.name, "SHA-256": sha256_of(fmu)}
     objects += [
         _record("AI physical unit PV", UNITS, od.UNSIGNED32, dict.fromkeys(DRIFTS, MICROMETRE)),
         _record("AI decimal digits PV", DIGITS, od.UNSIGNED8, dict.fromkeys(DRIFTS, 1)),
-        _record("Limits of the compensator", LIMITS, od.REAL32, told),
+        _record("Limits of the compensator", LIMITS, od.REAL32, shown),
         _record("Compensator", HASH, od.VISIBLE_STRING, compensator),
     ]
     for made in objects:

@@ -203,11 +203,11 @@ class Sender:
         for encoder in self._encoders:
             if encoder.frame.key == self._proving:
                 others = [bytes(message.data) for sent in made.values() for message in sent]
-                told: dict[str, Value] = {}
+                proof_values: dict[str, Value] = {}
                 if challenge is not None:
                     proof = proof_of(challenge, others, self._key)
-                    told = {ECHO: challenge & ECHO_BITS, PROOF: proof}
-                made[encoder.frame.key] = encoder.messages({**values, **told})
+                    proof_values = {ECHO: challenge & ECHO_BITS, PROOF: proof}
+                made[encoder.frame.key] = encoder.messages({**values, **proof_values})
         return [message for encoder in self._encoders for message in made[encoder.frame.key]]
 
 

@@ -137,9 +137,9 @@ class Judge:
     def _proven(self, cycle: Cycle, arrived: float) -> bool:
         if self._proof is None or self._proof.key not in cycle.frames:
             return False
-        told = decode(self._proof, cycle.frames[self._proof.key]).values
+        proof = decode(self._proof, cycle.frames[self._proof.key]).values
         others = [data for key, data in sorted(cycle.frames.items()) if key != self._proof.key]
-        return self._challenges.proven(told, others, arrived)
+        return self._challenges.proven(proof, others, arrived)
 
     def _state_is_known(self, cycle: Cycle) -> bool:
         return not isnan(cycle.heartbeat.get("machine_state", nan))

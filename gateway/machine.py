@@ -87,7 +87,7 @@ class Plant(Protocol):
         """Go on to the next cycle with these offsets [um]."""
 
 
-class Ear:
+class AnswerReceiver:
     """Hears the gateway: its newest answer, and which time it answers.
 
     Parameters
@@ -134,7 +134,7 @@ class Ear:
         link : Link
             Open.
         until : float
-            On the clock that the ear was given [s].
+            On the clock that it was given [s].
         time_s : float, optional
             The machine's time that an answer is wanted to [s]; without it, what comes is taken
             in.
@@ -250,7 +250,7 @@ class MachineNode:
         if database.has("machine_time"):
             self._wrap_s = CountedTime(database.signal("machine_time")).period_s
         self._lost_s = 0.0
-        self.ear = Ear(database, clock, pace.timeout_s)
+        self.answers = AnswerReceiver(database, clock, pace.timeout_s)
         self.follower = OffsetFollower(pace.hold_s)
         self.answered = 0
 
@@ -271,7 +271,7 @@ class MachineNode:
         begun, count = self._clock(), 0
         while True:
             time_s = self.time_s
-            fresh = self.ear.taken(time_s, STALE_CYCLES * self._plant.step_s)
+            fresh = self.answers.taken(time_s, STALE_CYCLES * self._plant.step_s)
             self.answered += fresh is not None and fresh.usable
             offsets = self.follower.follow(fresh, self._plant.step_s)
             self._plant.record(offsets, self._heard(fresh))
@@ -280,7 +280,7 @@ class MachineNode:
             self._link.send(self._probe())
             self._send("running", self._plant.step_s)
             if last:
-                self.ear.hear(self._link, sent_at + self._cycle_s, time_s)
+                self.answers.hear(self._link, sent_at + self._cycle_s, time_s)
                 break
             self._plant.step(offsets)
             count += 1
@@ -291,7 +291,7 @@ class MachineNode:
             progress()
         for state in ("stopping", *["off"] * FAREWELLS):
             self._send(state, 0.0)
-            self.ear.hear(self._link, self._clock() + self._cycle_s)
+            self.answers.hear(self._link, self._clock() + self._cycle_s)
 
     @property
     def time_s(self) -> float:
@@ -310,30 +310,30 @@ class MachineNode:
     def _listen(self, sent_at: float, due: float, time_s: float) -> None:
         """Wait for the answer, or for the time of the next cycle."""
         if not self._pace.lockstep:
-            self.ear.hear(self._link, due)
+            self.answers.hear(self._link, due)
             return
         # A gateway that has answered gets its time; one that is away does not slow down more
         # than a machine in real time would.
-        patience = self.ear.timeout_s
+        patience = self.answers.timeout_s
         if self.follower.use not in ("following", "none_yet"):
             patience = self._cycle_s
-        self.ear.hear(self._link, sent_at + patience, time_s)
+        self.answers.hear(self._link, sent_at + patience, time_s)
 
     def _wait_for_gateway(self) -> None:
         until = self._clock() + self._pace.wait_s
         while not self._stopped() and self._clock() < until:
             self._send("starting", 0.0)
-            self.ear.hear(self._link, self._clock() + self._cycle_s)
-            known = self.ear.says("bus_fault") == "machine_not_running"
-            if known or (self.ear.last is not None and not self.ear.timed):
+            self.answers.hear(self._link, self._clock() + self._cycle_s)
+            known = self.answers.says("bus_fault") == "machine_not_running"
+            if known or (self.answers.last is not None and not self.answers.timed):
                 # It has our counters and is content with the rest. What it has sent so far
                 # belongs to no cycle of ours.
-                self.ear.taken()
+                self.answers.taken()
                 return
 
     def _probe(self) -> list[can.Message]:
         """Return the frames of a probe, if one is due or waits to be taken."""
-        heard = self.ear.last.values if self.ear.last else {}
+        heard = self.answers.last.values if self.answers.last else {}
         count = heard.get(TAKEN, nan)
         measured = self._plant.measured([heard.get(name, nan) for name in HALF_WIDTHS])
         if measured:
@@ -350,11 +350,11 @@ class MachineNode:
             "offset_use": self.follower.use,
             "thermal_state": self._plant.thermal_state,
         }
-        self._link.send(self._sender.messages(values, self.ear.challenge))
+        self._link.send(self._sender.messages(values, self.answers.challenge))
 
     def _heard(self, fresh: Cycle | None) -> Mapping[str, float]:
         """Return the flags and codes that go into the table beside the plant's signals."""
-        values = self.ear.last.values if self.ear.last else {}
+        values = self.answers.last.values if self.answers.last else {}
         names = ("valid", "status", "status_sensor", "bus_fault")
         found = {name: values.get(name, float("nan")) for name in names}
         # What was valid once is not while nothing comes.

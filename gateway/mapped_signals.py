@@ -139,7 +139,7 @@ def _enumeration(name: str, spec: Spec, codes: dict[str, int], plain: Signal) ->
     return replace(plain, codes=plain.codes | given, low=float(min(ends)), high=float(max(ends)))
 
 
-def protection_of(message: Message, told: FrameMap) -> Protection:
+def protection_of(message: Message, form: FrameMap) -> Protection:
     """Return the protection of a frame, as a map tells it.
 
     Raises
@@ -148,10 +148,10 @@ def protection_of(message: Message, told: FrameMap) -> Protection:
         If the frame has no such signals, or not where they must be.
     """
     places = {signal.name: signal for signal in message.signals}
-    name, counter, data_id = told.protection, told.counter or "", told.data_id
+    name, counter, data_id = form.protection, form.counter or "", form.data_id
     if name == PROFILE_1:
         counter = counter or "counter"
-    check = told.check if name in CHECKS else ""
+    check = form.check if name in CHECKS else ""
     for what, signal in (("check", check), ("counter", counter)):
         if signal and signal not in places:
             raise BadInput(what, "", f"there is no signal {signal}")
@@ -162,7 +162,7 @@ def protection_of(message: Message, told: FrameMap) -> Protection:
             data_id = int(attribute(message.dbc, "E2EDataId", 0))
         assert isinstance(data_id, int)
         return profile_1(data_id, counter, check)
-    counters = told.counter_values or 1
+    counters = form.counter_values or 1
     if counter and counters > 1 << places[counter].length:
         raise BadInput("counter_values", "", f"{counters} do not fit into {counter}")
     if not check:

@@ -339,7 +339,7 @@ class _Reader:
         return [self._made(message, self.form.frames[name], node, signals)] if signals else []
 
     def _made(
-        self, message: Message, told: FrameMap, node: str, signals: dict[str, Signal]
+        self, message: Message, form: FrameMap, node: str, signals: dict[str, Signal]
     ) -> Frame:
         fd = self.form.data_bit_rate is not None
         if not fd and (message.is_fd or message.length > CLASSIC):
@@ -349,17 +349,17 @@ class _Reader:
         together = self.every_s is None
         if together and message.is_multiplexed():
             raise BadInput("multiplexed", "", 'needs frames = "sampled"')
-        protection = protection_of(message, told)
+        protection = protection_of(message, form)
         names = {signal.name for signal in message.signals}
-        cycle = (told.cycle or "cycle") if together else ""
+        cycle = (form.cycle or "cycle") if together else ""
         if cycle and cycle not in names:
             raise BadInput("cycle", "", f"there is no signal {cycle}: all frames share a count")
         reserved = {*protection.signals, *((cycle,) if cycle else ())}
         clash = next((s.key for s in signals.values() if s.key in reserved), None)
         if clash is not None:
             raise BadInput(clash, "", "belongs to the protection and cannot be mapped, too")
-        fixed = self._fixed(message, told, {s.key for s in signals.values()} | reserved)
-        late_s = self._late(message, told, node)
+        fixed = self._fixed(message, form, {s.key for s in signals.values()} | reserved)
+        late_s = self._late(message, form, node)
         event = all(name == PROBE_TIME or name.startswith(PROBED) for name in signals)
         if event and not together:
             raise BadInput("probes", "", 'cannot be sent with frames = "sampled"')
@@ -386,24 +386,24 @@ class _Reader:
             fd=fd,
         )
 
-    def _late(self, message: Message, told: FrameMap, node: str) -> float:
-        if isinstance(told.late_after_ms, str):
+    def _late(self, message: Message, form: FrameMap, node: str) -> float:
+        if isinstance(form.late_after_ms, str):
             return inf
-        late_ms = told.late_after_ms or attribute(message.dbc, "E2ETimeout", 0.0)
+        late_ms = form.late_after_ms or attribute(message.dbc, "E2ETimeout", 0.0)
         if late_ms <= 0.0 and node == COMPENSATOR and self.every_s is not None:
             late_ms = 5e3 * self.every_s
         if late_ms <= 0.0:
             raise BadInput("late_after_ms", "", "is missing: silence after which the frame is late")
         return late_ms / 1e3
 
-    def _fixed(self, message: Message, told: FrameMap, taken: set[str]) -> dict[str, float]:
+    def _fixed(self, message: Message, form: FrameMap, taken: set[str]) -> dict[str, float]:
         others = {s.name: s for s in message.signals if s.name not in taken}
-        for name in told.fill:
+        for name in form.fill:
             if name not in others:
                 raise BadInput(f"fill.{name}", "", "is not an unused signal of this frame")
         found = {}
         for name, signal in others.items():
-            raw = told.fill.get(name, float(signal.raw_initial or 0))
+            raw = form.fill.get(name, float(signal.raw_initial or 0))
             found[name] = raw if signal.is_float else round(raw)
         return found
 

@@ -102,7 +102,7 @@ class GatewayNode:
         As the DBC names the values of ``gateway_state``.
     machine_off : bool
         The machine has said that it is off.
-    told : dict
+    answer : dict
         The values of the newest answer.
     given : dict of str to float
         What was heard for it; NaN or nothing where it was of no use.
@@ -170,7 +170,7 @@ class GatewayNode:
         self._late_start = False
         self._said: dict[tuple[str, str], float] = {}
         self._proven = False
-        self.told: Mapping[str, Value] = {}
+        self.answer: Mapping[str, Value] = {}
         self.given: Mapping[str, float] = {}
 
     # What happens
@@ -374,8 +374,8 @@ class GatewayNode:
             values |= self._when_invalid
         if usable and not known:
             values["status"] = "reference_unknown"
-        self.told = by_tool_length(outputs, self._stepper.tool_length_mm) | values
-        self._send(self._sender.messages(self.told))
+        self.answer = by_tool_length(outputs, self._stepper.tool_length_mm) | values
+        self._send(self._sender.messages(self.answer))
 
     def _fits(self, outputs: Mapping[str, float]) -> bool:
         """Whether the frames can carry the offsets."""

@@ -153,23 +153,23 @@ class Status:
                 await self.event("the gateway no longer updates its values", 900)
 
 
-async def serve(told: dict[str, Any]) -> None:
+async def serve(first: dict[str, Any]) -> None:
     """Serve until standard input ends.
 
     Parameters
     ----------
-    told : dict
+    first : dict
         The first line: url, title, variables; and the files of its security or None.
     """
     server = Server(user_manager=Readers())
     await server.init()
-    server.set_endpoint(told["url"])
+    server.set_endpoint(first["url"])
     server.set_server_name("spindle-drift gateway")
     server.set_identity_tokens([ua.AnonymousIdentityToken])
-    await _secure(server, told["security"])
+    await _secure(server, first["security"])
     index = await server.register_namespace(NAMESPACE)
     status = Status(server, index)
-    await status.make(told["title"], told["variables"])
+    await status.make(first["title"], first["variables"])
     async with server:
         print("ready", flush=True)
         watch = asyncio.create_task(status.watch())

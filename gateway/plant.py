@@ -189,9 +189,9 @@ class MachinePlant:
         )
         self._faults.apply(self.time_s, self.step_s, values)
         found = dict(zip([*self._out.names, *self._signals], values.tolist(), strict=True))
-        told = self.case.settings.compensator.tool_length_mm
-        if told is not None:
-            found[TOOL_LENGTH] = told
+        length_mm = self.case.settings.compensator.tool_length_mm
+        if length_mm is not None:
+            found[TOOL_LENGTH] = length_mm
         return found
 
     def record(self, offsets: Mapping[str, float], extra: Mapping[str, float]) -> None:

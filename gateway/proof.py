@@ -90,12 +90,12 @@ class Challenges:
         while self._drawn and now - self._drawn[0][0] > self.young_s:
             self._drawn.popleft()
 
-    def proven(self, told: Mapping[str, float], frames: Iterable[bytes], arrived: float) -> bool:
+    def proven(self, proof: Mapping[str, float], frames: Iterable[bytes], arrived: float) -> bool:
         """Return whether a cycle was made after a young challenge.
 
         Parameters
         ----------
-        told : mapping of str to float
+        proof : mapping of str to float
             Its ``echo`` and ``proof``.
         frames : iterable of bytes
             Its other frames.
@@ -104,8 +104,8 @@ class Challenges:
         """
         content = tuple(frames)
         return any(
-            told.get(ECHO) == challenge & ECHO_BITS
-            and told.get(PROOF) == proof_of(challenge, content, self._key)
+            proof.get(ECHO) == challenge & ECHO_BITS
+            and proof.get(PROOF) == proof_of(challenge, content, self._key)
             for at, challenge in reversed(self._drawn)
             if arrived - at <= self.young_s
         )

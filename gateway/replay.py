@@ -14,7 +14,7 @@ from gateway.codec import decode
 from gateway.database import MACHINE, Database, Frame, key_of
 from gateway.framelog import LOGS
 from gateway.link import Link
-from gateway.machine import Ear
+from gateway.machine import AnswerReceiver
 from measurement.errors import BadInput, one_line
 
 READ = (*LOGS, ".mf4")
@@ -64,7 +64,7 @@ def replay(
     messages: list[can.Message],
     database: Database,
     link: Link,
-    ear: Ear,
+    answers: AnswerReceiver,
     *,
     speed_up: float | None = 1.0,
     wait_s: float = 10.0,
@@ -81,7 +81,7 @@ def replay(
         The frames.
     link : Link
         The bus, open.
-    ear : Ear
+    answers : AnswerReceiver
         Hears the gateway.
     speed_up : float or None
         Times as fast as recorded; None: the next cycle as soon as the gateway has answered.
@@ -99,8 +99,8 @@ def replay(
     """
     closing = database.closing(MACHINE)
     until = clock() + wait_s
-    while ear.last is None and clock() < until and not stopped():
-        ear.hear(link, min(clock() + closing.cycle_s, until))
+    while answers.last is None and clock() < until and not stopped():
+        answers.hear(link, min(clock() + closing.cycle_s, until))
     sent = 0
     pace = None if speed_up is None else _Pace(speed_up, clock)
     for message in messages:
@@ -117,8 +117,8 @@ def replay(
         patience_s, time_s = 0.0, None
         if speed_up is None:
             time_s = _running_time(closing, message)
-            patience_s = closing.cycle_s if time_s is None else ear.timeout_s
-        ear.hear(link, clock() + patience_s, time_s)
+            patience_s = closing.cycle_s if time_s is None else answers.timeout_s
+        answers.hear(link, clock() + patience_s, time_s)
     return sent
 
 

@@ -201,22 +201,22 @@ class Service:
         node.renew_reference()
 
     def _report(self, node: GatewayNode) -> Report:
-        told, outputs = node.told, self.unit.outputs
+        answer, outputs = node.answer, self.unit.outputs
         state: dict[str, Value | bool] = {
-            "valid": told.get("valid") == "valid",
+            "valid": answer.get("valid") == "valid",
             "status": int(outputs.get("status", 0)),
             "status_text": self.unit.text(),
             "status_sensor": int(outputs.get("status_sensor", 0)),
             "reference_known": node.reference_known,
             "gateway_state": node.state,
-            "bus_fault": told.get("bus_fault", "none"),
+            "bus_fault": answer.get("bus_fault", "none"),
             "trust": self.database.trust,
             "machine_time": node.machine_time_s,
             "steps": node.steps,
             "compensator": self.fmu.name,
             "compensator_sha256": self.unit.slave.sha256,
         }
-        return Report(told, node.given, outputs, state)
+        return Report(answer, node.given, outputs, state)
 
     def _over(self, node: GatewayNode, begun: float) -> bool:
         late = self.duration_s is not None and self.clock() - begun >= self.duration_s

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -14,9 +13,19 @@ from gateway.machine import MachineNode, Pace
 from gateway.plant import MachinePlant
 
 
-@dataclass
-class Simulation:
-    """Runs a machine to the end of its scenario.
+def simulate_on_bus(
+    database: Database,
+    plant: MachinePlant,
+    link: Link,
+    pace: Pace,
+    *,
+    state_file: Path | None = None,
+    save_every_s: float = 10.0,
+    stopped: Callable[[], bool] = lambda: False,
+    say: Callable[[str], None] = lambda line: None,
+    key: bytes | None = None,
+) -> dict[str, Any]:
+    """Run a machine to the end of its scenario, and return a summary.
 
     Parameters
     ----------
@@ -28,70 +37,43 @@ class Simulation:
         The bus, open.
     pace : Pace
         How fast.
-    state_file : Path or None
+    state_file : Path, optional
         Where the plant's state is kept.
-    save_every_s : float
+    save_every_s : float, optional
         How often [s].
-    stopped : callable
+    stopped : callable, optional
         Says when to end early.
-    say : callable
+    say : callable, optional
         Takes a line for people.
-    key : bytes or None
+    key : bytes, optional
         What its proofs of freshness are made with.
+
+    Raises
+    ------
+    BadInput
+        If the state file is none.
+    FmuError
+        If the FMU fails.
     """
+    store, saved = plant.slave.kept(state_file, say)
+    plant.start(saved)
+    if saved is not None:
+        say(f"goes on at {plant.time_s:g} s from the state of {saved.age_s:.0f} s ago")
+    begun, first = time.monotonic(), plant.time_s
+    saved_at = begun
 
-    database: Database
-    plant: MachinePlant
-    link: Link
-    pace: Pace
-    state_file: Path | None = None
-    save_every_s: float = 10.0
-    stopped: Callable[[], bool] = lambda: False
-    say: Callable[[str], None] = lambda line: None
-    clock: Callable[[], float] = time.monotonic
-    key: bytes | None = None
+    def save() -> None:
+        nonlocal saved_at
+        if store is not None and time.monotonic() - saved_at >= save_every_s:
+            store.write(store.now(), plant.time_s, plant.time_s, plant.slave.saved())
+            saved_at = time.monotonic()
 
-    def run(self) -> dict[str, Any]:
-        """Simulate, and return a summary.
-
-        Raises
-        ------
-        BadInput
-            If the state file is none.
-        FmuError
-            If the FMU fails.
-        """
-        self._store, saved = self.plant.slave.kept(self.state_file, self.say)
-        self.plant.start(saved)
-        if saved is not None:
-            self.say(
-                f"goes on at {self.plant.time_s:g} s from the state of {saved.age_s:.0f} s ago"
-            )
-        begun, first = self.clock(), self.plant.time_s
-        self._saved_at = begun
-        node = MachineNode(
-            self.database,
-            self.plant,
-            self.link,
-            self.pace,
-            self._save,
-            self.stopped,
-            self.clock,
-            self.key,
-        )
-        node.run()
-        return {
-            "steps": self.plant.point - round(first / self.plant.step_s),
-            "answered": node.answered,
-            "simulated_s": self.plant.time_s - first,
-            "seconds": self.clock() - begun,
-            "frames": dict(node.ear.reception.counts),
-        }
-
-    def _save(self) -> None:
-        now = self.clock()
-        if self._store is not None and now - self._saved_at >= self.save_every_s:
-            time_s = self.plant.time_s
-            state = self.plant.slave.saved()
-            self._store.write(self._store.now(), time_s, time_s, state)
-            self._saved_at = now
+    node = MachineNode(database, plant, link, pace, save, stopped, key=key)
+    node.run()
+    return {
+        "steps": plant.point - round(first / plant.step_s),
+        "answered": node.answered,
+        "simulated_s": plant.time_s - first,
+        "seconds": time.monotonic() - begun,
+        "frames": dict(node.answers.reception.counts),
+    }

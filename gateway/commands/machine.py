@@ -82,7 +82,7 @@ def _replay(args: argparse.Namespace, database: Any) -> dict[str, Any]:
     import time
 
     from gateway.database import COMPENSATOR
-    from gateway.machine import Ear
+    from gateway.machine import AnswerReceiver
     from gateway.options import on_bus
     from gateway.replay import recorded, replay
 
@@ -93,7 +93,7 @@ def _replay(args: argparse.Namespace, database: Any) -> dict[str, Any]:
             messages,
             database,
             link,
-            Ear(database, time.monotonic, args.timeout and args.timeout / 1e3),
+            AnswerReceiver(database, time.monotonic, args.timeout and args.timeout / 1e3),
             speed_up=args.speed_up,
             wait_s=args.wait,
             stopped=stopped,
@@ -108,7 +108,7 @@ def _simulate(args: argparse.Namespace, database: Any) -> dict[str, Any]:
     from gateway.options import on_bus
     from gateway.plant import MachinePlant
     from gateway.proof import read_key
-    from gateway.simulating import Simulation
+    from gateway.simulating import simulate_on_bus
     from measurement.runs import write_run
     from scenarios.fmu_files import find_fmu
 
@@ -127,11 +127,14 @@ def _simulate(args: argparse.Namespace, database: Any) -> dict[str, Any]:
         say(f"{fmu.name}, scenario {case.settings.name}, on {link.name}")
         timeout_s = args.timeout and args.timeout / 1e3
         pace = Pace(args.speed_up is None, args.wait, args.hold, timeout_s)
-        simulation = Simulation(
-            database, plant, link, pace, args.state, args.state_every, stopped, say
+        summary = simulate_on_bus(
+            *(database, plant, link, pace),
+            state_file=args.state,
+            save_every_s=args.state_every,
+            stopped=stopped,
+            say=say,
+            key=args.key and read_key(args.key),
         )
-        simulation.key = args.key and read_key(args.key)
-        summary = simulation.run()
         if args.out is not None:
             write_run(plant.frame(), args.out)
     return summary

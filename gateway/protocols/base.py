@@ -32,7 +32,7 @@ class Report:
 
     Attributes
     ----------
-    told : mapping
+    answer : mapping
         The values of the newest answer.
     given : mapping of str to float
         What was heard for it.
@@ -42,7 +42,7 @@ class Report:
         The gateway's own: ``valid``, ``status_text``, ``gateway_state``, …
     """
 
-    told: Mapping[str, Value]
+    answer: Mapping[str, Value]
     given: Mapping[str, float]
     outputs: Mapping[str, float]
     state: Mapping[str, Value | bool]

@@ -46,8 +46,10 @@ class RegisterLines(Participant):
 
     def update(self, now: float, report: Callable[[], Report]) -> None:
         """Print what the newest answer changes."""
-        told = report().told
-        offsets = {name: float(told[name]) for name in OFFSETS if isinstance(told.get(name), float)}
+        answer = report().answer
+        offsets = {
+            name: float(answer[name]) for name in OFFSETS if isinstance(answer.get(name), float)
+        }
         self._tell(self._control.writes(offsets))
 
     def close(self) -> None:

@@ -271,7 +271,10 @@ def test_a_second_node_of_the_same_number_is_noticed(quick_fmu: Path) -> None:
         mapping = node_mapping(NODE, quick_fmu)
         other = {"interface": wire.interface, "channel": wire.channel}
         with pytest.raises(BadInput, match="another node"):
-            CanOpenNode(NODE, node_dictionary(NODE, quick_fmu), mapping.database, other)
+            CanOpenNode(
+                *(NODE, node_dictionary(NODE, quick_fmu), mapping.database, other),
+                listen_s=PATIENCE_S,
+            )
         master.start()
         master.until(lambda: master.heard.get("valid") == 1)
         beat = can.Message(arbitration_id=0x700 + NODE, data=b"\x05", is_extended_id=False)

@@ -14,7 +14,7 @@ from gateway.codec import Sender
 from gateway.control import OffsetFollower
 from gateway.database import COMPENSATOR, MACHINE, Database
 from gateway.dbc import DBC
-from gateway.machine import Ear
+from gateway.machine import AnswerReceiver
 from gateway.options import options_of
 from gateway.reception import Cycle
 from gateway.state import StateFile
@@ -67,8 +67,8 @@ def test_an_answer_that_waited_in_a_queue_is_stale(database: Database) -> None:
         def receive(self, timeout_s: float) -> can.Message | None:
             return queue.pop(0) if queue else None
 
-    def ear() -> Ear:
-        heard = Ear(database, lambda: now)
+    def ear() -> AnswerReceiver:
+        heard = AnswerReceiver(database, lambda: now)
         while queue:
             heard.hear(Waiting(), now)  # type: ignore[arg-type]
         return heard

@@ -11,7 +11,7 @@ import pytest
 
 from gateway.codec import Sender, decode, high_raw
 from gateway.database import COMPENSATOR, MACHINE, Database
-from gateway.machine import Ear, MachineNode, Pace
+from gateway.machine import AnswerReceiver, MachineNode, Pace
 from gateway.plant import MachinePlant
 from gateway.replay import LONGEST_PAUSE_S, replay
 from scenarios.cli import main
@@ -98,7 +98,7 @@ def test_an_answer_is_as_fresh_after_the_machines_time_has_wrapped(database: Dat
         def receive(self, timeout_s: float) -> can.Message | None:
             return queue.pop(0) if queue else None
 
-    ear = Ear(database, lambda: 0.0)
+    ear = AnswerReceiver(database, lambda: 0.0)
     for k in range(-20, 20):
         time_s = wrap_s + k * CYCLE_S
         answered = round(time_s % wrap_s / 0.001) % 65536 * 0.001
@@ -137,7 +137,7 @@ def test_a_long_pause_in_a_log_is_cut_out(
     frames = [0.0, 0.1, 0.2, 50.2, 50.3, 1000.0, 1000.9]
     log = [can.Message(arbitration_id=0x210, data=bytes(8), timestamp=t) for t in frames]
     link: Any = clock
-    ear = Ear(database, clock)
+    ear = AnswerReceiver(database, clock)
     assert replay(log, database, link, ear, wait_s=0.0, clock=clock) == len(frames)
     at = [when - 100.0 for when, _ in clock.sent]
     assert at == pytest.approx([0.0, 0.1, 0.2, 0.2, 0.3, 0.3, 1.2], abs=1e-6)

@@ -15,7 +15,7 @@ import pytest
 from gateway.codec import Sender, Value
 from gateway.database import COMPENSATOR, MACHINE, Database
 from gateway.link import Link
-from gateway.machine import Ear
+from gateway.machine import AnswerReceiver
 from gateway.node import GatewaySettings
 from gateway.reception import Cycle
 from tests.gateway.bench import WARM
@@ -114,7 +114,7 @@ class Guarded:
     """A control that judges the gateway's frames as the gateway judges its own."""
 
     def __init__(self, database: Database, link: Link) -> None:
-        self.ear, self.link = Ear(database, time.monotonic), link
+        self.ear, self.link = AnswerReceiver(database, time.monotonic), link
         self.sender = Sender(database, MACHINE)
         self.time_s = 0.0
         self.cycles: list[Cycle] = []
