@@ -2,18 +2,22 @@
 
 Columns, each scaled to one prior standard deviation: parameters that calibration moves; parameters
 that it does not move but that are known only to a range; thermometers' constant errors; where in a
-part a thermometer sits; how much each part's warming moves each displacement. What belongs to one
-run alone (zeros, starting temperatures) is minimised over inside that run.
+part a thermometer sits; how much each part's warming moves each displacement; heat that passes a
+part beside its one temperature. What belongs to one run alone (zeros, starting temperatures) is
+minimised over inside that run.
 """
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import combinations, permutations
 
 import numpy as np
 
+from gap_finder.added_paths import AddedPath, path_answers
 from gap_finder.calibrate import robust_weights
 from gap_finder.directions import fewer
 from gap_finder.linearise import (
@@ -36,6 +40,11 @@ PLACE = 0.1
 OUTLIER = 6.0
 """Weighted residuals beyond this many root mean squares count linearly."""
 
+BESIDE = 0.5
+"""Share of what two parts would pass to each other through a third without mass that they may pass
+beside its one temperature (one sd) [1]. A part of some size has no one temperature: what touches it
+close by is warmed first. Set on one machine of the fifth split (lathe 0000, nothing hidden)."""
+
 LEVER = 0.01
 """Share of a displacement's spread that each part's warming may be wrong by (one sd) [1]."""
 
@@ -53,7 +62,7 @@ class RunSensitivities:
     bias : array, shape (N, C)
         Thermometers' errors.
     other : array, shape (N, Q)
-        Parameters that calibration does not move, errors, places and levers.
+        Parameters that calibration does not move, errors, places, levers and heat that passes by.
     weight : array, shape (N,)
         Robust square-root weight.
     """
@@ -70,12 +79,13 @@ def sensitivities_of(machine: Machine, observed: Observations, fixed: Priors) ->
     by_fixed = linear_about(machine, observed, fixed, fixed.position(machine))
     bias = bias_columns(machine, observed)
     places, levers = _place_columns(machine, observed), _lever_columns(machine, observed)
+    beside = _beside_columns(machine, observed)
     nuisance = nuisance_columns(machine, observed)
     return RunSensitivities(
         fewer([nuisance])[0],
         nuisance[:, nuisance.shape[1] - len(machine.nodes) :],
         bias,
-        np.hstack([by_fixed.by_parameter, bias, places, levers]),
+        np.hstack([by_fixed.by_parameter, bias, places, levers, beside]),
         robust_weights(by_fixed.residual, OUTLIER),
     )
 
@@ -198,6 +208,26 @@ def _place_columns(machine: Machine, observed: Observations) -> FloatArray:
                 difference = temperatures[:, index[other]] - temperatures[:, index[sensor.of]]
                 columns.append(_column(observed, channel, PLACE * difference))
     return np.array(columns).reshape(len(columns), -1).T
+
+
+def passing(machine: Machine) -> dict[tuple[str, str], float]:
+    """Return what every two parts would pass to each other through a third without mass [W/K]."""
+    joined: dict[str, dict[str, float]] = {node.name: defaultdict(float) for node in machine.nodes}
+    for item in machine.of_kind("links", "conduction", "contact"):
+        for near, far in permutations(item.refs["between"]):
+            joined[near][far] += machine.parameters[f"links.{item.name}.conductance"].value
+    found: dict[tuple[str, str], float] = defaultdict(float)
+    for around in joined.values():
+        for one, other in combinations(sorted(around), 2):
+            found[one, other] += around[one] * around[other] / max(sum(around.values()), 1e-12)
+    return dict(found)
+
+
+def _beside_columns(machine: Machine, observed: Observations) -> FloatArray:
+    """Return the answer to heat that passes a part beside its one temperature, (N, m)."""
+    paths = [AddedPath(pair, (BESIDE * most,)) for pair, most in passing(machine).items()]
+    columns = [change[0] for change in path_answers(machine, observed, paths)]
+    return np.array(columns).reshape(len(columns), observed.weights.size).T
 
 
 def _lever_columns(machine: Machine, observed: Observations) -> FloatArray:

@@ -21,6 +21,10 @@ from plant_model.parameters import FloatArray, Parameter
 
 SOURCE = "found by the gap finder"
 
+WIDE = 10.0
+"""Times its value to which the range of a number goes that nobody knows [1]; set on no split. Only
+physics is a wall (:mod:`plant_model.limits`)."""
+
 
 @dataclass(frozen=True)
 class CalibratedRun:
@@ -207,8 +211,18 @@ def with_item(machine: Machine, item: Item, effect: str) -> Machine:
     return replace(machine, items=items, effects=effects)
 
 
-def free(value: float, unit: str, high: float, low: float = 0.0) -> Parameter:
-    """Return a number that calibration may move."""
+def free(value: float, unit: str, ends: tuple[float, float] | None = None) -> Parameter:
+    """Return a number that calibration may move: nobody knows it, so its range is wide.
+
+    Parameters
+    ----------
+    value : float
+        Positive.
+    unit : str
+    ends : tuple of float, optional
+        Of its range; from 0 to `WIDE` times the value if not given.
+    """
+    low, high = ends or (0.0, WIDE * value)
     return Parameter(min(max(value, low), high), unit, low, high, SOURCE, calibrate=True)
 
 

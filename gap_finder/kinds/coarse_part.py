@@ -118,8 +118,8 @@ class CoarsePart(Change):
             if self._is_surface(item):
                 other = replace(self._on_far_side(item), name=f"{item.name}_far")
                 grown = with_item(grown, other, "surface_convection")
-        high, low = (self._conductance(delay) for delay in DELAY_RANGE_S)
-        return joined(grown, (name, self._far), free(numbers[self.first], "W/K", high, low))
+        slow, fast = (self._conductance(delay) for delay in DELAY_RANGE_S[::-1])
+        return joined(grown, (name, self._far), free(numbers[self.first], "W/K", (slow, fast)))
 
     def _near(self, item: Item) -> Item:
         """Return an item as it is afterwards: half of a surface; another link may have moved."""

@@ -12,12 +12,10 @@ from typing import ClassVar, Self
 
 from gap_finder.added_paths import AddedPath
 from gap_finder.kinds.base import CalibratedRun, PathChange, free, with_item
-from gap_finder.kinds.heat_path import LARGEST_W_PER_K
 from plant_model.machine import Item, Machine
 
 SIZES_W_PER_K = (2.0, 20.0)
 """Conductances tried, at the top of the input's range [W/K]."""
-
 
 MOTIONS = ("rpm", "mm_min", "lpm", "1")
 """Units of inputs that may drive it: speed, feed, flow, and a flag such as an open door."""
@@ -67,8 +65,7 @@ class ConductanceWithMotion(PathChange):
 
     def put_into(self, machine: Machine, numbers: Mapping[str, float]) -> Machine:
         """Return the machine with this link."""
-        value = numbers[self.first]
-        g = free(value, "W/K", min(max(20.0, 10.0 * value), LARGEST_W_PER_K))
+        g = free(numbers[self.first], "W/K")
         refs = {"between": self.place[:2], "driven_by": self.place[2:]}
         item = Item("links", self._name, "stirred", refs, {"conductance": g})
         return with_item(machine, item, "stirred_film")

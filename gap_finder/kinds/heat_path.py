@@ -21,9 +21,6 @@ from plant_model.machine import Machine
 SIZES_W_PER_K = (3.0, 30.0)
 """Conductances tried: one through a thin section or a still surface, one through a joint [W/K]."""
 
-LARGEST_W_PER_K = 1000.0
-"""No path is fitted to conduct more: two parts that close are one [W/K]."""
-
 
 @dataclass(frozen=True)
 class HeatPath(PathChange):
@@ -64,6 +61,4 @@ class HeatPath(PathChange):
 
     def put_into(self, machine: Machine, numbers: Mapping[str, float]) -> Machine:
         """Return the machine with this path."""
-        value = numbers[self.first]
-        high = min(max(20.0, 10.0 * value), LARGEST_W_PER_K)
-        return joined(machine, self.place, free(value, "W/K", high))
+        return joined(machine, self.place, free(numbers[self.first], "W/K"))

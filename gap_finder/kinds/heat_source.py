@@ -13,9 +13,6 @@ from plant_model.machine import Item, Machine
 SIZES_W = (20.0, 200.0)
 """Powers tried; the answer is in proportion to them [W]."""
 
-LARGEST_W = 20000.0
-"""Nothing in a machine tool's structure is heated by more [W]."""
-
 EXPONENTS = (1.0, 2.0)
 """Tried with an input: a friction that speed does not change, and a viscous one [1]."""
 
@@ -70,11 +67,10 @@ class HeatSource(Change):
 
     def put_into(self, machine: Machine, numbers: Mapping[str, float]) -> Machine:
         """Return the machine with this source."""
-        value = numbers[self.first]
-        given = {"power": free(value, "W", min(max(500.0, 10.0 * value), LARGEST_W))}
+        given = {"power": free(numbers[self.first], "W")}
         refs: dict[str, tuple[str, ...]] = {"node": self.place[:1]}
         kind = "steady_heat"
         if len(self.place) > 1:
-            given["exponent"] = free(numbers["exponent"], "1", 2.5, 0.7)
+            given["exponent"] = free(numbers["exponent"], "1", (0.7, 2.5))
             refs["driven_by"], kind = self.place[1:], "driven_heat"
         return with_item(machine, Item("sources", self._name, kind, refs, given), "plain_heat")

@@ -9,6 +9,7 @@ from typing import ClassVar, Self
 
 from gap_finder.added_paths import AddedPath
 from gap_finder.kinds.base import (
+    WIDE,
     CalibratedRun,
     PathChange,
     conductance_of,
@@ -21,9 +22,6 @@ from plant_model.machine import Machine, Node
 
 MASSES = (0.5, 2.0)
 """Heat capacities tried, in those of the part [1]."""
-
-MOST = 5.0
-"""A mass is fitted between a share of a tenth and so many times the part's [1]."""
 
 DELAYS_S = (900.0, 3600.0, 10800.0)
 """How slowly it follows the part: capacity over conductance, as tried [s]."""
@@ -79,9 +77,8 @@ class HiddenMass(PathChange):
     def put_into(self, machine: Machine, numbers: Mapping[str, float]) -> Machine:
         """Return the machine with this mass."""
         (part,) = (node for node in machine.nodes if node.name == self.place[0])
-        most = MOST * self.capacity
-        mass = free(numbers["capacity"], "J/K", most, 0.02 * most)
+        ends = self.capacity / WIDE, self.capacity * WIDE
+        mass = free(numbers["capacity"], "J/K", ends)
         behind = Node(self._mass, mass, part.start, part.start_share)
         grown = replace(machine, nodes=(*machine.nodes, behind))
-        g = numbers[self.first]
-        return joined(grown, (part.name, self._mass), free(g, "W/K", max(20.0, 10.0 * g)))
+        return joined(grown, (part.name, self._mass), free(numbers[self.first], "W/K"))

@@ -13,16 +13,11 @@ from plant_model.sensors import displacement_names
 SIZES_MM = (60.0, 600.0)
 """Lengths of a part that are tried; the answer is in proportion to them [mm]."""
 
-LONGEST_MM = 5000.0
-"""No part of a machine tool that grows straight is longer, levers included [mm]."""
-
 EXPANSION = 11.0
 """Of steel and cast iron, between 10 and 12 [1e-6/K]."""
 
 AXES = {"X": "x", "Y": "y", "Z": "elongation"}
 """Axes, and what a structure calls them."""
-
-WAYS = (-1.0, 1.0)
 
 
 @dataclass(frozen=True)
@@ -53,7 +48,7 @@ class MovesAxis(Change):
         for node in machine.nodes:
             for axis in _measured(known[0]):
                 if ((node.name,), AXES[axis]) not in there:
-                    yield from (cls((node.name, axis), way) for way in WAYS)
+                    yield from (cls((node.name, axis), way) for way in (-1.0, 1.0))
 
     @property
     def _name(self) -> str:
@@ -72,7 +67,7 @@ class MovesAxis(Change):
         ways = {name: fixed(0.0, "1") for name in AXES.values()}
         ways[AXES[self.place[1]]] = fixed(self.way, "1")
         given = {
-            "length": free(numbers[self.first], "mm", LONGEST_MM),
+            "length": free(numbers[self.first], "mm"),
             "expansion": fixed(EXPANSION, "1e-6/K"),
             **ways,
         }

@@ -29,9 +29,6 @@ from plant_model.parameters import FloatArray
 SHARES = (0.1, 0.5)
 """Shares tried [1]."""
 
-LARGEST_SHARE = 0.95
-"""More than this, and it would be the other part's thermometer [1]."""
-
 CONTACT_W_PER_K, TIP_J_PER_K = 0.01, 0.03
 """Of the tip with its own part, and its capacity: it follows within seconds and, between the two,
 carries less heat than any path that shows [W/K, J/K]."""
@@ -86,9 +83,8 @@ class SensorPlace(Change):
         )
         grown = replace(machine, nodes=nodes, sensors=sensors)
         grown = joined(grown, (self._tip, self.of), fixed(CONTACT_W_PER_K, "W/K"))
-        most = CONTACT_W_PER_K * _odds(LARGEST_SHARE)
         value = CONTACT_W_PER_K * _odds(numbers[self.first])
-        return joined(grown, (self._tip, other), free(value, "W/K", most))
+        return joined(grown, (self._tip, other), free(value, "W/K"))
 
     def read(self, machine: Machine) -> dict[str, float]:
         """Return the share that it reads of the other part."""
