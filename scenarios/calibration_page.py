@@ -15,7 +15,7 @@ from gap_finder.told import Advice
 from plant_model.machine import Machine
 from scenarios.channel_charts import measured_against_model
 from scenarios.parameter_rows import DETERMINED, parameter_rows
-from scenarios.report import chart_html, page_text
+from scenarios.report import page_text
 
 MOST_RUNS = 4
 """Runs that are drawn; of more, those that the model leaves most of."""
@@ -82,7 +82,7 @@ def calibration_page(
         advice=advice,
         left_out=left_out,
         parameters=parameter_rows(calibration.machine, calibration.parameters),
-        charts=[(chart, chart_html(chart)) for chart in charts],
+        charts=charts,
         facts=facts,
     )
 

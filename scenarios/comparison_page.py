@@ -2,30 +2,27 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import cycle
 from pathlib import Path
 
-import jinja2
 import numpy as np
-import plotly.graph_objects as go
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from plotly.offline import get_plotlyjs
 
 from fmu_compensator.fit.comparison import Comparison, Judged, Row
 from measurement.faults import Fault, by_column, group_line
-from measurement.files import write_atomically
 from measurement.units import UNITS
 from scenarios.charts import BEFORE, LINES, Chart, Line, Panel
 from scenarios.figures import DPI, draw
-from scenarios.report import TEMPLATES, chart_html
+from scenarios.report import AXIS, plot_html, short, write_page
 
 BEST = 4
 """So many models are drawn: more curves cannot be told apart."""
 MOST_RUNS = 6
 """So many judged runs are drawn; the table and the JSON form hold all."""
+CONVERGENCE_PX = 320
 
 
 @dataclass(frozen=True)
@@ -121,17 +118,11 @@ def ranking_text(comparison: Comparison) -> str:
 
 def _line(line: TableRow) -> str:
     cells = "".join(
-        f"{_short(c.train):>8}{_short(c.unseen):>8}{_short(c.median):>8}{c.eta:>6.0f}"
+        f"{short(c.train):>8}{short(c.unseen):>8}{short(c.median):>8}{c.eta:>6.0f}"
         for c in line.cells
     )
     coverage = f"  {line.coverage}" if line.coverage else ""
     return f"{line.rank:>2} {line.row.title:<41}{cells}{coverage}"
-
-
-def _short(value: float) -> str:
-    if math.isnan(value):
-        return "-"
-    return f"{value:.1f}" if value >= 100.0 else f"{value:.2f}"
 
 
 def best_rows(comparison: Comparison) -> list[Row]:
@@ -224,7 +215,7 @@ def _draw_ranking(comparison: Comparison, path: Path) -> Path:
         end = 1.5 * float(np.median(values)) + 1e-9
         ax.set_xlim(0.0, end)
         for number, value in enumerate(values):
-            text = _short(value) + (" (cut)" if value > end else "")
+            text = short(value) + (" (cut)" if value > end else "")
             ax.text(0.02 * end, number, text, va="center", fontsize=7, color="white")
     figure.savefig(path, dpi=DPI, metadata={"Software": None})
     return path
@@ -244,8 +235,8 @@ def _draw_curves(curves: dict[str, list[float]], path: Path) -> Path:
     return path
 
 
-def write_page(comparison: Comparison, faults: Sequence[Fault], path: Path) -> Path:
-    """Write the page: one HTML file that needs nothing else.
+def write_comparison(comparison: Comparison, faults: Sequence[Fault], path: Path) -> Path:
+    """Write the page, and return the path given.
 
     Parameters
     ----------
@@ -254,56 +245,33 @@ def write_page(comparison: Comparison, faults: Sequence[Fault], path: Path) -> P
         Of the runs that were compared on.
     path : Path
         Replaced if it is there.
-
-    Returns
-    -------
-    Path
-        The path given.
     """
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(TEMPLATES),
-        autoescape=True,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        undefined=jinja2.StrictUndefined,
-    )
-    environment.filters["short"] = _short
     lines = table_of(comparison)
-    text = environment.get_template("comparison.html").render(
+    return write_page(
+        "comparison.html",
+        path,
+        title="Error models compared",
         comparison=comparison,
         targets=list(zip(comparison.targets, comparison.units, strict=True)),
         free=[line for line in lines if not line.row.uses_displacement],
         fed=[line for line in lines if line.row.uses_displacement],
         faults=[group_line(group) for group in by_column(faults)],
-        charts=[(chart, chart_html(chart)) for chart in charts_of(comparison)],
+        charts=charts_of(comparison),
         judged=len({run.run for run in comparison.rows[0].validate}),
         convergence=_convergence(curves_of(comparison)),
-        plotly=get_plotlyjs(),
     )
-    return write_atomically(path, text)
 
 
 def _convergence(curves: dict[str, list[float]]) -> str:
     if not curves:
         return ""
-    figure = go.Figure()
-    for number, (title, curve) in enumerate(curves.items()):
-        colour = LINES[number % len(LINES)]
-        figure.add_trace(
-            go.Scatter(y=curve, name=title, mode="lines", line={"color": colour, "width": 1.8})
-        )
-    figure.update_layout(
-        height=320,
-        margin={"l": 60, "r": 14, "t": 12, "b": 44},
-        plot_bgcolor="#ffffff",
-        legend={"orientation": "h", "y": 1.0, "yanchor": "bottom"},
-    )
-    figure.update_xaxes(title_text="iteration of Levenberg-Marquardt", gridcolor="#e3e6ea")
-    figure.update_yaxes(title_text="mean squared error", type="log", gridcolor="#e3e6ea")
-    html: str = figure.to_html(
-        full_html=False,
-        include_plotlyjs=False,
-        div_id="chart-convergence",
-        config={"responsive": True, "displaylogo": False, "displayModeBar": False},
-    )
-    return html
+    traces = [
+        {"y": list(curve), "name": title, "mode": "lines", "line": {"color": colour, "width": 1.8}}
+        for (title, curve), colour in zip(curves.items(), cycle(LINES), strict=False)
+    ]
+    layout = {
+        "xaxis": AXIS | {"title": {"text": "iteration of Levenberg-Marquardt"}},
+        "yaxis": AXIS | {"title": {"text": "mean squared error"}, "type": "log"},
+        "hovermode": "closest",
+    }
+    return plot_html("convergence", traces, layout, CONVERGENCE_PX)

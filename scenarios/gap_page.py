@@ -21,7 +21,7 @@ from scenarios.gap_map import RegimeMap, regime_map
 from scenarios.gap_picture import gap_picture
 from scenarios.gap_signature import signature_charts
 from scenarios.parameter_rows import parameter_rows
-from scenarios.report import chart_html, write_page
+from scenarios.report import write_page
 
 PAGE = "report.html"
 HELD_OUT = "The held-out run."
@@ -59,7 +59,7 @@ def write_gap_page(
             result.after.machine, result.after.calibration.parameters, _new_numbers(result)
         ),
         cosimulation=table.get("cosimulation"),
-        charts=[(chart, chart_html(chart)) for chart in charts],
+        charts=charts,
         facts=facts,
     )
     return [page, *(draw(chart, folder) for chart in charts)]

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import base64
+import json
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import jinja2
-import plotly.graph_objects as go
-from plotly.offline import get_plotlyjs
-from plotly.subplots import make_subplots
+import markupsafe
 
 from measurement.files import write_atomically
 from scenarios.charts import Chart, Line, kept, kept_steps
@@ -18,9 +19,28 @@ from scenarios.recording import Event
 from scenarios.table import Group, number, percent
 
 TEMPLATES = Path(__file__).parent / "templates"
+PLOTLY = TEMPLATES / "plotly-basic.min.js.gz"
+"""plotly.js-basic-dist-min 4.1.1 from npm, MIT: a quarter of the whole.
+A page holds it as it is, and the browser unpacks it."""
 PANEL_PX, CHART_PX = 230, 80
-TEXT, GRID = "#333a44", "#e3e6ea"
+PANEL_GAP = 0.15
+"""Between two panels, as a share of one."""
 MOST_EVENTS = 200
+POINTS = 1200
+"""Of a curve, about: a page shows one for each pixel of its width."""
+CONFIG = {"responsive": True, "displaylogo": False, "displayModeBar": False}
+AXIS = {"gridcolor": "#e3e6ea", "linecolor": "#9aa1ab", "zerolinecolor": "#c6cbd2"}
+VALUES = AXIS | {"automargin": True, "exponentformat": "none", "separatethousands": True}
+LOOKS: dict[str, Any] = {
+    "margin": {"l": 58, "r": 14, "t": 12, "b": 44},
+    "paper_bgcolor": "rgba(0,0,0,0)",
+    "plot_bgcolor": "#ffffff",
+    "font": {"family": "system-ui, sans-serif", "size": 12, "color": "#333a44"},
+    "hovermode": "x unified",
+    "hoverlabel": {"namelength": -1},
+    "legend": {"orientation": "h", "yanchor": "bottom", "y": 1.0, "x": 0, "xanchor": "left"},
+}
+"""Of every figure: light, few lines, the legend on top."""
 
 STATES = (
     ("ok", "#4f9d69", "following the model"),
@@ -86,9 +106,10 @@ def write_report(page: Page, path: Path) -> Path:
     return write_page(
         "report.html",
         path,
+        title=page.title,
         page=page,
         axes=axes,
-        charts=[(chart, chart_html(chart)) for chart in page.charts],
+        charts=page.charts,
         states=STATES,
         timelines=[
             (label, _spans(events, end_s), end_s, *_cut(events))
@@ -103,7 +124,15 @@ def write_page(template: str, path: Path, **values: Any) -> Path:
 
 
 def page_text(template: str, **values: Any) -> str:
-    """Return a page from a template of this room; plotly's script comes with it."""
+    """Return a page from a template of this room: one HTML file that needs nothing else.
+
+    Parameters
+    ----------
+    template : str
+        Its file's name in ``templates``; it extends ``base.html``.
+    **values
+        What it shows; with ``charts``, plotly's script comes along.
+    """
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(TEMPLATES),
         autoescape=True,
@@ -111,13 +140,70 @@ def page_text(template: str, **values: Any) -> str:
         lstrip_blocks=True,
         undefined=jinja2.StrictUndefined,
     )
-    environment.filters |= {"number": number, "percent": percent, "clock": clock}
-    return environment.get_template(template).render(plotly=get_plotlyjs(), **values)
+    environment.filters |= {
+        "number": number,
+        "percent": percent,
+        "clock": clock,
+        "drawn": chart_html,
+        "short": short,
+    }
+    environment.globals["plotly"] = lambda: base64.b64encode(PLOTLY.read_bytes()).decode()
+    return environment.get_template(template).render(**values)
 
 
-def chart_html(chart: Chart) -> str:
-    """Return a chart as a part of a page that holds plotly's script."""
-    return _html(_figure(chart), chart.name)
+def chart_html(chart: Chart) -> markupsafe.Markup:
+    """Return a chart for the page: its panels stacked over one time axis."""
+    count = len(chart.panels)
+    labels = {line.label for panel in chart.panels for line in panel.lines} - {""}
+    shown: set[str] = set()
+    traces = []
+    layout: dict[str, Any] = {
+        "grid": {"rows": count, "columns": 1, "pattern": "coupled", "ygap": PANEL_GAP},
+        "xaxis": AXIS | {"showline": True, "title": {"text": "time [h]"}},
+        "showlegend": len(labels) > 1,
+    }
+    for row, panel in enumerate(chart.panels, 1):
+        number_of_axis = "" if row == 1 else str(row)
+        for line in panel.lines:
+            first = bool(line.label) and line.label not in shown
+            traces.append(_trace(line, first=first) | {"yaxis": f"y{number_of_axis}"})
+            shown.add(line.label)
+        layout[f"yaxis{number_of_axis}"] = VALUES | {
+            "title": {"text": panel.y_label},
+            "rangemode": "tozero" if panel.from_zero else "normal",
+        }
+    height = PANEL_PX * count + CHART_PX + 10 * len(labels)
+    return plot_html(chart.name, traces, layout, height)
+
+
+def plot_html(
+    name: str, traces: Sequence[dict[str, Any]], layout: dict[str, Any], height: int
+) -> markupsafe.Markup:
+    """Return a figure as a part of a page that holds plotly's script.
+
+    Parameters
+    ----------
+    name : str
+        The element is called ``chart-`` and this.
+    traces, layout
+        As plotly's reference of figures has them; `LOOKS` are given.
+    height : int
+        [px].
+    """
+    element = f"chart-{name}"
+    figure = {"data": traces, "layout": LOOKS | layout, "config": CONFIG}
+    # A "<" of a name must not end the script.
+    text = json.dumps([element, figure], separators=(",", ":")).replace("<", "\\u003c")
+    markup = '<div id="{}" class="chart" style="height: {}px"></div>\n'
+    drawing = f"<script>plotly.then(() => Plotly.newPlot(...{text}))</script>"
+    return markupsafe.Markup(markup).format(element, height) + markupsafe.Markup(drawing)
+
+
+def short(value: float) -> str:
+    """Return an error as tables of models show it: three figures, or two decimals."""
+    if math.isnan(value):
+        return "-"
+    return f"{value:.1f}" if value >= 100.0 else f"{value:.2f}"
 
 
 def clock(seconds: float) -> str:
@@ -134,68 +220,24 @@ def _cut(events: Sequence[Event]) -> tuple[list[Event], int]:
     return list(events[:MOST_EVENTS]), max(len(events) - MOST_EVENTS, 0)
 
 
-def _html(figure: go.Figure, name: str) -> str:
-    html: str = figure.to_html(
-        full_html=False,
-        include_plotlyjs=False,
-        div_id=f"chart-{name}",
-        config={"responsive": True, "displaylogo": False, "displayModeBar": False},
-    )
-    return html
-
-
-def _figure(chart: Chart) -> go.Figure:
-    """Return a chart for the page: its panels stacked over one time axis."""
-    count = len(chart.panels)
-    figure = make_subplots(rows=count, cols=1, shared_xaxes=True, vertical_spacing=0.06)
-    shown: set[str] = set()
-    for row, panel in enumerate(chart.panels, 1):
-        for line in panel.lines:
-            figure.add_trace(_trace(line, first=line.label not in shown), row=row, col=1)
-            shown.add(line.label)
-        mode = "tozero" if panel.from_zero else "normal"
-        figure.update_yaxes(title_text=panel.y_label, rangemode=mode, row=row, col=1)
-    figure.update_xaxes(title_text="time [h]", row=count, col=1)
-    labels = shown - {""}
-    _dress(figure, PANEL_PX * count + CHART_PX + 10 * len(labels))
-    figure.update_layout(showlegend=len(labels) > 1)
-    return figure
-
-
-def _trace(line: Line, *, first: bool) -> go.Scatter:
-    places = kept_steps(line.values) if line.held else kept(line.values)
-    return go.Scatter(
-        x=(line.time_s[places] / 3600.0).round(5).tolist(),
-        y=[None if value != value else value for value in line.values[places].round(3).tolist()],
-        name=line.label,
-        legendgroup=line.label,
-        showlegend=first and bool(line.label),
-        mode="lines",
-        line={
+def _trace(line: Line, *, first: bool) -> dict[str, Any]:
+    places = (kept_steps if line.held else kept)(line.values, POINTS)
+    return {
+        "type": "scatter",
+        "x": (line.time_s[places] / 3600.0).round(5).tolist(),
+        "y": [None if value != value else value for value in line.values[places].round(3).tolist()],
+        "name": line.label,
+        "legendgroup": line.label,
+        "showlegend": first,
+        "mode": "lines",
+        "line": {
             "color": line.colour,
             "width": 1.0 if line.thin else 1.8,
             "shape": "hv" if line.held else "linear",
         },
-        zorder=line.rank,
-        hovertemplate="%{y:.2f}" + ("" if line.label else "<extra></extra>"),
-    )
-
-
-def _dress(figure: go.Figure, height: int) -> None:
-    """Give a figure the page's looks: light, few lines, the legend on top."""
-    figure.update_layout(
-        height=height,
-        margin={"l": 58, "r": 14, "t": 12, "b": 44},
-        paper_bgcolor="rgba(0,0,0,0)",
-        plot_bgcolor="#ffffff",
-        font={"family": "system-ui, sans-serif", "size": 12, "color": TEXT},
-        hovermode="x unified",
-        hoverlabel={"namelength": -1},
-        legend={"orientation": "h", "yanchor": "bottom", "y": 1.0, "x": 0, "xanchor": "left"},
-    )
-    axes: dict[str, Any] = {"gridcolor": GRID, "linecolor": "#9aa1ab", "zerolinecolor": "#c6cbd2"}
-    figure.update_xaxes(**axes, showline=True)
-    figure.update_yaxes(**axes, automargin=True, exponentformat="none", separatethousands=True)
+        "zorder": line.rank,
+        "hovertemplate": "%{y:.2f}" + ("" if line.label else "<extra></extra>"),
+    }
 
 
 def state_of(code: int) -> int:

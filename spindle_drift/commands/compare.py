@@ -17,7 +17,7 @@ from fmu_compensator.fit.comparison import Comparison
 from measurement.errors import BadInput, shown
 from measurement.faults import HANDLING, faults_text
 from measurement.files import write_atomically
-from scenarios.comparison_page import ranking_text, write_figures, write_page
+from scenarios.comparison_page import ranking_text, write_comparison, write_figures
 from scenarios.grey_options import add_choice_options, choice_options, option_value
 from scenarios.outputs import FOLDER
 from scenarios.presets import add_as
@@ -124,7 +124,7 @@ def run(args: argparse.Namespace) -> int:
             figures = write_figures(found.results, folder)
             written = [
                 write_atomically(folder / "comparison.json", text + "\n"),
-                write_page(found.results, found.faults, folder / "report.html"),
+                write_comparison(found.results, found.faults, folder / "report.html"),
                 *figures,
             ]
             write_table([], {"comparison": "comparison.json"}, folder, to_come=())

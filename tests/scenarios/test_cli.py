@@ -37,7 +37,7 @@ def test_help_lists_every_command_and_is_quick() -> None:
 def test_help_imports_nothing_heavy() -> None:
     code = (
         "import sys; from scenarios.cli import main; main(['--help']);"
-        "heavy = {'numpy', 'pandas', 'fmpy', 'plotly', 'matplotlib', 'pydantic'};"
+        "heavy = {'numpy', 'pandas', 'fmpy', 'jinja2', 'matplotlib', 'pydantic'};"
         "print(sorted(heavy & set(sys.modules)))"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

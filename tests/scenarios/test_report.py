@@ -48,8 +48,10 @@ def test_the_report_draws_its_figures_without_complaint(
     metrics = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": width < 500}
     browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
     browser.get(report.as_uri())
+    browser.set_script_timeout(60)
+    browser.execute_async_script("plotly.then(arguments[0])")
     charts = browser.execute_script(
-        "return [...document.querySelectorAll('.plotly-graph-div')].map(chart => ({"
+        "return [...document.querySelectorAll('.chart')].map(chart => ({"
         "  name: chart.id, traces: chart.data.length, right: chart.getBoundingClientRect().right,"
         "  drawn: [...chart.querySelectorAll('.scatterlayer .trace')].filter(trace =>"
         "    [...trace.querySelectorAll('path.js-line')].some(path =>"
