@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -26,6 +26,9 @@ SMALLEST_SPLIT, SMALLEST_S = 2.0**-14, 1e-3
 
 MOST_PARTS = 100_000
 """Parts of a step: one of weeks in which something keeps switching is refused, not endless."""
+
+KEPT = 64
+"""Lengths of steps whose weights are kept at once."""
 
 Forcing = Callable[[float, FloatArray], FloatArray]
 """Of the fraction of the step (0..1) and the state, shape (sets, size): forcing, same shape."""
@@ -74,6 +77,26 @@ class Modes:
     decay: FloatArray
     to_state: FloatArray
     to_modes: FloatArray
+    _weights: dict[float, tuple[FloatArray, ...]] = field(default_factory=dict, repr=False)
+
+    def weights(self, length: float) -> tuple[FloatArray, ...]:
+        """Return e^x, h phi1(x) and h phi2(x) for a step, each (sets, size) [1, s, s].
+
+        x = -lambda h with the decay rates lambda.
+
+        Parameters
+        ----------
+        length : float
+            h [s]; what it gives is kept for the next step of this length.
+        """
+        known = self._weights.get(length)
+        if known is None:
+            if len(self._weights) >= KEPT:
+                self._weights.clear()
+            x = -self.decay * length
+            known = np.exp(x), phi(1, x) * length, phi(2, x) * length
+            self._weights[length] = known
+        return known
 
     @classmethod
     def of(cls, matrix: FloatArray, capacity: FloatArray, state_count: int = 0) -> Modes:
@@ -157,17 +180,20 @@ def linear_steps(
     array, shape (sets, K, size)
         State at the end of each step, in modes.
     """
-    lengths, which = np.unique(steps, return_inverse=True)
-    x = -modes.decay[:, None, :] * lengths[None, :, None]
-    keep = np.exp(x)
-    weight1, weight2 = (phi(k, x) * lengths[None, :, None] for k in (1, 2))
-    gain = weight1[:, which] * first + weight2[:, which] * (last - first)
+    lengths = dict.fromkeys(steps.tolist())
+    kept = {length: modes.weights(length) for length in lengths}
+    if len(lengths) == 1:
+        weight1, weight2 = (part[:, None] for part in kept[float(steps[0])][1:])
+    else:
+        weight1, weight2 = (
+            np.stack([kept[length][k] for length in steps.tolist()], axis=1) for k in (1, 2)
+        )
+    gain = weight1 * first + weight2 * (last - first)
     # Step first and contiguous: what is left in the loop is three short operations.
     out = np.ascontiguousarray(np.swapaxes(gain, 0, 1))
-    kept = [keep[:, length] for length in range(len(lengths))]
     state = start
-    for row, length in zip(out, which.tolist(), strict=True):
-        state = kept[length] * state
+    for row, length in zip(out, steps.tolist(), strict=True):
+        state = kept[length][0] * state
         state += row
         row[...] = state
     return np.swapaxes(out, 0, 1)
@@ -216,7 +242,7 @@ class ExponentialRungeKutta:
                 h * (4.0 * p2 - 8.0 * p3),
                 h * (4.0 * p3 - p2),
             )
-            if len(self._weights) > 64:
+            if len(self._weights) >= KEPT:
                 self._weights.clear()
             self._weights[key] = known
         return known

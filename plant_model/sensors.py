@@ -136,8 +136,6 @@ class SensorNoise:
     ----------
     machine : Machine
         Whose sensors they are.
-    seed : int or None
-        The same seed gives the same noise.
 
     Attributes
     ----------
@@ -145,35 +143,26 @@ class SensorNoise:
         The sensors, in the order in which they get their noise.
     """
 
-    def __init__(self, machine: Machine, seed: int | None) -> None:
+    def __init__(self, machine: Machine) -> None:
         table = noise_and_resolution(machine)
         pairs = np.array(list(table.values()))
         self.names = list(table)
         self._noise = pairs[:, 0, None, None]
         # Rounding to a resolution far below a double's own changes nothing.
         self._resolution = np.where(pairs[:, 1] > 0.0, pairs[:, 1], 1e-12)[:, None, None]
-        self.generator = np.random.default_rng(seed)
 
-    def added(self, shown: dict[str, FloatArray]) -> dict[str, FloatArray]:
-        """Return readings, each (sets, times), as noisy sensors would show them."""
-        exact = np.stack([shown[name] for name in self.names])
-        noisy = exact + self._noise * self.generator.standard_normal(exact.shape)
-        counts = np.rint(noisy / self._resolution)
-        return dict(zip(self.names, np.round(counts * self._resolution, 9), strict=True))
-
-    def added_now(self, exact: FloatArray, normal: FloatArray) -> FloatArray:
-        """Return one instant's readings as noisy sensors would show them.
+    def added(self, shown: dict[str, FloatArray], normal: FloatArray) -> dict[str, FloatArray]:
+        """Return readings, each (sets, times), as noisy sensors would show them.
 
         Parameters
         ----------
-        exact : array, shape (sensors,)
-        normal : array, shape (sensors,)
+        shown : dict of str to array, shape (sets, times)
+        normal : array, shape (sensors, sets, times)
             Numbers of mean 0 and standard deviation 1.
         """
-        resolution = self._resolution[:, 0, 0]
-        noisy = exact + self._noise[:, 0, 0] * normal
-        shown: FloatArray = np.round(np.rint(noisy / resolution) * resolution, 9)
-        return shown
+        exact = np.stack([shown[name] for name in self.names])
+        counts = np.rint((exact + self._noise * normal) / self._resolution)
+        return dict(zip(self.names, np.round(counts * self._resolution, 9), strict=True))
 
 
 def column_of(machine: Machine, name: str) -> str:

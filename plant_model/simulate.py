@@ -172,8 +172,9 @@ def simulate(
     whole = parts[0] if len(parts) == 1 else _joined(parts)
     if noise_seed is None:
         return whole
-    noisy = SensorNoise(machine, noise_seed).added(whole.readings)
-    return replace(whole, readings=noisy)
+    shape = (len(whole.readings), *whole.temperatures.shape[:2])
+    normal = np.random.default_rng(noise_seed).standard_normal(shape)
+    return replace(whole, readings=SensorNoise(machine).added(whole.readings, normal))
 
 
 def _joined(parts: list[Simulation]) -> Simulation:

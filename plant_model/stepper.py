@@ -9,25 +9,21 @@ from typing import Any
 import numpy as np
 
 from plant_model.axis import AxisOffset
-from plant_model.dependent import DependentStepper
-from plant_model.instant import Instant, drift_of
-from plant_model.integrate import Modes, phi
+from plant_model.level import LevelStepper
 from plant_model.machine import Machine
 from plant_model.network import Network, effects_in_force
 from plant_model.noise import NormalSequence
 from plant_model.parameters import FloatArray, Values
 from plant_model.rest import RestingParts
-from plant_model.sensors import SensorNoise
+from plant_model.sensors import SensorNoise, readings
+from plant_model.structure import drift_at, pose
 
 AXES = ("X", "Y", "Z")
 OFFSETS = tuple(f"d{axis}" for axis in AXES)
 AXIS_OUTPUTS = tuple((f"drift_{axis}", f"offset_{axis}", f"error_{axis}") for axis in AXES)
 
 KEPT = 64
-"""Propagators, and heats of input values, kept at once."""
-
-ONE_THREAD = 2**18
-"""Multiplications that no BLAS spreads over threads, whose number would show in the last digits."""
+"""Levels of the conductances, and heats of input values, kept at once."""
 
 
 class InputError(ValueError):
@@ -61,17 +57,15 @@ class PlantStepper:
         self.machine = machine
         self.effects = effects_in_force(machine, values)
         self.network = Network(machine, values, self.effects)
-        self._instant = Instant(machine, self.effects, self.network.state_slices())
         self._names = [entry.name for entry in machine.inputs]
         self._boundaries = list(machine.boundary_index)
         self._held = [name for name in self._names if name not in machine.boundary_index]
         self._ranges = [(entry.name, entry.low, entry.high) for entry in machine.inputs]
         self._seed = noise_seed
-        self._noise = SensorNoise(machine, None)
+        self._noise = SensorNoise(machine)
         self._normal = NormalSequence(noise_seed or 0, len(self._noise.names))
         self._axes = [AxisOffset(machine.axis) for _ in AXES]
-        self._modes: dict[tuple[float, ...], tuple[Modes, FloatArray, DependentStepper]] = {}
-        self._linear: dict[tuple[float, ...], tuple[FloatArray, FloatArray]] = {}
+        self._levels: dict[tuple[float, ...], LevelStepper] = {}
         self._heat: dict[tuple[float, ...], FloatArray] = {}
         # By the file's numbers, as the C form has it: a solved network is no formula.
         rests = any(node.rests for node in machine.nodes)
@@ -142,41 +136,25 @@ class PlantStepper:
                 raise InputError(f"{name}: {value:g} is outside {low:g}..{high:g} {unit}")
 
     def _advanced(self, step_s: float, inputs: Mapping[str, float]) -> FloatArray:
-        network = self.network
-        level = tuple([inputs[name] for name in network.conductance_inputs])
-        modes, boundary, stepper = self._modes_at(level)
-        outside = np.array([inputs[name] for name in self._boundaries])
-        force = self._heat_at(inputs) + boundary @ outside
-        if network.linear:
-            keep, gain = self._propagator(level, step_s, modes)
-            before = self._state[: network.node_count]
-            after: FloatArray = keep @ before + gain @ force
-            if not network.state_count:
-                return after
-            held = _arrays(inputs, self._names)
-            ends = (held, before[None, None]), (held, after[None, None])
-            own = self._state[None, network.node_count :]
-            followed = network.followed(own, np.array([step_s]), *ends)
-            return np.concatenate([after, followed[0, 0]])
-        between = (force[None], force[None]), (outside, outside)
-        held = _arrays(inputs, self._names)
+        stepper = self._stepper_at(tuple([inputs[n] for n in self.network.conductance_inputs]))
         # What error control has learned belongs to the trajectory, whatever the conductances.
         stepper.part = self._part
-        end: FloatArray = stepper.advance(self._state[None], step_s, held, *between)[0]
+        heat = self._heat_at(inputs)
+        outside = np.array([[inputs[name] for name in self._boundaries]])
+        held = _arrays(inputs, self._names)
+        ends = (heat, heat), (outside, outside)
+        end: FloatArray = stepper.through(self._state[None], np.array([step_s]), held, *ends)[0, 0]
         self._part = stepper.part
         return end
 
-    def _modes_at(self, level: tuple[float, ...]) -> tuple[Modes, FloatArray, DependentStepper]:
-        known = self._modes.get(level)
+    def _stepper_at(self, level: tuple[float, ...]) -> LevelStepper:
+        known = self._levels.get(level)
         if known is None:
             network = self.network
             given = dict.fromkeys(self._names, 0.0)
             given |= zip(network.conductance_inputs, level, strict=True)
-            matrix, boundary = network.conductances(_arrays(given, self._names))
-            with_states = 0 if network.linear else network.state_count
-            modes = Modes.of(matrix, network.capacity, with_states)
-            known = (modes, boundary[0], DependentStepper(network, modes))
-            _keep(self._modes, level, known)
+            known = LevelStepper(network, *network.conductances(_arrays(given, self._names)))
+            _keep(self._levels, level, known)
         return known
 
     def _heat_at(self, inputs: Mapping[str, float]) -> FloatArray:
@@ -184,31 +162,22 @@ class PlantStepper:
         key = tuple([inputs[name] for name in self._held])
         known = self._heat.get(key)
         if known is None:
-            known = self.network.heat(_arrays(inputs, self._names))[0, 0]
+            known = self.network.heat(_arrays(inputs, self._names))
             _keep(self._heat, key, known)
-        return known
-
-    def _propagator(
-        self, level: tuple[float, ...], step_s: float, modes: Modes
-    ) -> tuple[FloatArray, FloatArray]:
-        """Return the matrices of T(t + h) = K T(t) + G f for forcing f [W] held in the step."""
-        key = (*level, step_s)
-        known = self._linear.get(key)
-        if known is None:
-            x = -modes.decay * step_s
-            keep = _product(modes.to_state * np.exp(x)[:, None, :], modes.to_modes)
-            gain = _product(modes.to_state * (step_s * phi(1, x))[:, None, :], modes.to_modes)
-            known = (keep[0], (gain / self.network.capacity[:, None, :])[0])
-            _keep(self._linear, key, known)
         return known
 
     def _refresh(self, inputs: Mapping[str, float]) -> None:
         """Compute all outputs for the state as it is."""
-        pose, shown = self._instant.at(self._state, self._start, inputs, self._time)
+        now, nodes = _arrays(inputs, self._names), self.network.node_count
+        slices, state = self.network.state_slices(), self._state[None, None]
+        temperatures, own = state[..., :nodes], state[..., nodes:]
+        at = pose(self.effects, slices, now, temperatures - self._start, own)
+        time = np.array([self._time])
+        shown = readings(self.machine, self.effects, slices, now, time, temperatures, own, at)
         if self._seed is not None:
-            shown = self._noise.added_now(shown, self._normal.draw())
-        outputs = dict(zip(self._instant.names, shown.tolist(), strict=True))
-        drift = drift_of(pose, inputs.get("tool_length", 0.0))
+            shown = self._noise.added(shown, self._normal.draw()[:, None, None])
+        outputs = {name: float(value[0, 0]) for name, value in shown.items()}
+        drift = drift_at(at, inputs.get("tool_length", 0.0))[0, 0].tolist()
         for axis, (out, moved, left), value in zip(self._axes, AXIS_OUTPUTS, drift, strict=True):
             outputs[out] = value
             outputs[moved] = offset = axis.in_force
@@ -246,14 +215,6 @@ class PlantStepper:
 def _arrays(inputs: Mapping[str, float], names: Iterable[str]) -> dict[str, FloatArray]:
     """Return inputs as the hooks of effects want them, each of shape (1,)."""
     return {name: np.array([inputs[name]]) for name in names}
-
-
-def _product(left: FloatArray, right: FloatArray) -> FloatArray:
-    """Return left @ right, (sets, size, size), with the same last digits on any number of cores."""
-    size = left.shape[-1]
-    wide = max(1, ONE_THREAD // size**2)
-    parts = [left @ right[..., at : at + wide] for at in range(0, size, wide)]
-    return np.concatenate(parts, axis=-1)
 
 
 def _keep(known: dict[Any, Any], key: Any, value: Any) -> None:

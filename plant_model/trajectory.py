@@ -9,10 +9,10 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
-from plant_model.dependent import DependentStepper, Ends
 from plant_model.drive import Drive, levels_of
 from plant_model.effects import Effect
-from plant_model.integrate import TOLERANCE, Modes, apply, linear_steps
+from plant_model.integrate import TOLERANCE
+from plant_model.level import Ends, LevelStepper
 from plant_model.machine import Machine
 from plant_model.network import Network, state_slices
 from plant_model.parameters import NUMBERS, FloatArray, Values
@@ -157,46 +157,29 @@ def trajectory(
     """
     levels = levels_on(machine, network, drive)
     heat = network.heat(drive.held)
+    ends = [heat + further for further in more] if more is not None else [heat, heat]
     names = list(machine.boundary_index)
-    first = np.stack([drive.first[name] for name in names], axis=-1)
-    last = np.stack([drive.last[name] for name in names], axis=-1)
+    outside = [np.stack([u[name] for name in names], axis=-1) for u in (drive.first, drive.last)]
     nodes = network.node_count
     out = np.empty((len(start), len(drive.grid), nodes + network.state_count))
     out[:, 0, :nodes] = start
-    if not network.linear:
-        out[:, 0, nodes:] = network.start_states(start, _at_begin(drive))
+    out[:, 0, nodes:] = network.start_states(start, _at_begin(drive))
     steps = np.diff(drive.grid)
     changes = np.flatnonzero(np.any(np.diff(levels, axis=0) != 0.0, axis=1)) + 1
     bounds = [0, *changes.tolist(), len(steps)]
     keys = list(dict.fromkeys(tuple(levels[a].tolist()) for a in bounds[:-1]))
     at_once = max(1, MATRIX_NUMBERS // (network.sets * nodes**2))
     ahead: dict[Level, tuple[FloatArray, FloatArray]] = {}
-    known: dict[Level, tuple[Modes, FloatArray, DependentStepper]] = {}
+    known: dict[Level, LevelStepper] = {}
     for a, b in pairwise(bounds):
         key = tuple(levels[a].tolist())
         if key not in known:
             if key not in ahead:
                 ahead = conductances_at(machine, network, keys[len(known) :][:at_once])
-            matrix, boundary = ahead[key]
-            with_states = 0 if network.linear else network.state_count
-            modes = Modes.of(matrix, network.capacity, with_states)
-            known[key] = modes, boundary, DependentStepper(network, modes, tolerance)
-        modes, boundary, stepper = known[key]
-        piece = slice(a, b)
-        force = [
-            heat[:, piece] + np.einsum("snb,kb->skn", boundary, u[piece]) for u in (first, last)
-        ]
-        if more is not None:
-            force = [part + further[:, piece] for part, further in zip(force, more, strict=True)]
-        if network.linear:
-            divided = [_to_modes(modes, f / network.capacity[:, None, :]) for f in force]
-            before = apply(modes.to_modes, out[:, a, :nodes])
-            ends = linear_steps(modes, before, steps[piece], *divided)
-            out[:, a + 1 : b + 1, :nodes] = np.matmul(ends, np.swapaxes(modes.to_state, 1, 2))
-        else:
-            _dependent_steps(drive, stepper, piece, force, (first, last), out)
-    if network.linear and network.state_count:
-        out[..., nodes:] = _followed(network, drive, out[..., :nodes])
+            known[key] = LevelStepper(network, *ahead[key], tolerance)
+        held = {name: values[a:b] for name, values in drive.held.items()}
+        heats, degc = (ends[0][:, a:b], ends[1][:, a:b]), (outside[0][a:b], outside[1][a:b])
+        out[:, a + 1 : b + 1] = known[key].through(out[:, a], steps[a:b], held, heats, degc)
     return out
 
 
@@ -238,12 +221,6 @@ def conductances_at(
     return {key: (matrix[:, i], boundary[:, i]) for i, key in enumerate(keys)}
 
 
-def _to_modes(modes: Modes, rate: FloatArray) -> FloatArray:
-    """Return rates of temperature, shape (sets, K, nodes), as forcing of the modes."""
-    nodes = rate.shape[2]
-    return np.asarray(np.matmul(rate, np.swapaxes(modes.to_modes[:, :, :nodes], 1, 2)))
-
-
 def levels_on(machine: Machine, network: Network, drive: Drive) -> FloatArray:
     """Return the inputs that conductances use over each step of the grid, shape (K, inputs).
 
@@ -262,20 +239,3 @@ def levels_on(machine: Machine, network: Network, drive: Drive) -> FloatArray:
     ]
     steps = len(drive.grid) - 1
     return np.stack(columns, axis=1) if columns else np.zeros((steps, 0))
-
-
-def _dependent_steps(
-    drive: Drive,
-    stepper: DependentStepper,
-    piece: slice,
-    force: list[FloatArray],
-    boundary: tuple[FloatArray, FloatArray],
-    out: FloatArray,
-) -> None:
-    """Step through one piece of the grid where something depends on temperature; fills *out*."""
-    steps = np.diff(drive.grid)
-    for k in range(piece.start, piece.stop):
-        held = {name: values[k : k + 1] for name, values in drive.held.items()}
-        heat = (force[0][:, k - piece.start], force[1][:, k - piece.start])
-        outside = (boundary[0][k], boundary[1][k])
-        out[:, k + 1] = stepper.advance(out[:, k], float(steps[k]), held, heat, outside)

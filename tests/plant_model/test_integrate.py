@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
 from scipy.integrate import solve_ivp
 
-from plant_model.dependent import DependentStepper
 from plant_model.effects.base import Effect
 from plant_model.energy import energy_balance
 from plant_model.integrate import ExponentialRungeKutta, IntegrationError, Modes, phi
+from plant_model.level import Ends, LevelStepper
 from plant_model.machine import Machine
 from plant_model.network import Network, effects_in_force
 from plant_model.parameters import FloatArray, Values
@@ -85,6 +86,14 @@ def test_error_control_keeps_what_it_promises(jig_borer_lumps: Machine) -> None:
     assert np.abs(default - close).max() < 1e-3
 
 
+def through(network: Network, now: dict[str, FloatArray], steps: int) -> tuple[Any, Ends, Ends]:
+    """Return inputs, their heat and boundary temperatures that stay through some steps."""
+    held = {name: np.tile(value, steps) for name, value in now.items()}
+    heat = np.tile(network.heat(now), (1, steps, 1))
+    outside = np.array([[now[name][0] for name in network.machine.boundary_index]] * steps)
+    return held, (heat, heat), (outside, outside)
+
+
 def test_convergence_order_is_three(jig_borer_lumps: Machine) -> None:
     machine = with_effects(jig_borer_lumps, "viscosity_temperature")
     values = Values(machine.parameters)
@@ -93,15 +102,11 @@ def test_convergence_order_is_three(jig_borer_lumps: Machine) -> None:
     outside = np.array([21.0, 21.0])
     now = held | {"ambient": outside[:1], "coolant_inlet": outside[1:]}
     matrix, boundary = network.conductances(now)
-    modes = Modes.of(matrix, network.capacity)
-    force = network.heat(now)[:, 0] + boundary @ outside
 
-    def end(steps: int) -> FloatArray:
-        stepper = DependentStepper(network, modes, tolerance=np.inf)
-        state = np.full((1, network.node_count), 21.0)
-        for _ in range(steps):
-            state = stepper.advance(state, 1200.0 / steps, held, (force, force), (outside, outside))
-        return state
+    def end(count: int) -> FloatArray:
+        stepper = LevelStepper(network, matrix, boundary, tolerance=np.inf)
+        steps, start = np.full(count, 1200.0 / count), np.full((1, network.node_count), 21.0)
+        return stepper.through(start, steps, *through(network, now, count))[0, -1]
 
     exact = end(8192)
     errors = np.array([np.abs(end(steps) - exact).max() for steps in (256, 512, 1024)])
@@ -182,20 +187,16 @@ def test_own_states_are_stepped_with_the_temperatures(jig_borer_lumps: Machine) 
     outside = np.array([21.0, 21.0])
     now = held | {"ambient": outside[:1], "coolant_inlet": outside[1:]}
     matrix, boundary = network.conductances(now)
-    stepper = DependentStepper(network, Modes.of(matrix, network.capacity, 1), 1e-7)
-    force = network.heat(now)[:, 0] + boundary @ outside
+    stepper = LevelStepper(network, matrix, boundary, 1e-7)
     state = np.full((1, network.node_count + 1), 21.0)
-    history = [state]
-    for _ in range(360):
-        state = stepper.advance(state, 10.0, held, (force, force), (outside, outside))
-        history.append(state)
-    followed = np.array([h[0, 0] for h in history])
+    history = stepper.through(state, np.full(360, 10.0), *through(network, now, 360))[0]
+    followed = np.append(21.0, history[:, 0])
     lagged = 21.0
     for a, b in pairwise(followed):
         # Exact for a line between the two temperatures.
         decay, slope = np.exp(-10.0 / 300.0), (b - a) / 10.0
         lagged = b - slope * 300.0 + (lagged - a + slope * 300.0) * decay
-    assert state[0, -1] == pytest.approx(lagged, abs=2e-3)
+    assert history[-1, -1] == pytest.approx(lagged, abs=2e-3)
 
 
 def test_a_long_step_goes_down_to_what_a_short_one_does() -> None:
