@@ -11,7 +11,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from plant_model.effects import Effect, catalogue
-from plant_model.effects.base import Inputs
+from plant_model.effects.base import NONE, Inputs
 from plant_model.exchange import Exchange
 from plant_model.integrate import Modes, linear_steps
 from plant_model.machine import Machine
@@ -114,7 +114,7 @@ class Network:
 
     def _exchanges(self, inputs: Inputs) -> Iterable[Exchange]:
         for effect in self._plain:
-            yield from effect.conductance(inputs, None, None)
+            yield from effect.conductance(inputs, NONE, NONE)
 
     def conductances(self, inputs: Inputs) -> tuple[FloatArray, FloatArray]:
         """Return the symmetric matrix L and the boundary matrix B at one set of inputs.
@@ -170,7 +170,7 @@ class Network:
         times = max(np.size(value) for value in inputs.values())
         out = np.zeros((self.sets, times, self.node_count))
         for effect in self._plain:
-            effect.heat(inputs, None, None, out)
+            effect.heat(inputs, NONE, NONE, out)
         return out
 
     def dependent(
@@ -197,7 +197,7 @@ class Network:
         for entry in self.one_way:
             out[..., entry.node] += entry.conductance * temperatures[..., entry.other]
         for effect in self._dependent:
-            own = states[..., self._slices[effect.key]] if effect.states else None
+            own = states[..., self._slices[effect.key]] if effect.states else NONE
             effect.heat(inputs, temperatures, own, out)
             for entry in effect.conductance(inputs, temperatures, own):
                 other = (

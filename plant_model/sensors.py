@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from plant_model.effects import Effect
-from plant_model.effects.base import Inputs
+from plant_model.effects.base import NONE, Inputs
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
 from plant_model.structure import drift_at
@@ -106,7 +106,7 @@ def readings(
     shown.update(displacements(machine, pose_now))
     # A sensor that lags replaces its reading, so it comes before errors that are added to it.
     for effect in sorted(effects, key=lambda entry: not entry.states):
-        own = states[..., slices[effect.key]] if effect.states else None
+        own = states[..., slices[effect.key]] if effect.states else NONE
         effect.reading(inputs, own, time_s, shown)
     return shown
 

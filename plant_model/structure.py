@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from plant_model.effects import Effect
-from plant_model.effects.base import POSE, Inputs
+from plant_model.effects.base import NONE, POSE, Inputs
 from plant_model.parameters import FloatArray
 
 URAD = 1e-6
@@ -40,7 +40,7 @@ def pose(
     """
     out = np.zeros((*rise.shape[:2], len(POSE)))
     for effect in effects:
-        own = states[..., slices[effect.key]] if effect.states else None
+        own = states[..., slices[effect.key]] if effect.states else NONE
         effect.displacement(inputs, rise, own, out)
     return out
 

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import ClassVar
 
 import numpy as np
 
 from plant_model.effects.base import Effect, Inputs, amplitude
 from plant_model.exchange import Exchange, exchange
 from plant_model.item_forms import ItemSpec, NumberSpec
-from plant_model.parameters import FloatArray, Parameter
+from plant_model.parameters import FloatArray
 
 AIR_CONDUCTIVITY = 0.026  # W/(m K) at 25 degC
 AIR_VISCOSITY = 16e-6  # m2/s, the studies' value
@@ -40,14 +39,12 @@ def gap_nusselt(taylor: FloatArray) -> FloatArray:
 class AirGap(Effect):
     """Shaft-to-housing exchange that grows with speed: G = Nu(Ta) k A / (2 s)."""
 
-    name: ClassVar[str] = "air_gap"
-    title: ClassVar[str] = "Exchange across the air gap"
-    explanation: ClassVar[str] = "Vortices in the gap carry more heat the faster the shaft turns."
-    parameters: ClassVar[dict[str, Parameter]] = {
+    title = "Exchange across the air gap"
+    explanation = "Vortices in the gap carry more heat the faster the shaft turns."
+    parameters = {
         "scale": amplitude(1.0, 0.0, 3.0, "factor on the correlation, range by judgement")
     }
-    amplitude: ClassVar[str] = "scale"
-    handles: ClassVar[dict[tuple[str, str], ItemSpec]] = {
+    handles = {
         ("links", "air_gap"): ItemSpec(
             refs={"between": "node,node"},
             numbers={
@@ -57,10 +54,10 @@ class AirGap(Effect):
             },
         )
     }
-    conductance_inputs: ClassVar[tuple[str, ...]] = ("speed",)
+    conductance_inputs = ("speed",)
 
     def conductance(
-        self, inputs: Inputs, temperatures: FloatArray | None, states: FloatArray | None
+        self, inputs: Inputs, temperatures: FloatArray, states: FloatArray
     ) -> Sequence[Exchange]:
         """Return the exchanges at each speed."""
         omega = inputs["speed"] * (2.0 * np.pi / 60.0)

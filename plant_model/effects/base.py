@@ -18,6 +18,10 @@ from plant_model.machine import Item, Machine
 from plant_model.parameters import FloatArray, Parameter, Values
 
 Inputs = Mapping[str, FloatArray]
+Readings = dict[str, FloatArray]
+
+NONE = np.zeros((1, 1, 0))
+"""Temperatures for an effect that does not depend on them, own states of one that has none."""
 
 POSE = ("x", "y", "elongation", "yaw", "pitch", "tool_strain")
 """Axes of a displacement: radial drift at the gauge line [um], elongation [um], tilt [urad], and
@@ -42,13 +46,13 @@ class Effect:
     Attributes
     ----------
     name : str
-        Its name, which is its file's name.
+        Its name, which is its module's.
     title, explanation : str
         What a report prints.
     parameters : dict of str to Parameter
         Its own numbers (the nominal values), besides those of the items it gives a law to.
     amplitude : str
-        The parameter that switches it: at ``off`` the effect vanishes exactly.
+        The parameter that switches it, the first of them: at ``off`` the effect vanishes exactly.
     handles : dict of (family, kind) to ItemSpec
         The kinds of items that it gives a law to.
     temperature_dependent : bool
@@ -137,6 +141,14 @@ class Effect:
     tried: ClassVar[dict[str, tuple[float, ...]]] = {}
     constant_exchanges: Sequence[Exchange] = ()
     driven_by: tuple[str, ...] = ()
+
+    def __init_subclass__(cls) -> None:
+        """Name it after its module, and take its first parameter for the amplitude."""
+        super().__init_subclass__()
+        if not hasattr(cls, "name"):
+            cls.name = cls.__module__.rpartition(".")[2]
+        if not hasattr(cls, "amplitude"):
+            cls.amplitude = next(iter(getattr(cls, "parameters", {})), "")
 
     def __init__(self, machine: Machine, values: Values, channel: str = "") -> None:
         self.machine = machine
@@ -282,38 +294,32 @@ class Effect:
         return np.stack(np.broadcast_arrays(*columns), axis=-1)
 
     def conductance(
-        self, inputs: Inputs, temperatures: FloatArray | None, states: FloatArray | None
+        self, inputs: Inputs, temperatures: FloatArray, states: FloatArray
     ) -> Sequence[Exchange]:
-        """Return heat exchanges; *temperatures* is None unless ``temperature_dependent``.
+        """Return heat exchanges.
 
         Where nothing changes them, ``prepare`` puts them into ``constant_exchanges`` once.
 
         Parameters
         ----------
         inputs : mapping of str to array, shape (times,)
-        temperatures : array, shape (sets, times, nodes), or None
-            [degC]
-        states : array, shape (sets, times, own states), or None
-            None for an effect without any.
+        temperatures : array, shape (sets, times, nodes)
+            [degC]; without nodes unless ``temperature_dependent``.
+        states : array, shape (sets, times, own states)
         """
         return self.constant_exchanges
 
     def heat(
-        self,
-        inputs: Inputs,
-        temperatures: FloatArray | None,
-        states: FloatArray | None,
-        out: FloatArray,
+        self, inputs: Inputs, temperatures: FloatArray, states: FloatArray, out: FloatArray
     ) -> None:
         """Add heat [W] to *out*, shape (sets, times, nodes).
 
         Parameters
         ----------
         inputs : mapping of str to array, shape (times,)
-        temperatures : array, shape (sets, times, nodes), or None
-            [degC]; None unless ``temperature_dependent``.
-        states : array, shape (sets, times, own states), or None
-            None for an effect without any.
+        temperatures : array, shape (sets, times, nodes)
+            [degC]; without nodes unless ``temperature_dependent``.
+        states : array, shape (sets, times, own states)
         out : array, shape (sets, times, nodes)
             Changed in place [W].
         """
@@ -411,7 +417,7 @@ class Effect:
         return np.zeros((1, 1))
 
     def displacement(
-        self, inputs: Inputs, rise: FloatArray, states: FloatArray | None, out: FloatArray
+        self, inputs: Inputs, rise: FloatArray, states: FloatArray, out: FloatArray
     ) -> None:
         """Add to the pose.
 
@@ -420,26 +426,20 @@ class Effect:
         inputs : mapping of str to array, shape (times,)
         rise : array, shape (sets, times, nodes)
             Temperature since the start [K].
-        states : array, shape (sets, times, own states), or None
-            None for an effect without any.
+        states : array, shape (sets, times, own states)
         out : array, shape (sets, times, 6)
             The pose, in the order and the units of `POSE`; changed in place.
         """
 
     def reading(
-        self,
-        inputs: Inputs,
-        states: FloatArray | None,
-        time_s: FloatArray,
-        readings: dict[str, FloatArray],
+        self, inputs: Inputs, states: FloatArray, time_s: FloatArray, readings: Readings
     ) -> None:
         """Change what sensors show.
 
         Parameters
         ----------
         inputs : mapping of str to array, shape (times,)
-        states : array, shape (sets, times, own states), or None
-            None for an effect without any.
+        states : array, shape (sets, times, own states)
         time_s : array, shape (times,)
             Since the run's start [s].
         readings : dict of str to array, shape (sets, times)

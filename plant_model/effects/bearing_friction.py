@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 import numpy as np
 
 from plant_model.effects.base import Effect, Inputs, amplitude
 from plant_model.item_forms import ItemSpec, NumberSpec
 from plant_model.machine import Item
-from plant_model.parameters import FloatArray, Parameter
+from plant_model.parameters import FloatArray
 
 
 def viscous_torque(
@@ -64,16 +62,12 @@ class BearingFriction(Effect):
     The heat enters the inner and the outer side in the share that the bearing states.
     """
 
-    name: ClassVar[str] = "bearing_friction"
-    title: ClassVar[str] = "Bearing friction"
-    explanation: ClassVar[str] = (
-        "Friction in the bearings grows with speed; lubricant and preload stay."
-    )
-    parameters: ClassVar[dict[str, Parameter]] = {
+    title = "Bearing friction"
+    explanation = "Friction in the bearings grows with speed; lubricant and preload stay."
+    parameters = {
         "scale": amplitude(1.0, 0.0, 3.0, "factor on Palmgren's torque, range by judgement")
     }
-    amplitude: ClassVar[str] = "scale"
-    handles: ClassVar[dict[tuple[str, str], ItemSpec]] = {
+    handles = {
         ("sources", "bearing"): ItemSpec(
             refs={"inner": "node", "outer": "node", "driven_by": "input"},
             numbers={
@@ -90,11 +84,7 @@ class BearingFriction(Effect):
     }
 
     def heat(
-        self,
-        inputs: Inputs,
-        temperatures: FloatArray | None,
-        states: FloatArray | None,
-        out: FloatArray,
+        self, inputs: Inputs, temperatures: FloatArray, states: FloatArray, out: FloatArray
     ) -> None:
         """Add every bearing's heat to its two sides."""
         for item in self.items:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import ClassVar
 
 import numpy as np
 
@@ -31,23 +30,21 @@ class BearingRunIn(Effect):
     viscosity and preload as given.
     """
 
-    name: ClassVar[str] = "bearing_run_in"
-    title: ClassVar[str] = "Bearings running in"
-    explanation: ClassVar[str] = (
+    title = "Bearings running in"
+    explanation = (
         "Friction is higher in the first hours and falls with the hours that the bearings turned, "
         "in each run or in all runs together."
     )
-    parameters: ClassVar[dict[str, Parameter]] = {
+    parameters = {
         "excess": Parameter(0.6, "1", 0.0, 2.0, "judgement; that grease churns: Lugt 2013"),
         "before": Parameter(0.0, "h", 0.0, 1e4, "hours turned before the first run"),
         "hours": Parameter(2.5, "h", 0.5, 10.0, "run-in of up to 10 h in all: NSK Tech Talk 06"),
     }
-    amplitude: ClassVar[str] = "excess"
-    law: ClassVar[tuple[str, ...]] = ("hours",)
-    temperature_dependent: ClassVar[bool] = True
-    needs: ClassVar[tuple[str, ...]] = ("bearing_friction",)
-    given: ClassVar[tuple[str, ...]] = ("before",)
-    states: ClassVar[tuple[str, ...]] = ("hours_turned",)
+    law = ("hours",)
+    temperature_dependent = True
+    needs = ("bearing_friction",)
+    given = ("before",)
+    states = ("hours_turned",)
     known_ahead = True
 
     @classmethod
@@ -90,14 +87,9 @@ class BearingRunIn(Effect):
         return turning / 3600.0
 
     def heat(
-        self,
-        inputs: Inputs,
-        temperatures: FloatArray | None,
-        states: FloatArray | None,
-        out: FloatArray,
+        self, inputs: Inputs, temperatures: FloatArray, states: FloatArray, out: FloatArray
     ) -> None:
         """Add the excess to every bearing's heat."""
-        assert states is not None
         excess = self.own("excess") * np.exp(-states[..., 0] / self.own("hours"))
         for item, driver in self._bearings:
             add_to_sides(self, item, excess * bearing_heat(self, item, inputs[driver]), out)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import reduce
-from typing import ClassVar
 
 import numpy as np
 
@@ -29,25 +28,23 @@ class BearingStickSlip(Effect):
     the strain is there.
     """
 
-    name: ClassVar[str] = "bearing_stick_slip"
-    title: ClassVar[str] = "Floating bearing sticking and slipping"
-    explanation: ClassVar[str] = (
+    title = "Floating bearing sticking and slipping"
+    explanation = (
         "The floating bearing holds until the shaft has grown enough, then lets the nose jump."
     )
-    parameters: ClassVar[dict[str, Parameter]] = {
+    parameters = {
         "hold": Parameter(6.0, "um", 0.0, 40.0, "friction of the seat over bearing stiffness"),
         "share": Parameter(0.5, "1", 0.1, 1.0, "of the strain that reaches the nose, judgement"),
     }
-    amplitude: ClassVar[str] = "hold"
-    states: ClassVar[tuple[str, ...]] = ("seat", "at_start")
+    states = ("seat", "at_start")
     settles = True
-    tried: ClassVar[dict[str, tuple[float, ...]]] = {
+    tried = {
         "hold": tuple(1.5 * 1.1**i for i in range(35)),
         "share": (0.5,),
     }
-    proportional: ClassVar[str] = "share"
-    left: ClassVar[float] = 0.1  # of the strain, after a slip
-    least: ClassVar[float] = 0.5  # of what holds, for a leap that was seen to be a slip
+    proportional = "share"
+    left = 0.1  # of the strain, after a slip
+    least = 0.5  # of what holds, for a leap that was seen to be a slip
 
     def prepare(self) -> None:
         """Collect the growth of shaft against housing per kelvin [um/K], (sets, nodes)."""
@@ -89,10 +86,9 @@ class BearingStickSlip(Effect):
         return np.stack([np.where(lets_go, caught, states[:, 0]), states[:, 1]], axis=1)
 
     def displacement(
-        self, inputs: Inputs, rise: FloatArray, states: FloatArray | None, out: FloatArray
+        self, inputs: Inputs, rise: FloatArray, states: FloatArray, out: FloatArray
     ) -> None:
         """Add what the strain moves the nose."""
-        assert states is not None
         if self.acts:
             strain = self._growth(rise) + states[..., 1] - states[..., 0]
             held = np.where(self.own("hold") > 0.0, self.own("share"), 0.0)

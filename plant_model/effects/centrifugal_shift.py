@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 from plant_model.anatomy import input_in
 from plant_model.effects.base import POSE, Effect, Inputs
 from plant_model.parameters import FloatArray, Parameter
@@ -20,22 +18,20 @@ class CentrifugalShift(Effect):
     full speed is engineering judgement.
     """
 
-    name: ClassVar[str] = "centrifugal_shift"
-    title: ClassVar[str] = "Axial shift with speed"
-    explanation: ClassVar[str] = (
+    title = "Axial shift with speed"
+    explanation = (
         "Centrifugal load shifts the nose along its axis at the instant of a speed change."
     )
-    parameters: ClassVar[dict[str, Parameter]] = {
+    parameters = {
         "shift": Parameter(10.0, "um", -30.0, 30.0, "judgement: 1 to 30 um at full speed")
     }
-    amplitude: ClassVar[str] = "shift"
 
     def prepare(self) -> None:
         """Find the speed."""
         self._speed = input_in(self.machine, "rpm")
 
     def displacement(
-        self, inputs: Inputs, rise: FloatArray, states: FloatArray | None, out: FloatArray
+        self, inputs: Inputs, rise: FloatArray, states: FloatArray, out: FloatArray
     ) -> None:
         """Add the shift."""
         if self._speed is not None:

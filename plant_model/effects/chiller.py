@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 import numpy as np
 
 from plant_model.effects.base import Effect, Inputs, amplitude
 from plant_model.item_forms import ItemSpec, NumberSpec
-from plant_model.parameters import FloatArray, Parameter
+from plant_model.parameters import FloatArray
 
 
 class Chiller(Effect):
@@ -20,19 +18,13 @@ class Chiller(Effect):
     tank to a jacket and one back to the tank.
     """
 
-    name: ClassVar[str] = "chiller"
-    title: ClassVar[str] = "Chiller switched by a part's temperature"
-    explanation: ClassVar[str] = (
-        "A chiller cools its tank from when a part gets too warm until it is cold enough."
-    )
-    parameters: ClassVar[dict[str, Parameter]] = {
-        "scale": amplitude(1.0, 0.0, 3.0, "factor on its power, 1 as given")
-    }
-    amplitude: ClassVar[str] = "scale"
-    temperature_dependent: ClassVar[bool] = True
-    states: ClassVar[tuple[str, ...]] = ("runs",)
+    title = "Chiller switched by a part's temperature"
+    explanation = "A chiller cools its tank from when a part gets too warm until it is cold enough."
+    parameters = {"scale": amplitude(1.0, 0.0, 3.0, "factor on its power, 1 as given")}
+    temperature_dependent = True
+    states = ("runs",)
     settles = True
-    handles: ClassVar[dict[tuple[str, str], ItemSpec]] = {
+    handles = {
         ("sources", "chiller"): ItemSpec(
             refs={"cools": "node", "watches": "node"},
             numbers={
@@ -58,14 +50,9 @@ class Chiller(Effect):
         return states
 
     def heat(
-        self,
-        inputs: Inputs,
-        temperatures: FloatArray | None,
-        states: FloatArray | None,
-        out: FloatArray,
+        self, inputs: Inputs, temperatures: FloatArray, states: FloatArray, out: FloatArray
     ) -> None:
         """Take the power from the tank while the chiller runs."""
-        assert states is not None
         for item in self.items:
             power = self.own("scale") * self.of(item, "power")
             out[..., self.nodes(item, "cools")[0]] -= power * states[..., 0]

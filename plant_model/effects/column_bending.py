@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 import numpy as np
 
 from plant_model.anatomy import base_node, carrier_node, outside
@@ -52,29 +50,27 @@ class ColumnBending(Effect):
     carrier the heaviest that passes heat to it.
     """
 
-    name: ClassVar[str] = "column_bending"
-    title: ClassVar[str] = "Column bending with the hall"
-    explanation: ClassVar[str] = (
+    title = "Column bending with the hall"
+    explanation = (
         "The column follows the hall or its own parts unevenly and tilts the spindle, also at rest."
     )
-    parameters: ClassVar[dict[str, Parameter]] = {
+    parameters = {
         "tilt": Parameter(8.0, "urad/K", 0.0, 40.0, "judgement: alpha L / w of columns"),
         "hours": Parameter(2.0, "h", 0.5, 6.0, "iron walls of 20 to 60 mm in still air"),
         "carrier_share": Parameter(0.5, "1", 0.0, 1.0, "judgement: either may bend the column"),
         "direction": Parameter(45.0, "deg", -180.0, 180.0, "0 tilts towards X, 90 towards Y"),
         "lever": Parameter(300.0, "mm", 0.0, 1500.0, "from the column's middle to the nose"),
     }
-    amplitude: ClassVar[str] = "tilt"
-    law: ClassVar[tuple[str, ...]] = ("hours",)
-    tried: ClassVar[dict[str, tuple[float, ...]]] = {
+    law = ("hours",)
+    tried = {
         "tilt": (16.0,),
         "hours": (0.8, 2.0, 5.0),
         "carrier_share": (0.0, 0.5, 1.0),
         "direction": ROUND,
         "lever": (0.0, 500.0),
     }
-    states: ClassVar[tuple[str, ...]] = ("difference", "at_start")
-    lags: ClassVar[bool] = True
+    states = ("difference", "at_start")
+    lags = True
 
     @classmethod
     def drivers(cls, machine: Machine) -> dict[str, str]:
@@ -116,9 +112,8 @@ class ColumnBending(Effect):
         return np.concatenate([3600.0 * hours, np.full_like(hours, np.inf)], axis=1)
 
     def displacement(
-        self, inputs: Inputs, rise: FloatArray, states: FloatArray | None, out: FloatArray
+        self, inputs: Inputs, rise: FloatArray, states: FloatArray, out: FloatArray
     ) -> None:
         """Add the tilt."""
-        assert states is not None
         angle = self.own("tilt") * (states[..., 0] - states[..., 1])
         add_tilt(out, angle, self.own("direction"), self.own("lever"))

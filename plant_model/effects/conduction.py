@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 from plant_model.effects.base import Effect, amplitude
 from plant_model.exchange import exchange
 from plant_model.item_forms import ItemSpec, NumberSpec
-from plant_model.parameters import Parameter
 
 _FORM = ItemSpec(
     refs={"between": "node,node"},
@@ -22,16 +19,10 @@ class Conduction(Effect):
     rolling elements; the law is the same, the name tells other effects which to change.
     """
 
-    name: ClassVar[str] = "conduction"
-    title: ClassVar[str] = "Conduction through parts and joints"
-    explanation: ClassVar[str] = (
-        "Heat flows between touching parts in proportion to the difference."
-    )
-    parameters: ClassVar[dict[str, Parameter]] = {
-        "scale": amplitude(1.0, 0.0, 2.0, "factor on all conduction, 1 as drawn")
-    }
-    amplitude: ClassVar[str] = "scale"
-    handles: ClassVar[dict[tuple[str, str], ItemSpec]] = {
+    title = "Conduction through parts and joints"
+    explanation = "Heat flows between touching parts in proportion to the difference."
+    parameters = {"scale": amplitude(1.0, 0.0, 2.0, "factor on all conduction, 1 as drawn")}
+    handles = {
         ("links", "conduction"): _FORM,
         ("links", "contact"): _FORM,
     }

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 import numpy as np
 
 from plant_model.effects.base import Effect, Inputs
@@ -23,17 +21,15 @@ class CoolantDegradation(Effect):
     walls' differences around the circumference fall with them.
     """
 
-    name: ClassVar[str] = "coolant_degradation"
-    title: ClassVar[str] = "Cooling that gets worse over the run"
-    explanation: ClassVar[str] = "The jackets take away less heat from hour to hour."
-    parameters: ClassVar[dict[str, Parameter]] = {
+    title = "Cooling that gets worse over the run"
+    explanation = "The jackets take away less heat from hour to hour."
+    parameters = {
         "loss": Parameter(0.3, "1", 0.0, 0.7, "judgement; of the flow"),
         "hours": Parameter(8.0, "h", 2.0, 24.0, "judgement: a shift to a day"),
     }
-    amplitude: ClassVar[str] = "loss"
-    physical: ClassVar[tuple[float, ...]] = (0.0, 0.98)
-    temperature_dependent: ClassVar[bool] = True
-    states: ClassVar[tuple[str, ...]] = ("hours_elapsed",)
+    physical = (0.0, 0.98)
+    temperature_dependent = True
+    states = ("hours_elapsed",)
 
     def prepare(self) -> None:
         """Collect what the walls exchange per kelvin, as a matrix on the nodes [W/K]."""
@@ -61,15 +57,9 @@ class CoolantDegradation(Effect):
         return np.full_like(states, 1.0 / 3600.0)
 
     def heat(
-        self,
-        inputs: Inputs,
-        temperatures: FloatArray | None,
-        states: FloatArray | None,
-        out: FloatArray,
+        self, inputs: Inputs, temperatures: FloatArray, states: FloatArray, out: FloatArray
     ) -> None:
         """Take back the parts of what flows and walls carry that are lost."""
-        assert temperatures is not None
-        assert states is not None
         lost = self.own("loss") * np.minimum(states[..., 0] / self.own("hours"), 1.0)
         of_walls = 1.0 - (1.0 - lost) ** FILM_EXPONENT
         out += of_walls[..., None] * (temperatures @ self._matrix)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
@@ -12,7 +11,7 @@ from plant_model.effects.base import Effect, Inputs, amplitude
 from plant_model.exchange import exchange
 from plant_model.item_forms import ItemSpec, NumberSpec
 from plant_model.machine import Machine
-from plant_model.parameters import FloatArray, Parameter, Values
+from plant_model.parameters import FloatArray, Values
 
 
 def carried_from_inlets(effect: Effect, factor: FloatArray) -> FloatArray:
@@ -97,16 +96,12 @@ class CoolantJacket(Effect):
     The outlet has the jacket's temperature.
     """
 
-    name: ClassVar[str] = "coolant_jacket"
-    title: ClassVar[str] = "Coolant jackets at constant flow"
-    explanation: ClassVar[str] = (
-        "Coolant carries heat away in proportion to flow and temperature rise."
-    )
-    parameters: ClassVar[dict[str, Parameter]] = {
+    title = "Coolant jackets at constant flow"
+    explanation = "Coolant carries heat away in proportion to flow and temperature rise."
+    parameters = {
         "scale": amplitude(1.0, 0.0, 2.0, "factor on flow and wall conductance, 1 as given")
     }
-    amplitude: ClassVar[str] = "scale"
-    handles: ClassVar[dict[tuple[str, str], ItemSpec]] = {
+    handles = {
         ("links", "coolant_flow"): ItemSpec(
             refs={"between": "node,node|boundary"},
             numbers={

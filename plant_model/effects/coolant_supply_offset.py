@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 from plant_model.effects.base import Effect, Inputs
 from plant_model.effects.coolant_jacket import carried_from_inlets
 from plant_model.parameters import FloatArray, Parameter
@@ -17,24 +15,16 @@ class CoolantSupplyOffset(Effect):
     sensor has an error of its own. Power and flow are engineering judgement.
     """
 
-    name: ClassVar[str] = "coolant_supply_offset"
-    title: ClassVar[str] = "Coolant not at its sensor's temperature"
-    explanation: ClassVar[str] = "Pump and line change the coolant between sensor and jackets."
-    parameters: ClassVar[dict[str, Parameter]] = {
-        "offset": Parameter(0.8, "K", -2.0, 2.0, "judgement: pump power over V rho c")
-    }
-    amplitude: ClassVar[str] = "offset"
+    title = "Coolant not at its sensor's temperature"
+    explanation = "Pump and line change the coolant between sensor and jackets."
+    parameters = {"offset": Parameter(0.8, "K", -2.0, 2.0, "judgement: pump power over V rho c")}
 
     def prepare(self) -> None:
         """Compute the heat that the offset brings into every node [W]."""
         self._brought = carried_from_inlets(self, self.own("offset"))
 
     def heat(
-        self,
-        inputs: Inputs,
-        temperatures: FloatArray | None,
-        states: FloatArray | None,
-        out: FloatArray,
+        self, inputs: Inputs, temperatures: FloatArray, states: FloatArray, out: FloatArray
     ) -> None:
         """Add the heat that the offset brings."""
         out += self._brought

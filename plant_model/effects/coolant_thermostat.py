@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 import numpy as np
 
 from plant_model.anatomy import measured_parts
@@ -35,26 +33,24 @@ class CoolantThermostat(Effect):
     cooler by a threshold on the spindle.
     """
 
-    name: ClassVar[str] = "coolant_thermostat"
-    title: ClassVar[str] = "Chiller switching on and off"
-    explanation: ClassVar[str] = (
+    title = "Chiller switching on and off"
+    explanation = (
         "The chiller's dead band makes the coolant's temperature swing, or a part that gets warm "
         "switches the cooling."
     )
-    parameters: ClassVar[dict[str, Parameter]] = {
+    parameters = {
         "band": Parameter(0.6, "K", 0.0, 1.5, "judgement: two-point chillers keep +-0.5 to 2 K"),
         "period": Parameter(15.0, "min", 5.0, 40.0, "judgement: up to some ten switchings an hour"),
         "phase": Parameter(0.0, "1", 0.0, 1.0, "any; 0 is the coldest instant"),
         "on_above": Parameter(30.0, "degC", -60.0, 200.0, "any: the setting of the cooler"),
         "dead_band": Parameter(2.0, "K", 0.1, 50.0, "any: the setting of the cooler"),
     }
-    amplitude: ClassVar[str] = "band"
-    temperature_dependent: ClassVar[bool] = True
-    swings: ClassVar[tuple[str, ...]] = ("period", "phase")
-    switched: ClassVar[tuple[str, ...]] = ("on_above", "dead_band")
-    given: ClassVar[tuple[str, ...]] = switched
-    states: ClassVar[tuple[str, ...]] = ("cycle",)
-    state_scales: ClassVar[tuple[float, ...]] = (100.0,)
+    temperature_dependent = True
+    swings = ("period", "phase")
+    switched = ("on_above", "dead_band")
+    given = switched
+    states = ("cycle",)
+    state_scales = (100.0,)
 
     @classmethod
     def drivers(cls, machine: Machine) -> dict[str, str]:
@@ -97,15 +93,9 @@ class CoolantThermostat(Effect):
         return np.asarray(np.where(part > on_above, 1.0, rests))
 
     def heat(
-        self,
-        inputs: Inputs,
-        temperatures: FloatArray | None,
-        states: FloatArray | None,
-        out: FloatArray,
+        self, inputs: Inputs, temperatures: FloatArray, states: FloatArray, out: FloatArray
     ) -> None:
         """Add what the warmer or colder coolant brings."""
-        assert temperatures is not None
-        assert states is not None
         if not self.settles:
             swing = 1.0 - 4.0 * np.abs(states[..., 0] % 1.0 - 0.5)
             out += (self.own("band") * swing)[..., None] * self._carried

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 from plant_model.anatomy import input_in
 from plant_model.effects.base import Effect, Inputs
 from plant_model.parameters import FloatArray, Parameter
@@ -18,19 +16,15 @@ class CopperLoss(Effect):
     that of spindle motors of 10 to 40 kW in light to heavy cutting, by engineering judgement.
     """
 
-    name: ClassVar[str] = "copper_loss"
-    title: ClassVar[str] = "Copper loss of the motor"
-    explanation: ClassVar[str] = (
-        "Under load the winding heats the stator with the square of torque."
-    )
-    parameters: ClassVar[dict[str, Parameter]] = {
+    title = "Copper loss of the motor"
+    explanation = "Under load the winding heats the stator with the square of torque."
+    parameters = {
         "power": Parameter(
             150.0, "W", 0.0, 2000.0, "judgement: 1 to 3 % of a spindle motor's power, overloads"
         )
     }
-    amplitude: ClassVar[str] = "power"
-    temperature_dependent: ClassVar[bool] = True
-    per_kelvin: ClassVar[float] = 1.0 / 255.0
+    temperature_dependent = True
+    per_kelvin = 1.0 / 255.0
 
     def prepare(self) -> None:
         """Find the stators."""
@@ -39,14 +33,9 @@ class CopperLoss(Effect):
         self._torque = input_in(self.machine, "Nm")
 
     def heat(
-        self,
-        inputs: Inputs,
-        temperatures: FloatArray | None,
-        states: FloatArray | None,
-        out: FloatArray,
+        self, inputs: Inputs, temperatures: FloatArray, states: FloatArray, out: FloatArray
     ) -> None:
         """Add every winding's loss to its stator."""
-        assert temperatures is not None
         if self._torque is None:
             return
         reference = 0.1 * max(self._torque.high, -self._torque.low)

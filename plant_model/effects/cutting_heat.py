@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 import numpy as np
 
 from plant_model.anatomy import input_in, nose
@@ -22,15 +20,13 @@ class CuttingHeat(Effect):
     machine without an input in Nm.
     """
 
-    name: ClassVar[str] = "cutting_heat"
-    title: ClassVar[str] = "Heat from cutting"
-    explanation: ClassVar[str] = "While cutting, a share of the cutting power warms tool and nose."
-    parameters: ClassVar[dict[str, Parameter]] = {
+    title = "Heat from cutting"
+    explanation = "While cutting, a share of the cutting power warms tool and nose."
+    parameters = {
         "share": Parameter(0.04, "1", 0.0, 0.2, "judgement: 1 to 20 % of the cutting power"),
         "tool_share": Parameter(0.5, "1", 0.0, 1.0, "judgement: as much stays as is passed on"),
     }
-    amplitude: ClassVar[str] = "share"
-    physical: ClassVar[tuple[float, ...]] = (0.0, 1.0)
+    physical = (0.0, 1.0)
 
     def prepare(self) -> None:
         """Find nose, tool and inputs."""
@@ -40,11 +36,7 @@ class CuttingHeat(Effect):
         self._inputs = [input_in(self.machine, unit) for unit in ("Nm", "rpm")]
 
     def heat(
-        self,
-        inputs: Inputs,
-        temperatures: FloatArray | None,
-        states: FloatArray | None,
-        out: FloatArray,
+        self, inputs: Inputs, temperatures: FloatArray, states: FloatArray, out: FloatArray
     ) -> None:
         """Add the heat."""
         torque, speed = self._inputs

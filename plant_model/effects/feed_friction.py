@@ -2,26 +2,20 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 import numpy as np
 
 from plant_model.effects.base import Effect, Inputs, amplitude
 from plant_model.item_forms import ItemSpec, NumberSpec
-from plant_model.parameters import FloatArray, Parameter
+from plant_model.parameters import FloatArray
 
 
 class FeedFriction(Effect):
     """Heat in proportion to the feed rate: P = k |v|, as of a force that speed does not change."""
 
-    name: ClassVar[str] = "feed_friction"
-    title: ClassVar[str] = "Feed axis friction"
-    explanation: ClassVar[str] = "A moving axis heats its screw and nut in proportion to the feed."
-    parameters: ClassVar[dict[str, Parameter]] = {
-        "scale": amplitude(1.0, 0.0, 3.0, "factor on the loss, 1 as given")
-    }
-    amplitude: ClassVar[str] = "scale"
-    handles: ClassVar[dict[tuple[str, str], ItemSpec]] = {
+    title = "Feed axis friction"
+    explanation = "A moving axis heats its screw and nut in proportion to the feed."
+    parameters = {"scale": amplitude(1.0, 0.0, 3.0, "factor on the loss, 1 as given")}
+    handles = {
         ("sources", "feed_axis"): ItemSpec(
             refs={"node": "node", "driven_by": "input"},
             numbers={"loss": NumberSpec("W/(m/min)", 0.0, 1e4)},
@@ -29,11 +23,7 @@ class FeedFriction(Effect):
     }
 
     def heat(
-        self,
-        inputs: Inputs,
-        temperatures: FloatArray | None,
-        states: FloatArray | None,
-        out: FloatArray,
+        self, inputs: Inputs, temperatures: FloatArray, states: FloatArray, out: FloatArray
     ) -> None:
         """Add every axis's loss to its node."""
         for item in self.items:

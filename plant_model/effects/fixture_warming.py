@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 import numpy as np
 
 from plant_model.anatomy import foremost, outside, structure_parts
-from plant_model.effects.base import ROUND, Effect, Inputs
+from plant_model.effects.base import ROUND, Effect, Inputs, Readings
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray, Parameter
 
@@ -30,27 +28,23 @@ class FixtureWarming(Effect):
     readings change, and no tilt appears.
     """
 
-    name: ClassVar[str] = "fixture_warming"
-    title: ClassVar[str] = "Measuring fixture warming"
-    explanation: ClassVar[str] = (
-        "The fixture grows and moves all radial probes alike, though the spindle stays."
-    )
-    parameters: ClassVar[dict[str, Parameter]] = {
+    title = "Measuring fixture warming"
+    explanation = "The fixture grows and moves all radial probes alike, though the spindle stays."
+    parameters = {
         "growth": Parameter(2.0, "um/K", 0.0, 6.0, "50 to 450 mm of steel or aluminium"),
         "minutes": Parameter(30.0, "min", 5.0, 120.0, "5 to 30 mm of steel in still air"),
         "nose_share": Parameter(0.3, "1", 0.0, 1.0, "judgement: how near the part it stands"),
         "direction": Parameter(45.0, "deg", -180.0, 180.0, "0 moves X readings, 90 Y readings"),
     }
-    amplitude: ClassVar[str] = "growth"
-    law: ClassVar[tuple[str, ...]] = ("minutes",)
-    tried: ClassVar[dict[str, tuple[float, ...]]] = {
+    law = ("minutes",)
+    tried = {
         "growth": (2.0,),
         "minutes": (8.0, 25.0, 80.0),
         "nose_share": (0.0, 0.3, 1.0),
         "direction": ROUND,
     }
-    states: ClassVar[tuple[str, ...]] = ("fixture", "at_start")
-    lags: ClassVar[bool] = True
+    states = ("fixture", "at_start")
+    lags = True
 
     @classmethod
     def drivers(cls, machine: Machine) -> dict[str, str]:
@@ -87,14 +81,9 @@ class FixtureWarming(Effect):
         return np.concatenate([60.0 * minutes, np.full_like(minutes, np.inf)], axis=1)
 
     def reading(
-        self,
-        inputs: Inputs,
-        states: FloatArray | None,
-        time_s: FloatArray,
-        readings: dict[str, FloatArray],
+        self, inputs: Inputs, states: FloatArray, time_s: FloatArray, readings: Readings
     ) -> None:
         """Move the radial readings."""
-        assert states is not None
         moved = self.own("growth") * (states[..., 0] - states[..., 1])
         for name, share in self._moved.items():
             readings[name] = readings[name] + moved * share

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import ClassVar
 
 import numpy as np
 
@@ -29,17 +28,13 @@ class ForcedConvection(Effect):
     That parts which do not turn share in it, and by how much, is engineering judgement.
     """
 
-    name: ClassVar[str] = "forced_convection"
-    title: ClassVar[str] = "Convection outside growing with speed"
-    explanation: ClassVar[str] = (
+    title = "Convection outside growing with speed"
+    explanation = (
         "The turning spindle stirs the air and cools its own outside, or all that is in its "
         "enclosure; at standstill that stops."
     )
-    parameters: ClassVar[dict[str, Parameter]] = {
-        "gain": Parameter(1.5, "1", 0.0, 4.0, "judgement: 5 to 45 W/(m2 K) in all")
-    }
-    amplitude: ClassVar[str] = "gain"
-    conductance_inputs: ClassVar[tuple[str, ...]] = ("speed",)
+    parameters = {"gain": Parameter(1.5, "1", 0.0, 4.0, "judgement: 5 to 45 W/(m2 K) in all")}
+    conductance_inputs = ("speed",)
 
     @classmethod
     def drivers(cls, machine: Machine) -> dict[str, str]:
@@ -70,7 +65,7 @@ class ForcedConvection(Effect):
         self._reference = max(speed.high, -speed.low) if speed else 1.0
 
     def conductance(
-        self, inputs: Inputs, temperatures: FloatArray | None, states: FloatArray | None
+        self, inputs: Inputs, temperatures: FloatArray, states: FloatArray
     ) -> Sequence[Exchange]:
         """Return the exchange that speed adds."""
         stirred = (np.abs(inputs["speed"]) / self._reference) ** 0.7

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 import numpy as np
 
 from plant_model.anatomy import bearings
@@ -22,19 +20,17 @@ class FrictionSpeedExponent(Effect):
     n_ref the heat stays as it is, so d changes nothing but the slope.
     """
 
-    name: ClassVar[str] = "friction_speed_exponent"
-    title: ClassVar[str] = "Friction growing with another power of speed"
-    explanation: ClassVar[str] = (
+    title = "Friction growing with another power of speed"
+    explanation = (
         "The bearings' heat rises with speed more steeply, or less, than the usual law says."
     )
-    parameters: ClassVar[dict[str, Parameter]] = {
+    parameters = {
         "deviation": Parameter(
             0.4, "1", -0.7, 0.9, "judgement: exponents of 1 to 2.5, Palmgren 5/3"
         )
     }
-    amplitude: ClassVar[str] = "deviation"
-    physical: ClassVar[tuple[float, ...]] = (-1.6, 3.0)
-    needs: ClassVar[tuple[str, ...]] = ("bearing_friction",)
+    physical = (-1.6, 3.0)
+    needs = ("bearing_friction",)
 
     def prepare(self) -> None:
         """Find the bearings and the reference speed of each [r/min]."""
@@ -45,11 +41,7 @@ class FrictionSpeedExponent(Effect):
         ]
 
     def heat(
-        self,
-        inputs: Inputs,
-        temperatures: FloatArray | None,
-        states: FloatArray | None,
-        out: FloatArray,
+        self, inputs: Inputs, temperatures: FloatArray, states: FloatArray, out: FloatArray
     ) -> None:
         """Add the difference to Palmgren's heat."""
         for item, driver, reference in self._bearings:

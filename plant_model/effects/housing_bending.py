@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 import numpy as np
 
 from plant_model.effects.base import POSE, Effect, Inputs, amplitude
 from plant_model.item_forms import ItemSpec, NumberSpec
-from plant_model.parameters import FloatArray, Parameter
+from plant_model.parameters import FloatArray
 
 
 class HousingBending(Effect):
@@ -20,14 +18,10 @@ class HousingBending(Effect):
     axis, ``away`` those on the opposite side; ``yaw`` and ``pitch`` say in which plane.
     """
 
-    name: ClassVar[str] = "housing_bending"
-    title: ClassVar[str] = "Tilt from one-sided warming"
-    explanation: ClassVar[str] = "A part warmer on one side bends and tilts the nose."
-    parameters: ClassVar[dict[str, Parameter]] = {
-        "scale": amplitude(1.0, 0.0, 2.0, "factor on the tilt, 1 as given")
-    }
-    amplitude: ClassVar[str] = "scale"
-    handles: ClassVar[dict[tuple[str, str], ItemSpec]] = {
+    title = "Tilt from one-sided warming"
+    explanation = "A part warmer on one side bends and tilts the nose."
+    parameters = {"scale": amplitude(1.0, 0.0, 2.0, "factor on the tilt, 1 as given")}
+    handles = {
         ("structure", "bend"): ItemSpec(
             refs={"towards": "node*", "away": "node*"},
             numbers={
@@ -62,7 +56,7 @@ class HousingBending(Effect):
                         self._weights[:, node, POSE.index(shift)] += (share * sideways)[:, 0]
 
     def displacement(
-        self, inputs: Inputs, rise: FloatArray, states: FloatArray | None, out: FloatArray
+        self, inputs: Inputs, rise: FloatArray, states: FloatArray, out: FloatArray
     ) -> None:
         """Add the tilt of all parts and the radial drift that comes with it."""
         out += rise @ self._weights

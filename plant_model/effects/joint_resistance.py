@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 import numpy as np
 
 from plant_model.anatomy import bearings, incidence
@@ -25,19 +23,13 @@ class JointResistance(Effect):
     bearing's outer side but the one to its inner side.
     """
 
-    name: ClassVar[str] = "joint_resistance"
-    title: ClassVar[str] = "Bearing seat tightening with temperature"
-    explanation: ClassVar[str] = (
+    title = "Bearing seat tightening with temperature"
+    explanation = (
         "The joint from bearing to housing conducts better, or worse, the warmer the bearing is."
     )
-    parameters: ClassVar[dict[str, Parameter]] = {
-        "gain": Parameter(0.25, "1/K", -0.7, 0.7, "judgement: ring growth against fit")
-    }
-    amplitude: ClassVar[str] = "gain"
-    tried: ClassVar[dict[str, tuple[float, ...]]] = {
-        "gain": tuple(sign * size for sign in (-1.0, 1.0) for size in (0.02, 0.06, 0.2, 0.5))
-    }
-    temperature_dependent: ClassVar[bool] = True
+    parameters = {"gain": Parameter(0.25, "1/K", -0.7, 0.7, "judgement: ring growth against fit")}
+    tried = {"gain": tuple(sign * size for sign in (-1.0, 1.0) for size in (0.02, 0.06, 0.2, 0.5))}
+    temperature_dependent = True
 
     def prepare(self) -> None:
         """Find the seats."""
@@ -59,14 +51,9 @@ class JointResistance(Effect):
         self._seats = self.table(columns)
 
     def heat(
-        self,
-        inputs: Inputs,
-        temperatures: FloatArray | None,
-        states: FloatArray | None,
-        out: FloatArray,
+        self, inputs: Inputs, temperatures: FloatArray, states: FloatArray, out: FloatArray
     ) -> None:
         """Add the exchange beyond the constant one."""
-        assert temperatures is not None
         if not self._rings:
             return
         warmer = temperatures[..., self._rings] - temperatures[..., self._bores]

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 import numpy as np
 
 from plant_model.effects.base import Effect, Inputs
@@ -20,18 +18,14 @@ class MotorIronLoss(Effect):
     judgement.
     """
 
-    name: ClassVar[str] = "motor_iron_loss"
-    title: ClassVar[str] = "Iron loss of the motor"
-    explanation: ClassVar[str] = (
-        "Changing magnetisation heats the stator, with speed and with its square."
-    )
-    parameters: ClassVar[dict[str, Parameter]] = {
+    title = "Iron loss of the motor"
+    explanation = "Changing magnetisation heats the stator, with speed and with its square."
+    parameters = {
         "power": Parameter(300.0, "W", 0.0, 1000.0, "judgement: motors of 10 to 40 kW"),
         "eddy_share": Parameter(0.6, "1", 0.0, 1.0, "judgement: thin sheets at some 100 Hz"),
         "stator_share": Parameter(0.85, "1", 0.6, 1.0, "judgement: the rotor sees slip frequency"),
     }
-    amplitude: ClassVar[str] = "power"
-    law: ClassVar[tuple[str, ...]] = ("eddy_share",)
+    law = ("eddy_share",)
 
     def prepare(self) -> None:
         """Find the motors."""
@@ -39,11 +33,7 @@ class MotorIronLoss(Effect):
         self._highest = {e.name: max(e.high, -e.low) for e in self.machine.inputs}
 
     def heat(
-        self,
-        inputs: Inputs,
-        temperatures: FloatArray | None,
-        states: FloatArray | None,
-        out: FloatArray,
+        self, inputs: Inputs, temperatures: FloatArray, states: FloatArray, out: FloatArray
     ) -> None:
         """Add every motor's loss to its stator and rotor."""
         eddy, stator = self.own("eddy_share"), self.own("stator_share")

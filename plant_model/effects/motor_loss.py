@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 import numpy as np
 
 from plant_model.effects.base import Effect, Inputs, amplitude
 from plant_model.item_forms import ItemSpec, NumberSpec
-from plant_model.parameters import FloatArray, Parameter
+from plant_model.parameters import FloatArray
 
 
 class MotorLoss(Effect):
@@ -18,14 +16,10 @@ class MotorLoss(Effect):
     engineering judgement, to be replaced by a loss from a data sheet.
     """
 
-    name: ClassVar[str] = "motor_loss"
-    title: ClassVar[str] = "Motor loss"
-    explanation: ClassVar[str] = "The motor heats rotor and stator in proportion to speed."
-    parameters: ClassVar[dict[str, Parameter]] = {
-        "scale": amplitude(1.0, 0.0, 3.0, "factor on the loss, 1 as given")
-    }
-    amplitude: ClassVar[str] = "scale"
-    handles: ClassVar[dict[tuple[str, str], ItemSpec]] = {
+    title = "Motor loss"
+    explanation = "The motor heats rotor and stator in proportion to speed."
+    parameters = {"scale": amplitude(1.0, 0.0, 3.0, "factor on the loss, 1 as given")}
+    handles = {
         ("sources", "motor"): ItemSpec(
             refs={"rotor": "node", "stator": "node", "driven_by": "input"},
             numbers={
@@ -36,11 +30,7 @@ class MotorLoss(Effect):
     }
 
     def heat(
-        self,
-        inputs: Inputs,
-        temperatures: FloatArray | None,
-        states: FloatArray | None,
-        out: FloatArray,
+        self, inputs: Inputs, temperatures: FloatArray, states: FloatArray, out: FloatArray
     ) -> None:
         """Add every motor's loss to its rotor and stator."""
         for item in self.items:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 import numpy as np
 
 from plant_model.anatomy import incidence
@@ -24,17 +22,15 @@ class NaturalConvection(Effect):
     correlations: VDI Heat Atlas, 2nd ed., part F2). The range covers 0 to 8.
     """
 
-    name: ClassVar[str] = "natural_convection"
-    title: ClassVar[str] = "Convection outside growing with temperature"
-    explanation: ClassVar[str] = (
+    title = "Convection outside growing with temperature"
+    explanation = (
         "Warm surfaces make the air rise and lose more heat the warmer they are; what their film "
         "coefficient holds of it at 10 K is not counted twice."
     )
-    parameters: ClassVar[dict[str, Parameter]] = {
+    parameters = {
         "film_at_10_K": Parameter(4.0, "W/(m2 K)", 0.0, 8.0, "1.42 (dT/L)^(1/4): Holman, table 7-2")
     }
-    amplitude: ClassVar[str] = "film_at_10_K"
-    temperature_dependent: ClassVar[bool] = True
+    temperature_dependent = True
 
     def prepare(self) -> None:
         """Collect the surfaces."""
@@ -48,14 +44,9 @@ class NaturalConvection(Effect):
         self._to_nodes = incidence(self._nodes, len(self.machine.nodes))
 
     def heat(
-        self,
-        inputs: Inputs,
-        temperatures: FloatArray | None,
-        states: FloatArray | None,
-        out: FloatArray,
+        self, inputs: Inputs, temperatures: FloatArray, states: FloatArray, out: FloatArray
     ) -> None:
         """Add what every surface receives beyond what its film says."""
-        assert temperatures is not None
         if not self._nodes:
             return
         air = np.stack([inputs[name] for name in self._outside], axis=-1)

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 import numpy as np
 
 from plant_model.effects.base import Effect, Inputs, amplitude
 from plant_model.item_forms import ItemSpec, NumberSpec
-from plant_model.parameters import FloatArray, Parameter
+from plant_model.parameters import FloatArray
 
 
 class PlainHeat(Effect):
@@ -20,14 +18,10 @@ class PlainHeat(Effect):
     of which no more is known: a = 1 for a friction that speed does not change, 2 for a viscous one.
     """
 
-    name: ClassVar[str] = "plain_heat"
-    title: ClassVar[str] = "Heat of its own in a part"
-    explanation: ClassVar[str] = "A part is heated always, or by a power of one of the inputs."
-    parameters: ClassVar[dict[str, Parameter]] = {
-        "scale": amplitude(1.0, 0.0, 3.0, "factor on all of it, 1 as given")
-    }
-    amplitude: ClassVar[str] = "scale"
-    handles: ClassVar[dict[tuple[str, str], ItemSpec]] = {
+    title = "Heat of its own in a part"
+    explanation = "A part is heated always, or by a power of one of the inputs."
+    parameters = {"scale": amplitude(1.0, 0.0, 3.0, "factor on all of it, 1 as given")}
+    handles = {
         ("sources", "steady_heat"): ItemSpec(
             refs={"node": "node"}, numbers={"power": NumberSpec("W", 0.0, 1e5)}
         ),
@@ -45,11 +39,7 @@ class PlainHeat(Effect):
         self._most = {entry.name: entry.most for entry in self.machine.inputs}
 
     def heat(
-        self,
-        inputs: Inputs,
-        temperatures: FloatArray | None,
-        states: FloatArray | None,
-        out: FloatArray,
+        self, inputs: Inputs, temperatures: FloatArray, states: FloatArray, out: FloatArray
     ) -> None:
         """Add every source to its node."""
         for item in self.items:

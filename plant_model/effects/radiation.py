@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 from plant_model.effects.base import Effect, Inputs
 from plant_model.effects.surface_convection import held_by_film
 from plant_model.parameters import FloatArray, Parameter
@@ -25,18 +23,14 @@ class Radiation(Effect):
     bare machined steel to 0.9 paint (VDI Heat Atlas, 2nd ed., part K).
     """
 
-    name: ClassVar[str] = "radiation"
-    title: ClassVar[str] = "Radiation from hot surfaces"
-    explanation: ClassVar[str] = (
+    title = "Radiation from hot surfaces"
+    explanation = (
         "Surfaces radiate with the fourth power of temperature; what their film coefficient holds "
         "of it at 20 degC is not counted twice."
     )
-    parameters: ClassVar[dict[str, Parameter]] = {
-        "emissivity": Parameter(0.6, "1", 0.0, 0.95, "VDI Heat Atlas, 2nd ed., part K")
-    }
-    amplitude: ClassVar[str] = "emissivity"
-    physical: ClassVar[tuple[float, ...]] = (0.0, 1.0)
-    temperature_dependent: ClassVar[bool] = True
+    parameters = {"emissivity": Parameter(0.6, "1", 0.0, 0.95, "VDI Heat Atlas, 2nd ed., part K")}
+    physical = (0.0, 1.0)
+    temperature_dependent = True
 
     def prepare(self) -> None:
         """Collect the surfaces."""
@@ -53,14 +47,9 @@ class Radiation(Effect):
         ]
 
     def heat(
-        self,
-        inputs: Inputs,
-        temperatures: FloatArray | None,
-        states: FloatArray | None,
-        out: FloatArray,
+        self, inputs: Inputs, temperatures: FloatArray, states: FloatArray, out: FloatArray
     ) -> None:
         """Add what every surface receives beyond what its film says."""
-        assert temperatures is not None
         factor = self.own("emissivity") * STEFAN_BOLTZMANN
         for node, outside, area, held in self._surfaces:
             # Squares of squares: a power costs many times as much, and this is asked at every step.

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
-from plant_model.effects.base import Effect, Inputs
+from plant_model.effects.base import Effect, Inputs, Readings
 from plant_model.parameters import FloatArray, Parameter
 
 
@@ -15,21 +13,13 @@ class SensorDrift(Effect):
     engineering judgement; sound sensors drift far less. It does nothing for a displacement sensor.
     """
 
-    name: ClassVar[str] = "sensor_drift"
-    title: ClassVar[str] = "Thermometer that drifts"
-    explanation: ClassVar[str] = "The error of one thermometer grows from hour to hour."
-    parameters: ClassVar[dict[str, Parameter]] = {
-        "rate": Parameter(0.15, "K/h", -0.5, 0.5, "judgement: 0.1 to 3 K over a run")
-    }
-    amplitude: ClassVar[str] = "rate"
-    on_channel: ClassVar[bool] = True
+    title = "Thermometer that drifts"
+    explanation = "The error of one thermometer grows from hour to hour."
+    parameters = {"rate": Parameter(0.15, "K/h", -0.5, 0.5, "judgement: 0.1 to 3 K over a run")}
+    on_channel = True
 
     def reading(
-        self,
-        inputs: Inputs,
-        states: FloatArray | None,
-        time_s: FloatArray,
-        readings: dict[str, FloatArray],
+        self, inputs: Inputs, states: FloatArray, time_s: FloatArray, readings: Readings
     ) -> None:
         """Add the error reached."""
         if any(sensor.name == self.channel for sensor in self.machine.sensors):

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 import numpy as np
 
-from plant_model.effects.base import Effect, Inputs
+from plant_model.effects.base import Effect, Inputs, Readings
 from plant_model.parameters import FloatArray, Parameter
 
 
@@ -20,18 +18,16 @@ class SensorLag(Effect):
     a minute is no fault: any thermometer has that.
     """
 
-    name: ClassVar[str] = "sensor_lag"
-    title: ClassVar[str] = "Thermometer that follows late"
-    explanation: ClassVar[str] = "One thermometer lags behind its part whenever that changes."
-    parameters: ClassVar[dict[str, Parameter]] = {
+    title = "Thermometer that follows late"
+    explanation = "One thermometer lags behind its part whenever that changes."
+    parameters = {
         "minutes": Parameter(5.0, "min", 0.0, 20.0, "judgement: sensors loose in their pockets")
     }
-    amplitude: ClassVar[str] = "minutes"
-    least: ClassVar[float] = 1.0
-    on_channel: ClassVar[bool] = True
-    states: ClassVar[tuple[str, ...]] = ("reading",)
-    lags: ClassVar[bool] = True
-    shortest_s: ClassVar[float] = 30.0
+    least = 1.0
+    on_channel = True
+    states = ("reading",)
+    lags = True
+    shortest_s = 30.0
 
     def prepare(self) -> None:
         """Find what the sensor reads."""
@@ -53,14 +49,9 @@ class SensorLag(Effect):
         return np.maximum(self._lag_s, self.shortest_s)
 
     def reading(
-        self,
-        inputs: Inputs,
-        states: FloatArray | None,
-        time_s: FloatArray,
-        readings: dict[str, FloatArray],
+        self, inputs: Inputs, states: FloatArray, time_s: FloatArray, readings: Readings
     ) -> None:
         """Show the lagging temperature."""
-        assert states is not None
         if self._of is not None:
             share = np.minimum(self._lag_s / self.shortest_s, 1.0)
             shown = readings[self.channel]

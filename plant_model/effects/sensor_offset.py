@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
-from plant_model.effects.base import Effect, Inputs
+from plant_model.effects.base import Effect, Inputs, Readings
 from plant_model.parameters import FloatArray, Parameter
 
 
@@ -16,30 +14,24 @@ class SensorOffset(Effect):
     does nothing for a displacement sensor, whose zero means nothing.
     """
 
-    name: ClassVar[str] = "sensor_offset"
-    title: ClassVar[str] = "Thermometer with a constant error"
-    explanation: ClassVar[str] = "One thermometer reads too high or too low by the same amount."
-    parameters: ClassVar[dict[str, Parameter]] = {
+    title = "Thermometer with a constant error"
+    explanation = "One thermometer reads too high or too low by the same amount."
+    parameters = {
         "error": Parameter(1.0, "K", -40.0, 40.0, "judgement: faults of tens of kelvin occur")
     }
-    amplitude: ClassVar[str] = "error"
-    physical: ClassVar[tuple[float, ...]] = (-40.0, 40.0)
-    tried: ClassVar[dict[str, tuple[float, ...]]] = {
+    physical = (-40.0, 40.0)
+    tried = {
         "error": (-20.0, -1.0, 1.0, 20.0),
     }
-    on_channel: ClassVar[bool] = True
-    from_one_run_on: ClassVar[bool] = True
+    on_channel = True
+    from_one_run_on = True
 
     def error_at_start(self) -> FloatArray:
         """Return the error, which is there from the start."""
         return self.own("error")
 
     def reading(
-        self,
-        inputs: Inputs,
-        states: FloatArray | None,
-        time_s: FloatArray,
-        readings: dict[str, FloatArray],
+        self, inputs: Inputs, states: FloatArray, time_s: FloatArray, readings: Readings
     ) -> None:
         """Add the error."""
         if any(sensor.name == self.channel for sensor in self.machine.sensors):

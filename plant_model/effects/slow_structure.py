@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 import numpy as np
 
 from plant_model.anatomy import outside, structure_parts
@@ -28,30 +26,28 @@ class SlowStructure(Effect):
     turns that drift from X (0) to Y (90).
     """
 
-    name: ClassVar[str] = "slow_structure"
-    title: ClassVar[str] = "Bed following the hall slowly"
-    explanation: ClassVar[str] = (
+    title = "Bed following the hall slowly"
+    explanation = (
         "Bed and column grow hours after the hall, or after a part of the machine, so drift never "
         "settles."
     )
-    parameters: ClassVar[dict[str, Parameter]] = {
+    parameters = {
         "growth": Parameter(8.0, "um/K", 0.0, 30.0, "judgement: 0.1 to 3 m of iron"),
         "hours": Parameter(8.0, "h", 3.0, 20.0, "judgement: column in air to bed on foundation"),
         "direction": Parameter(0.0, "deg", -180.0, 180.0, "0 is elongation, 90 radial"),
         "part_share": Parameter(0.5, "1", 0.0, 1.0, "judgement: of the part, the rest of the hall"),
         "azimuth": Parameter(90.0, "deg", -90.0, 90.0, "0 is X, 90 is Y"),
     }
-    amplitude: ClassVar[str] = "growth"
-    law: ClassVar[tuple[str, ...]] = ("hours",)
-    tried: ClassVar[dict[str, tuple[float, ...]]] = {
+    law = ("hours",)
+    tried = {
         "growth": (8.0,),
         "hours": (3.5, 7.0, 14.0),
         "direction": ROUND,
         "part_share": (0.5, 1.0),
         "azimuth": (-45.0, 0.0, 45.0, 90.0),
     }
-    states: ClassVar[tuple[str, ...]] = ("hall", "at_start")
-    lags: ClassVar[bool] = True
+    states = ("hall", "at_start")
+    lags = True
 
     @classmethod
     def drivers(cls, machine: Machine) -> dict[str, str]:
@@ -91,10 +87,9 @@ class SlowStructure(Effect):
         return np.concatenate([3600.0 * hours, np.full_like(hours, np.inf)], axis=1)
 
     def displacement(
-        self, inputs: Inputs, rise: FloatArray, states: FloatArray | None, out: FloatArray
+        self, inputs: Inputs, rise: FloatArray, states: FloatArray, out: FloatArray
     ) -> None:
         """Add the growth."""
-        assert states is not None
         growth = self.own("growth") * (states[..., 0] - states[..., 1])
         for axis, share in self._shares.items():
             out[..., POSE.index(axis)] += growth * share

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import ClassVar
 
 import numpy as np
 
 from plant_model.effects.base import Effect, Inputs, amplitude
 from plant_model.exchange import Exchange, exchange
 from plant_model.item_forms import ItemSpec, NumberSpec
-from plant_model.parameters import FloatArray, Parameter
+from plant_model.parameters import FloatArray
 
 
 def share_of_motion(value: FloatArray, most: float) -> FloatArray:
@@ -34,14 +33,10 @@ class StirredFilm(Effect):
     ``forced_convection``.
     """
 
-    name: ClassVar[str] = "stirred_film"
-    title: ClassVar[str] = "Exchange that grows with motion"
-    explanation: ClassVar[str] = "Parts exchange more heat while the spindle or an axis moves."
-    parameters: ClassVar[dict[str, Parameter]] = {
-        "scale": amplitude(1.0, 0.0, 3.0, "factor on all of it, 1 as given")
-    }
-    amplitude: ClassVar[str] = "scale"
-    handles: ClassVar[dict[tuple[str, str], ItemSpec]] = {
+    title = "Exchange that grows with motion"
+    explanation = "Parts exchange more heat while the spindle or an axis moves."
+    parameters = {"scale": amplitude(1.0, 0.0, 3.0, "factor on all of it, 1 as given")}
+    handles = {
         ("links", "stirred"): ItemSpec(
             refs={"between": "node,node|boundary", "driven_by": "input"},
             numbers={"conductance": NumberSpec("W/K", 0.0, 1e5)},
@@ -55,7 +50,7 @@ class StirredFilm(Effect):
         self._most = {entry.name: entry.most for entry in self.machine.inputs}
 
     def conductance(
-        self, inputs: Inputs, temperatures: FloatArray | None, states: FloatArray | None
+        self, inputs: Inputs, temperatures: FloatArray, states: FloatArray
     ) -> Sequence[Exchange]:
         """Return the exchange that motion adds."""
         found = []

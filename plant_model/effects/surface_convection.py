@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 import numpy as np
 
 from plant_model.effects.base import Effect, amplitude
 from plant_model.exchange import exchange
 from plant_model.item_forms import ItemSpec, NumberSpec
 from plant_model.machine import Item
-from plant_model.parameters import FloatArray, Parameter
+from plant_model.parameters import FloatArray
 
 
 def held_by_film(effect: Effect, item: Item, coefficient: FloatArray) -> FloatArray:
@@ -43,14 +41,10 @@ class SurfaceConvection(Effect):
     what a film holds of them.
     """
 
-    name: ClassVar[str] = "surface_convection"
-    title: ClassVar[str] = "Convection to the air outside"
-    explanation: ClassVar[str] = "Outer surfaces lose heat to the air at a constant coefficient."
-    parameters: ClassVar[dict[str, Parameter]] = {
-        "scale": amplitude(1.0, 0.0, 4.0, "factor on all film coefficients, 1 as given")
-    }
-    amplitude: ClassVar[str] = "scale"
-    handles: ClassVar[dict[tuple[str, str], ItemSpec]] = {
+    title = "Convection to the air outside"
+    explanation = "Outer surfaces lose heat to the air at a constant coefficient."
+    parameters = {"scale": amplitude(1.0, 0.0, 4.0, "factor on all film coefficients, 1 as given")}
+    handles = {
         ("links", "convection"): ItemSpec(
             refs={"between": "node,boundary"},
             numbers={

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 import numpy as np
 
 from plant_model.effects.base import POSE, Effect, Inputs, amplitude
 from plant_model.item_forms import ItemSpec, NumberSpec
 from plant_model.machine import Item
-from plant_model.parameters import FloatArray, Parameter
+from plant_model.parameters import FloatArray
 
 _SEGMENT = ItemSpec(
     refs={"nodes": "node*"},
@@ -30,16 +28,10 @@ class ThermalExpansion(Effect):
     carries the spindle, with its direction; ``tool`` the tool or test bar beyond the gauge line.
     """
 
-    name: ClassVar[str] = "thermal_expansion"
-    title: ClassVar[str] = "Thermal expansion"
-    explanation: ClassVar[str] = (
-        "Parts grow in proportion to their warming; the bearing that locates decides."
-    )
-    parameters: ClassVar[dict[str, Parameter]] = {
-        "scale": amplitude(1.0, 0.0, 1.5, "factor on all growth, 1 as given")
-    }
-    amplitude: ClassVar[str] = "scale"
-    handles: ClassVar[dict[tuple[str, str], ItemSpec]] = {
+    title = "Thermal expansion"
+    explanation = "Parts grow in proportion to their warming; the bearing that locates decides."
+    parameters = {"scale": amplitude(1.0, 0.0, 1.5, "factor on all growth, 1 as given")}
+    handles = {
         ("structure", "housing"): _SEGMENT,
         ("structure", "shaft"): _SEGMENT,
         ("structure", "located"): ItemSpec(
@@ -91,7 +83,7 @@ class ThermalExpansion(Effect):
             self._weights[:, node, POSE.index(axis)] += growth[:, 0] / len(nodes)
 
     def displacement(
-        self, inputs: Inputs, rise: FloatArray, states: FloatArray | None, out: FloatArray
+        self, inputs: Inputs, rise: FloatArray, states: FloatArray, out: FloatArray
     ) -> None:
         """Add the growth of all parts."""
         out += rise @ self._weights

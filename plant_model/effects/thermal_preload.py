@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 import numpy as np
 
 from plant_model.anatomy import around_bearing, bearings
@@ -46,19 +44,17 @@ class ThermalPreload(Effect):
     in general.
     """
 
-    name: ClassVar[str] = "thermal_preload"
-    title: ClassVar[str] = "Preload rising with the temperature difference in the bearing"
-    explanation: ClassVar[str] = (
+    title = "Preload rising with the temperature difference in the bearing"
+    explanation = (
         "After a speed-up the inner ring, or the shaft, warms first; the bearing tightens and "
         "heats more."
     )
-    parameters: ClassVar[dict[str, Parameter]] = {
+    parameters = {
         "gain": Parameter(0.2, "1/K", 0.0, 2.0, "judgement: ring growth against approach")
     }
-    amplitude: ClassVar[str] = "gain"
-    temperature_dependent: ClassVar[bool] = True
-    needs: ClassVar[tuple[str, ...]] = ("bearing_friction",)
-    most: ClassVar[float] = 10.0
+    temperature_dependent = True
+    needs = ("bearing_friction",)
+    most = 10.0
 
     @classmethod
     def drivers(cls, machine: Machine) -> dict[str, str]:
@@ -86,14 +82,9 @@ class ThermalPreload(Effect):
         ]
 
     def heat(
-        self,
-        inputs: Inputs,
-        temperatures: FloatArray | None,
-        states: FloatArray | None,
-        out: FloatArray,
+        self, inputs: Inputs, temperatures: FloatArray, states: FloatArray, out: FloatArray
     ) -> None:
         """Add the heat of the torque beyond that at the preload given."""
-        assert temperatures is not None
         for item, sides, torque in self._bearings:
             inside, outside = (_mean(temperatures, nodes) for nodes in sides)
             warmer = np.maximum(inside - outside, 0.0)

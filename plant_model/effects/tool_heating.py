@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 import numpy as np
 
 from plant_model.anatomy import nose, outside
@@ -25,23 +23,21 @@ class ToolHeating(Effect):
     less than 0.5 W/K: below that the growth fades, so that without a holder nothing grows.
     """
 
-    name: ClassVar[str] = "tool_heating"
-    title: ClassVar[str] = "Holder and tool warming"
-    explanation: ClassVar[str] = (
+    title = "Holder and tool warming"
+    explanation = (
         "The warm nose heats holder and tool, which go on growing after it and with the hall."
     )
-    parameters: ClassVar[dict[str, Parameter]] = {
+    parameters = {
         "conductance": Parameter(2.0, "W/K", 0.0, 8.0, "judgement: joint, and k A / L of shank"),
         "capacity": Parameter(900.0, "J/K", 200.0, 3000.0, "0.4 to 6 kg of steel"),
         "holder_length": Parameter(80.0, "mm", 20.0, 250.0, "judgement: usual holders"),
         "loss": Parameter(0.8, "W/K", 0.1, 3.0, "20 to 60 W/(m2 K) on 0.005 to 0.05 m2, turning"),
     }
-    amplitude: ClassVar[str] = "conductance"
-    temperature_dependent: ClassVar[bool] = True
-    states: ClassVar[tuple[str, ...]] = ("holder", "tool", "at_start")
-    expansion: ClassVar[float] = 11.5  # 1e-6/K, steel
-    shank: ClassVar[float] = 0.5  # W/K, from the holder into a tool of 20 to 30 mm
-    least_joint: ClassVar[float] = 0.5  # W/K
+    temperature_dependent = True
+    states = ("holder", "tool", "at_start")
+    expansion = 11.5  # 1e-6/K, steel
+    shank = 0.5  # W/K, from the holder into a tool of 20 to 30 mm
+    least_joint = 0.5  # W/K
 
     def prepare(self) -> None:
         """Find the nose and the hall."""
@@ -78,23 +74,16 @@ class ToolHeating(Effect):
         return np.stack([power / half for power in warms], axis=-1)
 
     def heat(
-        self,
-        inputs: Inputs,
-        temperatures: FloatArray | None,
-        states: FloatArray | None,
-        out: FloatArray,
+        self, inputs: Inputs, temperatures: FloatArray, states: FloatArray, out: FloatArray
     ) -> None:
         """Take the holder's heat from the nose."""
-        assert temperatures is not None
-        assert states is not None
         if self._nose is not None:
             out[..., self._nose] -= self._taken(inputs, temperatures, states)
 
     def displacement(
-        self, inputs: Inputs, rise: FloatArray, states: FloatArray | None, out: FloatArray
+        self, inputs: Inputs, rise: FloatArray, states: FloatArray, out: FloatArray
     ) -> None:
         """Add the growth of holder and tool."""
-        assert states is not None
         if self._nose is None:
             return
         joined = np.minimum(self.own("conductance") / self.least_joint, 1.0)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 import numpy as np
 
 from plant_model.anatomy import bearings
@@ -26,30 +24,26 @@ class UnevenBearingHeating(Effect):
     opposite, with the conductance g from the bearing to the sector. It goes with P at once.
     """
 
-    name: ClassVar[str] = "uneven_bearing_heating"
-    title: ClassVar[str] = "Uneven heat around the bearing"
-    explanation: ClassVar[str] = (
-        "One side of the race is warmer, so the nose tilts as the bearings heat."
-    )
-    parameters: ClassVar[dict[str, Parameter]] = {
+    title = "Uneven heat around the bearing"
+    explanation = "One side of the race is warmer, so the nose tilts as the bearings heat."
+    parameters = {
         "difference": Parameter(1.5, "K", 0.0, 5.0, "judgement: outer rings of spindles"),
         "minutes": Parameter(15.0, "min", 3.0, 60.0, "capacity over conductance of a seat"),
         "direction": Parameter(0.0, "deg", -180.0, 180.0, "0 tilts towards X, 90 towards Y"),
         "slenderness": Parameter(0.8, "1", 0.3, 2.0, "length over width of the warm zone"),
         "lever": Parameter(100.0, "mm", 0.0, 500.0, "from the bearing to the gauge line"),
     }
-    amplitude: ClassVar[str] = "difference"
-    law: ClassVar[tuple[str, ...]] = ("minutes",)
-    tried: ClassVar[dict[str, tuple[float, ...]]] = {
+    law = ("minutes",)
+    tried = {
         "difference": (2.0,),
         "minutes": (5.0, 15.0, 45.0),
         "direction": ROUND,
         "lever": (0.0, 100.0, 400.0),
     }
-    needs: ClassVar[tuple[str, ...]] = ("bearing_friction",)
-    states: ClassVar[tuple[str, ...]] = ("relative",)
-    lags: ClassVar[bool] = True
-    expansion: ClassVar[float] = 11.5  # 1e-6/K
+    needs = ("bearing_friction",)
+    states = ("relative",)
+    lags = True
+    expansion = 11.5  # 1e-6/K
 
     def prepare(self) -> None:
         """Find the bearings and their heat at half of the highest speed [W]."""
@@ -102,11 +96,7 @@ class UnevenBearingHeating(Effect):
         return found if any_sector else None
 
     def heat(
-        self,
-        inputs: Inputs,
-        temperatures: FloatArray | None,
-        states: FloatArray | None,
-        out: FloatArray,
+        self, inputs: Inputs, temperatures: FloatArray, states: FloatArray, out: FloatArray
     ) -> None:
         """Move heat from the cold side of the housing to the warm one."""
         if self._aside is not None:
@@ -135,10 +125,9 @@ class UnevenBearingHeating(Effect):
         return np.zeros((len(temperatures), 1))
 
     def displacement(
-        self, inputs: Inputs, rise: FloatArray, states: FloatArray | None, out: FloatArray
+        self, inputs: Inputs, rise: FloatArray, states: FloatArray, out: FloatArray
     ) -> None:
         """Add the tilt."""
-        assert states is not None
         per_kelvin = self.expansion * self.own("slenderness")
         angle = per_kelvin * self.own("difference") * states[..., 0]
         add_tilt(out, angle, self.own("direction"), self.own("lever"))

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 from plant_model.effects.base import Effect, amplitude
 from plant_model.exchange import exchange
 from plant_model.item_forms import ItemSpec, NumberSpec
-from plant_model.parameters import Parameter
 
 
 class UnevenCooling(Effect):
@@ -18,16 +15,12 @@ class UnevenCooling(Effect):
     Without ``coolant_jacket`` nothing is cooled, and nothing unevenly.
     """
 
-    name: ClassVar[str] = "uneven_cooling"
-    title: ClassVar[str] = "Uneven cooling around the circumference"
-    explanation: ClassVar[str] = (
-        "The jacket cools one side better than the other, which tilts the nose."
-    )
-    parameters: ClassVar[dict[str, Parameter]] = {
+    title = "Uneven cooling around the circumference"
+    explanation = "The jacket cools one side better than the other, which tilts the nose."
+    parameters = {
         "scale": amplitude(1.0, 0.0, 1.5, "1 as given by the sectors, 0 for even cooling")
     }
-    amplitude: ClassVar[str] = "scale"
-    handles: ClassVar[dict[tuple[str, str], ItemSpec]] = {
+    handles = {
         ("links", "coolant_unevenness"): ItemSpec(
             refs={"between": "node,node"},
             numbers={"difference": NumberSpec("W/K", -1e4, 1e4)},

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 import numpy as np
 
 from plant_model.effects.base import Effect, Inputs
@@ -20,30 +18,23 @@ class ViscosityTemperature(Effect):
     average between 20 and 60 degC, faster when cold and slower when warm.
     """
 
-    name: ClassVar[str] = "viscosity_temperature"
-    title: ClassVar[str] = "Viscosity falling with temperature"
-    explanation: ClassVar[str] = "Friction falls as the bearing warms, because its oil thins."
-    parameters: ClassVar[dict[str, Parameter]] = {
+    title = "Viscosity falling with temperature"
+    explanation = "Friction falls as the bearing warms, because its oil thins."
+    parameters = {
         "slope": Parameter(0.035, "1/K", 0.0, 0.06, "slopes of spindle oils by ASTM D341")
     }
-    amplitude: ClassVar[str] = "slope"
-    physical: ClassVar[tuple[float, ...]] = (0.0, 0.2)
-    temperature_dependent: ClassVar[bool] = True
-    needs: ClassVar[tuple[str, ...]] = ("bearing_friction",)
+    physical = (0.0, 0.2)
+    temperature_dependent = True
+    needs = ("bearing_friction",)
 
     def prepare(self) -> None:
         """Find the bearings and the factor that friction already has."""
         self._bearings = self.machine.of_kind("sources", "bearing")
 
     def heat(
-        self,
-        inputs: Inputs,
-        temperatures: FloatArray | None,
-        states: FloatArray | None,
-        out: FloatArray,
+        self, inputs: Inputs, temperatures: FloatArray, states: FloatArray, out: FloatArray
     ) -> None:
         """Add the difference to the heat at constant viscosity."""
-        assert temperatures is not None
         for item in self._bearings:
             speed = inputs[item.refs["driven_by"][0]]
             inner, outer = self.nodes(item, "inner")[0], self.nodes(item, "outer")[0]

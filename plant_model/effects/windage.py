@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 import numpy as np
 
 from plant_model.anatomy import input_in
@@ -23,15 +21,11 @@ class Windage(Effect):
     engineering judgement; the range leaves room for a model that loses the heat too easily.
     """
 
-    name: ClassVar[str] = "windage"
-    title: ClassVar[str] = "Windage"
-    explanation: ClassVar[str] = (
-        "Air friction in the gaps heats shaft and housing with the cube of speed."
-    )
-    parameters: ClassVar[dict[str, Parameter]] = {
+    title = "Windage"
+    explanation = "Air friction in the gaps heats shaft and housing with the cube of speed."
+    parameters = {
         "power": Parameter(120.0, "W", 0.0, 400.0, "judgement: 1 to 3 times a smooth rotor's loss")
     }
-    amplitude: ClassVar[str] = "power"
 
     def prepare(self) -> None:
         """Find both sides of every gap and its share of the power."""
@@ -51,11 +45,7 @@ class Windage(Effect):
         self._speed = input_in(machine, "rpm")
 
     def heat(
-        self,
-        inputs: Inputs,
-        temperatures: FloatArray | None,
-        states: FloatArray | None,
-        out: FloatArray,
+        self, inputs: Inputs, temperatures: FloatArray, states: FloatArray, out: FloatArray
     ) -> None:
         """Add half of each gap's heat to either side."""
         if self._speed is None:

@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 
 from gap_finder.candidates import with_effect
+from plant_model.effects.base import NONE
 from plant_model.effects.bearing_friction import viscous_torque
 from plant_model.machine import Item, Machine
 from plant_model.network import Network, effects_in_force
@@ -79,7 +80,7 @@ def test_forced_convection_grows_with_speed_and_vanishes_at_stop(jig_borer_lumps
     _, effect = made(jig_borer_lumps, "forced_convection", gain=2.0)
 
     def added(speed: float) -> dict[str, float]:
-        pairs = effect.conductance({"speed": np.array([speed])}, None, None)
+        pairs = effect.conductance({"speed": np.array([speed])}, NONE, NONE)
         return {jig_borer_lumps.nodes[e.node].name: float(e.conductance[0, 0]) for e in pairs}
 
     # 0.06 m2 * 9 W/(m2 K) * 2 * (10000 / 20000)^0.7.

@@ -13,6 +13,7 @@ from gap_finder.keys import driver_keys, driver_of, law_of, laws_of, unused_with
 from measurement.errors import BadInput
 from plant_model.anatomy import enclosed_air
 from plant_model.effects import catalogue
+from plant_model.effects.base import NONE
 from plant_model.machine import Machine
 from plant_model.machine_file import machine_path, read_machine
 from plant_model.machine_writer import write_machine
@@ -138,7 +139,7 @@ def test_forced_convection_stirs_the_air_that_drives_it() -> None:
     (speed,) = (entry for entry in machine.inputs if entry.unit == "rpm")
     contacts = [one for one in machine.of_kind("links", "contact") if "air" in one.refs["between"]]
     for share in (0.0, 0.5, 1.0):
-        stirred = effect.conductance({"speed": np.array([share * speed.high])}, None, None)
+        stirred = effect.conductance({"speed": np.array([share * speed.high])}, NONE, NONE)
         assert len(stirred) == len(contacts)
         for one, item in zip(stirred, contacts, strict=True):
             assert {one.node, one.other} == {machine.node_index[n] for n in item.refs["between"]}
@@ -146,7 +147,7 @@ def test_forced_convection_stirs_the_air_that_drives_it() -> None:
             assert one.conductance[0, 0] == pytest.approx(2.0 * at_rest * share**0.7)
     # Outside it is the hall's air, as ever.
     _, effect = made(machine, "forced_convection", gain=2.0)
-    stirred = effect.conductance({"speed": np.array([speed.high])}, None, None)
+    stirred = effect.conductance({"speed": np.array([speed.high])}, NONE, NONE)
     assert stirred
     assert all(one.boundary for one in stirred)
 

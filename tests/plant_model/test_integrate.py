@@ -169,7 +169,6 @@ def test_own_states_are_stepped_with_the_temperatures(jig_borer_lumps: Machine) 
     class Lag(Effect):
         name = "lag"
         title = explanation = ""
-        amplitude = "tau"
         parameters = {}  # noqa: RUF012
         states = ("lagged",)
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import sys
 from dataclasses import replace
 from pathlib import Path
-from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -23,23 +22,14 @@ from plant_model.parameters import FloatArray, Parameter
 class Deciding(Effect):
     """An effect whose course depends on a temperature."""
 
-    name: ClassVar[str] = "deciding"
-    title: ClassVar[str] = "Deciding"
-    explanation: ClassVar[str] = "It decides."
-    parameters: ClassVar[dict[str, Parameter]] = {
-        "power": Parameter(1.0, "W", 0.0, 2.0, "test", True)
-    }
-    amplitude: ClassVar[str] = "power"
-    temperature_dependent: ClassVar[bool] = True
+    name = "deciding"
+    title = explanation = "It decides."
+    parameters = {"power": Parameter(1.0, "W", 0.0, 2.0, "test", True)}  # noqa: RUF012
+    temperature_dependent = True
 
     def heat(
-        self,
-        inputs: Inputs,
-        temperatures: FloatArray | None,
-        states: FloatArray | None,
-        out: FloatArray,
+        self, inputs: Inputs, temperatures: FloatArray, states: FloatArray, out: FloatArray
     ) -> None:
-        assert temperatures is not None
         if temperatures[0, 0, 0] > 30.0:
             out[..., 0] += self.own("power")
 

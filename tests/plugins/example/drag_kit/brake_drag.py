@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 import numpy as np
 
 from plant_model.anatomy import input_in
@@ -14,13 +12,11 @@ from plant_model.parameters import FloatArray, Parameter
 class BrakeDrag(Effect):
     """P = P_high |n| / n_high into the rotors of the motors: a constant torque drags."""
 
-    name: ClassVar[str] = "brake_drag"
-    title: ClassVar[str] = "Dragging brake"
-    explanation: ClassVar[str] = "A brake that drags heats the rotor in proportion to speed."
-    parameters: ClassVar[dict[str, Parameter]] = {
+    title = "Dragging brake"
+    explanation = "A brake that drags heats the rotor in proportion to speed."
+    parameters = {
         "power": Parameter(80.0, "W", 0.0, 300.0, "judgement: 0.1 Nm at 10,000 r/min is 105 W")
     }
-    amplitude: ClassVar[str] = "power"
 
     def prepare(self) -> None:
         """Find the rotors and the speed."""
@@ -29,11 +25,7 @@ class BrakeDrag(Effect):
         self._speed = input_in(self.machine, "rpm")
 
     def heat(
-        self,
-        inputs: Inputs,
-        temperatures: FloatArray | None,
-        states: FloatArray | None,
-        out: FloatArray,
+        self, inputs: Inputs, temperatures: FloatArray, states: FloatArray, out: FloatArray
     ) -> None:
         """Share the heat among the rotors."""
         if self._speed is None:
