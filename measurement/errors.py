@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import difflib
 import math
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
 M = TypeVar("M", bound=BaseModel)
+
+MOST_LISTED = 30
+"""A refusal lists no more names."""
 
 
 class BadInput(ValueError):  # noqa: N818 - what is bad is the input, not the program
@@ -66,6 +71,36 @@ def checked(kind: type[M], table: dict[str, Any], source: str | Path) -> M:
     else:
         problem = f"{shown(first['input'])} is not allowed: {message[0].lower()}{message[1:]}"
     raise BadInput(source, place, problem) from None
+
+
+def one_of(source: str | Path, place: str, name: object, known: Iterable[str]) -> str:
+    """Return the name if it is one of those known.
+
+    Parameters
+    ----------
+    source, place : path or str
+        As `BadInput` takes them.
+    name : object
+        What stands there.
+    known : iterable of str
+
+    Raises
+    ------
+    BadInput
+        If it is no text or none of them; the closest is offered.
+    """
+    known = list(known)
+    if isinstance(name, str) and name in known:
+        return name
+    listed = ", ".join(known[:MOST_LISTED]) or "them: there are none so far"
+    listed += ", ..." if len(known) > MOST_LISTED else ""
+    raise BadInput(source, place, f"{shown(name)} is not one of {listed}{near(name, known)}")
+
+
+def near(name: object, known: Iterable[str]) -> str:
+    """Return the end of a refusal that offers the name that was perhaps meant; or nothing."""
+    close = difflib.get_close_matches(str(name), list(known), 1)
+    return f"; did you mean {close[0]}?" if close else ""
 
 
 def one_line(error: BaseException) -> str:

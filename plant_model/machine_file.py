@@ -6,14 +6,13 @@ that gives it its law. A refusal names the file, the place, the value and what i
 
 from __future__ import annotations
 
-import difflib
 import tomllib
 from collections.abc import Iterable
 from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
-from measurement.errors import BadInput, M, checked, shown
+from measurement.errors import BadInput, M, checked, near, one_of, shown
 from plant_model.drawing.expand import expanded, is_page
 from plant_model.effects import Effect, ItemSpec, catalogue, item_kinds
 from plant_model.effects.base import possible
@@ -61,11 +60,8 @@ def machine_path(name_or_path: str | Path) -> Path:
     known = shipped_machines()
     if str(name_or_path) in known:
         return SHIPPED / f"{name_or_path}.toml"
-    near = difflib.get_close_matches(str(name_or_path), known, 1)
-    hint = f"; did you mean {near[0]}?" if near else ""
-    raise BadInput(
-        str(name_or_path), "", f"is neither a file nor one of the machines {', '.join(known)}{hint}"
-    )
+    problem = f"is neither a file nor one of the machines {', '.join(known)}"
+    raise BadInput(str(name_or_path), "", problem + near(name_or_path, known))
 
 
 def read_machine(name_or_path: str | Path) -> Machine:
@@ -203,13 +199,7 @@ class _Reader:
             )
 
     def _one_of(self, place: str, name: object, known: Iterable[str]) -> str:
-        known = list(known)
-        if isinstance(name, str) and name in known:
-            return name
-        near = difflib.get_close_matches(str(name), known, 1)
-        hint = f"; did you mean {near[0]}?" if near else ""
-        listed = ", ".join(known[:30]) + (", ..." if len(known) > 30 else "")
-        raise self.refuse(place, f"{shown(name)} is not one of {listed}{hint}")
+        return one_of(self.source, place, name, known)
 
     def _input(self, place: str, name: str, entry: InputForm) -> Input:
         self._free(place, name)

@@ -94,11 +94,7 @@ class Network:
         self._with_states = [effect for effect in effects if effect.states]
         self.state_count = sum(len(effect.states) for effect in self._with_states)
         self.conductance_inputs = sorted(
-            {
-                name
-                for effect in self._plain
-                for name in (*effect.conductance_inputs, *effect.driven_by)
-            }
+            {name for effect in self._plain for name in effect.conductance_inputs}
         )
         probe = {entry.name: np.array([0.0]) for entry in machine.inputs}
         # Heat that a flow brings from another node has no symmetric counterpart.

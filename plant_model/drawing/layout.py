@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-from measurement.errors import BadInput, checked, shown
+from measurement.errors import BadInput, checked, one_of, shown
 from plant_model.drawing.bearing_table import Bearing, by_designation, known_designations
 from plant_model.drawing.coolants import ALLOWED, coolant
 from plant_model.drawing.form import (
@@ -114,13 +113,7 @@ class Drawing:
         BadInput
             If it is no text or none of them; the closest is offered.
         """
-        known = list(known)
-        if isinstance(name, str) and name in known:
-            return name
-        near = difflib.get_close_matches(str(name), known, 1)
-        hint = f"; did you mean {near[0]}?" if near else ""
-        listed = ", ".join(known) or "them: there are none so far"
-        raise self.refuse(place, f"{shown(name)} is not one of {listed}{hint}")
+        return one_of(self.source, place, name, known)
 
     def span_of(self, part: str) -> tuple[float, float]:
         """Return from where to where the ``shaft`` or the ``housing`` goes [mm].

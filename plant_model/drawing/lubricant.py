@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import cache
-from math import log, log10
+from math import log10
 
 GRADES = (10, 15, 22, 32, 46, 68, 100, 150, 220, 320)
 """ISO 3448: kinematic viscosity at 40 degC [mm2/s]."""
@@ -48,8 +48,3 @@ def viscosity(grade: float, degc: float, index: float = USUAL_INDEX) -> float:
     t_cold, t_warm = log10(313.15), log10(373.15)
     slope = (cold - warm) / (t_warm - t_cold)
     return float(10.0 ** (10.0 ** (cold - slope * (log10(degc + 273.15) - t_cold))) - 0.7)
-
-
-def thinning(grade: float, degc: float, index: float = USUAL_INDEX) -> float:
-    """Return by what share the viscosity falls with each kelvin [1/K] near a temperature."""
-    return 0.1 * log(viscosity(grade, degc - 5.0, index) / viscosity(grade, degc + 5.0, index))

@@ -59,9 +59,8 @@ class Effect:
         Whether ``heat`` or ``conductance`` depend on temperatures or own states; if not, the
         simulation is exact.
     conductance_inputs : tuple of str
-        Inputs that its conductances depend on, whatever the machine.
-    driven_by : tuple of str
-        Further ones that the machine's own items name.
+        Inputs that its conductances depend on; an effect whose items name them says so in
+        ``prepare``.
     needs : tuple of str
         Effects that must be in force with it, because it changes them.
     on_channel : bool
@@ -121,7 +120,7 @@ class Effect:
     off: ClassVar[float] = 0.0
     handles: ClassVar[dict[tuple[str, str], ItemSpec]] = {}
     temperature_dependent: ClassVar[bool] = False
-    conductance_inputs: ClassVar[tuple[str, ...]] = ()
+    conductance_inputs: tuple[str, ...] = ()
     needs: ClassVar[tuple[str, ...]] = ()
     on_channel: ClassVar[bool] = False
     given: ClassVar[tuple[str, ...]] = ()
@@ -140,7 +139,6 @@ class Effect:
     physical: ClassVar[tuple[float, ...]] = ()
     tried: ClassVar[dict[str, tuple[float, ...]]] = {}
     constant_exchanges: Sequence[Exchange] = ()
-    driven_by: tuple[str, ...] = ()
 
     def __init_subclass__(cls) -> None:
         """Name it after its module, and take its first parameter for the amplitude."""
@@ -413,8 +411,11 @@ class Effect:
         return self.target(inputs, temperatures[:, None, :])[:, 0]
 
     def error_at_start(self) -> FloatArray:
-        """Return by how much its channel reads too high when a run starts [K], (sets or 1, 1)."""
-        return np.zeros((1, 1))
+        """Return by how much its sensor reads too high when a run starts [K], (sets or 1, 1)."""
+        shown = {self.channel: np.zeros((1, 1))}
+        if self.on_channel:
+            self.reading({}, np.zeros((1, 1, len(self.states))), np.zeros(1), shown)
+        return shown[self.channel]
 
     def displacement(
         self, inputs: Inputs, rise: FloatArray, states: FloatArray, out: FloatArray

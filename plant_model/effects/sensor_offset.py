@@ -26,10 +26,6 @@ class SensorOffset(Effect):
     on_channel = True
     from_one_run_on = True
 
-    def error_at_start(self) -> FloatArray:
-        """Return the error, which is there from the start."""
-        return self.own("error")
-
     def reading(
         self, inputs: Inputs, states: FloatArray, time_s: FloatArray, readings: Readings
     ) -> None:

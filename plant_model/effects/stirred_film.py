@@ -46,7 +46,7 @@ class StirredFilm(Effect):
     def prepare(self) -> None:
         """Find what drives the links, and how far each driver goes."""
         drivers = {item.refs["driven_by"][0] for item in self.items}
-        self.driven_by = tuple(sorted(drivers))
+        self.conductance_inputs = tuple(sorted(drivers))
         self._most = {entry.name: entry.most for entry in self.machine.inputs}
 
     def conductance(

@@ -12,7 +12,6 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from plant_model.effects.base import Effect
-from plant_model.energy import energy_balance
 from plant_model.integrate import ExponentialRungeKutta, IntegrationError, Modes, phi
 from plant_model.level import Ends, LevelStepper
 from plant_model.machine import Machine
@@ -20,6 +19,7 @@ from plant_model.network import Network, effects_in_force
 from plant_model.parameters import FloatArray, Values
 from plant_model.simulate import simulate
 from tests.plant_model.conftest import inputs_over, with_effects
+from tests.plant_model.energy import energy_balance
 
 
 def reference(machine: Machine, inputs: pd.DataFrame, rtol: float = 1e-11) -> FloatArray:

@@ -58,16 +58,6 @@ def test_many_sets_equal_one_by_one(jig_borer_lumps: Machine) -> None:
         pd.testing.assert_frame_equal(alone.run_frame(), moved.run_frame())
 
 
-def test_many_sets_equal_one_by_one_where_temperature_matters(jig_borer_lumps: Machine) -> None:
-    machine = with_effects(jig_borer_lumps, "viscosity_temperature")
-    inputs = inputs_over(0.5)
-    slopes = np.array([0.0, 0.03])
-    together = simulate(machine, inputs, {"effects.viscosity_temperature.slope": slopes})
-    for i, slope in enumerate(slopes):
-        alone = simulate(machine, inputs, {"effects.viscosity_temperature.slope": slope})
-        np.testing.assert_allclose(together.temperatures[i], alone.temperatures[0], atol=1e-3)
-
-
 def test_sets_with_the_same_network_are_solved_once(
     jig_borer_lumps: Machine, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -77,8 +77,10 @@ def test_a_thermometer_that_drops_to_a_constant_is_dead_even_at_a_switch(level: 
     assert found == [("dead", "T4_degC", 180.0, 360.0)]
 
 
-@pytest.mark.parametrize(("column", "size"), [("T2_degC", 15.0), ("disp_z_um", 50.0)])
-@pytest.mark.parametrize("row", [0, 200, 360])
+@pytest.mark.parametrize(
+    ("column", "size", "row"),
+    [("T2_degC", 15.0, 0), ("disp_z_um", -80.0, 200), ("disp_z_um", 50.0, 360)],
+)
 def test_a_spike_costs_one_reading_wherever_it_is(column: str, size: float, row: int) -> None:
     values = reading(column)
     values[row] += size
