@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Literal
+
+import jinja2
 
 from plant_model.drawing.bearing_table import Bearing
 from plant_model.drawing.class_values import CLASS_VALUES
@@ -25,6 +28,8 @@ ALL_SIDES = ("Y+", "Y-", "X+", "X-")
 """In the order in which thermometers of one place take them."""
 
 AXES = ("x", "y", "z")
+
+PAGE = Path(__file__).with_name("new_page.txt")
 
 
 @dataclass(frozen=True)
@@ -107,37 +112,37 @@ def page_text(answers: Answers, columns: Columns | None) -> str:
     columns : Columns, optional
         Of a run, whose thermometers and inputs the page then has.
     """
-    plan = _Plan(answers)
-    parts = [
-        _head(answers),
-        _thermometers(plan, answers, columns),
-        _inputs(answers, columns),
-        _spindle(plan, answers, columns),
-        _bearings(plan, answers),
-        _motor(plan, answers),
-        _jackets(plan, answers),
-        _carriers(plan, answers, columns),
-        _enclosure(columns),
-        _rig(answers, columns),
-    ]
-    return "\n".join(part for part in parts if part)
-
-
-def _head(answers: Answers) -> str:
-    return f"""\
-# {answers.title}
-#
-# Lengths in mm along the axis, from the mounting face towards the nose; masses in kg, flows in
-# l/min. Lines with CHECK are of usual proportions, not of your drawing: put yours in. Any number
-# may be a table {{ value = 24, low = 15, high = 40, source = "plate" }}; docs/drawing.md says which
-# may be left out.
-# See it to scale: spindle-drift show-machine FILE
-
-format = 1
-kind = "drawing"
-name = "{answers.name}"
-title = "{answers.title}"
-"""
+    environment = jinja2.Environment(
+        trim_blocks=True, keep_trailing_newline=True, undefined=jinja2.StrictUndefined
+    )
+    environment.filters |= {"g": "{:g}".format, "g3": "{:.3g}".format}
+    plan, bore = _Plan(answers), answers.bearing.bore
+    carriers = _carrier_names(columns)
+    belt = answers.drive == "belt"
+    axes = (columns.axes if columns else {}) or {"disp_y": ("Y", 1), "disp_z": ("Z", 1)}
+    page = environment.from_string(PAGE.read_text(encoding="utf-8"))
+    return page.render(
+        said=answers,
+        plan=plan,
+        bore=bore,
+        hole=round(0.35 * bore),
+        nose=NOSE * bore,
+        rotor=ROTOR * bore,
+        housing=_housing(plan, answers),
+        thermometers=_rows(plan, answers, columns),
+        inputs=_inputs(answers, columns),
+        # The class's loss in proportion to the motor's power.
+        belt=CLASS_VALUES["belt_loss"].scaled(answers.power / BELT_KW),
+        jackets=_jackets(plan, answers),
+        carriers=carriers,
+        air='air = "enclosure"\n' if "enclosure" in carriers else "",
+        mass=round(4.5 * bore),
+        holds=(plan.housing_start, 0) if belt else (0, plan.motor_end),
+        five_point=columns.five_point if columns else answers.rig == "five_point",
+        axes=", ".join(
+            f'{name} = {{ axis = "{axis}", sign = {sign} }}' for name, (axis, sign) in axes.items()
+        ),
+    )
 
 
 def unplaced(answers: Answers, columns: Columns) -> list[str]:
@@ -208,19 +213,10 @@ def _feed(columns: Columns) -> tuple[str, str]:
     return column, axis if axis in AXES else "z"
 
 
-def _thermometers(plan: _Plan, answers: Answers, columns: Columns | None) -> str:
-    lines = ["# CHECK: where each thermometer sits; sides are X+, X-, Y+, Y- or degrees from X+."]
-    lines.append("thermometers = [")
-    for name, row in _rows(plan, answers, columns).items():
-        unsure = f"  # CHECK: {row.unsure}" if row.unsure else ""
-        lines.append(f'  {{ name = "{name}", {row.where} }},{unsure}')
-        if not row.where:
-            where = f'part = "housing", at = {plan.front:g}, side = "Y+"'
-            lines[-1] = f'  # {{ name = "{name}", {where} }},  # CHECK: place it, then uncomment it'
-    return "\n".join([*lines, "]", ""])
-
-
-def _inputs(answers: Answers, columns: Columns | None) -> str:
+def _inputs(
+    answers: Answers, columns: Columns | None
+) -> list[tuple[str, str, str, float, float, str]]:
+    """Return name, unit, column, range and what else is said of each input."""
     has = columns
     top = max(answers.speed, has.highest_speed if has else 0.0)
     rows = [
@@ -235,214 +231,27 @@ def _inputs(answers: Answers, columns: Columns | None) -> str:
     if has and has.feeds:
         high = max(USUAL_FEED, has.highest_feed)
         rows.append(("feed", "mm_min", _feed(has)[0], 0.0, high, ", default = 0.0"))
-    lines = ["# What drives the model, and the columns of your runs that hold it.", "[inputs]"]
-    lines += [
-        f'{name} = {{ unit = "{unit}", column = "{column}", low = {low}, high = {high}{more} }}'
-        for name, unit, column, low, high, more in rows
-    ]
-    return "\n".join([*lines, ""])
+    return rows
 
 
-def _spindle(plan: _Plan, answers: Answers, columns: Columns | None) -> str:
-    bearing = answers.bearing
-    bore, seat = bearing.bore, bearing.outside
-    outer = round(max(HOUSING * bore, seat + 40.0))
+def _housing(plan: _Plan, answers: Answers) -> list[tuple[float, float, float, float]]:
+    """Return start, end, outer and inner diameter of the housing's stretches [mm]."""
+    bore, seat = answers.bearing.bore, answers.bearing.outside
     if answers.drive == "belt":
         outer = round(seat + 50.0)
-    rows = [(plan.housing_start, 0, outer, seat)]
-    if answers.drive == "built-in":
-        rows.append(
-            (0, plan.motor_end, max(outer, round(STATOR * bore) + 30), round(STATOR * bore))
-        )
-    start = rows[-1][1]
-    rows.append((start, plan.housing_end, rows[-1][2], seat))
-    housing = "\n".join(
-        f"  {{ from = {a:g}, to = {b:g}, outer = {large:g}, inner = {small:g} }},"
-        for a, b, large, small in rows
-    )
-    hole = round(0.35 * bore)
-    return f"""\
-# CHECK: sections of shaft and housing, from the rear to the nose. Materials: steel where not said.
-[shaft]
-gauge_line = {plan.gauge:g}
-stretches = [
-  {{ from = {plan.shaft_start:g}, to = {plan.housing_end:g}, outer = {bore:g}, inner = {hole:g} }},
-  {{ from = {plan.housing_end:g}, to = {plan.gauge:g}, outer = {NOSE * bore:g}, inner = {hole:g} }},
-]
-
-[housing]
-{_air(columns)}stretches = [
-{housing}
-]
-"""
+        return [(plan.housing_start, 0, outer, seat), (0, plan.housing_end, outer, seat)]
+    outer, stator = round(max(HOUSING * bore, seat + 40.0)), round(STATOR * bore)
+    wide = max(outer, stator + 30)
+    return [
+        (plan.housing_start, 0, outer, seat),
+        (0, plan.motor_end, wide, stator),
+        (plan.motor_end, plan.housing_end, wide, seat),
+    ]
 
 
-def _bearings(plan: _Plan, answers: Answers) -> str:
-    sets = []
-    guess = "running_temperature = 60  # CHECK: degC where it mostly runs\n"
-    warm = guess if answers.coolant == "none" else ""
-    for name, at, more in (("front", plan.front, "locates = true\n"), ("rear", plan.rear, "")):
-        sets.append(f"""\
-[[bearings]]
-name = "{name}"
-at = {at:g}  # CHECK: middle of the set
-designation = "{answers.bearing.designation}"
-count = 2
-{more}lubrication = "{answers.lubrication}"  # or oil-air, grease, oil
-grade = 32  # ISO VG of the oil, or of the grease's base oil
-{warm}""")
-    sets[0] = "# CHECK: preload = N where you know it.\n" + sets[0]
-    return "\n".join(sets)
-
-
-def _motor(plan: _Plan, answers: Answers) -> str:
-    bore = answers.bearing.bore
-    if answers.drive == "belt":
-        return f"""\
-# CHECK: the pulley; the belt's other share warms what it is in.
-[motor]
-drive = "belt"
-from = {plan.shaft_start + 5:g}
-to = {plan.housing_start - 5:g}
-pulley_outer = {2.0 * bore:g}
-into = "headstock"
-{_belt_loss(answers.power)}"""
-    return f"""\
-# CHECK: rotor and stator; plate of the motor, or loss = W per 1000 r/min from its data sheet.
-[motor]
-from = 20
-to = {plan.motor_end - 20:g}
-rotor_outer = {ROTOR * bore:g}
-power = {answers.power:g}
-efficiency = 0.9
-rated_speed = {answers.speed:g}
-"""
-
-
-def _belt_loss(power: float) -> str:
-    """Return the belt's loss by the motor's power; without one the page leaves it to its class."""
-    if not power:
-        return ""
-    usual = CLASS_VALUES["belt_loss"].scaled(power / BELT_KW)
-    return (
-        f"# CHECK: W/(1000 r/min), the class's in proportion to {power:g} kW.\n"
-        f"loss = {{ value = {usual.value:.3g}, low = {usual.low:.3g}, high = {usual.high:.3g} }}\n"
-    )
-
-
-def _jackets(plan: _Plan, answers: Answers) -> str:
+def _jackets(plan: _Plan, answers: Answers) -> list[tuple[str, float, float, int]]:
+    """Return name, start, end [mm] and flow [l/min] of the jackets."""
     if answers.coolant == "none":
-        return ""
-    spans: list[tuple[str, float, float, float]] = [
-        ("front", plan.front - answers.bearing.width - FREE, plan.housing_end, 3.0)
-    ]
-    if answers.drive == "built-in":
-        spans.append(("motor", 10.0, plan.motor_end - 10.0, 5.0))
-    found = [
-        f"""\
-[[jackets]]
-name = "{name}"
-from = {start:g}
-to = {end:g}
-fluid = "{answers.coolant}"
-flow = {flow:g}  # CHECK: l/min
-inlet_side = "X+"  # CHECK: where the coolant comes in; that side is cooled better
-"""
-        for name, start, end, flow in spans
-    ]
-    return (
-        "# CHECK: jackets, in parallel; one in series says after = its forerunner.\n"
-        + "\n".join(found)
-    )
-
-
-def _air(columns: Columns | None) -> str:
-    return 'air = "enclosure"\n' if "enclosure" in _carrier_names(columns) else ""
-
-
-def _carriers(plan: _Plan, answers: Answers, columns: Columns | None) -> str:
-    mass = round(4.5 * answers.bearing.bore)
-    holds = (plan.housing_start, 0) if answers.drive == "belt" else (0, plan.motor_end)
-    names, air = _carrier_names(columns), _air(columns)
-    below = "column_top" if "column_top" in names else "column"
-    parts = [
-        f"""\
-# CHECK: what carries the spindle. grows: lengths that move the nose when the part warms, in x, y
-# and z (towards the table); bends: tilt by the difference to another part. These lengths are
-# guesses, so calibration may move them far and turn them round: put in yours.
-[[carriers]]
-name = "headstock"
-mass = {mass}
-surface = 1.2  # m2 in the air
-holds = {{ from = {holds[0]:g}, to = {holds[1]:g} }}  # side = "Y-" in it if from one side only
-on = "{below}"
-{air}
-[carriers.grows]
-x = {{ value = 1, low = -300, high = 300 }}
-y = {{ value = 300, low = -900, high = 900 }}
-z = {{ value = 80, low = -250, high = 250 }}
-"""
-    ]
-    if below == "column":
-        parts.append(_carrier("column", 3 * mass, 3.0))
-    else:
-        parts.append(_carrier("column_top", mass, 1.0, 'on = "column"\n'))
-        parts.append(_carrier("column", 2 * mass, 2.0))
-    if "nut" in names:
-        more = f'material = "steel"\non = "headstock"  # CHECK\n{air}feed = {{ input = "feed" }}\n'
-        parts.append(_carrier(names["nut"], 15, 0.12, more))
-    return "\n".join(parts)
-
-
-def _carrier(name: str, mass: float, surface: float, more: str = "") -> str:
-    return f"""\
-[[carriers]]
-name = "{name}"
-mass = {mass:g}
-surface = {surface}
-{more}"""
-
-
-def _enclosure(columns: Columns | None) -> str:
-    if "enclosure" not in _carrier_names(columns):
-        return ""
-    return """\
-# CHECK: the closed space in which the spindle works; what stands in it says air = "enclosure".
-[enclosure]
-volume = 2.5  # CHECK: m3 of air
-wall = 11  # CHECK: m2 of its own walls, towards the hall
-"""
-
-
-def _rig(answers: Answers, columns: Columns | None) -> str:
-    if columns.five_point if columns else answers.rig == "five_point":
-        return """\
-# CHECK: two pairs of sensors on a test bar and one at its end; positions in mm from the gauge line.
-[tool]
-length = 150
-diameter = 40
-
-[rig]
-kind = "five_point"
-near_x = "S1"
-near_y = "S2"
-distal_x = "S3"
-distal_y = "S4"
-axial = "S5"
-spacing_mm = 100.0
-near_to_gauge_mm = 30.0
-axial_sign = -1
-test_bar_mm = 150.0
-noise_um = 0.2
-"""
-    axes = (columns.axes if columns else {}) or {"disp_y": ("Y", 1), "disp_z": ("Z", 1)}
-    listed = ", ".join(
-        f'{name} = {{ axis = "{axis}", sign = {sign} }}' for name, (axis, sign) in axes.items()
-    )
-    return f"""\
-# CHECK: which displacement is drift in which direction.
-[rig]
-kind = "direct"
-axes = {{ {listed} }}
-noise_um = 0.3
-"""
+        return []
+    front = ("front", plan.front - answers.bearing.width - FREE, plan.housing_end, 3)
+    return [front] if answers.drive == "belt" else [front, ("motor", 10, plan.motor_end - 10, 5)]

@@ -95,8 +95,9 @@ def test_a_set_in_which_all_are_off_is_as_without_them(jig_borer_lumps: Machine)
     np.testing.assert_allclose(both.pose[0], without.pose[0], atol=1e-8)
 
 
-def test_effects_are_asked_no_more_than_some_times_a_row(
-    jig_borer_lumps: Machine, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("name", [n for n in NAMES if catalogue()[n].temperature_dependent])
+def test_is_asked_no_more_than_some_times_a_row(
+    name: str, jig_borer_lumps: Machine, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     inputs, asked, usual = inputs_over(2.0), [], Network.dependent
 
@@ -105,7 +106,7 @@ def test_effects_are_asked_no_more_than_some_times_a_row(
         return usual(self, *arguments)
 
     monkeypatch.setattr(Network, "dependent", counted)
-    simulate(with_effects(jig_borer_lumps, *NAMES), inputs)
+    simulate(with_effects(jig_borer_lumps, name), inputs)
     # The scheme asks three times a step, and most steps are as long as a row. How long that takes
     # is another matter: it depends on the computer.
     assert len(asked) <= 6 * len(inputs)
