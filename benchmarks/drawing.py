@@ -24,7 +24,8 @@ from typing import Any
 import numpy as np
 
 from benchmarks.gap.around_page import PAGE, drawn_around, page_table
-from benchmarks.gap.truth.case import CaseRun, TruthCase, simulate_case
+from benchmarks.gap.case import CaseRun, TruthCase
+from benchmarks.gap.truth.case import simulate_case
 from benchmarks.gap.truth.told import as_told
 from gap_finder.calibrate import calibrate
 from gap_finder.observations import Observations, observe

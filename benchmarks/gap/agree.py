@@ -17,8 +17,8 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.gap.case import TruthCase
 from benchmarks.gap.make import OWNERS_FILE
-from benchmarks.gap.truth.case import TruthCase
 from benchmarks.gap.truths import TRUTHS
 from gap_finder.calibrate import calibrate
 from gap_finder.observations import observe

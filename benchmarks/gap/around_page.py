@@ -11,8 +11,9 @@ from typing import Any
 import numpy as np
 import tomlkit
 
+from benchmarks.gap.case import CaseRun, TruthCase
 from benchmarks.gap.truth import parameters
-from benchmarks.gap.truth.case import CaseRun, TruthCase, simulate_case
+from benchmarks.gap.truth.case import simulate_case
 from plant_model.machine_file import machine_path
 
 PAGE = "jig_borer"

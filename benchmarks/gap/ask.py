@@ -10,9 +10,9 @@ from typing import Any
 
 import gap_finder
 import plant_model
+from benchmarks.gap.case import RUNS
 from benchmarks.gap.clock import clocked
 from benchmarks.gap.make import OWNERS_FILE
-from benchmarks.gap.truth.case import RUNS
 from gap_finder.calibrate import calibrate
 from gap_finder.comparison import GapComparison
 from gap_finder.find import Judged, answer

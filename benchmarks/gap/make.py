@@ -17,8 +17,8 @@ from typing import Any
 
 from tqdm import tqdm
 
+from benchmarks.gap.hidden import SIZES
 from benchmarks.gap.plan import KINDS, SPLITS, Planned, plan
-from benchmarks.gap.truth.effects.base import SIZES
 from benchmarks.gap.truths import TRUTHS, USUAL
 from measurement.files import write_atomically
 from measurement.runs import write_run
@@ -45,7 +45,7 @@ def write_case(planned: Planned, out: Path) -> Path:
         write_run(run.frame, folder / f"{run.name}.csv")
     if truth.page is not None:
         write_atomically(folder / OWNERS_FILE, truth.page(planned.case))
-    mistake = truth.mistakes.get(planned.case.mistake)
+    mistake = truth.shop.mistakes.get(planned.case.mistake)
     table: dict[str, Any] = {
         "number": planned.number,
         "kind": planned.kind,
@@ -65,7 +65,9 @@ def write_case(planned: Planned, out: Path) -> Path:
             }
             for effect, (_, size, _) in zip(effects, planned.case.hidden, strict=True)
         ],
-        "mistakes": [] if mistake is None else [{"kind": mistake[0], "place": list(mistake[1])}],
+        "mistakes": []
+        if mistake is None
+        else [{"kind": mistake.kind, "place": list(mistake.place)}],
         "families": [run.drive.family for run in runs],
     }
     # The answer comes last: where it stands, the case is whole.

@@ -12,8 +12,8 @@ from itertools import islice
 
 import numpy as np
 
-from benchmarks.gap.truth.case import TruthCase
-from benchmarks.gap.truth.effects.base import SIZES
+from benchmarks.gap.case import TruthCase
+from benchmarks.gap.hidden import SIZES
 from benchmarks.gap.truths import TRUTHS, USUAL
 
 SPLITS = {
@@ -204,8 +204,8 @@ def _block(truth: str, first: int, block: int) -> list[Entry]:
         pair = ((names[one], str(sizes[0]), ""), (names[other], str(sizes[1]), ""))
         entries.append(("pair", pair, ""))
     entries += [("beyond", ((name, size, ""),), "") for name, size in hides.beyond.items()]
-    if hides.mistakes:
-        mistakes = sorted(hides.mistakes)
+    if hides.shop.mistakes:
+        mistakes = sorted(hides.shop.mistakes)
         entries = [
             (kind, hidden, str(rng.choice(mistakes)))
             if hidden and rng.random() < FLAWED

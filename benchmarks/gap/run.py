@@ -22,9 +22,9 @@ from typing import Any
 from tqdm import tqdm
 
 from benchmarks.gap.ask import ask, ask_empty, finder_version
+from benchmarks.gap.hidden import SIZES
 from benchmarks.gap.make import case_folder, write_case
 from benchmarks.gap.plan import EMPTY, SPLITS, TRIALS, Planned, balanced, trials
-from benchmarks.gap.truth.effects.base import SIZES
 from benchmarks.gap.truths import TRUTHS, USUAL
 from measurement.files import write_atomically
 

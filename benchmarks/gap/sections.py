@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable, Sequence
 from statsmodels.stats.proportion import proportion_confint
 
 from benchmarks.gap.amplitudes import amplitude_found
+from benchmarks.gap.hidden import SIZES
 from benchmarks.gap.outcome import (
     BOTH,
     FALSE,
@@ -27,7 +28,6 @@ from benchmarks.gap.outcome import (
 )
 from benchmarks.gap.plan import DELETED_SIZES
 from benchmarks.gap.records import CLASSES, STRONG, VISIBLE, Record
-from benchmarks.gap.truth.effects.base import SIZES
 from benchmarks.gap.truths import USUAL
 
 CLOSED = 0.8

@@ -16,10 +16,11 @@ for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_name, "1")
 
 from benchmarks.gap.ask import MACHINE, answered  # noqa: E402
+from benchmarks.gap.case import TruthCase  # noqa: E402
 from benchmarks.gap.clock import clocked  # noqa: E402
+from benchmarks.gap.hidden import SIZES  # noqa: E402
 from benchmarks.gap.outcome import groups_of  # noqa: E402
-from benchmarks.gap.truth.case import TruthCase, simulate_case  # noqa: E402
-from benchmarks.gap.truth.effects.base import SIZES  # noqa: E402
+from benchmarks.gap.truth.case import simulate_case  # noqa: E402
 from measurement.runs import Run  # noqa: E402
 from plant_model.machine_file import read_machine  # noqa: E402
 
@@ -46,7 +47,7 @@ def main(arguments: list[str] | None = None) -> int:
         print(f"{number:04d} {reads[hidden.channel]} {setting}")
         for without in ((), (LAW,)):
             with clocked() as spent:
-                _, _, table = answered(machine, runs[:-1], runs[-1:], without)
+                _, table = answered(machine, runs[:-1], runs[-1:], without)
             gap = table["gap"]["holdout"]
             named = [
                 f"{keys[0]} {effect.get('driver', '')}".strip()

@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from benchmarks.gap.truth import TruthCase, simulate_case
+from benchmarks.gap.case import TruthCase
+from benchmarks.gap.truth.case import simulate_case
 from measurement.faults import Fault
 from measurement.runs import Run, read_run
 from plant_model.machine_file import read_machine

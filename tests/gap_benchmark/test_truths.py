@@ -35,7 +35,7 @@ def test_a_plan_holds_mistakes_and_what_is_larger_than_usual() -> None:
     truth = TRUTHS["belt"]
     asked = [case[0] for case in trials("development", 200, truth="belt")]
     made = {one.case.mistake for one in asked if one.kind == "mistake"}
-    assert made == set(truth.mistakes)
+    assert made == set(truth.shop.mistakes)
     larger = {one.case.hidden[0][:2] for one in asked if one.kind == "beyond"}
     assert larger == set(truth.beyond.items())
     assert not any(one.case.mistake for one in asked if one.kind == "none")

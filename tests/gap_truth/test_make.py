@@ -7,16 +7,18 @@ from pathlib import Path
 
 import pytest
 
+from benchmarks.gap.hidden import SIZES
 from benchmarks.gap.make import main
 from benchmarks.gap.plan import SPLITS, plan
-from benchmarks.gap.truth.effects import catalogue
-from benchmarks.gap.truth.effects.base import SIZES
+from benchmarks.gap.truths import TRUTHS
+
+CATALOGUE = TRUTHS["jig_borer"].catalogue
 
 
 def test_a_block_of_the_plan_holds_everything() -> None:
     cases = plan("development", 143)
     single = [one.case.hidden[0][:2] for one in cases if one.kind == "effect"]
-    assert sorted(single) == sorted((name, size) for name in catalogue() for size in SIZES)
+    assert sorted(single) == sorted((name, size) for name in CATALOGUE for size in SIZES)
     kinds = {kind: sum(one.kind == kind for one in cases) for kind in {c.kind for c in cases}}
     assert min(kinds.values()) >= 12
     assert set(kinds) == {"none", "effect", "outside", "pair"}
@@ -46,7 +48,7 @@ def test_cases_are_written_resumed_and_say_nothing(tmp_path: Path) -> None:
     files = sorted(path.name for path in folder.iterdir())
     assert files == ["holdout.csv", "run_1.csv", "run_2.csv", "run_3.csv", "run_4.csv"]
     name = table["effects"][0]["name"]
-    assert name in catalogue()
+    assert name in CATALOGUE
     assert all(name not in path.read_text() for path in folder.iterdir())
     before = (folder / "run_1.csv").read_bytes()
     (folder / "run_1.csv").write_text("kept")

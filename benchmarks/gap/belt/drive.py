@@ -3,79 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.gap.belt.machine import TOP_SPEED
-from benchmarks.gap.truth.drive import ASKED, GRID, Held, held_from, wander
+from benchmarks.gap.drive import GRID, Array, Drive, wander
 
-Array = NDArray[np.float64]
-
-REST = "rest"
 TOP_FEED = 10000.0
-OUTSIDE = ("hall", "draft", "wobble")
-
-
-@dataclass(frozen=True)
-class Drive:
-    """Everything from outside, over one run.
-
-    Attributes
-    ----------
-    family : str
-        Kind of test.
-    time_s, speed, feed, torque : array, shape (rows,)
-        Recording instants [s]; what holds from each on [r/min, mm/min, Nm].
-    grid_s : array
-        Even grid of `outside` [s]; begins before the run.
-    outside : array, shape (grid, 3)
-        Hall [degC], relative draft, relative wobble of friction.
-    friction_factor, belt_factor : float
-        How this run differs from the machine's usual [1].
-    """
-
-    family: str
-    time_s: Array
-    speed: Array
-    feed: Array
-    torque: Array
-    grid_s: Array
-    outside: Array
-    friction_factor: float = 1.0
-    belt_factor: float = 1.0
-
-    def asked_for(self, stretches: Held) -> Drive:
-        """Return the same day at other speeds and feeds, each from an instant [s] on, unloaded.
-
-        *stretches* holds ``speed`` [r/min] and, if the axis moves, one more input [mm/min].
-        """
-        held = {name: held_from(some, self.time_s) for name, some in stretches.items()}
-        still = np.zeros(len(self.time_s))
-        speed = held.pop("speed", still)
-        (feed,) = held.values() or (still,)
-        return replace(self, family=ASKED, speed=speed, feed=feed, torque=still)
-
-    def segments(self) -> list[tuple[int, int]]:
-        """Return first and last row of every stretch in which nothing is switched."""
-        driven = np.stack([self.speed, self.feed, self.torque])
-        change = np.flatnonzero(np.any(np.diff(driven) != 0.0, axis=0)) + 1
-        edges = [0, *change.tolist(), len(self.time_s) - 1]
-        return [(a, b) for a, b in pairwise(edges) if b > a]
-
-    def at(self, which: int = 0) -> Array:
-        """Return a column of `outside` at the rows."""
-        return np.asarray(np.interp(self.time_s, self.grid_s, self.outside[:, which]))
-
-
-def rest(drive: Drive, hours: float) -> Drive:
-    """Return the standstill before a run, which ends with the run's first values."""
-    end = float(drive.time_s[0])
-    time_s = np.array([end - 3600.0 * hours, end])
-    zero = np.zeros(2)
-    return Drive(REST, time_s, zero, zero, zero, drive.grid_s, drive.outside)
 
 
 def make_drive(
@@ -83,8 +17,8 @@ def make_drive(
     rng: np.random.Generator,
     period: float,
     hall: dict[str, float],
-    *,
     before: float,
+    *,
     slower: float = 1.0,
 ) -> Drive:
     """Return a run of a family.
@@ -122,7 +56,7 @@ def make_drive(
         grid,
         _outside(rng, grid, hall),
         friction_factor=1.0 + 0.008 * float(rng.standard_normal()),
-        belt_factor=1.0 + 0.01 * float(rng.standard_normal()),
+        drive_factor=1.0 + 0.01 * float(rng.standard_normal()),
     )
 
 
@@ -210,3 +144,14 @@ FAMILIES: dict[str, Callable[[np.random.Generator, float], Stretches]] = {
 
 MOVING = ("axis_only", "shifts", "random")
 """Those in which the axis moves for long: two of them are among a case's first four runs."""
+
+
+def families(rng: np.random.Generator) -> list[str]:
+    """Return one family for each run; the axis moves in two of the first four."""
+    moving = list(MOVING)
+    still = [name for name in FAMILIES if name not in moving]
+    rng.shuffle(moving)
+    rng.shuffle(still)
+    calibration = [*moving[:2], *still[:2]]
+    rng.shuffle(calibration)
+    return [*calibration, moving[2]]

@@ -7,7 +7,6 @@ tells, and knows nothing of what is hidden.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,7 +15,7 @@ from benchmarks.gap.belt.drive import TOP_FEED
 from benchmarks.gap.belt.machine import TOP_SPEED
 from benchmarks.gap.belt.numbers import FRONT_AT, REAR_AT, YAW, Drawing, Stretch
 from benchmarks.gap.belt.unsaid import BoltedMass, Cabinet, StirredNut
-from benchmarks.gap.enclosed import Hidden
+from benchmarks.gap.case import Mistake
 
 Page = dict[str, Any]
 
@@ -154,29 +153,6 @@ def _one_column(page: Page) -> None:
     for entry in page["thermometers"]:
         if entry["part"] == "column_top":
             entry["part"] = "column"
-
-
-@dataclass(frozen=True)
-class Mistake:
-    """What a page lacks or has wrong, and what the gap finder should call it.
-
-    Attributes
-    ----------
-    kind : str
-    place : tuple of str
-    edit : callable, optional
-        Makes the mistake in the page.
-    unsaid : type of Hidden, optional
-        Or what the machine has besides.
-    reads : tuple of (thermometer, part, share), optional
-        Or which thermometer reads partly another part.
-    """
-
-    kind: str
-    place: tuple[str, ...]
-    edit: Callable[[Page], None] | None = None
-    unsaid: type[Hidden] | None = None
-    reads: tuple[str, str, float] | None = None
 
 
 MISTAKES = {

@@ -4,23 +4,20 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from benchmarks.gap.belt.drive import TOP_FEED, Drive
+from benchmarks.gap.belt.drive import TOP_FEED
 from benchmarks.gap.belt.machine import Machine
-from benchmarks.gap.belt.march import Now
-from benchmarks.gap.enclosed import Array, Hidden
+from benchmarks.gap.drive import Array, Drive
+from benchmarks.gap.enclosed import SteadySource
+from benchmarks.gap.hidden import Hidden
+from benchmarks.gap.march import Now
 
 
-class Cabinet(Hidden):
+class Cabinet(SteadySource):
     """A cabinet on the column warms it, day and night; watts."""
 
     name: ClassVar[str] = "cabinet"
-    unit: ClassVar[str] = "W"
     sizes: ClassVar[tuple[float, float, float]] = (60.0, 150.0, 300.0)
-
-    def heat(self, now: Now, out: Array) -> None:
-        """Warm the column; it was switched on when the run began."""
-        cells = now.machine.parts["column"]
-        out[cells] += (self.size if now.time > 0.0 else 0.0) / len(cells)
+    part: ClassVar[str] = "column"
 
 
 class StirredNut(Hidden):

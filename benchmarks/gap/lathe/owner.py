@@ -7,7 +7,6 @@ handbooks with their ranges, and knows nothing of what is hidden.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
@@ -15,7 +14,7 @@ import numpy as np
 
 from benchmarks.gap.belt.drive import TOP_FEED
 from benchmarks.gap.belt.owner import GUESSED
-from benchmarks.gap.enclosed import Hidden
+from benchmarks.gap.case import Mistake
 from benchmarks.gap.lathe.machine import RING_J_PER_K, TOP_SPEED, TRAVEL
 from benchmarks.gap.lathe.numbers import COUNTS, DIAMETERS, HIDDEN, Drawing
 from benchmarks.gap.lathe.unsaid import FannedNut, HydraulicTank, ToolDisk
@@ -312,17 +311,6 @@ def _one_headstock(table: Table) -> None:
         )
     for entry in table["sensors"]:
         entry["of"] = "headstock" if entry["of"] in halves else entry["of"]
-
-
-@dataclass(frozen=True)
-class Mistake:
-    """What a file lacks or has wrong; as in `benchmarks.gap.belt.owner`."""
-
-    kind: str
-    place: tuple[str, ...]
-    edit: Callable[[Table], None] | None = None
-    unsaid: type[Hidden] | None = None
-    reads: tuple[str, str, float] | None = None
 
 
 MISTAKES = {

@@ -4,22 +4,17 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from benchmarks.gap.belt.march import Now
 from benchmarks.gap.belt.unsaid import BoltedMass, StirredNut
-from benchmarks.gap.enclosed import Array, Hidden
+from benchmarks.gap.enclosed import SteadySource
 
 
-class HydraulicTank(Hidden):
-    """The tank of the chuck's hydraulics stands in the bed and warms it from the start on."""
+class HydraulicTank(SteadySource):
+    """The tank of the chuck's hydraulics stands in the left of the bed and warms it; watts."""
 
     name: ClassVar[str] = "hydraulic_tank"
-    unit: ClassVar[str] = "W"
     sizes: ClassVar[tuple[float, float, float]] = (80.0, 200.0, 400.0)
-
-    def heat(self, now: Now, out: Array) -> None:
-        """Warm the left of the bed."""
-        cells = now.machine.parts["bed"][:8]
-        out[cells] += (self.size if now.time > 0.0 else 0.0) / len(cells)
+    part: ClassVar[str] = "bed"
+    cells: ClassVar[slice] = slice(8)
 
 
 class FannedNut(StirredNut):

@@ -2,84 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from itertools import pairwise
-
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from benchmarks.gap.drive import GRID, Array, Drive, wander
 
-GRID = 20.0  # s
-REST = "rest"
-"""The family of the standstill before a run."""
-ASKED = "asked for"
-"""The family of a run at given speeds."""
-Held = Mapping[str, Sequence[tuple[float, float]]]
-"""Inputs by name: instants [s] and what each is from then on."""
 FAMILIES = ("steps", "random", "stop_and_go", "iso", "ramp_down", "blocks")
 
 
-@dataclass(frozen=True)
-class Drive:
-    """Everything from outside, over one run.
-
-    Attributes
-    ----------
-    family : str
-        Kind of speed spectrum.
-    time_s, speed, torque : array, shape (rows,)
-        Recording instants [s]; what holds from each on [r/min, Nm].
-    grid_s : array
-        Even grid of `outside` [s]; begins before the run where it has a past.
-    outside : array, shape (grid, 5)
-        Air, hall, coolant inlet [degC], relative draft, relative wobble of friction.
-    friction_factor, motor_factor : float
-        How this run differs from the machine's usual [1].
-    """
-
-    family: str
-    time_s: Array
-    speed: Array
-    torque: Array
-    grid_s: Array
-    outside: Array
-    friction_factor: float = 1.0
-    motor_factor: float = 1.0
-
-    def segments(self) -> list[tuple[int, int]]:
-        """Return first and last row of every stretch of one speed and torque."""
-        change = np.flatnonzero((np.diff(self.speed) != 0.0) | (np.diff(self.torque) != 0.0)) + 1
-        edges = [0, *change.tolist(), len(self.time_s) - 1]
-        return [(a, b) for a, b in pairwise(edges) if b > a]
-
-    def at_speeds(self, stretches: Sequence[tuple[float, float]]) -> Drive:
-        """Return the same day at other speeds [r/min], each from an instant [s] on, unloaded."""
-        speed = held_from(stretches, self.time_s)
-        return replace(self, family=ASKED, speed=speed, torque=np.zeros(len(speed)))
-
-    def at(self, which: int) -> Array:
-        """Return a column of `outside` at the rows."""
-        return np.asarray(np.interp(self.time_s, self.grid_s, self.outside[:, which]))
-
-
-def held_from(stretches: Sequence[tuple[float, float]], time_s: Array) -> Array:
-    """Return what holds at every row, of values from an instant on."""
-    starts, values = (np.array(part) for part in zip(*stretches, strict=True))
-    return np.asarray(values[np.searchsorted(starts, time_s, side="right") - 1])
-
-
-def rest(drive: Drive, hours: float) -> Drive:
-    """Return the standstill before a run, which ends with the run's first values."""
-    end = float(drive.time_s[0])
-    time_s = np.array([end - 3600.0 * hours, end])
-    zero = np.zeros(2)
-    return Drive(REST, time_s, zero, zero, drive.grid_s, drive.outside)
-
-
 def make_drive(
-    family: str, rng: np.random.Generator, period: float, hall: dict[str, float], *, before: float
+    family: str, rng: np.random.Generator, period: float, hall: dict[str, float], before: float
 ) -> Drive:
     """Return a run of a family of speed spectra.
 
@@ -105,11 +36,12 @@ def make_drive(
         family,
         np.round(nominal + jitter, 2),
         speed,
+        np.zeros(rows),
         torque,
         grid,
         _outside(rng, grid, hall),
         friction_factor=1.0 + 0.007 * float(rng.standard_normal()),
-        motor_factor=1.0 + 0.005 * float(rng.standard_normal()),
+        drive_factor=1.0 + 0.005 * float(rng.standard_normal()),
     )
 
 
@@ -131,21 +63,6 @@ def _outside(rng: np.random.Generator, grid: Array, hall: dict[str, float]) -> A
     draft = np.clip(wander(rng, grid, 0.06, 1500.0), -0.2, 0.2)
     wobble = wander(rng, grid, 0.006, 2700.0)
     return np.column_stack([air, air + above, inlet, draft, wobble])
-
-
-def wander(rng: np.random.Generator, grid: Array, size: float, tau: float) -> Array:
-    """Return an Ornstein-Uhlenbeck path of standard deviation *size*, smoothed over a tenth."""
-    decay = np.exp(-GRID / tau)
-    kick = size * np.sqrt(1.0 - decay**2) * rng.standard_normal(len(grid))
-    path = np.empty(len(grid))
-    state = size * float(rng.standard_normal())
-    for k, one in enumerate(kick.tolist()):
-        state = decay * state + one
-        path[k] = state
-    width = max(1, int(0.1 * tau / GRID))
-    padded = np.concatenate([np.full(width, path[0]), path, np.full(width, path[-1])])
-    smooth = np.convolve(padded, np.ones(width) / width, "same")
-    return np.asarray(smooth[width:-width])
 
 
 def _spectrum(family: str, rng: np.random.Generator, time_s: Array) -> tuple[Array, Array]:

@@ -13,9 +13,9 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 
-from benchmarks.gap.truth.case import Bench, CaseRun, TruthCase, start_of
-from benchmarks.gap.truth.drive import REST, Drive
-from benchmarks.gap.truth.march import Array, March
+from benchmarks.gap.case import Bench, CaseRun, TruthCase
+from benchmarks.gap.drive import REST, Array, Drive
+from benchmarks.gap.truth.case import SHOP
 
 UNREAD = ("column", "bed")
 REST_HOURS = 160.0
@@ -38,26 +38,27 @@ def as_told(case: TruthCase, run: CaseRun) -> pd.DataFrame:
     DataFrame
         Like ``run.frame``; thermometers and probes as they would be.
     """
-    march, drive = Bench(case).march, run.drive
+    bench, drive = Bench(case, SHOP), run.drive
+    march = bench.march
     outside = drive.outside.copy()
     for column, name in ((0, "T5_degC"), (1, "T5_degC"), (2, "T9_degC")):
         outside[:, column] = np.interp(drive.grid_s, drive.time_s, run.frame[name])
     outside[:, 3:] = 0.0
-    usual = replace(drive, outside=outside, friction_factor=1.0, motor_factor=1.0)
-    temperatures = march.run(usual, _rested(march, drive, outside))
-    spindle = march.spindle
+    usual = replace(drive, outside=outside, friction_factor=1.0, drive_factor=1.0)
+    temperatures = march.run(usual, _rested(bench, drive, outside))
+    spindle = march.machine
     pose = (temperatures - temperatures[0]) @ spindle.pose_weights
     return run.frame.assign(**spindle.readings(temperatures, pose))
 
 
-def _rested(march: March, drive: Drive, outside: Array) -> Array:
+def _rested(bench: Bench, drive: Drive, outside: Array) -> Array:
     """Return the true start, but column and bed where they would stand had it been so for long."""
-    start = start_of(march, drive)
-    unread = np.concatenate([march.spindle.parts[part] for part in UNREAD])
+    march, start = bench.march, bench.start_of(drive)
+    unread = np.concatenate([march.machine.parts[part] for part in UNREAD])
     first = outside[np.searchsorted(drive.grid_s, drive.time_s[0])]
     held = np.tile(first, (len(drive.grid_s), 1))
     ends, zero = np.array([0.0, 3600.0 * STRIDE_H]), np.zeros(2)
-    still = Drive(REST, ends, zero, zero, drive.grid_s, held)
+    still = Drive(REST, ends, zero, zero, zero, drive.grid_s, held)
     now = start.copy()
     for _ in range(round(REST_HOURS / STRIDE_H)):
         settled = march.settle(still, now, STEP_S)

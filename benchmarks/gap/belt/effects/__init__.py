@@ -4,23 +4,14 @@ from __future__ import annotations
 
 from functools import cache
 
-from benchmarks.gap.enclosed import Hidden
-from benchmarks.gap.truth.effects import found_in
+from benchmarks.gap.hidden import Hidden, found_in
 
 
 @cache
 def everything() -> dict[str, type[Hidden]]:
     """Return all effects by name, found by walking this folder."""
-    return found_in(__path__, __name__, Hidden)
+    return found_in(__path__, __name__)
 
-
-def catalogue() -> dict[str, type[Hidden]]:
-    """Return the effects that the product's catalogue names, by name."""
-    return {name: one for name, one in everything().items() if one.catalogued}
-
-
-OUTSIDE = tuple(name for name, one in everything().items() if not one.catalogued)
-"""Names of the effects that no catalogue holds."""
 
 BEYOND = {
     "windage": 500.0,

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import ClassVar
 
 import numpy as np
 from scipy.sparse import csc_matrix, diags
 from scipy.sparse.linalg import splu
 
-from benchmarks.gap.belt.drive import Drive
+from benchmarks.gap import hidden
 from benchmarks.gap.belt.laws import walther
-from benchmarks.gap.belt.machine import BEARINGS, POSE, TOP_SPEED, Machine
-from benchmarks.gap.belt.march import Now
+from benchmarks.gap.belt.machine import BEARINGS, TOP_SPEED, Machine
 from benchmarks.gap.belt.numbers import FRONT_AT
-from benchmarks.gap.enclosed import Array, Hidden
+from benchmarks.gap.drive import Array, Drive
+from benchmarks.gap.hidden import Hidden, X, Y
+from benchmarks.gap.march import Now
 
 
 def _rings(now: Now, which: str) -> Array:
@@ -68,51 +70,17 @@ class ThermalPreload(Hidden):
         return viscous, load * np.minimum((1.0 + self.size / 1.5 * warmer) ** 1.5, self.most)
 
 
-class FrictionSpeedExponent(Hidden):
-    """Friction heat goes with another power of speed, equal to the usual at 5,000 r/min."""
+class FrictionSpeedExponent(hidden.FrictionSpeedExponent):
+    """Equal to the usual at 5,000 r/min."""
 
-    name: ClassVar[str] = "friction_speed_exponent"
-    unit: ClassVar[str] = "1"
-    sizes: ClassVar[tuple[float, float, float]] = (0.12, 0.25, 0.45)
-
-    def draw(self, rng: np.random.Generator) -> None:
-        """Choose whether friction rises more or less steeply."""
-        self.more["sign"] = -1.0 if rng.random() < 0.4 else 1.0
-
-    def friction(self, now: Now, viscous: Array, load: Array) -> tuple[Array, Array]:
-        """Return both parts, scaled."""
-        factor = (now.speed / 5e3) ** (self.more["sign"] * self.size)
-        return viscous * factor, load * factor
+    usual_at_rpm: ClassVar[float] = 5e3
 
 
-class BearingRunIn(Hidden):
-    """Fresh grease is churned until it has found its place: friction falls over hours turned.
+class BearingRunIn(hidden.BearingRunIn):
+    """Grease, until it has found its place."""
 
-    The size is the excess at first. The grease flows back between runs.
-    """
-
-    name: ClassVar[str] = "bearing_run_in"
-    unit: ClassVar[str] = "1"
     sizes: ClassVar[tuple[float, float, float]] = (0.1, 0.25, 0.6)
-
-    def draw(self, rng: np.random.Generator) -> None:
-        """Choose the time constant."""
-        self.more["tau_h"] = float(rng.uniform(0.7, 3.0))
-
-    def begin(self, machine: Machine, drive: Drive) -> None:
-        """Count running time anew."""
-        self._running = 0.0
-
-    def friction(self, now: Now, viscous: Array, load: Array) -> tuple[Array, Array]:
-        """Return both parts, raised."""
-        hours = self._running / 3600.0
-        factor = 1.0 + self.size * np.exp(-hours / self.more["tau_h"])
-        return viscous * factor, load * factor
-
-    def advance(self, now: Now, step: float) -> None:
-        """Count the time that the shaft turns."""
-        if now.speed > 0.0:
-            self._running += step
+    drawn: ClassVar[Mapping[str, tuple[float, float]]] = {"tau_h": (0.7, 3.0)}
 
 
 class JointResistance(Hidden):
@@ -158,9 +126,7 @@ class UnevenBearingHeating(Hidden):
     unit: ClassVar[str] = "1"
     sizes: ClassVar[tuple[float, float, float]] = (0.15, 0.35, 0.8)
 
-    def draw(self, rng: np.random.Generator) -> None:
-        """Choose the warm side."""
-        self.more["direction_rad"] = float(rng.uniform(0.0, 2.0 * np.pi))
+    drawn: ClassVar[Mapping[str, tuple[float, float]]] = {"direction_rad": (0.0, 2.0 * np.pi)}
 
     def begin(self, machine: Machine, drive: Drive) -> None:
         """Forget the heat of the run before."""
@@ -186,8 +152,8 @@ class UnevenBearingHeating(Hidden):
         # Curvature alpha T1 / r over the length, on the lever from its middle to the gauge line.
         angle = p["alpha_iron"] / radius * (self._shown @ weights)
         shift = angle * (d.gauge_line - FRONT_AT / 2.0) * 1e-3
-        pose[:, POSE.index("x")] -= np.cos(self.more["direction_rad"]) * shift
-        pose[:, POSE.index("y")] -= np.sin(self.more["direction_rad"]) * shift
+        pose[:, X] -= np.cos(self.more["direction_rad"]) * shift
+        pose[:, Y] -= np.sin(self.more["direction_rad"]) * shift
 
     def _cosine(self, machine: Machine, drive: Drive) -> Array:
         """Return the cosine's amplitude in the housing, shape (rows, nodes)."""
@@ -227,39 +193,24 @@ class UnevenBearingHeating(Hidden):
         shown["front_below_degC"] -= up * seen  # type: ignore[index]
 
 
-class CentrifugalShift(Hidden):
-    """Balls and rings move the shaft at once by k n^2; the size is um at 8,000 r/min."""
+class CentrifugalShift(hidden.CentrifugalShift):
+    """At 8,000 r/min."""
 
-    name: ClassVar[str] = "centrifugal_shift"
-    unit: ClassVar[str] = "um"
     sizes: ClassVar[tuple[float, float, float]] = (2.0, 6.0, 15.0)
-
-    def move(self, machine: Machine, drive: Drive, temperatures: Array, pose: Array) -> None:
-        """Shift the nose along the axis."""
-        shift = (drive.speed / TOP_SPEED) ** 2
-        pose[:, POSE.index("elongation")] += self.size * (shift - shift[0])
+    top_rpm: ClassVar[float] = TOP_SPEED
 
 
-class BearingStickSlip(Hidden):
-    """The rear bearing holds until shaft and housing have grown apart by the size [um]."""
+class BearingStickSlip(hidden.BearingStickSlip):
+    """The rear bearing floats."""
 
-    name: ClassVar[str] = "bearing_stick_slip"
-    unit: ClassVar[str] = "um"
     sizes: ClassVar[tuple[float, float, float]] = (2.5, 6.0, 12.0)
     left: ClassVar[float] = 0.2
     pushed: ClassVar[float] = 0.7
 
-    def move(self, machine: Machine, drive: Drive, temperatures: Array, pose: Array) -> None:
-        """Add the push of the strained shaft."""
+    def apart(self, machine: Machine, temperatures: Array) -> Array:
+        """Return how far shaft and housing have grown apart [um]."""
         p, parts = machine.p, machine.parts
         start, end = machine.drawing.rear[0][0], FRONT_AT
         shaft = temperatures[:, parts["shaft"]] @ machine.shaft.mean_over(start, end)
         housing = temperatures[:, parts["housing"]] @ machine.housing.mean_over(start, end)
-        apart = (p["alpha_steel"] * shaft - p["alpha_iron"] * housing) * 1e-3
-        seat = float(apart[0])
-        for k, now in enumerate(apart.tolist()):
-            strain = now - seat
-            if abs(strain) > self.size:
-                strain *= self.left * self.size / abs(strain)
-                seat = now - strain
-            pose[k, POSE.index("elongation")] += self.pushed * strain
+        return np.asarray((p["alpha_steel"] * shaft - p["alpha_iron"] * housing) * 1e-3)

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
+from collections.abc import Mapping
+from typing import Any, ClassVar
 
 import numpy as np
 
-from benchmarks.gap.belt.drive import REST, Drive
-from benchmarks.gap.belt.machine import POSE, TOP_SPEED, Machine
-from benchmarks.gap.belt.march import Now
-from benchmarks.gap.enclosed import Array, Hidden
+from benchmarks.gap import hidden
+from benchmarks.gap.belt.machine import TOP_SPEED, Machine
+from benchmarks.gap.drive import Array, Drive
+from benchmarks.gap.hidden import Hidden
+from benchmarks.gap.march import Now
 
 
 class MotorIronLoss(Hidden):
@@ -92,52 +94,16 @@ class CuttingHeat(Hidden):
             out += self.size * now.torque * now.speed * np.pi / 30.0 * self._entry
 
 
-class ToolHeating(Hidden):
-    """A holder from the magazine takes heat from the nose, and grows.
+class ToolHeating(hidden.ToolHeating):
+    """It sits on the shaft's end."""
 
-    The size is the conductance of its seat [W/K].
-    """
+    drawn: ClassVar[Mapping[str, tuple[float, float]]] = {
+        "capacity_J_K": (700.0, 2200.0),
+        "length_mm": (60.0, 150.0),
+        "loss_W_K": (0.3, 1.5),
+    }
 
-    name: ClassVar[str] = "tool_heating"
-    unit: ClassVar[str] = "W/K"
-    sizes: ClassVar[tuple[float, float, float]] = (0.8, 2.5, 7.0)
-
-    def draw(self, rng: np.random.Generator) -> None:
-        """Choose mass, length and what it loses to the air."""
-        self.more["capacity_J_K"] = float(rng.uniform(700.0, 2200.0))
-        self.more["length_mm"] = float(rng.uniform(60.0, 150.0))
-        self.more["loss_W_K"] = float(rng.uniform(0.3, 1.5))
-
-    def begin(self, machine: Machine, drive: Drive) -> None:
-        """Take a holder as warm as the hall when the run begins."""
-        self._mounted = drive.family != REST
+    def seat(self, machine: Machine) -> tuple[Any, Array]:
+        """Return the nodes of the shaft's face."""
         nodes, share = machine.shaft.face(machine.drawing.gauge_line)
-        self._nose, self._share = machine.parts["shaft"][nodes], share
-        self._holder = float(np.interp(drive.time_s[0], drive.grid_s, drive.outside[:, 0]))
-        self._times, self._values = [float(drive.time_s[0])], [self._holder]
-
-    def _warm(self, now: Now) -> float:
-        return float(now.temperature[self._nose] @ self._share)
-
-    def heat(self, now: Now, out: Array) -> None:
-        """Take heat from the nose."""
-        if self._mounted:
-            out[self._nose] -= self.size * (self._warm(now) - self._holder) * self._share
-
-    def advance(self, now: Now, step: float) -> None:
-        """Warm the holder, exactly for a nose and air that stay."""
-        if not self._mounted:
-            return
-        whole = self.size + self.more["loss_W_K"]
-        end = (self.size * self._warm(now) + self.more["loss_W_K"] * now.hall) / whole
-        decay = float(np.exp(-step * whole / self.more["capacity_J_K"]))
-        self._holder = end + decay * (self._holder - end)
-        self._times.append(now.time)
-        self._values.append(self._holder)
-
-    def move(self, machine: Machine, drive: Drive, temperatures: Array, pose: Array) -> None:
-        """Add the holder's growth; with no seat there is no holder."""
-        if self.size > 0.0:
-            warm = np.interp(drive.time_s, self._times, self._values) - self._values[0]
-            grown = machine.p["alpha_steel"] * 1e-3 * self.more["length_mm"] * warm
-            pose[:, POSE.index("elongation")] += grown
+        return machine.parts["shaft"][nodes], share

@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import ClassVar
 
 import numpy as np
 
 from benchmarks.gap import enclosed
-from benchmarks.gap.belt.drive import Drive
-from benchmarks.gap.belt.machine import POSE, Machine
-from benchmarks.gap.belt.march import Now
-from benchmarks.gap.enclosed import Array, Hidden
+from benchmarks.gap.belt.machine import Machine
+from benchmarks.gap.drive import Array, Drive
+from benchmarks.gap.hidden import Hidden, Loosening, X, Y
+from benchmarks.gap.march import Now
 
 
 class DoorOpen(enclosed.DoorOpen):
     """The enclosure's door stands open now and then."""
 
-    every_h: ClassVar[tuple[float, float]] = (1.3, 2.6)
+    drawn: ClassVar[Mapping[str, tuple[float, float]]] = {
+        "every_h": (1.3, 2.6),
+        "open_h": (0.3, 0.7),
+    }
 
 
 class HydraulicPulses(Hidden):
@@ -28,10 +32,10 @@ class HydraulicPulses(Hidden):
     catalogued: ClassVar[bool] = False
     in_other_words = (("heat_source", ("column",)),)
 
-    def draw(self, rng: np.random.Generator) -> None:
-        """Choose the pulses."""
-        self.more["period_h"] = float(rng.uniform(1.0, 2.0))
-        self.more["on"] = float(rng.uniform(0.3, 0.5))
+    drawn: ClassVar[Mapping[str, tuple[float, float]]] = {
+        "period_h": (1.0, 2.0),
+        "on": (0.3, 0.5),
+    }
 
     def heat(self, now: Now, out: Array) -> None:
         """Warm the column."""
@@ -48,10 +52,10 @@ class FloodCoolant(Hidden):
     sizes: ClassVar[tuple[float, float, float]] = (4.0, 12.0, 40.0)
     catalogued: ClassVar[bool] = False
 
-    def draw(self, rng: np.random.Generator) -> None:
-        """Choose when it runs and how cold it is."""
-        self.more["period_h"] = float(rng.uniform(1.1, 2.3))
-        self.more["colder_K"] = float(rng.uniform(1.0, 4.0))
+    drawn: ClassVar[Mapping[str, tuple[float, float]]] = {
+        "period_h": (1.1, 2.3),
+        "colder_K": (1.0, 4.0),
+    }
 
     def begin(self, machine: Machine, drive: Drive) -> None:
         """Find what gets wet."""
@@ -65,22 +69,11 @@ class FloodCoolant(Hidden):
             out[self._wet] += self.size * self._share * (cold - now.temperature[self._wet])
 
 
-class LooseClamp(Hidden):
-    """The headstock's clamp loosens in every run at some hour; the size is the share lost."""
+class LooseClamp(Loosening):
+    """The headstock's clamp."""
 
     name: ClassVar[str] = "loose_clamp"
-    unit: ClassVar[str] = "1"
-    sizes: ClassVar[tuple[float, float, float]] = (0.3, 0.6, 0.9)
-    catalogued: ClassVar[bool] = False
-
-    def draw(self, rng: np.random.Generator) -> None:
-        """Choose when."""
-        self.more["at_h"] = float(rng.uniform(1.5, 3.5))
-
-    def scales(self, now: Now) -> dict[str, float]:
-        """Return the joint's factor."""
-        loose = now.time > 3600.0 * self.more["at_h"]
-        return {"clamp": 1.0 - self.size} if loose else {}
+    joint: ClassVar[str] = "clamp"
 
 
 class SettlingFoundation(Hidden):
@@ -103,5 +96,5 @@ class SettlingFoundation(Hidden):
     def move(self, machine: Machine, drive: Drive, temperatures: Array, pose: Array) -> None:
         """Move the nose sideways."""
         gone = self.size * self._pace * np.sqrt(drive.time_s / 28800.0)
-        pose[:, POSE.index("x")] += np.cos(self._way) * gone
-        pose[:, POSE.index("y")] += np.sin(self._way) * gone
+        pose[:, X] += np.cos(self._way) * gone
+        pose[:, Y] += np.sin(self._way) * gone

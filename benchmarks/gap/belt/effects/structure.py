@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import ClassVar
 
 import numpy as np
 
-from benchmarks.gap.belt.drive import Drive
-from benchmarks.gap.belt.machine import POSE, Machine
-from benchmarks.gap.enclosed import Array, Hidden
-from benchmarks.gap.truth.effects.base import lagged
-
-X, Y, E = range(len(POSE))
+from benchmarks.gap import hidden
+from benchmarks.gap.belt.machine import Machine
+from benchmarks.gap.drive import Array, Drive, lagged
+from benchmarks.gap.hidden import E, Hidden, X, Y
 
 
 class ColumnBending(Hidden):
@@ -21,11 +20,11 @@ class ColumnBending(Hidden):
     unit: ClassVar[str] = "urad/K"
     sizes: ClassVar[tuple[float, float, float]] = (4.0, 10.0, 25.0)
 
-    def draw(self, rng: np.random.Generator) -> None:
-        """Choose time constant, lever and direction."""
-        self.more["tau_h"] = float(rng.uniform(0.6, 3.0))
-        self.more["lever_mm"] = float(rng.uniform(400.0, 800.0))
-        self.more["direction_rad"] = float(rng.uniform(-np.pi, np.pi))
+    drawn: ClassVar[Mapping[str, tuple[float, float]]] = {
+        "tau_h": (0.6, 3.0),
+        "lever_mm": (400.0, 800.0),
+        "direction_rad": (-np.pi, np.pi),
+    }
 
     def move(self, machine: Machine, drive: Drive, temperatures: Array, pose: Array) -> None:
         """Carry the nose along."""
@@ -61,24 +60,12 @@ class SlowStructure(Hidden):
             pose[:, axis] += self.size * self.more[f"along_{name}"] * late
 
 
-class FixtureWarming(Hidden):
-    """The bracket of the radial sensors warms and takes them along; um per K."""
+class FixtureWarming(hidden.FixtureWarming):
+    """The bracket stands beside the flange."""
 
-    name: ClassVar[str] = "fixture_warming"
-    unit: ClassVar[str] = "um/K"
     sizes: ClassVar[tuple[float, float, float]] = (0.8, 2.0, 5.0)
-
-    def draw(self, rng: np.random.Generator) -> None:
-        """Choose time constant, share of the nose's heat, and direction."""
-        self.more["tau_h"] = float(rng.uniform(0.2, 1.0))
-        self.more["of_nose"] = float(rng.uniform(0.1, 0.4))
-        self.more["direction_rad"] = float(rng.uniform(-np.pi, np.pi))
-
-    def move(self, machine: Machine, drive: Drive, temperatures: Array, pose: Array) -> None:
-        """Shift the radial readings alike."""
-        nose, share = temperatures @ machine.thermometers["front"], self.more["of_nose"]
-        followed = (1.0 - share) * drive.at() + share * nose
-        late = lagged(drive.time_s, followed, 3600.0 * self.more["tau_h"])
-        shift = self.size * (late - late[0])
-        pose[:, X] += np.cos(self.more["direction_rad"]) * shift
-        pose[:, Y] += np.sin(self.more["direction_rad"]) * shift
+    drawn: ClassVar[Mapping[str, tuple[float, float]]] = {
+        "tau_h": (0.2, 1.0),
+        "of_nose": (0.1, 0.4),
+        "direction_rad": (-np.pi, np.pi),
+    }

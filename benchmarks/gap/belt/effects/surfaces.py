@@ -7,10 +7,10 @@ from typing import ClassVar
 import numpy as np
 
 from benchmarks.gap import enclosed
-from benchmarks.gap.belt.drive import Drive
 from benchmarks.gap.belt.machine import TOP_SPEED, Machine
-from benchmarks.gap.belt.march import Now
-from benchmarks.gap.enclosed import Array, Hidden
+from benchmarks.gap.drive import Array, Drive
+from benchmarks.gap.hidden import Hidden
+from benchmarks.gap.march import Now
 
 
 class ForcedConvection(Hidden):

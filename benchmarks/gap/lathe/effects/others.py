@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import ClassVar
 
 import numpy as np
 
 from benchmarks.gap import enclosed
-from benchmarks.gap.belt.drive import Drive
 from benchmarks.gap.belt.effects import measuring
 from benchmarks.gap.belt.effects.structure import FixtureWarming, SlowStructure
-from benchmarks.gap.belt.machine import POSE
-from benchmarks.gap.belt.march import Now
-from benchmarks.gap.enclosed import Array, Hidden
+from benchmarks.gap.drive import Array, Drive, lagged
+from benchmarks.gap.hidden import Hidden, Loosening, X
 from benchmarks.gap.lathe.machine import TOP_SPEED, Lathe
-from benchmarks.gap.truth.effects.base import lagged
+from benchmarks.gap.march import Now
 
 __all__ = ["FixtureWarming", "SlowStructure"]
-
-X, Y, E = range(len(POSE))
 
 
 class MotorIronLoss(Hidden):
@@ -50,7 +47,7 @@ class ForcedConvection(Hidden):
 class _Surface(enclosed.SurfaceExchange):
     """Exchange of surfaces in the hall beyond the constant film."""
 
-    def begin(self, machine: Lathe, drive: Drive) -> None:  # type: ignore[override]
+    def begin(self, machine: Lathe, drive: Drive) -> None:
         """Collect the areas."""
         parts = {n: one for n, one in machine.drawing.parts.items() if one.air == "hall"}
         self._cells = np.concatenate([machine.parts[name] for name in parts])
@@ -87,9 +84,7 @@ class ColumnBending(Hidden):
         self.more["lever_mm"] = float(rng.uniform(300.0, 700.0))
         self.more["sign"] = 1.0 if rng.random() < 0.5 else -1.0
 
-    def move(  # type: ignore[override]
-        self, machine: Lathe, drive: Drive, temperatures: Array, pose: Array
-    ) -> None:
+    def move(self, machine: Lathe, drive: Drive, temperatures: Array, pose: Array) -> None:
         """Carry the spindle along."""
         bed = temperatures[:, machine.parts["bed"]].mean(axis=1)
         late = lagged(drive.time_s, bed - drive.at(), 3600.0 * self.more["tau_h"])
@@ -124,7 +119,10 @@ class SensorDrift(measuring.SensorDrift):
 class DoorOpen(enclosed.DoorOpen):
     """The door of the working space stands open now and then."""
 
-    every_h: ClassVar[tuple[float, float]] = (1.2, 2.4)
+    drawn: ClassVar[Mapping[str, tuple[float, float]]] = {
+        "every_h": (1.2, 2.4),
+        "open_h": (0.3, 0.7),
+    }
 
 
 class ChipHeap(Hidden):
@@ -136,9 +134,7 @@ class ChipHeap(Hidden):
     catalogued: ClassVar[bool] = False
     in_other_words = (("heat_source", ("bed_left",)), ("heat_source", ("bed_middle",)))
 
-    def draw(self, rng: np.random.Generator) -> None:
-        """Choose the program."""
-        self.more["period_h"] = float(rng.uniform(0.8, 1.8))
+    drawn: ClassVar[Mapping[str, tuple[float, float]]] = {"period_h": (0.8, 1.8)}
 
     def heat(self, now: Now, out: Array) -> None:
         """Warm the bed under the chuck, more and more until they are carried off."""
@@ -148,19 +144,9 @@ class ChipHeap(Hidden):
             out[cells] += 2.0 * self.size * heap / len(cells)
 
 
-class LooseGib(Hidden):
-    """The carriage's gib loosens at some hour of every run; the size is the share lost."""
+class LooseGib(Loosening):
+    """The carriage's gib."""
 
     name: ClassVar[str] = "loose_gib"
-    unit: ClassVar[str] = "1"
     sizes: ClassVar[tuple[float, float, float]] = (0.4, 0.7, 0.95)
-    catalogued: ClassVar[bool] = False
-
-    def draw(self, rng: np.random.Generator) -> None:
-        """Choose when."""
-        self.more["at_h"] = float(rng.uniform(1.5, 3.5))
-
-    def scales(self, now: Now) -> dict[str, float]:
-        """Return the joint's factor."""
-        loose = now.time > 3600.0 * self.more["at_h"]
-        return {"z_guide": 1.0 - self.size} if loose else {}
+    joint: ClassVar[str] = "z_guide"

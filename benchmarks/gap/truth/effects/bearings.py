@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import ClassVar
 
 import numpy as np
 
-from benchmarks.gap.truth.drive import Drive
-from benchmarks.gap.truth.effects.base import Array, Hidden, Now
+from benchmarks.gap import hidden
+from benchmarks.gap.drive import Array, Drive
+from benchmarks.gap.hidden import Hidden
+from benchmarks.gap.march import Now
 from benchmarks.gap.truth.laws import viscous_torque, vogel_factor, watts
 from benchmarks.gap.truth.spindle import Spindle
 
 
 def _inner(now: Now) -> Array:
-    return np.asarray(now.temperature[now.spindle.parts["inner"]])
+    return np.asarray(now.temperature[now.machine.parts["inner"]])
 
 
 def _outer(now: Now) -> Array:
-    return np.asarray(now.temperature[now.spindle.parts["outer"]].mean(axis=1))
+    return np.asarray(now.temperature[now.machine.parts["outer"]].mean(axis=1))
 
 
 class ViscosityTemperature(Hidden):
@@ -29,7 +32,7 @@ class ViscosityTemperature(Hidden):
 
     def friction(self, now: Now, viscous: Array, load: Array) -> tuple[Array, Array]:
         """Return the heat at the viscosity that the film has."""
-        spindle = now.spindle
+        spindle = now.machine
         film = 0.7 * _inner(now) + 0.3 * now.temperature[spindle.parts["balls"]]
         nu = spindle.p["viscosity"] * vogel_factor(film - 25.0, self.size)
         if self.size == 0.0:
@@ -51,51 +54,17 @@ class ThermalPreload(Hidden):
         return viscous, load * np.minimum(1.0 + self.size * warmer, self.most)
 
 
-class FrictionSpeedExponent(Hidden):
-    """Friction heat goes with another power of speed, equal to the usual at 10,000 r/min.
+class FrictionSpeedExponent(hidden.FrictionSpeedExponent):
+    """The usual power is 5/3."""
 
-    The size is the power's difference from 5/3.
-    """
-
-    name: ClassVar[str] = "friction_speed_exponent"
-    unit: ClassVar[str] = "1"
-    sizes: ClassVar[tuple[float, float, float]] = (0.12, 0.25, 0.45)
-
-    def draw(self, rng: np.random.Generator) -> None:
-        """Choose whether friction rises more or less steeply."""
-        self.more["sign"] = -1.0 if rng.random() < 0.4 else 1.0
-
-    def friction(self, now: Now, viscous: Array, load: Array) -> tuple[Array, Array]:
-        """Return both parts, scaled."""
-        factor = (now.speed / 1e4) ** (self.more["sign"] * self.size)
-        return viscous * factor, load * factor
+    usual_at_rpm: ClassVar[float] = 1e4
 
 
-class BearingRunIn(Hidden):
-    """Fresh grease is churned at first: friction x (1 + a exp(-t_running / tau)) in each run."""
+class BearingRunIn(hidden.BearingRunIn):
+    """Oil and air: less of it than with grease."""
 
-    name: ClassVar[str] = "bearing_run_in"
-    unit: ClassVar[str] = "1"
     sizes: ClassVar[tuple[float, float, float]] = (0.08, 0.2, 0.5)
-
-    def draw(self, rng: np.random.Generator) -> None:
-        """Choose the time constant."""
-        self.more["tau_h"] = float(rng.uniform(0.8, 3.0))
-
-    def begin(self, spindle: Spindle, drive: Drive) -> None:
-        """Count running time anew: the grease has flowed back."""
-        self._running = 0.0
-
-    def friction(self, now: Now, viscous: Array, load: Array) -> tuple[Array, Array]:
-        """Return both parts, raised."""
-        hours = self._running / 3600.0
-        factor = 1.0 + self.size * np.exp(-hours / self.more["tau_h"])
-        return viscous * factor, load * factor
-
-    def advance(self, now: Now, step: float) -> None:
-        """Count the time that the shaft turns."""
-        if now.speed > 0.0:
-            self._running += step
+    drawn: ClassVar[Mapping[str, tuple[float, float]]] = {"tau_h": (0.8, 3.0)}
 
 
 class UnevenBearingHeating(Hidden):
@@ -105,9 +74,7 @@ class UnevenBearingHeating(Hidden):
     unit: ClassVar[str] = "1"
     sizes: ClassVar[tuple[float, float, float]] = (0.2, 0.4, 0.8)
 
-    def draw(self, rng: np.random.Generator) -> None:
-        """Choose the warm side."""
-        self.more["direction_rad"] = float(rng.uniform(0.0, 2.0 * np.pi))
+    drawn: ClassVar[Mapping[str, tuple[float, float]]] = {"direction_rad": (0.0, 2.0 * np.pi)}
 
     def begin(self, spindle: Spindle, drive: Drive) -> None:
         """Compute where the heat moves to."""
@@ -117,8 +84,8 @@ class UnevenBearingHeating(Hidden):
 
     def heat(self, now: Now, out: Array) -> None:
         """Move heat from one side to the other."""
-        total = np.sum(now.spindle.friction(now.speed), axis=0)
-        out[now.spindle.parts["outer"]] += total[:, None] * self._around
+        total = np.sum(now.machine.friction(now.speed), axis=0)
+        out[now.machine.parts["outer"]] += total[:, None] * self._around
 
 
 class JointResistance(Hidden):
@@ -139,7 +106,7 @@ class JointResistance(Hidden):
     def scales(self, now: Now) -> dict[str, float]:
         """Return the factors of both seats."""
         outer = _outer(now)
-        parts, rows = now.spindle.parts, now.spindle.layout.middles("housing")
+        parts, rows = now.machine.parts, now.machine.layout.middles("housing")
         housing = now.temperature[parts["housing"]].mean(axis=1)
         found = {}
         for name, ring, cells in (

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import ClassVar
 
 import numpy as np
 
+from benchmarks.gap.drive import REST, Array, Drive
+from benchmarks.gap.hidden import Hidden, Loosening
+from benchmarks.gap.march import Now
 from benchmarks.gap.truth.cells import INLET
-from benchmarks.gap.truth.drive import REST, Drive
-from benchmarks.gap.truth.effects.base import Array, Hidden, Now
 from benchmarks.gap.truth.spindle import Spindle
 
 JACKETS = ("front", "motor", "rear")
@@ -31,10 +33,14 @@ class CoolantThermostat(Hidden):
     unit: ClassVar[str] = "K"
     sizes: ClassVar[tuple[float, float, float]] = (0.15, 0.4, 1.0)
 
+    drawn: ClassVar[Mapping[str, tuple[float, float]]] = {
+        "period_min": (8.0, 35.0),
+        "cooling_share": (0.35, 0.65),
+    }
+
     def draw(self, rng: np.random.Generator) -> None:
-        """Choose the period and how long the compressor runs in it."""
-        self.more["period_min"] = float(rng.uniform(8.0, 35.0))
-        self.more["cooling_share"] = float(rng.uniform(0.35, 0.65))
+        """Choose the period and how long the compressor runs in it; keep chance for the runs."""
+        super().draw(rng)
         self._chance = rng
 
     def begin(self, spindle: Spindle, drive: Drive) -> None:
@@ -83,10 +89,10 @@ class CoolantSwitched(Hidden):
     channels: ClassVar[tuple[str, ...]] = ("T1", "T6", "T7", "T8", "T11")
     planned: ClassVar[bool] = False
 
-    def draw(self, rng: np.random.Generator) -> None:
-        """Choose the setting; the bearing warms most."""
-        self.more["rise_K"] = float(rng.uniform(1.5, 5.0))
-        self.more["dead_band_K"] = float(rng.uniform(0.6, 2.0))
+    drawn: ClassVar[Mapping[str, tuple[float, float]]] = {
+        "rise_K": (1.5, 5.0),
+        "dead_band_K": (0.6, 2.0),
+    }
 
     def begin(self, spindle: Spindle, drive: Drive) -> None:
         """Rest until the place is warm for the first time."""
@@ -148,39 +154,25 @@ class CoolantSplash(Hidden):
     sizes: ClassVar[tuple[float, float, float]] = (10.0, 25.0, 60.0)
     catalogued: ClassVar[bool] = False
 
-    def draw(self, rng: np.random.Generator) -> None:
-        """Choose when it flows; the schedule is its own."""
-        self.more["period_h"] = float(rng.uniform(1.2, 2.2))
-        self.more["colder_K"] = float(rng.uniform(2.0, 4.0))
+    drawn: ClassVar[Mapping[str, tuple[float, float]]] = {
+        "period_h": (1.2, 2.2),
+        "colder_K": (2.0, 4.0),
+    }
 
     def heat(self, now: Now, out: Array) -> None:
         """Cool the headstock's middle and the nose of the housing."""
         if now.time <= 0.0 or (now.time / 3600.0 / self.more["period_h"]) % 1.0 < 0.6:
             return
-        cold = float(now.look_up()[0]) - self.more["colder_K"]
-        parts = now.spindle.parts
+        cold = float(now.look()[0]) - self.more["colder_K"]
+        parts = now.machine.parts
         cells = parts["pedestal"][:-1]
         out[cells] += 0.8 * self.size / len(cells) * (cold - now.temperature[cells])
         cells = parts["housing"][-1]
         out[cells] += 0.2 * self.size / len(cells) * (cold - now.temperature[cells])
 
 
-class LooseningBolt(Hidden):
-    """A bolt between spindle and headstock loosens at some time: its joint conducts less at once.
-
-    The size is the share that is lost.
-    """
+class LooseningBolt(Loosening):
+    """The bolt between spindle and headstock."""
 
     name: ClassVar[str] = "loosening_bolt"
-    unit: ClassVar[str] = "1"
-    sizes: ClassVar[tuple[float, float, float]] = (0.3, 0.6, 0.9)
-    catalogued: ClassVar[bool] = False
-
-    def draw(self, rng: np.random.Generator) -> None:
-        """Choose when."""
-        self.more["at_h"] = float(rng.uniform(1.5, 3.5))
-
-    def scales(self, now: Now) -> dict[str, float]:
-        """Return the joint's factor."""
-        loose = now.time > 3600.0 * self.more["at_h"]
-        return {"joint_pedestal": 1.0 - self.size} if loose else {}
+    joint: ClassVar[str] = "joint_pedestal"

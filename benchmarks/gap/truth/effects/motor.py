@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
+from collections.abc import Mapping
+from typing import Any, ClassVar
 
 import numpy as np
 
-from benchmarks.gap.truth.drive import REST, Drive
-from benchmarks.gap.truth.effects.base import Array, Hidden, Now
-from benchmarks.gap.truth.spindle import POSE, Spindle
+from benchmarks.gap import hidden
+from benchmarks.gap.drive import Array, Drive
+from benchmarks.gap.hidden import Hidden
+from benchmarks.gap.march import Now
+from benchmarks.gap.truth.spindle import Spindle
 
 
 class MotorIronLoss(Hidden):
@@ -85,52 +88,18 @@ class CuttingHeat(Hidden):
             out += (self.size * now.torque * now.speed * np.pi / 30.0) * self._entry
 
 
-class ToolHeating(Hidden):
-    """A holder at the nose, which carries heat into itself and pushes the bar out as it warms.
+class ToolHeating(hidden.ToolHeating):
+    """It sits on the shaft's last cell."""
 
-    The size is the conductance of its seat [W/K].
-    """
+    drawn: ClassVar[Mapping[str, tuple[float, float]]] = {
+        "capacity_J_K": (600.0, 1800.0),
+        "length_mm": (70.0, 140.0),
+        "loss_W_K": (0.3, 1.2),
+    }
 
-    name: ClassVar[str] = "tool_heating"
-    unit: ClassVar[str] = "W/K"
-    sizes: ClassVar[tuple[float, float, float]] = (0.8, 2.5, 7.0)
-
-    def draw(self, rng: np.random.Generator) -> None:
-        """Choose mass, length and what it loses to the air."""
-        self.more["capacity_J_K"] = float(rng.uniform(600.0, 1800.0))
-        self.more["length_mm"] = float(rng.uniform(70.0, 140.0))
-        self.more["loss_W_K"] = float(rng.uniform(0.3, 1.2))
-
-    def begin(self, spindle: Spindle, drive: Drive) -> None:
-        """Take a holder from the magazine, at the air's temperature, when the run begins."""
-        self._mounted = drive.family != REST
-        self._holder = float(np.interp(drive.time_s[0], drive.grid_s, drive.outside[:, 0]))
-        self._end = int(spindle.parts["shaft"][-1])
-        self._times, self._values = [float(drive.time_s[0])], [self._holder]
-
-    def heat(self, now: Now, out: Array) -> None:
-        """Take heat from the nose."""
-        if self._mounted:
-            out[self._end] -= self.size * (float(now.temperature[self._end]) - self._holder)
-
-    def advance(self, now: Now, step: float) -> None:
-        """Warm the holder, exactly for a nose and air that stay."""
-        if not self._mounted:
-            return
-        air, nose = float(now.look_up()[0]), float(now.temperature[self._end])
-        whole = self.size + self.more["loss_W_K"]
-        end = (self.size * nose + self.more["loss_W_K"] * air) / whole
-        decay = float(np.exp(-step * whole / self.more["capacity_J_K"]))
-        self._holder = end + decay * (self._holder - end)
-        self._times.append(now.time)
-        self._values.append(self._holder)
-
-    def move(self, spindle: Spindle, drive: Drive, temperatures: Array, pose: Array) -> None:
-        """Add the holder's growth to the elongation; with no seat there is no holder."""
-        if self.size > 0.0:
-            warm = np.interp(drive.time_s, self._times, self._values) - self._values[0]
-            grown = spindle.p["alpha_steel"] * 1e-3 * self.more["length_mm"] * warm
-            pose[:, POSE.index("elongation")] += grown
+    def seat(self, machine: Spindle) -> tuple[Any, Array]:
+        """Return that cell."""
+        return machine.parts["shaft"][-1:], np.ones(1)
 
 
 class EncoderHeat(Hidden):
@@ -164,16 +133,16 @@ class PumpPulses(Hidden):
     catalogued: ClassVar[bool] = False
     in_other_words = (("heat_source", ("housing_motor_ym",)), ("heat_source", ("pedestal",)))
 
-    def draw(self, rng: np.random.Generator) -> None:
-        """Choose period and share of time."""
-        self.more["period_s"] = float(rng.uniform(1500.0, 3600.0))
-        self.more["on"] = float(rng.uniform(0.3, 0.5))
+    drawn: ClassVar[Mapping[str, tuple[float, float]]] = {
+        "period_s": (1500.0, 3600.0),
+        "on": (0.3, 0.5),
+    }
 
     def heat(self, now: Now, out: Array) -> None:
         """Into the motor housing's Y- side and the headstock."""
         if now.time <= 0.0 or (now.time / self.more["period_s"]) % 1.0 > self.more["on"]:
             return
-        parts, layout = now.spindle.parts, now.spindle.layout
+        parts, layout = now.machine.parts, now.machine.layout
         rows = (layout.middles("housing") > 0.0) & (layout.middles("housing") < 180.0)
         side = parts["housing"][rows][:, 3 * len(layout.angles) // 4]
         out[side] += 0.5 * self.size / len(side)

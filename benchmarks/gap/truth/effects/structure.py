@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import ClassVar
 
 import numpy as np
 
-from benchmarks.gap.truth.drive import Drive
-from benchmarks.gap.truth.effects.base import Array, Hidden, lagged
+from benchmarks.gap import hidden
+from benchmarks.gap.drive import Array, Drive, lagged
+from benchmarks.gap.hidden import E, Hidden, X, Y
 from benchmarks.gap.truth.spindle import POSE, Spindle
 
-X, Y, E, YAW, PITCH = (POSE.index(name) for name in ("x", "y", "elongation", "yaw", "pitch"))
+YAW, PITCH = (POSE.index(name) for name in ("yaw", "pitch"))
 
 
 class ColumnBending(Hidden):
@@ -20,11 +22,11 @@ class ColumnBending(Hidden):
     unit: ClassVar[str] = "urad/K"
     sizes: ClassVar[tuple[float, float, float]] = (4.0, 9.0, 20.0)
 
-    def draw(self, rng: np.random.Generator) -> None:
-        """Choose time constant, lever and direction."""
-        self.more["tau_h"] = float(rng.uniform(0.6, 3.0))
-        self.more["lever_mm"] = float(rng.uniform(450.0, 750.0))
-        self.more["direction_rad"] = float(rng.uniform(0.2, 1.4))
+    drawn: ClassVar[Mapping[str, tuple[float, float]]] = {
+        "tau_h": (0.6, 3.0),
+        "lever_mm": (450.0, 750.0),
+        "direction_rad": (0.2, 1.4),
+    }
 
     def move(self, spindle: Spindle, drive: Drive, temperatures: Array, pose: Array) -> None:
         """Tilt the nose and carry it along."""
@@ -68,44 +70,26 @@ class SlowStructure(Hidden):
             pose[:, axis] += self.size * self.more[f"along_{name}"] * late
 
 
-class CentrifugalShift(Hidden):
-    """Balls and rings move the shaft at once by k n^2; the size is um at 20,000 r/min."""
+class CentrifugalShift(hidden.CentrifugalShift):
+    """At 20,000 r/min."""
 
-    name: ClassVar[str] = "centrifugal_shift"
-    unit: ClassVar[str] = "um"
     sizes: ClassVar[tuple[float, float, float]] = (3.0, 7.0, 18.0)
-
-    def move(self, spindle: Spindle, drive: Drive, temperatures: Array, pose: Array) -> None:
-        """Shift the nose along the axis."""
-        shift = (drive.speed / 20e3) ** 2
-        pose[:, E] += self.size * (shift - shift[0])
+    top_rpm: ClassVar[float] = 20e3
 
 
-class BearingStickSlip(Hidden):
-    """The floating rear bearing holds until the shaft's growth has strained it by the size [um].
+class BearingStickSlip(hidden.BearingStickSlip):
+    """The rear bearing floats."""
 
-    While it holds, the strained shaft pushes the nose; when it slips it gives most of that back.
-    """
-
-    name: ClassVar[str] = "bearing_stick_slip"
-    unit: ClassVar[str] = "um"
     sizes: ClassVar[tuple[float, float, float]] = (3.0, 7.0, 15.0)
     left: ClassVar[float] = 0.15
     pushed: ClassVar[float] = 0.8
 
-    def move(self, spindle: Spindle, drive: Drive, temperatures: Array, pose: Array) -> None:
-        """Add the push of the strained shaft."""
+    def apart(self, machine: Spindle, temperatures: Array) -> Array:
+        """Return how far shaft and housing have grown apart [um]."""
         rise = temperatures - temperatures[0]
-        layout, parts = spindle.layout, spindle.parts
-        steel = spindle.p["alpha_steel"] * 1e-3
+        layout, parts = machine.layout, machine.parts
+        steel = machine.p["alpha_steel"] * 1e-3
         span = 375.0
         shaft = rise[:, parts["shaft"]] @ layout.share("shaft", -75.0, 300.0)
         housing = rise[:, parts["housing"]].mean(axis=2) @ layout.share("housing", -75.0, 300.0)
-        wanted = steel * span * (shaft - housing)
-        seat = float(wanted[0])
-        for k, now in enumerate(wanted.tolist()):
-            strain = now - seat
-            if abs(strain) > self.size:
-                strain *= self.left * self.size / abs(strain)
-                seat = now - strain
-            pose[k, E] += self.pushed * strain
+        return np.asarray(steel * span * (shaft - housing))

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import ClassVar
 
 import numpy as np
 
+from benchmarks.gap.drive import Array, Drive
+from benchmarks.gap.hidden import Hidden
+from benchmarks.gap.march import Now
 from benchmarks.gap.truth.cells import AIR, HALL
-from benchmarks.gap.truth.drive import Drive
-from benchmarks.gap.truth.effects.base import Array, Hidden, Now
 from benchmarks.gap.truth.spindle import Spindle
 
 REACH = {
@@ -58,7 +60,7 @@ class _Surface(Hidden):
         self._area = np.concatenate([one[2] for one in found])
 
     def _both(self, now: Now) -> tuple[Array, Array]:
-        outside = now.look_up()[self._which]
+        outside = now.look()[self._which]
         return outside, np.asarray(now.temperature[self._cells])
 
 
@@ -99,10 +101,10 @@ class SunPatch(Hidden):
     sizes: ClassVar[tuple[float, float, float]] = (80.0, 150.0, 350.0)
     catalogued: ClassVar[bool] = False
 
-    def draw(self, rng: np.random.Generator) -> None:
-        """Choose the hours."""
-        self.more["from_h"] = float(rng.uniform(0.8, 2.5))
-        self.more["hours"] = float(rng.uniform(1.0, 2.5))
+    drawn: ClassVar[Mapping[str, tuple[float, float]]] = {
+        "from_h": (0.8, 2.5),
+        "hours": (1.0, 2.5),
+    }
 
     def heat(self, now: Now, out: Array) -> None:
         """Warm housing (the X+ half), headstock and column."""
@@ -110,7 +112,7 @@ class SunPatch(Hidden):
         if not 0.0 < place < 1.0:
             return
         power = self.size * float(np.sin(np.pi * place))
-        parts, layout = now.spindle.parts, now.spindle.layout
+        parts, layout = now.machine.parts, now.machine.layout
         front = layout.middles("housing") > 180.0
         facing = np.maximum(np.cos(layout.angles), 0.0)
         housing = parts["housing"][front]
@@ -127,10 +129,10 @@ class DoorDraft(Hidden):
     sizes: ClassVar[tuple[float, float, float]] = (2.0, 5.0, 10.0)
     catalogued: ClassVar[bool] = False
 
-    def draw(self, rng: np.random.Generator) -> None:
-        """Choose when the door stands open."""
-        self.more["every_h"] = float(rng.uniform(1.5, 3.0))
-        self.more["open_h"] = float(rng.uniform(0.4, 0.9))
+    drawn: ClassVar[Mapping[str, tuple[float, float]]] = {
+        "every_h": (1.5, 3.0),
+        "open_h": (0.4, 0.9),
+    }
 
     def boundaries(self, now: Now, values: Array) -> None:
         """Cool the air at column and bed, and a little at the spindle."""

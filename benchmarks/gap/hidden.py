@@ -1,0 +1,350 @@
+"""What can be hidden in any simulator, and effects that mean the same in all of them.
+
+Laws of heat and structure are each simulator's own: then no mistake of one is the others', too.
+What is here is the form of an effect, what sensors do, and effects that their definition decides.
+"""
+
+from __future__ import annotations
+
+import importlib
+import pkgutil
+from abc import ABC, abstractmethod
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
+
+import numpy as np
+import pandas as pd
+
+from benchmarks.gap.drive import REST, Array, Drive, lagged
+
+if TYPE_CHECKING:
+    from benchmarks.gap.march import Now
+
+SIZES = ("weak", "medium", "strong")
+X, Y, E = range(3)
+"""The first columns of every simulator's pose: x, y and elongation [um]."""
+
+
+class Hidden:
+    """Base of everything that can be hidden; nothing happens by default.
+
+    Attributes
+    ----------
+    size : float
+        Its amplitude; at 0 the effect vanishes exactly.
+    channel : str
+        The sensor that it acts on, if it acts on one.
+    """
+
+    name: ClassVar[str]
+    unit: ClassVar[str]
+    sizes: ClassVar[tuple[float, float, float]]
+    """Amplitudes called weak, medium and strong."""
+    channels: ClassVar[tuple[str, ...]] = ()
+    catalogued: ClassVar[bool] = True
+    in_other_words: ClassVar[tuple[tuple[str, tuple[str, ...]], ...]] = ()
+    """Changes of the machine's file, kind and place, that say the same; ``*`` is any part."""
+    planned: ClassVar[bool] = True
+    """Whether the plan of cases asks for it; what came later has a benchmark of its own."""
+    drawn: ClassVar[Mapping[str, tuple[float, float]]] = {}
+    """Its other numbers, each drawn evenly between two ends."""
+
+    def __init__(self, size: float, rng: np.random.Generator, channel: str = "") -> None:
+        self.size, self.channel = float(size), channel
+        self.more: dict[str, float] = {}
+        """Its other numbers, for the answers file."""
+        self.draw(rng)
+
+    def draw(self, rng: np.random.Generator) -> None:
+        """Choose the numbers besides the size."""
+        for name, (low, high) in self.drawn.items():
+            self.more[name] = float(rng.uniform(low, high))
+
+    def begin(self, machine: Any, drive: Drive) -> None:
+        """Forget the run before."""
+
+    def friction(self, now: Now, viscous: Array, load: Array) -> tuple[Array, Array]:
+        """Return the heat of every bearing or set [W], changed."""
+        return viscous, load
+
+    def heat(self, now: Now, out: Array) -> None:
+        """Add heat [W]."""
+
+    def scales(self, now: Now) -> dict[str, float]:
+        """Return factors on groups of conductances."""
+        return {}
+
+    def boundaries(self, now: Now, values: Array) -> None:
+        """Change the boundary temperatures, in place [degC]; of the jig borer only."""
+
+    def advance(self, now: Now, step: float) -> None:
+        """Step the effect's own states."""
+
+    def move(self, machine: Any, drive: Drive, temperatures: Array, pose: Array) -> None:
+        """Change the pose in place, a row each; temperatures are (rows, unknowns)."""
+
+    def record(self, number: int, machine: Any, drive: Drive, shown: pd.DataFrame) -> None:
+        """Change what the sensors show, in place; *number* counts the case's runs from 0."""
+
+
+Kind = TypeVar("Kind", bound=Hidden)
+
+
+def found_in(path: Iterable[str], package: str) -> dict[str, type[Hidden]]:
+    """Return all effects of a folder by name: what its files define or take in."""
+    effects: dict[str, type[Hidden]] = {}
+    for module in sorted(entry.name for entry in pkgutil.iter_modules(path)):
+        for entry in vars(importlib.import_module(f"{package}.{module}")).values():
+            if isinstance(entry, type) and issubclass(entry, Hidden) and hasattr(entry, "name"):
+                effects[entry.name] = entry
+    return dict(sorted(effects.items()))
+
+
+def make_from(
+    known: Mapping[str, type[Kind]],
+    name: str,
+    size: str | float,
+    rng: np.random.Generator,
+    channel: str = "",
+) -> Kind:
+    """Return an effect of a size by name (weak, medium, strong, within 15 %) or in its own unit.
+
+    Parameters
+    ----------
+    known : mapping of str to type
+        The effects that there are.
+    name : str
+    size : str or float
+    rng : Generator
+        Of everything about it that is drawn.
+    channel : str
+        The sensor of an effect that acts on one; drawn when not given.
+    """
+    kind = known[name]
+    spread = float(np.exp(rng.uniform(-0.15, 0.15)))
+    if isinstance(size, str):
+        size = kind.sizes[SIZES.index(size)] * spread
+    drawn = str(rng.choice(kind.channels)) if kind.channels else ""
+    return kind(size, rng, channel or drawn)
+
+
+# What sensors do.
+
+
+class SensorLag(Hidden):
+    """One thermometer has bad contact and answers late; the size is minutes."""
+
+    name: ClassVar[str] = "sensor_lag"
+    unit: ClassVar[str] = "min"
+    sizes: ClassVar[tuple[float, float, float]] = (2.0, 5.0, 12.0)
+
+    def record(self, number: int, machine: Any, drive: Drive, shown: pd.DataFrame) -> None:
+        """Delay the channel."""
+        if self.size > 0.0:
+            column = f"{self.channel}_degC"
+            values = shown[column].to_numpy()
+            shown[column] = lagged(drive.time_s, values, 60.0 * self.size)
+
+
+class _Wrong(Hidden):
+    """One thermometer reads wrong, up or down."""
+
+    unit: ClassVar[str] = "K"
+
+    def draw(self, rng: np.random.Generator) -> None:
+        """Choose sign and first run."""
+        self.more["sign"] = 1.0 if rng.random() < 0.5 else -1.0
+        self.more["from_run"] = float(rng.integers(1, 4))
+
+
+class SensorOffset(_Wrong):
+    """It reads wrong by a constant from one run on; the size is K."""
+
+    name: ClassVar[str] = "sensor_offset"
+
+    def record(self, number: int, machine: Any, drive: Drive, shown: pd.DataFrame) -> None:
+        """Shift the channel."""
+        if number >= self.more["from_run"]:
+            shown[f"{self.channel}_degC"] += self.more["sign"] * self.size
+
+
+class SensorDrift(_Wrong):
+    """It wanders away in every run; the size is K after eight hours."""
+
+    name: ClassVar[str] = "sensor_drift"
+
+    def record(self, number: int, machine: Any, drive: Drive, shown: pd.DataFrame) -> None:
+        """Add what has grown so far."""
+        grown = drive.time_s / (8.0 * 3600.0)
+        shown[f"{self.channel}_degC"] += self.more["sign"] * self.size * grown
+
+
+class FixtureWarming(Hidden):
+    """The fixture of the radial sensors warms and takes them along; um per K."""
+
+    name: ClassVar[str] = "fixture_warming"
+    unit: ClassVar[str] = "um/K"
+
+    def nose(self, machine: Any, temperatures: Array) -> Array:
+        """Return the temperature of the nose beside the fixture [degC], shape (rows,)."""
+        return np.asarray(temperatures @ machine.thermometers["front"])
+
+    def move(self, machine: Any, drive: Drive, temperatures: Array, pose: Array) -> None:
+        """Shift the radial readings alike."""
+        share = self.more["of_nose"]
+        followed = (1.0 - share) * drive.at() + share * self.nose(machine, temperatures)
+        late = lagged(drive.time_s, followed, 3600.0 * self.more["tau_h"])
+        shift = self.size * (late - late[0])
+        pose[:, X] += np.cos(self.more["direction_rad"]) * shift
+        pose[:, Y] += np.sin(self.more["direction_rad"]) * shift
+
+
+# What its definition decides.
+
+
+class FrictionSpeedExponent(Hidden):
+    """Friction heat goes with another power of speed, equal to the usual at one speed.
+
+    The size is the power's difference from the usual.
+    """
+
+    name: ClassVar[str] = "friction_speed_exponent"
+    unit: ClassVar[str] = "1"
+    sizes: ClassVar[tuple[float, float, float]] = (0.12, 0.25, 0.45)
+    usual_at_rpm: ClassVar[float]
+
+    def draw(self, rng: np.random.Generator) -> None:
+        """Choose whether friction rises more or less steeply."""
+        self.more["sign"] = -1.0 if rng.random() < 0.4 else 1.0
+
+    def friction(self, now: Now, viscous: Array, load: Array) -> tuple[Array, Array]:
+        """Return both parts, scaled."""
+        factor = (now.speed / self.usual_at_rpm) ** (self.more["sign"] * self.size)
+        return viscous * factor, load * factor
+
+
+class BearingRunIn(Hidden):
+    """Fresh grease is churned at first: friction x (1 + a exp(-t_running / tau)) in each run.
+
+    The size is the excess at first. The grease flows back between runs.
+    """
+
+    name: ClassVar[str] = "bearing_run_in"
+    unit: ClassVar[str] = "1"
+
+    def begin(self, machine: Any, drive: Drive) -> None:
+        """Count running time anew."""
+        self._running = 0.0
+
+    def friction(self, now: Now, viscous: Array, load: Array) -> tuple[Array, Array]:
+        """Return both parts, raised."""
+        hours = self._running / 3600.0
+        factor = 1.0 + self.size * np.exp(-hours / self.more["tau_h"])
+        return viscous * factor, load * factor
+
+    def advance(self, now: Now, step: float) -> None:
+        """Count the time that the shaft turns."""
+        if now.speed > 0.0:
+            self._running += step
+
+
+class CentrifugalShift(Hidden):
+    """Balls and rings move the shaft at once by k n^2; the size is um at the highest speed."""
+
+    name: ClassVar[str] = "centrifugal_shift"
+    unit: ClassVar[str] = "um"
+    top_rpm: ClassVar[float]
+
+    def move(self, machine: Any, drive: Drive, temperatures: Array, pose: Array) -> None:
+        """Shift the nose along the axis."""
+        shift = (drive.speed / self.top_rpm) ** 2
+        pose[:, E] += self.size * (shift - shift[0])
+
+
+class BearingStickSlip(Hidden, ABC):
+    """The floating bearing holds until shaft and housing have grown apart by the size [um].
+
+    While it holds, the strained shaft pushes the nose; when it slips it gives most of that back.
+    """
+
+    name: ClassVar[str] = "bearing_stick_slip"
+    unit: ClassVar[str] = "um"
+    left: ClassVar[float]
+    pushed: ClassVar[float]
+
+    @abstractmethod
+    def apart(self, machine: Any, temperatures: Array) -> Array:
+        """Return how far shaft and housing have grown apart [um], shape (rows,)."""
+
+    def move(self, machine: Any, drive: Drive, temperatures: Array, pose: Array) -> None:
+        """Add the push of the strained shaft."""
+        apart = self.apart(machine, temperatures)
+        seat = float(apart[0])
+        for k, now in enumerate(apart.tolist()):
+            strain = now - seat
+            if abs(strain) > self.size:
+                strain *= self.left * self.size / abs(strain)
+                seat = now - strain
+            pose[k, E] += self.pushed * strain
+
+
+class ToolHeating(Hidden, ABC):
+    """A holder from the magazine takes heat from the nose, and grows.
+
+    The size is the conductance of its seat [W/K].
+    """
+
+    name: ClassVar[str] = "tool_heating"
+    unit: ClassVar[str] = "W/K"
+    sizes: ClassVar[tuple[float, float, float]] = (0.8, 2.5, 7.0)
+
+    @abstractmethod
+    def seat(self, machine: Any) -> tuple[Any, Array]:
+        """Return the unknowns of the nose that it sits on, and the share of each."""
+
+    def begin(self, machine: Any, drive: Drive) -> None:
+        """Take a holder as warm as the air when the run begins."""
+        self._mounted = drive.family != REST
+        self._nose, self._share = self.seat(machine)
+        self._holder = float(np.interp(drive.time_s[0], drive.grid_s, drive.outside[:, 0]))
+        self._times, self._values = [float(drive.time_s[0])], [self._holder]
+
+    def _warm(self, now: Now) -> float:
+        return float(now.temperature[self._nose] @ self._share)
+
+    def heat(self, now: Now, out: Array) -> None:
+        """Take heat from the nose."""
+        if self._mounted:
+            out[self._nose] -= self.size * (self._warm(now) - self._holder) * self._share
+
+    def advance(self, now: Now, step: float) -> None:
+        """Warm the holder, exactly for a nose and air that stay."""
+        if not self._mounted:
+            return
+        whole, air = self.size + self.more["loss_W_K"], float(now.look()[0])
+        end = (self.size * self._warm(now) + self.more["loss_W_K"] * air) / whole
+        decay = float(np.exp(-step * whole / self.more["capacity_J_K"]))
+        self._holder = end + decay * (self._holder - end)
+        self._times.append(now.time)
+        self._values.append(self._holder)
+
+    def move(self, machine: Any, drive: Drive, temperatures: Array, pose: Array) -> None:
+        """Add the holder's growth; with no seat there is no holder."""
+        if self.size > 0.0:
+            warm = np.interp(drive.time_s, self._times, self._values) - self._values[0]
+            pose[:, E] += machine.p["alpha_steel"] * 1e-3 * self.more["length_mm"] * warm
+
+
+class Loosening(Hidden):
+    """A joint loosens at some hour of every run, at once; the size is the share that is lost."""
+
+    unit: ClassVar[str] = "1"
+    sizes: ClassVar[tuple[float, float, float]] = (0.3, 0.6, 0.9)
+    catalogued: ClassVar[bool] = False
+    drawn: ClassVar[Mapping[str, tuple[float, float]]] = {"at_h": (1.5, 3.5)}
+    joint: ClassVar[str]
+
+    def scales(self, now: Now) -> dict[str, float]:
+        """Return the joint's factor."""
+        loose = now.time > 3600.0 * self.more["at_h"]
+        return {self.joint: 1.0 - self.size} if loose else {}
