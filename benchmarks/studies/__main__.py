@@ -1,16 +1,18 @@
 """The studies' own experiment, rebuilt: learn on a spectrum of speeds, predict, compensate.
 
-    python -m benchmarks.studies [--write] [--seeds N] [--workers N]
+    python -m benchmarks.studies [PART ...] [--write] [--seeds N] [--workers N]
 
 Three simulated machines, three protocols side by side, several seeds each, and what noise alone
 leaves in every table. Every figure stands beside the study's; ``--write`` writes the same page to
-docs/studies.md, and its pictures.
+docs/studies.md, and its pictures. What a part gives is kept in results/studies: with parts named
+only these are measured anew (``judge_all:bayes`` one row of theirs), and with ``page`` none is.
 """
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Mapping
+import pickle
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import as_completed
 from pathlib import Path
 from typing import Any
@@ -21,7 +23,6 @@ from benchmarks.studies.claims import (
     convergence_claim,
     goal_claim,
     network_claim,
-    printed_claims,
     tau_claim,
 )
 from benchmarks.studies.four_runs import MODELS, interval_rows, interval_table
@@ -50,7 +51,6 @@ from benchmarks.studies.tables import (
     compensation_table,
     convergence_table,
     elements_table,
-    goal_table,
     prediction_table,
     printed_table,
 )
@@ -61,6 +61,10 @@ DOCS = Path(__file__).resolve().parents[2] / "docs"
 TEMPLATE = Path(__file__).with_name("page.md")
 SEEDS = 6
 FIVE_POINT = ("study_size", "jig_borer")
+PARTS: Mapping[str, Callable[..., list[Any]]] = {
+    job.__name__: job for job in (judge_all, interval_rows, grouped, experiment)
+}
+KEPT = DOCS.parent / "results" / "studies"
 
 
 def page_of(done: list[Any], seeds: int) -> str:
@@ -71,15 +75,13 @@ def page_of(done: list[Any], seeds: int) -> str:
     intervals = sorted(one for one in done if isinstance(one, list))
     return page_from(
         {
-            "goal": goal_table(found, FIVE_POINT),
+            "compensation": compensation_table(found, FIVE_POINT),
+            "cells": cells_table(found, "study_size"),
+            "printed": printed_table(found, "study_size", settling_min()),
+            "prediction": prediction_table(found),
             "grey_groups": groupings_table(groups, GREY),
             "tree_groups": groupings_table(groups, TREE),
             "groups_claim": groupings_claim(groups),
-            "cells": cells_table(found, "study_size"),
-            "study_size": prediction_table(found, "study_size"),
-            "study_size_compensated": compensation_table(found, "study_size"),
-            "jig_borer_compensated": compensation_table(found, "jig_borer"),
-            "elements": prediction_table(found, "elements"),
             "convergence": convergence_table(found, "study_size"),
             "hybrid": hybrid_table(hybrids),
             "taus": tau_table(hybrids),
@@ -94,23 +96,23 @@ def page_from(tables: Mapping[str, str], seeds: int) -> str:
     """Return the page that holds some tables; what it says of them is made of their cells."""
     return TEMPLATE.read_text("utf-8").format(
         seeds=seeds,
-        elements_of_studies=elements_table(),
-        goal_claim=goal_claim(tables["goal"]),
-        network_claim=network_claim(tables["study_size"]),
+        elements=elements_table(),
+        goal_claim=goal_claim(tables["compensation"], seeds),
+        network_claim=network_claim(tables["prediction"]),
         convergence_claim=convergence_claim(tables["convergence"]),
         tau_claim=tau_claim(tables["taus"]),
-        printed=printed_table(
-            printed_claims(tables["study_size"], tables["study_size_compensated"]), settling_min()
-        ),
         **tables,
     )
 
 
-def measured(seeds: int, count: int | None) -> list[Any]:
+def measured(parts: Sequence[str], seeds: int, count: int | None) -> list[Any]:
     """Return what all jobs give: scores, groups, hybrids and rows of the last table.
 
     Parameters
     ----------
+    parts : sequence of str
+        Those of `PARTS` to measure anew, ``judge_all:MODEL`` for one model's scores; none for all.
+        The rest is what was measured last.
     seeds : int
         How many.
     count : int, optional
@@ -118,29 +120,51 @@ def measured(seeds: int, count: int | None) -> list[Any]:
     """
     every_seed = range(1, seeds + 1)
     # The longest first, so that no worker ends up with one alone.
-    jobs: list[tuple[Callable[..., Any], tuple[Any, ...]]] = [
-        *((judge_all, (machine, seed)) for machine in TRUTHS for seed in every_seed),
-        *((interval_rows, (model,)) for model in MODELS),
-        *((grouped, (machine, seed)) for machine in FIVE_POINT for seed in every_seed),
-        *((experiment, (machine, seed)) for machine in MACHINES for seed in every_seed),
-    ]
-    done = []
+    given: Mapping[str, list[tuple[Any, ...]]] = {
+        "judge_all": [(machine, seed) for machine in TRUTHS for seed in every_seed],
+        "interval_rows": [(model,) for model in MODELS],
+        "grouped": [(machine, seed) for machine in FIVE_POINT for seed in every_seed],
+        "experiment": [(machine, seed) for machine in MACHINES for seed in every_seed],
+    }
+    jobs = []
+    for part in parts or PARTS:
+        name, _, model = part.partition(":")
+        jobs += [(name, (*one, model) if model else one) for one in given.get(name, ())]
+    KEPT.mkdir(parents=True, exist_ok=True)
     with workers(count) as pool, tqdm(total=len(jobs), unit="job", disable=None) as bar:
-        running = [pool.submit(job, *given) for job, given in jobs]
+        running = {pool.submit(PARTS[name], *one): (name, one) for name, one in jobs}
         for future in as_completed(running):
-            done += future.result()
+            name, one = running[future]
+            keep(name, one, future.result())
             bar.update()
-    return done
+    return [result for name in PARTS for one in given[name] for result in kept(name, one)]
+
+
+def _file(name: str, given: Sequence[Any]) -> Path:
+    return KEPT / f"{'_'.join(map(str, (name, *given[:2])))}.pickle"
+
+
+def kept(name: str, given: Sequence[Any]) -> list[Any]:
+    """Return the results of a job that were kept last."""
+    return list(pickle.loads(_file(name, given).read_bytes()))
+
+
+def keep(name: str, given: Sequence[Any], results: list[Any]) -> None:
+    """Keep a job's results; those of one model beside those of the others."""
+    for model in given[2:]:
+        results += [one for one in kept(name, given) if one.model != model]
+    _file(name, given).write_bytes(pickle.dumps(results))
 
 
 def main() -> int:
     """Run everything and print the page."""
     parser = argparse.ArgumentParser("benchmarks.studies", description=__doc__.splitlines()[0])
+    parser.add_argument("parts", nargs="*", metavar="PART", help=f"{', '.join(PARTS)} or page")
     parser.add_argument("--write", action="store_true", help="also write docs/studies.md")
     parser.add_argument("--seeds", type=int, default=SEEDS, help=f"how many ({SEEDS})")
     parser.add_argument("--workers", type=int, help="processes (one a core)")
     args = parser.parse_args()
-    page = page_of(measured(args.seeds, args.workers), args.seeds)
+    page = page_of(measured(args.parts, args.seeds, args.workers), args.seeds)
     print(page)
     if args.write:
         write_atomically(DOCS / "studies.md", page)

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 from benchmarks.studies.entrants import ENTRANTS
+from benchmarks.studies.tables import NAMES, SEEDS_THAT_REACH, UNSEEN_PROTOCOLS
 
 Rows = Mapping[str, Sequence[str]]
 """Cells by the title of their row, the heads by the empty text."""
@@ -20,24 +20,36 @@ def rows_of(table: str) -> dict[str, list[str]]:
 
 
 def means(cell: str) -> list[float]:
-    """Return the means of a cell such as ``91 (82) / 97 (95)``."""
-    return [float(part.split()[0]) for part in cell.split(" / ")]
+    """Return the means of a cell such as ``91/97 (82/96)``."""
+    return [float(mean) for mean in cell.split()[0].split("/")]
 
 
-def goal_claim(goal: str) -> str:
-    """Return, for each column of the goal's table, how many reach it in every seed, few by name."""
-    rows = rows_of(goal)
-    models = [title for title in rows if title]
+def goal_claim(compensation: str, seeds: int) -> str:
+    """Return, by machine and protocol, how many models reach the goal in every seed; few by name.
+
+    Parameters
+    ----------
+    compensation : str
+        The table that counts the seeds.
+    seeds : int
+        How many there are.
+    """
+    rows = rows_of(compensation)
     memory = {entrant.title: entrant.memory for entrant in ENTRANTS.values()}
-    free = [title for title in models if memory.get(title) is False]
     lines = []
     for place, head in enumerate(rows[""]):
-        won = [title for title in models if re.fullmatch(r"(\d+) of \1", rows[title][place])]
-        names = f" ({'; '.join(won)})" if 0 < len(won) <= MOST_NAMED else ""
-        lines.append(
-            f"- **{head}**: {len(won)} of {len(models)}{names}, {len({*free} & {*won})} of "
-            f"{len(free)} baselines without memory"
-        )
+        if not head.endswith(SEEDS_THAT_REACH):
+            continue
+        counts = {title: cells[place].split("/") for title, cells in rows.items() if cells[place]}
+        del counts[""]
+        free = {title for title in counts if memory.get(title) is False}
+        for k, protocol in enumerate(UNSEEN_PROTOCOLS):
+            won = [title for title, won in counts.items() if int(won[k]) == seeds]
+            names = f" ({'; '.join(won)})" if 0 < len(won) <= MOST_NAMED else ""
+            lines.append(
+                f"- **{head.partition(':')[0]}, {NAMES[protocol]}**: {len(won)} of {len(counts)}"
+                f"{names}, {len(free & {*won})} of {len(free)} without memory"
+            )
     return "\n".join(lines)
 
 
@@ -48,15 +60,12 @@ def network_claim(table: str) -> str:
     parts = []
     for head, ours, theirs in zip(rows[""][:4], genetic, bp, strict=False):
         gaps = [a - b for a, b in zip(means(ours), means(theirs), strict=True)]
-        parts.append(f"{head} {' / '.join(f'{gap:+.0f}' for gap in gaps)}")
-    return (
-        "GA-BP less BP, both as the study trains them, eta of E / yaw / pitch in points: "
-        f"{'; '.join(parts)}."
-    )
+        parts.append(f"{head.split()[-1]} {'/'.join(f'{gap:+.0f}' for gap in gaps)}")
+    return f"GA-BP less BP, both as GA, eta of E/yaw/pitch in points: {'; '.join(parts)}."
 
 
 def convergence_claim(table: str) -> str:
-    """Return the networks by the median of the iterations that they need, and their nodes."""
+    """Return the networks by the median of the iterations that they need."""
     rows = rows_of(table)
     place = rows[""].index("iterations to within 1 % of it")
 
@@ -65,11 +74,7 @@ def convergence_claim(table: str) -> str:
 
     order = sorted((title for title in rows if title), key=middle)
     told = "; ".join(f"{title} {middle(title):.0f}" for title in order)
-    nodes = "; ".join(
-        f"{ENTRANTS[name].title} {rows[ENTRANTS[name].title][0]}"
-        for name in ("ga_bp_nodes", "ga_bp_nodes_training")
-    )
-    return f"Iterations, median, soonest first: {told}. Nodes found: {nodes}."
+    return f"Iterations, median, soonest first: {told}."
 
 
 def tau_claim(table: str) -> str:
@@ -88,16 +93,3 @@ def tau_claim(table: str) -> str:
                 f"most {best} of {seeds} ({where})"
             )
     return f"The hybrid beats all three parts in all three figures: {'; '.join(parts)}."
-
-
-def printed_claims(prediction: str, compensation: str) -> Iterable[Sequence[str]]:
-    """Return rows of the studies' printed figures that stand in no other table, beside ours."""
-    eta, left = rows_of(prediction), rows_of(compensation)
-    at = next(k for k, head in enumerate(left[""]) if head.startswith("like coolant, axial max"))
-    for name, study in (("bp_study", "6.483"), ("ga_bp_study", "3.903")):
-        cell = left[ENTRANTS[name].title][at]
-        ours = cell.split(",")[0].split(" to ")[1]
-        yield ENTRANTS[name].title, "largest axial residual, unseen [um]", study, ours
-    place = eta[""].index("unseen, like coolant")
-    row = eta[ENTRANTS["arma_270"].title][place]
-    yield ENTRANTS["arma_270"].title, "predictive ability, unseen, E / yaw / pitch [%]", "94", row

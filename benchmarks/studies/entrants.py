@@ -86,9 +86,9 @@ ENTRANTS: Mapping[str, Entrant] = {
     "persistence_270": Entrant(
         "Persistence, 270 s before", PERSISTENCE, step_s=STUDY_STEP_S, measured=True
     ),
-    "bp_study": Entrant("BP as the study trains it", "bp", UNDECAYED, points=STUDY_POINTS),
+    "bp_study": Entrant("BP, as GA", "bp", UNDECAYED, points=STUDY_POINTS),
     "ga_bp_study": Entrant(
-        "GA-BP as the study trains it",
+        "GA-BP, as GA",
         "ga_bp",
         {**UNDECAYED, "hidden": 10},
         points=STUDY_POINTS,
@@ -107,10 +107,10 @@ ENTRANTS: Mapping[str, Entrant] = {
         points=STUDY_POINTS,
         machines=("study_size",),
     ),
-    "bp_four": Entrant("BP with decay, the study's points", "bp", points=STUDY_POINTS),
-    "ga_bp_four": Entrant("GA-BP with decay, the study's points", "ga_bp", points=STUDY_POINTS),
+    "bp_four": Entrant("BP with decay, GA's points", "bp", points=STUDY_POINTS),
+    "ga_bp_four": Entrant("GA-BP with decay, GA's points", "ga_bp", points=STUDY_POINTS),
     "bp_chosen": Entrant(
-        "BP with decay, points chosen in the study's way",
+        "BP with decay, points chosen as GA",
         "bp",
         points="grey",
         grey=STUDY_CHOICE,
@@ -118,9 +118,9 @@ ENTRANTS: Mapping[str, Entrant] = {
     "bp": Entrant("BP with decay, our points", "bp"),
     "ga_bp": Entrant("GA-BP with decay, our points", "ga_bp"),
     "bp_5_5": Entrant("BP 5-5 with decay, our points", "bp", {"hidden": (5, 5)}),
-    "mlr_ts": Entrant("MLRA as the TS study has it", "mlr", points="hierarchical", grey=TS_CHOICE),
+    "mlr_ts": Entrant("MLRA, as TS", "mlr", points="hierarchical", grey=TS_CHOICE),
     "bp_ts": Entrant(
-        "BP 5-5-5-3 as the TS study has it",
+        "BP 5-5-5-3, as TS",
         "bp",
         {**UNDECAYED, "hidden": (5, 5)},
         points="hierarchical",
@@ -128,14 +128,14 @@ ENTRANTS: Mapping[str, Entrant] = {
     ),
     "mlr": Entrant("Multiple linear regression, grey points", "mlr"),
     "mlr_all": Entrant(
-        "Without memory: linear regression, all thermometers",
+        "Linear regression, all thermometers",
         "mlr",
         {"subset": False},
         points="all",
         memory=False,
     ),
     "ridge_all": Entrant(
-        "Without memory: ridge, all thermometers",
+        "Ridge, all thermometers",
         "ridge",
         {"lags_s": ()},
         points="all",
@@ -158,15 +158,13 @@ ENTRANTS: Mapping[str, Entrant] = {
     ),
     "vac_adaptive": Entrant("VAC with adaptive weights", "vac", {"combination": "adaptive"}),
     "ne_fem": Entrant(
-        "Natural exponential, steady state and tau from FEM",
+        "Natural exponential, zss and tau from FEM",
         "ne",
         {"steady": "fem", "tau_s": "fem"},
     ),
     "arx": Entrant("ARX with temperatures", "arx"),
     "armax": Entrant("ARMAX with temperatures", "arx", {"estimator": "armax"}),
-    "ridge": Entrant("With memory: ridge on lagged temperatures", "ridge", memory=True),
-    "bayes": Entrant("Bayesian ridge on lagged temperatures", "bayes"),
-    "thermal_states": Entrant(
-        "With memory: ridge on thermal states", "thermal_states", memory=True
-    ),
+    "ridge": Entrant("Ridge, lagged temperatures", "ridge", memory=True),
+    "bayes": Entrant("Bayesian ridge, lagged temperatures", "bayes"),
+    "thermal_states": Entrant("Ridge, thermal states", "thermal_states", memory=True),
 }

@@ -93,11 +93,14 @@ def agreement(groups: Iterable[Sequence[int]], others: Iterable[Sequence[int]]) 
 
 
 def groupings_table(found: Sequence[Grouped], study: str) -> str:
-    """Return groups and points by setting, of the first seed, and in how many seeds they are so."""
+    """Return groups and points by setting, of the first seed, and in how many seeds they are so.
+
+    Settings that give the same share a row.
+    """
     machines = list(dict.fromkeys(one.machine for one in found))
-    rows = []
+    rows: dict[tuple[str, ...], list[str]] = {}
     for place, setting in enumerate(SETTINGS[study]):
-        row = [", ".join(f"{WORDS[k]} {v:g}" for k, v in setting.items() if k in WORDS)]
+        cells: list[str] = []
         for machine in machines:
             some = [
                 one
@@ -106,20 +109,21 @@ def groupings_table(found: Sequence[Grouped], study: str) -> str:
             ]
             first = some[0]
             alike = sum(one.groups == first.groups for one in some)
-            row += [
+            cells += [
                 " ".join("(" + ",".join(map(str, group)) + ")" for group in first.groups),
                 f"{alike} of {len(some)}",
-                ", ".join(f"T{number}" for number in first.points),
+                ",".join(f"T{number}" for number in first.points),
             ]
             if study == TREE:
-                row.append(f"{100.0 * agreement(first.groups, TS_GROUPS):.0f}")
-        rows.append(row)
+                cells.append(f"{100.0 * agreement(first.groups, TS_GROUPS):.0f}")
+        words = [f"{WORDS[key]} {value:g}" for key, value in setting.items() if key in WORDS]
+        rows.setdefault(tuple(cells), []).append(", ".join(words))
     head = ["setting"]
     for machine in machines:
         title = truth(machine).title
         head += [f"{title}: groups", "so in seeds", "points"]
         head += ["pairs as the study has them [%]"] if study == TREE else []
-    return as_table(head, rows)
+    return as_table(head, [["; ".join(settings), *cells] for cells, settings in rows.items()])
 
 
 def groupings_claim(found: Sequence[Grouped]) -> str:

@@ -19,8 +19,8 @@ from measurement.errors import BadInput
 from measurement.rig import POSE, FivePointRig
 from studies.fit.bp import BackPropagation
 
-TOOLS_MM = (130.0, 240.0)
-"""The distal sensors, at which the studies judge X and Y, and a long tool's tip [mm]."""
+TOOL_MM = 130.0
+"""The distal sensors, at which the studies judge X and Y."""
 SHOWN = 3
 """Elongation, yaw and pitch come first among the targets."""
 
@@ -35,9 +35,9 @@ class Score:
     seed : int
     eta : tuple of float
         Predictive ability of elongation (yaw, pitch): 1 - sum|e| / sum|y| [%].
-    better : dict of float to tuple of float
-        By tool length [mm]: what compensation takes off the mean size of the tip's drift along X,
-        Y, Z [%]. Only with a five-point rig.
+    better : tuple of float
+        What compensation takes off the mean size of the tip's drift along X, Y, Z [%]. Only with a
+        five-point rig.
     axial_um : tuple of float
         Largest size of the axial drift before and after, mean size before and after [um].
     report : dict
@@ -51,7 +51,7 @@ class Score:
     protocol: str
     seed: int
     eta: tuple[float, ...]
-    better: dict[float, tuple[float, ...]]
+    better: tuple[float, ...]
     axial_um: tuple[float, ...]
     report: dict[str, Any]
     seconds: float
@@ -62,10 +62,12 @@ def _runs(machine: str, seed: int) -> dict[str, Pair]:
     return truth(machine).runs(seed)
 
 
-def judge_all(machine: str, seed: int) -> list[Score]:
-    """Return how every model does on a machine's runs of one seed."""
+def judge_all(machine: str, seed: int, only: str | None = None) -> list[Score]:
+    """Return how every model does, or one alone, on a machine's runs of one seed."""
     takes_part = [
-        name for name, entrant in ENTRANTS.items() if machine in (entrant.machines or (machine,))
+        name
+        for name, entrant in ENTRANTS.items()
+        if machine in (entrant.machines or (machine,)) and only in (None, name)
     ]
     return [score for name in takes_part for score in judge(machine, seed, name)]
 
@@ -131,20 +133,19 @@ def _exact(pair: Pair, rig: Any, form: str, run: PreparedRun) -> np.ndarray:
 
 def _figures(
     measured: np.ndarray, predicted: np.ndarray, rig: Any
-) -> tuple[tuple[float, ...], dict[float, tuple[float, ...]], tuple[float, ...]]:
-    """Return eta, what is better by tool length, and the axial drift."""
+) -> tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]:
+    """Return eta, what is better, and the axial drift."""
     shown = measured[:, :SHOWN] if isinstance(rig, FivePointRig) else measured
     left = shown - predicted[:, : shown.shape[1]]
     eta = 100.0 * (1.0 - np.abs(left).sum(axis=0) / np.abs(shown).sum(axis=0))
     before, after = np.abs(shown[:, 0]), np.abs(left[:, 0])
     axial = (before.max(), after.max(), before.mean(), after.mean())
-    better = {}
+    better: tuple[float, ...] = ()
     if isinstance(rig, FivePointRig):
-        for tool in TOOLS_MM:
-            drift, offset = (
-                tool_tip_drift(pd.DataFrame(pose, columns=list(POSE)), rig, tool).to_numpy()
-                for pose in (measured, predicted)
-            )
-            rest = np.abs(drift - offset).mean(axis=0) / np.abs(drift).mean(axis=0)
-            better[tool] = tuple(float(value) for value in 100.0 * (1.0 - rest))
+        drift, offset = (
+            tool_tip_drift(pd.DataFrame(pose, columns=list(POSE)), rig, TOOL_MM).to_numpy()
+            for pose in (measured, predicted)
+        )
+        rest = np.abs(drift - offset).mean(axis=0) / np.abs(drift).mean(axis=0)
+        better = tuple(float(value) for value in 100.0 * (1.0 - rest))
     return tuple(float(v) for v in eta), better, tuple(float(v) for v in axial)

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-
-SMALLEST_NOISE = 0.2
-"""No displacement sensor is believed to better than this [um, urad]."""
 
 
 @dataclass(frozen=True)
@@ -103,23 +99,3 @@ def row_weights(time_s: Array) -> Array:
     weights[:-1] += gaps / 2
     weights[1:] += gaps / 2
     return weights
-
-
-def sensor_noise(runs: Sequence[TrainingRun], targets: int) -> Array:
-    """Return the variance of a measured target: half of that from one sample to the next.
-
-    Parameters
-    ----------
-    runs : sequence of TrainingRun
-        At least one with two known rows.
-    targets : int
-        How many there are.
-
-    Returns
-    -------
-    array, shape (targets,)
-        Variance [um2, urad2]; the median over the runs.
-    """
-    steps = [np.diff(run.targets[run.known], axis=0) for run in runs if run.known.sum() > 1]
-    variance = np.median([np.mean(step**2, axis=0) / 2.0 for step in steps], axis=0)
-    return np.asarray(np.maximum(np.broadcast_to(variance, targets), SMALLEST_NOISE**2))

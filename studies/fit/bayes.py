@@ -9,7 +9,6 @@ import numpy as np
 
 from fmu_compensator.fit.error_models.base import Task
 from fmu_compensator.fit.error_models.options import refuse_poor, refuse_unknown
-from fmu_compensator.fit.training import sensor_noise
 from studies.fit.evidence import SAMPLES_PER_RUN, posterior
 from studies.fit.lagged import blocks_of, start_range
 from studies.fit.thermal_states import (
@@ -73,15 +72,7 @@ class Bayes(ThermalStates):
                 for run, value in zip(task.runs, solved.trust, strict=False)
             },
         }
-        noise = sensor_noise(task.runs, len(task.target_names))
-        return cls(
-            lags,
-            start_range(task.runs),
-            coefficients,
-            np.maximum(solved.noise, 1e-6),
-            noise,
-            diagnostics,
-        )
+        return cls(lags, start_range(task.runs), coefficients, diagnostics)
 
 
 def _rises(inputs: int, lags: int) -> list[int]:

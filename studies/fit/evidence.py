@@ -50,32 +50,6 @@ class Posterior:
     trust: Array
     log_evidence: float
 
-    @property
-    def seen(self) -> Array:
-        """D, shape (r, p): the leverage of x is ``|x|^2 / ratio - |D x|^2``.
-
-        Directions that the runs hardly determine are left out: they count as unseen.
-        """
-        told = self.values > 0.05 * self.ratio
-        size = np.sqrt(1.0 / self.ratio - 1.0 / (self.values[told] + self.ratio))
-        vectors = self.vectors[:, told]
-        # A direction has no sign of its own; with one, equal runs give an equal file anywhere.
-        largest = np.abs(vectors).argmax(axis=0)
-        signs = np.sign(vectors[largest, np.arange(vectors.shape[1])])
-        return np.asarray((vectors * signs * size).T)
-
-    def leverage(self, features: Array) -> Array:
-        """Return the novelty of rows, shape (n,) [1].
-
-        Parameters
-        ----------
-        features : array, shape (n, features)
-            Scaled as those that were fitted to.
-        """
-        along = features @ self.seen.T
-        novelty = (features**2).sum(axis=1) / self.ratio - (along**2).sum(axis=1)
-        return np.asarray(np.maximum(novelty, 0.0))
-
 
 def posterior(features: Sequence[Array], targets: Sequence[Array]) -> Posterior:
     """Return the regression of some runs, its strength chosen by the evidence.

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from scipy.spatial.distance import cdist
+from scipy.spatial.distance import cdist, pdist
+from sklearn.kernel_approximation import Nystroem
 
 from fmu_compensator.fit.error_models.base import FittedModel, Task
 from fmu_compensator.fit.error_models.options import refuse_poor, refuse_unknown, within
@@ -22,7 +23,6 @@ LENGTHS = (0.5, 1.0, 2.0)
 """Lengths of the Gaussian kernel that are tried, of the median distance of two samples [1]."""
 BUMPS = (0.0, 0.3, 1.0, 3.0)
 """Sizes of the bumps beside the plane that are tried [1]."""
-JITTER = 1e-6
 
 
 class GaussianProcess(FittedModel):
@@ -45,10 +45,9 @@ class GaussianProcess(FittedModel):
 
     Notes
     -----
-    The bumps stand on centres taken from the training samples one by one where the process is
-    least determined (pivoted Cholesky), a subset of regressors (Quinonero-Candela and Rasmussen
-    (2005), JMLR 6:1939). Kernel length, size of the bumps and noise are those of the largest
-    evidence, a run counting as four samples.
+    The bumps stand on some of the training samples, a subset of regressors (Quinonero-Candela and
+    Rasmussen (2005), JMLR 6:1939), made independent by scikit-learn's `Nystroem`. Kernel length,
+    size of the bumps and noise are those of the largest evidence, a run counting as four samples.
     """
 
     title = "Gaussian process on lagged temperatures"
@@ -101,26 +100,27 @@ class GaussianProcess(FittedModel):
         middle = np.mean([y.mean(axis=0) for y in targets], axis=0)
         constant = middle if fixed else np.zeros(targets[0].shape[1])
         shift = everything.mean(axis=0) if fixed else np.zeros(everything.shape[1])
-        spread = float(np.median(cdist(everything[::7], everything[::7]))) or 1.0
-        best: tuple[Posterior, float, float, Array, Array] | None = None
+        spread = float(np.median(pdist(everything[::7]))) or 1.0
+        best: tuple[Posterior, float, float, Nystroem] | None = None
         for length in (factor * spread for factor in LENGTHS):
-            places = _centres(everything, length, wanted)
-            root = _root(places, length)
-            for bump in BUMPS:
+            bumps = Nystroem(
+                gamma=0.5 / length**2, n_components=min(wanted, len(everything)), random_state=0
+            ).fit(everything)
+            for size in BUMPS:
                 solved = posterior(
-                    [_basis(x, shift, places, length, bump * spread, root) for x in rows],
+                    [np.hstack([x - shift, size * spread * bumps.transform(x)]) for x in rows],
                     [y - constant for y in targets],
                 )
                 if best is None or solved.log_evidence > best[0].log_evidence:
-                    best = solved, length, bump, places, root
+                    best = solved, length, size, bumps
         assert best is not None
-        solved, length, bump, places, root = best
+        solved, length, size, bumps = best
         width = everything.shape[1]
         linear = solved.weights[:width].T
         diagnostics = {
             "length": round(length, 4),
-            "bump_size": bump,
-            "centres": len(places),
+            "bump_size": size,
+            "centres": len(bumps.components_),
             "noise_over_prior": solved.ratio,
         }
         return cls(
@@ -128,8 +128,8 @@ class GaussianProcess(FittedModel):
             length,
             constant - linear @ shift,
             linear,
-            places,
-            bump * spread * solved.weights[width:].T @ root.T,
+            bumps.components_,
+            size * spread * solved.weights[width:].T @ bumps.normalization_,
             diagnostics,
         )
 
@@ -158,35 +158,3 @@ class GaussianProcess(FittedModel):
 def _features(run: TrainingRun, lags_s: Sequence[float]) -> Array:
     elapsed = np.diff(run.time_s, prepend=run.time_s[0])
     return np.hstack([run.inputs, *(lagged(run.inputs, elapsed, lag) for lag in lags_s)])
-
-
-def _centres(samples: Array, length: float, wanted: int) -> Array:
-    """Return samples that pin the process down, greedily (pivoted Cholesky of the kernel)."""
-    count = min(wanted, len(samples))
-    left = np.ones(len(samples))
-    factor = np.zeros((len(samples), count))
-    chosen: list[int] = []
-    for step in range(count):
-        place = int(np.argmax(left))
-        if left[place] < 1e-4:
-            break
-        column = np.exp(-0.5 * cdist(samples, samples[[place]], "sqeuclidean")[:, 0] / length**2)
-        column = column - factor[:, :step] @ factor[place, :step]
-        factor[:, step] = column / np.sqrt(left[place])
-        left = np.maximum(left - factor[:, step] ** 2, 0.0)
-        chosen.append(place)
-    return np.asarray(samples[chosen])
-
-
-def _root(places: Array, length: float) -> Array:
-    """Return what turns the bumps at some places into independent ones of unit size."""
-    gram = np.exp(-0.5 * cdist(places, places, "sqeuclidean") / length**2)
-    values, vectors = np.linalg.eigh(gram + JITTER * np.eye(len(places)))
-    return np.asarray(vectors / np.sqrt(values))
-
-
-def _basis(
-    samples: Array, shift: Array, places: Array, length: float, size: float, root: Array
-) -> Array:
-    bumps = np.exp(-0.5 * cdist(samples, places, "sqeuclidean") / length**2)
-    return np.hstack([samples - shift, size * bumps @ root])

@@ -11,7 +11,7 @@ import numpy as np
 
 from fmu_compensator.fit.error_models.base import FittedModel, Task
 from fmu_compensator.fit.error_models.options import refuse_poor, refuse_unknown, within
-from fmu_compensator.fit.training import Array, TrainingRun, sensor_noise
+from fmu_compensator.fit.training import Array, TrainingRun
 from measurement.errors import BadInput
 from studies.fit.by_run import NormalEquations, Solution
 from studies.fit.lagged import blocks_of, features, start_range
@@ -64,15 +64,12 @@ class ThermalStates(FittedModel):
         Lowest, usual and highest level at the start [K].
     coefficients : array (m, k + lags * (2 k + 2))
         Weights of rises, then for each lag of lagged rises, levels, and speed and its square.
-    walk, noise : array (m,)
-        Of the bias that measurements correct [um^2/h], [um^2].
     diagnostics : dict
         What was chosen, and how well it did on runs left out.
     """
 
     title = "Ridge on thermal states"
     history = True
-    uses_measured = True
     usual_form = "level"
     usual_points = "all"
 
@@ -81,12 +78,9 @@ class ThermalStates(FittedModel):
         lags_s: Sequence[float],
         start: tuple[Array, Array, Array],
         coefficients: Array,
-        walk: Array,
-        noise: Array,
         diagnostics: dict[str, Any],
     ) -> None:
         self.lags_s, self.start, self.coefficients = list(lags_s), start, coefficients
-        self.walk, self.noise = walk, noise
         self._diagnostics = diagnostics
 
     @classmethod
@@ -168,9 +162,6 @@ class ThermalStates(FittedModel):
                     at = inputs + lags.index(lag) * block
                     row[at : at + block] += part
         chosen = [max(mix, key=lambda part: part[0])[1] for mix in mixes]
-        left_out = np.array([np.median(one.solution.left_out_rms) for one in chosen])
-        # The error of an unseen run wanders to its usual size within an hour.
-        walk = np.where(np.isfinite(left_out), left_out, 1.0) ** 2
         names = [run.name for run in task.runs]
         diagnostics = {
             "speed": uses_speed,
@@ -188,31 +179,12 @@ class ThermalStates(FittedModel):
                 for name, one, mix in zip(task.target_names, chosen, mixes, strict=True)
             },
         }
-        start = start_range(task.runs)
-        noise = sensor_noise(task.runs, len(chosen))
-        return cls(lags, start, coefficients, np.maximum(walk, 1e-6), noise, diagnostics)
+        return cls(lags, start_range(task.runs), coefficients, diagnostics)
 
     def predict(self, run: TrainingRun, measured: Array | None = None) -> Array:
         """Return the targets predicted for a run, shape (n, m) [um, urad]."""
         regressors = features(run, self.lags_s, uses_speed=True, start=self.start)
-        raw = regressors @ self.coefficients.T
-        if measured is None:
-            return np.asarray(raw)
-        return np.asarray(raw + self._biases(run.time_s, measured - raw))
-
-    def _biases(self, time_s: Array, missed: Array) -> Array:
-        """Return the bias in force at each row: a Kalman filter of a random walk."""
-        hours = np.diff(time_s, prepend=time_s[0]) / 3600.0
-        bias, variance = np.zeros(missed.shape[1]), np.zeros(missed.shape[1])
-        biases = np.zeros_like(missed)
-        for k in range(1, len(missed)):
-            if np.isfinite(missed[k - 1]).all():
-                gain = variance / (variance + self.noise)
-                bias = bias + gain * (missed[k - 1] - bias)
-                variance = variance * (1.0 - gain)
-            variance = variance + self.walk * hours[k]
-            biases[k] = bias
-        return biases
+        return np.asarray(regressors @ self.coefficients.T)
 
     def table(self) -> dict[str, Any]:
         """Return the numbers for the compensator file."""
@@ -231,8 +203,6 @@ class ThermalStates(FittedModel):
             "start_high": self.start[2].tolist(),
             "direct": self.coefficients[:, :inputs].tolist(),
             **parts,
-            "walk": self.walk.tolist(),
-            "noise": self.noise.tolist(),
         }
 
     def report(self) -> dict[str, Any]:

@@ -1,8 +1,7 @@
-/* Weighted sum of rises, lagged rises, lagged levels and lagged speeds, plus a bias.
+/* Weighted sum of rises, lagged rises, lagged levels and lagged speeds.
 
-   State: started, the speed of the sample before [1000 rpm], the first inputs, their shifts, the
-   raw prediction, the bias and its variance per target, then the lagged values of each lag: rises,
-   levels, speed and its square. */
+   State: started, the speed of the sample before [1000 rpm], the first inputs, their shifts,
+   then the lagged values of each lag: rises, levels, speed and its square. */
 #include <math.h>
 #include <string.h>
 
@@ -18,14 +17,14 @@ struct lag {
 struct thermal_states {
     struct error_model base;
     size_t inputs, targets, lags;
-    const double *start_low, *start_usual, *start_high, *direct, *walk, *noise;
+    const double *start_low, *start_usual, *start_high, *direct;
     struct lag *lag;
     double *rises, *levels, *sorted; /* of one sample */
 };
 
 /* The parts of the state. */
 struct memory {
-    double *speed, *first, *shift, *raw, *bias, *variance, *lagged;
+    double *speed, *first, *shift, *lagged;
 };
 
 static struct memory memory_of(const struct thermal_states *self, double *state)
@@ -34,10 +33,7 @@ static struct memory memory_of(const struct thermal_states *self, double *state)
     memory.speed = state + 1;
     memory.first = state + 2;
     memory.shift = memory.first + self->inputs;
-    memory.raw = memory.shift + self->inputs;
-    memory.bias = memory.raw + self->targets;
-    memory.variance = memory.bias + self->targets;
-    memory.lagged = memory.variance + self->targets;
+    memory.lagged = memory.shift + self->inputs;
     return memory;
 }
 
@@ -74,13 +70,11 @@ static struct error_model *make(
     self->start_usual = field_numbers(setup, table, "start_usual", NULL);
     self->start_high = field_numbers(setup, table, "start_high", NULL);
     self->direct = field_matrix(setup, table, "direct", NULL);
-    self->walk = field_numbers(setup, table, "walk", NULL);
-    self->noise = field_numbers(setup, table, "noise", NULL);
     make_lags(setup, table, self);
     self->rises = setup_take(setup, inputs, sizeof(double));
     self->levels = setup_take(setup, inputs, sizeof(double));
     self->sorted = setup_take(setup, inputs, sizeof(double));
-    self->base.states = 2 + 2 * inputs + 3 * targets + self->lags * (2 * inputs + 2);
+    self->base.states = 2 + 2 * inputs + self->lags * (2 * inputs + 2);
     return &self->base;
 }
 
@@ -104,23 +98,6 @@ static void start(const struct thermal_states *self, struct memory *memory, cons
         double level = self->levels[i];
         int usual = self->start_low[i] <= level && level <= self->start_high[i];
         memory->shift[i] = usual ? 0.0 : self->start_usual[i] - level;
-    }
-}
-
-/* Moves the bias towards what the measurement at the sample before says. */
-static void correct(
-    const struct thermal_states *self, struct memory *memory, double elapsed_s,
-    const double *measured)
-{
-    for (size_t target = 0; target < self->targets; target++) {
-        double *variance = &memory->variance[target], *bias = &memory->bias[target];
-        if (measured != NULL) {
-            double gain = *variance / (*variance + self->noise[target]);
-            double missed = measured[target] - memory->raw[target] - *bias;
-            *bias += gain * missed;
-            *variance *= 1.0 - gain;
-        }
-        *variance += self->walk[target] * elapsed_s / 3600.0;
     }
 }
 
@@ -165,7 +142,6 @@ static void predict(
         elapsed_s = 0.0;
         start(self, &memory, sample->inputs);
     }
-    correct(self, &memory, elapsed_s, sample->measured);
     for (size_t i = 0; i < inputs; i++) {
         self->rises[i] = sample->inputs[i] - memory.first[i];
         self->levels[i] = sample->inputs[i] + memory.shift[i];
@@ -182,8 +158,7 @@ static void predict(
     *memory.speed = known_speed(sample->speed, *memory.speed * THERMAL_STATES_SPEED_UNIT)
                     / THERMAL_STATES_SPEED_UNIT;
     for (size_t target = 0; target < self->targets; target++) {
-        memory.raw[target] = weighted(self, memory.lagged, target);
-        targets[target] = memory.raw[target] + memory.bias[target];
+        targets[target] = weighted(self, memory.lagged, target);
     }
 }
 

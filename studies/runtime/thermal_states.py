@@ -14,15 +14,13 @@ SPEED_UNIT = 1000.0  # [rpm]
 
 
 class ThermalStates(ErrorModel):
-    r"""Drift = sum over rises, lagged rises, lagged levels and lagged speeds; plus a bias.
+    r"""Drift = sum over rises, lagged rises, lagged levels and lagged speeds.
 
     .. math::
-        y = A r + \sum_j (B_j L_j[r] + C_j L_j[v] + D_j L_j[(n, n^2)]) + b
+        y = A r + \sum_j (B_j L_j[r] + C_j L_j[v] + D_j L_j[(n, n^2)])
 
     r is the rise of each temperature above its first reading, v its level above the median of the
     chosen temperatures, n the speed in 1000 rpm, and L_j a first-order lag that starts at zero.
-    The bias b is zero until a displacement is measured; then a Kalman filter of a random walk
-    keeps it.
 
     A level that starts outside what training saw at the start is taken for a fault of the sensor
     (calibration, wiring) and shifted to its usual start; so one sensor that reads 30 K high from
@@ -40,11 +38,7 @@ class ThermalStates(ErrorModel):
         B and C [um/K, urad/K].
     speed_lags : list of matrices, targets x 2, one per lag
         D [um per 1000 rpm and its square].
-    walk, noise : list of float, one per target
-        How much the bias wanders [um^2/h], and the variance of a measurement [um^2].
     """
-
-    uses_measured = True
 
     def __init__(
         self,
@@ -56,10 +50,8 @@ class ThermalStates(ErrorModel):
         rise_lags: list[list[list[float]]],
         level_lags: list[list[list[float]]],
         speed_lags: list[list[list[float]]],
-        walk: list[float],
-        noise: list[float],
     ) -> None:
-        self._lags_s, self._walk, self._noise = lags_s, walk, noise
+        self._lags_s = lags_s
         self._start = list(zip(start_low, start_usual, start_high, strict=True))
         self._inputs = len(direct[0])
         # Steps are mostly of one length: the lags' shares of it are worth keeping.
@@ -72,12 +64,10 @@ class ThermalStates(ErrorModel):
                 weights += rise_lags[lag][target] + level_lags[lag][target]
                 weights += speed_lags[lag][target]
             self._weights.append(weights)
-        targets = len(direct)
         self._started = False
         self._speed = 0.0  # of the sample before [1000 rpm]
         self._first, self._shift = [0.0] * self._inputs, [0.0] * self._inputs
         self._lagged = [[0.0] * (2 * self._inputs + 2) for _ in lags_s]
-        self._raw, self._bias, self._variance = ([0.0] * targets for _ in range(3))
 
     @classmethod
     def from_fields(cls, fields: Fields, inputs: int, targets: int) -> ThermalStates:
@@ -89,11 +79,6 @@ class ThermalStates(ErrorModel):
             if not low <= usual <= high:
                 problem = f"{usual:g} is not allowed: from start_low ({low:g}) to start_high"
                 raise fields.refusal(f"start_usual.{index}", f"{problem} ({high:g})")
-        walk, noise = (fields.numbers(key, targets, LARGEST_NUMBER**2) for key in ("walk", "noise"))
-        for key, values in (("walk", walk), ("noise", noise)):
-            for index, value in enumerate(values):
-                if value <= 0.0:
-                    raise fields.refusal(f"{key}.{index}", f"{value:g} is not allowed: above 0")
         return cls(
             lags_s,
             lows,
@@ -103,8 +88,6 @@ class ThermalStates(ErrorModel):
             matrices_by_lag(fields, "rise_lags", len(lags_s), targets, inputs),
             matrices_by_lag(fields, "level_lags", len(lags_s), targets, inputs),
             matrices_by_lag(fields, "speed_lags", len(lags_s), targets, 2),
-            walk,
-            noise,
         )
 
     def predict(
@@ -114,14 +97,13 @@ class ThermalStates(ErrorModel):
         speed: float = 0.0,
         measured: Sequence[float] | None = None,
     ) -> list[float]:
-        """Return the predicted targets."""
+        """Return the predicted targets; measurements have no part in them."""
         if not self._started:
             self._started, self._first, elapsed_s = True, list(inputs), 0.0
             self._shift = [
                 0.0 if low <= level <= high else usual - level
                 for level, (low, usual, high) in zip(_levels(inputs), self._start, strict=True)
             ]
-        self._correct(elapsed_s, measured)
         mended = [value + shift for value, shift in zip(inputs, self._shift, strict=True)]
         rises = [value - first for value, first in zip(inputs, self._first, strict=True)]
         drives = [*rises, *_levels(mended), self._speed, self._speed**2]
@@ -137,48 +119,25 @@ class ThermalStates(ErrorModel):
             self._lagged[lag] = values
             features += values
         self._speed = known_speed(speed, self._speed * SPEED_UNIT) / SPEED_UNIT
-        self._raw = [sum(map(mul, weights, features)) for weights in self._weights]
-        return [raw + bias for raw, bias in zip(self._raw, self._bias, strict=True)]
-
-    def _correct(self, elapsed_s: float, measured: Sequence[float] | None) -> None:
-        """Move the bias towards what the measurement at the sample before says."""
-        for target in range(len(self._bias)):
-            if measured is not None:
-                gain = self._variance[target] / (self._variance[target] + self._noise[target])
-                missed = measured[target] - self._raw[target] - self._bias[target]
-                self._bias[target] += gain * missed
-                self._variance[target] *= 1.0 - gain
-            self._variance[target] += self._walk[target] * elapsed_s / 3600.0
+        return [sum(map(mul, weights, features)) for weights in self._weights]
 
     def reset(self) -> None:
         """Forget everything."""
-        targets = len(self._weights)
         self._started = False
         self._speed = 0.0
         self._first, self._shift = [0.0] * self._inputs, [0.0] * self._inputs
         self._lagged = [[0.0] * (2 * self._inputs + 2) for _ in self._lags_s]
-        self._raw, self._bias, self._variance = ([0.0] * targets for _ in range(3))
 
     def state(self) -> list[float]:
         """Return what is remembered."""
         lagged = [value for values in self._lagged for value in values]
-        return [
-            float(self._started),
-            self._speed,
-            *self._first,
-            *self._shift,
-            *self._raw,
-            *self._bias,
-            *self._variance,
-            *lagged,
-        ]
+        return [float(self._started), self._speed, *self._first, *self._shift, *lagged]
 
     def restore(self, state: Sequence[float]) -> None:
         """Take up the state that `state` returned."""
         values = iter(checked_state(state, len(self.state())))
         self._started, self._speed = bool(next(values)), next(values)
-        own = (self._first, self._shift, self._raw, self._bias, self._variance)
-        for held in (*own, *self._lagged):
+        for held in (self._first, self._shift, *self._lagged):
             held[:] = [next(values) for _ in held]
 
 

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from benchmarks.studies.__main__ import TEMPLATE, page_of
+from benchmarks.studies import __main__ as command
+from benchmarks.studies.__main__ import SEEDS, TEMPLATE, page_of
 from benchmarks.studies.claims import (
     convergence_claim,
     goal_claim,
@@ -37,10 +39,16 @@ from benchmarks.studies.hybrid import (
     tau_table,
     workpiece_table,
 )
-from benchmarks.studies.judge import TOOLS_MM, Score, judge
+from benchmarks.studies.judge import Score, judge
 from benchmarks.studies.machines import COLDER_K, EVERY_S, PROTOCOLS, truth
 from benchmarks.studies.published import BEST, COMPENSATED, FIT, GA_POINTS, TS_GROUPS, UNSEEN
-from benchmarks.studies.tables import by_place, cells_table, elements, goal_table
+from benchmarks.studies.tables import (
+    SEEDS_THAT_REACH,
+    by_place,
+    cells_table,
+    compensation_table,
+    elements,
+)
 from tests.conftest import ROOT
 from tests.docs.test_docs import check_command
 
@@ -73,14 +81,13 @@ def test_the_page_holds_the_text_and_a_table_at_every_place() -> None:
 
 
 def made_up(model: str, eta: float, better: float, seed: int, protocol: str) -> Score:
-    gains = (better,) * 3
-    return Score("study_size", model, protocol, seed, (eta,) * 3, {130.0: gains}, (), {}, 0.0)
+    return Score("study_size", model, protocol, seed, (eta,) * 3, (better,) * 3, (), {}, 0.0)
 
 
 def scores(eta: float, better: float, worst: float, ceiling: float) -> dict[object, list[Score]]:
     found = [
         made_up(model, *(ceiling, ceiling) if model == TRUTH else (eta, one), seed, protocol)
-        for model in (TRUTH, "bayes", *FIT, *COMPENSATED)
+        for model in (TRUTH, *FIT, *COMPENSATED)
         for protocol in PROTOCOLS
         for seed, one in ((1, better), (2, worst))
     ]
@@ -89,20 +96,22 @@ def scores(eta: float, better: float, worst: float, ceiling: float) -> dict[obje
 
 def test_a_cell_is_beaten_only_in_every_seed_and_noise_is_named_where_it_stands_before() -> None:
     lines = cells_table(scores(95.0, 95.0, 60.0, 96.0), "study_size").splitlines()
-    assert len(lines) == 2 + 3 * (len(FIT) + len(UNSEEN) + len(COMPENSATED))
-    yaw = next(line for line in lines if "GA-BP as the study trains it | fit of yaw" in line)
-    assert "| no | noise" in yaw
-    bp_x = next(line for line in lines if "compensated (GA-BP study) X | 62.0" in line)
-    assert "78 (60) of 96" in bp_x
-    assert "| no | the model" in bp_x
-    unseen = next(line for line in lines if "BP as the study trains it | unseen E | 90.0" in line)
-    assert "95 (95) of 96" in unseen
-    assert "spectrum repeated; unseen, like coolant; unseen, other coolant and hall |" in unseen
+    assert len(lines) == 2 + len(FIT) + len(UNSEEN) + len(COMPENSATED)
+    fit = next(line for line in lines if line.startswith("| GA-BP, as GA | fit: E/yaw/pitch"))
+    assert fit.endswith(
+        "| 97.3/97.6/97.7 | 95/95/95 (95/95/95) |  | E noise; yaw noise; pitch noise |"
+    )
+    bp = next(line for line in lines if line.startswith("| BP, as GA | compensated, GA: X/Y/Z"))
+    assert bp.endswith("| 62/76/67 | 78/78/78 (60/60/60) |  | X model; Y model; Z model |")
+    unseen = next(line for line in lines if line.startswith("| BP, as GA | unseen"))
+    assert "| E repeated, like, other; yaw repeated, like, other; pitch" in unseen
 
 
 def test_the_goal_counts_seeds_in_which_all_three_axes_reach_it() -> None:
-    table = goal_table(scores(95.0, max(BEST), max(BEST) - 1.0, 99.0), ["study_size"])
-    assert table.splitlines()[-1].endswith("| 1 of 2 | 1 of 2 | 1 of 2 |")
+    found = scores(95.0, max(BEST), max(BEST) - 1.0, 99.0)
+    lines = compensation_table(found, ["study_size"]).splitlines()
+    assert next(line for line in lines if "MLRA, as TS" in line).endswith("| 1/1/1 |")
+    assert next(line for line in lines if "Ceiling" in line).endswith("|  |")
 
 
 def test_groupings_agree_on_pairs_and_the_claim_counts_what_comes_out() -> None:
@@ -115,7 +124,7 @@ def test_groupings_agree_on_pairs_and_the_claim_counts_what_comes_out() -> None:
     assert "in 1 of 2 cases" in said
     assert "100 % of the pairs" in said
     assert "in 1 of 1" in said
-    assert "| 1 of 2 | T1, T5, T6, T7, T10 | 100 |" in groupings_table(
+    assert "| 1 of 2 | T1,T5,T6,T7,T10 | 100 |" in groupings_table(
         [replace(one, place=place) for one in (study, other) for place in range(5)], TREE
     )
 
@@ -197,10 +206,13 @@ def test_the_hybrid_wins_a_seed_only_in_all_figures_over_all_parts() -> None:
 
 def test_sentences_are_made_of_the_tables_cells() -> None:
     memoryless = ENTRANTS["mlr_all"].title
-    goal = f"| model | here | there |\n| --- | --- | --- |\n| {memoryless} | 6 of 6 | 5 of 6 |"
-    here, there = goal_claim(goal).splitlines()
-    assert here == f"- **here**: 1 of 1 ({memoryless}), 1 of 1 baselines without memory"
-    assert there == "- **there**: 0 of 1, 0 of 1 baselines without memory"
+    goal = (
+        f"| model | here: {SEEDS_THAT_REACH} |\n| --- | --- |\n| {memoryless} | 6/5/6 |\n| x |  |"
+    )
+    repeated, like, other = goal_claim(goal, 6).splitlines()
+    assert repeated == f"- **here, repeated**: 1 of 1 ({memoryless}), 1 of 1 without memory"
+    assert like == "- **here, like**: 0 of 1, 0 of 1 without memory"
+    assert other.startswith("- **here, other**: 1 of 1")
     head = "| model | hidden nodes | iterations to within 1 % of it |\n| --- | --- | --- |\n"
     nodes = [ENTRANTS[name].title for name in ("ga_bp_nodes", "ga_bp_nodes_training")]
     slow, soon = (
@@ -208,12 +220,11 @@ def test_sentences_are_made_of_the_tables_cells() -> None:
     )
     told = convergence_claim(head + slow + "\n" + soon)
     assert f"soonest first: {nodes[1]} 2; {nodes[0]} 7." in told
-    assert f"Nodes found: {nodes[0]} 4; {nodes[1]} 5." in told
-    eta = "| eta | fit | repeated | like | unlike |\n| --- | --- | --- | --- | --- |\n"
+    eta = "| eta | a: fit | a: repeated | a: like | a: other |\n| --- | --- | --- | --- | --- |\n"
     bp, genetic = (ENTRANTS[name].title for name in ("bp_study", "ga_bp_study"))
-    rows = f"| {bp} | 90 (80) / 60 (5) |{' 1 (1) / 1 (1) |' * 3}\n"
-    rows += f"| {genetic} | 92 (1) / 50 (9) |{' 1 (1) / 1 (1) |' * 3}"
-    assert "fit +2 / -10; repeated +0 / +0" in network_claim(eta + rows)
+    rows = f"| {bp} | 90/60 (80/5) |{' 1/1 (1/1) |' * 3}\n"
+    rows += f"| {genetic} | 92/50 (1/9) |{' 1/1 (1/1) |' * 3}"
+    assert "fit +2/-10; repeated +0/+0" in network_claim(eta + rows)
 
 
 def test_what_the_page_says_is_what_its_tables_say() -> None:
@@ -223,8 +234,8 @@ def test_what_the_page_says_is_what_its_tables_say() -> None:
     def table(head: str) -> str:
         return next(one for one in tables if head in one.splitlines()[0])
 
-    assert goal_claim(table("study-sized jig borer: spectrum repeated")) in page
-    assert network_claim(table("eta of E / yaw / pitch")) in page
+    assert goal_claim(table(SEEDS_THAT_REACH), SEEDS) in page
+    assert network_claim(table("eta of E/yaw/pitch")) in page
     assert convergence_claim(table("iterations to within 1 % of it")) in page
     assert tau_claim(table("tau from")) in page
 
@@ -234,9 +245,9 @@ def test_the_page_is_made_of_what_all_jobs_give() -> None:
     done: list[Any] = [
         Score(machine, name, protocol, seed, etas, gains, (40.0, 4.0, 20.0, 2.0), report, 0.1)
         for machine, etas, gains in (
-            ("study_size", (90.0,) * 3, dict.fromkeys(TOOLS_MM, (80.0, 85.0, 90.0))),
-            ("jig_borer", (90.0,) * 3, dict.fromkeys(TOOLS_MM, (80.0, 85.0, 90.0))),
-            ("elements", (90.0,), {}),
+            ("study_size", (90.0,) * 3, (80.0, 85.0, 90.0)),
+            ("jig_borer", (90.0,) * 3, (80.0, 85.0, 90.0)),
+            ("elements", (90.0,), ()),
         )
         for name, entrant in ENTRANTS.items()
         if machine in (entrant.machines or (machine,))
@@ -256,6 +267,17 @@ def test_the_page_is_made_of_what_all_jobs_give() -> None:
     assert "2 seeds, each with its own noise" in page
     assert all(entrant.title in page for entrant in ENTRANTS.values())
     assert "{" not in page
+
+
+def test_one_models_scores_take_the_place_of_its_last_ones(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(command, "KEPT", tmp_path)
+    first, other = (made_up(model, 90.0, 80.0, 1, "like") for model in ("bp", "mlr"))
+    command.keep("judge_all", ("elements", 1), [first, other])
+    again = replace(first, seconds=9.0)
+    command.keep("judge_all", ("elements", 1, "bp"), [again])
+    assert command.kept("judge_all", ("elements", 1)) == [again, other]
 
 
 @pytest.mark.parametrize("one", elements(), ids=lambda one: one["element"])

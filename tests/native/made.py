@@ -124,8 +124,6 @@ def thermal_states(random: Random, inputs: int, targets: int) -> Table:
         "rise_lags": [matrix(random, targets, inputs) for _ in lags],
         "level_lags": [matrix(random, targets, inputs) for _ in lags],
         "speed_lags": [matrix(random, targets, 2, 0.1) for _ in lags],
-        "walk": row(random, targets, 1e-3, 10.0),
-        "noise": row(random, targets, 1e-3, 10.0),
     }
 
 

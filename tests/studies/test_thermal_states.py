@@ -90,17 +90,6 @@ def test_rows_without_targets_still_count_as_history() -> None:
     assert rms(gappy.predict(unseen) - whole.predict(unseen)) < 0.05 * rms(unseen.targets)
 
 
-def test_a_measured_bias_is_taken_up_and_kept() -> None:
-    fitted = ThermalStates.fit(task_of([hysteresis_run(seed) for seed in range(4)], "level"))
-    unseen = hysteresis_run(22)
-    measured = np.full_like(unseen.targets, np.nan)
-    measured[100] = fitted.predict(unseen)[100] + 6.0
-    moved = (fitted.predict(unseen, measured) - fitted.predict(unseen))[:, 0]
-    assert (moved[:101] == 0.0).all()
-    assert 0.0 < moved[101] <= 6.0
-    assert moved[101:] == pytest.approx(moved[101])
-
-
 @pytest.mark.parametrize(
     ("options", "told"),
     [
