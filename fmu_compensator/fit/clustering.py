@@ -46,7 +46,7 @@ def hierarchical(series: Array, clusters: int) -> list[list[int]]:
     if series.shape[1] == 1:
         return [[0]]
     label = fcluster(_monotonic(centroid_linkage(series)), clusters, criterion="maxclust")
-    return _grouped(label)
+    return grouped(label)
 
 
 def _monotonic(tree: Array) -> Array:
@@ -74,7 +74,7 @@ class FuzzyClusters:
     @property
     def groups(self) -> list[list[int]]:
         """The columns grouped by their largest membership; clusters without any are left out."""
-        return _grouped(self.membership.argmax(axis=1))
+        return grouped(self.membership.argmax(axis=1))
 
 
 def fuzzy_c_means(
@@ -126,7 +126,14 @@ def fuzzy_c_means(
     return FuzzyClusters(membership, centres)
 
 
-def _grouped(label: NDArray[np.integer]) -> list[list[int]]:
+def grouped(label: NDArray[np.integer]) -> list[list[int]]:
+    """Return the columns of each label, in the order of their first column.
+
+    Parameters
+    ----------
+    label : array of int, shape (m,)
+        One a column.
+    """
     found: dict[int, list[int]] = {}
     for column, group in enumerate(label.tolist()):
         found.setdefault(group, []).append(column)

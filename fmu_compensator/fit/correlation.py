@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
@@ -24,10 +25,7 @@ def pearson(series: Array, error: Array) -> Array:
     error : array (n,)
         Error [um, urad].
     """
-    x, y = series - series.mean(axis=0), error - error.mean()
-    size = np.sqrt(np.sum(x**2, axis=0) * np.sum(y**2))
-    with np.errstate(invalid="ignore", divide="ignore"):
-        return np.asarray(np.where(size > 0.0, x.T @ y / size, np.nan))
+    return np.asarray(pd.DataFrame(series).corrwith(pd.Series(error)), dtype=np.float64)
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
+from fmu_compensator.fit.clustering import grouped
+
 Array = NDArray[np.float64]
 
 
@@ -166,10 +168,7 @@ def groups(degree: Array, threshold: float = 0.9) -> list[list[int]]:
     Groups come in the order of their first column.
     """
     _, label = connected_components(degree >= threshold, directed=False)
-    found: dict[int, list[int]] = {}
-    for column, group in enumerate(label.tolist()):
-        found.setdefault(group, []).append(column)
-    return sorted(found.values())
+    return grouped(label)
 
 
 def relational_degree(

@@ -13,12 +13,17 @@ from fmu_compensator.fit.error_models.options import refuse_poor, refuse_unknown
 from fmu_compensator.fit.training import Array, TrainingRun
 from fmu_compensator.runtime.ticks import ticks
 from measurement.errors import BadInput, shown
-from studies.fit.by_run import Block, NormalEquations, Solution
+from studies.fit.by_run import (
+    FEWEST_ROWS,
+    FEWEST_TO_LEAVE_OUT,
+    Block,
+    NormalEquations,
+    Solution,
+)
 
 MEMORIES_S = (0.0, 600.0, 1800.0, 3600.0, 7200.0, 14_400.0)
 """Time constants of the pole to choose from [s]; 0 is a map without memory."""
 PENALTY = 1e-5
-FEWEST_ROWS = 30
 THIN_TO = 120
 SHORTEST_STEP_S = 10.0
 ESTIMATORS = ("simulation", "prediction", "armax")
@@ -211,7 +216,11 @@ def _by_simulation(
                 hours = (run.time_s[rows] - run.time_s[0]) / 3600.0
                 blocks.append(Block(hours, x[rows], run.targets[rows][:, [target]]))
         solution = NormalEquations(blocks, 0.0).solve(0, PENALTY, robust=False)
-        score = solution.score if len(blocks) > 2 else _aic(blocks, solution, numbers)
+        score = (
+            solution.score
+            if len(blocks) >= FEWEST_TO_LEAVE_OUT
+            else _aic(blocks, solution, numbers)
+        )
         if best is None or score < best[0]:
             best = score, pole, solution.coefficients
     assert best is not None

@@ -9,13 +9,10 @@ import numpy as np
 
 from fmu_compensator.fit.error_models.base import Task
 from fmu_compensator.fit.error_models.options import refuse_poor, refuse_unknown
+from studies.fit.by_run import FEWEST_ROWS
 from studies.fit.evidence import SAMPLES_PER_RUN, posterior
 from studies.fit.lagged import blocks_of, start_range
-from studies.fit.thermal_states import (
-    FEWEST_ROWS,
-    ThermalStates,
-    checked_lags,
-)
+from studies.fit.thermal_states import ThermalStates, checked_lags
 
 LAGS_S = ((2400.0,), (600.0, 2400.0, 9600.0))
 """Sets of time constants, of which the evidence takes one [s]."""

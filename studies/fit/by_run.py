@@ -17,12 +17,16 @@ from scipy.linalg import solve_triangular
 
 from fmu_compensator.fit.training import Array
 
+FEWEST_ROWS = 30
+"""With fewer rows no model of a run's drift is fitted [1]: a quarter of an hour at 30 s."""
+FEWEST_TO_LEAVE_OUT, FEWEST_TO_DISTRUST = 3, 4
+"""Runs of which one can be left out to choose by, and of which one can be told to be the odd one
+[1]."""
 ROUNDS = 3
+"""Of trust in the runs and solution in turn [1]."""
 FAINTEST = 1e-7
 """A direction in which all runs together are fainter than this, at unit size of the features, is
 left out: the smallest penalty in use is a hundred times stronger there [1]."""
-FEWEST_RUNS = 4
-"""With fewer runs none can be told to be the odd one."""
 
 
 @dataclass(frozen=True)
@@ -139,7 +143,7 @@ class NormalEquations:
         ridge = penalty * np.eye(gram.shape[1])
         for last in (False,) * (ROUNDS - 1) + (True,) if count > 1 else ():
             rms = self._left_out(target, gram, moment, trust, ridge)
-            if last or not robust or count < FEWEST_RUNS:
+            if last or not robust or count < FEWEST_TO_DISTRUST:
                 break
             usual = np.median(rms) ** 2
             trust = 2.0 * usual / np.maximum(usual + rms**2, 1e-30)

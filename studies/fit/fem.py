@@ -7,7 +7,6 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
@@ -18,10 +17,11 @@ from measurement.errors import BadInput, shown
 from studies.finite_elements import FiniteElementSpindle, read_description
 from studies.finite_elements.films import friction_heat
 from studies.finite_elements.reduce import ReducedRegime, ReducedSpindle
+from studies.fit.by_run import FEWEST_ROWS
+from studies.fit.lagged import held_speed, thinned
 
 SPEEDS = (0.0, 0.06, 0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1.0)
 """Speeds of the regimes, as shares of the highest speed in training [1]."""
-FEWEST_ROWS = 30
 THIN_S = 120.0
 """Rows closer together say the same; they are thinned to this for fitting [s]."""
 PRIOR = np.array([0.4, 0.5, 0.2])
@@ -173,7 +173,7 @@ def responses(
     if len(states) < 2:
         return states
     steps = np.diff(run.time_s)
-    speed = _held_speed(run.speed)[:-1]
+    speed = held_speed(run)[1:]
     different, which = np.unique(speed, return_inverse=True)
     heat = [
         [friction_heat(n, (v, n0, c, w)) for v, n0, c, w in numbers] for n in different.tolist()
@@ -197,12 +197,6 @@ def responses(
     return states
 
 
-def _held_speed(speed: Array) -> Array:
-    """Return the magnitude of the speed, the last one known where it is not; 0 before the first."""
-    known = pd.Series(np.where(np.isfinite(speed), np.abs(speed), np.nan))
-    return np.asarray(known.ffill().fillna(0.0), dtype=np.float64)
-
-
 class _Identification:
     """Factors on films, jackets and capacities by least squares; the drives' shares for each."""
 
@@ -219,7 +213,7 @@ class _Identification:
         self._constant = task.input_form == "absolute"
         # Rows in between are left out of the stepping too: steps are exact while speed stays.
         self._runs = [run.at(_needed(run)) for run in task.runs]
-        self._rows = [_thinned(run) for run in self._runs]
+        self._rows = [thinned(run, THIN_S) for run in self._runs]
         self._target = np.concatenate(
             [run.targets[rows] for run, rows in zip(self._runs, self._rows, strict=True)]
         )
@@ -338,16 +332,7 @@ def _needed(run: TrainingRun) -> NDArray[np.bool_]:
     """Return the rows that a coarse stepping needs: the thinned ones and every change of speed."""
     needed = np.zeros(len(run.time_s), dtype=bool)
     needed[[0, -1]] = True
-    needed[_thinned(run)] = True
+    needed[thinned(run, THIN_S)] = True
     speed = run.speed
     needed[1:] |= ~((speed[1:] == speed[:-1]) | np.isnan(speed[1:]))
     return needed
-
-
-def _thinned(run: TrainingRun) -> NDArray[np.intp]:
-    """Return the rows with targets, no two closer than `THIN_S`."""
-    kept: list[int] = []
-    for row in np.flatnonzero(np.isfinite(run.targets).all(axis=1)):
-        if not kept or run.time_s[row] - run.time_s[kept[-1]] >= THIN_S:
-            kept.append(int(row))
-    return np.array(kept, dtype=np.intp)

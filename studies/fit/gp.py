@@ -12,10 +12,10 @@ from sklearn.kernel_approximation import Nystroem
 from fmu_compensator.fit.error_models.base import FittedModel, Task
 from fmu_compensator.fit.error_models.options import refuse_poor, refuse_unknown, within
 from fmu_compensator.fit.training import Array, TrainingRun
+from studies.fit.by_run import FEWEST_ROWS
 from studies.fit.evidence import Posterior, posterior
 from studies.fit.lagged import THIN_S, lagged, thinned
 
-FEWEST_ROWS = 30
 LAG_S = 2400.0
 CENTRES = 40
 """A step at run time costs as much as there are centres [1]."""

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from fmu_compensator.fit.error_models.base import Task
 from fmu_compensator.fit.training import Array, TrainingRun
@@ -57,11 +58,7 @@ def features(
         low, usual, high = start
         level = _levels(run.inputs[:1])[0]
         mended = mended + np.where((level < low) | (level > high), usual - level, 0.0)
-    speed = np.zeros(len(run.time_s))
-    last = 0.0
-    for k in range(1, len(speed)):  # of the sample before, the last one known
-        last = abs(run.speed[k - 1]) / SPEED_UNIT if np.isfinite(run.speed[k - 1]) else last
-        speed[k] = last
+    speed = held_speed(run) / SPEED_UNIT
     drives = np.column_stack([rises, _levels(mended), speed, speed**2])
     if not uses_speed:
         drives[:, -2:] = 0.0
@@ -94,7 +91,24 @@ def start_range(runs: Sequence[TrainingRun]) -> tuple[Array, Array, Array]:
     return low - margin, np.median(levels, axis=0), high + margin
 
 
-def lagged(drives: Array, elapsed_s: Array, tau_s: float) -> Array:
+def held_speed(run: TrainingRun) -> Array:
+    """Return the speed that held until each row: that of the row before, the last one known.
+
+    Parameters
+    ----------
+    run : TrainingRun
+        Its speeds may be of either sign, or missing.
+
+    Returns
+    -------
+    array, shape (n,)
+        0 before the first that is known [rpm].
+    """
+    known = pd.Series(np.where(np.isfinite(run.speed), np.abs(run.speed), np.nan))
+    return np.asarray(known.shift().ffill().fillna(0.0), dtype=np.float64)
+
+
+def lagged(drives: Array, elapsed_s: Array, tau_s: float | Array) -> Array:
     """Return each column behind a first-order lag that starts at zero, shape of *drives*.
 
     Parameters
@@ -103,8 +117,8 @@ def lagged(drives: Array, elapsed_s: Array, tau_s: float) -> Array:
         What the lag follows, in any unit.
     elapsed_s : array, shape (n,)
         Time since the row before; 0 for the first [s].
-    tau_s : float
-        Time constant [s].
+    tau_s : float or array, shape (n,)
+        Time constant, or that of the step to each row [s].
     """
     shares = -np.expm1(-elapsed_s / tau_s)
     values = np.zeros_like(drives)

@@ -11,10 +11,15 @@ from sklearn.linear_model import lars_path_gram
 from fmu_compensator.fit.error_models.base import Task
 from fmu_compensator.fit.error_models.options import refuse_poor, refuse_unknown
 from fmu_compensator.fit.training import Array
-from studies.fit.by_run import Block, NormalEquations, Solution
+from studies.fit.by_run import (
+    FEWEST_ROWS,
+    FEWEST_TO_LEAVE_OUT,
+    Block,
+    NormalEquations,
+    Solution,
+)
 from studies.fit.lagged import blocks_of
 from studies.fit.thermal_states import (
-    FEWEST_ROWS,
     LAGS_S,
     LagChoice,
     ThermalStates,
@@ -26,7 +31,6 @@ from studies.fit.thermal_states import (
 PENALTIES = tuple(float(value) for value in np.logspace(-0.5, -4.5, 17))
 """Of the largest penalty, beyond which no input is left [1]."""
 WITHOUT_CHOICE = 1e-2
-FEWEST_TO_CHOOSE = 3
 RIDGE = 1e-6  # keeps inputs that copy each other from making the path jump
 
 
@@ -71,7 +75,7 @@ class Lasso(ThermalStates):
         refuse_poor(task, FEWEST_ROWS)
         lag_sets = LAGS_S if lags_s is None else (checked_lags("lasso", lags_s),)
         shares = PENALTIES if penalty is None else (checked_penalty("lasso", penalty, 1.0),)
-        if len(task.runs) < FEWEST_TO_CHOOSE:
+        if len(task.runs) < FEWEST_TO_LEAVE_OUT:
             lag_sets = lag_sets[-2:][:1]
             shares = shares if penalty is not None else (WITHOUT_CHOICE,)
         found: list[list[LagChoice]] = [[] for _ in task.target_names]

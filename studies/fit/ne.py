@@ -12,14 +12,14 @@ from fmu_compensator.fit.error_models.options import refuse_poor, refuse_unknown
 from fmu_compensator.fit.training import Array, TrainingRun, row_weights
 from measurement.errors import BadInput, shown
 from studies.finite_elements import FiniteElementSpindle, read_description
-from studies.fit.lagged import THIN_S
+from studies.fit.by_run import FEWEST_ROWS
+from studies.fit.lagged import THIN_S, held_speed, lagged
 
 MOST_KNOTS = 5
 SHORTEST_TAU_S, LONGEST_TAU_S = 60.0, 36_000.0
 RATIOS = (0.5, 1.0, 2.0)
 """Of the time constant at standstill to the one while turning: air no longer stirred cools less, a
 coolant that runs on cools as before."""
-FEWEST_ROWS = 30
 RIDGE = 1e-6
 STEADY = ("fitted", "fem")
 ROOM_DEGC = 20.0
@@ -142,17 +142,6 @@ class NaturalExponential(FittedModel):
         return self.table()
 
 
-def held_speed(run: TrainingRun) -> Array:
-    """Return the speed that held until each row: that of the row before, the last one known."""
-    speed = np.abs(run.speed)
-    held = np.zeros(len(speed))
-    last = 0.0
-    for k in range(1, len(speed)):
-        last = float(speed[k - 1]) if np.isfinite(speed[k - 1]) else last
-        held[k] = last
-    return held
-
-
 def approach(time_s: Array, held: Array, knots: Array, tau_s: float, stopped_s: float) -> Array:
     """Return how far each speed's steady drift is approached, shape (n, knots) [1]."""
     corners = np.concatenate([[0.0], knots])
@@ -164,13 +153,7 @@ def approach(time_s: Array, held: Array, knots: Array, tau_s: float, stopped_s: 
         ]
     )
     elapsed = np.diff(time_s, prepend=time_s[0])
-    shares = -np.expm1(-elapsed / np.where(held > 0.0, tau_s, stopped_s))
-    values = np.zeros_like(hats)
-    value = np.zeros(hats.shape[1])
-    for k, (hat, part) in enumerate(zip(hats, shares, strict=True)):
-        value = value + part * (hat - value)
-        values[k] = value
-    return values
+    return lagged(hats, elapsed, np.where(held > 0.0, tau_s, stopped_s))
 
 
 def _knots(task: Task, most: int) -> Array:

@@ -13,7 +13,7 @@ from fmu_compensator.fit.error_models.base import FittedModel, Task
 from fmu_compensator.fit.error_models.options import refuse_poor, refuse_unknown, within
 from fmu_compensator.fit.training import Array, TrainingRun
 from measurement.errors import BadInput
-from studies.fit.by_run import NormalEquations, Solution
+from studies.fit.by_run import FEWEST_ROWS, FEWEST_TO_LEAVE_OUT, NormalEquations, Solution
 from studies.fit.lagged import blocks_of, features, start_range
 
 LAGS_S = ((2400.0,), (600.0, 2400.0), (600.0, 2400.0, 9600.0))
@@ -32,9 +32,7 @@ _Choices = tuple[
     tuple[bool, ...],
     tuple[float, ...],
 ]
-FEWEST_TO_CHOOSE = 3
 OPTIONS = ("lags_s", "penalty", "walk", "levels", "referenced", "robust", "speed", "average")
-FEWEST_ROWS = 30
 
 
 @dataclass(frozen=True)
@@ -138,7 +136,7 @@ class ThermalStates(FittedModel):
             REFERENCED if referenced is None else (bool(referenced),),
             PENALTIES if penalty is None else (checked_penalty(kind, penalty, 1e3),),
         )
-        if len(task.runs) < FEWEST_TO_CHOOSE:
+        if len(task.runs) < FEWEST_TO_LEAVE_OUT:
             lag_sets, with_levels, walks, noises, penalties = choices
             few = lag_sets[-2:][:1], with_levels[-1:], walks[-2:][:1]
             choices = (*few, noises[-1:], penalties[-3:][:1])

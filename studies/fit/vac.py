@@ -14,6 +14,7 @@ from fmu_compensator.fit.error_models.base import FittedModel, Task
 from fmu_compensator.fit.error_models.options import refuse_poor, refuse_unknown, within
 from fmu_compensator.fit.training import Array, TrainingRun
 from measurement.errors import BadInput, shown
+from studies.fit.by_run import FEWEST_ROWS, FEWEST_TO_LEAVE_OUT
 from studies.runtime.vac import CONDITIONS, SAME_SPEED_SHARE, STILL_RPM
 
 COMBINATIONS = ("cosine", "least_squares", "adaptive")
@@ -21,10 +22,7 @@ STUDY = ("mlr", "ne", "fem")
 WITHOUT_SPEED = ("mlr", "arx", "bp")
 SETTLE_S, BLEND_S, MEMORY_S = 3600.0, 600.0, 3600.0
 MOST_FOLDS = 3
-FEWEST_RUNS_TO_LEAVE_OUT = 3
-FEWEST_ROWS = 50
-FEWEST_OF_CONDITION = 30
-"""With fewer rows a condition takes the weights of all."""
+FEWEST_ROWS_TO_WEIGH = 50
 
 
 class VectorAngleCosine(FittedModel):
@@ -109,12 +107,12 @@ class VectorAngleCosine(FittedModel):
         if combination not in COMBINATIONS:
             problem = f"{shown(combination)} is not allowed: {', '.join(COMBINATIONS)}"
             raise BadInput("vac", "combination", problem)
-        refuse_poor(task, FEWEST_ROWS)
+        refuse_poor(task, FEWEST_ROWS_TO_WEIGH)
         kinds = _constituents(models, task)
         within("vac", "seed", seed, 0, 2**31)
         given = _part_options(parts, kinds, seed)
         fitted = [_fitted(kind, task, given) for kind in kinds]
-        use_held_out = held_out and len(task.runs) >= FEWEST_RUNS_TO_LEAVE_OUT
+        use_held_out = held_out and len(task.runs) >= FEWEST_TO_LEAVE_OUT
         predicted = (
             _predicted_left_out(kinds, task, given)
             if use_held_out
@@ -207,7 +205,7 @@ class _Rows:
             return weights, np.zeros((0, models))
         for number, name in enumerate(CONDITIONS):
             rows = self._condition == number
-            if rows.sum() >= FEWEST_OF_CONDITION:
+            if rows.sum() >= FEWEST_ROWS:  # else it takes the weights of all
                 weights[name] = np.array([self._solved(t, rows) for t in range(targets)])
         missed = (self._targets[:, :, None] - self._parts) ** 2
         prior = np.average(missed, axis=0, weights=self._weight)
