@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from xml.etree import ElementTree as ET
 
-from fmu_packaging.layered import NAMESPACE
+from fmu_packaging.xml_files import manifest, xml_file
 
 NAME, VERSION = "org.fmi-standard.fmi-ls-bus", "1.0.0"
 MANIFEST = f"extra/{NAME}/fmi-ls-manifest.xml"
@@ -110,9 +110,6 @@ class BusTerminal:
 
 def bus_manifest() -> bytes:
     """Return the manifest of the layered standard."""
-    ET.register_namespace("fmi-ls", NAMESPACE)
-    facts = {"name": NAME, "version": VERSION, "description": DESCRIPTION}
-    attributes = {f"{{{NAMESPACE}}}fmi-ls-{key}": value for key, value in facts.items()}
-    root = ET.Element("fmiLayeredStandardManifest", attributes | {"isBusSimulationFMU": "false"})
-    body: bytes = ET.tostring(root, encoding="UTF-8", xml_declaration=True)
-    return body + b"\n"
+    root = manifest("fmiLayeredStandardManifest", NAME, VERSION, DESCRIPTION)
+    root.set("isBusSimulationFMU", "false")
+    return xml_file(root)

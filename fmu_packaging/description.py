@@ -10,6 +10,7 @@ from fmu_packaging.bus_terminal import BusTerminal
 from fmu_packaging.slave import DriftSlave
 from fmu_packaging.units import BASES, DISPLAY, base_unit, fmi_name, quantity
 from fmu_packaging.variables import ZERO, Value, Variable
+from fmu_packaging.xml_files import xml_file
 
 PINNED_DATE = "2024-01-01T00:00:00Z"
 """The same content must give the same bytes, so the date says nothing about the day of a build."""
@@ -112,23 +113,8 @@ def model_description(
         For a variable with a unit that is not understood.
     """
     variables = described(slave, program)
-    root = ET.Element(
-        "fmiModelDescription",
-        {
-            "fmiVersion": "2.0",
-            "modelName": identity.name,
-            "guid": guid,
-            "description": identity.description,
-            "author": identity.author,
-            "version": identity.version,
-            "copyright": identity.copyright,
-            "license": identity.licence,
-            "generationTool": f"spindle-drift {identity.version} with {program.tool}",
-            "generationDateAndTime": PINNED_DATE,
-            "variableNamingConvention": "structured",
-            "numberOfEventIndicators": "0",
-        },
-    )
+    root = head(identity, program, "2.0", "guid", guid)
+    root.set("numberOfEventIndicators", "0")
     for kind in interfaces(variables):
         _interface(root, kind, identity, program)
     unit_definitions(root, variables)
@@ -144,9 +130,27 @@ def model_description(
             state = names.index(derivative.derivative_of) + 1
             listed[place][0].set("derivative", str(state))
     root.append(_structure(variables))
-    ET.indent(root)
-    body: bytes = ET.tostring(root, encoding="UTF-8", xml_declaration=True)
-    return body + b"\n"
+    return xml_file(root)
+
+
+def head(identity: Identity, program: Program, fmi: str, key: str, guid: str) -> ET.Element:
+    """Return the root of a description; *key* is what this version of FMI calls the GUID."""
+    return ET.Element(
+        "fmiModelDescription",
+        {
+            "fmiVersion": fmi,
+            "modelName": identity.name,
+            key: guid,
+            "description": identity.description,
+            "author": identity.author,
+            "version": identity.version,
+            "copyright": identity.copyright,
+            "license": identity.licence,
+            "generationTool": f"spindle-drift {identity.version} with {program.tool}",
+            "generationDateAndTime": PINNED_DATE,
+            "variableNamingConvention": "structured",
+        },
+    )
 
 
 def described(slave: DriftSlave, program: Program) -> list[Variable]:
@@ -275,15 +279,27 @@ def unit_definitions(
             ET.SubElement(unit, "DisplayUnit", display)
 
 
+def named(variable: Variable, reference: int) -> dict[str, str]:
+    """Return the attributes that every variable has."""
+    return {
+        "name": variable.name,
+        "valueReference": str(reference),
+        "description": variable.description,
+        "causality": variable.causality,
+        "variability": str(variable.variability),
+    }
+
+
+def start_of(variable: Variable) -> str:
+    """Return a variable's start value; zero, false or empty where it has none."""
+    return number(ZERO[variable.kind] if variable.start is None else variable.start)
+
+
 def _scalar_variable(variable: Variable, reference: int, kind: str) -> ET.Element:
     element = ET.Element(
         "ScalarVariable",
         {
-            "name": variable.name,
-            "valueReference": str(reference),
-            "description": variable.description,
-            "causality": variable.causality,
-            "variability": str(variable.variability),
+            **named(variable, reference),
             # An input has no such attribute: its start value is always exact.
             **({"initial": "calculated"} if variable.is_computed else {}),
             **({"initial": "exact"} if variable.is_parameter else {}),
@@ -294,9 +310,7 @@ def _scalar_variable(variable: Variable, reference: int, kind: str) -> ET.Elemen
         attributes |= measure(variable)
     attributes |= bounds(variable)
     if not variable.is_computed:
-        attributes["start"] = number(
-            ZERO[variable.kind] if variable.start is None else variable.start
-        )
+        attributes["start"] = start_of(variable)
     ET.SubElement(element, variable.kind.capitalize(), attributes)
     return element
 

@@ -7,24 +7,27 @@ from xml.etree import ElementTree as ET
 
 from fmu_packaging.bus_terminal import BusTerminal
 from fmu_packaging.description import (
-    PINNED_DATE,
     Identity,
     Program,
     bounds,
     dependencies,
     described,
     experiment,
+    head,
     initial_unknowns,
     interfaces,
     log_categories,
     measure,
+    named,
     number,
+    start_of,
     type_definitions,
     type_of,
     unit_definitions,
 )
 from fmu_packaging.slave import DriftSlave
-from fmu_packaging.variables import ZERO, Variable
+from fmu_packaging.variables import Variable
+from fmu_packaging.xml_files import xml_file
 
 TYPES = {"real": "Float64", "integer": "Int32", "boolean": "Boolean", "string": "String"}
 TIME = "time"
@@ -73,22 +76,7 @@ def model_description3(
         For a variable with a unit that is not understood.
     """
     variables = described(slave, program)
-    root = ET.Element(
-        "fmiModelDescription",
-        {
-            "fmiVersion": "3.0",
-            "modelName": identity.name,
-            "instantiationToken": token,
-            "description": identity.description,
-            "author": identity.author,
-            "version": identity.version,
-            "copyright": identity.copyright,
-            "license": identity.licence,
-            "generationTool": f"spindle-drift {identity.version} with {program.tool}",
-            "generationDateAndTime": PINNED_DATE,
-            "variableNamingConvention": "structured",
-        },
-    )
+    root = head(identity, program, "3.0", "instantiationToken", token)
     attributes = {"needsExecutionTool": number(program.needs_host), **CAPABILITIES}
     for kind in interfaces(variables):
         facts = {"modelIdentifier": identity.name, **attributes, **KINDS[kind]}
@@ -113,9 +101,7 @@ def model_description3(
         listed.extend(program.bus.variables(references[TIME] + 1))
         structure.insert(0, program.bus.output(references[TIME] + 1))
     root.append(structure)
-    ET.indent(root)
-    body: bytes = ET.tostring(root, encoding="UTF-8", xml_declaration=True)
-    return body + b"\n"
+    return xml_file(root)
 
 
 def build_description(identity: Identity, program: Program) -> bytes:
@@ -134,9 +120,7 @@ def build_description(identity: Identity, program: Program) -> bytes:
     for path in program.sources:
         ET.SubElement(sources, "SourceFile", {"name": path})
     ET.SubElement(configuration, "Library", {"name": "m", "external": "true"})
-    ET.indent(root)
-    body: bytes = ET.tostring(root, encoding="UTF-8", xml_declaration=True)
-    return body + b"\n"
+    return xml_file(root)
 
 
 def terminals(slave: DriftSlave, bus: BusTerminal | None = None) -> bytes:
@@ -171,19 +155,11 @@ def terminals(slave: DriftSlave, bus: BusTerminal | None = None) -> bytes:
             ET.SubElement(terminal, "TerminalMemberVariable", facts | {"variableKind": "signal"})
     if bus is not None:
         listed.append(bus.terminal())
-    ET.indent(root)
-    body: bytes = ET.tostring(root, encoding="UTF-8", xml_declaration=True)
-    return body + b"\n"
+    return xml_file(root)
 
 
 def _variable(variable: Variable, reference: int, kind: str) -> ET.Element:
-    attributes = {
-        "name": variable.name,
-        "valueReference": str(reference),
-        "description": variable.description,
-        "causality": variable.causality,
-        "variability": str(variable.variability),
-    }
+    attributes = named(variable, reference)
     if variable.causality != "input":
         attributes["initial"] = "calculated" if variable.is_computed else "exact"
     if kind:
@@ -193,7 +169,7 @@ def _variable(variable: Variable, reference: int, kind: str) -> ET.Element:
     attributes |= bounds(variable)
     element = ET.Element(TYPES[variable.kind], attributes)
     if not variable.is_computed:
-        start = number(ZERO[variable.kind] if variable.start is None else variable.start)
+        start = start_of(variable)
         if variable.kind == "string":
             ET.SubElement(element, "Start", {"value": start})
         else:

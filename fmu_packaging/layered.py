@@ -10,10 +10,11 @@ import hashlib
 from collections.abc import Mapping
 from xml.etree import ElementTree as ET
 
+from fmu_packaging.xml_files import manifest, xml_file
+
 NAME, VERSION = "org.fmi-standard.fmi-ls-ref", "1.0.0-alpha.1"
 FOLDER = f"extra/{NAME}"
 MANIFEST = f"{FOLDER}/fmi-ls-manifest.xml"
-NAMESPACE = "http://fmi-standard.org/fmi-ls-manifest"
 EXPERIMENT = "application/x-ma-hs-experiments"
 DESCRIPTION = "Layered Standard providing information on related files included in an FMU."
 """As the schema of the manifest wants it, word for word."""
@@ -61,14 +62,11 @@ def _experiments(name: str, stop_s: float, step_s: float) -> bytes:
     ET.SubElement(experiment, "TransientSimulation", times)
     ET.SubElement(experiment, "Stimuli", {"source": f"{name}_in.csv"})
     ET.SubElement(experiment, "References", {"source": f"{name}_ref.csv"})
-    return _text(root)
+    return xml_file(root)
 
 
 def _manifest(listed: Mapping[str, tuple[str, str, str]], files: Mapping[str, bytes]) -> bytes:
-    ET.register_namespace("fmi-ls", NAMESPACE)
-    facts = {"name": NAME, "version": VERSION, "description": DESCRIPTION}
-    attributes = {f"{{{NAMESPACE}}}fmi-ls-{key}": value for key, value in facts.items()}
-    root = ET.Element("fmiReferences", attributes)
+    root = manifest("fmiReferences", NAME, VERSION, DESCRIPTION)
     for path, (kind, role, description) in listed.items():
         inside = path.startswith(f"{FOLDER}/")
         facts = {
@@ -79,10 +77,4 @@ def _manifest(listed: Mapping[str, tuple[str, str, str]], files: Mapping[str, by
             "checksum": hashlib.sha3_256(files[path]).hexdigest(),
         }
         ET.SubElement(root, "Related", facts)
-    return _text(root)
-
-
-def _text(root: ET.Element) -> bytes:
-    ET.indent(root)
-    body: bytes = ET.tostring(root, encoding="UTF-8", xml_declaration=True)
-    return body + b"\n"
+    return xml_file(root)

@@ -33,29 +33,17 @@ static fmi2Status said(
     return status;
 }
 
-static fmi2Status outcome(const struct component *self, const char *problem)
-{
-    return problem == NULL ? fmi2OK : said(self, fmi2Error, "", problem);
-}
+#define FMI(name) fmi2##name
+#define FMI_INSTANCE fmi2Component
+#define FMI_STATE(before, after) fmi2##before##FMUstate##after
+#define FMI_STATE_OF_BYTES fmi2DeSerializeFMUstate
 
-/* Whether a call lacks its instance, or the place that its result or its values come to. */
-static bool incomplete(const struct component *self, const void *place)
-{
-    return outcome(self, self == NULL || place == NULL ? "a null pointer" : NULL) != fmi2OK;
-}
+#include "calls.h"
 
 /* The same for a call with rows of values, which may be empty. */
 static bool without(const struct component *self, const void *refs, const void *values, size_t count)
 {
     return incomplete(self, count == 0 || (refs != NULL && values != NULL) ? self : NULL);
-}
-
-static fmi2Status variable_outcome(
-    const struct component *self, fmi2ValueReference ref, const char *problem)
-{
-    char about[80];
-    snprintf(about, sizeof about, "value reference %u: ", ref);
-    return said(self, fmi2Error, about, problem);
 }
 
 const char *fmi2GetTypesPlatform(void)
@@ -66,17 +54,6 @@ const char *fmi2GetTypesPlatform(void)
 const char *fmi2GetVersion(void)
 {
     return fmi2Version;
-}
-
-fmi2Status fmi2SetDebugLogging(
-    fmi2Component c, fmi2Boolean on, size_t count, const fmi2String categories[])
-{
-    struct component *self = c;
-    if (incomplete(self, self)) {
-        return fmi2Error;
-    }
-    const char *problem = "there is no such log category";
-    return outcome(self, instance_log(&self->logged, on, count, categories) ? NULL : problem);
 }
 
 /* Returns what keeps an instance from being used, NULL for nothing. */
@@ -135,39 +112,12 @@ fmi2Status fmi2SetupExperiment(
 {
     struct component *self = c;
     (void)tolerance_defined, (void)tolerance;
-    if (incomplete(self, self)) {
-        return fmi2Error;
-    }
-    return outcome(self, instance_experiment(self->instance, start, stop_defined, stop));
+    return incomplete(self, self)
+               ? fmi2Error
+               : outcome(self, instance_experiment(self->instance, start, stop_defined, stop));
 }
 
-fmi2Status fmi2EnterInitializationMode(fmi2Component c)
-{
-    struct component *self = c;
-    return incomplete(self, self) ? fmi2Error : outcome(self, instance_initialise(self->instance));
-}
-
-fmi2Status fmi2ExitInitializationMode(fmi2Component c)
-{
-    struct component *self = c;
-    return incomplete(self, self) ? fmi2Error : outcome(self, instance_start(self->instance));
-}
-
-fmi2Status fmi2Terminate(fmi2Component c)
-{
-    struct component *self = c;
-    return incomplete(self, self) ? fmi2Error : outcome(self, instance_terminate(self->instance));
-}
-
-fmi2Status fmi2Reset(fmi2Component c)
-{
-    struct component *self = c;
-    if (incomplete(self, self)) {
-        return fmi2Error;
-    }
-    instance_reset(self->instance);
-    return fmi2OK;
-}
+PASS(fmi2EnterInitializationMode, , self, instance_initialise(self->instance))
 
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real step, fmi2Boolean no_set_state)
 {
@@ -185,8 +135,6 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real step, fmi2Boolean
                            : said(self, fmi2Discard, "the step was not made: ", problem);
 }
 
-#define FMI(name) fmi2##name
-#define FMI_INSTANCE fmi2Component
 #define FMI_DERIVATIVES fmi2GetDerivatives
 #define AND_COUNT
 #define LACKS(self, refs, values, count) without(self, refs, values, count)
@@ -206,81 +154,6 @@ fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *info)
     }
     memset(info, 0, sizeof *info);
     return outcome(self, instance_in_event(self->instance));
-}
-
-fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state)
-{
-    struct component *self = c;
-    if (incomplete(self, state)) {
-        return fmi2Error;
-    }
-    /* A host may hand in a state of before, to be used again. */
-    if (*state == NULL) {
-        *state = instance_state(self->instance);
-    } else {
-        memcpy(*state, self->instance->memory, self->instance->memory_size);
-    }
-    return outcome(self, *state == NULL ? "there is not enough memory for the state" : NULL);
-}
-
-fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state)
-{
-    struct component *self = c;
-    if (incomplete(self, self)) {
-        return fmi2Error;
-    }
-    if (state == NULL) {
-        return outcome(self, "there is no state to continue from");
-    }
-    instance_restore(self->instance, state);
-    return fmi2OK;
-}
-
-fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state)
-{
-    (void)c;
-    if (state != NULL) {
-        memory_give(*state);
-        *state = NULL;
-    }
-    return fmi2OK;
-}
-
-fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_t *size)
-{
-    struct component *self = c;
-    if (incomplete(self, size)) {
-        return fmi2Error;
-    }
-    (void)state;
-    *size = state_bytes_size(self->instance);
-    return fmi2OK;
-}
-
-fmi2Status fmi2SerializeFMUstate(
-    fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size)
-{
-    struct component *self = c;
-    if (incomplete(self, bytes)) {
-        return fmi2Error;
-    }
-    if (state == NULL || size < state_bytes_size(self->instance)) {
-        return outcome(self, "the state does not fit into the bytes given for it");
-    }
-    state_to_bytes(self->instance, state, bytes);
-    return fmi2OK;
-}
-
-fmi2Status fmi2DeSerializeFMUstate(
-    fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state)
-{
-    struct component *self = c;
-    const char *problem = NULL;
-    if (incomplete(self, bytes) || incomplete(self, state)) {
-        return fmi2Error;
-    }
-    *state = state_from_bytes(self->instance, bytes, size, &problem);
-    return outcome(self, problem);
 }
 
 fmi2Status fmi2GetDirectionalDerivative(

@@ -28,16 +28,12 @@ static fmi3Status said(
     return status;
 }
 
-static fmi3Status outcome(const struct component *self, const char *problem)
-{
-    return problem == NULL ? fmi3OK : said(self, fmi3Error, "", problem);
-}
+#define FMI(name) fmi3##name
+#define FMI_INSTANCE fmi3Instance
+#define FMI_STATE(before, after) fmi3##before##FMUState##after
+#define FMI_STATE_OF_BYTES fmi3DeserializeFMUState
 
-/* Whether a call lacks its instance, or the place that its result or its values come to. */
-static bool incomplete(const struct component *self, const void *place)
-{
-    return outcome(self, self == NULL || place == NULL ? "a null pointer" : NULL) != fmi3OK;
-}
+#include "calls.h"
 
 /* No variable is an array, so there are as many values as references. */
 static bool without(
@@ -51,28 +47,9 @@ static bool without(
     return outcome(self, count != value_count ? problem : NULL) != fmi3OK;
 }
 
-static fmi3Status variable_outcome(
-    const struct component *self, fmi3ValueReference ref, const char *problem)
-{
-    char about[80];
-    snprintf(about, sizeof about, "value reference %u: ", (unsigned)ref);
-    return said(self, fmi3Error, about, problem);
-}
-
 const char *fmi3GetVersion(void)
 {
     return fmi3Version;
-}
-
-fmi3Status fmi3SetDebugLogging(
-    fmi3Instance c, fmi3Boolean on, size_t count, const fmi3String categories[])
-{
-    struct component *self = c;
-    if (incomplete(self, self)) {
-        return fmi3Error;
-    }
-    const char *problem = "there is no such log category";
-    return outcome(self, instance_log(&self->logged, on, count, categories) ? NULL : problem);
 }
 
 /* An instance, unless there is a problem with how it is wanted. */
@@ -153,29 +130,6 @@ fmi3Status fmi3EnterInitializationMode(
     return outcome(self, problem != NULL ? problem : instance_initialise(self->instance));
 }
 
-fmi3Status fmi3ExitInitializationMode(fmi3Instance c)
-{
-    struct component *self = c;
-    return incomplete(self, self) ? fmi3Error : outcome(self, instance_start(self->instance));
-}
-
-fmi3Status fmi3Terminate(fmi3Instance c)
-{
-    struct component *self = c;
-    return incomplete(self, self) ? fmi3Error
-                                  : outcome(self, instance_terminate(self->instance));
-}
-
-fmi3Status fmi3Reset(fmi3Instance c)
-{
-    struct component *self = c;
-    if (incomplete(self, self)) {
-        return fmi3Error;
-    }
-    instance_reset(self->instance);
-    return fmi3OK;
-}
-
 fmi3Status fmi3DoStep(
     fmi3Instance c, fmi3Float64 time, fmi3Float64 step, fmi3Boolean no_set_state,
     fmi3Boolean *event_needed, fmi3Boolean *terminate, fmi3Boolean *early_return,
@@ -211,8 +165,6 @@ static const char *get_real(struct instance *self, enum kind kind, size_t ref, d
     return instance_get_real(self, kind, ref, value);
 }
 
-#define FMI(name) fmi3##name
-#define FMI_INSTANCE fmi3Instance
 #define FMI_DERIVATIVES fmi3GetContinuousStateDerivatives
 #define AND_COUNT , size_t value_count
 #define LACKS(self, refs, values, count) without(self, refs, values, count, value_count)
@@ -280,79 +232,4 @@ fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance c, size_t *count)
     }
     *count = 0;
     return fmi3OK;
-}
-
-fmi3Status fmi3GetFMUState(fmi3Instance c, fmi3FMUState *state)
-{
-    struct component *self = c;
-    if (incomplete(self, state)) {
-        return fmi3Error;
-    }
-    /* A host may hand in a state of before, to be used again. */
-    if (*state == NULL) {
-        *state = instance_state(self->instance);
-    } else {
-        memcpy(*state, self->instance->memory, self->instance->memory_size);
-    }
-    return outcome(self, *state == NULL ? "there is not enough memory for the state" : NULL);
-}
-
-fmi3Status fmi3SetFMUState(fmi3Instance c, fmi3FMUState state)
-{
-    struct component *self = c;
-    if (incomplete(self, self)) {
-        return fmi3Error;
-    }
-    if (state == NULL) {
-        return outcome(self, "there is no state to continue from");
-    }
-    instance_restore(self->instance, state);
-    return fmi3OK;
-}
-
-fmi3Status fmi3FreeFMUState(fmi3Instance c, fmi3FMUState *state)
-{
-    (void)c;
-    if (state != NULL) {
-        memory_give(*state);
-        *state = NULL;
-    }
-    return fmi3OK;
-}
-
-fmi3Status fmi3SerializedFMUStateSize(fmi3Instance c, fmi3FMUState state, size_t *size)
-{
-    struct component *self = c;
-    if (incomplete(self, size)) {
-        return fmi3Error;
-    }
-    (void)state;
-    *size = state_bytes_size(self->instance);
-    return fmi3OK;
-}
-
-fmi3Status fmi3SerializeFMUState(
-    fmi3Instance c, fmi3FMUState state, fmi3Byte bytes[], size_t size)
-{
-    struct component *self = c;
-    if (incomplete(self, bytes)) {
-        return fmi3Error;
-    }
-    if (state == NULL || size < state_bytes_size(self->instance)) {
-        return outcome(self, "the state does not fit into the bytes given for it");
-    }
-    state_to_bytes(self->instance, state, bytes);
-    return fmi3OK;
-}
-
-fmi3Status fmi3DeserializeFMUState(
-    fmi3Instance c, const fmi3Byte bytes[], size_t size, fmi3FMUState *state)
-{
-    struct component *self = c;
-    const char *problem = NULL;
-    if (incomplete(self, bytes) || incomplete(self, state)) {
-        return fmi3Error;
-    }
-    *state = state_from_bytes(self->instance, bytes, size, &problem);
-    return outcome(self, problem);
 }

@@ -66,56 +66,34 @@ fmi3Status fmi3GetVariableDependencies(
     return fmi3Error;
 }
 
+#define OF_CLOCKS(name, type)                                                                 \
+    fmi3Status name(                                                                          \
+        fmi3Instance c, const fmi3ValueReference refs[], size_t count, type values[])         \
+    {                                                                                         \
+        (void)c, (void)refs, (void)values;                                                    \
+        return count == 0 ? fmi3OK : fmi3Error;                                               \
+    }
+#define OF_CLOCKS_IN_PARTS(name, type)                                                        \
+    fmi3Status name(                                                                          \
+        fmi3Instance c, const fmi3ValueReference refs[], size_t count, type counters[],       \
+        type resolutions[])                                                                   \
+    {                                                                                         \
+        (void)c, (void)refs, (void)counters, (void)resolutions;                               \
+        return count == 0 ? fmi3OK : fmi3Error;                                               \
+    }
+
+OF_CLOCKS(fmi3GetShiftDecimal, fmi3Float64)
+OF_CLOCKS(fmi3SetShiftDecimal, const fmi3Float64)
+OF_CLOCKS(fmi3SetIntervalDecimal, const fmi3Float64)
+OF_CLOCKS_IN_PARTS(fmi3GetShiftFraction, fmi3UInt64)
+OF_CLOCKS_IN_PARTS(fmi3SetShiftFraction, const fmi3UInt64)
+OF_CLOCKS_IN_PARTS(fmi3SetIntervalFraction, const fmi3UInt64)
+
 fmi3Status fmi3GetIntervalFraction(
     fmi3Instance c, const fmi3ValueReference refs[], size_t count, fmi3UInt64 counters[],
     fmi3UInt64 resolutions[], fmi3IntervalQualifier qualifiers[])
 {
     (void)c, (void)refs, (void)counters, (void)resolutions, (void)qualifiers;
-    return count == 0 ? fmi3OK : fmi3Error;
-}
-
-fmi3Status fmi3GetShiftDecimal(
-    fmi3Instance c, const fmi3ValueReference refs[], size_t count, fmi3Float64 shifts[])
-{
-    (void)c, (void)refs, (void)shifts;
-    return count == 0 ? fmi3OK : fmi3Error;
-}
-
-fmi3Status fmi3GetShiftFraction(
-    fmi3Instance c, const fmi3ValueReference refs[], size_t count, fmi3UInt64 counters[],
-    fmi3UInt64 resolutions[])
-{
-    (void)c, (void)refs, (void)counters, (void)resolutions;
-    return count == 0 ? fmi3OK : fmi3Error;
-}
-
-fmi3Status fmi3SetIntervalDecimal(
-    fmi3Instance c, const fmi3ValueReference refs[], size_t count, const fmi3Float64 intervals[])
-{
-    (void)c, (void)refs, (void)intervals;
-    return count == 0 ? fmi3OK : fmi3Error;
-}
-
-fmi3Status fmi3SetIntervalFraction(
-    fmi3Instance c, const fmi3ValueReference refs[], size_t count, const fmi3UInt64 counters[],
-    const fmi3UInt64 resolutions[])
-{
-    (void)c, (void)refs, (void)counters, (void)resolutions;
-    return count == 0 ? fmi3OK : fmi3Error;
-}
-
-fmi3Status fmi3SetShiftDecimal(
-    fmi3Instance c, const fmi3ValueReference refs[], size_t count, const fmi3Float64 shifts[])
-{
-    (void)c, (void)refs, (void)shifts;
-    return count == 0 ? fmi3OK : fmi3Error;
-}
-
-fmi3Status fmi3SetShiftFraction(
-    fmi3Instance c, const fmi3ValueReference refs[], size_t count, const fmi3UInt64 counters[],
-    const fmi3UInt64 resolutions[])
-{
-    (void)c, (void)refs, (void)counters, (void)resolutions;
     return count == 0 ? fmi3OK : fmi3Error;
 }
 

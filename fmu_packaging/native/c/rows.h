@@ -1,5 +1,5 @@
-/* The rows of values that both versions of FMI pass. The front that includes this says FMI(name),
-   FMI_INSTANCE, AND_COUNT, what stands behind the values, and LACKS, whether something is missing. */
+/* The rows of values that both versions of FMI pass. They go by calls.h; the front that includes
+   this says AND_COUNT, what stands behind the values, and LACKS, whether something is missing. */
 #ifndef ROWS_H
 #define ROWS_H
 
