@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -58,6 +60,11 @@ def shown(machine: Machine, inputs: pd.DataFrame) -> pd.DataFrame:
     return simulate(machine, inputs).run_frame()
 
 
+@cache
+def shown_without(which: Callable[[], Machine], hours: float) -> pd.DataFrame:
+    return shown(which(), hall_run(hours))
+
+
 def test_the_effects_named_here_are_in_the_catalogue() -> None:
     assert len(NAMES) >= 25
     assert {*NEEDS_TORQUE_OR_COOLANT, *NEEDS_NO_PART} <= set(NAMES)
@@ -65,8 +72,7 @@ def test_the_effects_named_here_are_in_the_catalogue() -> None:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_acts_on_a_machine_of_other_names_or_does_nothing(name: str) -> None:
-    machine, inputs = lathe(), hall_run()
-    without, with_it = shown(machine, inputs), shown(with_effects(machine, name), inputs)
+    without, with_it = shown_without(lathe, 1.0), shown(with_effects(lathe(), name), hall_run())
     change = np.abs((with_it - without).to_numpy()).max()
     assert np.isfinite(with_it.to_numpy()).all()
     assert change < 1e-3 if name in NEEDS_TORQUE_OR_COOLANT else change > 1e-3
@@ -74,8 +80,7 @@ def test_acts_on_a_machine_of_other_names_or_does_nothing(name: str) -> None:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_does_nothing_where_there_is_nothing_to_act_on(name: str) -> None:
-    machine, inputs = bare(), hall_run(0.3)
-    without, with_it = shown(machine, inputs), shown(with_effects(machine, name), inputs)
+    without, with_it = shown_without(bare, 0.3), shown(with_effects(bare(), name), hall_run(0.3))
     change = np.abs((with_it - without).to_numpy()).max()
     assert change > 1e-3 if name in NEEDS_NO_PART else change < 1e-9
 
