@@ -28,7 +28,7 @@ MOST_PARTS = 100_000
 """Parts of a step: one of weeks in which something keeps switching is refused, not endless."""
 
 KEPT = 64
-"""Lengths of steps whose weights are kept at once."""
+"""How many of what is worth keeping are kept at once: weights of steps, levels of conductances."""
 
 Forcing = Callable[[float, FloatArray], FloatArray]
 """Of the fraction of the step (0..1) and the state, shape (sets, size): forcing, same shape."""

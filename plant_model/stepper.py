@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from plant_model.axis import AxisOffset
+from plant_model.integrate import KEPT
 from plant_model.level import LevelStepper
 from plant_model.machine import Machine
 from plant_model.network import Network, effects_in_force
@@ -21,9 +22,6 @@ from plant_model.structure import drift_at, pose
 AXES = ("X", "Y", "Z")
 OFFSETS = tuple(f"d{axis}" for axis in AXES)
 AXIS_OUTPUTS = tuple((f"drift_{axis}", f"offset_{axis}", f"error_{axis}") for axis in AXES)
-
-KEPT = 64
-"""Levels of the conductances, and heats of input values, kept at once."""
 
 
 class InputError(ValueError):

@@ -13,15 +13,13 @@ from typing import NamedTuple
 import numpy as np
 
 from measurement.doubts.readings import ASTRAY_PER_K, WRONG
-from measurement.doubts.warming import WARMS_K, rises
+from measurement.doubts.warming import FEWEST_RUNS, WARMS_K, rises
 from measurement.resampling import FloatArray
 from measurement.runs import Run
 
-FEWEST_RUNS = 3
-"""From so many runs on the others say how they scatter."""
 LAG_S = 1800.0
 """What follows the mean late follows the mean of so long before [s]."""
-FINEST_K = 0.2
+PLACED_K = 0.2
 """No thermometer is told apart from another more finely [K]: placing and resolution."""
 SHARED_DEGREES = 4.0
 """The scatter of all thermometers counts as much as so many runs of each [1]: a judgement."""
@@ -68,7 +66,7 @@ def _swap(missed: FloatArray, usual: FloatArray) -> tuple[int, int] | None:
     count = len(missed)
     degrees = len(usual) + SHARED_DEGREES
     shared = SHARED_DEGREES * float(np.median(usual)) ** 2
-    scale = np.sqrt((shared + (usual**2).sum(axis=0)) / degrees + FINEST_K**2)
+    scale = np.sqrt((shared + (usual**2).sum(axis=0)) / degrees + PLACED_K**2)
     log = -0.5 * (degrees + 1) * np.log1p((missed / scale[:, None]) ** 2 / degrees)
     # A thermometer that fits nowhere is astray, and not swapped.
     own = np.maximum(np.diag(log), np.log(scale * ASTRAY_PER_K))

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from measurement.doubts.warming import WARMS_K, rises
+from measurement.doubts.warming import FEWEST_RUNS, WARMS_K, rises
 from measurement.resampling import FloatArray
 from measurement.runs import Run
 
@@ -19,7 +19,6 @@ EXPLAINED = 0.7
 
 On 30 measured runs of a lathe with two displacements this doubts none of the 60 as they are, and
 exactly the one that was turned round in 28 of 60 cases; see the tests of this module."""
-FEWEST_RUNS = 3
 ROWS = 300
 """About so many rows of each run are looked at."""
 DAMPING_K = 1.0

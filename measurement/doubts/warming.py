@@ -11,6 +11,8 @@ from measurement.runs import Run
 
 WARMS_K = 3.0
 """Less warming than this says nothing of a machine [K]."""
+FEWEST_RUNS = 3
+"""From so many runs on the others say what is usual: one against one is no majority."""
 
 
 def rises(run: Run, names: Sequence[str]) -> FloatArray:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
+from plant_model.parameters import Parameter
+
 CLASS = "class value: "
 """What the source of a number begins with that the page leaves out."""
 
@@ -45,14 +47,7 @@ class Known:
 
     def parameter(self, *, free: bool = False) -> dict[str, Any]:
         """Return it as a parameter of a machine file."""
-        table: dict[str, Any] = {
-            "value": self.value,
-            "unit": self.unit,
-            "low": self.low,
-            "high": self.high,
-            "source": self.source,
-        }
-        return table | {"calibrate": True} if free else table
+        return Parameter(self.value, self.unit, self.low, self.high, self.source, free).to_dict()
 
 
 def exact(value: float, unit: str, source: str = "page") -> dict[str, Any]:

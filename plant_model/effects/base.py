@@ -448,7 +448,7 @@ class Effect:
         """
 
 
-BEYOND = 10.0
+TIMES_USUAL = 10.0
 """How many times its usual range an amplitude or a number of a law may reach where physics sets no
 other limit [1]: far enough that the prior of its size decides."""
 
@@ -474,12 +474,13 @@ def possible(effect: type[Effect], parameter: str) -> tuple[float, float]:
     """
     usual = effect.parameters[parameter]
     if parameter != effect.amplitude:
-        free = parameter in effect.law and usual.low > 0.0
-        return (usual.low / BEYOND, usual.high * BEYOND) if free else (usual.low, usual.high)
+        if parameter not in effect.law or usual.low <= 0.0:
+            return usual.low, usual.high
+        return usual.low / TIMES_USUAL, usual.high * TIMES_USUAL
     if effect.physical:
         low, high = effect.physical
         return low, high
-    return BEYOND * min(usual.low, 0.0), BEYOND * max(usual.high, 0.0)
+    return TIMES_USUAL * min(usual.low, 0.0), TIMES_USUAL * max(usual.high, 0.0)
 
 
 def amplitude(
