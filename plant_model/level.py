@@ -72,10 +72,11 @@ class LevelStepper:
         outside : pair of array, shape (K, boundaries)
             Boundary temperatures there [degC].
         """
-        first, last = (
-            part + np.einsum("snb,kb->skn", self._boundary, degc)
-            for part, degc in zip(heat, outside, strict=True)
-        )
+        first = heat[0] + np.einsum("snb,kb->skn", self._boundary, outside[0])
+        # Where a master holds all inputs both ends are one array.
+        last = first
+        if heat[1] is not heat[0] or outside[1] is not outside[0]:
+            last = heat[1] + np.einsum("snb,kb->skn", self._boundary, outside[1])
         if self.network.linear:
             return self._exact(start, steps, held, (first, last), outside)
         out = np.empty((len(start), len(steps), start.shape[1]))
@@ -91,7 +92,10 @@ class LevelStepper:
         network, modes = self.network, self.modes
         nodes = network.node_count
         to_modes = np.swapaxes(modes.to_modes, 1, 2)
-        first, last = (np.matmul(f / network.capacity[:, None, :], to_modes) for f in force)
+        capacity = network.capacity[:, None, :]
+        first = last = np.matmul(force[0] / capacity, to_modes)
+        if force[1] is not force[0]:
+            last = np.matmul(force[1] / capacity, to_modes)
         before = apply(modes.to_modes, start[:, :nodes])
         ends = linear_steps(modes, before, steps, first, last)
         after = np.matmul(ends, np.swapaxes(modes.to_state, 1, 2))

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from plant_model.axis import AxisOffset
+from plant_model.instant import Instant, drift_of
 from plant_model.integrate import KEPT
 from plant_model.level import LevelStepper
 from plant_model.machine import Machine
@@ -16,8 +17,7 @@ from plant_model.network import Network, effects_in_force
 from plant_model.noise import NormalSequence
 from plant_model.parameters import FloatArray, Values
 from plant_model.rest import RestingParts
-from plant_model.sensors import SensorNoise, readings
-from plant_model.structure import drift_at, pose
+from plant_model.sensors import SensorNoise
 
 AXES = ("X", "Y", "Z")
 OFFSETS = tuple(f"d{axis}" for axis in AXES)
@@ -55,6 +55,7 @@ class PlantStepper:
         self.machine = machine
         self.effects = effects_in_force(machine, values)
         self.network = Network(machine, values, self.effects)
+        self._instant = Instant(machine, self.effects, self.network.state_slices())
         self._names = [entry.name for entry in machine.inputs]
         self._boundaries = list(machine.boundary_index)
         self._held = [name for name in self._names if name not in machine.boundary_index]
@@ -166,16 +167,13 @@ class PlantStepper:
 
     def _refresh(self, inputs: Mapping[str, float]) -> None:
         """Compute all outputs for the state as it is."""
-        now, nodes = _arrays(inputs, self._names), self.network.node_count
-        slices, state = self.network.state_slices(), self._state[None, None]
-        temperatures, own = state[..., :nodes], state[..., nodes:]
-        at = pose(self.effects, slices, now, temperatures - self._start, own)
-        time = np.array([self._time])
-        shown = readings(self.machine, self.effects, slices, now, time, temperatures, own, at)
+        pose, shown = self._instant.at(self._state, self._start, inputs, self._time)
+        outputs = dict(zip(self._instant.names, shown.tolist(), strict=True))
         if self._seed is not None:
-            shown = self._noise.added(shown, self._normal.draw()[:, None, None])
-        outputs = {name: float(value[0, 0]) for name, value in shown.items()}
-        drift = drift_at(at, inputs.get("tool_length", 0.0))[0, 0].tolist()
+            exact = dict(zip(self._instant.names, shown[:, None, None], strict=True))
+            noisy = self._noise.added(exact, self._normal.draw()[:, None, None])
+            outputs = {name: float(noisy[name][0, 0]) for name in outputs}
+        drift = drift_of(pose, inputs.get("tool_length", 0.0))
         for axis, (out, moved, left), value in zip(self._axes, AXIS_OUTPUTS, drift, strict=True):
             outputs[out] = value
             outputs[moved] = offset = axis.in_force
