@@ -1,19 +1,281 @@
-"""OPC UA: inputs, outputs and status for the hall, read-only (``--opcua``)."""
+"""OPC UA: inputs, outputs and status for the hall, read-only (``--opcua``).
+
+The server is a separate process and cannot delay the gateway: a thread writes to it, and drops
+lines that the server does not read. If the server is gone, the gateway logs a line and goes on.
+"""
 
 from __future__ import annotations
 
 import argparse
+import contextlib
+import ipaddress
+import json
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from importlib.util import find_spec
+from math import isfinite, nan
 from pathlib import Path
 from typing import TYPE_CHECKING
+from urllib.parse import urlsplit
 
-from gateway.protocols.base import Adapter, Participant, Say
+from gateway.background import Background
+from gateway.protocols.base import Adapter, Participant, Report, Say
 from measurement.errors import BadInput
 
 if TYPE_CHECKING:
+    from gateway.codec import Value
     from gateway.database import Database
     from gateway.unit import CompensatorUnit
 
 DEFAULT_URL = "opc.tcp://127.0.0.1:4840/spindle-drift"
+EVERY_S = 0.5
+"""How often values are updated [s]."""
+ROOM = 20
+"""Most lines that may wait for the server."""
+STATES: dict[str, str] = {
+    "valid": "bool",
+    "status": "int",
+    "status_text": "text",
+    "status_sensor": "int",
+    "reference_known": "bool",
+    "gateway_state": "text",
+    "bus_fault": "text",
+    "trust": "text",
+    "machine_time": "s",
+    "steps": "int",
+    "compensator": "text",
+    "compensator_sha256": "text",
+}
+INFO, GOOD, LOST = 100, 200, 700
+"""Severities of events: a line of the log, valid again, no longer valid."""
+
+
+@dataclass(frozen=True)
+class Security:
+    """The OPC UA server's certificate, and the clients that it accepts.
+
+    Attributes
+    ----------
+    certificate, key : Path
+        The server's own (DER or PEM).
+    trust : Path
+        Folder of the clients' certificates, or of their signers'.
+    """
+
+    certificate: Path
+    key: Path
+    trust: Path
+
+
+def checked_url(url: str, security: Security | None) -> str:
+    """Return a URL that the server may be bound to.
+
+    Parameters
+    ----------
+    url : str
+        ``opc.tcp://HOST:PORT``, with or without a path.
+    security : Security or None
+        Without it, only an address that nobody else on the network reaches is allowed.
+
+    Returns
+    -------
+    str
+        The URL as given.
+
+    Raises
+    ------
+    BadInput
+        If it is not an OPC UA URL, asyncua is not installed, a file is missing, or other computers
+        could read without a certificate.
+    """
+    parts = urlsplit(url)
+    try:
+        port = parts.port
+    except ValueError:
+        port = None
+    if parts.scheme != "opc.tcp" or not parts.hostname or port is None:
+        raise BadInput("--opcua", "", f"{url!r} is not of the form opc.tcp://HOST:PORT")
+    if find_spec("asyncua") is None:
+        raise BadInput("--opcua", "", "needs asyncua: pip install 'spindle-drift[opcua]'")
+    if security is None and not _is_local(parts.hostname):
+        problem = f"{parts.hostname} can be reached by others: give --opcua-cert, --opcua-key and "
+        raise BadInput("--opcua", "", f"{problem}--opcua-trust")
+    if security is not None:
+        for name in ("certificate", "key"):
+            path: Path = getattr(security, name)
+            if not path.is_file():
+                raise BadInput(path, "", f"there is no such {name}")
+        if not security.trust.is_dir():
+            raise BadInput(security.trust, "", "there is no such folder of certificates")
+    return url
+
+
+def _is_local(host: str) -> bool:
+    if host == "localhost":
+        return True
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return False
+
+
+class HallStatus(Participant):
+    """Passes the gateway's values and events to an OPC UA server.
+
+    Parameters
+    ----------
+    url : str
+        From `checked_url`.
+    security : Security or None
+        None: without certificates, for this computer only.
+    unit : CompensatorUnit
+        Says which inputs and outputs there are, and their units.
+    say : callable
+        Takes a line for people.
+    """
+
+    def __init__(
+        self,
+        url: str,
+        security: Security | None,
+        unit: CompensatorUnit,
+        say: Callable[[str], None] = lambda line: None,
+    ) -> None:
+        self._say, self._ended = say, False
+        self._inputs = list(unit.inputs)
+        self._outputs = [name for name in unit.output_names if name not in STATES]
+        self._sent_at = float("-inf")
+        self._before: tuple[object, ...] = ()
+        self._valid: bool | None = None
+        self._server = subprocess.Popen(
+            [sys.executable, "-m", "gateway.opcua_server"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            text=True,
+            encoding="utf-8",
+            # An interrupt of the terminal is the gateway's to deal with.
+            start_new_session=True,
+        )
+        self._lines = Background(ROOM)
+        self._listener = threading.Thread(target=self._listen, daemon=True)
+        self._listener.start()
+        units = {
+            group: {name: unit.unit_of(name) for name in names}
+            for group, names in (("inputs", self._inputs), ("outputs", self._outputs))
+        }
+        files = {name: str(path) for name, path in vars(security).items()} if security else None
+        first = {"url": url, "title": "Gateway", "variables": units | {"state": STATES}}
+        self._write({**first, "security": files})
+        self._url = url
+
+    def tell(
+        self,
+        now: float,
+        inputs: Mapping[str, float],
+        outputs: Mapping[str, float],
+        state: Mapping[str, Value | bool],
+    ) -> None:
+        """Send values every `EVERY_S`, changes of state at once.
+
+        Parameters
+        ----------
+        now : float
+            Monotonic time [s].
+        inputs, outputs : mapping of str to float
+            As the compensator has them.
+        state : mapping
+            The keys of `STATES`.
+        """
+        changed = tuple(state[key] for key in ("valid", "status", "gateway_state", "bus_fault"))
+        if now - self._sent_at < EVERY_S and changed == self._before:
+            return
+        if changed[0] != self._valid and self._valid is not None:
+            text = f"offsets are {'valid' if changed[0] else 'not valid'}: {state['status_text']}"
+            self.event(text, GOOD if changed[0] else LOST)
+        self._sent_at, self._before, self._valid = now, changed, bool(changed[0])
+        measures = {f"inputs.{name}": inputs.get(name, nan) for name in self._inputs}
+        measures |= {f"outputs.{name}": outputs.get(name, nan) for name in self._outputs}
+        values = {name: value if isfinite(value) else None for name, value in measures.items()}
+        self._write({"values": values | {f"state.{key}": state[key] for key in state}})
+
+    def update(self, now: float, report: Callable[[], Report]) -> None:
+        """Send what the gateway does; see `Participant`."""
+        shown = report()
+        self.tell(now, shown.given, shown.outputs, shown.state)
+
+    def hear(self, line: str) -> None:
+        """Send a line for people as an event."""
+        self.event(line)
+
+    def event(self, text: str, severity: int = INFO) -> None:
+        """Send an event."""
+        self._write({"event": text, "severity": severity})
+
+    def _write(self, news: Mapping[str, object]) -> None:
+        if not self._ended:
+            text = json.dumps(news) + "\n"
+            self._lines.do(lambda: self._put(text))
+
+    def _put(self, text: str) -> None:
+        assert self._server.stdin is not None
+        with contextlib.suppress(OSError, ValueError):  # it is gone: the listener says so
+            self._server.stdin.write(text)
+            self._server.stdin.flush()
+
+    def _listen(self) -> None:
+        assert self._server.stdout is not None
+        last = "ended"
+        for line in self._server.stdout:
+            last = line.strip()
+            if last == "ready":
+                self._say(f"OPC UA at {self._url}, read-only")
+        if not self._ended:
+            self._ended = True
+            self._say(f"OPC UA: the server is gone ({last}); the gateway goes on without it")
+
+    def close(self) -> None:
+        """End the server."""
+        self._ended = True
+        if not self._lines.close():
+            self._server.kill()  # it does not take what it is told
+        with contextlib.suppress(OSError, ValueError):
+            assert self._server.stdin is not None
+            self._server.stdin.close()
+        try:
+            self._server.wait(2.0)
+        except subprocess.TimeoutExpired:
+            self._server.kill()
+            self._server.wait(2.0)
+        self._listener.join(2.0)
+        assert self._server.stdout is not None
+        if not self._listener.is_alive():
+            self._server.stdout.close()
+
+
+def security_of(files: Sequence[Path | None]) -> Security | None:
+    """Return the security that certificate, key and trust folder give; None without all three.
+
+    Parameters
+    ----------
+    files : sequence of three Path or None
+        Certificate, key and the folder of trusted certificates.
+
+    Raises
+    ------
+    BadInput
+        If only some are given.
+    """
+    certificate, key, trust = files
+    if certificate and key and trust:
+        return Security(certificate, key, trust)
+    if certificate or key or trust:
+        problem = "needs --opcua-key and --opcua-trust, and they need --opcua-cert"
+        raise BadInput("--opcua-cert", "", problem)
+    return None
 
 
 class OpcUa(Adapter):
@@ -33,8 +295,6 @@ class OpcUa(Adapter):
 
     def check(self) -> None:
         """Refuse a server that is open to others."""
-        from gateway.opcua import checked_url, security_of
-
         args = self.args
         self._security = security_of((args.opcua_cert, args.opcua_key, args.opcua_trust))
         if args.opcua is not None:
@@ -48,6 +308,4 @@ class OpcUa(Adapter):
         """Start the server."""
         if self.args.opcua is None:
             return None
-        from gateway.opcua import HallStatus
-
         return HallStatus(self.args.opcua, self._security, unit, say)

@@ -16,7 +16,7 @@ import pytest
 
 from gateway.database import Database
 from gateway.node import GatewaySettings
-from gateway.opcua import (
+from gateway.protocols.opcua import (
     HallStatus,
     Security,
     checked_url,

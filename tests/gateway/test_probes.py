@@ -11,11 +11,10 @@ import can
 import numpy as np
 import pytest
 
-from gateway.answering import half_widths
 from gateway.database import COMPENSATOR, MACHINE, Database
 from gateway.mapfile import map_path
 from gateway.mapping import read_mapping
-from gateway.node import GatewaySettings
+from gateway.node import GatewaySettings, half_widths
 from gateway.probes import COUNTED, MOST_TRIES, ProbeSender
 from gateway.unit import CompensatorUnit
 from measurement.runs import read_run
