@@ -1,18 +1,105 @@
-"""Checks a map against its compensator before the bus is opened."""
+"""What is wrong with the frames that a map makes, alone and beside a compensator."""
 
 from __future__ import annotations
 
 import json
 import zipfile
+from collections.abc import Collection, Iterator
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from fmpy import read_model_description
 
 from fmu_compensator.runtime.fmi_slave import MODEL_FILE
-from gateway.mapping import Mapping
+from gateway.database import COMPENSATOR, CYCLE, MACHINE, OFFSETS, Database
+from gateway.mapped_signals import own_signals
+from gateway.proof import CHALLENGE, ECHO, PROOF
+from gateway.protection import PROFILE_1
 from measurement.errors import BadInput, one_line
+from measurement.rig import AXES
 from scenarios.wiring import PROBED
+
+if TYPE_CHECKING:
+    from gateway.mapping import Mapping
+
+NEEDED = {
+    MACHINE: ("machine_state", "machine_time", "machine_step", "thermal_state"),
+    COMPENSATOR: ("valid", "gateway_state", "status", "bus_fault", "bus_fault_frame"),
+}
+"""The signals that the two programs themselves need, and the node that sends them."""
+LAST = {MACHINE: "machine_time", COMPENSATOR: "answered_time"}
+"""What the frame that closes a node's cycle must hold."""
+Problem = tuple[str, str]
+"""A place of the map, or a frame, and what is wrong with it."""
+
+
+def check_frames(mapping: Mapping) -> None:
+    """Note what keeps a map's frames from serving any gateway."""
+    form, database = mapping.form, mapping.database
+    if not any(database.has(name) for name in OFFSETS):
+        mapping.say("outputs", f"no offset is sent: none of {', '.join(OFFSETS)}")
+    for name in OFFSETS:
+        unsaid = name in form.outputs and form.outputs[name].when_invalid is None
+        if unsaid and "valid" not in form.outputs:
+            mapping.say(f"outputs.{name}", "needs when_invalid, because no signal carries valid")
+    problems = _of_cycles(database) if database.every_s is None else _of_samples(mapping)
+    if database.every_s is not None or not mapping.problems:  # one thing would lead to another
+        for place, problem in problems:
+            mapping.say(place, problem)
+
+
+def _of_samples(mapping: Mapping) -> Iterator[Problem]:
+    form = mapping.form
+    for kind, specs in (("inputs", form.inputs), ("outputs", form.outputs)):
+        for name in ("machine_time", "machine_step", "answered_time"):
+            if name in specs:
+                yield f"{kind}.{name}", 'has no meaning with frames = "sampled"'
+    if "machine_state" not in form.inputs:
+        problem = 'is missing; constant = "running" for a machine that does not say'
+        yield "inputs.machine_state", problem
+    if not mapping.database.of(MACHINE):
+        yield "inputs", "no frame of the machine is left"
+
+
+def _of_cycles(database: Database) -> Iterator[Problem]:
+    """Yield why frames cannot make cycles."""
+    lost = [
+        (node, f"sends no signal {name}")
+        for node, names in NEEDED.items()
+        for name in names
+        if name not in {signal.name for _, signal in database.signals(node)}
+    ]
+    if database.axes is None:
+        lost += [(COMPENSATOR, f"sends no signal {n}") for n in OFFSETS if not database.has(n)]
+    if lost:
+        yield from lost
+        return
+    ids = [frame.data_id for frame in database.frames if frame.protection.name == PROFILE_1]
+    if len(set(ids)) < len(ids):
+        yield "E2EDataId", "two frames have the same one"
+    if "cold" not in database.signal("thermal_state").codes:
+        yield "thermal_state", "has no value named cold"
+    proof = database.proof
+    if proof is not None and (ECHO not in proof.signals or not database.has(CHALLENGE)):
+        yield proof.name, f"needs {ECHO} beside, and a {CHALLENGE}"
+    elif proof is not None and len(proof.signals) > 2:
+        yield proof.name, f"must hold {ECHO} and {PROOF} alone: a proof is over all other frames"
+    yield from _of_nodes(database)
+
+
+def _of_nodes(database: Database) -> Iterator[Problem]:
+    for node, name in LAST.items():
+        closing = database.closing(node)
+        if name not in closing.signals:
+            yield closing.name, f"is {node}'s last frame: it must hold {name}"
+        for frame in database.of(node):
+            if frame.timeout_s <= frame.cycle_s:
+                problem = "is late before the next comes: GenMsgCycleTime must be below E2ETimeout"
+                yield frame.name, problem
+            if frame.cycle_s != closing.cycle_s:
+                yield frame.name, "frames of a node must share a cycle time"
+            if frame.cycles != closing.cycles:
+                yield frame.name, f"{CYCLE} of a node's frames must be equally long"
 
 
 def problems_of(mapping: Mapping, fmu: Path, *, machine_clock: bool = False) -> list[BadInput]:
@@ -32,22 +119,39 @@ def problems_of(mapping: Mapping, fmu: Path, *, machine_clock: bool = False) -> 
     BadInput
         If the FMU cannot be read.
     """
-    named = _variables(fmu)
-    inputs, outputs = (
-        [name for name, variable in named.items() if variable.causality == causality]
-        for causality in ("input", "output")
-    )
-    taken = [name for name in inputs if not name.startswith(PROBED)]
-    mapping.check_compensator(taken, outputs, limits_of(fmu).get("offset_um"))
-    if machine_clock and mapping.form.cycle.frames == "sampled":
+    form, variables = mapping.form, _variables(fmu)
+    for name in inputs_of(fmu):
+        if name not in form.inputs:
+            mapping.say(f"inputs.{name}", "is missing: the compensator takes it")
+    outputs = {name for name, variable in variables.items() if variable.causality == "output"}
+    known = {*outputs, *own_signals(), "trust"}
+    for name in form.outputs:
+        if name not in known and not mapping.is_own_form:
+            mapping.say(f"outputs.{name}", "is not an output of the compensator or the gateway")
+    _check_offsets(mapping, outputs, limits_of(fmu).get("offset_um", 0.0))
+    if machine_clock and form.cycle.frames == "sampled":
         mapping.say("cycle.frames", "sampled frames carry no time: --clock machine cannot be used")
-    carried = mapping.database.named.items()
-    for name, signal in carried:
-        own = str(named[name].unit or "") if name in named else ""
+    for name, signal in mapping.database.named.items():
+        own = str(variables[name].unit or "") if name in variables else ""
         if own and signal.unit and own != signal.unit:
-            kind = "inputs" if name in inputs else "outputs"
+            kind = "outputs" if name in outputs else "inputs"
             mapping.say(f"{kind}.{name}", f"is in {signal.unit}; the compensator has it in {own}")
     return mapping.problems
+
+
+def _check_offsets(mapping: Mapping, outputs: Collection[str], limit_um: float) -> None:
+    """Note an offset that is not sent, or not as far as a compensator sends it [um]."""
+    for axis, name in zip(AXES, OFFSETS, strict=True):
+        sent, wanted = name in mapping.form.outputs, axis in (mapping.form.axes or AXES)
+        if name in outputs and wanted and not sent:
+            mapping.say(f"outputs.{name}", "is missing: the compensator sends it; see axes")
+        elif sent and not wanted:
+            mapping.say(f"outputs.{name}", f"is sent, and axes has no {axis}")
+        signal = mapping.database.named.get(name)
+        if signal is not None and (signal.low > -limit_um or signal.high < limit_um):
+            span = f"{signal.low:g} to {signal.high:g} um"
+            text = f"carries {span}; the compensator sends up to {limit_um:g} um either way"
+            mapping.say(f"outputs.{name}", text)
 
 
 def _variables(fmu: Path) -> dict[str, Any]:

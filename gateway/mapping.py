@@ -7,7 +7,7 @@ mends them all at once.
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from math import inf
 from pathlib import Path
@@ -20,13 +20,13 @@ from gateway.database import (
     COMPENSATOR,
     CYCLE,
     MACHINE,
-    OFFSETS,
     Database,
     Frame,
     Signal,
     Substitute,
 )
 from gateway.dbc import DBC, attribute, load_dbc
+from gateway.mapcheck import NEEDED, check_frames
 from gateway.mapfile import (
     FOLLOW,
     HOLD,
@@ -37,9 +37,8 @@ from gateway.mapfile import (
     OutputMap,
     read_map_file,
 )
-from gateway.mapped_signals import mapped_signal, own_signals, protection_of
+from gateway.mapped_signals import mapped_signal, protection_of
 from gateway.probes import PROBE_TIME
-from gateway.proof import CHALLENGE, ECHO, PROOF
 from gateway.protection import PROFILE_1
 from measurement.errors import BadInput, checked
 from scenarios.wiring import PROBED
@@ -47,13 +46,7 @@ from scenarios.wiring import PROBED
 CLASSIC = 8
 """Bytes of a frame at most, without CAN FD."""
 LENGTHS = (*range(1, CLASSIC + 1), 12, 16, 20, 24, 32, 48, 64)
-TIMED = ("machine_time", "machine_step", "answered_time")
 Spec = InputMap | OutputMap
-NEEDED = {
-    MACHINE: ("machine_state", "machine_time", "machine_step", "thermal_state"),
-    COMPENSATOR: ("valid", "gateway_state", "status", "bus_fault", "bus_fault_frame"),
-}
-"""The signals that the two programs themselves need, and the node that sends them."""
 PROTECTION = ("crc", "counter", CYCLE)
 """The signals of a frame of the gateway's own form that protect it."""
 
@@ -97,40 +90,6 @@ class Mapping:
     def is_own_form(self) -> bool:
         """Whether it is a DBC file of the gateway's own form, and no map beside one."""
         return self.path == self.database.path
-
-    def check_compensator(
-        self, inputs: Iterable[str], outputs: Collection[str], limit_um: float | None
-    ) -> None:
-        """Note what a compensator lacks in the map, or cannot send through it.
-
-        Parameters
-        ----------
-        inputs, outputs : iterable and collection of str
-            Its variables.
-        limit_um : float or None
-            The largest offset that it sends, either way; None if it is not known [um].
-        """
-        for name in inputs:
-            if name not in self.form.inputs:
-                self.say(f"inputs.{name}", "is missing: the compensator takes it")
-        known = {*outputs, *own_signals(), "trust"}
-        for name in self.form.outputs:
-            if name not in known and not self.is_own_form:
-                self.say(f"outputs.{name}", "is not an output of the compensator or the gateway")
-        axes = self.form.axes or ("X", "Y", "Z")
-        for name in OFFSETS:
-            sent, has = name in self.form.outputs, name[1] in axes
-            if name in outputs and has and not sent:
-                self.say(f"outputs.{name}", "is missing: the compensator sends it; see axes")
-            elif sent and not has:
-                self.say(f"outputs.{name}", f"is sent, and axes has no {name[1]}")
-            if limit_um is None or not self.database.has(name):
-                continue
-            signal = self.database.signal(name)
-            if signal.low > -limit_um or signal.high < limit_um:
-                span = f"{signal.low:g} to {signal.high:g} um"
-                text = f"carries {span}; the compensator sends up to {limit_um:g} um either way"
-                self.say(f"outputs.{name}", text)
 
     def unprotected(self) -> list[str]:
         """Return a line for each frame of the machine whose faults cannot all be detected."""
@@ -260,7 +219,7 @@ class _Reader:
             substitutes=substitutes,
             when_invalid=self._when_invalid(),
         )
-        self._check()
+        check_frames(self.found)
         return self.found
 
     @contextlib.contextmanager
@@ -407,88 +366,9 @@ class _Reader:
             found[name] = raw if signal.is_float else round(raw)
         return found
 
-    # The whole
-
-    def _check(self) -> None:
-        form, database = self.form, self.found.database
-        if not any(database.has(name) for name in OFFSETS):
-            self.say("outputs", f"no offset is sent: none of {', '.join(OFFSETS)}")
-        for name in OFFSETS:
-            unsaid = name in form.outputs and form.outputs[name].when_invalid is None
-            if unsaid and "valid" not in form.outputs:
-                text = "needs when_invalid, because no signal carries valid"
-                self.say(f"outputs.{name}", text)
-        if self.every_s is not None:
-            self._check_sampled()
-        elif not self.found.problems:
-            try:
-                check(database)
-            except BadInput as error:
-                self.say(error.place, error.problem)
-
-    def _check_sampled(self) -> None:
-        form = self.form
-        for name in TIMED:
-            if name in form.inputs or name in form.outputs:
-                kind = "inputs" if name in form.inputs else "outputs"
-                self.say(f"{kind}.{name}", 'has no meaning with frames = "sampled"')
-        if "machine_state" not in form.inputs:
-            text = 'is missing; constant = "running" for a machine that does not say'
-            self.say("inputs.machine_state", text)
-        if not self.found.database.of(MACHINE):
-            self.say("inputs", "no frame of the machine is left")
-
 
 def _multiplexer(message: Message) -> str:
     names = [signal.name for signal in message.signals if signal.is_multiplexer]
     if len(names) > 1:
         raise BadInput(names[1], "", "is a second multiplexer, which is not supported")
     return names[0] if names else ""
-
-
-def check(database: Database) -> None:
-    """Refuse frames that cannot make cycles.
-
-    Raises
-    ------
-    BadInput
-        For the first reason.
-    """
-    ids = [frame.data_id for frame in database.frames if frame.protection.name == PROFILE_1]
-    if len(set(ids)) < len(ids):
-        raise BadInput(database.path, "E2EDataId", "two frames have the same one")
-    for node in NEEDED:
-        _check_node(database, node)
-    if "cold" not in database.signal("thermal_state").codes:
-        raise BadInput(database.path, "thermal_state", "has no value named cold")
-    proof = database.proof
-    if proof is not None and (ECHO not in proof.signals or not database.has(CHALLENGE)):
-        raise BadInput(database.path, proof.name, f"needs {ECHO} beside, and a {CHALLENGE}")
-    if proof is not None and len(proof.signals) > 2:
-        problem = f"must hold {ECHO} and {PROOF} alone: a proof is over all other frames"
-        raise BadInput(database.path, proof.name, problem)
-    for name in OFFSETS:
-        if not database.has(name) and database.axes is None:
-            raise BadInput(database.path, COMPENSATOR, f"sends no signal {name}")
-    for node, name in ((MACHINE, "machine_time"), (COMPENSATOR, "answered_time")):
-        frame = database.closing(node)
-        if name not in frame.signals:
-            raise BadInput(
-                database.path, frame.name, f"is {node}'s last frame: it must hold {name}"
-            )
-
-
-def _check_node(database: Database, node: str) -> None:
-    known = [signal.name for _, signal in database.signals(node)]
-    for name in NEEDED[node]:
-        if name not in known:
-            raise BadInput(database.path, node, f"sends no signal {name}")
-    for frame in database.of(node):
-        if frame.timeout_s <= frame.cycle_s:
-            problem = "is late before the next comes: GenMsgCycleTime must be below E2ETimeout"
-            raise BadInput(database.path, frame.name, problem)
-        if frame.cycle_s != database.closing(node).cycle_s:
-            raise BadInput(database.path, frame.name, "frames of a node must share a cycle time")
-        if frame.cycles != database.closing(node).cycles:
-            problem = f"{CYCLE} of a node's frames must be equally long"
-            raise BadInput(database.path, frame.name, problem)
