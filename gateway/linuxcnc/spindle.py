@@ -7,7 +7,7 @@ are, together with the number of the plant's step.
 Thermal time is faster than that on the wall, and so would be the delays of a busy computer: a
 compensator that is looked at late would have minutes of drift to catch up with. So the plant takes
 so many steps for a look of the component, and waits for the next one, unless the watchdog says that
-it is dead.
+it is dead. It begins with the first look: what it drifts before that nobody could know of.
 """
 
 from __future__ import annotations
@@ -105,11 +105,11 @@ class Looks:
 
     def __init__(self, pins: Any, stopped: Callable[[], bool]) -> None:
         self._pins, self._stopped = pins, stopped
-        self._beat, self._steps = False, 0
+        self._beat, self._steps, self._begun = False, 0, False
         self._due = time.monotonic()
 
-    def wait(self) -> None:
-        """Wait until the plant may take its next step."""
+    def wait(self) -> bool:
+        """Wait until the plant may take its next step; return whether it may begin at all."""
         # One that was late does not hurry afterwards.
         now = time.monotonic()
         self._due = max(self._due + STEP_S, now)
@@ -117,9 +117,10 @@ class Looks:
         self._steps += 1
         while True:
             if self._pins["heartbeat"] != self._beat:
-                self._beat, self._steps = not self._beat, 0
-            if self._steps < STEPS_A_LOOK or not self._pins["alive"] or self._stopped():
-                return
+                self._beat, self._steps, self._begun = not self._beat, 0, True
+            dead = self._begun and not self._pins["alive"]
+            if self._steps < STEPS_A_LOOK or dead or self._stopped() or not self._begun:
+                return self._begun
             time.sleep(STEP_S / 10)
 
 
@@ -139,7 +140,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     pins = new_pins("spindle-plant", sorted(name for name in plant.readings() if name[0] == "T"))
     # Line by line, so that nothing is lost with a component that is ended at once.
     with args.out.open("w", buffering=1, newline="") as file, stop_flag() as stopped:
-        table, looks, cold = Table(pins, file), Looks(pins, stopped), True
+        table, looks, cold, ready = Table(pins, file), Looks(pins, stopped), True, False
         while not stopped() and not plant.done:
             plant.drive({"speed": pins["speed"], "tool_length": pins["tool_length"]})
             readings = plant.readings()
@@ -148,11 +149,12 @@ def main(argv: Sequence[str] | None = None) -> int:
             cold = cold and pins["speed"] == 0.0
             pins["cold"] = cold
             pins["point"] = table.show({"time_s": plant.time_s, **readings})
-            if plant.point == 0:
+            if not ready:
                 pins.ready()
+                ready = True
             table.write()
-            looks.wait()
-            plant.step(NO_OFFSETS)
+            if looks.wait():
+                plant.step(NO_OFFSETS)
     plant.close()
     return 0
 
