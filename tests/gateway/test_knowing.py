@@ -27,7 +27,7 @@ TOGETHER = GatewaySettings(proof=Proof(ambient="T5", band_k=1.0, time_s=60.0))
 def test_a_cold_restart_in_a_warm_up_is_never_valid(bench: Bench) -> None:
     for _ in range(3):
         bench.give(bench.frames(NOT_COLD, state="starting"))
-    for _ in range(600):
+    for _ in range(200):
         answer = bench.cycle(WARM | NOT_COLD)
         assert answer["valid"] == "invalid"
         assert answer["status"] == "reference_unknown"
@@ -77,7 +77,7 @@ def test_temperatures_that_are_apart_or_move_prove_nothing(
     database: Database, unit: CompensatorUnit, moved: Callable[[int], dict[str, float]]
 ) -> None:
     bench = Bench(database, unit, TOGETHER)
-    for k in range(1500):
+    for k in range(800):
         bench.cycle(moved(k) | NOT_COLD)
     assert bench.node.steps == 0
     assert {answer["valid"] for answer in bench.answers} == {"invalid"}

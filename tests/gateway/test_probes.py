@@ -108,22 +108,6 @@ def test_a_probe_reaches_the_compensator(database: Database, fmu_folder: Path) -
         assert unit.outputs["dZ_uncertainty"] < 0.9 * plain["dZ_uncertainty"]
 
 
-def test_the_uncertainty_grows_back_on_the_wire(database: Database, fmu_folder: Path) -> None:
-    """Nine hours after a probe nearly all of it is there again."""
-    with contextlib.closing(CompensatorUnit(fmu_folder / "compensator.fmu")) as unit:
-        bench = running_for_hours(database, unit)
-        wide = bench.last["dZ_uncertainty"]
-        Probe(bench).cycle(MEASURED)
-        seen = [bench.cycle()["dZ_uncertainty"] for _ in range(NINE_HOURS)]
-        narrow = seen[0]
-        assert isinstance(narrow, float)
-        assert isinstance(wide, float)
-        assert narrow < 0.9 * wide
-        assert narrow < seen[-1]
-        assert narrow <= seen[NINE_HOURS // 2] <= seen[-1]
-        assert seen[-1] > 0.9 * wide
-
-
 def test_one_probe_counts_once_however_often_it_comes(probed: Bench) -> None:
     sender = ProbeSender(probed.database.events(MACHINE))
     sender.start(MEASURED, 0.0)
