@@ -126,7 +126,7 @@ def named_rows(database: Database) -> list[tuple[str, ...]]:
             choices = dict(frame.message.get_signal_by_name(signal.key).choices or {})
             words = {raw: str(word) for raw, word in choices.items()}
             named = {raw: word for raw, word in words.items() if word not in (ERROR, NOT_AVAILABLE)}
-            if named:
+            if len(named) > 1:
                 rows[signal.name] = ", ".join(f"{raw} {word}" for raw, word in named.items())
     return list(rows.items())
 
