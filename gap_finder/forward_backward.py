@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from concurrent.futures import Executor
+from concurrent.futures import Executor, Future
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -219,22 +219,21 @@ class Searching:
     ) -> tuple[Hypothesis, tuple[tuple[Hypothesis, ...], ...]]:
         """Go backward and swap until nothing lowers the score; say what stands beside it."""
         while True:
-            beside: list[list[Hypothesis]] = []
+            last = len(best.additions) - 1
             fewer: list[Hypothesis] = []
-            for place in range(len(best.additions)):
-                if len(best.additions) == 1 or place == len(best.additions) - 1:
-                    beside.append(
-                        [
-                            one
-                            for one in rivals.get(best.keys[place], ())
-                            if self._fits(one, best, place)
-                        ]
-                    )
-                    continue
+            beside: list[list[Hypothesis]] = []
+            for place in range(last):
                 self._progress(f"asking again for {best.keys[place]}")
-                gone = self._without(best, place, sensitivities)
+                some = rivals.get(best.keys[place], ())[:RIVALS]
+                some = tuple(one for one in some if one.keys[-1] not in best.keys)
+                jobs = [self._exchanged(best, place, one, sensitivities) for one in (None, *some)]
+                gone, *swapped = [job.result() for job in jobs]
                 fewer += [gone] if gone else []
-                beside.append(self._swapped(best, place, rivals, sensitivities))
+                beside.append([one for one in swapped if one])
+            # The last one's rivals were scored beside all others, unless these have changed since.
+            rest = set(best.keys[:last])
+            of_last = [one for one in rivals.get(best.keys[last], ()) if len(one.keys) == last + 1]
+            beside.append([one for one in of_last if rest <= set(one.keys)])
             others = [*fewer, *(one for some in beside for one in some)]
             unit = unit_of(self.nothing, [best, *others])
             better = min(others, key=lambda one: one.score(unit), default=best)
@@ -243,60 +242,31 @@ class Searching:
                 # Beside what came later, it is not proven any more.
                 best = simpler
                 continue
-            if len(best.additions) > 1 and better.score(unit) < best.score(unit) - 1e-6:
+            if last and better.score(unit) < best.score(unit) - 1e-6:
                 rivals.update({key: () for key in better.keys if key not in rivals})
                 best = better
                 continue
-            instead = tuple(
-                tuple(
-                    sorted(
-                        (o for o in some if o.score(unit) <= best.score(unit) + MARGIN),
-                        key=lambda one: one.score(unit),
-                    )
-                )
-                for some in beside
+            limit = best.score(unit) + MARGIN
+            ranked = [sorted(some, key=lambda one: one.score(unit)) for some in beside]
+            return best, tuple(
+                tuple(one for one in some if one.score(unit) <= limit) for some in ranked
             )
-            return best, instead
 
-    def _without(
-        self, best: Hypothesis, place: int, sensitivities: Sequence[RunSensitivities]
-    ) -> Hypothesis | None:
-        """Return the best without one of its additions."""
-        additions = (*best.additions[:place], *best.additions[place + 1 :])
-        prior = (*best.prior[:place], *best.prior[place + 1 :])
-        return _of(self.nothing, additions, prior, sensitivities, best.fit.machine)
-
-    @staticmethod
-    def _fits(one: Hypothesis, best: Hypothesis, place: int) -> bool:
-        kept = [key for i, key in enumerate(best.keys) if i != place]
-        return len(one.keys) == len(best.keys) and all(key in one.keys for key in kept)
-
-    def _swapped(
+    def _exchanged(
         self,
         best: Hypothesis,
         place: int,
-        rivals: dict[str, tuple[Hypothesis, ...]],
+        rival: Hypothesis | None,
         sensitivities: Sequence[RunSensitivities],
-    ) -> list[Hypothesis]:
-        """Return the best with each rival of one addition in its place."""
-        jobs = []
-        for rival in rivals.get(best.keys[place], ())[:RIVALS]:
-            other = rival.additions[-1]
-            if other.key in best.keys:
-                continue
-            additions = [*best.additions[:place], other, *best.additions[place + 1 :]]
-            prior = [*best.prior[:place], rival.prior[-1], *best.prior[place + 1 :]]
-            jobs.append(
-                self._pool.submit(
-                    _of,
-                    self.nothing,
-                    tuple(additions),
-                    tuple(prior),
-                    sensitivities,
-                    best.fit.machine,
-                )
-            )
-        return [found for job in jobs if (found := job.result()) is not None]
+    ) -> Future[Hypothesis | None]:
+        """Return the best with a rival in the place of one of its additions, or with nothing."""
+        additions, prior = [*best.additions], [*best.prior]
+        additions[place : place + 1] = [] if rival is None else [rival.additions[-1]]
+        prior[place : place + 1] = [] if rival is None else [rival.prior[-1]]
+        like = best.fit.machine
+        return self._pool.submit(
+            _of, self.nothing, tuple(additions), tuple(prior), sensitivities, like
+        )
 
 
 def added_to(
