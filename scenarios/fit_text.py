@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
-import os
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -13,17 +11,6 @@ from tqdm import tqdm
 
 from measurement.errors import BadInput
 from scenarios.fit_found import told
-
-
-def add_jobs(parser: argparse.ArgumentParser) -> None:
-    """Declare how many processes may fit."""
-    parser.add_argument(
-        "--jobs",
-        type=int,
-        default=os.cpu_count() or 1,
-        metavar="N",
-        help="processes (default: one for each core)",
-    )
 
 
 def check_jobs(command: str, jobs: int) -> None:

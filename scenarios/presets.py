@@ -119,10 +119,6 @@ def preset(name: str) -> Preset:
     return PRESETS[name]
 
 
-ARGUMENTS = {"target": "score_target", "geometry_form": "form"}
-"""Settings whose argument on the command line has another name, where the command has it."""
-
-
 class _As(argparse.Action):
     """Sets what the preset says, but for what was given before it; what follows overrides."""
 
@@ -140,9 +136,7 @@ class _As(argparse.Action):
         setattr(namespace, self.dest, values)
         settings = {"points": given.points, "model": given.model, **given.grey}
         settings["geometry_form"] = given.geometry_form
-        for setting, value in settings.items():
-            other = ARGUMENTS.get(setting, setting)
-            name = other if hasattr(namespace, other) else setting
+        for name, value in settings.items():
             if hasattr(namespace, name) and getattr(namespace, name) == parser.get_default(name):
                 setattr(namespace, name, value)
 

@@ -51,7 +51,7 @@ class Comparison:
     table: pd.DataFrame
     left_out: dict[str, str]
     notes: list[str]
-    details: dict[str, Any]
+    details: dict[str, Any] = field(repr=False)
     faults: list[Fault] = field(repr=False)
     doubts: list[str] = field(repr=False)
     results: comparison.Comparison = field(repr=False)
@@ -109,7 +109,8 @@ def compare(
     models : sequence of str, optional
         Error models; all of them by default. No model and persistence always take part.
     machine : Machine, path or name, optional
-        Says what the displacements mean; without it the columns' names do.
+        Machine file whose rig says what the displacements mean; by default that of `jig_borer`
+        where the runs have its columns, else every displacement column is a target.
     by : {"run", "speeds"}
         What is left out in turn: each run, or all runs of the same speeds.
     seed : int, optional

@@ -24,7 +24,7 @@ from measurement.files import write_atomically
 from measurement.rig import FivePointRig, Rig, default_rig, rig_from_table
 from measurement.runs import Run
 from plant_model.machine_file import read_machine
-from scenarios.grey_options import ALWAYS_TOLD, USUAL
+from scenarios.grey_options import usual_choice
 from scenarios.outputs import COMPENSATOR_FILE, check_output, guarding
 from scenarios.presets import preset
 from scenarios.replay import model_of, rig_of_model
@@ -256,7 +256,8 @@ class Compensator:
         runs : Run, DataFrame or path, or several
             Each from its start on; drift measured in all rows, in some, or in none.
         machine : Machine, path or name, optional
-            Says what the displacements mean; by default what they meant in training.
+            Machine whose rig says what the displacements mean; by default what they meant in
+            training.
         on_run : callable
             Told each run that is done.
 
@@ -319,10 +320,11 @@ def fit(
     runs : Run, DataFrame or path, or several
         The training runs.
     model : str, optional
-        Kind of error model, the mean function of the Gaussian; by default there is none.
+        Error model, the mean function of the Gaussian (default: gaussian, no mean function).
     machine : Machine, path or name, optional
-        Says which sensors the runs hold, and what the displacements mean. Without it the columns'
-        names say so.
+        Machine that says which sensors the runs hold; without it the five-point rig of `jig_borer`
+        is taken where the runs have its columns, else displacement columns tell their axis by their
+        name.
     study : {"GA", "TS", "VAC"}, optional
         As that study has it: points, their choice, model, its options, geometry. What else is given
         counts before it.
@@ -350,8 +352,7 @@ def fit(
     """
     recorded = as_runs(runs)
     rig, sensors = _rig(recorded[0], machine)
-    grey = {name: USUAL[name] for name in ALWAYS_TOLD}
-    as_usual: dict[str, Any] = {"sensors": sensors, "grey": grey}
+    as_usual: dict[str, Any] = {"sensors": sensors, "grey": usual_choice()}
     if study is not None:
         given = preset(study)
         as_usual |= {"points": given.points, "grey": dict(given.grey)}

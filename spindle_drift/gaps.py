@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import tempfile
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -52,7 +52,7 @@ class Gap:
     in_doubt: bool
     effects: list[str]
     text: str
-    table: dict[str, Any]
+    table: dict[str, Any] = field(repr=False)
     machine: Machine
     folder: Path | None
 
@@ -93,14 +93,16 @@ def find_gap(
     most : int
         Additions to make at most.
     effects_only : bool
-        Whether the description stays as it is.
+        Add effects, and leave the description alone.
     seed : int
+        Of random starts and draws.
     workers : int, optional
         Processes; one for each core by default.
     fmu : bool
         Whether to build the plant FMUs before and after and to co-simulate the runs kept back.
     split_hours : float, optional
-        Longer *runs* are cut into pieces of this length [h], each begun where the one before ended.
+        Cut runs that are longer into pieces of this length [h], each begun where the one before
+        ended.
     force : bool
         Whether *out* may hold other things.
 

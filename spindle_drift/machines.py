@@ -63,7 +63,7 @@ class Machine:
     """
 
     source: str | Path
-    model: Model = None  # type: ignore[assignment]
+    model: Model = field(default=None, repr=False)  # type: ignore[assignment]
 
     def __post_init__(self) -> None:
         """Read the file, unless the model is there already."""

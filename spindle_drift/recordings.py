@@ -209,7 +209,8 @@ def summary(
     ----------
     run : Run, DataFrame or path
     machine : Machine, path or name, optional
-        Its rig says what the displacements mean; without it their names do.
+        Machine whose rig says what the displacements mean, and which column is the ambient; without
+        it the columns' names do.
     ambient : str, optional
         Column of the ambient temperature; by default that of the machine's input ``ambient``.
 

@@ -43,7 +43,7 @@ class Points:
     degree: pd.DataFrame
     scores: pd.DataFrame
     combinations: pd.DataFrame
-    details: dict[str, Any]
+    details: dict[str, Any] = field(repr=False)
     survey: Survey = field(repr=False)
 
 
@@ -62,7 +62,7 @@ def points(
     runs : Run, DataFrame or path, or several
         Their temperatures and displacements.
     machine : Machine, path or name, optional
-        Says what the displacements mean; without it the columns' names do.
+        Machine whose rig says what the displacements mean; without it the columns' names do.
     study : {"GA", "TS", "VAC"}, optional
         As that study chooses. What else is given counts before it.
     target : str, optional

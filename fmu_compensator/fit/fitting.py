@@ -71,8 +71,7 @@ def fit_compensator(
         Gaussian. By default there is none: `fmu_compensator.fit.gaussian` does it all.
     points : {"grey", "hierarchical", "fuzzy", "all"} or names, optional
         The temperatures to use: one per group of the grey, hierarchical or fuzzy clustering, every
-        one that moves in every run, or those named (a sequence, or one text with commas). By
-        default what is usual for the model.
+        one that moves in every run, or those named; by default what is usual for the model.
     input_form : {"rise", "absolute", "level"}, optional
         ``rise``: temperatures and displacements are relative to their first valid sample. A
         sensor whose level jumps between runs then does no harm. ``absolute``: as read. ``level``:
@@ -83,16 +82,20 @@ def fit_compensator(
     sensors : sequence of str, optional
         The temperature inputs of the compensator; by default every temperature in the runs.
     geometry_form : {"rigid", "pure_rotation"}
-        Of a five-point rig's geometry.
+        How a five-point rig's tilt moves the tool tip.
     tool_length_mm : tuple of float, optional
-        Shortest and longest tool [mm].
+        Tools that the compensator may be used with, the shortest and the longest [mm].
     limits : mapping, optional
         ``offset_um``, ``slew_um_per_s``, ``hold_s``, ``recover_s``, ``share`` where the defaults do
         not suit.
     leave_out_frozen : bool
         Do not use rows in which a displacement is frozen or saturated.
-    name, title, created : str, optional
-        For the file; *created* is a date (YYYY-MM-DD). No clock is read.
+    name : str, optional
+        Name in the file.
+    title : str, optional
+        Title in the file.
+    created : str, optional
+        Date in the file (YYYY-MM-DD); by default none, for no clock is read.
     judge : bool
         Leave runs and conditions out, to promise what the compensator leaves there.
     jobs : int

@@ -137,14 +137,28 @@ def survey(
         Their degrees are averaged; the rises of all runs are clustered and correlated together.
     rig : rig or MeasuredColumns
         What the displacement columns mean.
-    threshold, theta, image, absolute_image
-        Of the grey grouping.
+    threshold : float
+        Grey degree from which two temperatures form one group.
+    theta : float
+        Weight of the absolute in the comprehensive degree.
+    image : {"initial", "mean", "interval"}
+        Dimensionless form for the relative degree.
+    absolute_image : {"as_read", "initial", "mean", "interval"}
+        Dimensionless form for the absolute degree; the jig-borer study has initial here and mean
+        for *image*.
     clusters : int
-        Groups of hierarchical clustering and fuzzy c-means.
-    variables, keep_quiet, score, grouping
-        Of `choose_points`, which chooses; or names with commas instead of a grouping.
+        Groups of the hierarchical and fuzzy clustering.
+    variables : int, optional
+        Temperatures to choose: after one of each group the best of the rest; by default one of each
+        group.
+    keep_quiet : bool
+        Take temperatures that hardly move into account, too.
+    score : {"correlation", "relational"}
+        What makes a temperature the best of its group.
+    grouping : {"grey", "hierarchical", "fuzzy"} or names
+        The groups of which one temperature each is chosen, or the temperatures, with commas.
     target : str, optional
-        Signal name of the error; by default the first target.
+        Signal name of the error that counts; by default elongation, or the first.
 
     Raises
     ------

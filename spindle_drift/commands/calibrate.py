@@ -5,8 +5,8 @@ from __future__ import annotations
 import argparse
 import json
 from dataclasses import asdict
-from pathlib import Path
 
+from scenarios.arguments import add_json, add_output, add_parameters, add_runs
 from scenarios.outputs import MACHINE_FILE, PAGE, check_output, marked
 
 NAME = "calibrate"
@@ -17,14 +17,13 @@ WRITES = {"output": MACHINE_FILE}
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
+    from spindle_drift.machines import calibrate
+
     parser.add_argument("machine", metavar="MACHINE", help="machine file or shipped name")
-    parser.add_argument("runs", nargs="+", type=Path, metavar="RUN", help="run file (CSV)")
-    parser.add_argument(
-        "-o", "--output", type=Path, required=True, metavar="FILE", help="machine file to write"
-    )
-    parser.add_argument("--starts", type=int, default=2, help="starting points (default: 2)")
-    parser.add_argument("--seed", type=int, default=0, help="of the further starting points")
-    parser.add_argument("--json", action="store_true", help="print JSON instead of a table")
+    add_runs(parser)
+    add_output(parser, "machine file to write")
+    add_parameters(parser, calibrate, "starts", "seed")
+    add_json(parser, "print JSON instead of a table")
     parser.add_argument("--quiet", action="store_true", help="show no progress")
 
 

@@ -17,13 +17,13 @@ from fmu_compensator.fit.comparison import Comparison
 from measurement.errors import BadInput, shown
 from measurement.faults import HANDLING, faults_text
 from measurement.files import write_atomically
+from scenarios.arguments import add_json, add_parameters, add_results, parameters_of
 from scenarios.comparison_page import ranking_text, write_comparison, write_figures
 from scenarios.grey_options import add_choice_options, choice_options, option_value
 from scenarios.outputs import FOLDER
 from scenarios.presets import add_as
 from scenarios.results import results_folder, write_table
 from spindle_drift.comparisons import compare
-from spindle_drift.compensators import USUAL_MACHINE
 
 NAME = "compare"
 HELP = "compare all error models on runs that they never saw"
@@ -38,22 +38,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--runs", nargs="+", type=Path, metavar="RUN", help="instead: runs to leave out in turn"
     )
-    parser.add_argument(
-        "--split",
-        choices=("run", "speeds"),
-        default="run",
-        help="with --runs: leave out each run (default), or all runs of the same speeds together",
-    )
-    parser.add_argument(
-        "--models",
-        metavar="NAME,NAME...",
-        help="error models to compare (default: all); no_model and persistence always take part",
-    )
-    parser.add_argument(
-        "--points",
-        default="",
-        metavar="grey|hierarchical|fuzzy|all|NAME,NAME...",
-        help="temperatures for all models (default: what is usual for each)",
+    add_parameters(
+        parser,
+        compare,
+        "seed",
+        by={"flag": "--split"},
+        models={"nargs": None, "metavar": "NAME,NAME..."},
+        points={"metavar": "grey|hierarchical|fuzzy|all|NAME,NAME..."},
+        machine={"metavar": "FILE"},
     )
     add_choice_options(parser)
     parser.add_argument(
@@ -63,20 +55,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="MODEL.NAME=VALUE",
         help="option of one of the models, the value as JSON or a word; may be repeated",
     )
-    parser.add_argument(
-        "--machine",
-        metavar="FILE",
-        help=f"machine file whose rig says what the displacements mean (default: {USUAL_MACHINE}'s "
-        "where the runs have its columns; else every displacement column is a target)",
-    )
-    parser.add_argument("--seed", type=int, help="for models that start at random")
-    parser.add_argument("--json", action="store_true", help="print JSON instead of tables")
-    parser.add_argument(
-        "--out",
-        type=Path,
-        metavar="DIR",
-        help="write comparison.json, report.html and figures here",
-    )
+    add_json(parser, "print JSON instead of tables")
+    add_results(parser, "write comparison.json, report.html and figures here")
     add_as(parser)
 
 
@@ -106,11 +86,7 @@ def run(args: argparse.Namespace) -> int:
             args.runs or args.train,
             args.validate or (),
             models=names,
-            machine=args.machine,
-            by=args.split,
-            seed=args.seed,
-            study=args.study,
-            points=args.points,
+            **parameters_of(args, compare, "machine", "by", "seed", "study", "points"),
             grey=choice_options(args),
             options=_options(args),
             on_step=tell,

@@ -6,6 +6,7 @@ import argparse
 import json
 from pathlib import Path
 
+from scenarios.arguments import add_json, add_parameters, add_results
 from scenarios.outputs import FOLDER
 
 NAME = "find-gap"
@@ -16,6 +17,8 @@ WRITES = {"out": FOLDER}
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
+    from spindle_drift.gaps import find_gap
+
     parser.add_argument("machine", metavar="MACHINE", help="machine file or shipped name")
     parser.add_argument(
         "--runs", nargs="+", type=Path, required=True, metavar="RUN", help="runs to calibrate on"
@@ -27,31 +30,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="RUN",
         help="runs to judge by, used once at the end (default: the last of --runs is kept back)",
     )
-    parser.add_argument(
-        "--out", type=Path, required=True, metavar="DIR", help="folder for report and machine"
+    add_results(parser, "folder for report and machine", required=True)
+    add_parameters(
+        parser,
+        find_gap,
+        "effects_only",
+        "seed",
+        "workers",
+        without={"metavar": "EFFECT"},
+        split_hours={"metavar": "H"},
+        most={"metavar": "N"},
     )
-    parser.add_argument(
-        "--without", nargs="+", default=[], metavar="EFFECT", help="effects not to consider"
-    )
-    parser.add_argument(
-        "--split-hours",
-        type=float,
-        metavar="H",
-        help="cut --runs that are longer into pieces of H hours, each begun where the one before "
-        "ended",
-    )
-    parser.add_argument(
-        "--most", type=int, default=4, metavar="N", help="additions to make at most (default: 4)"
-    )
-    parser.add_argument(
-        "--effects-only", action="store_true", help="add effects, and leave the description alone"
-    )
-    parser.add_argument("--seed", type=int, default=0, help="of random starts and draws")
-    parser.add_argument("--workers", type=int, help="processes (default: one for each core)")
     parser.add_argument(
         "--no-fmu", action="store_true", help="build no plant FMUs and co-simulate nothing"
     )
-    parser.add_argument("--json", action="store_true", help="print gap.json instead of five lines")
+    add_json(parser, "print gap.json instead of five lines")
     parser.add_argument("--quiet", action="store_true", help="show no progress")
 
 

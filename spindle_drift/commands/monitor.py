@@ -9,6 +9,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from scenarios.arguments import add_json, add_parameters, add_results, add_runs
 from scenarios.outputs import FOLDER
 
 NAME = "monitor"
@@ -19,28 +20,18 @@ WRITES = {"out": FOLDER}
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
+    from spindle_drift.compensators import Compensator
+
     parser.add_argument(
         "compensator",
         type=Path,
         metavar="COMPENSATOR",
         help="compensator file (.json), or an FMU",
     )
-    parser.add_argument(
-        "runs",
-        nargs="+",
-        type=Path,
-        metavar="RUN",
-        help="log of a whole run (CSV); measured drift in all rows, in some, or in none",
-    )
-    parser.add_argument(
-        "--machine",
-        help="machine whose rig says what the displacements mean (default: what they meant in "
-        "training)",
-    )
-    parser.add_argument(
-        "--out", type=Path, metavar="DIR", help="also write monitor.json and a figure here"
-    )
-    parser.add_argument("--json", action="store_true", help="print JSON instead of text")
+    add_runs(parser, "log of a whole run (CSV); measured drift in all rows, in some, or in none")
+    add_parameters(parser, Compensator.monitor, "machine")
+    add_results(parser, "also write monitor.json and a figure here")
+    add_json(parser)
     parser.add_argument("--quiet", action="store_true", help="no progress bar")
 
 

@@ -7,12 +7,12 @@ from __future__ import annotations
 
 import argparse
 import json
-from pathlib import Path
 from typing import Any
 
 from fmu_compensator.fit.loops import Loop
-from fmu_compensator.fit.survey import Survey
+from fmu_compensator.fit.survey import Survey, survey
 from measurement.files import write_atomically
+from scenarios.arguments import add_json, add_parameters, add_results, add_runs
 from scenarios.grey_options import add_grey_options, grey_options
 from scenarios.outputs import FOLDER
 from scenarios.points_figures import draw_points
@@ -25,30 +25,23 @@ HELP = "show which temperatures are alike, and which tell most of the drift"
 READS = ("runs", "machine")
 WRITES = {"out": FOLDER}
 SHOWN_SUBSETS = 8
+GROUPINGS = "grey|hierarchical|fuzzy|NAME,NAME..."
 HEADS = f"{'Pearson':>10}{'grey rel.':>11}{'lag [min]':>11}{'per K':>9}{'rms':>10}{'lagged':>10}"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
-    parser.add_argument("runs", nargs="+", type=Path, metavar="RUN", help="run file (CSV)")
+    add_runs(parser)
     add_grey_options(parser)
-    parser.add_argument(
-        "--points",
-        default="grey",
-        metavar="grey|hierarchical|fuzzy|NAME,NAME...",
-        help="the groups of which one point each is chosen, or the points (default: grey)",
+    add_parameters(
+        parser,
+        survey,
+        grouping={"flag": "--points", "dest": "points", "metavar": GROUPINGS},
+        target={"metavar": "NAME"},
     )
-    parser.add_argument(
-        "--target", metavar="NAME", help="the error that counts (default: elongation, or the first)"
-    )
-    parser.add_argument("--machine", metavar="FILE", help="machine file with the rig")
-    parser.add_argument("--json", action="store_true", help="print JSON instead of tables")
-    parser.add_argument(
-        "--out",
-        type=Path,
-        metavar="DIR",
-        help="write points.json, dendrogram.png, heat_map.png, loops.png",
-    )
+    add_parameters(parser, points, machine={"metavar": "FILE"})
+    add_json(parser, "print JSON instead of tables")
+    add_results(parser, "write points.json, dendrogram.png, heat_map.png, loops.png")
     add_as(parser)
 
 
@@ -61,13 +54,13 @@ def run(args: argparse.Namespace) -> int:
         For runs or options that cannot be used.
     """
     options = {**grey_options(args), "grouping": args.points, "target": args.target}
-    survey = points(args.runs, machine=args.machine, **options).survey
-    text = json.dumps(survey.to_dict(), indent=1, allow_nan=False)
-    lines = _report(survey)
+    surveyed = points(args.runs, machine=args.machine, **options).survey
+    text = json.dumps(surveyed.to_dict(), indent=1, allow_nan=False)
+    lines = _report(surveyed)
     if args.out is not None:
         with results_folder(args.out) as folder:
             paths = [write_atomically(folder / "points.json", text + "\n")]
-            paths += draw_points(survey, folder)
+            paths += draw_points(surveyed, folder)
             write_table([], {"points": "points.json"}, folder, to_come=())
         lines.append("wrote " + ", ".join(str(args.out / path.name) for path in paths))
     print(text if args.json else "\n".join(lines))

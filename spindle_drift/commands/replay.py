@@ -8,6 +8,7 @@ import re
 from pathlib import Path
 from typing import Any
 
+from scenarios.arguments import add_json, add_results, add_runs
 from scenarios.outputs import FOLDER
 from scenarios.scenario_options import add_fmu_folder
 
@@ -25,10 +26,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "compensator", metavar="COMPENSATOR", help="an FMU, or a compensator file (.json)"
     )
-    parser.add_argument("runs", nargs="+", type=Path, metavar="RUN", help="run file (CSV)")
-    parser.add_argument(
-        "--out", type=Path, default=Path("results/replay"), metavar="DIR", help="results folder"
-    )
+    add_runs(parser)
+    add_results(parser, "results folder", default=Path("results/replay"))
     add_fmu_folder(parser)
     parser.add_argument(
         "--tool-length",
@@ -60,7 +59,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="standard deviation of a probe (0.5um); --seed gives it anew",
     )
     parser.add_argument("--seed", type=int, default=1, help="of the probes' noise (1)")
-    parser.add_argument("--json", action="store_true", help="print table.json instead of a table")
+    add_json(parser, "print table.json instead of a table")
     parser.add_argument("--quiet", action="store_true", help="no progress bar, no table")
 
 

@@ -7,6 +7,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+from scenarios.arguments import add_json, add_results
 from scenarios.outputs import FOLDER, also_reads
 from scenarios.scenario_options import add_scenario_options
 
@@ -19,13 +20,11 @@ WRITES = {"out": FOLDER}
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
     add_scenario_options(parser)
-    parser.add_argument(
-        "--out", type=Path, metavar="DIR", help="results folder (results/<scenario>)"
-    )
+    add_results(parser, "results folder (results/<scenario>)")
     parser.add_argument(
         "--live", action="store_true", help="beside the report, a page in which both run live"
     )
-    parser.add_argument("--json", action="store_true", help="print table.json instead of a table")
+    add_json(parser, "print table.json instead of a table")
     parser.add_argument("--quiet", action="store_true", help="no progress bar, no table")
 
 

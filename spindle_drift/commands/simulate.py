@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 
+from scenarios.arguments import add_output, add_parameters
 from scenarios.outputs import RUN_FILE
 
 NAME = "simulate"
@@ -15,23 +15,13 @@ WRITES = {"output": RUN_FILE}
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
+    from spindle_drift.machines import simulate
+
     parser.add_argument("scenario", metavar="SCENARIO", help="shipped name or scenario file")
-    parser.add_argument(
-        "--machine",
-        default="jig_borer",
-        help="machine file or shipped name (default: jig_borer)",
-    )
-    parser.add_argument(
-        "-o",
-        "--output",
-        type=Path,
-        required=True,
-        metavar="FILE",
-        help="run file to write",
-    )
-    parser.add_argument(
-        "--every", type=float, default=10.0, metavar="SECONDS", help="time between rows"
-    )
+    text = "machine file or shipped name (default: jig_borer)"
+    parser.add_argument("--machine", default="jig_borer", help=text)
+    add_output(parser, "run file to write")
+    add_parameters(parser, simulate, every_s={"flag": "--every", "metavar": "SECONDS"})
     parser.add_argument("--seed", type=int, help="seed of the sensors' noise (default: scenario's)")
     parser.add_argument("--exact", action="store_true", help="leave out noise and resolution")
 
@@ -48,7 +38,7 @@ def run(args: argparse.Namespace) -> int:
     found = simulate(
         machine,
         args.scenario,
-        every_s=args.every,
+        every_s=args.every_s,
         noise_seed=None if args.exact or not settings.plant.noise else seed,
     )
     path = write_run(found.frame, args.output)

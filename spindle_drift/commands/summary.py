@@ -16,6 +16,7 @@ from measurement.iso230 import Summary
 from measurement.overview import draw_overview, png_bytes
 from measurement.rig import Rig
 from measurement.runs import Run, read_run
+from scenarios.arguments import add_json, add_parameters, add_results, add_runs
 from scenarios.outputs import FOLDER
 from scenarios.results import results_folder, write_table
 from spindle_drift.machines import Machine
@@ -29,24 +30,10 @@ WRITES = {"out": FOLDER}
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
-    parser.add_argument("runs", nargs="+", type=Path, metavar="RUN", help="run file (CSV)")
-    parser.add_argument(
-        "--machine",
-        metavar="FILE",
-        help="machine file, or the name of a shipped one: its rig and its ambient column",
-    )
-    parser.add_argument(
-        "--ambient",
-        metavar="COLUMN",
-        help="column of the ambient temperature, if the machine file does not say it",
-    )
-    parser.add_argument("--json", action="store_true", help="print JSON instead of tables")
-    parser.add_argument(
-        "--out",
-        type=Path,
-        metavar="DIR",
-        help="also write summary.json and a figure per run here",
-    )
+    add_runs(parser)
+    add_parameters(parser, summary, machine={"metavar": "FILE"}, ambient={"metavar": "COLUMN"})
+    add_json(parser, "print JSON instead of tables")
+    add_results(parser, "also write summary.json and a figure per run here")
 
 
 def run(args: argparse.Namespace) -> int:

@@ -6,6 +6,7 @@ import argparse
 import json
 from pathlib import Path
 
+from scenarios.arguments import add_json, add_output, add_parameters, add_runs
 from scenarios.fit_text import promise_line
 from scenarios.outputs import COMPENSATOR_FILE
 from spindle_drift.compensators import Compensator
@@ -21,17 +22,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "compensator", type=Path, metavar="COMPENSATOR", help="compensator file (.json)"
     )
-    parser.add_argument("runs", nargs="+", metavar="RUN", type=Path, help="new run file (CSV)")
-    parser.add_argument(
-        "-o",
-        "--output",
-        type=Path,
-        required=True,
-        metavar="FILE",
-        help="compensator file to write; the old one stays",
-    )
-    parser.add_argument("--created", metavar="YYYY-MM-DD", help="date in the file (default: none)")
-    parser.add_argument("--json", action="store_true", help="print the figures as JSON")
+    add_runs(parser, "new run file (CSV)")
+    add_output(parser, "compensator file to write; the old one stays")
+    add_parameters(parser, Compensator.update, created={"metavar": "YYYY-MM-DD"})
+    add_json(parser, "print the figures as JSON")
 
 
 def run(args: argparse.Namespace) -> int:

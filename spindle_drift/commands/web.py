@@ -6,6 +6,7 @@ import argparse
 import json
 from pathlib import Path
 
+from scenarios.arguments import add_json, add_output
 from scenarios.outputs import PAGE, check_output
 
 NAME = "web"
@@ -18,15 +19,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
     parser.add_argument("machine", metavar="MACHINE", help="page, machine file or shipped name")
     parser.add_argument("compensator", type=Path, metavar="COMPENSATOR", help="compensator file")
-    parser.add_argument(
-        "-o",
-        "--output",
-        type=Path,
-        default=Path("spindle.html"),
-        metavar="FILE",
-        help="page to write (spindle.html)",
-    )
-    parser.add_argument("--json", action="store_true", help="print JSON instead of a sentence")
+    add_output(parser, "page to write", default="spindle.html")
+    add_json(parser, "print JSON instead of a sentence")
 
 
 def run(args: argparse.Namespace) -> int:

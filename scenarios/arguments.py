@@ -1,0 +1,117 @@
+"""Arguments of a command made from a function of the Python API, so that each stands in one place.
+
+The kind comes from the annotation, the default from the signature, and what help says from the
+parameter's entry in the docstring.
+"""
+
+from __future__ import annotations
+
+import argparse
+import inspect
+import re
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+KINDS: dict[str, dict[str, Any]] = {
+    "bool": {"action": "store_true"},
+    "int": {"type": int},
+    "float": {"type": float},
+    "Sequence[str]": {"nargs": "+"},
+    "tuple[float, float]": {"nargs": 2, "type": float},
+}
+"""By annotation; every other is one word."""
+ENTRY = re.compile(r"^(\w[\w, ]*?) : (.*)\n((?:[ ]{4}.*\n?)+)", re.MULTILINE)
+"""Of a parameter in a docstring: names, type, text."""
+
+
+def add_parameters(
+    parser: argparse.ArgumentParser,
+    function: Callable[..., Any],
+    *names: str,
+    **changes: Mapping[str, Any],
+) -> None:
+    """Declare options for some of a function's parameters.
+
+    Parameters
+    ----------
+    parser : ArgumentParser
+    function : callable
+        With a docstring as numpydoc has it.
+    *names : str
+        Parameters to declare as they are: ``noise_seed`` is ``--noise-seed``.
+    **changes : mapping
+        Parameters whose option differs: by name what `argparse` takes instead; ``flag`` is the
+        option's name.
+    """
+    described = _entries(function)
+    signature = inspect.signature(function).parameters
+    for name, change in {**{key: {} for key in names}, **changes}.items():
+        parameter, (kind, text) = signature[name], described[name]
+        argument = {
+            "dest": name,
+            "default": parameter.default,
+            "help": text,
+            **KINDS.get(str(parameter.annotation).removesuffix(" | None"), {}),
+            **change,
+        }
+        if re.fullmatch(r"\{[^}]*\}", kind) and "metavar" not in argument:
+            argument["choices"] = tuple(re.findall(r'"(\w+)"', kind))
+        if argument["default"] not in (None, False, (), "") and "default" not in argument["help"]:
+            argument["help"] += " (default: %(default)s)"
+        parser.add_argument(argument.pop("flag", f"--{name.replace('_', '-')}"), **argument)
+
+
+def parameters_of(
+    args: argparse.Namespace, function: Callable[..., Any], *names: str
+) -> dict[str, Any]:
+    """Return what the command line says of a function's parameters, all of them or *names*."""
+    wanted = names or tuple(inspect.signature(function).parameters)
+    return {name: getattr(args, name) for name in wanted if hasattr(args, name)}
+
+
+def defaults(function: Callable[..., Any]) -> dict[str, Any]:
+    """Return the defaults of a function's parameters by name."""
+    parameters = inspect.signature(function).parameters.items()
+    return {name: entry.default for name, entry in parameters if entry.default is not entry.empty}
+
+
+def _entries(function: Callable[..., Any]) -> dict[str, tuple[str, str]]:
+    """Return each parameter's type and its text, as help has it, by name."""
+    entries = {}
+    for names, kind, text in ENTRY.findall(inspect.getdoc(function) or ""):
+        words = re.sub(r"``|`|\*(?=\w)|(?<=\w)\*", "", " ".join(text.split()))
+        shown = (words[:1].lower() + words[1:]).rstrip(".").replace("%", "%%")
+        for name in names.split(", "):
+            entries[name] = (kind, shown)
+    return entries
+
+
+def add_runs(parser: argparse.ArgumentParser, text: str = "run file (CSV)") -> None:
+    """Declare the runs that a command reads."""
+    parser.add_argument("runs", nargs="+", type=Path, metavar="RUN", help=text)
+
+
+def add_output(
+    parser: argparse.ArgumentParser, text: str, *, metavar: str = "FILE", default: str = ""
+) -> None:
+    """Declare the file or folder that a command makes; it must be given if there is no default."""
+    usual = {"default": Path(default)} if default else {"required": True}
+    parser.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        metavar=metavar,
+        help=text + (f" ({default})" if default else ""),
+        **usual,
+    )
+
+
+def add_results(parser: argparse.ArgumentParser, text: str, **more: Any) -> None:
+    """Declare the folder of results."""
+    parser.add_argument("--out", type=Path, metavar="DIR", help=text, **more)
+
+
+def add_json(parser: argparse.ArgumentParser, text: str = "print JSON instead of text") -> None:
+    """Declare that what is printed is for machines."""
+    parser.add_argument("--json", action="store_true", help=text)

@@ -1,0 +1,95 @@
+"""Options made from a function's signature and docstring."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+
+import pytest
+
+from scenarios.arguments import add_parameters, parameters_of
+
+
+def bake(
+    cake: str,
+    *,
+    minutes: int = 40,
+    heat: float | None = None,
+    fan: bool = False,
+    dish: str = "tin",
+    fruits: Sequence[str] = (),
+) -> None:
+    """Bake a cake.
+
+    Parameters
+    ----------
+    cake : str
+        Which one.
+    minutes : int
+        How long, at *heat*.
+    heat : float, optional
+        Temperature [degC]; by default what is usual,
+        100 % sure.
+    fan : bool
+        Move the air.
+    dish : {"tin", "glass"}
+        What it stands in.
+    fruits : sequence of str
+        To put in.
+
+    Raises
+    ------
+    ValueError
+        Never.
+    """
+
+
+@pytest.fixture
+def parser() -> argparse.ArgumentParser:
+    """A parser with all options of `bake`."""
+    made = argparse.ArgumentParser()
+    names = ("minutes", "heat", "fan", "fruits")
+    add_parameters(made, bake, *names, dish={"flag": "--put-in"})
+    return made
+
+
+def test_kinds_and_defaults_are_those_of_the_signature(parser: argparse.ArgumentParser) -> None:
+    usual = {"minutes": 40, "heat": None, "fan": False, "dish": "tin", "fruits": ()}
+    assert parameters_of(parser.parse_args([]), bake) == usual
+    given = [
+        "--minutes",
+        "5",
+        "--heat",
+        "180",
+        "--fan",
+        "--put-in",
+        "glass",
+        "--fruits",
+        "plum",
+        "pear",
+    ]
+    assert parameters_of(parser.parse_args(given), bake) == {
+        "minutes": 5,
+        "heat": 180.0,
+        "fan": True,
+        "dish": "glass",
+        "fruits": ["plum", "pear"],
+    }
+    assert parameters_of(parser.parse_args(given), bake, "fan") == {"fan": True}
+
+
+def test_what_the_docstring_does_not_list_is_refused(
+    parser: argparse.ArgumentParser, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit):
+        parser.parse_args(["--put-in", "bag"])
+    assert "choose from" in capsys.readouterr().err
+
+
+def test_help_says_what_the_docstring_says(parser: argparse.ArgumentParser) -> None:
+    text = " ".join(parser.format_help().split())
+    assert "how long, at heat (default: 40)" in text
+    assert "temperature [degC]; by default what is usual, 100 % sure" in text
+    assert "what it stands in (default: tin)" in text
+    assert "--fan move the air" in text
+    assert "Never" not in text
