@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from math import isfinite, nan
+from operator import sub
 from statistics import median
 from typing import Any, NamedTuple
 
@@ -199,18 +200,16 @@ class RunningCompensator:
 
         What broken sensors read is replaced where the file knows what that is likely to be.
         """
-        first: Fault | None = None
-        bad: list[int] = []
-        checks, reference = self._checks, self._reference
-        for place, value in enumerate(readings):
-            fault = checks[place].look(value, elapsed_s)
-            if fault is not None:
-                first = first or fault
-                bad.append(place)
-            elif reference[place] is None:
-                reference[place] = value
+        pairs = zip(self._checks, readings, strict=True)
+        faults = [check.look(value, elapsed_s) for check, value in pairs]
+        first = next(filter(None, faults), None)
+        if None in self._reference:
+            seen = zip(self._reference, readings, faults, strict=True)
+            self._reference = [
+                value if start is None and fault is None else start for start, value, fault in seen
+            ]
         if self._spare is not None:
-            first = self._replaced(self._spare, readings, first, bad, elapsed_s, tool_length)
+            first = self._replaced(self._spare, readings, faults, elapsed_s, tool_length)
         if first is None and self.model.geometry.needs_tool_length:
             low, high = self.model.limits.tool_length_mm
             if not isfinite(tool_length):
@@ -224,13 +223,17 @@ class RunningCompensator:
         self,
         spare: Spare,
         readings: list[float],
-        fault: Fault | None,
-        bad: Sequence[int],
+        faults: Sequence[Fault | None],
         elapsed_s: float,
         tool_length: float,
     ) -> Fault | None:
         """Replace what broken sensors read; return the fault that is left."""
         limits, idle = self.model.limits, self._checks[spare.turn].idle
+        if spare.quiet and not any(faults):
+            spare.go_on(readings, idle, elapsed_s)
+            return None
+        bad = [place for place, fault in enumerate(faults) if fault is not None]
+        fault = faults[bad[0]] if bad else None
         axes = self._prediction.axes(limits.nearest_tool(tool_length))
         starts = None if self._started or not bad else self._starts(readings, bad)
         used = spare.step(readings, bad, idle, elapsed_s, limits.recover_s, axes, starts)
@@ -261,10 +264,8 @@ class RunningCompensator:
         return Starts(first, unread)
 
     def _rises(self, readings: Sequence[float]) -> list[float]:
-        if self._fixed is not None:
-            return list(map(float.__sub__, readings, self._fixed))
-        pairs = zip(readings, self._reference, strict=True)
-        return [value - start for value, start in pairs if start is not None]
+        """Return the rises of good readings, all of which have a reference [K]."""
+        return list(map(sub, readings, self._fixed or self._reference))
 
     def _follow(self, fault: Fault | None, elapsed_s: float) -> None:
         """Count how long the inputs have been bad or good again."""

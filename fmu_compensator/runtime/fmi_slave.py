@@ -95,12 +95,13 @@ class CompensatorSlave(DriftSlave):
         if self._takes_measured and self.settable["boolean"][self._probed]:
             measured = values[count + 2 :]
         found = self._compensator.step(time_s, step_s, temperatures, speed, tool_length, measured)
-        self.outputs.update(zip(self._reals, found[:9], strict=True))
-        results, (status, blamed) = self.results, self._codes
-        results["integer"][status] = found.status
-        results["integer"][blamed] = self._numbers[found.status_sensor]
-        results["boolean"][self._valid] = found.valid
-        results["string"][self._text] = found.status_text
+        *reals, valid, status, blamed, text = found
+        self.outputs.update(zip(self._reals, reals, strict=True))
+        results, (status_ref, blamed_ref) = self.results, self._codes
+        results["integer"][status_ref] = status
+        results["integer"][blamed_ref] = self._numbers[blamed]
+        results["boolean"][self._valid] = valid
+        results["string"][self._text] = text
 
     def hidden(self) -> dict[str, Any]:
         """Return the compensator's memory."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from math import isfinite, sqrt
+from operator import add
 from typing import Any
 
 from fmu_compensator.runtime.modelfile import Model
@@ -13,6 +14,7 @@ LARGEST = 1e6  # of a measured target [um, urad]; six orders above any spindle
 NOT_KNOWN = -1.0
 """What stands for a half width of an axis that is not measured, or before the first sample [um]."""
 Three = tuple[float, float, float]
+NOTHING: Three = (0.0, 0.0, 0.0)
 
 
 class Prediction:
@@ -55,8 +57,8 @@ class Prediction:
         self._measured: list[float] | None = None  # for an error model that corrects itself
         self._predicted = False  # whether there is something to compare a measurement with
         self.targets = [0.0] * len(self.model.targets)
-        self.wanted: Three = (0.0, 0.0, 0.0)
-        self.pose: Three = (0.0, 0.0, 0.0)
+        self.wanted = NOTHING
+        self.pose = NOTHING
         self.half_width: Three = (NOT_KNOWN, NOT_KNOWN, NOT_KNOWN)
 
     def wait(self, elapsed_s: float) -> None:
@@ -101,23 +103,25 @@ class Prediction:
         mean = self._error_model.predict(inputs, elapsed_s, speed, measured)
         gaussian, limits, geometry = self.gaussian, self.model.limits, self.model.geometry
         gaussian.step(rises, elapsed_s)
-        self.targets = [a + b for a, b in zip(mean, gaussian.added, strict=True)]
-        drift = geometry.drift(self.targets, tool_length)
-        self.pose = geometry.pose(self.targets)
-        wanted = [limits.saturated(0.0 - limits.share * value) for value in drift]
-        self.wanted = three(wanted)
-        self.axes(tool_length)
-        extra = [0.0] * 3 if self._spare is None else self._spare.added
-        kept_back = 1.0 - limits.share
-        self.half_width = three(
-            [
-                NOT_KNOWN
-                if spread <= 0.0
-                else gaussian.deviations * sqrt(gaussian.variance * spread * spread + more)
-                + kept_back * abs(value)
-                for spread, more, value in zip(self._spread, extra, drift, strict=True)
-            ]
+        self.targets = targets = list(map(add, mean, gaussian.added))
+        x, y, z = drift = geometry.drift(targets, tool_length)
+        self.pose = geometry.pose(targets)
+        share, saturated = limits.share, limits.saturated
+        self.wanted = (
+            saturated(0.0 - share * x),
+            saturated(0.0 - share * y),
+            saturated(0.0 - share * z),
         )
+        self.axes(tool_length)
+        variance, deviations, kept_back = gaussian.variance, gaussian.deviations, 1.0 - share
+        extra = NOTHING if self._spare is None else self._spare.added
+        half_width = [
+            deviations * sqrt(variance * spread * spread + more) + kept_back * abs(value)
+            if spread > 0.0
+            else NOT_KNOWN
+            for spread, more, value in zip(self._spread, extra, drift, strict=True)
+        ]
+        self.half_width = half_width[0], half_width[1], half_width[2]
 
     def axes(self, tool_length: float) -> list[list[float]]:
         """Return how the drift along X, Y, Z follows from the targets: `Geometry.weights`."""

@@ -111,7 +111,7 @@ class Spare:
         """Forget everything."""
         count = len(self._growth)
         self._started = self._stopped = False
-        self._quiet = False  # nothing is broken, nor was of late: readings are used as they are
+        self.quiet = False  # nothing is broken, nor was of late: readings are used as they are
         self._clock = 0.0  # since the first sample [s]
         self.turn = 0  # whose reading is compared with the others' in the next sample
         self._first = [0.0] * count  # readings [degC]
@@ -162,11 +162,7 @@ class Spare:
         if not self._started:
             return self._start(readings, bad, elapsed_s, axes, starts)
         self._clock = min(self._clock + elapsed_s, MOST_S)
-        if self._quiet and not bad:
-            self._compare(readings, idle)
-            self._last = list(readings)
-            return self._last
-        self._quiet = False
+        self.quiet = False
         before = list(self._good_for)
         self._count(bad, elapsed_s, recover_s)
         broken = self.broken
@@ -186,8 +182,14 @@ class Spare:
         self._compare(used, idle)
         self._stopped, self._last = False, used
         memories = (self._gap, self._unread, self._shift, self._extra)
-        self._quiet = not self.broken and not any(map(any, memories))
+        self.quiet = not self.broken and not any(map(any, memories))
         return used
+
+    def go_on(self, readings: list[float], idle: float, elapsed_s: float) -> None:
+        """Take in a sample without a bad reading while `quiet`: the readings are to be used."""
+        self._clock = min(self._clock + elapsed_s, MOST_S)
+        self._compare(readings, idle)
+        self._last = readings
 
     def _start(
         self,
@@ -338,8 +340,8 @@ class Spare:
         if self._good_for[place] >= 0.0 or idle > FRESH:
             return
         row = self._precision[place]
-        rises = map(float.__sub__, used, self._first)
-        self._own[place] = sum(map(mul, row, rises)) / row[place]
+        pairs = zip(row, used, self._first, strict=True)
+        self._own[place] = sum([a * (value - first) for a, value, first in pairs]) / row[place]
         self._seen[place] = self._clock
 
     @property
@@ -366,7 +368,7 @@ class Spare:
             If the state is not one of this file's.
         """
         values = iter(checked_state(state, len(self.state())))
-        self._quiet = False
+        self.quiet = False
         self._started, self._stopped = bool(next(values)), bool(next(values))
         self._clock, self.turn = next(values), int(next(values))
         if not 0 <= self.turn < len(self._first):
