@@ -46,7 +46,8 @@ class AddedPath:
     Attributes
     ----------
     between : tuple of str
-        Two parts, a part and a boundary temperature, or a part alone for a mass of its own.
+        Two parts, a part and a boundary temperature, or a part alone for a mass of its own; a part
+        and several others if the heat is shared among them.
     sizes : tuple of float
         Conductances, of a driven path at the top of the input's range [W/K].
     driver : str
@@ -54,12 +55,16 @@ class AddedPath:
     masses : tuple of float
         Heat capacities, one for each size, of a mass that starts as warm as the part [J/K]; empty
         for a path that ends in the machine.
+    shares : tuple of float
+        Of the heat, one for each of several others [1]; their sum is 1, and the path is driven by
+        the difference to their mean, weighted alike.
     """
 
     between: tuple[str, ...]
     sizes: tuple[float, ...]
     driver: str = ""
     masses: tuple[float, ...] = ()
+    shares: tuple[float, ...] = (1.0,)
 
 
 def path_answers(
@@ -166,7 +171,8 @@ class _Stepped:
                 first[row] = last[row] = self.base[0, index[one]]
                 warming[row] = 1.0 / np.array(path.masses)
             elif other[0] in index:
-                ends[row, index[other[0]]] = -1.0
+                for name, part in zip(other, path.shares, strict=True):
+                    ends[row, index[name]] = -part
             else:
                 law = "surface_convection"
                 first[row], last[row] = self.drive.first[other[0]], self.drive.last[other[0]]

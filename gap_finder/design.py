@@ -13,7 +13,7 @@ from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import combinations, permutations
+from itertools import permutations
 
 import numpy as np
 
@@ -28,7 +28,7 @@ from gap_finder.linearise import (
     nuisance_columns,
     simulate_at,
 )
-from gap_finder.observations import Observations
+from gap_finder.observations import INDEPENDENT_S, Observations
 from gap_finder.priors import Priors
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
@@ -41,9 +41,13 @@ OUTLIER = 6.0
 """Weighted residuals beyond this many root mean squares count linearly."""
 
 BESIDE = 0.5
-"""Share of what two parts would pass to each other through a third without mass that they may pass
-beside its one temperature (one sd) [1]. A part of some size has no one temperature: what touches it
-close by is warmed first. Set on one machine of the fifth split (lathe 0000, nothing hidden)."""
+"""Share of what a neighbour would pass on through a part without mass that may pass beside its one
+temperature (one sd) [1]. A part of some size has no one temperature: what touches it close by is
+warmed first. Set on one machine of the fifth split (lathe 0000, nothing hidden)."""
+
+NEGLIGIBLE = 0.1
+"""Share of `BESIDE` below which a part is quick enough to have one temperature [1]: most cells of a
+page are, and would be a thousand columns."""
 
 LEVER = 0.01
 """Share of a displacement's spread that each part's warming may be wrong by (one sd) [1]."""
@@ -210,23 +214,39 @@ def _place_columns(machine: Machine, observed: Observations) -> FloatArray:
     return np.array(columns).reshape(len(columns), -1).T
 
 
-def passing(machine: Machine) -> dict[tuple[str, str], float]:
-    """Return what every two parts would pass to each other through a third without mass [W/K]."""
+def passing(machine: Machine) -> list[AddedPath]:
+    """Return paths by which heat passes a part beside its one temperature, one sd each.
+
+    What a neighbour gives to a part reaches the part's other neighbours at once, each by its share
+    of the conductances, and with the steady flow that it would have if the part had no mass. A part
+    that evens out within the time that a misfit lasts (`INDEPENDENT_S`) passes the less beside it.
+    """
     joined: dict[str, dict[str, float]] = {node.name: defaultdict(float) for node in machine.nodes}
     for item in machine.of_kind("links", "conduction", "contact"):
         for near, far in permutations(item.refs["between"]):
             joined[near][far] += machine.parameters[f"links.{item.name}.conductance"].value
-    found: dict[tuple[str, str], float] = defaultdict(float)
-    for around in joined.values():
-        for one, other in combinations(sorted(around), 2):
-            found[one, other] += around[one] * around[other] / max(sum(around.values()), 1e-12)
-    return dict(found)
+    paths = []
+    for node in machine.nodes:
+        around = {part: g for part, g in sorted(joined[node.name].items()) if g > 0.0}
+        total = sum(around.values())
+        if len(around) < 2:
+            continue
+        delay_s = node.capacity.value / total
+        share = BESIDE * delay_s / (delay_s + INDEPENDENT_S)
+        if share < NEGLIGIBLE * BESIDE:
+            continue
+        # Two neighbours are one path, whichever of them it is counted from.
+        for part in list(around)[: 1 if len(around) == 2 else None]:
+            others = {name: g / (total - around[part]) for name, g in around.items()}
+            del others[part]
+            steady = around[part] * (total - around[part]) / total
+            paths.append(AddedPath((part, *others), (share * steady,), shares=(*others.values(),)))
+    return paths
 
 
 def _beside_columns(machine: Machine, observed: Observations) -> FloatArray:
     """Return the answer to heat that passes a part beside its one temperature, (N, m)."""
-    paths = [AddedPath(pair, (BESIDE * most,)) for pair, most in passing(machine).items()]
-    columns = [change[0] for change in path_answers(machine, observed, paths)]
+    columns = [change[0] for change in path_answers(machine, observed, passing(machine))]
     return np.array(columns).reshape(len(columns), observed.weights.size).T
 
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from itertools import combinations
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from gap_finder.added_paths import AddedPath, path_answers
 from gap_finder.design import BESIDE, passing, sensitivities_of
 from gap_finder.kinds import CalibratedRun
 from gap_finder.kinds.heat_path import HeatPath
@@ -18,39 +19,73 @@ from plant_model.machine_file import read_machine
 from tests.gap_finder.conftest import runs_of
 
 
-def test_what_passes_a_part_is_what_is_left_of_it_without_its_mass() -> None:
+def test_what_passes_a_slow_part_is_half_of_what_is_left_of_it_without_its_mass() -> None:
     machine = read_machine("lathe")
-    index = machine.node_index
-    matrix = np.zeros((len(index), len(index)))
+    slow = [replace(n, capacity=replace(n.capacity, value=1e12, high=1e13)) for n in machine.nodes]
+    names = [node.name for node in slow]
+    matrix = np.zeros((len(slow), len(slow)))
     for item in machine.of_kind("links", "conduction", "contact"):
-        i, j = (index[name] for name in item.refs["between"])
+        i, j = (names.index(name) for name in item.refs["between"])
         g = machine.parameters[f"links.{item.name}.conductance"].value
         matrix[[i, j], [i, j]] += g
         matrix[[i, j], [j, i]] -= g
-    # A part without mass is eliminated: Schur's complement.
-    joined = np.flatnonzero(np.diag(matrix))
-    without = sum(np.outer(matrix[:, k], matrix[k]) / matrix[k, k] for k in joined)
-    told = passing(machine)
-    for one, other in combinations(sorted(index), 2):
-        i, j = index[one], index[other]
-        direct = sum(matrix[i, k] * matrix[k, j] / matrix[k, k] for k in (i, j) if matrix[k, k])
-        expected = without[i, j] - direct
-        assert told.get((one, other), 0.0) == pytest.approx(expected, abs=1e-9)
+    paths = passing(replace(machine, nodes=tuple(slow)))
+    counted = 0
+    for k in range(len(slow)):
+        around = sorted(names[i] for i in np.flatnonzero(matrix[:, k]) if i != k)
+        for part in around[: 1 if len(around) == 2 else None] if len(around) > 1 else []:
+            others = [name for name in around if name != part]
+            # A part without mass is eliminated: Schur's complement.
+            row = np.outer(matrix[:, k], matrix[k])[names.index(part)] / matrix[k, k]
+            expected = [BESIDE * row[names.index(name)] for name in others]
+            passed = [
+                np.multiply(path.shares, path.sizes[0])
+                for path in paths
+                if path.between == (part, *others)
+            ]
+            assert any(given == pytest.approx(expected) for given in passed)
+            counted += 1
+    assert counted == len(paths)
+
+
+def test_a_quick_part_has_one_temperature() -> None:
+    machine = read_machine("lathe")
+    quick = [replace(n, capacity=replace(n.capacity, value=1.0, low=0.5)) for n in machine.nodes]
+    assert passing(replace(machine, nodes=tuple(quick))) == []
+
+
+def test_heat_is_shared_among_several_as_by_a_path_to_each(jig_borer_lumps: Machine) -> None:
+    machine = jig_borer_lumps
+    (observed,) = observe(machine, runs_of(machine, every_s=120.0)[:1])
+    part, near, far = passing(machine)[0].between[:3]
+    size = 1e-4  # [W/K], so small that no path changes what drives it
+    shared = AddedPath((part, near, far), (size,), shares=(0.25, 0.75))
+    pairs = [AddedPath(pair, (size,)) for pair in ((part, near), (part, far), (near, far))]
+    ((together,),) = path_answers(machine, observed, [shared])
+    (to_near,), (to_far,), (across,) = path_answers(machine, observed, pairs)
+    # The answer is a square in the direction that heat is moved in, and that drives it.
+    crossed = to_near + to_far - across
+    expected = 0.25**2 * to_near + 0.75**2 * to_far + 0.25 * 0.75 * crossed
+    assert together == pytest.approx(expected, abs=1e-3 * np.abs(expected).max())
 
 
 def test_heat_that_passes_a_part_is_no_news(jig_borer_lumps: Machine) -> None:
-    (observed,) = observe(jig_borer_lumps, runs_of(jig_borer_lumps, every_s=120.0)[:1])
-    known = sensitivities_of(
-        jig_borer_lumps, observed, Priors.of(jig_borer_lumps, calibrated=False)
+    heavy = [
+        replace(n, capacity=replace(n.capacity, value=20.0 * n.capacity.value, high=1e13))
+        for n in jig_borer_lumps.nodes
+    ]
+    lumps = replace(jig_borer_lumps, nodes=tuple(heavy))
+    (observed,) = observe(lumps, runs_of(lumps, every_s=120.0)[:1])
+    known = sensitivities_of(lumps, observed, Priors.of(lumps, calibrated=False))
+    run = CalibratedRun(lumps, observed, known)
+    paths = {frozenset(path.place): path for path in HeatPath.all_of([run])}
+    passed = max(
+        (path for path in passing(lumps) if frozenset(path.between) in paths),
+        key=lambda path: path.sizes,
     )
-    run = CalibratedRun(jig_borer_lumps, observed, known)
-    amounts = passing(jig_borer_lumps)
-    paths = {one.place: one for one in HeatPath.all_of([run])}
-    place, most = max(
-        ((pair, g) for pair, g in amounts.items() if pair in paths), key=lambda entry: entry[1]
-    )
-    machine = paths[place].put_into(jig_borer_lumps, {"conductance": BESIDE * most})
-    base, shown = (modelled(simulate_at(m, observed), observed) for m in (jig_borer_lumps, machine))
+    change_of = paths[frozenset(passed.between)]
+    machine = change_of.put_into(lumps, {"conductance": passed.sizes[0]})
+    base, shown = (modelled(simulate_at(m, observed), observed) for m in (lumps, machine))
     change = ((shown - base) * observed.weights).ravel()
     away = np.linalg.norm(known.other - change[:, None], axis=0)
     assert away.min() < 0.05 * np.linalg.norm(change)
