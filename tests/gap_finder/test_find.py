@@ -60,7 +60,7 @@ def test_a_hidden_effect_is_named_added_and_closes_the_gap(
     after = read_machine(out / "machine_after.toml")
     (key,) = (key for key in after.effects if key.partition(":")[0] == name)
     assert after.effects[key][number].value == found["value"]
-    assert (out / "report.html").stat().st_size > 1e6
+    assert "plotly" in (out / "report.html").read_text()
     assert len(list(out.glob("residual_*.png"))) == 2
     assert len(list(out.glob(f"signature_{name}_*.png"))) == 1
     assert len(capsys.readouterr().out.strip().splitlines()) == 6
