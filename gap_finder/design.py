@@ -46,8 +46,8 @@ temperature (one sd) [1]. A part of some size has no one temperature: what touch
 warmed first. Set on one machine of the fifth split (lathe 0000, nothing hidden)."""
 
 NEGLIGIBLE = 0.1
-"""Share of `BESIDE` below which a part is quick enough to have one temperature [1]: most cells of a
-page are, and would be a thousand columns."""
+"""Below this share of its delay in delay and `INDEPENDENT_S` a part has one temperature [1]: most
+cells of a page are that quick, and would be a thousand columns."""
 
 LEVER = 0.01
 """Share of a displacement's spread that each part's warming may be wrong by (one sd) [1]."""
@@ -232,15 +232,17 @@ def passing(machine: Machine) -> list[AddedPath]:
         if len(around) < 2:
             continue
         delay_s = node.capacity.value / total
-        share = BESIDE * delay_s / (delay_s + INDEPENDENT_S)
-        if share < NEGLIGIBLE * BESIDE:
+        slow = delay_s / (delay_s + INDEPENDENT_S)
+        if slow < NEGLIGIBLE:
             continue
         # Two neighbours are one path, whichever of them it is counted from.
         for part in list(around)[: 1 if len(around) == 2 else None]:
             others = {name: g / (total - around[part]) for name, g in around.items()}
             del others[part]
             steady = around[part] * (total - around[part]) / total
-            paths.append(AddedPath((part, *others), (share * steady,), shares=(*others.values(),)))
+            paths.append(
+                AddedPath((part, *others), (BESIDE * slow * steady,), shares=(*others.values(),))
+            )
     return paths
 
 

@@ -15,15 +15,12 @@ from gap_finder.keys import key_of
 from gap_finder.linearise import modelled, simulate_at
 from gap_finder.observations import Observations
 from plant_model.effects import catalogue
+from plant_model.effects.base import TIMES_USUAL
 from plant_model.integrate import IntegrationError
 from plant_model.machine import FAMILIES, Item, Machine
 from plant_model.parameters import FloatArray, Parameter
 
 SOURCE = "found by the gap finder"
-
-WIDE = 10.0
-"""Times its value to which the range of a number goes that nobody knows [1]; set on no split. Only
-physics is a wall (:mod:`plant_model.limits`)."""
 
 
 @dataclass(frozen=True)
@@ -220,9 +217,9 @@ def free(value: float, unit: str, ends: tuple[float, float] | None = None) -> Pa
         Positive.
     unit : str
     ends : tuple of float, optional
-        Of its range; from 0 to `WIDE` times the value if not given.
+        Of its range; from 0 to `TIMES_USUAL` times the value if not given.
     """
-    low, high = ends or (0.0, WIDE * value)
+    low, high = ends or (0.0, TIMES_USUAL * value)
     return Parameter(min(max(value, low), high), unit, low, high, SOURCE, calibrate=True)
 
 

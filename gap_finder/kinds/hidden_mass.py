@@ -9,7 +9,6 @@ from typing import ClassVar, Self
 
 from gap_finder.added_paths import AddedPath
 from gap_finder.kinds.base import (
-    WIDE,
     CalibratedRun,
     PathChange,
     conductance_of,
@@ -18,6 +17,7 @@ from gap_finder.kinds.base import (
     parts_joined,
     taken_names,
 )
+from plant_model.effects.base import TIMES_USUAL
 from plant_model.machine import Machine, Node
 
 MASSES = (0.5, 2.0)
@@ -77,7 +77,7 @@ class HiddenMass(PathChange):
     def put_into(self, machine: Machine, numbers: Mapping[str, float]) -> Machine:
         """Return the machine with this mass."""
         (part,) = (node for node in machine.nodes if node.name == self.place[0])
-        ends = self.capacity / WIDE, self.capacity * WIDE
+        ends = self.capacity / TIMES_USUAL, self.capacity * TIMES_USUAL
         mass = free(numbers["capacity"], "J/K", ends)
         behind = Node(self._mass, mass, part.start, part.start_share)
         grown = replace(machine, nodes=(*machine.nodes, behind))
