@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -19,6 +20,7 @@ from plant_model.machine import Machine
 from plant_model.machine_file import read_machine
 from plant_model.machine_writer import write_machine
 from scenarios.cli import main
+from scenarios.report import PLOTLY
 from tests.gap_finder.conftest import runs_of
 from tests.plant_model.conftest import with_effects
 
@@ -60,7 +62,9 @@ def test_a_hidden_effect_is_named_added_and_closes_the_gap(
     after = read_machine(out / "machine_after.toml")
     (key,) = (key for key in after.effects if key.partition(":")[0] == name)
     assert after.effects[key][number].value == found["value"]
-    assert "plotly" in (out / "report.html").read_text()
+    page = (out / "report.html").read_text("utf-8")
+    assert base64.b64encode(PLOTLY.read_bytes()).decode() in page
+    assert "Plotly.newPlot" in page
     assert len(list(out.glob("residual_*.png"))) == 2
     assert len(list(out.glob(f"signature_{name}_*.png"))) == 1
     assert len(capsys.readouterr().out.strip().splitlines()) == 6
