@@ -13,7 +13,7 @@ from fmu_compensator.runtime.compensator import WAITING, Output, RunningCompensa
 from fmu_compensator.runtime.modelfile import Model
 from measurement.drift import counted, measured_drift
 from measurement.errors import BadInput
-from measurement.faults.record import SLOWER
+from measurement.faults.checks.missing import SLOWER
 from measurement.resampling import GAP_INTERVALS
 from measurement.rig import AXES, Rig
 from measurement.runs import Run

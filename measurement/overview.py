@@ -12,6 +12,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from measurement.faults.fault import STANDING
 from measurement.iso230 import FIRST_S, Summary
 from measurement.resampling import GAP_INTERVALS
 from measurement.rig import FivePointRig, Rig, axis_of
@@ -210,9 +211,7 @@ def _suspect(summary: Summary) -> list[tuple[float, float]]:
     """Return when any displacement stood still that should not, overlaps joined [s]."""
     joined: list[tuple[float, float]] = []
     for start, end in sorted(
-        (part.start_s, part.end_s)
-        for part in summary.findings
-        if part.kind in {"frozen", "saturated"}
+        (part.start_s, part.end_s) for part in summary.findings if part.kind in STANDING
     ):
         if joined and start <= joined[-1][1]:
             joined[-1] = (joined[-1][0], max(end, joined[-1][1]))

@@ -24,7 +24,7 @@ from fmu_compensator.runtime.geometry import FivePoint
 from fmu_compensator.runtime.modelfile import Model, ModelFileError, parse_model
 from measurement.drift import measured_drift
 from measurement.errors import BadInput
-from measurement.faults import GROSS, Fault, cleaned, find_faults
+from measurement.faults import GROSS, STANDING, Fault, cleaned, find_faults
 from measurement.rig import AXES, FivePointRig, Rig, rig_from_table
 from measurement.runs import Run
 from scenarios.charts import BEFORE, LINES, Chart, Line, Panel, interval
@@ -39,7 +39,6 @@ MODELS = (f"resources/{MODEL_FILE}", f"documentation/{MODEL_FILE}")  # in Python
 LABEL = "Compensated"
 LABEL_PROBED = "Compensated, with probes"
 LABEL_HELD = "Last probe held"
-STANDING = ("frozen", "saturated")
 
 
 @dataclass(frozen=True)

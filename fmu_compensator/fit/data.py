@@ -16,7 +16,16 @@ from fmu_compensator.fit.training import Array, TrainingRun, row_weights
 from fmu_compensator.runtime.fields import is_name
 from measurement.drift import counted
 from measurement.errors import BadInput
-from measurement.faults import GROSS, LEVELS, Fault, by_column, cleaned, find_faults, group_line
+from measurement.faults import (
+    GROSS,
+    LEVELS,
+    STANDING,
+    Fault,
+    by_column,
+    cleaned,
+    find_faults,
+    group_line,
+)
 from measurement.resampling import GAP_INTERVALS
 from measurement.rig import Rig
 from measurement.runs import Run
@@ -26,8 +35,6 @@ FEWEST_FINITE = 0.5
 """A sensor with a smaller share of readings in some run counts as missing there [1]."""
 MEDIAN_ROWS = 15
 """Rows of a running median, after which noise hardly shows [1]."""
-KEPT = ("frozen", "saturated")
-"""Kinds of displacement faults whose rows can be kept on request."""
 
 
 @dataclass(frozen=True)
@@ -191,7 +198,7 @@ def prepare(
 
 def left_out(frozen: bool) -> tuple[str, ...]:
     """Return the kinds of faults whose readings are not used, those of standing sensors or not."""
-    return tuple(kind for kind in GROSS if frozen or kind not in KEPT)
+    return tuple(kind for kind in GROSS if frozen or kind not in STANDING)
 
 
 def _of_interest(faults: Sequence[Fault], rig: Rig | MeasuredColumns) -> list[Fault]:

@@ -10,7 +10,7 @@ from functools import cache
 from pathlib import Path
 
 from gateway.controls.base import Control
-from gateway.walk import classes_of
+from measurement.walk import classes_of
 
 GROUP = "spindle_drift.controls"
 

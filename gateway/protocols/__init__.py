@@ -10,7 +10,7 @@ from functools import cache
 from pathlib import Path
 
 from gateway.protocols.base import Adapter
-from gateway.walk import classes_of
+from measurement.walk import classes_of
 
 GROUP = "spindle_drift.gateway_protocols"
 

@@ -7,12 +7,12 @@ fields, with their bounds, are what a scenario file may say about it.
 from __future__ import annotations
 
 import difflib
-import importlib
-import pkgutil
 from functools import cache
+from pathlib import Path
 from typing import get_args
 
 from measurement.errors import BadInput, checked, shown
+from measurement.walk import classes_of
 from scenarios.signals.base import Setting, Signal
 
 DEEPEST = 5
@@ -21,14 +21,8 @@ DEEPEST = 5
 @cache
 def kinds() -> dict[str, type[Signal]]:
     """Return every kind of signal by its name."""
-    found: dict[str, type[Signal]] = {}
-    for module in pkgutil.iter_modules(__path__):
-        namespace = vars(importlib.import_module(f"{__name__}.{module.name}"))
-        for entry in namespace.values():
-            if isinstance(entry, type) and issubclass(entry, Signal) and entry is not Signal:
-                (name,) = get_args(entry.model_fields["kind"].annotation)
-                found[name] = entry
-    return found
+    every = classes_of(__name__, Path(__file__).parent, Signal)  # type: ignore[type-abstract]
+    return {get_args(kind.model_fields["kind"].annotation)[0]: kind for kind in every}
 
 
 def build(entry: object, setting: Setting) -> Signal:

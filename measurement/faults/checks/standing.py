@@ -11,11 +11,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 
-from measurement.faults.fault import Fault
-from measurement.faults.leaps import STEP
+from measurement.faults.checks.base import Check, Seen
+from measurement.faults.checks.leaps import STEP
+from measurement.faults.fault import LEFT_OUT, Fault
 from measurement.faults.series import (
     FEWEST_SAMPLES,
     lengths_of,
@@ -62,7 +64,23 @@ NOISY = 0.5
 """A channel repeats its reading in a smaller share of samples if noise moves it [1]."""
 
 
-def standing_displacements(run: Run) -> Iterator[Fault]:
+class Standing(Check):
+    """Channels that show exactly the same reading while the machine moves."""
+
+    kinds: ClassVar = {"frozen": LEFT_OUT, "saturated": LEFT_OUT, "dead": LEFT_OUT}
+    stage = 0
+
+    def find(self, seen: Seen) -> Iterator[Fault]:
+        """Return the thermometers and displacements that stand wrongly."""
+        yield from _thermometers(seen.runs)
+        yield from super().find(seen)
+
+    def in_run(self, run: Run) -> Iterator[Fault]:
+        """Return the displacements that stand still while other channels move."""
+        return _displacements(run)
+
+
+def _displacements(run: Run) -> Iterator[Fault]:
     """Find displacements that stand still while other channels move."""
     for name in lengths_of(run):
         rows, values = valid(run, name)
@@ -79,7 +97,7 @@ def standing_displacements(run: Run) -> Iterator[Fault]:
             yield _fault(run, name, kind, start, end, text)
 
 
-def standing_thermometers(runs: Sequence[Run]) -> Iterator[Fault]:
+def _thermometers(runs: Sequence[Run]) -> Iterator[Fault]:
     """Find thermometers that stand still while the others move, unlike at other times."""
     witnesses = Witnesses(runs)
     for column in dict.fromkeys(name for run in runs for name in run.temperatures):

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import inspect
 from importlib import import_module
-from importlib.metadata import entry_points
 from pathlib import Path
 from typing import TypeVar
+
+from measurement.plugins import classes_plugged_in
 
 T = TypeVar("T")
 
 
-def classes_of(package: str, folder: Path, base: type[T], group: str) -> list[type[T]]:
+def classes_of(package: str, folder: Path, base: type[T], group: str = "") -> list[type[T]]:
     """Return the subclasses in a package's files, by file, then those of other distributions.
 
     Parameters
@@ -23,14 +24,20 @@ def classes_of(package: str, folder: Path, base: type[T], group: str) -> list[ty
     base : type
         What they derive from.
     group : str
-        Of entry points.
+        Of entry points; none where it is empty.
+
+    Raises
+    ------
+    BadInput
+        For a plug-in that is no such class.
     """
     names = sorted(path.stem for path in folder.glob("[a-z]*.py"))
     modules = [import_module(f"{package}.{name}") for name in names if name != "base"]
-    every = [thing for module in modules for thing in vars(module).values()]
     own = [
         thing
-        for thing in every
+        for module in modules
+        for thing in vars(module).values()
         if inspect.isclass(thing) and issubclass(thing, base) and thing is not base
     ]
-    return [*own, *(point.load() for point in entry_points(group=group))]
+    plugins = classes_plugged_in(group, base, names) if group else {}
+    return [*own, *(plugin.thing for plugin in plugins.values())]

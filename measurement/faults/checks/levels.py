@@ -1,4 +1,4 @@
-"""Thermometers that leave all others, at once or from the first sample on.
+"""Thermometers that are far from all others from the first sample on.
 
 A hot bearing is far from the other thermometers, too. But it got there by heat: it began near them
 or the others are spread as well, its neighbours warm with it, and it comes and goes with the load.
@@ -9,14 +9,15 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterator, Sequence
+from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
-from measurement.faults.fault import Fault
-from measurement.faults.series import FEWEST_SAMPLES, running_median
-from measurement.faults.switches import near_switch
-from measurement.runs import FloatArray, Run
+from measurement.faults.checks.base import Check, Seen
+from measurement.faults.fault import WRONG_LEVEL, Fault
+from measurement.faults.series import FEWEST_SAMPLES
+from measurement.runs import Run
 
 LEVEL_JUMP_K = 10.0
 """A sensor whose distance from the middle of all others lies this much apart in some runs from what
@@ -30,83 +31,31 @@ RANGE_TIMES = 3.0
 """A sensor that was never right is off by this many times the range of the others where the run
 starts [1]: on a machine that is warm already the hottest part cannot be told from a wrong level."""
 
-RUNAWAY_K, RUNAWAY_S, SETTLING_S, ALONE = 10.0, 1800.0, 3600.0, 0.3
-"""A thermometer has run away if it moves by ``RUNAWAY_K`` against the middle of all others [K]
-within ``RUNAWAY_S`` [s], without a switch in that time or ``SETTLING_S`` [s] before it, while no
-other goes the share ``ALONE`` of its way [1]: heat warms the neighbours."""
-BEGUN = 0.1
-"""It began when it had gone this share of the way [1]."""
-RETURNED = 0.3
-"""It is back when no more than this share of the way is left, to the end of the run [1]."""
 
+class Levels(Check):
+    """Thermometers whose level is off in some runs, or was never right: each over a whole run."""
 
-def runaways(run: Run) -> Iterator[Fault]:
-    """Find thermometers that leave all others while nothing was switched."""
-    names, time = run.temperatures, run.time_s
-    if len(names) < 3 or len(time) < 2 * FEWEST_SAMPLES:
-        return
-    table = run.frame[names].interpolate(limit_direction="both").to_numpy()
-    known = np.flatnonzero(np.isfinite(table).all(axis=0)).tolist()
-    moving = np.r_[0, np.cumsum(near_switch(run, after_s=SETTLING_S))]
-    back = np.searchsorted(time, time - RUNAWAY_S)
-    quiet = moving[1:] == moving[back]
-    for place in known if len(known) >= 3 else []:
-        others = table[:, [other for other in known if other != place]]
-        away = running_median(table[:, place] - np.median(others, axis=1))
-        moved = np.where(quiet, away - away[back], 0.0)
-        gone = np.flatnonzero(np.abs(moved) >= RUNAWAY_K)
-        gone = gone[[_alone(others, int(back[i]), int(i), moved[i]) for i in gone.tolist()]]
-        if not gone.size:
-            continue
-        i, first = int(gone[0]), int(back[gone[0]])
-        level, way = float(away[first]), float(away[i] - away[first])
-        begun = first + int(np.argmax((away[first : i + 1] - level) / way > BEGUN))
-        off = np.flatnonzero((away - level) / way > RETURNED)
-        last = int(off[-1]) if off.size else len(time) - 1
-        end = float(np.median(away[i : last + 1])) - level
-        text = (
-            f"runs away from all other thermometers by {end:+.0f} K, with no switch of the machine "
-            "near and no other that follows"
-        )
-        yield Fault(run.name, names[place], "runaway", float(time[begun]), float(time[last]), text)
+    kinds: ClassVar = {"level_jump": WRONG_LEVEL, "never_right": WRONG_LEVEL}
 
-
-def _alone(others: FloatArray, first: int, last: int, way: float) -> bool:
-    """Return whether no other thermometer went along."""
-    change = (others[last] - others[first]) * np.sign(way)
-    return bool(np.max(change) < ALONE * abs(way))
-
-
-def wrong_levels(runs: Sequence[Run]) -> list[Fault]:
-    """Return thermometers whose level is off in some runs, or was never right.
-
-    Parameters
-    ----------
-    runs : sequence of Run
-        What other checks found is taken out of them.
-
-    Returns
-    -------
-    list of Fault
-        Of the kinds ``level_jump`` and ``never_right``, each over a whole run; the place is that
-        of the run.
-    """
-    first = runs[0].temperatures if runs else []
-    columns = [name for name in first if all(name in run.frame for run in runs)]
-    tables = [_Distances(run, columns) for run in runs]
-    found: dict[tuple[int, str], Fault] = {}
-    for column, name in enumerate(columns):
-        for place, off in _level_jumps(tables, column):
-            text = f"reads {off:+.0f} K from its level in the other runs"
-            found[place, name] = _whole(runs[place], name, "level_jump", text, place)
-    for place, run in enumerate(runs):
-        own = _Distances(run, run.temperatures)
-        for column, name in enumerate(run.temperatures):
-            off = own.never_right(column)
-            if off and (place, name) not in found:
-                text = f"reads {off:+.0f} K from all others, whatever the machine does"
-                found[place, name] = _whole(run, name, "never_right", text, place)
-    return list(found.values())
+    def find(self, seen: Seen) -> Iterator[Fault]:
+        """Return the thermometers that are far from the others without a cause."""
+        runs = seen.left
+        first = runs[0].temperatures if runs else []
+        columns = [name for name in first if all(name in run.frame for run in runs)]
+        tables = [_Distances(run, columns) for run in runs]
+        found: dict[tuple[int, str], Fault] = {}
+        for column, name in enumerate(columns):
+            for place, off in _level_jumps(tables, column):
+                text = f"reads {off:+.0f} K from its level in the other runs"
+                found[place, name] = _whole(runs[place], name, "level_jump", text, place)
+        for place, run in enumerate(runs):
+            own = _Distances(run, run.temperatures)
+            for column, name in enumerate(run.temperatures):
+                off = own.never_right(column)
+                if off and (place, name) not in found:
+                    text = f"reads {off:+.0f} K from all others, whatever the machine does"
+                    found[place, name] = _whole(run, name, "never_right", text, place)
+        yield from found.values()
 
 
 def _whole(run: Run, name: str, kind: str, text: str, place: int) -> Fault:

@@ -9,10 +9,12 @@ level left in one leap is not told near a switch, and the limits lie above what 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import ClassVar
 
 import numpy as np
 
-from measurement.faults.fault import Fault
+from measurement.faults.checks.base import Check
+from measurement.faults.fault import LEFT_OUT, Fault
 from measurement.faults.series import (
     FEWEST_SAMPLES,
     IntArray,
@@ -51,16 +53,20 @@ NEIGHBOURS = 5
 """So many readings beside the first one say what it should be."""
 
 
-def leaps(run: Run) -> list[Fault]:
-    """Return the spikes and steps of a run's thermometers and displacements."""
-    near, switched = near_switch(run), switched_after(run)
-    found: list[Fault] = []
-    for column in [*run.temperatures, *lengths_of(run)]:
-        rows, values = valid(run, column)
-        if len(values) >= 2 * FEWEST_SAMPLES:
-            found += _spikes(run, column, rows, values, switched)
-            found += _steps(run, column, rows, values, near)
-    return found
+class Leaps(Check):
+    """Spikes, and steps that no switch of the machine explains."""
+
+    kinds: ClassVar = {"spikes": LEFT_OUT, "step": LEFT_OUT}
+    stage = 1
+
+    def in_run(self, run: Run) -> Iterator[Fault]:
+        """Return the spikes and steps of a run's thermometers and displacements."""
+        near, switched = near_switch(run), switched_after(run)
+        for column in [*run.temperatures, *lengths_of(run)]:
+            rows, values = valid(run, column)
+            if len(values) >= 2 * FEWEST_SAMPLES:
+                yield from _spikes(run, column, rows, values, switched)
+                yield from _steps(run, column, rows, values, near)
 
 
 def _spikes(

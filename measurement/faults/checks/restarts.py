@@ -1,0 +1,38 @@
+"""Displacements that come back far from where they froze: they moved unseen."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import ClassVar
+
+import numpy as np
+
+from measurement.faults.checks.base import Check, Seen
+from measurement.faults.fault import Fault, Kind
+from measurement.faults.series import lengths_of
+
+RESTART_UM = 3.0
+"""A displacement that comes back from a standstill this far away has moved unseen [um]."""
+
+
+class Restarts(Check):
+    """Asked of the readings as they were: the place where it froze counts."""
+
+    kinds: ClassVar = {"restart": Kind("kept: the reading is right again after it")}
+
+    def find(self, seen: Seen) -> Iterator[Fault]:
+        """Return the displacements that jump on coming back."""
+        for fault in seen.faults:
+            run = seen.runs[fault.place]
+            if fault.kind != "frozen" or fault.column not in lengths_of(run):
+                continue
+            values = run.frame[fault.column].to_numpy()
+            after = np.flatnonzero((run.time_s > fault.end_s) & np.isfinite(values))
+            if after.size < 3:
+                continue
+            # A few samples on: the reading may take one or two to come back.
+            step = np.median(values[after[:5]]) - values[run.time_s >= fault.start_s][0]
+            if abs(step) > RESTART_UM:
+                text = f"jumps by {step:+.0f} um on coming back"
+                time = float(run.time_s[after[0]])
+                yield Fault(run.name, fault.column, "restart", time, time, text, fault.place)

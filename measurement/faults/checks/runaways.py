@@ -1,0 +1,68 @@
+"""Thermometers that leave all others within half an hour, while nothing was switched."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import ClassVar
+
+import numpy as np
+
+from measurement.faults.checks.base import Check
+from measurement.faults.fault import LEFT_OUT, Fault
+from measurement.faults.series import FEWEST_SAMPLES, running_median
+from measurement.faults.switches import near_switch
+from measurement.runs import FloatArray, Run
+
+RUNAWAY_K, RUNAWAY_S, SETTLING_S, ALONE = 10.0, 1800.0, 3600.0, 0.3
+"""A thermometer has run away if it moves by ``RUNAWAY_K`` against the middle of all others [K]
+within ``RUNAWAY_S`` [s], without a switch in that time or ``SETTLING_S`` [s] before it, while no
+other goes the share ``ALONE`` of its way [1]: heat warms the neighbours."""
+BEGUN = 0.1
+"""It began when it had gone this share of the way [1]."""
+RETURNED = 0.3
+"""It is back when no more than this share of the way is left, to the end of the run [1]."""
+
+
+class Runaways(Check):
+    """Heat comes with a switch, and warms the neighbours: a broken sensor goes alone."""
+
+    kinds: ClassVar = {"runaway": LEFT_OUT}
+    stage = 2
+
+    def in_run(self, run: Run) -> Iterator[Fault]:
+        """Return the thermometers of a run that leave all others."""
+        names, time = run.temperatures, run.time_s
+        if len(names) < 3 or len(time) < 2 * FEWEST_SAMPLES:
+            return
+        table = run.frame[names].interpolate(limit_direction="both").to_numpy()
+        known = np.flatnonzero(np.isfinite(table).all(axis=0)).tolist()
+        moving = np.r_[0, np.cumsum(near_switch(run, after_s=SETTLING_S))]
+        back = np.searchsorted(time, time - RUNAWAY_S)
+        quiet = moving[1:] == moving[back]
+        for place in known if len(known) >= 3 else []:
+            others = table[:, [other for other in known if other != place]]
+            away = running_median(table[:, place] - np.median(others, axis=1))
+            moved = np.where(quiet, away - away[back], 0.0)
+            gone = np.flatnonzero(np.abs(moved) >= RUNAWAY_K)
+            gone = gone[[_alone(others, int(back[i]), int(i), moved[i]) for i in gone.tolist()]]
+            if not gone.size:
+                continue
+            i, first = int(gone[0]), int(back[gone[0]])
+            level, way = float(away[first]), float(away[i] - away[first])
+            begun = first + int(np.argmax((away[first : i + 1] - level) / way > BEGUN))
+            off = np.flatnonzero((away - level) / way > RETURNED)
+            last = int(off[-1]) if off.size else len(time) - 1
+            end = float(np.median(away[i : last + 1])) - level
+            text = (
+                f"runs away from all other thermometers by {end:+.0f} K, with no switch of the "
+                "machine near and no other that follows"
+            )
+            yield Fault(
+                run.name, names[place], "runaway", float(time[begun]), float(time[last]), text
+            )
+
+
+def _alone(others: FloatArray, first: int, last: int, way: float) -> bool:
+    """Return whether no other thermometer went along."""
+    change = (others[last] - others[first]) * np.sign(way)
+    return bool(np.max(change) < ALONE * abs(way))

@@ -1,0 +1,40 @@
+"""Displacements that are read in coarse steps, or stand still between them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import ClassVar
+
+import numpy as np
+
+from measurement.faults.checks.base import Check
+from measurement.faults.fault import Fault, Kind
+from measurement.faults.series import lengths_of
+from measurement.runs import FloatArray, Run
+
+COARSE_SHARE = 1 / 200
+"""Readings whose smallest step is more than this share of their range are on a staircase [1]."""
+STANDING_SHARE = 0.5
+"""So are those that repeat the reading before in more than this share of samples [1]."""
+
+
+class Staircases(Check):
+    """No error below the step can be told; nothing is wrong with the rest."""
+
+    kinds: ClassVar = {"staircase": Kind("kept: no error below the step can be told")}
+
+    def in_run(self, run: Run) -> Iterator[Fault]:
+        """Return the displacements of a run that are read so."""
+        for name in lengths_of(run):
+            values: FloatArray = run.frame[name].dropna().to_numpy()
+            moves = np.abs(np.diff(values))
+            if not (moves > 0).any():
+                continue
+            still = float((moves == 0).mean())
+            usual = float(np.median(moves[moves > 0]))
+            if usual > COARSE_SHARE * float(np.ptp(values)) and still > STANDING_SHARE:
+                text = (
+                    f"a staircase with steps of {usual:.2g} um, unchanged in {still:.0%} of samples"
+                )
+                start, end = float(run.time_s[0]), float(run.time_s[-1])
+                yield Fault(run.name, name, "staircase", start, end, text)
