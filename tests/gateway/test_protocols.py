@@ -9,10 +9,11 @@ from pathlib import Path
 
 import pytest
 
-from gateway import protocols, walk
+from gateway import protocols
 from gateway.database import Database
 from gateway.node import GatewaySettings
 from gateway.protocols.base import Adapter, Participant
+from measurement import plugins
 from scenarios import cli
 from tests.gateway.bench import WARM
 from tests.gateway.bus import Control, gateway_thread, wait_for
@@ -48,8 +49,7 @@ def test_every_file_of_the_folder_holds_one_adapter() -> None:
 
 def test_another_distribution_adds_one_by_entry_point(monkeypatch: pytest.MonkeyPatch) -> None:
     point = EntryPoint("lamp", f"{__name__}:LampAdapter", protocols.GROUP)
-    named = {protocols.GROUP: [point]}
-    monkeypatch.setattr(walk, "entry_points", lambda group: named.get(group, []))
+    monkeypatch.setattr(plugins, "_points", {protocols.GROUP: (point,)}.__getitem__)
     protocols.adapters.cache_clear()
     try:
         assert protocols.adapters()[-1].__name__ == "LampAdapter"
