@@ -75,6 +75,7 @@ def calibration_page(
     ]
     return page_text(
         "calibration.html",
+        kicker="Calibration",
         title=given.title,
         lines=summary_lines(calibration, gap, len(observed)),
         gap=gap,

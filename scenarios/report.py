@@ -129,7 +129,8 @@ def page_text(template: str, **values: Any) -> str:
     Parameters
     ----------
     template : str
-        Its file's name in ``templates``; it extends ``base.html``.
+        Its file's name in ``templates``. ``page.html`` is a whole one: kicker, title, lines of
+        text, charts and facts; others extend it or ``base.html``.
     **values
         What it shows; with ``charts``, plotly's script comes along.
     """
