@@ -21,7 +21,7 @@ KINDS: dict[str, dict[str, Any]] = {
     "tuple[float, float]": {"nargs": 2, "type": float},
 }
 """By annotation; every other is one word."""
-ENTRY = re.compile(r"^(\w[\w, ]*?) : (.*)\n((?:[ ]{4}.*\n?)+)", re.MULTILINE)
+ENTRY = re.compile(r"^(\w[\w, ]*?) : (.*)\n?((?:[ ]{4}.*\n?)*)", re.MULTILINE)
 """Of a parameter in a docstring: names, type, text."""
 
 
@@ -44,7 +44,7 @@ def add_parameters(
         Parameters whose option differs: by name what `argparse` takes instead; ``flag`` is the
         option's name.
     """
-    described = _entries(function)
+    described = entries(function)
     signature = inspect.signature(function).parameters
     for name, change in {**{key: {} for key in names}, **changes}.items():
         parameter, (kind, text) = signature[name], described[name]
@@ -76,15 +76,15 @@ def defaults(function: Callable[..., Any]) -> dict[str, Any]:
     return {name: entry.default for name, entry in parameters if entry.default is not entry.empty}
 
 
-def _entries(function: Callable[..., Any]) -> dict[str, tuple[str, str]]:
+def entries(function: Callable[..., Any]) -> dict[str, tuple[str, str]]:
     """Return each parameter's type and its text, as help has it, by name."""
-    entries = {}
+    found = {}
     for names, kind, text in ENTRY.findall(inspect.getdoc(function) or ""):
         words = re.sub(r"``|`|\*(?=\w)|(?<=\w)\*", "", " ".join(text.split()))
         shown = (words[:1].lower() + words[1:]).rstrip(".").replace("%", "%%")
         for name in names.split(", "):
-            entries[name] = (kind, shown)
-    return entries
+            found[name] = (kind, shown)
+    return found
 
 
 def add_runs(parser: argparse.ArgumentParser, text: str = "run file (CSV)") -> None:

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias, Union
 
 import pandas as pd
 
 from measurement.doubts import doubts
-from measurement.errors import BadInput, shown
 from measurement.runs import Run
 from measurement.runs import read_run as read_run_file
 
@@ -29,16 +28,12 @@ def as_run(given: RunLike, name: str = "run") -> Run:
         return given
     if isinstance(given, pd.DataFrame):
         return Run(str(given.attrs.get("name", name)), given)
-    if isinstance(given, (str, Path)):
-        return read_run_file(given)
-    raise BadInput(name, "", f"{shown(given)} is no run: a run, a frame or a path is needed")
+    return read_run_file(given)
 
 
 def as_runs(given: RunLike | Sequence[RunLike]) -> list[Run]:
     """Return several runs; frames are called ``run_1``, ``run_2``, ..."""
     if isinstance(given, (Run, pd.DataFrame, str, Path)):
-        return [as_run(given)]
-    if not isinstance(given, Iterable):
         return [as_run(given)]
     return [as_run(entry, f"run_{number}") for number, entry in enumerate(given, 1)]
 
@@ -51,4 +46,4 @@ def warn_of_doubts(runs: Sequence[Run]) -> None:
     """Warn the caller of a function of this package of what looks wrong with runs."""
     for run_doubt in doubts(runs):
         names = ", ".join(run.name for run in runs)
-        warnings.warn(f"{names}: {run_doubt.column} {run_doubt.text}", DoubtfulData, stacklevel=3)
+        warnings.warn(f"{names}: {run_doubt.column} {run_doubt.text}", DoubtfulData, stacklevel=4)

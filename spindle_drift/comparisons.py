@@ -18,6 +18,7 @@ from measurement.faults import Fault, find_faults, looked_over
 from scenarios.presets import preset
 from spindle_drift._inputs import MachineLike, RunLike, as_runs
 from spindle_drift._plots import plot_bars
+from spindle_drift._refusals import refusing, refusing_methods
 from spindle_drift.compensators import USUAL_MACHINE
 from spindle_drift.machines import as_machine
 
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+@refusing_methods
 @dataclass(frozen=True)
 class Comparison:
     """How error models did on runs that they never saw.
@@ -86,6 +88,7 @@ class Comparison:
         return str(next(name for name in free.index if name not in ("no_model", "persistence")))
 
 
+@refusing
 def compare(
     train: Sequence[RunLike],
     validate: Sequence[RunLike] = (),

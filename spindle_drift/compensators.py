@@ -30,6 +30,7 @@ from scenarios.presets import preset
 from scenarios.replay import model_of, rig_of_model
 from spindle_drift._inputs import MachineLike, RunLike, as_run, as_runs, warn_of_doubts
 from spindle_drift._plots import plot_judged
+from spindle_drift._refusals import refusing, refusing_methods
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -38,6 +39,7 @@ USUAL_MACHINE = "jig_borer"
 TOOL_LENGTH_MM = 150.0
 
 
+@refusing_methods
 @dataclass(frozen=True, repr=False)
 class Compensator:
     """A compensator: temperatures, speed and tool length in, offsets of the axes out.
@@ -235,8 +237,10 @@ class Compensator:
 
         Parameters
         ----------
-        run, machine, tool_length_mm
-            As `judge` takes them.
+        run : Run, DataFrame or path
+        machine : Machine, path or name, optional
+        tool_length_mm : float
+            As `judge` takes them [mm].
         """
         recorded = as_run(run)
         judged = self.judge(recorded, machine=machine, tool_length_mm=tool_length_mm)
@@ -305,6 +309,7 @@ class Compensator:
         return Compensator(parse_model(compensator_text(table), self.name))
 
 
+@refusing
 def fit(
     runs: RunLike | Sequence[RunLike],
     model: str | None = None,

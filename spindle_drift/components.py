@@ -27,6 +27,7 @@ from scenarios.runner import run_scenario as run_scenario_files
 from scenarios.scenario import read_scenario
 from scenarios.table import Group
 from spindle_drift._plots import plot_frames
+from spindle_drift._refusals import refusing, refusing_methods
 from spindle_drift.compensators import Compensator
 from spindle_drift.machines import Machine
 
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+@refusing
 def build_fmu(
     source: Compensator | Machine | str | Path,
     out: str | Path = "dist",
@@ -115,6 +117,7 @@ def _file_of(source: Any, work: Path) -> Path:
     return file
 
 
+@refusing_methods
 @dataclass(frozen=True)
 class Scenario:
     """A scenario that was co-simulated.
@@ -142,6 +145,7 @@ class Scenario:
         return plot_frames(self.frames)
 
 
+@refusing
 def run_scenario(
     scenario: str | Path,
     out: str | Path | None = None,

@@ -18,12 +18,14 @@ from scenarios.gap_runner import GAP, GapTask, run_find_gap
 from scenarios.outputs import guarding
 from spindle_drift._inputs import MachineLike, RunLike, as_runs
 from spindle_drift._plots import plot_bars
+from spindle_drift._refusals import refusing, refusing_methods
 from spindle_drift.machines import Machine, as_machine
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+@refusing_methods
 @dataclass(frozen=True)
 class Gap:
     """What was found missing in a machine's model.
@@ -63,6 +65,7 @@ class Gap:
         return plot_bars(shown, f"Gap by channel: {self.verdict}", "RMS of residual [K, µm]")
 
 
+@refusing
 def find_gap(
     machine: MachineLike,
     runs: Sequence[RunLike],

@@ -32,11 +32,13 @@ from scenarios.scenario import Case, read_scenario
 from scenarios.scenario import Scenario as ReadScenario
 from spindle_drift._inputs import MachineLike, RunLike, as_runs
 from spindle_drift._plots import plot_bars
+from spindle_drift._refusals import refusing, refusing_methods
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+@refusing_methods
 @dataclass(frozen=True)
 class Machine:
     """A lumped thermal model of a spindle, as a machine file describes it.
@@ -138,6 +140,7 @@ def as_machine(given: MachineLike) -> Machine:
     return given if isinstance(given, Machine) else Machine(given)
 
 
+@refusing
 def simulate(
     machine: MachineLike,
     inputs: pd.DataFrame | RunLike,
@@ -207,6 +210,7 @@ def case_to_simulate(scenario: ReadScenario) -> Case:
     return scenario.cases[0]
 
 
+@refusing_methods
 @dataclass(frozen=True)
 class Calibration:
     """A calibrated machine, and what the runs determine of it.
@@ -244,6 +248,7 @@ class Calibration:
         return plot_bars(self.residuals, "Model minus measurement", "RMS [K, µm]")
 
 
+@refusing
 def calibrate(
     machine: MachineLike,
     runs: RunLike | Sequence[RunLike],

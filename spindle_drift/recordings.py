@@ -20,11 +20,13 @@ from scenarios.imported import write_imported
 from scenarios.outputs import guarding
 from spindle_drift._inputs import MachineLike, RunLike, as_run
 from spindle_drift._plots import plot_run
+from spindle_drift._refusals import refusing, refusing_methods
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+@refusing
 def read_run(source: RunLike, name: str = "run") -> Run:
     """Read a run file, or check a frame that is like one.
 
@@ -57,6 +59,7 @@ def read_run(source: RunLike, name: str = "run") -> Run:
     return as_run(source, name)
 
 
+@refusing_methods
 @dataclass(frozen=True)
 class ImportedLog:
     """Runs that were made of a log, and what was doubtful about it.
@@ -122,6 +125,7 @@ class ImportedLog:
             return write_imported(self._imported, self._paths, target, with_mapping=fresh)
 
 
+@refusing
 def import_log(
     files: str | Path | Sequence[str | Path],
     *,
@@ -200,6 +204,7 @@ def import_log(
     )
 
 
+@refusing
 def summary(
     run: RunLike, *, machine: MachineLike | None = None, ambient: str | None = None
 ) -> Summary:

@@ -12,10 +12,12 @@ from fmu_compensator.fit.columns import targets_of
 from fmu_compensator.fit.survey import Survey, survey
 from scenarios.presets import preset
 from spindle_drift._inputs import MachineLike, RunLike, as_runs
+from spindle_drift._refusals import refusing, refusing_methods
 from spindle_drift.compensators import USUAL_MACHINE
 from spindle_drift.machines import as_machine
 
 
+@refusing_methods
 @dataclass(frozen=True)
 class Points:
     """How alike temperatures are, and which are chosen.
@@ -47,6 +49,7 @@ class Points:
     survey: Survey = field(repr=False)
 
 
+@refusing
 def points(
     runs: RunLike | Sequence[RunLike],
     *,

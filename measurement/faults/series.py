@@ -35,20 +35,20 @@ def unit_of(column: str) -> str:
 
 
 def scatter(values: FloatArray) -> float:
-    """Return a standard deviation that outliers do not move."""
+    """Return a standard deviation of *values* that outliers do not move [K, um]."""
     if not values.size:
         return 0.0
     return 1.4826 * float(np.median(np.abs(values - np.median(values))))
 
 
 def running_median(values: FloatArray) -> FloatArray:
-    """Return the median of each value and the two on each side."""
+    """Return the median of each of *values* and the two on each side [K, um]."""
     windows = np.lib.stride_tricks.sliding_window_view(np.pad(values, 2, mode="edge"), 5)
     return np.asarray(np.median(windows, axis=1))
 
 
 def stretches(values: FloatArray) -> tuple[IntArray, IntArray]:
-    """Return first and last place of every stretch of equal values."""
+    """Return first and last place of every stretch of equal *values* [K, um]."""
     cuts = np.flatnonzero(np.diff(values) != 0.0) + 1
     return np.r_[0, cuts], np.r_[cuts, len(values)] - 1
 

@@ -1,0 +1,112 @@
+"""Arguments of a type that a function does not take are refused in one line, before it begins."""
+
+from __future__ import annotations
+
+import collections.abc as abc
+import inspect
+import numbers
+import os
+import types
+from collections.abc import Callable
+from functools import cache, wraps
+from pathlib import Path
+from typing import Any, Literal, ParamSpec, TypeVar, Union, get_args, get_origin, get_type_hints
+
+from measurement.errors import BadInput, shown
+from scenarios.arguments import entries
+
+P = ParamSpec("P")
+R = TypeVar("R")
+T = TypeVar("T")
+
+KINDS = {int: numbers.Integral, float: numbers.Real, Path: os.PathLike}
+"""What is taken for a type, beside its own instances: numpy's numbers, anybody's paths."""
+
+
+def refusing(function: Callable[P, R]) -> Callable[P, R]:
+    """Let a function of the API refuse arguments that are not what its annotations say.
+
+    The refusal says what the entry in the docstring says. Sequences may be any iterables; what an
+    iterator gives is not looked at.
+    """
+    signature = inspect.signature(function)
+
+    @wraps(function)
+    def refuses(*args: P.args, **kwargs: P.kwargs) -> R:
+        try:
+            given = signature.bind_partial(*args, **kwargs).arguments
+        except TypeError:  # too many arguments: Python says it with the function's name
+            return function(*args, **kwargs)
+        for name, kind in parameter_types(function).items():
+            if name in given and not _is(value := given[name], kind):
+                problem = f"{shown(value)} is not allowed: {_words(function, name)} is needed"
+                raise BadInput(_name(function), name, problem)
+        return function(*args, **kwargs)
+
+    return refuses
+
+
+def refusing_methods(kind: type[T]) -> type[T]:
+    """Let the public methods of a class refuse, as `refusing` does.
+
+    Its making, too, where its docstring has parameters: results, which have attributes, are made
+    by this package only.
+    """
+    checked = {"__init__"} if "Parameters\n" in (kind.__doc__ or "") else set()
+    for name, thing in list(vars(kind).items()):
+        if inspect.isfunction(thing) and (name in checked or not name.startswith("_")):
+            setattr(kind, name, refusing(thing))
+        elif isinstance(thing, classmethod):
+            setattr(kind, name, classmethod(refusing(thing.__func__)))
+    return kind
+
+
+@cache
+def parameter_types(function: Callable[..., Any]) -> dict[str, Any]:
+    """Return the types of a function's parameters by name."""
+    from spindle_drift.machines import Machine
+
+    parameters = inspect.signature(function).parameters.values()
+    said = {
+        entry.name: entry.annotation
+        for entry in parameters
+        if entry.annotation is not entry.empty and entry.kind is not entry.VAR_KEYWORD
+    }
+    told = types.SimpleNamespace(__annotations__=said)
+    return get_type_hints(told, inspect.unwrap(function).__globals__, {"Machine": Machine})
+
+
+def _is(value: object, hint: Any) -> bool:
+    """Return whether a value is of a type."""
+    origin, inner = get_origin(hint), get_args(hint)
+    if hint is Any:
+        return True
+    if origin in (Union, types.UnionType):
+        return any(_is(value, kind) for kind in inner)
+    if origin is Literal:
+        return value in inner
+    if origin is abc.Callable:
+        return callable(value)
+    if origin is abc.Mapping:
+        return isinstance(value, abc.Mapping)
+    if origin in (abc.Sequence, tuple):
+        if isinstance(value, (str, bytes, abc.Mapping)) or not isinstance(value, abc.Iterable):
+            return False
+        parts = () if isinstance(value, abc.Iterator) else value
+        return all(_is(part, inner[0]) for part in parts)
+    if isinstance(value, bool):
+        return hint in (bool, object)
+    return isinstance(value, (hint, KINDS.get(hint, hint)))
+
+
+def _name(function: Callable[..., Any]) -> str:
+    return function.__qualname__.removesuffix(".__init__")
+
+
+def _words(function: Callable[..., Any], name: str) -> str:
+    """Return what a parameter takes, as its docstring says it."""
+    described = entries(function)
+    if function.__name__ == "__init__":
+        module = inspect.getmodule(function)
+        described = entries(getattr(module, _name(function)))
+    return described[name][0].removesuffix(", optional")

@@ -1,0 +1,72 @@
+"""What a function of the API does not take is refused in one line that names the parameter."""
+
+from __future__ import annotations
+
+import inspect
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import spindle_drift as sd
+from spindle_drift._inputs import RunLike
+from spindle_drift._refusals import _is, parameter_types
+
+
+def callables() -> Iterator[tuple[str, Callable[..., Any]]]:
+    """Yield every function and public method of the package, and the making of a machine."""
+    for name in sd.__all__:
+        thing = getattr(sd, name)
+        if not thing.__module__.startswith("spindle_drift"):
+            continue
+        if inspect.isfunction(thing):
+            yield name, thing
+        for member, function in inspect.getmembers(thing, inspect.isroutine):
+            if member in vars(thing) and not member.startswith("_"):
+                yield f"{name}.{member}", function
+    yield "Machine", sd.Machine.__init__
+
+
+@pytest.mark.parametrize(("name", "function"), list(callables()), ids=str)
+def test_every_parameter_refuses_what_it_does_not_take(
+    name: str, function: Callable[..., Any]
+) -> None:
+    for parameter, kind in parameter_types(inspect.unwrap(function)).items():
+        if kind is Any:
+            continue
+        line = rf"{re.escape(name)}: {parameter}: <object .*> is not allowed: .* is needed"
+        with pytest.raises(sd.BadInput, match=f"^{line}$"):
+            function(**{parameter: object()})
+
+
+def test_a_method_that_lacks_an_argument_is_told_so_by_its_name() -> None:
+    with pytest.raises(TypeError, match=r"fit\(\) missing 1 required"):
+        sd.fit()  # type: ignore[call-arg]
+
+
+@pytest.mark.parametrize(
+    ("value", "kind", "is_taken"),
+    [
+        (np.int64(3), int, True),
+        (np.float32(3.0), float, True),
+        (3, float, True),
+        (True, float, False),
+        (3.0, int, False),
+        (Path("x"), str | Path, True),
+        ("ab", Sequence[str], False),
+        (("a", "b"), Sequence[str], True),
+        (["a", 3], Sequence[str], False),
+        (iter(["a"]), Sequence[str], True),
+        ({"a": 1}, Mapping[str, int], True),
+        ([pd.DataFrame(), "run.csv"], Sequence[RunLike], True),
+        (3, Literal[2, 3], True),
+        (None, int | None, True),
+        (None, int, False),
+    ],
+)
+def test_what_is_taken_for_a_type(value: object, kind: Any, is_taken: bool) -> None:
+    assert _is(value, kind) == is_taken
