@@ -86,7 +86,10 @@ def test_every_name_is_documented_and_typed(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", FUNCTIONS)
-def test_every_example_runs(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_every_example_runs(
+    name: str, shipped: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "dist").symlink_to(shipped)
     monkeypatch.chdir(tmp_path)
     found = getattr(sd, name)
     (case,) = [
@@ -124,10 +127,10 @@ def test_frames_paths_and_runs_are_taken_alike(runs: list[sd.Run], tmp_path: Pat
 def test_what_is_fitted_is_what_the_command_fits(runs: list[sd.Run], tmp_path: Path) -> None:
     paths = [str(write_run(run, tmp_path / f"{run.name}.csv")) for run in runs]
     out = tmp_path / "c.json"
-    argv = ["fit", *paths, "--model", "ridge", "--machine", "jig_borer", "-o", str(out)]
+    argv = ["fit", *paths, "--model", "mlr", "--machine", "jig_borer", "-o", str(out)]
     assert main(argv) == 0
     read = [sd.read_run(path) for path in paths]
-    ours = sd.fit(read, "ridge", machine="jig_borer").save(tmp_path / "ours.json")
+    ours = sd.fit(read, "mlr", machine="jig_borer").save(tmp_path / "ours.json")
     assert ours.read_text() == out.read_text()
     figures = sd.Compensator.load(out).figures
     assert list(figures.columns) == ["no_model", "training", "like", "unlike", "promised"]

@@ -166,11 +166,6 @@ def test_any_damaged_bytes_give_a_model_or_one_line(
     ("field", "value", "told"),
     [
         ("format", 4, "newer version"),
-        (
-            "format",
-            2,
-            "2 is of an older version; fit it again from its runs: spindle-drift fit RUN",
-        ),
         ("format", 0, "whole number"),
         ("kind", "other", "spindle-drift compensator"),
         ("extra", 1, "not a known field"),

@@ -37,15 +37,12 @@ def warm_up(**changes: object) -> pd.DataFrame:
     return pd.DataFrame(columns | changes)
 
 
-def test_a_sound_run_has_no_finding() -> None:
-    assert found(warm_up()) == []
-
-
 def test_a_channel_that_freezes_while_others_go_on() -> None:
     frozen = warm_up()["S1_um"].to_numpy().copy()
     frozen[30:60] = frozen[30]
     finding, back = find_faults([Run("r", warm_up(S1_um=frozen))])
     assert (back.kind, back.start_s) == ("restart", 60 * 60.0)
+    assert back.text == "jumps by +6 um on coming back"
     assert (finding.kind, finding.column) == ("frozen", "S1_um")
     assert (finding.start_s, finding.end_s) == (1800.0, 59 * 60.0)
     assert finding.text.startswith(f"exactly {frozen[30]:g} um while T1")
