@@ -72,13 +72,12 @@ def test_a_hidden_effect_is_named_added_and_closes_the_gap(
 
 def test_nothing_is_named_when_nothing_is_missing(jig_borer_lumps: Machine) -> None:
     runs = runs_of(jig_borer_lumps, seed=7)
-    first, second = (
-        find_gap(jig_borer_lumps, order, Search(LEFT_OUT)) for order in (runs[:3], runs[2::-1])
-    )
+    first = find_gap(jig_borer_lumps, runs[:3], Search(LEFT_OUT))
     assert first.keys == ()
     assert Judged.of(first, observe(jig_borer_lumps, runs[3:])).verdict == "none_missing"
     assert first.after is first.before
     # The order in which runs are given changes nothing.
+    second = find_gap(jig_borer_lumps, runs[2::-1], Search(LEFT_OUT, most=0))
     assert first.before.cost == second.before.cost
 
 

@@ -51,7 +51,9 @@ def test_points_as_a_study_has_them_keep_the_air_and_say_what_the_api_says(
 def test_the_time_series_study_says_order_tests_and_correlations(
     runs: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    table = fitted(runs, tmp_path, "--as", "TS", "--out", str(tmp_path / "figures"))
+    table = fitted(
+        runs, tmp_path, "--as", "TS", "--option", "order=1", "--out", str(tmp_path / "figures")
+    )
     text = capsys.readouterr().out
     assert table["error_model"]["kind"] == "arma"
     assert table["geometry"]["form"] == "pure_rotation"
