@@ -10,7 +10,7 @@ import numpy as np
 
 from gap_finder.calibrate import Progress
 from gap_finder.design import RunSensitivities, all_sensitivities
-from gap_finder.hypotheses import AddedEffect, Listed, everything
+from gap_finder.hypotheses import AddedChange, AddedEffect, Listed, everything
 from gap_finder.keys import effect_of
 from gap_finder.proposals import Added, is_far_from_linear, screened
 from gap_finder.score import Fit, fit
@@ -147,29 +147,41 @@ class Searching:
     def run(self, sensitivities: Sequence[RunSensitivities]) -> Found:
         """Return the best hypothesis and what stands beside it."""
         best, steps = self.nothing, []
+        listed = self._listed(best, sensitivities)
         rivals: dict[str, tuple[Hypothesis, ...]] = {}
         instead: tuple[tuple[Hypothesis, ...], ...] = ()
         while len(best.additions) < self._search.most:
-            step = self._forward(best, sensitivities)
+            step = self._forward(best, sensitivities, listed.beside(best.fit.machine))
             steps.append(step)
             if not step.is_taken:
                 break
-            best = step.tried[0]
+            before, best = best, step.tried[0]
             rivals[best.keys[-1]] = step.tried[1:]
             best, instead = self._settled(best, rivals, sensitivities)
             if len(best.additions) >= self._search.most:
                 break
             self._progress(f"calibrating with {best.keys[-1]}")
+            described = _changes_in(before) != _changes_in(best)
             best, sensitivities = in_full(best)
+            # Other parts, other paths. A law more in force hardly changes what another would do,
+            # and what is proposed is simulated.
+            if described:
+                listed = self._listed(best, sensitivities)
         return Found(self.nothing, best, instead, tuple(steps))
 
-    def _forward(self, best: Hypothesis, sensitivities: Sequence[RunSensitivities]) -> Step:
+    def _listed(self, best: Hypothesis, sensitivities: Sequence[RunSensitivities]) -> Listed:
+        """Return all that may be added to the best so far."""
+        self._progress("listing what may be missing")
+        search = self._search
+        return everything(self._pool, best.fit, sensitivities, search.without, search.described)
+
+    def _forward(
+        self, best: Hypothesis, sensitivities: Sequence[RunSensitivities], listed: Listed
+    ) -> Step:
         """Score what the screening proposes beside the best so far."""
         self._progress(f"screening, {len(best.additions) + 1}")
-        search = self._search
-        listed = everything(self._pool, best.fit, sensitivities, search.without, search.described)
         law = LAW * self.nothing.fit.left_each
-        proposed = screened(best.fit, listed, search.seed, law)
+        proposed = screened(best.fit, listed, self._search.seed, law)
         first, later = proposed.likely[:LEADERS], proposed.likely[LEADERS:]
         tried = self._scored(best, first, listed, sensitivities)
         worth = self._worth(best, tried)
@@ -267,6 +279,11 @@ class Searching:
         return self._pool.submit(
             _of, self.nothing, tuple(additions), tuple(prior), sensitivities, like
         )
+
+
+def _changes_in(one: Hypothesis) -> set[str]:
+    """Return the changes of the description among the additions."""
+    return {addition.key for addition in one.additions if isinstance(addition, AddedChange)}
 
 
 def added_to(

@@ -23,7 +23,7 @@ from gap_finder.candidates import (
     with_effect,
 )
 from gap_finder.design import RunSensitivities
-from gap_finder.keys import has_its_drivers
+from gap_finder.keys import effect_of, has_its_drivers, law_of, laws_of
 from gap_finder.kinds import CalibratedRun, Change, kinds
 from gap_finder.observations import Observations
 from gap_finder.score import Fit
@@ -197,6 +197,18 @@ class Listed:
 
     tried: list[AddedEffect | AddedChange]
     costs: dict[str, float]
+
+    def beside(self, machine: Machine) -> Listed:
+        """Return the same without the laws that a machine has in force."""
+        laws = set(laws_of(machine.effects))
+
+        def is_new(key: str) -> bool:
+            effect = effect_of(key)
+            several = effect is None or effect.on_channel
+            return key not in machine.effects and (several or law_of(key) not in laws)
+
+        rest = [one for one in self.tried if is_new(one.key)]
+        return Listed(rest, prior_costs({one.key for one in rest}))
 
 
 def prior_costs(keys: Collection[str]) -> dict[str, float]:
