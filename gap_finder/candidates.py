@@ -10,7 +10,7 @@ import numpy as np
 
 from gap_finder.keys import driver_keys, driver_of, laws_of, unused_with
 from gap_finder.leaps import Leaps, leaps_in
-from gap_finder.linearise import modelled, simulate_at
+from gap_finder.linearise import SCREENING, modelled, simulate_at
 from gap_finder.long_log import is_piece
 from gap_finder.observations import Observations
 from gap_finder.periods import PHASES, likely_periods, quick
@@ -233,7 +233,8 @@ def given_values(key: str, values: Mapping[str, float]) -> dict[str, float]:
 def _answer(
     grown: Machine, observed: Observations, sets: dict[str, FloatArray], base: FloatArray
 ) -> FloatArray:
-    change = modelled(simulate_at(grown, observed, sets), observed) - base
+    shown = simulate_at(grown, observed, sets, tolerance=SCREENING)
+    change = modelled(shown, observed) - base
     return (change * observed.weights).reshape(len(change), -1)
 
 

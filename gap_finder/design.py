@@ -16,6 +16,7 @@ from functools import cached_property
 from itertools import permutations
 
 import numpy as np
+import numpy.typing as npt
 
 from gap_finder.added_paths import AddedPath, path_answers
 from gap_finder.calibrate import robust_weights
@@ -48,6 +49,9 @@ warmed first. Set on one machine of the fifth split (lathe 0000, nothing hidden)
 NEGLIGIBLE = 0.1
 """Below this share of its delay in delay and `INDEPENDENT_S` a part has one temperature [1]: most
 cells of a page are that quick, and would be a thousand columns."""
+
+ROUNDING = 1e-9
+"""Share of an answer's squares that is rounding [1]."""
 
 LEVER = 0.01
 """Share of a displacement's spread that each part's warming may be wrong by (one sd) [1]."""
@@ -155,15 +159,26 @@ class RunDesign:
 
 def design_of(
     parts: Sequence[Linearisation],
-    observed: Sequence[Observations],
-    moved: Priors,
     sensitivities: Sequence[RunSensitivities],
 ) -> list[RunDesign]:
     """Gather the design of all runs about a calibrated machine."""
+    squares = np.array([np.sum(part.by_parameter**2, axis=0) for part in parts])
+    alone = told_by_one_run(squares)
     return [
-        run_design(part, known, _only_here(moved, observed, one))
-        for part, known, one in zip(parts, sensitivities, observed, strict=True)
+        run_design(part, known, np.flatnonzero(mine).tolist())
+        for part, known, mine in zip(parts, sensitivities, alone, strict=True)
     ]
+
+
+def told_by_one_run(squares: FloatArray) -> npt.NDArray[np.bool_]:
+    """Return where a run alone tells anything of an unknown, shape (R, Q).
+
+    Parameters
+    ----------
+    squares : array, shape (R, Q)
+        Of each unknown's answer in each run.
+    """
+    return np.asarray((squares > 0.0) & (squares.sum(axis=0) - squares <= ROUNDING * squares))
 
 
 def run_design(
@@ -179,13 +194,6 @@ def run_design(
         *(linear.residual * weight, shared * weight[:, None], own * weight[:, None], weight),
         tuple(alone),
     )
-
-
-def _only_here(moved: Priors, observed: Sequence[Observations], one: Observations) -> list[int]:
-    """Return the parameters of effects that are absent in every other run."""
-    keys = frozenset.intersection(*(other.absent for other in observed if other is not one))
-    gone = tuple(f"effects.{key}." for key in keys - one.absent)
-    return [i for i, name in enumerate(moved.names) if gone and name.startswith(gone)]
 
 
 def _column(observed: Observations, channel: int, series: FloatArray) -> FloatArray:

@@ -10,7 +10,7 @@ import numpy as np
 
 from gap_finder.calibrate import Progress
 from gap_finder.design import RunSensitivities, all_sensitivities
-from gap_finder.hypotheses import AddedChange, AddedEffect, Listed, everything
+from gap_finder.hypotheses import AddedEffect, Listed, everything
 from gap_finder.keys import effect_of
 from gap_finder.proposals import Added, is_far_from_linear, screened
 from gap_finder.score import Fit, fit
@@ -151,7 +151,7 @@ class Searching:
         rivals: dict[str, tuple[Hypothesis, ...]] = {}
         instead: tuple[tuple[Hypothesis, ...], ...] = ()
         while len(best.additions) < self._search.most:
-            step = self._forward(best, sensitivities, listed.beside(best.fit.machine))
+            step = self._forward(best, sensitivities, listed.beside(best.keys))
             steps.append(step)
             if not step.is_taken:
                 break
@@ -161,11 +161,10 @@ class Searching:
             if len(best.additions) >= self._search.most:
                 break
             self._progress(f"calibrating with {best.keys[-1]}")
-            described = _changes_in(before) != _changes_in(best)
+            parts = before.fit.machine.node_index
             best, sensitivities = in_full(best)
-            # Other parts, other paths. A law more in force hardly changes what another would do,
-            # and what is proposed is simulated.
-            if described:
+            # What else acts changes little in what an addition does; the proposed are simulated.
+            if best.fit.machine.node_index != parts:
                 listed = self._listed(best, sensitivities)
         return Found(self.nothing, best, instead, tuple(steps))
 
@@ -279,11 +278,6 @@ class Searching:
         return self._pool.submit(
             _of, self.nothing, tuple(additions), tuple(prior), sensitivities, like
         )
-
-
-def _changes_in(one: Hypothesis) -> set[str]:
-    """Return the changes of the description among the additions."""
-    return {addition.key for addition in one.additions if isinstance(addition, AddedChange)}
 
 
 def added_to(

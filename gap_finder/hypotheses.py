@@ -23,7 +23,7 @@ from gap_finder.candidates import (
     with_effect,
 )
 from gap_finder.design import RunSensitivities
-from gap_finder.keys import effect_of, has_its_drivers, law_of, laws_of
+from gap_finder.keys import has_its_drivers, law_of, laws_of
 from gap_finder.kinds import CalibratedRun, Change, kinds
 from gap_finder.observations import Observations
 from gap_finder.score import Fit
@@ -198,16 +198,10 @@ class Listed:
     tried: list[AddedEffect | AddedChange]
     costs: dict[str, float]
 
-    def beside(self, machine: Machine) -> Listed:
-        """Return the same without the laws that a machine has in force."""
-        laws = set(laws_of(machine.effects))
-
-        def is_new(key: str) -> bool:
-            effect = effect_of(key)
-            several = effect is None or effect.on_channel
-            return key not in machine.effects and (several or law_of(key) not in laws)
-
-        rest = [one for one in self.tried if is_new(one.key)]
+    def beside(self, keys: Collection[str]) -> Listed:
+        """Return the same without what is added already, and without its law on other drivers."""
+        taken = set(laws_of(keys))
+        rest = [one for one in self.tried if law_of(one.key) not in taken]
         return Listed(rest, prior_costs({one.key for one in rest}))
 
 

@@ -17,6 +17,9 @@ from plant_model.simulate import Simulation, simulate
 TOLERANCE = 3e-3
 """Local error while fitting where it is not [K]: far below what misfits are judged by."""
 
+SCREENING = 10.0 * TOLERANCE
+"""The same where what a candidate would change is only to be proposed [K]; set for time."""
+
 DIFFERENCE = 0.05
 """Step of the numerical derivative, in usual standard deviations."""
 
@@ -57,6 +60,7 @@ def simulate_at(
     observed: Observations,
     parameters: Mapping[str, FloatArray] | None = None,
     start: FloatArray | None = None,
+    tolerance: float = TOLERANCE,
 ) -> Simulation:
     """Simulate a run at its first row and then at its observations' instants.
 
@@ -69,6 +73,8 @@ def simulate_at(
         Values instead of the machine's, by full name; the run's own values win.
     start : array, optional
         Temperatures of the nodes at the start [degC]; by default as the machine file says.
+    tolerance : float
+        Local error where a step is not exact [K].
 
     Returns
     -------
@@ -82,7 +88,7 @@ def simulate_at(
         machine,
         observed.run.frame,
         given | own,
-        tolerance=TOLERANCE,
+        tolerance=tolerance,
         at=np.append(observed.run.time_s[0], observed.time_s),
         start=start,
         drive=observed.drive,

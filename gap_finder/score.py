@@ -138,7 +138,7 @@ def scored(
     """Score a calibrated machine run by run."""
     moved = Priors.of(base, calibrated=True)
     x = moved.position(calibration.machine)
-    designs = design_of(calibration.parts, observed, moved, sensitivities)
+    designs = design_of(calibration.parts, sensitivities)
     folds = _Folds(calibration.machine, observed, moved, x, designs)
     left = folds.left()
     spread = folds.spread(max(1.0, float(left.sum()) / left.size))

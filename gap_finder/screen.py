@@ -14,7 +14,7 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
 from gap_finder.candidates import LEAST, MOST
-from gap_finder.design import RunDesign
+from gap_finder.design import RunDesign, told_by_one_run
 from plant_model.parameters import FloatArray
 
 BLOCK = 1000
@@ -213,7 +213,7 @@ class Fold:
         scale, solved = self.fit(data)
         matrix, cross = grams.shared[run], grams.cross[run]
         own = grams.answers[run]
-        alone = (own > 0.0) & (grams.answers[self.runs].sum(axis=0) == 0.0)
+        alone = told_by_one_run(grams.answers)[run]
         right, against = data.against_shared[:, run], data.against_answers[:, run]
         base = -solved
         without = (
@@ -226,7 +226,7 @@ class Fold:
         linear = against + base @ cross - (right + base @ matrix) @ shift
         quadratic = own - 2.0 * np.sum(cross * shift, axis=0)
         quadratic = quadratic + np.sum(shift * (matrix @ shift), axis=0)
-        # What began in this very run is an unknown of its own, like a zero: nothing else tells it.
+        # What acts in this very run alone is an unknown of its own, like a zero.
         best = np.clip(-linear / np.maximum(quadratic, 1e-12), LEAST, MOST)
         scale = np.where(alone, best, scale)
         with_it = without[:, None] + 2.0 * linear * scale + quadratic * scale**2
