@@ -8,10 +8,16 @@ import numpy as np
 import pytest
 
 from gap_finder.added_paths import AddedPath, path_answers
-from gap_finder.design import BESIDE, passing, sensitivities_of
+from gap_finder.design import (
+    BESIDE,
+    RunSensitivities,
+    design_of,
+    passing,
+    sensitivities_of,
+)
 from gap_finder.kinds import CalibratedRun
 from gap_finder.kinds.heat_path import HeatPath
-from gap_finder.linearise import modelled, simulate_at
+from gap_finder.linearise import Linearisation, modelled, simulate_at
 from gap_finder.observations import observe
 from gap_finder.priors import Priors
 from plant_model.machine import Machine
@@ -89,3 +95,19 @@ def test_heat_that_passes_a_part_is_no_news(jig_borer_lumps: Machine) -> None:
     change = ((shown - base) * observed.weights).ravel()
     away = np.linalg.norm(known.other - change[:, None], axis=0)
     assert away.min() < 0.05 * np.linalg.norm(change)
+
+
+def test_what_acts_in_one_run_alone_is_that_runs_own() -> None:
+    generator = np.random.default_rng(0)
+    parts, known = [], []
+    for run in range(3):
+        answer = generator.normal(size=(8, 2))
+        answer[:, 1] *= 1.0 if run == 1 else 1e-12  # Rounding: nothing drives it in the others.
+        parts.append(Linearisation(generator.normal(size=8), answer))
+        none, one = np.zeros((8, 1)), np.ones(8)
+        known.append(RunSensitivities(none, none, none, none, one))
+    designs = design_of(parts, known)
+    assert [design.alone for design in designs] == [(), (1,), ()]
+    assert not designs[1].shared[:, 1].any()
+    assert np.array_equal(designs[1].nuisance[:, -1], parts[1].by_parameter[:, 1])
+    assert np.array_equal(designs[1].shared[:, 0], parts[1].by_parameter[:, 0])

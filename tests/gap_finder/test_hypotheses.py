@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import cauchy
 
 from gap_finder.candidates import Candidate, grid, missing_effects, with_effect
-from gap_finder.hypotheses import NOTHING, AddedEffect, heavy_tail, prior_costs
+from gap_finder.hypotheses import NOTHING, AddedEffect, Listed, heavy_tail, prior_costs
 from plant_model.effects import catalogue
 from plant_model.effects.base import possible
 from plant_model.machine import Machine
@@ -59,3 +59,11 @@ def test_candidates_cover_both_signs_and_stay_possible(jig_borer_lumps: Machine)
             for name, value in entry.items():
                 low, high = possible(effect, name)
                 assert low <= value <= high
+
+
+def test_what_is_added_leaves_the_list_with_its_law_on_every_driver() -> None:
+    keys = ["slow_structure", "slow_structure:bed", "sensor_lag:T1", "sensor_lag:T2", "windage"]
+    tried = [AddedEffect(Candidate(key, {}, ())) for key in keys]
+    rest = Listed(tried, prior_costs(keys)).beside(["slow_structure:bed", "sensor_lag:T2"])
+    assert [one.key for one in rest.tried] == ["sensor_lag:T1", "windage"]
+    assert rest.costs == prior_costs(["sensor_lag:T1", "windage"])
