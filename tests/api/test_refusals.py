@@ -31,7 +31,9 @@ def callables() -> Iterator[tuple[str, Callable[..., Any]]]:
     yield "Machine", sd.Machine.__init__
 
 
-@pytest.mark.parametrize(("name", "function"), list(callables()), ids=str)
+@pytest.mark.parametrize(
+    ("name", "function"), [pytest.param(*one, id=one[0]) for one in callables()]
+)
 def test_every_parameter_refuses_what_it_does_not_take(
     name: str, function: Callable[..., Any]
 ) -> None:
