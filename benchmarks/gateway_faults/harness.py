@@ -59,14 +59,20 @@ class Outcome:
         At least one answer was not valid after the fault began.
     answers, unsafe : int
         Answers after the fault began, and those of them that were called valid and were not.
+    valid : int
+        Answers that were called valid.
     again : bool
         The offsets were valid at the end.
+    back_s : float
+        How long after the fault's end they were valid for good [s].
     """
 
     noticed: bool = False
     answers: int = 0
     unsafe: int = 0
+    valid: int = 0
     again: bool = False
+    back_s: float = np.inf
 
 
 @dataclass
@@ -171,6 +177,7 @@ class Episode:
         self.real_s: float | None
         self.rivals_at = -1e9
         self._valid = False
+        self._valid_since = np.inf
         self.start_gateway(warm)
 
     def start_gateway(self, warm: Saved | None = None) -> None:
@@ -249,9 +256,12 @@ class Episode:
 
     def finish(self, cycles: int = 20) -> Outcome:
         """Run on without a fault and return what came of it."""
+        ended = self.now
         for _ in range(cycles):
             self.cycle()
         self.outcome.again = self._valid
+        if self._valid:
+            self.outcome.back_s = max(self._valid_since - ended, 0.0)
         return self.outcome
 
     # The gateway's answers
@@ -266,8 +276,12 @@ class Episode:
         if "valid" not in values:
             return
         self.challenge = int(values["challenge"])
-        self._valid = values["valid"] == 1.0
+        valid = values["valid"] == 1.0
+        if valid and not self._valid:
+            self._valid_since = self.now
+        self._valid = valid
         self.outcome.answers += 1
+        self.outcome.valid += valid
         self.outcome.noticed |= not self._valid
         self.outcome.unsafe += self._valid and not self._is_right(values)
 
