@@ -147,10 +147,11 @@ class Searching:
     def run(self, sensitivities: Sequence[RunSensitivities]) -> Found:
         """Return the best hypothesis and what stands beside it."""
         best, steps = self.nothing, []
-        listed = self._listed(best, sensitivities)
+        listed: Listed | None = None
         rivals: dict[str, tuple[Hypothesis, ...]] = {}
         instead: tuple[tuple[Hypothesis, ...], ...] = ()
         while len(best.additions) < self._search.most:
+            listed = listed or self._listed(best, sensitivities)
             step = self._forward(best, sensitivities, listed.beside(best.keys))
             steps.append(step)
             if not step.is_taken:
@@ -165,7 +166,7 @@ class Searching:
             best, sensitivities = in_full(best)
             # What else acts changes little in what an addition does; the proposed are simulated.
             if best.fit.machine.node_index != parts:
-                listed = self._listed(best, sensitivities)
+                listed = None
         return Found(self.nothing, best, instead, tuple(steps))
 
     def _listed(self, best: Hypothesis, sensitivities: Sequence[RunSensitivities]) -> Listed:

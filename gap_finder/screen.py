@@ -8,9 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
+import numpy.typing as npt
 from scipy.linalg import cho_factor, cho_solve
 
 from gap_finder.candidates import LEAST, MOST
@@ -60,6 +62,11 @@ class NormalMatrices:
                 cross[-1][:, some] = clean_shared.T @ columns
                 answers[-1][some] = np.sum(columns * design.cleaned(columns), axis=0)
         return cls(np.array(shared), np.array(cross), np.array(answers))
+
+    @cached_property
+    def alone(self) -> npt.NDArray[np.bool_]:
+        """Where a run alone tells a candidate's size, shape (R, m)."""
+        return told_by_one_run(self.answers)
 
 
 @dataclass(frozen=True)
@@ -213,7 +220,6 @@ class Fold:
         scale, solved = self.fit(data)
         matrix, cross = grams.shared[run], grams.cross[run]
         own = grams.answers[run]
-        alone = told_by_one_run(grams.answers)[run]
         right, against = data.against_shared[:, run], data.against_answers[:, run]
         base = -solved
         without = (
@@ -228,6 +234,6 @@ class Fold:
         quadratic = quadratic + np.sum(shift * (matrix @ shift), axis=0)
         # What acts in this very run alone is an unknown of its own, like a zero.
         best = np.clip(-linear / np.maximum(quadratic, 1e-12), LEAST, MOST)
-        scale = np.where(alone, best, scale)
+        scale = np.where(grams.alone[run], best, scale)
         with_it = without[:, None] + 2.0 * linear * scale + quadratic * scale**2
         return with_it, without

@@ -61,18 +61,21 @@ class Outcome:
         Answers after the fault began, and those of them that were called valid and were not.
     valid : int
         Answers that were called valid.
-    again : bool
-        The offsets were valid at the end.
     back_s : float
-        How long after the fault's end they were valid for good [s].
+        How long after the fault's end the offsets were valid for good [s]; inf where they were not
+        at the end.
     """
 
     noticed: bool = False
     answers: int = 0
     unsafe: int = 0
     valid: int = 0
-    again: bool = False
     back_s: float = np.inf
+
+    @property
+    def again(self) -> bool:
+        """Whether the offsets were valid at the end."""
+        return self.back_s < np.inf
 
 
 @dataclass
@@ -259,7 +262,6 @@ class Episode:
         ended = self.now
         for _ in range(cycles):
             self.cycle()
-        self.outcome.again = self._valid
         if self._valid:
             self.outcome.back_s = max(self._valid_since - ended, 0.0)
         return self.outcome

@@ -3,8 +3,7 @@
 `find_faults` looks at runs, alone and against each other, and returns one `Fault` for each thing
 that is wrong: run, column, span, what, and what is done about it. `cleaned` takes out of the runs
 what is not to be used; `looked_over` lets runs carry their faults along. Each check is a file of
-`checks`. No model takes part: the
-data alone decide.
+`checks`. No model takes part: the data alone decide.
 """
 
 from measurement.faults.fault import STANDING, Fault
