@@ -1,8 +1,8 @@
-"""Figures of what a fit found: autocorrelations of a time series."""
+"""Figures of what a fit found: autocorrelations of a time series, convergence of a network."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -13,40 +13,74 @@ from matplotlib.figure import Figure
 from scenarios.figures import DPI
 from scenarios.results import results_folder, write_table
 
+Found = Mapping[str, Any]
+BLUE = "#1d5fa8"
 
-def draw_series(found: Mapping[str, Any], out: Path | None) -> list[Path]:
-    """Write ``correlations.png``: ACF and PACF of every series, with the band of white noise.
+
+def draw_fit(found: Found, out: Path) -> list[Path]:
+    """Write the figures that there are of a fit.
 
     Parameters
     ----------
     found : mapping
-        What the model reports of its fit; one without ``targets`` with ``acf`` has no figure.
-    out : Path, optional
-        Folder to write to; none: nothing is drawn.
+        What the error model reports of its fit.
+    out : Path
+        Folder to write to; it is left alone if there is no figure.
 
     Returns
     -------
     list of Path
     """
+    drawn = {name: figure for name, draw in FIGURES.items() if (figure := draw(found)) is not None}
+    if not drawn:
+        return []
+    with results_folder(out) as folder:
+        for name, figure in drawn.items():
+            FigureCanvasAgg(figure)
+            figure.savefig(folder / f"{name}.png", dpi=DPI, metadata={"Software": None})
+        write_table([], {name: f"{name}.png" for name in drawn}, folder, to_come=())
+    return [out / f"{name}.png" for name in drawn]
+
+
+def _correlations(found: Found) -> Figure | None:
+    """Return ACF and PACF of every series, with the band of white noise."""
     targets = found.get("targets")
     series = targets if isinstance(targets, Mapping) else {}
     shown = {name: arma for name, arma in series.items() if "acf" in arma}
-    if out is None or not shown:
-        return []
+    if not shown:
+        return None
     figure = Figure(figsize=(9.0, 1.9 * len(shown)), layout="constrained")
-    FigureCanvasAgg(figure)
     axes = figure.subplots(len(shown), 2, squeeze=False, sharex=True, sharey=True)
     for row, (name, arma) in zip(axes, shown.items(), strict=True):
         for ax, key in zip(row, ("acf", "pacf"), strict=True):
             values = np.asarray(arma[key], dtype=float)
-            ax.vlines(np.arange(len(values)), 0.0, values, color="#1d5fa8")
+            ax.vlines(np.arange(len(values)), 0.0, values, color=BLUE)
             band = arma["white_noise_95"]
-            ax.axhspan(-band, band, color="#1d5fa8", alpha=0.15, lw=0)
+            ax.axhspan(-band, band, color=BLUE, alpha=0.15, lw=0)
             ax.set_title(f"{key.upper()} of {name}, differenced {arma['order'][1]} times", size=9)
             ax.spines[["top", "right"]].set_visible(False)
     for ax in axes[-1]:
         ax.set_xlabel(f"lag [steps of {found['step_s']:g} s]")
-    with results_folder(out) as folder:
-        figure.savefig(folder / "correlations.png", dpi=DPI, metadata={"Software": None})
-        write_table([], {"correlations": "correlations.png"}, folder, to_come=())
-    return [out / "correlations.png"]
+    return figure
+
+
+def _convergence(found: Found) -> Figure | None:
+    """Return the mean squared error of a network over the iterations of its training."""
+    if "curve" not in found:
+        return None
+    figure = Figure(figsize=(7.0, 3.6), layout="constrained")
+    ax = figure.subplots()
+    ax.semilogy(found["curve"], color=BLUE)
+    shape = "-".join(map(str, found["nodes"]))
+    ax.set_title(f"Network {shape}: {found['iterations']} iterations", size=11)
+    ax.set_xlabel("iteration")
+    ax.set_ylabel("mean squared error, scaled [1]")
+    ax.spines[["top", "right"]].set_visible(False)
+    return figure
+
+
+FIGURES: Mapping[str, Callable[[Found], Figure | None]] = {
+    "correlations": _correlations,
+    "convergence": _convergence,
+}
+"""By the name of the file."""

@@ -11,7 +11,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from fmu_compensator.fit.points import GROWTH
 from measurement.errors import BadInput, shown
+from measurement.runs import Run
 
 
 @dataclass(frozen=True)
@@ -21,7 +23,9 @@ class Preset:
     Attributes
     ----------
     points : str
-        How it chooses temperatures, or which it takes.
+        How it chooses temperatures, or which it takes, by their names on the jig borer.
+    places : str
+        Where those are that it takes.
     grey : mapping
         Options of the choice, by the names of `choose_points`.
     model : str
@@ -36,6 +40,7 @@ class Preset:
     grey: Mapping[str, Any]
     model: str
     models: Mapping[str, Mapping[str, Any]]
+    places: str = ""
     geometry_form: str = "pure_rotation"
 
     @property
@@ -72,7 +77,7 @@ PRESETS: Mapping[str, Preset] = {
             "absolute_image": "initial",
             "image": "mean",
             "score": "relational",
-            "target": "elongation",
+            "target": GROWTH,
         },
         model="ga_bp",
         models={"bp": {**TRAINED, "hidden": (10,)}, "ga_bp": {**TRAINED, "hidden": 10}},
@@ -85,14 +90,14 @@ PRESETS: Mapping[str, Preset] = {
             "variables": 5,
             "keep_quiet": True,
             "score": "correlation",
-            "target": "elongation",
+            "target": GROWTH,
         },
         model="arma",
         models={"mlr": {}, "bp": {**TRAINED, "hidden": (5, 5)}, "arma": {}},
     ),
-    # Front bearing, rear bearing and air of the shipped jig borer.
     "VAC": Preset(
         points="T6,T1,T5",
+        places="front bearing, rear bearing and air",
         grey={"keep_quiet": True},
         model="vac",
         models={**HYBRID, "vac": {"models": ("mlr", "ne", "fem"), "parts": HYBRID}},
@@ -101,22 +106,33 @@ PRESETS: Mapping[str, Preset] = {
 }
 
 
-def preset(name: str) -> Preset:
+def preset(name: str, runs: Sequence[Run] = (), points: Any = None) -> Preset:
     """Return a preset by the study's name.
 
     Parameters
     ----------
     name : str
         Of `PRESETS`.
+    runs : sequence of Run, optional
+        Must hold the temperatures that the study takes by name.
+    points : str or sequence of str, optional
+        What is taken instead of them.
 
     Raises
     ------
     BadInput
-        For a name that is none.
+        For a name that is none, or temperatures that the runs do not hold.
     """
     if name not in PRESETS:
-        raise BadInput("--as", "", f"{shown(name)} is not allowed: {', '.join(PRESETS)}")
-    return PRESETS[name]
+        raise BadInput("study", "", f"{shown(name)} is not allowed: {', '.join(PRESETS)}")
+    given = PRESETS[name]
+    if given.places and points in (None, "", given.points):
+        wanted = [f"{sensor}_degC" for sensor in given.points.split(",")]
+        for run, column in ((run, column) for run in runs for column in wanted):
+            if column not in run.temperatures:
+                problem = f"is missing; {name} takes {given.places}: name yours (points)"
+                raise BadInput(run.path or run.name, f"column {column}", problem)
+    return given
 
 
 class _As(argparse.Action):
@@ -129,10 +145,7 @@ class _As(argparse.Action):
         values: str | Sequence[Any] | None,
         option_string: str | None = None,
     ) -> None:
-        try:
-            given = preset(str(values))
-        except BadInput as refusal:
-            parser.error(str(refusal))
+        given = preset(str(values))
         setattr(namespace, self.dest, values)
         settings = {"points": given.points, "model": given.model, **given.grey}
         settings["geometry_form"] = given.geometry_form
@@ -147,6 +160,7 @@ def add_as(parser: argparse.ArgumentParser) -> None:
         "--as",
         dest="study",
         metavar="|".join(PRESETS),
+        choices=tuple(PRESETS),
         action=_As,
         help="as that study has it: points, groups, scores, models, networks, geometry "
         "(docs/studies.md); an option after it overrides",

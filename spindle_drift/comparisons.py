@@ -154,6 +154,8 @@ def compare(
         if run.sha256 in digests:
             problem = f"is the same run as {digests[run.sha256].name} in --train"
             raise BadInput("--validate", run.name, f"{problem}: it would be judged on what it saw")
+    if study is not None:
+        preset(study, [*learnt, *judged], points)
     entrants = _contestants(models, study, points, grey or {}, options or {}, seed)
     # All together, so that every fold and every figure goes by the same verdict on each sensor.
     every = looked_over([*learnt, *judged])

@@ -359,7 +359,7 @@ def fit(
     rig, sensors = _rig(recorded[0], machine)
     as_usual: dict[str, Any] = {"sensors": sensors, "grey": usual_choice()}
     if study is not None:
-        given = preset(study)
+        given = preset(study, recorded, options.get("points"))
         as_usual |= {"points": given.points, "grey": dict(given.grey)}
         if isinstance(rig, FivePointRig):
             as_usual["geometry_form"] = given.geometry_form

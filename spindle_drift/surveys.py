@@ -9,12 +9,16 @@ from typing import Any
 import pandas as pd
 
 from fmu_compensator.fit.columns import targets_of
+from fmu_compensator.fit.error_models.options import refuse_unknown
 from fmu_compensator.fit.survey import Survey, survey
+from scenarios.arguments import defaults
 from scenarios.presets import preset
 from spindle_drift._inputs import MachineLike, RunLike, as_runs
 from spindle_drift._refusals import refusing, refusing_methods
 from spindle_drift.compensators import USUAL_MACHINE
 from spindle_drift.machines import as_machine
+
+OPTIONS = tuple(defaults(survey))
 
 
 @refusing_methods
@@ -55,7 +59,6 @@ def points(
     *,
     machine: MachineLike | None = None,
     study: str | None = None,
-    target: str | None = None,
     **options: Any,
 ) -> Points:
     """Group temperatures and choose the most telling of each group.
@@ -68,11 +71,9 @@ def points(
         Machine whose rig says what the displacements mean; without it the columns' names do.
     study : {"GA", "TS", "VAC"}, optional
         As that study chooses. What else is given counts before it.
-    target : str, optional
-        The error that counts; by default elongation, or the first.
     **options
-        Of `fmu_compensator.fit.survey.survey`: ``grouping``, ``threshold``, ``theta``, ``image``,
-        ``absolute_image``, ``clusters``, ``variables``, ``keep_quiet``, ``score``.
+        Of `fmu_compensator.fit.survey.survey`: ``target``, ``grouping``, ``threshold``, ``theta``,
+        ``image``, ``absolute_image``, ``clusters``, ``variables``, ``keep_quiet``, ``score``.
 
     Returns
     -------
@@ -92,13 +93,11 @@ def points(
     """
     recorded = as_runs(runs)
     rig = targets_of(recorded, as_machine(machine or USUAL_MACHINE).model.rig)
-    settings: dict[str, Any] = {"target": target}
+    refuse_unknown("points", {key: options[key] for key in options if key not in OPTIONS}, OPTIONS)
     if study is not None:
-        given = preset(study)
-        settings = {**given.grey, "grouping": given.points}
-        if target is not None:
-            settings["target"] = target
-    surveyed = survey(recorded, rig, **(settings | options))
+        given = preset(study, recorded, options.get("grouping"))
+        options = {**given.grey, "grouping": given.points, **options}
+    surveyed = survey(recorded, rig, **options)
     found = surveyed.to_dict()
     names = found["sensors"]
     scores = pd.DataFrame({key: found[key] for key in ("pearson", "relational")}).loc[names]

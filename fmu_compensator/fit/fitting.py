@@ -10,6 +10,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
+import numpy as np
+
 from fmu_compensator.fit.conditions import Fold, folds_of
 from fmu_compensator.fit.data import Prepared, left_out, prepare
 from fmu_compensator.fit.installed import Installed
@@ -20,7 +22,7 @@ from fmu_compensator.fit.run_conditions import ranges_of
 from fmu_compensator.fit.spare import spare_table
 from fmu_compensator.fit.training import TrainingRun
 from fmu_compensator.runtime.fields import Fields
-from fmu_compensator.runtime.geometry import FORMS, FivePoint, geometry_from_fields
+from fmu_compensator.runtime.geometry import FORMS, Direct, FivePoint, geometry_from_fields
 from fmu_compensator.runtime.modelfile import FORMAT, KIND, model_text, parse_model
 from measurement.doubts import doubt_lines
 from measurement.errors import BadInput, shown
@@ -169,6 +171,7 @@ def fit_compensator(
             *doubt_lines(runs),
             *prepared.notes,
             *_dropped(prepared, rows),
+            *_beyond(prepared, geometry_from_fields(Fields(table["geometry"], "fit", "geometry"))),
             *([warm] if warm else []),
         ],
         "options": _plain(options),
@@ -295,6 +298,20 @@ def _dropped(prepared: Prepared, rows: Sequence[TrainingRun]) -> list[str]:
         if missing:
             notes.append(f"{run.name}: {missing} rows left out, a value is missing in them")
     return notes
+
+
+def _beyond(prepared: Prepared, geometry: FivePoint | Direct) -> list[str]:
+    """Return what pure rotation cannot tell of the runs: the radial drift at the gauge line."""
+    if not isinstance(geometry, FivePoint) or geometry.form != "pure_rotation":
+        return []
+    rigid = FivePoint("rigid", geometry.near_to_gauge_mm, geometry.spacing_mm)
+    poses = np.concatenate([run.targets[run.usable] for run in prepared.runs])
+    drift = poses @ np.asarray(rigid.weights(0.0)[:2]).T
+    x, y = np.sqrt(np.nanmean(drift**2, axis=0))
+    return [
+        "pure rotation leaves out the radial drift at the gauge line: "
+        f"RMS X {x:.1f}, Y {y:.1f} um in training; --form rigid takes it in"
+    ]
 
 
 def _geometry_table(rig: Rig, form: str) -> dict[str, Any]:

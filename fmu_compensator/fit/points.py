@@ -20,11 +20,15 @@ from fmu_compensator.fit.incidence import (
 )
 from fmu_compensator.fit.training import Array
 from measurement.errors import BadInput, shown
+from measurement.rig import axis_of
 
 GRID_S = 60.0
 """Degrees of incidence sum samples, so all runs are put on this one time grid first [s]."""
 NEAR_CONSTANT_K = 0.3
 """A sensor that moves by less, noise left out, carries no news [K]."""
+GROWTH = "growth"
+"""Asks for the target that the studies score by, whatever a rig calls it: the elongation, else what
+measures Z, else the first."""
 
 
 @dataclass(frozen=True)
@@ -219,12 +223,24 @@ def mean_degree(
 def target_place(targets: Sequence[str], target: str, source: str) -> int:
     """Return the place of a target by its name, with its unit or without.
 
+    Parameters
+    ----------
+    targets : sequence of str
+        What the runs measure.
+    target : str
+        One of them, or `GROWTH`.
+    source : str
+        What asked for it, for the refusal.
+
     Raises
     ------
     BadInput
-        If there is none of this name; *source* is what asked for it.
+        If there is none of this name.
     """
     name = target.removesuffix("_um").removesuffix("_urad")
+    if name == GROWTH and GROWTH not in targets:
+        along = (k for k, known in enumerate(targets) if "Z" in (axis_of(known) or ()))
+        return list(targets).index("elongation") if "elongation" in targets else next(along, 0)
     if name not in targets:
         raise BadInput(source, "target", f"{shown(target)} is not allowed: {', '.join(targets)}")
     return list(targets).index(name)

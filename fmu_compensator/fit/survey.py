@@ -18,6 +18,7 @@ from fmu_compensator.fit.loops import Loop, loop_of
 from fmu_compensator.fit.points import (
     GRID_S,
     GROUPINGS,
+    GROWTH,
     NEAR_CONSTANT_K,
     choose_points,
     mean_degree,
@@ -127,7 +128,7 @@ def survey(
     keep_quiet: bool = False,
     score: str = "correlation",
     grouping: str = "grey",
-    target: str | None = None,
+    target: str = GROWTH,
 ) -> Survey:
     """Return how alike the temperatures of runs are, and how well they tell the error.
 
@@ -157,8 +158,9 @@ def survey(
         What makes a temperature the best of its group.
     grouping : {"grey", "hierarchical", "fuzzy"} or names
         The groups of which one temperature each is chosen, or the temperatures, with commas.
-    target : str, optional
-        Signal name of the error that counts; by default elongation, or the first.
+    target : str
+        Signal name of the error that counts, or ``growth``: elongation where it is measured, else
+        what measures Z, else the first.
 
     Raises
     ------
@@ -166,7 +168,7 @@ def survey(
         For an option that is not allowed, or runs in which fewer than two temperatures move.
     """
     prepared = prepare(runs, rig, "rise")
-    place = 0 if target is None else target_place(prepared.targets, target, "points")
+    place = target_place(prepared.targets, target, "points")
     refuse_grey(threshold, theta, image, absolute_image)
     grids = [on_grid(run, prepared.candidates) for run in prepared.runs]
     rises = np.concatenate([temperatures - temperatures[0] for temperatures, _ in grids])

@@ -18,7 +18,7 @@ from scenarios.arguments import (
     add_runs,
     parameters_of,
 )
-from scenarios.fit_figures import draw_series
+from scenarios.fit_figures import draw_fit
 from scenarios.fit_text import bar, check_jobs, report
 from scenarios.grey_options import add_choice_options, choice_options, option_value
 from scenarios.outputs import COMPENSATOR_FILE, FOLDER
@@ -31,6 +31,8 @@ READS = ("runs", "machine", "option")
 WRITES = {"output": COMPENSATOR_FILE, "out": FOLDER}
 RESERVED = frozenset(signature(fit_compensator).parameters)
 """Names that are arguments of the fit, not options of an error model."""
+FIGURES_HELP = "draw what was found: ACF and PACF of a time series, convergence of a network"
+NO_FIGURE = "figures are of time series (arma) and networks (bp, ga_bp)"
 FITTED = (
     *("points", "input_form", "geometry_form", "tool_length_mm"),
     *("name", "title", "created", "jobs"),
@@ -67,7 +69,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         jobs={"metavar": "N", "default": os.cpu_count() or 1},
     )
     add_json(parser, "print the figures as JSON")
-    add_results(parser, "write figures of what was found: ACF and PACF of a time series")
+    add_results(parser, FIGURES_HELP)
     add_as(parser)
 
 
@@ -87,12 +89,15 @@ def run(args: argparse.Namespace) -> int:
             **_options(args.option),
         )
     path, table = compensator.save(args.output), compensator.model.table
-    drawn = draw_series(table["provenance"]["figures"]["fit"], args.out)
+    wrote = []
+    if args.out is not None:
+        drawn = draw_fit(table["provenance"]["figures"]["fit"], args.out)
+        wrote = [f"wrote {name}" for name in drawn] or [f"nothing to draw: {NO_FIGURE}"]
     if args.json:
         facts = {"file": str(path), "chosen": table["chosen"], **table["provenance"]}
         print(json.dumps(facts, indent=1))
     else:
-        print("\n".join([*report(table, path), *(f"wrote {name}" for name in drawn)]))
+        print("\n".join([*report(table, path), *wrote]))
     return 0
 
 

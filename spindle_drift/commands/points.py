@@ -16,8 +16,9 @@ from scenarios.arguments import add_json, add_parameters, add_results, add_runs
 from scenarios.grey_options import add_grey_options, grey_options
 from scenarios.outputs import FOLDER
 from scenarios.points_figures import draw_points
-from scenarios.presets import add_as
+from scenarios.presets import add_as, preset
 from scenarios.results import results_folder, write_table
+from spindle_drift._inputs import as_runs
 from spindle_drift.surveys import points
 
 NAME = "points"
@@ -25,8 +26,9 @@ HELP = "show which temperatures are alike, and which tell most of the drift"
 READS = ("runs", "machine")
 WRITES = {"out": FOLDER}
 SHOWN_SUBSETS = 8
+COLUMN = 14
 GROUPINGS = "grey|hierarchical|fuzzy|NAME,NAME..."
-HEADS = f"{'Pearson':>10}{'grey rel.':>11}{'lag [min]':>11}{'per K':>9}{'rms':>10}{'lagged':>10}"
+HEADS = ("Pearson", "grey rel.", "lag [min]", "[{}/K]", "rms [{}]", "lagged [{}]")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -54,6 +56,8 @@ def run(args: argparse.Namespace) -> int:
         For runs or options that cannot be used.
     """
     options = {**grey_options(args), "grouping": args.points, "target": args.target}
+    if args.study is not None:
+        preset(args.study, as_runs(args.runs), args.points)
     surveyed = points(args.runs, machine=args.machine, **options).survey
     text = json.dumps(surveyed.to_dict(), indent=1, allow_nan=False)
     lines = _report(surveyed)
@@ -76,23 +80,29 @@ def _report(survey: Survey) -> list[str]:
     for title, groups in survey.groupings.items():
         shown = "; ".join(" ".join(names[i] for i in group) for group in groups)
         lines += ["", f"{title}: {len(groups)} groups", f"  {shown}"]
-    lines += ["", f"To the error {survey.target} [{survey.unit}]", f"{'':<{width}}{HEADS}"]
+    heads = "".join(f"{head.format(survey.unit):>{COLUMN}}" for head in HEADS)
+    lines += ["", f"To the error {survey.target} [{survey.unit}]", f"{'':<{width}}{heads}"]
     for place, (name, loop) in enumerate(zip(names, survey.loops, strict=True)):
         lines.append(
-            f"{name:<{width}}{survey.pearson[place]:>10.3f}{survey.relational[place]:>11.3f}"
-            f"{_lag(loop):>11}{loop.rate:>9.3g}{loop.open:>10.2f}{loop.closed:>10.2f}"
+            f"{name:<{width}}{survey.pearson[place]:>{COLUMN}.3f}"
+            f"{survey.relational[place]:>{COLUMN}.3f}{_lag(loop):>{COLUMN}}"
+            f"{loop.rate:>{COLUMN}.3g}{loop.open:>{COLUMN}.2f}{loop.closed:>{COLUMN}.2f}"
         )
     lines += [
         "lag: how much later the error comes (*: at least, a quarter of the shortest run)",
         "rms: of the error's distance from a straight line; lagged: after the lag",
+        f"[{survey.unit}/K]: the slope of that line, after the lag",
     ]
     lines += ["", f"Chosen: {', '.join(names[i] for i in survey.points)}"]
     lines += ["", f"Combinations of them, best adjusted R2 first (of {len(survey.subsets)})"]
-    lines.append(f"{'multiple R':>11}{'adj. R2':>9}{'unseen RMSE':>13}  temperatures")
+    unseen = f"unseen [{survey.unit}]"
+    lines.append(f"{'multiple R':>11}{'adj. R2':>9}{unseen:>14}  temperatures")
     for subset in survey.subsets[:SHOWN_SUBSETS]:
         lines.append(_subset(survey, subset))
+    if len(survey.run_names) == 1:
+        return [*lines, "unseen: needs a second run, to be predicted from the first"]
     best = min(survey.subsets, key=lambda subset: (subset.held_out_rmse, len(subset.columns)))
-    if best not in survey.subsets[:SHOWN_SUBSETS] and len(survey.run_names) > 1:
+    if best not in survey.subsets[:SHOWN_SUBSETS]:
         lines.append(_subset(survey, best) + "  <- best on unseen runs")
     return lines
 
@@ -108,4 +118,5 @@ def _cells(texts: list[str], width: int) -> str:
 def _subset(survey: Survey, subset: Any) -> str:
     names = " ".join(survey.sensors[survey.points[place]] for place in subset.columns)
     fit = f"{subset.multiple_r:>11.4f}{subset.r2_adjusted:>9.4f}"
-    return f"{fit}{subset.held_out_rmse:>13.3f}  {names}"
+    unseen = f"{subset.held_out_rmse:.3f}" if len(survey.run_names) > 1 else "-"
+    return f"{fit}{unseen:>14}  {names}"

@@ -19,7 +19,7 @@ SLOW_MODES = 2
 """Slowest modes taken from each of the sampled speeds; the rest follows within seconds."""
 SHIFTS_S = (40.0, 300.0)
 """Responses to a step of each source after about these times complete the steady ones [s]."""
-NEGLIGIBLE = 1e-6
+NEGLIGIBLE = 1e-6  # of the largest direction's energy: for rounding only
 
 
 @dataclass(frozen=True)

@@ -14,16 +14,19 @@ from statsmodels.tsa.arima.estimators.innovations import innovations_mle
 from statsmodels.tsa.stattools import acf, adfuller, pacf
 
 from fmu_compensator.fit.error_models.base import FittedModel, Task
-from fmu_compensator.fit.error_models.options import refuse_poor, refuse_unknown, within
+from fmu_compensator.fit.error_models.options import refuse_poor, refuse_unknown, whole, within
 from fmu_compensator.fit.training import Array, TrainingRun
 from measurement.errors import BadInput
 from studies.fit.arx import step_counts, usual_step
 from studies.runtime.arma import FURTHEST
 
 MOST_DIFFERENCES = 2
-SIGNIFICANCE = 0.05
+"""A judgement, set on no data: each difference amplifies a sensor's noise."""
+SIGNIFICANCE = 0.05  # of the ADF test, as is usual
 FEWEST_ROWS = 60
+"""A judgement, set on no data."""
 LARGEST_ORDER = 3
+"""Of p and of q. The studies print no larger one; the option ``order`` sets it."""
 LAGS = 20
 """So many autocorrelations are reported."""
 
@@ -99,7 +102,7 @@ class AutoregressiveMovingAverage(FittedModel):
         refuse_unknown("arma", options, ("step_s", "order"))
         refuse_poor(task, FEWEST_ROWS)
         step = usual_step(task) if step_s is None else within("arma", "step_s", step_s, 0.1, 1e5)
-        largest = int(within("arma", "order", order, 1, LARGEST_ORDER))
+        largest = whole("arma", "order", order, 1, LARGEST_ORDER)
         pieces = [piece for run in task.runs for piece in _even(run, step)]
         if sum(len(piece) for piece in pieces) < FEWEST_ROWS:
             raise BadInput("training runs", "", "no stretch of drift is long enough for a series")

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from fmu_compensator.fit.error_models.base import FittedModel, Task
-from fmu_compensator.fit.error_models.options import refuse_poor, refuse_unknown, within
+from fmu_compensator.fit.error_models.options import refuse_poor, refuse_unknown, whole, within
 from fmu_compensator.fit.training import Array, TrainingRun
 from measurement.errors import BadInput
 from studies.fit.network_training import (
@@ -24,7 +24,10 @@ MOST_ROWS = 800
 """Rows are thinned to about so many: training time grows with their number, and neighbours in a
 slow drift say the same. The option ``rows`` sets another number; 0 keeps every row."""
 HIDDEN, ITERATIONS, GOAL, DECAY = (10,), 200, 1e-3, 1e-3
+"""The jig-borer study has one hidden layer of 10. The rest are judgements, set on no data;
+docs/studies.md has rows with DECAY and without."""
 FEWEST_ROWS = 50
+"""A judgement, set on no data."""
 SHOWN = 300  # points of a convergence curve that a report keeps
 
 
@@ -105,7 +108,7 @@ class BackPropagation(FittedModel):
         cls,
         task: Task,
         *,
-        hidden: Sequence[int] = HIDDEN,
+        hidden: Sequence[int] | int = HIDDEN,
         iterations: int = ITERATIONS,
         goal: float = GOAL,
         decay: float = DECAY,
@@ -119,8 +122,9 @@ class BackPropagation(FittedModel):
         ----------
         task : Task
             Runs and names.
-        hidden : sequence of int
-            Nodes of each hidden layer: (10,) is the study's 4-10-3, (5, 5) its 5-5-5-3.
+        hidden : sequence of int, or int
+            Nodes of each hidden layer, or of the only one: 10 is the study's 4-10-3, (5, 5) its
+            5-5-5-3.
         iterations : int
             At most so many.
         goal : float
@@ -148,7 +152,7 @@ class BackPropagation(FittedModel):
             samples.x,
             samples.y,
             samples.weights,
-            iterations=int(within("bp", "iterations", iterations, 1, 100_000)),
+            iterations=whole("bp", "iterations", iterations, 1, 100_000),
             goal=within("bp", "goal", goal, 0.0, 1.0),
             decay=within("bp", "decay", decay, 0.0, 1e3),
         )
@@ -192,18 +196,18 @@ def rows_wanted(kind: str, rows: int) -> int:
     """
     if rows == 0 and not isinstance(rows, bool):
         return 0
-    return int(within(kind, "rows", rows, FEWEST_ROWS, 1_000_000))
+    return whole(kind, "rows", rows, FEWEST_ROWS, 1_000_000)
 
 
-def hidden_layers(kind: str, hidden: Sequence[int]) -> tuple[int, ...]:
-    """Return the hidden layers' nodes as asked for.
+def hidden_layers(kind: str, hidden: Sequence[int] | int) -> tuple[int, ...]:
+    """Return the hidden layers' nodes as asked for; a number alone is one layer.
 
     Raises
     ------
     BadInput
         If there is none, or one has no or very many nodes.
     """
-    layers = tuple(hidden)
+    layers = tuple(hidden) if isinstance(hidden, list | tuple) else (hidden,)
     if not 1 <= len(layers) <= 3:
         raise BadInput(kind, "hidden", f"{len(layers)} hidden layers are not allowed: 1 to 3")
-    return tuple(int(within(kind, "hidden", nodes, 1, 50)) for nodes in layers)
+    return tuple(whole(kind, "hidden", nodes, 1, 50) for nodes in layers)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from fmu_compensator.fit.error_models.base import FittedModel, Task
-from fmu_compensator.fit.error_models.options import refuse_poor, refuse_unknown, within
+from fmu_compensator.fit.error_models.options import refuse_poor, refuse_unknown, whole, within
 from fmu_compensator.fit.training import Array, TrainingRun
 from measurement.errors import BadInput, shown
 from studies.finite_elements import FiniteElementSpindle, read_description
@@ -101,7 +101,7 @@ class FiniteElementModel(FittedModel):
             speed.
         """
         refuse_unknown("fem", options, OPTIONS)
-        size = int(within("fem", "modes", modes, 4, 30))
+        size = whole("fem", "modes", modes, 4, 30)
         weight = within("fem", "penalty", penalty, 1e-12, 1e3)
         top = _top_speed(task)
         if not isinstance(description, str):

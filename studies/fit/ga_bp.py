@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmu_compensator.fit.error_models.base import Task
-from fmu_compensator.fit.error_models.options import refuse_unknown, within
+from fmu_compensator.fit.error_models.options import refuse_unknown, whole, within
 from fmu_compensator.fit.training import Array
 from measurement.errors import BadInput, shown
 from studies.fit.bp import (
@@ -28,11 +28,14 @@ from studies.fit.network_training import Shape, levenberg_marquardt, nguyen_widr
 Rows = NDArray[np.bool_]
 
 FEWEST_NODES, MOST_NODES = 3, 15
+"""Around the study's 10: a judgement, set on no data."""
 TRIAL_ITERATIONS = 15
 """What a number of hidden nodes is worth shows after so many iterations of training."""
 SIZE_SETTINGS = GeneticSettings(population=8, generations=4)
+"""A judgement, set on no data: there are thirteen sizes."""
 WIDEST = 3.0  # weights and thresholds of the first generation stay within plus and minus this
 ROWS_FOR_FITNESS = 250
+"""For time; a judgement, set on no data."""
 JUDGES = ("left_out", "training")
 FOLDS, STRETCHES = 3, 6
 """With fewer runs than folds each run is cut into so many stretches of time, which take turns."""
@@ -90,19 +93,19 @@ class GeneticBackPropagation(BackPropagation):
             problem = f"{shown(nodes_by)} is not allowed: {', '.join(JUDGES)}"
             raise BadInput("ga_bp", "nodes_by", problem)
         settings = GeneticSettings(
-            int(within("ga_bp", "population", population, 4, 1000)),
-            int(within("ga_bp", "generations", generations, 1, 10_000)),
+            whole("ga_bp", "population", population, 4, 1000),
+            whole("ga_bp", "generations", generations, 1, 10_000),
         )
         goal = within("ga_bp", "goal", goal, 0.0, 1.0)
         decay = within("ga_bp", "decay", decay, 0.0, 1e3)
-        iterations = int(within("ga_bp", "iterations", iterations, 1, 100_000))
+        iterations = whole("ga_bp", "iterations", iterations, 1, 100_000)
         samples = Samples.of(task, rows_wanted("ga_bp", rows))
         random = np.random.default_rng(seed)
         tried: dict[int, float] = {}
         if hidden is None:
             nodes, tried = _number_of_nodes(samples, decay, nodes_by, random)
         else:
-            layers = hidden_layers("ga_bp", [hidden] if isinstance(hidden, int) else hidden)
+            layers = hidden_layers("ga_bp", hidden)
             if len(layers) > 1:
                 raise BadInput("ga_bp", "hidden", "one hidden layer is allowed")
             nodes = layers[0]

@@ -10,13 +10,13 @@ from scipy.spatial.distance import cdist, pdist
 from sklearn.kernel_approximation import Nystroem
 
 from fmu_compensator.fit.error_models.base import FittedModel, Task
-from fmu_compensator.fit.error_models.options import refuse_poor, refuse_unknown, within
+from fmu_compensator.fit.error_models.options import refuse_poor, refuse_unknown, whole
 from fmu_compensator.fit.training import Array, TrainingRun
 from studies.fit.by_run import FEWEST_ROWS
 from studies.fit.evidence import Posterior, posterior
 from studies.fit.lagged import THIN_S, lagged, thinned
 
-LAG_S = 2400.0
+LAG_S = 2400.0  # the single one of `thermal_states`
 CENTRES = 40
 """A step at run time costs as much as there are centres [1]."""
 LENGTHS = (0.5, 1.0, 2.0)
@@ -86,7 +86,7 @@ class GaussianProcess(FittedModel):
             For an unknown option or value, too few rows, or constant columns.
         """
         refuse_unknown("gp", options, ("centres",))
-        wanted = int(within("gp", "centres", centres, 1, 500))
+        wanted = whole("gp", "centres", centres, 1, 500)
         refuse_poor(task, FEWEST_ROWS)
         lags = (LAG_S,)
         rows, targets = [], []

@@ -31,6 +31,7 @@ from studies.fit.thermal_states import (
 PENALTIES = tuple(float(value) for value in np.logspace(-0.5, -4.5, 17))
 """Of the largest penalty, beyond which no input is left [1]."""
 WITHOUT_CHOICE = 1e-2
+"""For one run alone, where nothing can choose: a judgement, set on no data."""
 RIDGE = 1e-6  # keeps inputs that copy each other from making the path jump
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from fmu_compensator.fit.error_models.base import FittedModel, Task
-from fmu_compensator.fit.error_models.options import refuse_poor, refuse_unknown, within
+from fmu_compensator.fit.error_models.options import refuse_poor, refuse_unknown, whole, within
 from fmu_compensator.fit.training import Array, TrainingRun, row_weights
 from measurement.errors import BadInput, shown
 from studies.finite_elements import FiniteElementSpindle, read_description
@@ -17,12 +17,13 @@ from studies.fit.lagged import THIN_S, held_speed, lagged
 
 MOST_KNOTS = 5
 SHORTEST_TAU_S, LONGEST_TAU_S = 60.0, 36_000.0
+"""A minute to ten hours: a judgement, set on no data [s]."""
 RATIOS = (0.5, 1.0, 2.0)
 """Of the time constant at standstill to the one while turning: air no longer stirred cools less, a
 coolant that runs on cools as before."""
-RIDGE = 1e-6
+RIDGE = 1e-6  # of the trace: for rounding only
 STEADY = ("fitted", "fem")
-ROOM_DEGC = 20.0
+ROOM_DEGC = 20.0  # the standard reference temperature, ISO 1
 TAU_OF = ("mass_kg", "specific_heat", "film", "surface_m2")
 
 
@@ -100,7 +101,7 @@ class NaturalExponential(FittedModel):
         for run in task.runs:
             if not np.isfinite(run.speed).any():
                 raise BadInput(run.name, "speed_rpm", "is missing: the model ne needs the speed")
-        speeds = _knots(task, int(within("ne", "knots", knots, 1, 20)))
+        speeds = _knots(task, whole("ne", "knots", knots, 1, 20))
         runs = [_thinned(run) for run in task.runs]
         spindle = None
         if steady == "fem" or tau_s == "fem":

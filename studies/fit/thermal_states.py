@@ -20,6 +20,7 @@ LAGS_S = ((2400.0,), (600.0, 2400.0), (600.0, 2400.0, 9600.0))
 """Each set holds the one before: the average of all needs no more lags than the last [s]."""
 PENALTIES = (1e-5, 1e-4, 1e-3, 1e-2, 1e-1)
 WALKS = (0.0, 0.5, 2.0)
+"""Averaged by runs left out: penalties, random walk over noise after an hour [1]."""
 REFERENCED = (False, True)
 WORTH = 0.1
 """A candidate that is off by 10 % more on runs left out counts 1/e in the average [1]."""

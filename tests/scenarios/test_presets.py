@@ -6,11 +6,13 @@ import json
 from math import pi
 from pathlib import Path
 
+import numpy as np
+import pandas as pd
 import pytest
 
 import spindle_drift as sd
 from fmu_compensator.runtime.modelfile import load_model
-from measurement.runs import write_run
+from measurement.runs import Run, write_run
 from scenarios.cli import main
 from scenarios.presets import EQUATION_8, PRESETS, TRAINED
 from studies.finite_elements import read_description
@@ -122,8 +124,89 @@ def test_what_is_no_study_is_refused_in_one_line(
     runs: list[str], capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["points", *runs, "--as", "XY"]) == 2
-    assert "GA, TS, VAC" in capsys.readouterr().err
+    assert "--as: invalid choice: 'XY' (choose from" in capsys.readouterr().err
     with pytest.raises(sd.BadInput, match="GA, TS, VAC"):
+        sd.points(runs[0], study="XY")
+
+
+@pytest.fixture(scope="module")
+def lathe_runs(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
+    """Runs without a tilt, whose first displacement is not the one along the spindle."""
+    folder = tmp_path_factory.mktemp("lathe")
+    time = np.arange(0.0, 7200.0, 60.0)
+    made = []
+    for seed, name in enumerate("ab"):
+        random = np.random.default_rng(seed)
+        rises = [(k + 1.0) * (1.0 - np.exp(-time / 600.0 / (k + 1.0))) for k in range(5)]
+        noise = random.normal(0.0, 0.02, (5, len(time)))
+        columns = {f"T{k + 1}_degC": 20.0 + rise + noise[k] for k, rise in enumerate(rises)}
+        frame = pd.DataFrame({"time_s": time, "speed_rpm": 2000.0, **columns})
+        frame["disp_x_um"] = -rises[1] + noise[0]
+        frame["disp_z_um"] = 5.0 * rises[3] + noise[1]
+        made.append(str(write_run(Run(name, frame), folder / f"{name}.csv")))
+    return made
+
+
+@pytest.mark.parametrize("study", ["GA", "TS"])
+def test_a_study_scores_by_what_grows_along_the_spindle_where_there_is_no_tilt(
+    lathe_runs: list[str], tmp_path: Path, study: str
+) -> None:
+    assert sd.points(lathe_runs, study=study).survey.target == "disp_z"
+    assert sd.points(lathe_runs).survey.target == "disp_z"
+    quick = QUICK if study == "GA" else ["--option", "order=1"]
+    table = fitted(lathe_runs, tmp_path, "--as", study, *quick)
+    assert table["provenance"]["options"]["target"] == "growth"
+
+
+def test_what_a_study_takes_by_name_is_asked_for_where_it_is_not_recorded(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run = make_run("a", 0, hours=1.0)
+    path = str(write_run(run, tmp_path / "a.csv"))
+    words = "front bearing, rear bearing and air: name yours"
+    for command in (["fit", path, "-o", str(tmp_path / "c.json")], ["points", path]):
+        assert main([*command, "--as", "VAC"]) == 2
+        assert words in capsys.readouterr().err
+    for refused in (sd.fit, sd.points):
+        with pytest.raises(sd.BadInput, match=words):
+            refused(path, study="VAC")
+    with pytest.raises(sd.BadInput, match=words):
+        sd.compare([path], study="VAC")
+
+
+def test_pure_rotation_says_what_it_leaves_out(
+    runs: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    left_out = "pure rotation leaves out the radial drift at the gauge line: RMS X "
+    fitted(runs, tmp_path, "--model", "mlr", "--form", "pure_rotation")
+    assert left_out in capsys.readouterr().out
+    fitted(runs, tmp_path, "--model", "mlr")
+    assert left_out not in capsys.readouterr().out
+
+
+def test_a_network_draws_its_convergence_and_a_regression_says_that_it_draws_nothing(
+    runs: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    quick = ["--option", "iterations=3", "--option", "hidden=4"]
+    fitted(runs, tmp_path, "--model", "bp", *quick, "--out", str(tmp_path / "bp"))
+    assert (tmp_path / "bp" / "convergence.png").stat().st_size > 10_000
+    assert "-4-5, 3 iterations" in capsys.readouterr().out
+    fitted(runs, tmp_path, "--model", "mlr", "--out", str(tmp_path / "mlr"))
+    assert "nothing to draw" in capsys.readouterr().out
+    assert not (tmp_path / "mlr").exists()
+
+
+def test_points_of_one_run_say_what_they_cannot_and_refuse_an_unknown_option(
+    runs: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["points", runs[0], "--clusters", "2"]) == 0
+    told = capsys.readouterr().out
+    assert "nan" not in told
+    assert "needs a second run" in told
+    assert "[um/K]" in told
+    with pytest.raises(sd.BadInput, match="points: lamda: is not a known option: threshold, "):
+        sd.points(runs[0], lamda=0.9)
+    with pytest.raises(sd.BadInput, match="study: 'XY' is not allowed: GA, TS, VAC"):
         sd.points(runs[0], study="XY")
 
 

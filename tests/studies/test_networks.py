@@ -6,6 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from scipy.optimize import least_squares
 
 from measurement.errors import BadInput
 from studies.fit.bp import BackPropagation, Samples
@@ -69,6 +70,32 @@ def test_training_only_goes_down_and_notes_the_goal() -> None:
     assert found.reached is not None
     assert found.curve[found.reached] <= 1e-4 < found.curve[found.reached - 1]
     assert np.mean((shape.outputs(found.theta, x) - y) ** 2) == pytest.approx(found.curve[-1])
+
+
+@pytest.mark.parametrize(("decay", "seed"), [(0.0, 0), (0.0, 1), (1e-3, 0), (1e-3, 1)])
+def test_from_where_the_training_ends_scipy_gains_nothing(decay: float, seed: int) -> None:
+    shape = Shape((1, 4, 1))
+    x = np.linspace(-1.0, 1.0, 80)[:, None]
+    y = np.sin(4.0 * x) + 0.3 * x
+    root = np.sqrt(1.0 / 80.0)
+    start = nguyen_widrow(shape, np.random.default_rng(seed))
+    ours = levenberg_marquardt(
+        shape, start, x, y, np.full(80, 1.0 / 80.0), iterations=2000, goal=0.0, decay=decay
+    )
+
+    def residuals(theta: np.ndarray) -> np.ndarray:
+        missed = root * (shape.outputs(theta, x) - y).ravel()
+        return np.concatenate([missed, np.sqrt(decay / shape.size) * theta])
+
+    begun, ended = (float(np.sum(residuals(at) ** 2)) for at in (start, ours.theta))
+    further = 2.0 * least_squares(residuals, ours.theta, method="lm").cost
+    assert ended < 0.5 * begun
+    assert further == pytest.approx(ended, rel=1e-3)
+
+
+def test_a_number_alone_is_one_hidden_layer() -> None:
+    fitted = BackPropagation.fit(bent_task(), hidden=7, iterations=2)
+    assert fitted.report()["nodes"] == [4, 7, 3]
 
 
 def test_bp_bends_where_a_line_cannot() -> None:
@@ -187,6 +214,7 @@ def test_evolution_finds_a_peak_and_keeps_the_best() -> None:
     [
         ({"hidden": ()}, "0 hidden layers are not allowed"),
         ({"hidden": (0,)}, "hidden: 0 is not allowed: 1 to 50"),
+        ({"hidden": 1.5}, "hidden: 1.5 is not allowed: must be a whole number"),
         ({"iterations": 0}, "iterations: 0 is not allowed"),
         ({"decay": -1.0}, "decay: -1 is not allowed"),
         ({"rows": 7}, "rows: 7 is not allowed: 50 to"),

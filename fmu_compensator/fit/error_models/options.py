@@ -55,6 +55,20 @@ def within(kind: str, name: str, value: Any, low: float, high: float) -> float:
     return value
 
 
+def whole(kind: str, name: str, value: Any, low: int, high: int) -> int:
+    """Return an option that counts something; for the rest see `within`.
+
+    Raises
+    ------
+    BadInput
+        If it is no whole number, or not between *low* and *high*.
+    """
+    number = within(kind, name, value, low, high)
+    if number != int(number):
+        raise BadInput(kind, name, f"{shown(value)} is not allowed: must be a whole number")
+    return int(number)
+
+
 def refuse_poor(task: Task, fewest: int) -> None:
     """Refuse data that can carry no model: too few rows, constant inputs or targets.
 
