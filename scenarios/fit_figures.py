@@ -73,7 +73,9 @@ def _convergence(found: Found) -> Figure | None:
     ax.semilogy(found["curve"], color=BLUE)
     shape = "-".join(map(str, found["nodes"]))
     ax.set_title(f"Network {shape}: {found['iterations']} iterations", size=11)
-    ax.set_xlabel("iteration")
+    shown = len(found["curve"]) - 1
+    more = f", the first {shown}" if shown < found["iterations"] else ""
+    ax.set_xlabel(f"iteration{more}")
     ax.set_ylabel("mean squared error, scaled [1]")
     ax.spines[["top", "right"]].set_visible(False)
     return figure

@@ -3,7 +3,8 @@
 Judged is what would be installed: each time it is fitted anew without some runs, made into a
 compensator, and driven through them with all its checks. Few runs say little of how large an error
 may become, so the promise is the posterior of its mean square: what the interval expects counts as
-`DEGREES` runs, and beside it stand as many as were left out, or as many conditions.
+`DEGREES` runs, and beside it stand as many as were left out, or as many conditions. An interval
+that expected less than was left takes nothing from what was seen.
 """
 
 from __future__ import annotations
@@ -191,7 +192,8 @@ def promised(unseen: Mapping[str, Any]) -> dict[str, dict[str, float]]:
     for axis in unseen[kinds[0]]:
         rows = [(unseen[kind][axis], unseen[f"{kind}_behind"]) for kind in kinds]
         squares = [
-            (DEGREES * row["expected"] ** 2 + behind * row["model"] ** 2) / (DEGREES + behind)
+            (DEGREES * max(row["expected"], row["model"]) ** 2 + behind * row["model"] ** 2)
+            / (DEGREES + behind)
             for row, behind in rows
         ]
         none = max(row["no_model"] for row, _ in rows)

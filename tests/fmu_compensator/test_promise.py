@@ -35,6 +35,12 @@ def test_many_runs_weigh_more_than_what_the_interval_expects_and_conditions_are_
     assert found["promised"]["Z"]["no_model"] == pytest.approx(10.0)
 
 
+def test_an_interval_that_expects_less_than_was_left_does_not_lower_the_promise() -> None:
+    found = promise([left(f"run{n}", LIKE_FOLD, 9.0) for n in range(4)])
+    assert found is not None
+    assert found["promised"]["Z"]["model"] == pytest.approx(9.0)
+
+
 def test_a_promise_follows_what_was_left_of_further_runs() -> None:
     first = promise([left(f"run{n}", fold, 2.0) for n in range(4) for fold in (LIKE_FOLD, COLD)])
     worse = followed(first, [left("new", None, 8.0), left("newer", None, 8.0)])
