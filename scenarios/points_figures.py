@@ -12,6 +12,7 @@ from fmu_compensator.fit.survey import Survey
 from scenarios.figures import DPI
 
 COLUMNS = 3  # of the figure of loops
+MOST_NAMED = 10  # runs in its legend: colours repeat after so many
 
 
 def draw_points(found: Survey, folder: Path) -> list[Path]:
@@ -89,8 +90,8 @@ def _loops(found: Survey, path: Path) -> Path:
     panels = figure.subplots(rows, columns, sharey=True, squeeze=False).ravel()
     for panel, place in zip(panels, places, strict=False):
         loop = found.loops[place]
-        for rises, drift in found.traces:
-            panel.plot(rises[:, place], drift, linewidth=1.0)
+        for name, (rises, drift) in zip(found.run_names, found.traces, strict=True):
+            panel.plot(rises[:, place], drift, linewidth=1.0, label=name)
             panel.plot(rises[-1, place], drift[-1], "o", markersize=3, color="black")
         later = "later" if loop.lag_min >= 0.0 else "earlier"
         least = "at least " if loop.is_limit else ""
@@ -104,6 +105,9 @@ def _loops(found: Survey, path: Path) -> Path:
         panel.set_visible(False)
     for panel in panels[::columns]:
         panel.set_ylabel(f"{found.target} [{found.unit}]")
+    if 1 < len(found.run_names) <= MOST_NAMED:
+        handles, names = panels[0].get_legend_handles_labels()
+        figure.legend(handles, names, loc="outside lower center", ncols=columns, fontsize=8)
     title = "Drift against temperature: one line per run, the dot is its end"
     figure.suptitle(title if columns > 1 else title.replace(": ", ":\n"), fontsize=11)
     figure.savefig(path, dpi=DPI, metadata={"Software": None})
