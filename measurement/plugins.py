@@ -8,8 +8,9 @@ results and say nothing.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any, Generic, TypeVar
@@ -19,7 +20,6 @@ from measurement.errors import BadInput
 T = TypeVar("T")
 
 EFFECTS = "spindle_drift.effects"
-FITTED_ERROR_MODELS = "spindle_drift.fitted_error_models"
 IMPORTERS = "spindle_drift.importers"
 
 
@@ -77,23 +77,55 @@ def plugged_in(
     BadInput
         For a plug-in that cannot be loaded, that `check` refuses, or whose name is taken.
     """
-    found: dict[str, PlugIn[Any]] = {}
+    return by_name(loaded(group), shipped, check)
+
+
+def loaded(group: str) -> Iterator[PlugIn[Any]]:
+    """Load the entry points of a group, one by one.
+
+    Raises
+    ------
+    BadInput
+        For the first that cannot be loaded.
+    """
     for point in _points(group):
-        source = _source(point)
-        try:
-            plugin = PlugIn(point.name, source, group, point.load())
-        except (Exception, SystemExit) as error:  # a stranger's module may raise anything
-            problem = f"cannot be loaded: {type(error).__name__}: {error}; mend or uninstall it"
-            raise BadInput(source, group, problem) from None
-        if point.name in shipped:
-            raise plugin.refuse(f"{point.name} is a name that the project itself has: rename it")
-        if point.name in found:
-            raise plugin.refuse(f"has the name of {found[point.name].source}: uninstall one")
-        problem = check(plugin)
-        if problem:
+        plugin = PlugIn(point.name, _source(point), group, None)
+        with refusing(plugin):
+            thing = point.load()
+        yield replace(plugin, thing=thing)
+
+
+@contextmanager
+def refusing(plugin: PlugIn[Any]) -> Iterator[None]:
+    """Refuse a plug-in whose modules fail: a stranger's module may raise anything."""
+    try:
+        yield
+    except (Exception, SystemExit) as error:
+        problem = f"cannot be loaded: {type(error).__name__}: {error}; mend or uninstall it"
+        raise plugin.refuse(problem) from None
+
+
+def by_name(
+    plugins: Iterable[PlugIn[T]], shipped: Collection[str], check: Callable[[PlugIn[T]], str]
+) -> dict[str, PlugIn[T]]:
+    """Return plug-ins by name.
+
+    Raises
+    ------
+    BadInput
+        For one whose name is taken, or that *check* refuses.
+    """
+    named: dict[str, PlugIn[T]] = {}
+    for plugin in plugins:
+        if plugin.name in shipped:
+            raise plugin.refuse(f"{plugin.name} is a name that the project itself has: rename it")
+        if plugin.name in named:
+            other = named[plugin.name].source
+            raise plugin.refuse(f"{plugin.name} is a name that {other} has: uninstall one")
+        if problem := check(plugin):
             raise plugin.refuse(problem)
-        found[point.name] = plugin
-    return found
+        named[plugin.name] = plugin
+    return named
 
 
 def classes_plugged_in(
@@ -124,10 +156,15 @@ def classes_plugged_in(
         kind = plugin.thing
         if not (isinstance(kind, type) and issubclass(kind, base)):
             return f"is no subclass of {base.__module__}.{base.__qualname__}"
-        left = ", ".join(sorted(getattr(kind, "__abstractmethods__", ())))
-        return f"{kind.__qualname__} lacks {left}" if left else ""
+        return lacking(kind)
 
     return plugged_in(group, shipped, check)
+
+
+def lacking(kind: type[Any]) -> str:
+    """Return which methods a class leaves abstract, as a problem, or nothing."""
+    left = ", ".join(sorted(getattr(kind, "__abstractmethods__", ())))
+    return f"{kind.__qualname__} lacks {left}" if left else ""
 
 
 @cache

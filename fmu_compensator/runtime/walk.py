@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import pkgutil
 from collections.abc import Iterable
+from types import ModuleType
 from typing import TypeVar
 
 T = TypeVar("T")
@@ -28,18 +29,29 @@ def classes_found(package: str, folder: Iterable[str], base: type[T]) -> dict[st
         If one module defines two of them: a file name stands for one variant.
     """
     found: dict[str, type[T]] = {}
-    for name in sorted(info.name for info in pkgutil.iter_modules(list(folder))):
-        module = importlib.import_module(f"{package}.{name}")
-        own = [
-            thing
-            for thing in vars(module).values()
-            if isinstance(thing, type)
-            and issubclass(thing, base)
-            and thing is not base
-            and thing.__module__ == module.__name__
-        ]
-        if len(own) > 1:
-            raise TypeError(f"{module.__name__} defines {len(own)} variants, one is allowed")
-        if own:
-            found[name] = own[0]
+    for name in sorted(info.name for info in pkgutil.iter_modules(list(folder)) if not info.ispkg):
+        kind = class_in(importlib.import_module(f"{package}.{name}"), base)
+        if kind is not None:
+            found[name] = kind
     return found
+
+
+def class_in(module: ModuleType, base: type[T]) -> type[T] | None:
+    """Return the subclass of *base* that a module itself defines; None if it has none.
+
+    Raises
+    ------
+    TypeError
+        If it defines two of them.
+    """
+    own = [
+        thing
+        for thing in vars(module).values()
+        if isinstance(thing, type)
+        and issubclass(thing, base)
+        and thing is not base
+        and thing.__module__ == module.__name__
+    ]
+    if len(own) > 1:
+        raise TypeError(f"{module.__name__} defines {len(own)} variants, one is allowed")
+    return own[0] if own else None

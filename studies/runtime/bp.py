@@ -106,6 +106,8 @@ class BackPropagation(ErrorModel):
         See there for the numbers in the file.
     """
 
+    other_fits = ("ga_bp",)
+
     def __init__(self, network: NeuralNetwork) -> None:
         self._network = network
 

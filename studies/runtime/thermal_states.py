@@ -40,6 +40,8 @@ class ThermalStates(ErrorModel):
         D [um per 1000 rpm and its square].
     """
 
+    other_fits = ("bayes", "lasso", "ridge")
+
     def __init__(
         self,
         lags_s: list[float],

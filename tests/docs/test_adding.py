@@ -6,7 +6,6 @@ import shutil
 import socket
 import subprocess
 import sys
-import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +14,6 @@ import pytest
 
 from tests.conftest import ROOT
 from tests.docs.test_docs import FENCE
-from tests.plugins.test_plugins import lay_down
 
 ROOMS = (
     "fmu_compensator fmu_packaging gap_finder gateway measurement plant_model scenarios "
@@ -32,9 +30,6 @@ def copied(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for info, text in FENCE.findall((ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")):
         if info.startswith("python "):
             (folder / info.split()[1]).write_text(text, encoding="utf-8")
-        elif info.startswith("toml "):
-            points = tomllib.loads(text)["project"]["entry-points"]
-            lay_down(folder, "mean-kit", "1.0", points)
     time_s = 60.0 * np.arange(40)
     warming = {"time_s": time_s, "speed_rpm": 3000.0, "growth_um": 10.0 * time_s / time_s[-1]}
     for number in range(3):

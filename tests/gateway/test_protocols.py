@@ -49,7 +49,8 @@ def test_every_file_of_the_folder_holds_one_adapter() -> None:
 
 def test_another_distribution_adds_one_by_entry_point(monkeypatch: pytest.MonkeyPatch) -> None:
     point = EntryPoint("lamp", f"{__name__}:LampAdapter", protocols.GROUP)
-    monkeypatch.setattr(plugins, "_points", {protocols.GROUP: (point,)}.__getitem__)
+    points = {protocols.GROUP: (point,)}
+    monkeypatch.setattr(plugins, "_points", lambda group: points.get(group, ()))
     protocols.adapters.cache_clear()
     try:
         assert protocols.adapters()[-1].__name__ == "LampAdapter"

@@ -16,7 +16,11 @@ from pathlib import Path
 import pytest
 
 import scenarios.plugged
+from fmu_compensator import plugins as error_model_plugins
+from fmu_compensator.fit import error_models as fit_error_models
 from fmu_compensator.fit.error_models import fitted_models
+from fmu_compensator.plugins import plugged_error_models
+from fmu_compensator.runtime import error_models as run_error_models
 from fmu_compensator.runtime.modelfile import ModelFileError, load_model
 from fmu_packaging.native.compilers import NativeError, compilers
 from measurement import plugins
@@ -271,15 +275,47 @@ def test_two_plug_ins_of_one_name_are_refused(seen: Path) -> None:
     entry = "odd = odd_kit:Odd"
     broken(seen, "effects", entry, EFFECT.format(also="math", name="odd", amplitude="power"))
     lay_down(seen, "other-kit", "1.0", {"spindle_drift.effects": {"odd": "odd_kit:Odd"}})
-    with pytest.raises(BadInput, match=r"other-kit 1\.0.*has the name of plug-in odd of odd-kit"):
+    with pytest.raises(
+        BadInput, match=r"other-kit 1\.0.*odd is a name that plug-in odd of odd-kit"
+    ):
         plugged_effects.__wrapped__(frozenset(shipped_effects()))
 
 
-def test_a_fitting_twin_without_a_predicting_one_is_refused(seen: Path) -> None:
-    code = "from fmu_compensator.fit.error_models.mlr import MultipleLinearRegression as Odd"
-    broken(seen, "fitted_error_models", "odd = odd_kit:Odd", code)
-    with pytest.raises(BadInput, match=r"plug-in odd of odd-kit 0\.3.*has no predicting twin"):
+FITTED = """
+from fmu_compensator.fit.error_models.mlr import MultipleLinearRegression
+class Odd(MultipleLinearRegression):
+    pass
+"""
+RUNS = """
+from fmu_compensator.runtime.error_models.mlr import MultipleLinearRegression
+class Runs(MultipleLinearRegression):
+    other_fits = ("{other}",)
+"""
+
+
+@pytest.mark.parametrize(
+    ("entry", "code", "said"),
+    [
+        ("odd_kit", FITTED, "odd_kit has no predicting twin"),
+        ("odd_kit:Odd", FITTED, "is no module or package: name the file"),
+        ("odd_kit", f"{FITTED}class Even(Odd): pass", "TypeError: odd_kit defines 2 variants"),
+        ("odd_kit", FITTED + RUNS.format(other="mlr"), "mlr is a name that the project itself has"),
+        ("odd_kit", FITTED + RUNS.format(other="ridge"), "ridge is a name that plug-in studies of"),
+    ],
+)
+def test_an_error_model_that_cannot_be_used_is_one_line(
+    entry: str, code: str, said: str, seen: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    broken(seen, "error_models", f"zoo = {entry}", code)
+    for module in (fit_error_models, run_error_models):
+        monkeypatch.setattr(module, "error_models", run_error_models.error_models.__wrapped__)
+    monkeypatch.setattr(
+        error_model_plugins, "plugged_error_models", plugged_error_models.__wrapped__
+    )
+    with pytest.raises(BadInput) as refused:
         fitted_models.__wrapped__()
+    assert str(refused.value).startswith("plug-in zoo of odd-kit 0.3: spindle_drift.error_models: ")
+    assert said in str(refused.value)
 
 
 def test_an_importer_of_an_ending_that_is_read_already_is_refused(seen: Path) -> None:

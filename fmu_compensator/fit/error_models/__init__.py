@@ -5,10 +5,9 @@ from __future__ import annotations
 from functools import cache
 
 from fmu_compensator.fit.error_models.base import FittedModel
-from fmu_compensator.plugins import GROUP
+from fmu_compensator.plugins import FIT, plugged_classes
 from fmu_compensator.runtime.error_models import error_models
 from fmu_compensator.runtime.walk import classes_found
-from measurement.plugins import FITTED_ERROR_MODELS, classes_plugged_in
 
 
 @cache
@@ -21,9 +20,9 @@ def fitted_models() -> dict[str, type[FittedModel]]:
         For a plug-in that cannot be used, or that has no predicting twin.
     """
     shipped = classes_found(__name__, __path__, FittedModel)  # type: ignore[type-abstract]
-    more = classes_plugged_in(FITTED_ERROR_MODELS, FittedModel, shipped)  # type: ignore[type-abstract]
+    more = plugged_classes(FittedModel, FIT, shipped)  # type: ignore[type-abstract]
     for kind, plugin in more.items():
         if kind not in error_models():
-            raise plugin.refuse(f"has no predicting twin: {GROUP} has no {kind}")
+            raise plugin.refuse(f"{kind} has no predicting twin: a subclass of ErrorModel")
     every = shipped | {kind: plugin.thing for kind, plugin in more.items()}
     return dict(sorted(every.items()))

@@ -24,11 +24,14 @@ class ErrorModel(ABC):
     c_twin : str
         Its twin in C, where that is no file of the same name beside; empty: then ``--native``
         refuses it.
+    other_fits : tuple of str
+        Kinds beside that of its file's name which are fitted in ways of their own and run as it.
     """
 
     uses_measured: bool = False
     corrects_itself: bool = False
     c_twin: ClassVar[str] = ""
+    other_fits: ClassVar[tuple[str, ...]] = ()
 
     @classmethod
     @abstractmethod
