@@ -61,6 +61,38 @@ def refusing_methods(kind: type[T]) -> type[T]:
     return kind
 
 
+def refuse_options(
+    function: Callable[..., Any], options: abc.Mapping[str, Any], name: str, *, rest: bool = False
+) -> None:
+    """Refuse options that are passed on to a function, if it does not have them or not so.
+
+    Parameters
+    ----------
+    function : callable
+        Its keyword-only parameters are the options.
+    options : mapping
+        As given.
+    name : str
+        What they are given to, for the refusal.
+    rest : bool
+        The function passes on those that it does not have.
+
+    Raises
+    ------
+    BadInput
+        Naming the first one.
+    """
+    parameters = inspect.signature(function).parameters.values()
+    known = [entry.name for entry in parameters if entry.kind is entry.KEYWORD_ONLY]
+    types_of = parameter_types(function)
+    for key, value in options.items():
+        if key not in known and not rest:
+            raise BadInput(name, key, f"is not a known option: {', '.join(known)}")
+        if key in known and not _is(value, types_of[key]):
+            problem = f"{shown(value)} is not allowed: {_words(function, key)} is needed"
+            raise BadInput(name, key, problem)
+
+
 @cache
 def parameter_types(function: Callable[..., Any]) -> dict[str, Any]:
     """Return the types of a function's parameters by name."""
@@ -87,16 +119,24 @@ def _is(value: object, hint: Any) -> bool:
         return value in inner
     if origin is abc.Callable:
         return callable(value)
-    if origin is abc.Mapping:
-        return isinstance(value, abc.Mapping)
-    if origin in (abc.Sequence, tuple):
-        if isinstance(value, (str, bytes, abc.Mapping)) or not isinstance(value, abc.Iterable):
-            return False
-        parts = () if isinstance(value, abc.Iterator) else value
-        return all(_is(part, inner[0]) for part in parts)
+    if origin in (abc.Mapping, abc.Sequence, tuple):
+        return _holds(value, origin, inner)
     if isinstance(value, bool):
         return hint in (bool, object)
     return isinstance(value, (hint, KINDS.get(hint, hint)))
+
+
+def _holds(value: object, origin: Any, inner: tuple[Any, ...]) -> bool:
+    """Return whether a value is a container of what is wanted."""
+    if origin is abc.Mapping:
+        return isinstance(value, abc.Mapping) and all(
+            _is(key, inner[0]) and _is(held, inner[1]) for key, held in value.items()
+        )
+    if isinstance(value, (str, bytes, abc.Mapping)) or not isinstance(value, abc.Iterable):
+        return False
+    parts = () if isinstance(value, abc.Iterator) else tuple(value)
+    fits = origin is not tuple or ... in inner or len(parts) == len(inner)
+    return fits and all(_is(part, inner[0]) for part in parts)
 
 
 def _name(function: Callable[..., Any]) -> str:

@@ -12,13 +12,14 @@ from fmu_compensator.fit import comparison
 from fmu_compensator.fit.columns import targets_of
 from fmu_compensator.fit.contestants import Contestant, contestants
 from fmu_compensator.fit.splits import Split, leave_out
+from fmu_compensator.fit.survey import survey
 from measurement.doubts import doubt_lines
 from measurement.errors import BadInput
 from measurement.faults import Fault, find_faults, looked_over
 from scenarios.presets import preset
 from spindle_drift._inputs import MachineLike, RunLike, as_runs
 from spindle_drift._plots import plot_bars
-from spindle_drift._refusals import refusing, refusing_methods
+from spindle_drift._refusals import refuse_options, refusing, refusing_methods
 from spindle_drift.compensators import USUAL_MACHINE
 from spindle_drift.machines import as_machine
 
@@ -148,6 +149,7 @@ def compare(
     >>> sorted(found.table.index[~found.table["uses_displacement"]])
     ['mlr', 'no_model', 'persistence', 'ridge']
     """
+    refuse_options(survey, grey or {}, "compare, grey")
     learnt, judged = as_runs(list(train)), as_runs(list(validate)) if len(validate) else []
     digests = {run.sha256: run for run in learnt}
     for run in judged:

@@ -14,6 +14,7 @@ import pandas as pd
 
 from fmu_compensator.driving import answers, inputs_of
 from fmu_compensator.fit.fitting import compensator_text, fit_compensator
+from fmu_compensator.fit.survey import survey
 from fmu_compensator.fit.updating import update_compensator
 from fmu_compensator.monitoring import Report
 from fmu_compensator.monitoring import monitor as watch
@@ -30,7 +31,7 @@ from scenarios.presets import preset
 from scenarios.replay import model_of, rig_of_model
 from spindle_drift._inputs import MachineLike, RunLike, as_run, as_runs, warn_of_doubts
 from spindle_drift._plots import plot_judged
-from spindle_drift._refusals import refusing, refusing_methods
+from spindle_drift._refusals import refuse_options, refusing, refusing_methods
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -355,6 +356,8 @@ def fit(
     >>> bool((compensator.figures["like"] < compensator.figures["no_model"]).all())
     True
     """
+    refuse_options(fit_compensator, options, "fit", rest=True)
+    refuse_options(survey, options.get("grey") or {}, "fit, grey")
     recorded = as_runs(runs)
     rig, sensors = _rig(recorded[0], machine)
     as_usual: dict[str, Any] = {"sensors": sensors, "grey": usual_choice()}

@@ -9,16 +9,12 @@ from typing import Any
 import pandas as pd
 
 from fmu_compensator.fit.columns import targets_of
-from fmu_compensator.fit.error_models.options import refuse_unknown
 from fmu_compensator.fit.survey import Survey, survey
-from scenarios.arguments import defaults
 from scenarios.presets import preset
 from spindle_drift._inputs import MachineLike, RunLike, as_runs
-from spindle_drift._refusals import refusing, refusing_methods
+from spindle_drift._refusals import refuse_options, refusing, refusing_methods
 from spindle_drift.compensators import USUAL_MACHINE
 from spindle_drift.machines import as_machine
-
-OPTIONS = tuple(defaults(survey))
 
 
 @refusing_methods
@@ -91,9 +87,9 @@ def points(
     >>> len(sd.points(run, machine="jig_borer", study="TS").chosen)
     5
     """
+    refuse_options(survey, options, "points")
     recorded = as_runs(runs)
     rig = targets_of(recorded, as_machine(machine or USUAL_MACHINE).model.rig)
-    refuse_unknown("points", {key: options[key] for key in options if key not in OPTIONS}, OPTIONS)
     if study is not None:
         given = preset(study, recorded, options.get("grouping"))
         options = {**given.grey, "grouping": given.points, **options}

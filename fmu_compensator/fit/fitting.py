@@ -87,7 +87,7 @@ def fit_compensator(
         How a five-point rig's tilt moves the tool tip.
     tool_length_mm : tuple of float, optional
         Tools that the compensator may be used with, the shortest and the longest [mm].
-    limits : mapping, optional
+    limits : mapping of str to float, optional
         ``offset_um``, ``slew_um_per_s``, ``hold_s``, ``recover_s``, ``share`` where the defaults do
         not suit.
     leave_out_frozen : bool

@@ -13,6 +13,8 @@ import pandas as pd
 import pytest
 
 import spindle_drift as sd
+from fmu_compensator.fit.fitting import fit_compensator
+from fmu_compensator.fit.survey import survey
 from spindle_drift._inputs import RunLike
 from spindle_drift._refusals import _is, parameter_types
 
@@ -43,6 +45,40 @@ def test_every_parameter_refuses_what_it_does_not_take(
         line = rf"{re.escape(name)}: {parameter}: <object .*> is not allowed: .* is needed"
         with pytest.raises(sd.BadInput, match=f"^{line}$"):
             function(**{parameter: object()})
+
+
+def options_passed_on() -> Iterator[tuple[str, str, Callable[..., Any]]]:
+    """Yield each option that `fit` and `points` pass on, and the call that gives it."""
+    run = pd.DataFrame({"time_s": [0.0, 60.0]})
+    for name in options_of(fit_compensator):
+        yield "fit", name, lambda value, name=name: sd.fit(run, "mlr", **{name: value})
+    for name in options_of(survey):
+        yield "points", name, lambda value, name=name: sd.points(run, **{name: value})
+        yield "fit, grey", name, lambda value, name=name: sd.fit(run, grey={name: value})
+
+
+def options_of(function: Callable[..., Any]) -> list[str]:
+    parameters = inspect.signature(function).parameters.values()
+    return [entry.name for entry in parameters if entry.kind is entry.KEYWORD_ONLY]
+
+
+@pytest.mark.parametrize(
+    ("name", "option", "call"),
+    [pytest.param(*one, id=f"{one[0]}-{one[1]}") for one in options_passed_on()],
+)
+def test_every_option_that_is_passed_on_refuses_what_it_does_not_take(
+    name: str, option: str, call: Callable[[object], object]
+) -> None:
+    with pytest.raises(sd.BadInput, match=f"^{name}: {option}: <object .*> is not allowed: .*"):
+        call(object())
+
+
+def test_options_that_nothing_has_are_refused_with_those_that_there_are() -> None:
+    run = pd.DataFrame({"time_s": [0.0, 60.0]})
+    with pytest.raises(sd.BadInput, match=r"^fit, grey: foo: is not a known option: threshold, "):
+        sd.fit(run, grey={"foo": 1})
+    with pytest.raises(sd.BadInput, match=r"^compare, grey: foo: is not a known option: "):
+        sd.compare([run], grey={"foo": 1})
 
 
 def test_a_method_that_lacks_an_argument_is_told_so_by_its_name() -> None:

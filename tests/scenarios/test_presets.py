@@ -206,6 +206,8 @@ def test_points_of_one_run_say_what_they_cannot_and_refuse_an_unknown_option(
     assert "[um/K]" in told
     with pytest.raises(sd.BadInput, match="points: lamda: is not a known option: threshold, "):
         sd.points(runs[0], lamda=0.9)
+    with pytest.raises(sd.BadInput, match=r"points: threshold: .* float is needed"):
+        sd.points(runs[0], threshold="0.9")
     with pytest.raises(sd.BadInput, match="study: 'XY' is not allowed: GA, TS, VAC"):
         sd.points(runs[0], study="XY")
 
