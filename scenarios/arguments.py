@@ -19,47 +19,64 @@ KINDS: dict[str, dict[str, Any]] = {
     "float": {"type": float},
     "Sequence[str]": {"nargs": "+"},
     "tuple[float, float]": {"nargs": 2, "type": float},
+    "tuple[str, ...]": {"action": "append", "default": []},
+    "Path": {"type": Path, "metavar": "FILE"},
+    "str | Path": {"metavar": "FILE"},
 }
 """By annotation; every other is one word."""
+UNITS = {"s": "SECONDS", "mm": "MM", "k": "K"}
+"""What stands for a number whose parameter's name ends in its unit, which the option leaves out."""
+DIRECTORY = {"type": Path, "metavar": "DIR"}
 ENTRY = re.compile(r"^(\w[\w, ]*?) : (.*)\n?((?:[ ]{4}.*\n?)*)", re.MULTILINE)
 """Of a parameter in a docstring: names, type, text."""
 
 
 def add_parameters(
-    parser: argparse.ArgumentParser,
+    parser: argparse._ActionsContainer,
     function: Callable[..., Any],
     *names: str,
     **changes: Mapping[str, Any],
 ) -> None:
-    """Declare options for some of a function's parameters.
+    """Declare arguments for some of a function's parameters, or of a dataclass's fields.
 
     Parameters
     ----------
-    parser : ArgumentParser
+    parser : ArgumentParser or a group of one
     function : callable
         With a docstring as numpydoc has it.
     *names : str
-        Parameters to declare as they are: ``noise_seed`` is ``--noise-seed``.
+        Parameters to declare as they are: ``noise_seed`` is ``--noise-seed``, ``every_s`` is
+        ``--every SECONDS``, and one without a default is no option but must be given.
     **changes : mapping
         Parameters whose option differs: by name what `argparse` takes instead; ``flag`` is the
-        option's name.
+        option's name, or a tuple of its names.
     """
     described = entries(function)
     signature = inspect.signature(function).parameters
     for name, change in {**{key: {} for key in names}, **changes}.items():
         parameter, (kind, text) = signature[name], described[name]
-        argument = {
-            "dest": name,
-            "default": parameter.default,
-            "help": text,
-            **KINDS.get(str(parameter.annotation).removesuffix(" | None"), {}),
-            **change,
-        }
-        if re.fullmatch(r"\{[^}]*\}", kind) and "metavar" not in argument:
-            argument["choices"] = tuple(re.findall(r'"(\w+)"', kind))
-        if argument["default"] not in (None, False, (), "") and "default" not in argument["help"]:
+        stem, _, unit = name.rpartition("_")
+        argument: dict[str, Any] = {"default": parameter.default, "help": text}
+        argument |= KINDS.get(str(parameter.annotation).removesuffix(" | None"), {})
+        argument |= {"metavar": UNITS[unit]} if unit in UNITS else {}
+        option = (stem if unit in UNITS else name).replace("_", "-")
+        if parameter.default is parameter.empty and "flag" not in change:
+            flag, argument["default"], argument["metavar"] = name, None, name.upper()
+        else:
+            flag, argument["dest"] = f"--{option}", name
+        argument |= change
+        if isinstance(argument.get("metavar"), str):
+            argument["help"] = argument["help"].replace(f" [{unit}]", "")
+        if re.fullmatch(r"\{[^}]*\}(, optional)?", kind) and "metavar" not in argument:
+            argument["choices"] = tuple(re.findall(r'"([^"]+)"', kind))
+        if argument["default"] is parameter.empty:
+            argument["default"] = None
+        if argument["default"] and "default" not in argument["help"]:
             argument["help"] += " (default: %(default)s)"
-        parser.add_argument(argument.pop("flag", f"--{name.replace('_', '-')}"), **argument)
+        if argument.get("action") == "append":
+            argument["help"] += "; may be repeated"
+        flags = argument.pop("flag", flag)
+        parser.add_argument(*([flags] if isinstance(flags, str) else flags), **argument)
 
 
 def parameters_of(
@@ -80,7 +97,7 @@ def entries(function: Callable[..., Any]) -> dict[str, tuple[str, str]]:
     """Return each parameter's type and its text, as help has it, by name."""
     found = {}
     for names, kind, text in ENTRY.findall(inspect.getdoc(function) or ""):
-        words = re.sub(r"``|`|\*(?=\w)|(?<=\w)\*", "", " ".join(text.split()))
+        words = re.sub(r"``|`|\*(\w+)\*", r"\1", " ".join(text.split()))
         shown = (words[:1].lower() + words[1:]).rstrip(".").replace("%", "%%")
         for name in names.split(", "):
             found[name] = (kind, shown)

@@ -42,17 +42,17 @@ class Shown:
     cells: tuple[Fineness, ...]
 
 
-def show_machine(name: str, path: Path, *, cells: bool = False) -> Shown:
+def show_machine(machine: str, path: Path, *, cells: bool = False) -> Shown:
     """Look at a machine and write its page.
 
     Parameters
     ----------
-    name : str
-        Machine file, page or shipped name.
+    machine : str
+        Page, machine file or shipped name.
     path : Path
-        Page to write; replaced whole or not at all.
+        Page to write (default: MACHINE.html).
     cells : bool
-        Whether to compute the table of cells, too.
+        Show how the answer changes with the number of cells.
 
     Returns
     -------
@@ -64,13 +64,13 @@ def show_machine(name: str, path: Path, *, cells: bool = False) -> Shown:
     BadInput
         For a machine that cannot be read, or lumps where cells are asked for.
     """
-    source = machine_path(name)
-    machine = read_machine(name)
-    fine = tuple(convergence(name)) if cells else ()
-    sheet = check_sheet(machine)
+    source = machine_path(machine)
+    read = read_machine(machine)
+    fine = tuple(convergence(machine)) if cells else ()
+    sheet = check_sheet(read)
     warm = {
         node.name: float(value)
-        for node, value in zip(machine.nodes, sheet.shown.temperatures[0, sheet.at], strict=True)
+        for node, value in zip(read.nodes, sheet.shown.temperatures[0, sheet.at], strict=True)
     }
     text = source.read_text(encoding="utf-8")
     table = tomllib.loads(text)
@@ -78,25 +78,25 @@ def show_machine(name: str, path: Path, *, cells: bool = False) -> Shown:
         drawing = Drawing(table, source)
         odd, section = odd_of_page(drawing, text), section_of_page(drawing, warm)
     else:
-        odd, section = [], section_of_lumps(machine, warm)
+        odd, section = [], section_of_lumps(read, warm)
     wrong = (*odd, *sheet.wrong)
     write_page(
         "machine.html",
         path,
-        title=machine.title,
+        title=read.title,
         file=source.name,
-        description=machine.description,
+        description=read.description,
         drawn=is_page(table),
         section=section,
-        network=network_svg(machine, sheet.parts, sheet.links),
+        network=network_svg(read, sheet.parts, sheet.links),
         sheet=sheet,
         parts=sorted(sheet.parts, key=lambda part: -part.warm),
         wrong=wrong,
-        numbers=_numbers(machine),
-        counts=_counts(machine),
+        numbers=_numbers(read),
+        counts=_counts(read),
         cells=fine,
     )
-    return Shown(machine, sheet, wrong, fine)
+    return Shown(read, sheet, wrong, fine)
 
 
 def _numbers(machine: Machine) -> list[dict[str, Any]]:

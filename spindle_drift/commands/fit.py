@@ -64,7 +64,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         points={"metavar": "grey|hierarchical|fuzzy|all|NAME,NAME..."},
         input_form={"metavar": "rise|absolute|level"},
         geometry_form={"flag": "--form", "metavar": "rigid|pure_rotation"},
-        tool_length_mm={"flag": "--tool-length", "metavar": ("SHORTEST", "LONGEST")},
+        tool_length_mm={"metavar": ("SHORTEST", "LONGEST")},
         created={"metavar": "YYYY-MM-DD"},
         jobs={"metavar": "N", "default": os.cpu_count() or 1},
     )

@@ -7,6 +7,7 @@ import json
 from dataclasses import asdict
 from pathlib import Path
 
+from scenarios.arguments import add_json, add_parameters
 from scenarios.outputs import PAGE, check_output
 
 NAME = "show-machine"
@@ -17,14 +18,11 @@ HELP = "show a machine on one page: section, network, free numbers, and what loo
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
-    parser.add_argument("machine", metavar="MACHINE", help="page, machine file or shipped name")
-    parser.add_argument(
-        "-o", "--output", type=Path, metavar="FILE", help="page to write (default: MACHINE.html)"
-    )
-    parser.add_argument(
-        "--cells", action="store_true", help="show how the answer changes with the number of cells"
-    )
-    parser.add_argument("--json", action="store_true", help="print JSON instead of sentences")
+    from scenarios.machine_page import show_machine
+
+    output = {"flag": ("-o", "--output"), "dest": "output"}
+    add_parameters(parser, show_machine, "machine", "cells", path=output)
+    add_json(parser, "print JSON instead of sentences")
 
 
 def run(args: argparse.Namespace) -> int:

@@ -21,7 +21,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     text = "machine file or shipped name (default: jig_borer)"
     parser.add_argument("--machine", default="jig_borer", help=text)
     add_output(parser, "run file to write")
-    add_parameters(parser, simulate, every_s={"flag": "--every", "metavar": "SECONDS"})
+    add_parameters(parser, simulate, "every_s")
     parser.add_argument("--seed", type=int, help="seed of the sensors' noise (default: scenario's)")
     parser.add_argument("--exact", action="store_true", help="leave out noise and resolution")
 
