@@ -27,13 +27,14 @@ class Probing:
     Attributes
     ----------
     every_s : float, optional
-        At fixed intervals, the first of them after the start [s].
+        Probe at fixed intervals, the first of them after the start, such as 60min [s].
     when_um : float, optional
-        When the half width of any measured axis' interval passes this [um].
+        Probe when the uncertainty of a measured axis, half the width of its interval, passes this,
+        such as 3um: the run's own drift then goes in through the measured inputs [um].
     noise_um : float
-        Standard deviation of a probe, for each displacement [um].
+        Standard deviation of a probe, for each displacement (default: 0.5um) [um].
     seed : int
-        Of the noise; with it and the run's name the same noise comes again.
+        Of the probes' noise; with it and the run's name the same noise comes again.
     most : int, optional
         No more than so many probes a run.
     """

@@ -86,17 +86,18 @@ def run_replay(
     Parameters
     ----------
     compensator : str
-        An FMU or a compensator file.
+        An FMU, or a compensator file (.json).
     runs : sequence of Path
         At least one run file.
     out, fmu_dir, near : Path
         Results folder; FMU folder; folder that the compensator's path may start from.
     tool_length_mm : float, optional
-        For a five-point rig; by default the FMU's own start value [mm].
+        Tool length at which a five-point rig's drift is taken [mm] (default: the FMU's start
+        value).
     machine : str, optional
-        Machine file or name whose rig names the five-point sensors and their signs.
+        Machine whose five-point rig names the displacement sensors (S1 to S5, S5 along +Z).
     keep_frozen : bool
-        Count rows with a frozen or saturated displacement sensor.
+        Count rows in which a displacement sensor was frozen or at the end of its range.
     probing : Probing, optional
         When the compensator is given a probe of the run's own drift.
     title, description : str

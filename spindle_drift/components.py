@@ -154,6 +154,7 @@ def run_scenario(
     plant: str | Path | None = None,
     compensator: str | Path | None = None,
     fmu_dir: str | Path = "dist",
+    live: bool = False,
     force: bool = False,
 ) -> Scenario:
     """Simulate a scenario: plant and compensator FMU in a loop.
@@ -161,15 +162,19 @@ def run_scenario(
     Parameters
     ----------
     scenario : str or path
-        A shipped name or a scenario file.
+        A name from ``spindle-drift list``, or a scenario file (TOML).
     out : path, optional
-        Results folder; ``results/NAME`` by default.
+        Results folder (default: ``results/SCENARIO``).
     settings : mapping of str to any, optional
-        Keys of the scenario to set, such as ``{"duration_s": 3600, "signals.speed": 6000}``.
-    plant, compensator : path, optional
-        Other FMUs, or a machine and a compensator file.
+        Keys of the scenario to set, such as duration_s=3600 or signals.speed=6000.
+    plant : path, optional
+        Another plant: an FMU or a machine file.
+    compensator : path, optional
+        Another compensator: an FMU or a compensator file.
     fmu_dir : path
         Where FMUs are; ``plant.fmu`` and ``compensator.fmu`` are built there when missing.
+    live : bool
+        Write a page beside the report in which both run live.
     force : bool
         Whether *out* may hold other things.
 
@@ -205,6 +210,7 @@ def run_scenario(
             Path(fmu_dir),
             plant=None if plant is None else str(plant),
             compensator=None if compensator is None else str(compensator),
+            live=live,
             quiet=True,
         )
     details = json.loads(json.dumps(details))

@@ -25,14 +25,14 @@ from scenarios.ssp.structure import Component, Connection, structure
 from scenarios.wiring import TOOL_LENGTH, Variables, check_role, parameter_kind, wire
 
 
-def case_of(scenario: Scenario, variant: str | None) -> Case:
-    """Return a variant of a scenario; by default the first.
+def case_of(scenario: Scenario, variant: str | None = None) -> Case:
+    """Return a variant of a scenario.
 
     Parameters
     ----------
     scenario : Scenario
-    variant : str or None
-        Its name.
+    variant : str, optional
+        One of the scenario's (default: the first).
 
     Raises
     ------

@@ -33,17 +33,19 @@ class Request:
     Attributes
     ----------
     scenario : str
-        Name or path.
+        A name from ``spindle-drift list``, or a scenario file (TOML).
     vary : tuple of str
-        ``NAME=VALUES`` each.
+        What varies: an input, a parameter of the plant or a key of the scenario, and a,b,c or
+        low..high:COUNT (a grid), low..high, low..high:log or mean+-sd (drawn for every repeat); an
+        x before them multiplies what the scenario has.
     repeat : int
-        How often every point of the grid is run, each time with other draws and another seed.
+        Runs of every point of the grid, each with its own draws and noise.
     seed : int or None
-        Of the sweep; None: the scenario's.
+        Of draws and noise (default: the scenario's).
     variants : tuple of str
-        Which of the scenario's variants; empty: all.
+        One of the scenario's variants (default: all).
     overrides : tuple of (str, object)
-        Keys of the scenario set otherwise, in all cases.
+        Keys of the scenario to set in all cases, such as duration_s=3600 or signals.speed=6000.
     """
 
     scenario: str

@@ -45,9 +45,9 @@ def run_sweep(
     fmu_dir : Path
         Where FMUs named without a folder are.
     workers : int, optional
-        Processes; all cores by default.
+        Processes (default: all cores).
     cluster : str, optional
-        Address of a Dask scheduler, instead of this computer's cores.
+        Address of a Dask scheduler, such as tcp://host:8786, instead of this computer's cores.
     quiet : bool
         No progress bar, no messages.
 

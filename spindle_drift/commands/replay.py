@@ -8,9 +8,8 @@ import re
 from pathlib import Path
 from typing import Any
 
-from scenarios.arguments import add_json, add_results, add_runs
+from scenarios.arguments import add_json, add_parameters, add_results, add_runs, parameters_of
 from scenarios.outputs import FOLDER
-from scenarios.scenario_options import add_fmu_folder
 
 NAME = "replay"
 HELP = "drive a compensator with measured runs"
@@ -23,42 +22,24 @@ LENGTHS = {"um": 1.0, "mm": 1000.0}
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
-    parser.add_argument(
-        "compensator", metavar="COMPENSATOR", help="an FMU, or a compensator file (.json)"
-    )
+    from scenarios.probing import Probing
+    from scenarios.replay_runner import run_replay
+    from spindle_drift._options import add_fmu_folder
+
+    add_parameters(parser, run_replay, "compensator")
     add_runs(parser)
-    add_results(parser, "results folder", default=Path("results/replay"))
+    add_results(parser, "results folder (default: results/replay)", default=Path("results/replay"))
     add_fmu_folder(parser)
-    parser.add_argument(
-        "--tool-length",
-        type=float,
-        metavar="MM",
-        help="tool length at which a five-point rig's drift is taken (the FMU's start value)",
+    add_parameters(parser, run_replay, "tool_length_mm", "machine", "keep_frozen")
+    # Each with its unit.
+    add_parameters(
+        parser,
+        Probing,
+        "seed",
+        when_um={"flag": "--probe-when", "metavar": "LIMIT", "type": str},
+        every_s={"flag": "--probe-every", "metavar": "TIME", "type": str},
+        noise_um={"flag": "--probe-noise", "metavar": "NOISE", "type": str, "default": None},
     )
-    parser.add_argument(
-        "--machine",
-        help="machine whose five-point rig names the displacement sensors (S1 to S5, S5 along +Z)",
-    )
-    parser.add_argument(
-        "--keep-frozen",
-        action="store_true",
-        help="count rows in which a displacement sensor was frozen or at the end of its range",
-    )
-    parser.add_argument(
-        "--probe-when",
-        metavar="LIMIT",
-        help="probe when the uncertainty of a measured axis passes this, such as 3um: the run's "
-        "own drift then goes in through the measured inputs",
-    )
-    parser.add_argument(
-        "--probe-every", metavar="TIME", help="probe at fixed intervals, such as 60min"
-    )
-    parser.add_argument(
-        "--probe-noise",
-        metavar="NOISE",
-        help="standard deviation of a probe (0.5um); --seed gives it anew",
-    )
-    parser.add_argument("--seed", type=int, default=1, help="of the probes' noise (1)")
     add_json(parser, "print table.json instead of a table")
     parser.add_argument("--quiet", action="store_true", help="no progress bar, no table")
 
@@ -69,7 +50,7 @@ def run(args: argparse.Namespace) -> int:
     from scenarios.replay_runner import run_replay
     from scenarios.table import as_text
 
-    length = args.tool_length
+    length = args.tool_length_mm
     if length is not None and not -LONGEST_MM <= length <= LONGEST_MM:
         problem = f"{length:g} is not allowed: -{LONGEST_MM:g} to {LONGEST_MM:g} mm"
         raise BadInput("--tool-length", "", problem)
@@ -79,9 +60,7 @@ def run(args: argparse.Namespace) -> int:
         args.out,
         args.fmu_dir,
         near=Path(),
-        tool_length_mm=args.tool_length,
-        machine=args.machine,
-        keep_frozen=args.keep_frozen,
+        **parameters_of(args, run_replay, "tool_length_mm", "machine", "keep_frozen"),
         probing=_probing(args),
         quiet=args.quiet or args.json,
     )
@@ -96,19 +75,19 @@ def run(args: argparse.Namespace) -> int:
 def _probing(args: argparse.Namespace) -> Any:
     """Return the probe cycles that the options ask for; None for none."""
     from measurement.errors import BadInput
-    from scenarios.probing import NOISE_UM, Probing
+    from scenarios.probing import Probing
 
     if not 0 <= args.seed < 2**31:
         raise BadInput("--seed", "", f"{args.seed} is not allowed: 0 to {2**31 - 1}")
-    noise = _quantity("--probe-noise", args.probe_noise, LENGTHS, 0.0, 1000.0)
-    if args.probe_when is None and args.probe_every is None:
+    noise = _quantity("--probe-noise", args.noise_um, LENGTHS, 0.0, 1000.0)
+    if args.when_um is None and args.every_s is None:
         if noise is not None:
             raise BadInput("--probe-noise", "", "needs --probe-when or --probe-every")
         return None
     return Probing(
-        every_s=_quantity("--probe-every", args.probe_every, SECONDS, 1.0, 1e7),
-        when_um=_quantity("--probe-when", args.probe_when, LENGTHS, 0.01, 1e5),
-        noise_um=NOISE_UM if noise is None else noise,
+        every_s=_quantity("--probe-every", args.every_s, SECONDS, 1.0, 1e7),
+        when_um=_quantity("--probe-when", args.when_um, LENGTHS, 0.01, 1e5),
+        noise_um=Probing.noise_um if noise is None else noise,
         seed=args.seed,
     )
 

@@ -7,23 +7,22 @@ import json
 from pathlib import Path
 from typing import Any
 
-from scenarios.arguments import add_json, add_results
+from scenarios.arguments import DIRECTORY, add_json, add_parameters
 from scenarios.outputs import FOLDER, also_reads
-from scenarios.scenario_options import add_scenario_options
 
 NAME = "run"
 HELP = "simulate a scenario"
-READS = ("scenario", "plant", "compensator", "set")
+READS = ("scenario", "plant", "compensator", "settings")
 WRITES = {"out": FOLDER}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
-    add_scenario_options(parser)
-    add_results(parser, "results folder (results/<scenario>)")
-    parser.add_argument(
-        "--live", action="store_true", help="beside the report, a page in which both run live"
-    )
+    from spindle_drift._options import add_scenario
+    from spindle_drift.components import run_scenario
+
+    add_scenario(parser)
+    add_parameters(parser, run_scenario, "live", out=DIRECTORY)
     add_json(parser, "print table.json instead of a table")
     parser.add_argument("--quiet", action="store_true", help="no progress bar, no table")
 
@@ -35,7 +34,7 @@ def run(args: argparse.Namespace) -> int:
     from scenarios.scenario import read_scenario
     from scenarios.table import as_text
 
-    scenario = read_scenario(args.scenario, [assignment(text) for text in args.set])
+    scenario = read_scenario(args.scenario, [assignment(text) for text in args.settings])
     settings = scenario.settings
     out = args.out or Path("results") / settings.name
     pace = ""

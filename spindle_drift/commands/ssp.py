@@ -14,23 +14,26 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
+from scenarios.arguments import add_json, add_parameters
 from scenarios.outputs import SSP, check_output
-from scenarios.scenario_options import add_scenario_options
 
 NAME = "ssp"
 HELP = "write a scenario with its FMUs as one .ssp file for other tools"
-READS = ("scenario", "plant", "compensator", "set")
+READS = ("scenario", "plant", "compensator", "settings")
 WRITES = {"out": SSP}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
-    add_scenario_options(parser)
+    from scenarios.ssp.package import case_of
+    from spindle_drift._options import add_scenario
+
+    add_scenario(parser)
     parser.add_argument(
         "-o", "--out", type=Path, metavar="FILE", help="the .ssp file (dist/<scenario>.ssp)"
     )
-    parser.add_argument("--variant", metavar="NAME", help="one of the scenario's (the first)")
-    parser.add_argument("--json", action="store_true", help="say what was written as JSON")
+    add_parameters(parser, case_of, variant={"metavar": "NAME"})
+    add_json(parser, "say what was written as JSON")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -41,7 +44,7 @@ def run(args: argparse.Namespace) -> int:
     from scenarios.scenario import read_scenario
     from scenarios.ssp.package import case_of, ssp_bytes
 
-    scenario = read_scenario(args.scenario, [assignment(text) for text in args.set])
+    scenario = read_scenario(args.scenario, [assignment(text) for text in args.settings])
     case = case_of(scenario, args.variant)
     settings = case.settings
     near = scenario.path.resolve().parent

@@ -7,51 +7,37 @@ import json
 import sys
 from pathlib import Path
 
+from scenarios.arguments import add_json, add_parameters, add_results
 from scenarios.outputs import FOLDER_THAT_GOES_ON
-from scenarios.scenario_options import add_fmu_folder, add_settings
 
 NAME = "sweep"
 HELP = "simulate a scenario many times, with what varies on a grid or drawn at random"
-READS = ("scenario", "set")
+READS = ("scenario", "overrides")
 WRITES = {"out": FOLDER_THAT_GOES_ON}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
-    parser.add_argument("scenario", metavar="SCENARIO", help="a name from 'list', or a TOML file")
-    parser.add_argument(
-        "--vary",
-        action="append",
-        default=[],
-        metavar="NAME=VALUES",
-        help="an input, a parameter of the plant or a key of the scenario, and a,b,c or "
-        "low..high:COUNT (a grid), low..high, low..high:log or mean+-sd (drawn for every repeat); "
-        "an x before them multiplies what the scenario has",
+    from scenarios.sweep.plan import Request
+    from scenarios.sweep.runner import run_sweep
+    from spindle_drift._options import SETTINGS, add_fmu_folder
+
+    add_parameters(
+        parser,
+        Request,
+        "scenario",
+        "seed",
+        vary={"flag": "--vary", "metavar": "NAME=VALUES"},
+        repeat={"metavar": "N"},
+        variants={"flag": "--variant", "metavar": "NAME"},
+        overrides=SETTINGS,
     )
-    parser.add_argument(
-        "--repeat",
-        type=int,
-        default=1,
-        metavar="N",
-        help="runs of every point of the grid, each with its own draws and noise (1)",
-    )
-    parser.add_argument("--seed", type=int, help="of draws and noise (the scenario's)")
-    parser.add_argument(
-        "--variant",
-        action="append",
-        default=[],
-        metavar="NAME",
-        help="one of the scenario's variants (all)",
-    )
-    add_settings(parser)
-    parser.add_argument("--out", type=Path, metavar="DIR", help="folder (results/sweep_<scenario>)")
+    add_results(parser, "folder (default: results/sweep_SCENARIO)")
     add_fmu_folder(parser)
     where = parser.add_mutually_exclusive_group()
-    where.add_argument("--workers", type=int, metavar="N", help="processes (all cores)")
-    where.add_argument(
-        "--cluster", metavar="ADDRESS", help="of a Dask scheduler, for example tcp://host:8786"
-    )
-    parser.add_argument("--json", action="store_true", help="print summary.json")
+    changes = {"workers": {"metavar": "N"}, "cluster": {"metavar": "ADDRESS"}}
+    add_parameters(where, run_sweep, **changes)
+    add_json(parser, "print summary.json")
     parser.add_argument("--quiet", action="store_true", help="no progress bar, no table")
 
 
@@ -69,8 +55,8 @@ def run(args: argparse.Namespace) -> int:
         tuple(args.vary),
         args.repeat,
         args.seed,
-        tuple(args.variant),
-        tuple(assignment(text) for text in args.set),
+        tuple(args.variants),
+        tuple(assignment(text) for text in args.overrides),
     )
     out = args.out
     if out is None:

@@ -1,0 +1,22 @@
+"""The arguments of a scenario and of what runs in it, which several commands have."""
+
+from __future__ import annotations
+
+import argparse
+
+from scenarios.arguments import DIRECTORY, add_parameters
+from spindle_drift.components import run_scenario
+
+SETTINGS = {"flag": "--set", "action": "append", "default": [], "metavar": "KEY=VALUE"}
+
+
+def add_fmu_folder(parser: argparse.ArgumentParser) -> None:
+    """Declare where FMUs are looked for, and put where they have to be built."""
+    add_parameters(parser, run_scenario, fmu_dir=DIRECTORY)
+
+
+def add_scenario(parser: argparse.ArgumentParser) -> None:
+    """Declare a scenario, its FMUs and the keys to set in it."""
+    add_parameters(parser, run_scenario, "scenario")
+    add_fmu_folder(parser)
+    add_parameters(parser, run_scenario, "plant", "compensator", settings=SETTINGS)
