@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import pandas as pd
 
-from measurement.errors import BadInput, checked
+from measurement.errors import BadInput
 from measurement.importing.log import Imported, import_files
 from measurement.importing.mapping import Mapping as Rules
-from measurement.importing.mapping import read_mapping
+from measurement.importing.mapping import adjusted, read_mapping
 from measurement.iso230 import Summary, summarise
 from measurement.rig import Rig, default_rig, rig_from_table
 from measurement.runs import Run
@@ -132,7 +132,14 @@ def import_log(
     mapping: str | Path | None = None,
     units: Mapping[str, str] | None = None,
     axes: Mapping[str, str] | None = None,
+    time: str | Mapping[str, object] | None = None,
     every_row_s: float | None = None,
+    day_first: bool | None = None,
+    timezone: str | None = None,
+    split: Literal["pauses", "days", "none"] | None = None,
+    pause_s: float | None = None,
+    cold_after_s: float | None = None,
+    every_s: float | None = None,
     **rules: object,
 ) -> ImportedLog:
     """Make runs of spreadsheets, text tables or logs of any recorder.
@@ -140,17 +147,33 @@ def import_log(
     Parameters
     ----------
     files : path or sequence of path
-        Tables with the same columns follow each other, others stand side by side on one clock.
+        Text tables, .xlsx, .xls, .ods, .tdms or .mf4: tables with the same columns follow each
+        other, others stand side by side on one clock.
     mapping : path, optional
-        A mapping file of an earlier import.
+        Mapping file to follow, as an earlier import wrote it.
     units : mapping of str to str, optional
-        Units of columns whose header has none, by header; ``*`` and ``?`` are allowed.
+        Unit of a column whose header has none, by header, such as 'T*=degC'.
     axes : mapping of str to str, optional
-        Axes of displacements by header, such as ``{"Dia*": "X"}``.
+        Axis that a displacement measures, by header, such as 'Dia*=X', or -X where it grows
+        towards -X.
+    time : str or mapping, optional
+        Column of time, if it cannot be told.
     every_row_s : float, optional
-        For tables without a time: from row to row [s].
+        For tables without a column of time: from row to row, such as 60s [s].
+    day_first : bool, optional
+        03/04 is the 3rd of April.
+    timezone : str, optional
+        Of local times, as Europe/Berlin.
+    split : {"pauses", "days", "none"}, optional
+        Where a log is cut into runs (default: pauses); days: at midnight, too.
+    pause_s : float, optional
+        A longer pause ends a run (default: 1800) [s].
+    cold_after_s : float, optional
+        A machine is cold after a longer rest (default: 28800) [s].
+    every_s : float, optional
+        Put the rows on an even grid [s].
     **rules
-        Entries of a mapping file: ``split``, ``pause_s``, ``cold_after_s``, ``every_s``, ``time``.
+        Other entries of a mapping file.
 
     Returns
     -------
@@ -175,11 +198,20 @@ def import_log(
     True
     """
     paths = [Path(file) for file in ([files] if isinstance(files, (str, Path)) else files)]
-    given = read_mapping(Path(mapping)) if mapping is not None else Rules()
-    table = given.model_dump(exclude_none=True) | dict(rules)
-    if every_row_s is not None:
-        table["time"] = {**table["time"], "every_row_s": every_row_s}
-    found = import_files(paths, checked(Rules, table, "import_log"), units, axes)
+    given = adjusted(
+        read_mapping(Path(mapping)) if mapping is not None else Rules(),
+        "import_log",
+        time=time,
+        every_row_s=every_row_s,
+        day_first=day_first,
+        timezone=timezone,
+        split=split,
+        pause_s=pause_s,
+        cold_after_s=cold_after_s,
+        every_s=every_s,
+        **rules,
+    )
+    found = import_files(paths, given, units, axes)
     doubts: dict[str, list[str]] = {}
     for column, text in found.doubts:
         doubts.setdefault(column, []).append(text)

@@ -100,6 +100,35 @@ class Mapping(_Strict):
     columns: dict[str, ColumnRule] = Field(default_factory=dict)
 
 
+def adjusted(mapping: Mapping, source: str, **rules: object) -> Mapping:
+    """Return a mapping with some of its rules, and those of its time, put otherwise.
+
+    Parameters
+    ----------
+    mapping : Mapping
+    source : str
+        Who says so, for the refusal.
+    **rules
+        None leaves a rule as it is; ``time`` may be the header of its column.
+
+    Raises
+    ------
+    BadInput
+        For a rule that is not known, or not allowed.
+    """
+    table = mapping.model_dump(exclude_none=True)
+    for name, value in rules.items():
+        if value is None:
+            continue
+        if name == "time" and isinstance(value, str):
+            table["time"]["columns"] = [value]
+        elif name in TimeRule.model_fields:
+            table["time"][name] = value
+        else:
+            table[name] = value
+    return checked(Mapping, table, source)
+
+
 def read_mapping(path: Path) -> Mapping:
     """Read a mapping file.
 

@@ -14,79 +14,51 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from scenarios.arguments import add_json, add_output, add_parameters, parameters_of
 from scenarios.outputs import FOLDER_OF_RUNS
 
 NAME = "import"
 HELP = "make run files of a spreadsheet, a text table or a recorder's log"
 READS = ("files", "mapping")
 WRITES = {"output": FOLDER_OF_RUNS}
+RULES = (
+    *("time", "every_row_s", "day_first", "timezone"),
+    *("split", "pause_s", "cold_after_s", "every_s"),
+)
+"""Of a mapping file, as the command line may say them otherwise."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
-    parser.add_argument(
-        "files",
-        nargs="+",
-        type=Path,
-        metavar="FILE",
-        help="text table, .xlsx, .xls, .ods, .tdms or .mf4",
-    )
-    parser.add_argument(
-        "-o", "--output", type=Path, required=True, metavar="DIR", help="folder for the run files"
-    )
-    parser.add_argument(
-        "--mapping",
-        type=Path,
-        metavar="FILE",
-        help="mapping file to follow (import.toml in the folder, where there is one)",
-    )
-    parser.add_argument(
-        "--unit",
-        action="append",
-        default=[],
-        metavar="HEADER=UNIT",
-        help="unit of a column whose header has none, such as 'T*=degC'; may be repeated",
-    )
-    parser.add_argument(
-        "--axis",
-        action="append",
-        default=[],
-        metavar="HEADER=AXIS",
-        help="axis that a displacement measures, such as 'Dia*=X', or -X where it grows towards "
-        "-X; may be repeated",
-    )
-    parser.add_argument("--time", metavar="HEADER", help="column of time, if it cannot be told")
-    parser.add_argument(
-        "--every-row",
-        metavar="TIME",
-        help="for tables without a column of time: from row to row, such as 60s",
+    from spindle_drift.recordings import import_log
+
+    add_parameters(parser, import_log, files={"nargs": "+", "type": Path, "metavar": "FILE"})
+    add_output(parser, "folder for the run files", metavar="DIR")
+    again = {"action": "append", "default": []}
+    add_parameters(
+        parser,
+        import_log,
+        mapping={
+            "type": Path,
+            "help": "mapping file to follow (default: import.toml in the folder, if it is there)",
+        },
+        units={"flag": "--unit", "metavar": "HEADER=UNIT", **again},
+        axes={"flag": "--axis", "metavar": "HEADER=AXIS", **again},
+        time={"metavar": "HEADER"},
+        every_row_s={"metavar": "TIME", "type": str},
+        timezone={"metavar": "ZONE"},
     )
     order = parser.add_mutually_exclusive_group()
+    add_parameters(order, import_log, "day_first")
     order.add_argument(
-        "--day-first", action="store_true", default=None, help="03/04 is the 3rd of April"
+        "--month-first",
+        dest="day_first",
+        action="store_false",
+        default=None,
+        help="03/04 is the 4th of March",
     )
-    order.add_argument(
-        "--month-first", action="store_true", default=None, help="03/04 is the 4th of March"
-    )
-    parser.add_argument("--timezone", metavar="ZONE", help="of local times, as Europe/Berlin")
-    parser.add_argument(
-        "--split",
-        choices=("pauses", "days", "none"),
-        help="where a log is cut into runs (pauses); days: at midnight, too",
-    )
-    parser.add_argument(
-        "--pause", type=float, metavar="SECONDS", help="a longer pause ends a run (1800)"
-    )
-    parser.add_argument(
-        "--cold-after",
-        type=float,
-        metavar="SECONDS",
-        help="a machine is cold after a longer rest (28800)",
-    )
-    parser.add_argument(
-        "--every", type=float, metavar="SECONDS", help="put the rows on an even grid"
-    )
-    parser.add_argument("--json", action="store_true", help="print JSON instead of a table")
+    add_parameters(parser, import_log, "split", "pause_s", "cold_after_s", "every_s")
+    add_json(parser, "print JSON instead of a table")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -100,15 +72,19 @@ def run(args: argparse.Namespace) -> int:
     from tqdm import tqdm
 
     from measurement.importing.log import import_files
-    from measurement.importing.mapping import Mapping, read_mapping
+    from measurement.importing.mapping import Mapping, adjusted, read_mapping
     from scenarios.imported import MAPPING, table_text, write_imported
+    from spindle_drift.recordings import import_log
 
     beside = args.output / MAPPING
     source = args.mapping or (beside if beside.exists() else None)
-    mapping = _adjusted(read_mapping(source) if source else Mapping(), args)
+    if args.every_row_s is not None:
+        args.every_row_s = _seconds(args.every_row_s)
+    rules = parameters_of(args, import_log, *RULES)
+    mapping = adjusted(read_mapping(source) if source else Mapping(), "import", **rules)
     hidden = len(args.files) < 2 or not sys.stderr.isatty()
     files = tqdm(args.files, desc="import", unit="file", disable=hidden, leave=False)
-    units, axes = _units(args.unit), _axes(args.axis)
+    units, axes = _units(args.units), _axes(args.axes)
     found = import_files(files, mapping, units, axes)
     # What was said now is to be remembered for the next import.
     fresh = args.mapping is None and bool(source is None or args.force or units or axes)
@@ -131,32 +107,6 @@ def run(args: argparse.Namespace) -> int:
     else:
         print(f"as {source} says")
     return 0
-
-
-def _adjusted(mapping: Any, args: argparse.Namespace) -> Any:
-    """Return a mapping with what the command line says otherwise."""
-    from measurement.errors import checked
-
-    table = mapping.model_dump(exclude_none=True)
-    table |= {
-        key: value
-        for key, value in (
-            ("split", args.split),
-            ("pause_s", args.pause),
-            ("cold_after_s", args.cold_after),
-            ("every_s", args.every),
-        )
-        if value is not None
-    }
-    if args.time:
-        table["time"]["columns"] = [args.time]
-    if args.every_row is not None:
-        table["time"]["every_row_s"] = _seconds(args.every_row)
-    if args.day_first or args.month_first:
-        table["time"]["day_first"] = bool(args.day_first)
-    if args.timezone:
-        table["time"]["timezone"] = args.timezone
-    return checked(type(mapping), table, "import")
 
 
 def _units(given: list[str]) -> dict[str, str]:
