@@ -107,14 +107,16 @@ class Columns:
     highest_feed: float
 
 
-def columns_of(run: Run, ambient: str | None = None, coolant: str | None = None) -> Columns:
+def columns_of(run: Run, ambient: str | None = None, inlet: str | None = None) -> Columns:
     """Return what a run's columns are, by their endings and names.
 
     Parameters
     ----------
     run : Run
-    ambient, coolant : str, optional
-        Columns of the hall's air and of the coolant's inlet, where their names do not say so.
+    ambient : str, optional
+        The run's column of the hall's air, where its name does not say so.
+    inlet : str, optional
+        The run's column of the coolant's inlet, where its name does not say so.
 
     Raises
     ------
@@ -123,7 +125,7 @@ def columns_of(run: Run, ambient: str | None = None, coolant: str | None = None)
     """
     source = run.path or run.name
     warm = run.temperatures
-    for option, given in (("--ambient", ambient), ("--inlet", coolant)):
+    for option, given in (("--ambient", ambient), ("--inlet", inlet)):
         if given is not None and given not in warm:
             raise BadInput(option, "", f"{given} is not one of {', '.join(warm)}")
     around = [name for name in warm if _place(name) != "enclosure"]
@@ -132,7 +134,7 @@ def columns_of(run: Run, ambient: str | None = None, coolant: str | None = None)
         raise BadInput(
             source, "", f"which column is the hall's air? Say --ambient, one of {', '.join(warm)}"
         )
-    inlet = coolant or _named(
+    inlet = inlet or _named(
         [name for name in around if name != air and not BACK & set(_words(name))], INLET
     )
     speeds, torques = run.of_unit("rpm"), run.of_unit("Nm")

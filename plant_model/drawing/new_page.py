@@ -38,18 +38,24 @@ class Answers:
 
     Attributes
     ----------
-    name, title : str
+    name : str
+        Of the machine.
+    title : str
+        A line that says which machine it is.
     bearing : Bearing
-        Of the front set.
+        Front bearing: designation, or its bore in mm.
     speed : float
-        Highest [r/min].
+        Highest speed [r/min].
     power : float
-        Of the motor [kW]; 0 where a belt's is not said.
-    drive : {"built-in", "belt"}
+        Power of the motor [kW]; may be left out with a belt.
     coolant : str
-        ``none``, or a coolant's name.
+        none, water, 'glycol 30 %', 'oil 10' (default: water; none with a belt).
+    drive : {"built-in", "belt"}
+        How the motor turns the spindle.
     rig : {"five_point", "direct"}
+        Displacement sensors.
     lubrication : {"oil-air", "grease", "oil"}
+        Of the bearings.
     """
 
     name: str
@@ -57,10 +63,10 @@ class Answers:
     bearing: Bearing
     speed: float
     power: float
-    drive: Literal["built-in", "belt"]
     coolant: str
-    rig: Literal["five_point", "direct"]
-    lubrication: Literal["oil-air", "grease", "oil"]
+    drive: Literal["built-in", "belt"] = "built-in"
+    rig: Literal["five_point", "direct"] = "five_point"
+    lubrication: Literal["oil-air", "grease", "oil"] = "grease"
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from scenarios.arguments import add_output, add_parameters, parameters_of
 from scenarios.outputs import MACHINE_FILE
 
 if TYPE_CHECKING:
@@ -29,36 +30,27 @@ QUESTIONS = {
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
-    parser.add_argument(
-        "-o", "--output", type=Path, required=True, metavar="FILE", help="page to write (TOML)"
+    from plant_model.drawing.columns import columns_of
+    from plant_model.drawing.new_page import Answers
+
+    add_output(parser, "page to write (TOML)")
+    add_parameters(
+        parser,
+        Answers,
+        "drive",
+        "lubrication",
+        "rig",
+        bearing={"flag": "--bearing"},
+        speed={"flag": "--speed"},
+        power={"flag": "--power"},
+        coolant={"flag": "--coolant"},
+        title={"flag": "--title"},
     )
-    parser.add_argument("--bearing", help="front bearing: designation, or its bore in mm")
-    parser.add_argument("--speed", type=float, help="highest speed [r/min]")
-    parser.add_argument(
-        "--power", type=float, help="power of the motor [kW]; may be left out with a belt"
-    )
-    parser.add_argument(
-        "--drive", choices=("built-in", "belt"), default="built-in", help="default: built-in"
-    )
-    parser.add_argument(
-        "--coolant",
-        help="none, water, 'glycol 30 %%', 'oil 10' (default: water; none with a belt)",
-    )
-    parser.add_argument(
-        "--lubrication",
-        choices=("oil-air", "grease", "oil"),
-        default="grease",
-        help="of the bearings",
-    )
-    parser.add_argument(
-        "--rig", choices=("five_point", "direct"), default="five_point", help="displacement sensors"
-    )
-    parser.add_argument("--title", help="a line that says which machine it is")
     parser.add_argument(
         "--from-run", type=Path, metavar="RUN", help="take sensors and inputs from a run's columns"
     )
-    parser.add_argument("--ambient", metavar="COLUMN", help="the run's column of the hall's air")
-    parser.add_argument("--inlet", metavar="COLUMN", help="the run's column of the coolant inlet")
+    changes = {"ambient": {"metavar": "COLUMN"}, "inlet": {"metavar": "COLUMN"}}
+    add_parameters(parser, columns_of, **changes)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -141,17 +133,8 @@ def _answers(args: argparse.Namespace) -> Answers:
     name = "".join(c if c.isascii() and c.isalnum() else "_" for c in args.output.stem)
     if not name[0].isalpha():
         name = f"m_{name}"
-    return Answers(
-        name[:60],
-        title,
-        bearing,
-        numbers["speed"],
-        numbers.get("power", 0.0),
-        args.drive,
-        args.coolant,
-        args.rig,
-        args.lubrication,
-    )
+    chosen = parameters_of(args, Answers, "drive", "coolant", "rig", "lubrication")
+    return Answers(name[:60], title, bearing, numbers["speed"], numbers.get("power", 0.0), **chosen)
 
 
 def _asked(key: str, given: object) -> str:
