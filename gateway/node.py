@@ -49,9 +49,9 @@ class GatewaySettings:
         Step by the machine's own count of time, as in a simulation that runs faster than real
         time; otherwise by this computer's clock.
     speed_up : float
-        Seconds of the compensator for a second of this computer's clock.
+        Seconds of the compensator in a second of this computer's clock.
     startup_s : float
-        How long the machine may take to send complete cycles [s].
+        Time for the interface to appear and the machine to be heard [s].
     timeout_s : float or None
         Silence of the machine after which the inputs are missing, and how old a cycle may be;
         None: what the DBC says [s].

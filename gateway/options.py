@@ -60,6 +60,11 @@ def at_least_zero(text: str) -> float:
     return _number(text, "0 or more", lambda value: value >= 0.0)
 
 
+ABOVE_ZERO: dict[str, Any] = {"type": above_zero}
+AT_LEAST_ZERO: dict[str, Any] = {"type": at_least_zero}
+"""How an option made from a parameter takes a number."""
+
+
 def _number(text: str, allowed: str, fits: Callable[[float], bool]) -> float:
     value = float(text)
     if not (math.isfinite(value) and fits(value)):

@@ -33,14 +33,13 @@ class Proof:
     Attributes
     ----------
     said : bool
-        The user says so (``--cold-start``).
+        The machine is cold now: count the drift from its first readings.
     ambient : str
-        The input that reads the ambient temperature; empty: temperatures prove nothing.
+        Ambient temperature input: a machine whose temperatures stay near it is cold.
     band_k : float
-        All temperatures must be within this of each other, and each within it of where it was at
-        the beginning [K].
+        How near: largest difference between them, and largest change [K].
     time_s : float
-        For so long [s].
+        How long they must stay so, in the compensator's time [s].
     """
 
     said: bool = False

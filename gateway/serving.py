@@ -53,7 +53,7 @@ class Service:
     until_off : bool
         End when the machine says that it is off.
     duration_s : float or None
-        End after this time [s].
+        End after this time (default: when interrupted) [s].
     stopped : callable
         Says when to end.
     say : callable

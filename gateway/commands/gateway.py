@@ -10,6 +10,7 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
+from scenarios.arguments import add_parameters, parameters_of
 from scenarios.outputs import LOG, STATE
 
 NAME = "gateway"
@@ -20,8 +21,11 @@ WRITES = {"log": LOG, "state": STATE}
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
-    from gateway.options import add_bus_arguments, add_number
+    from gateway.node import GatewaySettings
+    from gateway.options import ABOVE_ZERO, AT_LEAST_ZERO, add_bus_arguments
     from gateway.protocols import adapters
+    from gateway.reference import Proof
+    from gateway.serving import Service
 
     add = parser.add_argument
     add_bus_arguments(parser)
@@ -29,22 +33,23 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--compensator", default="compensator.fmu", metavar="FILE", help=text)
     text = "step by this computer's clock, or by the machine's time as its frames tell it"
     add("--clock", choices=("own", "machine"), default="own", help=text)
-    text = "seconds of the compensator in a second of this computer's clock"
-    add_number(parser, "--speed-up", "N", text, 1.0)
-    text = "time for the interface to appear and the machine to be heard"
-    add_number(parser, "--startup-timeout", "S", text, 10.0, zero=True)
-    text = "the machine is cold now: count the drift from its first readings"
-    add("--cold-start", action="store_true", help=text)
-    text = "ambient temperature input: a machine whose temperatures stay near it is cold"
-    add("--ambient", metavar="NAME", help=text)
-    text = "how near: largest difference between them, and largest change [K]"
-    add_number(parser, "--together-band", "K", text, 1.0)
-    text = "how long they must stay so, in the compensator's time [s]"
-    add_number(parser, "--together-time", "S", text, 1800.0)
+    add_parameters(
+        parser,
+        GatewaySettings,
+        speed_up=ABOVE_ZERO | {"metavar": "N"},
+        startup_s=AT_LEAST_ZERO | {"flag": "--startup-timeout"},
+    )
+    add_parameters(
+        parser,
+        Proof,
+        said={"flag": "--cold-start"},
+        ambient={"metavar": "NAME"},
+        band_k=ABOVE_ZERO | {"flag": "--together-band"},
+        time_s=ABOVE_ZERO | {"flag": "--together-time"},
+    )
     for adapter in adapters():
         adapter.add_arguments(parser)
-    add_number(parser, "--duration", "S", "end after this time [s] (when interrupted)")
-    add("--until-off", action="store_true", help="end when the machine is off")
+    add_parameters(parser, Service, "until_off", duration_s=ABOVE_ZERO)
     text = "print the frames and the bus load, check a map, and end"
     add("--frames", action="store_true", help=text)
 
@@ -104,7 +109,7 @@ def _serve(
     with contextlib.ExitStack() as stack:
         cold: list[bool] = []
         stack.enter_context(on_signals(["SIGUSR1"], lambda *_: cold.append(True)))
-        bus = on_bus("gateway", args, database, MACHINE, args.startup_timeout)
+        bus = on_bus("gateway", args, database, MACHINE, args.startup_s)
         say, link, stopped = stack.enter_context(bus)
         # A Python FMU shares this process's standard error; its complaints come through its log.
         stack.enter_context(contextlib.redirect_stderr(printed))
@@ -120,9 +125,9 @@ def _serve(
         settings = GatewaySettings(
             args.clock == "machine",
             args.speed_up,
-            args.startup_timeout,
+            args.startup_s,
             args.timeout and args.timeout / 1e3,
-            Proof(args.cold_start, args.ambient or "", args.together_band, args.together_time),
+            Proof(**parameters_of(args, Proof)),
             args.key and read_key(args.key),
         )
         service = Service(
@@ -133,8 +138,7 @@ def _serve(
             settings,
             state_file=args.state,
             save_every_s=args.state_every,
-            until_off=args.until_off,
-            duration_s=args.duration,
+            **parameters_of(args, Service, "until_off", "duration_s"),
             stopped=stopped,
             renewed=lambda: bool(cold) and cold.pop(),
             say=say,
