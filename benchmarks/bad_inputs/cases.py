@@ -113,7 +113,7 @@ COMPARING = [
         "magic",
     ),
     _option("theta of 7", "points a.csv b.csv --theta 7", "7"),
-    _option("an unknown target", "points a.csv b.csv --target growth", "growth"),
+    _option("an unknown target", "points a.csv b.csv --target stretch", "stretch"),
     _option("an unknown image", "points a.csv b.csv --image mirror", "mirror"),
     _option("minus one cluster", "points a.csv b.csv --clusters -1", "-1"),
 ]
