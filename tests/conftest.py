@@ -124,15 +124,23 @@ def shipped(shared: Path) -> Path:
 
 
 @pytest.fixture(scope="session")
-def shipped_in_c(shared: Path, shipped: Path) -> Path:
-    """The same, beside their twins in C.
-
-    Without a compiler the tests that ask for it skip; in continuous integration they fail.
-    """
+def c_compiler() -> Compiler:
+    """This machine's C compiler; without one the tests that ask for it skip, in CI they fail."""
     try:
-        compilers()
+        return compilers()[0]
     except NativeError as error:
         pytest.fail(str(error)) if os.environ.get("CI") else pytest.skip(str(error))
+
+
+@pytest.fixture(scope="session")
+def compiler(c_compiler: Compiler) -> tuple[str, ...]:
+    """Its command."""
+    return c_compiler.command
+
+
+@pytest.fixture(scope="session")
+def shipped_in_c(shared: Path, shipped: Path, c_compiler: Compiler) -> Path:
+    """The same, beside their twins in C."""
 
     def make(new: Path) -> None:
         shutil.copytree(shipped, new)

@@ -85,7 +85,14 @@ def test_every_name_is_documented_and_typed(name: str) -> None:
         ), parameter.name
 
 
-@pytest.mark.parametrize("name", FUNCTIONS)
+SLOW = {"find_gap"}
+"""Whose examples are no matter of a change."""
+
+
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=[pytest.mark.long] * (name in SLOW)) for name in FUNCTIONS],
+)
 def test_every_example_runs(
     name: str, shipped: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

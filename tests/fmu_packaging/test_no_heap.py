@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import subprocess
 from collections.abc import Sequence
 from pathlib import Path
@@ -15,9 +14,7 @@ from fmu_packaging.native.build import MEASURE, front, memory_size, native_packa
 from fmu_packaging.native.compilers import (
     STRICT,
     Compiler,
-    NativeError,
     c_files,
-    compilers,
     run_compiler,
     write_sources,
 )
@@ -27,17 +24,6 @@ from scenarios.building import native_of
 HOST = Path(__file__).resolve().with_name("no_heap_host.c")
 HEAP = {"malloc", "calloc", "realloc", "free", "strdup", "aligned_alloc", "posix_memalign"}
 Kind = Literal["plant", "compensator"]
-
-
-@pytest.fixture(scope="module")
-def compiler() -> Compiler:
-    """This machine's C compiler."""
-    try:
-        return compilers()[0]
-    except NativeError as error:
-        if os.environ.get("CI"):
-            pytest.fail(str(error))
-        pytest.skip(str(error))
 
 
 def sources(kind: Kind, fmi: Literal[2, 3]) -> dict[str, str]:
@@ -69,7 +55,7 @@ def asked_of_the_heap(
 
 @pytest.mark.parametrize("kind", ["plant", "compensator", "front of FMI 3.0"])
 def test_nothing_of_the_heap_is_in_the_objects(
-    kind: str, compiler: Compiler, tmp_path: Path
+    kind: str, c_compiler: Compiler, tmp_path: Path
 ) -> None:
     if kind.startswith("front"):
         texts = front(3)
@@ -79,16 +65,16 @@ def test_nothing_of_the_heap_is_in_the_objects(
         files = c_files(texts)
     write_sources(tmp_path, texts)
     defines = ["-DNO_HEAP", "-DMEMORY_OF_INSTANCE=100000", "-DMEMORY_OF_STATE=10000"]
-    assert not asked_of_the_heap(tmp_path, files, compiler, *defines)
+    assert not asked_of_the_heap(tmp_path, files, c_compiler, *defines)
     # The same look finds it where it is.
-    assert asked_of_the_heap(tmp_path, ["memory.c"], compiler) == {"calloc", "free"}
+    assert asked_of_the_heap(tmp_path, ["memory.c"], c_compiler) == {"calloc", "free"}
 
 
 @pytest.mark.parametrize("kind", ["plant", "compensator"])
-def test_the_same_numbers_without_a_heap(kind: Kind, compiler: Compiler, tmp_path: Path) -> None:
+def test_the_same_numbers_without_a_heap(kind: Kind, c_compiler: Compiler, tmp_path: Path) -> None:
     texts = {**sources(kind, 2), HOST.name: HOST.read_text(), MEASURE.name: MEASURE.read_text()}
     write_sources(tmp_path, texts)
-    command = [*compiler.command, *STRICT, "-O0", "-I."]
+    command = [*c_compiler.command, *STRICT, "-O0", "-I."]
     run_compiler([*command, "-c", *c_files(texts)], tmp_path)
     mains = {f"{Path(name).stem}.o" for name in (HOST.name, MEASURE.name)}
     objects = [path.name for path in tmp_path.glob("*.o")]
@@ -120,9 +106,9 @@ def test_the_same_numbers_without_a_heap(kind: Kind, compiler: Compiler, tmp_pat
     assert run(HOST.name, *less) == ["0 0 0"]
 
 
-def test_the_build_says_how_much_is_taken(compiler: Compiler) -> None:
+def test_the_build_says_how_much_is_taken(c_compiler: Compiler) -> None:
     found = sources("plant", 3)
-    words = memory_size(found, compiler, 3).split()
+    words = memory_size(found, c_compiler, 3).split()
     instance = int(words[words.index("MEMORY_OF_INSTANCE") + 1])
     # The plant's own: modes at eight speeds.
     assert 10_000 < instance < 1_000_000

@@ -280,9 +280,7 @@ def test_a_port_in_use_does_not_end_the_gateway(database: Database, unit: Compen
         taken.listen()
         url = f"opc.tcp://127.0.0.1:{taken.getsockname()[1]}"
         with contextlib.closing(HallStatus(url, None, unit, said.append)):
-            until = time.monotonic() + 30.0
-            while not said and time.monotonic() < until:
-                time.sleep(0.1)
+            wait_for(lambda: bool(said))
     assert any("the server is gone" in line and "in use" in line for line in said), said
 
 

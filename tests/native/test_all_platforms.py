@@ -78,6 +78,7 @@ def test_every_platform_gets_a_library_of_its_own_kind(for_all: Mapping[str, Com
         assert struct.unpack_from("<I", part, 4) == (processor,)
 
 
+@pytest.mark.long
 @pytest.mark.skipif(fmpy.platform_tuple != "x86_64-linux", reason="runs what it makes for x86-64")
 def test_the_library_for_linux_runs_with_an_old_c_library(
     for_all: Mapping[str, Compiler], tmp_path: Path
@@ -100,7 +101,7 @@ def test_the_library_for_linux_runs_with_an_old_c_library(
         assert one[:9] == pytest.approx(other[:9], rel=1e-12, abs=1e-12)
 
 
-@pytest.mark.parametrize("fmi", [2, 3])
+@pytest.mark.parametrize("fmi", [pytest.param(2, marks=pytest.mark.long), 3])
 def test_what_is_left_out_is_not_there(tmp_path: Path, fmi: Fmi) -> None:
     here = compilers()[:1]
     whole = set(package(tmp_path, here, fmi).files)

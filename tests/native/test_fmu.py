@@ -18,7 +18,9 @@ from fmpy.validation import validate_fmu
 
 import build_fmu
 from fmu_packaging.description import CAPABILITIES
+from fmu_packaging.native.build import native_package
 from fmu_packaging.native.compilers import STRICT, compilers, run_compiler
+from scenarios.building import native_of
 from tests.fmu_packaging.apart import apart
 from tests.fmu_packaging.test_slave import LIFE
 from tests.fmus.models import five_point_text
@@ -221,14 +223,10 @@ def test_a_code_has_a_type_that_says_what_it_means(both: Both) -> None:
 
 
 def test_a_state_of_another_model_is_refused(both: Both, tmp_path: Path) -> None:
-    other = tmp_path / "other.json"
-    other.write_text(five_point_text(gain=2.0))
-    assert (
-        build_fmu.main(
-            ["--native", "--only", "compensator", "--model", str(other), "--out", str(tmp_path)]
-        )
-        == 0
-    )
+    model, other = tmp_path / "other.json", tmp_path / "other.fmu"
+    model.write_text(five_point_text(gain=2.0))
+    recipe, _ = build_fmu.compensator_recipe(model, "compensator_native", True)
+    other.write_bytes(native_package(recipe, native_of(recipe, model), compilers()[:1]).zipped())
     found = apart(
         """
 one, two = (started(opened(path)) for path in sys.argv[1:])
@@ -236,7 +234,7 @@ data = one.serializeFMUstate(one.getFMUstate())
 show([status_of(two.deSerializeFMUstate, data), messages[-1][1]])
 """,
         both.native,
-        tmp_path / "compensator_native.fmu",
+        other,
     )
     assert found == [3, "the state belongs to another FMU"]
 

@@ -30,6 +30,8 @@ from tests.native.made import MADE, SEEDS, SIX, Samples, made_model
 
 KINDS = sorted(error_models())
 STEPS = 900
+QUICK = 3
+"""The files of so many seeds a kind are enough for a change; the others are ``long``."""
 TIGHT = 1e-12  # relative; absolute in um and urad for what lies near zero
 Row = tuple[list[float], ...]
 CHECKED = 1 + 6  # numbers of a sensor: its reference, and what its check remembers
@@ -127,7 +129,11 @@ def check(model: Model, parts: list[str], output: Output, row: Row) -> None:
         assert same(found, expected, gone if place == 4 else ()), (place, found, expected)
 
 
-CASES = [(kind, seed) for kind in KINDS for seed in SEEDS]
+CASES = [
+    pytest.param(kind, seed, marks=[pytest.mark.long] if seed >= QUICK else [])
+    for kind in KINDS
+    for seed in SEEDS
+]
 MANY = [*(("gaussian", seed) for seed in (7, 8, 10, 13, 14, 16, 18, 20, 22)), ("mlr", 14)]
 """Files of six sensors, those with an even number have a spare: they start without some of them."""
 

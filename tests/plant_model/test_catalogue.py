@@ -86,7 +86,10 @@ def test_does_nothing_where_there_is_nothing_to_act_on(name: str) -> None:
 
 
 def test_a_set_in_which_all_are_off_is_as_without_them(jig_borer_lumps: Machine) -> None:
-    machine, inputs = with_effects(jig_borer_lumps, *NAMES, *DRIVEN), inputs_over(1.0, every_s=60.0)
+    machine, inputs = (
+        with_effects(jig_borer_lumps, *NAMES, *DRIVEN),
+        inputs_over(0.25, every_s=60.0),
+    )
     moved = {}
     for key in machine.effects.keys() - jig_borer_lumps.effects.keys():
         effect = catalogue()[key.partition(":")[0]]

@@ -22,7 +22,6 @@ from fmu_compensator.fit.error_models import fitted_models
 from fmu_compensator.plugins import plugged_error_models
 from fmu_compensator.runtime import error_models as run_error_models
 from fmu_compensator.runtime.modelfile import ModelFileError, load_model
-from fmu_packaging.native.compilers import NativeError, compilers
 from measurement import plugins
 from measurement.errors import BadInput
 from measurement.importing import plugged
@@ -183,12 +182,8 @@ print(len(python), len(set(python["dZ"])))
 
 @pytest.mark.long
 def test_an_error_model_in_one_file_is_fitted_and_goes_into_fmus(
-    site: Path, tmp_path: Path
+    site: Path, compiler: tuple[str, ...], tmp_path: Path
 ) -> None:
-    try:
-        compilers()
-    except NativeError as error:
-        pytest.skip(str(error))
     good(site, tmp_path, "-c", COMPENSATOR)
     table = json.loads((tmp_path / "mean.json").read_text())
     assert table["error_model"]["kind"] == "mean_rise"

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import json
 import math
+import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from measurement.errors import BadInput
+from scenarios import building
 from scenarios.cli import main
 from scenarios.cosimulation import simulate
 from scenarios.fmu_files import find_fmu
@@ -98,17 +100,28 @@ def test_the_rig_comes_from_the_plant(shipped: Path, tiny_plant: Path) -> None:
     assert rig_of(tiny_plant) is None
 
 
-def test_missing_fmus_are_built(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_missing_fmus_are_built(
+    shipped: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    def build(arguments: list[str]) -> int:  # as it does, but for the time that it takes
+        _, kind, _, out = arguments
+        Path(out).mkdir(exist_ok=True)
+        shutil.copy(shipped / f"{kind}.fmu", out)
+        print("built")
+        return 0
+
+    monkeypatch.setattr(building, "main", build)
     out, dist = tmp_path / "out", tmp_path / "dist"
     argv = ["run", "iso230_3", "--fmu-dir", str(dist), "--out", str(out), "--set", "duration_s=60"]
     assert main([*argv, "--json"]) == 0
     shown = capsys.readouterr()
     assert json.loads(shown.out)["scenario"]["name"] == "iso230_3"
-    assert (dist / "plant.fmu").is_file()
-    assert (dist / "compensator.fmu").is_file()
-    before = (dist / "plant.fmu").stat().st_mtime_ns
+    assert shown.err == "built\n" * 2
+    monkeypatch.setattr(building, "main", None)
     assert main([*argv, "--quiet"]) == 0
-    assert (dist / "plant.fmu").stat().st_mtime_ns == before
 
 
 def test_an_fmu_that_is_not_there_is_refused_with_the_nearest_name(

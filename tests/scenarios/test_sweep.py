@@ -125,7 +125,16 @@ def test_any_number_of_workers_gives_the_same_files(sweep: Any, tmp_path: Path) 
         assert one == two, name
 
 
-def test_a_killed_sweep_goes_on_and_comes_to_the_same(
+def nobody_is_left(process: subprocess.Popen[str]) -> bool:
+    """Return whether the group of what had a session of its own is empty."""
+    try:
+        os.killpg(process.pid, 0)
+    except ProcessLookupError:
+        return True
+    return False
+
+
+def test_a_killed_sweep_ends_with_its_workers_and_goes_on_and_comes_to_the_same(
     tiny_scenario: Path, tiny_folder: Path, closed: Path, tmp_path: Path
 ) -> None:
     more = ["--vary", "speed=1000,2000,8500,8600", "--quiet"]
@@ -136,6 +145,8 @@ def test_a_killed_sweep_goes_on_and_comes_to_the_same(
     first.communicate()
     there = {path: path.stat().st_mtime_ns for path in recorded(tmp_path / "out")}
     assert len(there) == 2
+    assert closed.exists()  # no worker gets through
+    until(lambda: nobody_is_left(first))
     closed.unlink()
     assert not (tmp_path / "out" / "sweep.csv").exists()
     second = in_a_process(*words)
@@ -149,27 +160,7 @@ def test_a_killed_sweep_goes_on_and_comes_to_the_same(
         assert (tmp_path / "out" / name).read_bytes() == (tmp_path / "whole" / name).read_bytes()
 
 
-def test_the_workers_of_a_killed_sweep_end(
-    tiny_scenario: Path, tiny_folder: Path, closed: Path, tmp_path: Path
-) -> None:
-    more = ["--vary", "speed=1000,8500,8600", "--workers", "2"]
-    process = in_a_process(*arguments(tiny_scenario, tiny_folder, tmp_path / "out", *more))
-    until_recorded(tmp_path / "out", 1, process)
-    process.kill()
-    process.communicate()
-    assert closed.exists()
-
-    def nobody_is_left() -> bool:  # in the group of what had a session of its own
-        try:
-            os.killpg(process.pid, 0)
-        except ProcessLookupError:
-            return True
-        return False
-
-    until(nobody_is_left)
-
-
-@pytest.mark.parametrize("workers", ["1", "2"])
+@pytest.mark.parametrize("workers", [pytest.param("1", marks=pytest.mark.long), "2"])
 def test_an_interrupted_sweep_says_how_to_go_on(
     tiny_scenario: Path, tiny_folder: Path, closed: Path, tmp_path: Path, workers: str
 ) -> None:
@@ -186,26 +177,24 @@ def test_an_interrupted_sweep_says_how_to_go_on(
     )
 
 
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"repeat": 3}, "--repeat is 2, not 3"),
-        ({"seed": 5}, "--seed is 1, not 5"),
-        ({"vary": ("gain=1,3",)}, '--vary is ["gain=1,2"], not ["gain=1,3"]'),
-        ({"overrides": (("step_s", 0.5),)}, '--set is [], not [["step_s", "0.5"]]'),
-    ],
-)
-def test_another_sweep_does_not_go_into_the_same_folder(
-    sweep: Any, tmp_path: Path, change: dict[str, Any], message: str
-) -> None:
+OTHERWISE: dict[str, dict[str, Any]] = {
+    "--repeat is 2, not 3": {"repeat": 3},
+    "--seed is 1, not 5": {"seed": 5},
+    '--vary is ["gain=1,2"], not ["gain=1,3"]': {"vary": ("gain=1,3",)},
+    '--set is [], not [["step_s", "0.5"]]': {"overrides": (("step_s", 0.5),)},
+}
+
+
+def test_another_sweep_does_not_go_into_the_same_folder(sweep: Any, tmp_path: Path) -> None:
     sweep("out", "gain=1,2", repeat=2)
     before = {path: path.stat().st_mtime_ns for path in (tmp_path / "out").rglob("*")}
-    settings: dict[str, Any] = {"vary": ("gain=1,2",), "repeat": 2} | change
-    with pytest.raises(BadInput) as refused:
-        sweep("out", *settings.pop("vary"), **settings)
-    assert str(refused.value) == (
-        f"{tmp_path / 'out'}: holds another sweep ({message}): choose another folder with --out"
-    )
+    for message, change in OTHERWISE.items():
+        settings: dict[str, Any] = {"vary": ("gain=1,2",), "repeat": 2} | change
+        with pytest.raises(BadInput) as refused:
+            sweep("out", *settings.pop("vary"), **settings)
+        assert str(refused.value) == (
+            f"{tmp_path / 'out'}: holds another sweep ({message}): choose another folder with --out"
+        )
     assert before == {path: path.stat().st_mtime_ns for path in (tmp_path / "out").rglob("*")}
 
 

@@ -24,7 +24,12 @@ from tests.fmu_packaging.apart import apart
 from tests.plant_model.conftest import with_effects
 
 # The equations are the machine's, the calls the version's: not every pair is a question.
-PAIRS = (("jig_borer", 2), ("jig_borer_lumps", 3), ("lathe", 2), ("effects", 3))
+PAIRS = (
+    pytest.param("jig_borer", 2, marks=pytest.mark.long),
+    ("jig_borer_lumps", 3),
+    ("lathe", 2),
+    ("effects", 3),
+)
 WITHIN = 2e-4  # [K, um]; error control of the co-simulation takes 1e-4 K
 
 
