@@ -7,8 +7,9 @@
 #include "plant.h"
 
 #define TOLERANCE 1e-4               /* [K] */
-#define SMALLEST_SPLIT 0x1p-14       /* of a step, or */
-#define SMALLEST_S 1e-3              /* a length, whichever is less [s] */
+#define SMALLEST_SPLIT 0x1p-15       /* of a step, or */
+#define SMALLEST_S 5e-4              /* a length, whichever is less [s] */
+#define ROUNDING 1e-6                /* less of a part is no part */
 #define MOST_PARTS 100000            /* of a step, which is not to be endless */
 #define NO_STEP "error control cannot reach its tolerance: the model changes too fast"
 
@@ -23,6 +24,7 @@ struct point {
 struct step {
     struct plant *plant;
     const double *inputs, *force, *held;
+    double fastest; /* no mode of the network decays faster [1/s] */
 };
 
 /* What own states lose by themselves is stepped exactly, each on its own. */
@@ -60,17 +62,19 @@ static struct point forcing(const struct step *step, const struct point *at)
     return found;
 }
 
-/* Puts series of a difference of forcings into sums. */
-static void differ(
+/* Puts series of a difference of forcings into sums; what is left off is small beside a slope, the
+   difference's own where that is 0. Returns the slope. */
+static double differ(
     const struct step *step, const struct series *series, double h, const double *one,
-    const double *other, size_t count, const int kinds[], double sums[][NODES])
+    const double *other, double slope, size_t count, const int kinds[], double sums[][NODES])
 {
     const struct plant *plant = step->plant;
     double vector[NODES];
     for (size_t i = 0; i < NODES; i++) {
         vector[i] = one[i] - other[i];
     }
-    series_times(series, &plant->network, plant->share, h, vector, count, kinds, sums);
+    return series_times(
+        series, &plant->network, plant->share, h, vector, slope, count, kinds, sums);
 }
 
 /* One step of length h; returns the largest error, in K.
@@ -86,12 +90,12 @@ static double once(
     struct plant *plant = step->plant;
     double(*w)[AT_LEAST_ONE(STATES)] = plant->weights;
     double p[2][NODES], q[3][NODES], r[2][NODES], rates[NODES], worst = 0.0;
-    const struct series *series = series_for(&plant->series, plant->network.fastest * h);
+    const struct series *series = series_for(&plant->series, step->fastest * h);
     struct point f0 = forcing(step, state), at;
     weigh(plant, h);
     equations_rates(
         plant->network.diagonal, plant->network.edges, plant->share, state->nodes, rates);
-    differ(step, series, h, f0.nodes, rates, 2, first, p);
+    double slope = differ(step, series, h, f0.nodes, rates, 0.0, 2, first, p);
     for (size_t i = 0; i < NODES; i++) {
         at.nodes[i] = state->nodes[i] + h * p[0][i];
     }
@@ -99,7 +103,7 @@ static double once(
         at.states[i] = w[OF_HALF][i] * state->states[i] + w[A_GAIN][i] * f0.states[i];
     }
     struct point fa = forcing(step, &at);
-    differ(step, series, h, fa.nodes, f0.nodes, 3, second, q);
+    differ(step, series, h, fa.nodes, f0.nodes, slope, 3, second, q);
     for (size_t i = 0; i < NODES; i++) {
         at.nodes[i] = state->nodes[i] + h * (p[1][i] + 2.0 * q[0][i]);
     }
@@ -108,7 +112,7 @@ static double once(
                        + w[B_GAIN][i] * (2.0 * fa.states[i] - f0.states[i]);
     }
     struct point fb = forcing(step, &at);
-    differ(step, series, h, fb.nodes, f0.nodes, 2, third, r);
+    differ(step, series, h, fb.nodes, f0.nodes, slope, 2, third, r);
     for (size_t i = 0; i < NODES; i++) {
         double bent = 4.0 * (r[1][i] - 2.0 * q[2][i]);
         end->nodes[i] = state->nodes[i] + h * (p[1][i] + 4.0 * q[1][i] - r[0][i] + bent);
@@ -124,28 +128,32 @@ static double once(
     return worst;
 }
 
-/* Goes through an interval, splitting it where the error asks for it. */
+/* Goes through an interval, in equal parts as long as the error does not ask for others. */
 static const char *interval(
     const struct step *step, double length, double *part, struct point *state)
 {
-    double at = 0.0, smallest = smaller(SMALLEST_SPLIT, SMALLEST_S / length);
-    double widest = MOST_REACH / (step->plant->network.fastest * length);
+    double at = 0.0, smallest = smaller(SMALLEST_SPLIT, SMALLEST_S / length), now = *part;
+    double left = ceil(1.0 / now - ROUNDING), least = step->fastest * length / MOST_REACH;
     struct point end;
-    for (long parts = 1; at < 1.0; parts++) {
-        double now = smaller(smaller(*part, widest), 1.0 - at);
-        double worst = once(step, length * now, state, &end);
-        if (worst <= TOLERANCE && parts <= MOST_PARTS) {
+    for (long parts = 1; left > 0.0; parts++) {
+        left = larger(left, ceil((1.0 - at) * least));
+        now = (1.0 - at) / left;
+        double excess = once(step, length * now, state, &end) / TOLERANCE;
+        if (excess <= 1.0 && parts <= MOST_PARTS) {
             at += now;
+            left -= 1.0;
             *state = end;
-            if (worst < TOLERANCE / 16.0) {
-                *part = smaller(1.0, 2.0 * *part);
+            if (excess <= 1.0 / 8.0) {
+                now *= 2.0;
+                left = ceil(left / 2.0);
             }
-        } else if (*part <= smallest || parts > MOST_PARTS || !isfinite(worst)) {
+        } else if (now <= smallest || parts > MOST_PARTS || !isfinite(excess)) {
             return NO_STEP;
         } else {
-            *part = now / 2.0;
+            left = ceil(smaller(left * sqrt(excess), (1.0 - at) / smallest));
         }
     }
+    *part = smaller(1.0, now);
     return NULL;
 }
 
@@ -155,7 +163,8 @@ const char *dependent_advance(
 {
     struct point state;
     double held[AT_LEAST_ONE(KEPT_OF_INPUTS)];
-    struct step step = {self, inputs, force, held};
+    double fastest = network_fastest(&self->network, self->share, step_s, 3);
+    struct step step = {self, inputs, force, held, fastest};
     equations_held(self->k, inputs, held);
     memcpy(state.nodes, temperatures, sizeof state.nodes);
     memcpy(state.states, states, STATES * sizeof *states);

@@ -3,6 +3,7 @@
 #define FORMULAS_H
 
 #include <math.h>
+#include <stddef.h>
 
 /* A value that is not a number stays one. */
 static inline double larger(double a, double b)
@@ -13,6 +14,17 @@ static inline double larger(double a, double b)
 static inline double smaller(double a, double b)
 {
     return a < b || a != a ? a : b;
+}
+
+/* The largest magnitude in a row, in two chains that do not wait for each other. */
+static inline double largest_of(const double *row, size_t count)
+{
+    double even = 0.0, odd = 0.0;
+    for (size_t i = 0; i + 1 < count; i += 2) {
+        even = fabs(row[i]) > even ? fabs(row[i]) : even;
+        odd = fabs(row[i + 1]) > odd ? fabs(row[i + 1]) : odd;
+    }
+    return larger(larger(even, odd), count % 2 ? fabs(row[count - 1]) : 0.0);
 }
 
 static inline double sign_of(double a)

@@ -12,11 +12,15 @@ struct network {
     double diagonal[NODES];                /* of L [W/K] */
     double edges[AT_LEAST_ONE(EDGES)];     /* beside it */
     double outside[AT_LEAST_ONE(OUTSIDE)]; /* B [W/K] */
-    double fastest;                        /* no mode decays faster than this [1/s] */
+    double fastest, sharper; /* no mode decays faster than either [1/s]; 0: not known */
     bool known;
 };
 
 /* Sees to it that the conductances are those at the inputs: what they do not move stays. */
 void network_at(struct network *self, const double *k, const double *share, const double *u);
+
+/* Returns what no mode decays faster than [1/s]: sharper where the series of a step, as many as it
+   takes, get enough shorter. */
+double network_fastest(struct network *self, const double *share, double step_s, int series);
 
 #endif

@@ -141,11 +141,11 @@ static const char *temperatures_after(
     struct plant *self, double step_s, const double *force, double *temperatures)
 {
     const int kinds[] = {ONE};
-    double fastest = self->network.fastest, parts = larger(1.0, ceil(fastest * step_s / MOST_REACH));
+    double fastest = network_fastest(&self->network, self->share, step_s, 1);
+    double parts = larger(1.0, ceil(fastest * step_s / MOST_REACH));
     double h = step_s / parts, slope[NODES], sums[1][NODES];
     const struct series *series = series_for(&self->series, fastest * h);
     for (double part = 0.0; part < parts; part++) {
-        double most = 0.0, largest = 0.0;
         if (part == MOST_PARTS) {
             return TOO_LONG;
         }
@@ -154,13 +154,12 @@ static const char *temperatures_after(
         for (size_t i = 0; i < NODES; i++) {
             slope[i] = force[i] * self->share[i] - slope[i];
         }
-        series_times(series, &self->network, self->share, h, slope, 1, kinds, sums);
+        series_times(series, &self->network, self->share, h, slope, 0.0, 1, kinds, sums);
         for (size_t i = 0; i < NODES; i++) {
             temperatures[i] += h * sums[0][i];
-            most = larger(most, fabs(h * sums[0][i]));
-            largest = larger(largest, fabs(temperatures[i]));
         }
-        if (most <= STEADY * largest) {
+        if (parts > 1.0
+            && h * largest_of(sums[0], NODES) <= STEADY * largest_of(temperatures, NODES)) {
             break;
         }
     }

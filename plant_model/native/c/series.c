@@ -3,23 +3,33 @@
 #include <math.h>
 #include <string.h>
 
-#define SMALL 1e-12 /* a term that a series leaves off; phi_k is at most 1 */
+#include "formulas.h"
+
+#define SMALL 1e-11 /* of a change that series leave off: C and Python agree to 1e-8 K over 1000 K */
+#define CLOSE 0.5
 #define PI 3.14159265358979323846
+
+/* Its Taylor series, for x close to 0, where the quotient cancels. */
+static double phi_close(int order, double x)
+{
+    static const double inverse[] = {
+        1.0, 1.0, 1.0 / 2.0, 1.0 / 6.0, 1.0 / 24.0, 1.0 / 120.0, 1.0 / 720.0, 1.0 / 5040.0,
+        1.0 / 40320.0, 1.0 / 362880.0, 1.0 / 3628800.0, 1.0 / 39916800.0, 1.0 / 479001600.0,
+        1.0 / 6227020800.0, 1.0 / 87178291200.0, 1.0 / 1307674368000.0, 1.0 / 20922789888000.0,
+        1.0 / 355687428096000.0, 1.0 / 6402373705728000.0};
+    double value = 0.0;
+    for (int j = 15; j >= 0; j--) {
+        value = value * x + inverse[j + order];
+    }
+    return value;
+}
 
 double phi(int order, double x)
 {
-    static const double factorials[] = {
-        1.0, 1.0, 2.0, 6.0, 24.0, 120.0, 720.0, 5040.0, 40320.0, 362880.0, 3628800.0, 39916800.0,
-        479001600.0, 6227020800.0, 87178291200.0, 1307674368000.0, 20922789888000.0,
-        355687428096000.0, 6402373705728000.0};
-    double value = 0.0, factorial = 1.0;
-    if (fabs(x) < 0.5) {
-        for (int j = 15; j >= 0; j--) {
-            value = value * x + 1.0 / factorials[j + order];
-        }
-        return value;
+    if (fabs(x) < CLOSE) {
+        return phi_close(order, x);
     }
-    value = expm1(x) / x;
+    double value = expm1(x) / x, factorial = 1.0;
     for (int k = 2; k <= order; k++) {
         factorial *= k - 1;
         value = (value - 1.0 / factorial) / x;
@@ -27,22 +37,41 @@ double phi(int order, double x)
     return value;
 }
 
+/* All kinds at once: with e = exp(z / 2), each follows from the one before or, where the quotient
+   cancels, from the one behind. */
+static void values_at(double z, double values[SERIES])
+{
+    double e;
+    if (z > -CLOSE) {
+        values[THREE] = phi_close(3, z);
+        values[TWO] = z * values[THREE] + 0.5;
+        values[ONE] = z * values[TWO] + 1.0;
+        e = sqrt(1.0 + z * values[ONE]);
+    } else {
+        e = exp(z / 2.0);
+        values[ONE] = (e * e - 1.0) / z;
+        values[TWO] = (values[ONE] - 1.0) / z;
+        values[THREE] = (values[TWO] - 0.5) / z;
+    }
+    values[HALF] = values[ONE] / (1.0 + e);
+}
+
 /* Finds the weights by the values at the zeros of a Chebyshev polynomial of more than enough terms,
    and leaves off what is small. */
 static void make(struct series *self, int kinds, double reach)
 {
-    size_t count = 12 + (size_t)(7.4 * sqrt(reach / 2.0)), needed = 1;
+    size_t count = 3, most = 12 + (size_t)(7.4 * sqrt(reach / 2.0)), needed = 2;
+    /* No derivative of phi_k is above 1, so a weight is at most 2 (reach / 4)^k / k!. */
+    for (double weight = reach / 4.0; weight > SMALL && count < most; count++) {
+        weight *= reach / (4.0 * (double)(count - 1));
+    }
     for (int kind = 0; kind < kinds; kind++) {
         memset(self->weights[kind], 0, count * sizeof(double));
     }
     for (size_t j = 0; j < count; j++) {
         double x = cos(PI * ((double)j + 0.5) / (double)count), z = -reach * (1.0 + x) / 2.0;
-        double weight = 1.0 / (double)count, values[SERIES] = {phi(1, z)};
-        if (kinds > 1) {
-            values[HALF] = phi(1, z / 2.0) / 2.0;
-            values[TWO] = z > -0.5 ? phi(2, z) : (values[ONE] - 1.0) / z;
-            values[THREE] = z > -0.5 ? phi(3, z) : (values[TWO] - 0.5) / z;
-        }
+        double weight = 1.0 / (double)count, values[SERIES];
+        values_at(z, values);
         double last = x, now = 1.0;
         for (size_t k = 0; k < count; k++) {
             for (int kind = 0; kind < kinds; kind++) {
@@ -54,10 +83,13 @@ static void make(struct series *self, int kinds, double reach)
             now = next;
         }
     }
-    for (size_t k = 1; k < count; k++) {
+    double rest = 0.0;
+    for (size_t k = count; k-- > 0;) {
         for (int kind = 0; kind < kinds; kind++) {
-            needed = fabs(self->weights[kind][k]) > SMALL ? k + 1 : needed;
+            rest = larger(rest, fabs(self->weights[kind][k]));
         }
+        self->rests[k] = rest;
+        needed = rest > SMALL && k >= needed ? k + 1 : needed;
     }
     self->terms = needed;
     self->reach = reach;
@@ -80,24 +112,27 @@ const struct series *series_for(struct all_series *self, double reach)
     return found;
 }
 
-void series_times(
+double series_times(
     const struct series *self, const struct network *network, const double *share, double h,
-    const double vector[NODES], size_t count, const int kinds[], double sums[][NODES])
+    const double vector[NODES], double largest, size_t count, const int kinds[],
+    double sums[][NODES])
 {
     double rows[2][NODES], rates[NODES], scale = 2.0 * h / self->reach;
+    double most = largest_of(vector, NODES);
     double *last = rows[0], *now = rows[1];
     equations_rates(network->diagonal, network->edges, share, vector, rates);
     for (size_t i = 0; i < NODES; i++) {
         last[i] = vector[i];
         now[i] = scale * rates[i] - vector[i];
     }
+    largest = larger(largest, most);
     for (size_t j = 0; j < count; j++) {
         const double *weights = self->weights[kinds[j]];
         for (size_t i = 0; i < NODES; i++) {
             sums[j][i] = weights[0] * last[i] + weights[1] * now[i];
         }
     }
-    for (size_t k = 2; k < self->terms; k++) {
+    for (size_t k = 2; k < self->terms && self->rests[k] * most > SMALL * largest; k++) {
         double *next = last;
         equations_rates(network->diagonal, network->edges, share, now, rates);
         for (size_t i = 0; i < NODES; i++) {
@@ -112,4 +147,5 @@ void series_times(
             }
         }
     }
+    return largest;
 }

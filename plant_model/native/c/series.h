@@ -20,6 +20,7 @@ struct series {
     double reach;
     size_t terms; /* 0: not known */
     double weights[SERIES][MOST_TERMS];
+    double rests[MOST_TERMS]; /* the largest weight from a term on, of any kind */
 };
 
 /* What is kept follows from the reach alone. */
@@ -35,9 +36,11 @@ double phi(int order, double x);
 /* Returns the series for a reach, which is not above the most. */
 const struct series *series_for(struct all_series *self, double reach);
 
-/* Puts series of h A times a vector, as many as there are kinds, into sums. */
-void series_times(
+/* Puts series of h A times a vector, as many as there are kinds, into sums. What they leave off is
+   small beside `largest`, or the vector's largest number if that is greater, which is returned. */
+double series_times(
     const struct series *self, const struct network *network, const double *share, double h,
-    const double vector[NODES], size_t count, const int kinds[], double sums[][NODES]);
+    const double vector[NODES], double largest, size_t count, const int kinds[],
+    double sums[][NODES]);
 
 #endif
