@@ -38,7 +38,7 @@ def add_grey_options(parser: argparse.ArgumentParser) -> None:
 def add_choice_options(parser: argparse.ArgumentParser) -> None:
     """Declare these options, and which target the choice goes by."""
     add_grey_options(parser)
-    text = "the one target to score against, as the studies do with elongation (default: the mean)"
+    text = "the one target to score against; growth: elongation, or what measures Z (default: all)"
     parser.add_argument("--score-target", dest="target", metavar="NAME", help=text)
 
 

@@ -161,6 +161,7 @@ def add_as(parser: argparse.ArgumentParser) -> None:
         dest="study",
         metavar="|".join(PRESETS),
         choices=tuple(PRESETS),
+        type=str.upper,
         action=_As,
         help="as that study has it: points, groups, scores, models, networks, geometry "
         "(docs/studies.md); an option after it overrides",

@@ -39,7 +39,7 @@ def fitted(runs: list[str], tmp_path: Path, *more: str) -> dict:
 def test_points_as_a_study_has_them_keep_the_air_and_say_what_the_api_says(
     runs: list[str], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert main(["points", runs[0], "--as", "TS", "--json"]) == 0
+    assert main(["points", runs[0], "--as", "ts", "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert found == sd.points(runs[0], study="TS").details
     # T3 does not move. The study's way takes it in; ours does not.
