@@ -213,7 +213,7 @@ def mean_degree(
             sensor = names[missing.column] if names else f"column {missing.column}"
             problem = (
                 f"{sensor} {missing.why}. Temperatures recorded as rises all start at 0: "
-                "give them as read, or take --image interval, an option of fit and points"
+                "give them as read, or take --image interval"
             )
             raise BadInput(run, "points", problem) from None
         degrees.append(degree * len(part) / total)
