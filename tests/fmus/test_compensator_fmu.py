@@ -106,40 +106,6 @@ def test_what_the_host_has_imported_does_not_matter(built: Built) -> None:
     assert len(set(alone)) > 50
 
 
-def test_a_state_continues_bit_for_bit_from_inside_a_fault(built: Built) -> None:
-    found = apart(
-        RUN
-        + """
-fmu = started(opened(sys.argv[1]))
-faulty = range(40, 90)
-steps(fmu, 0, 60, faulty)
-data = fmu.serializeFMUstate(fmu.getFMUstate())
-truth = steps(fmu, 60, 100, faulty)
-other = opened(sys.argv[1])
-other.setFMUstate(other.deSerializeFMUstate(data))
-show([steps(other, 60, 100, faulty) == truth, sorted({row[6] for row in truth})])
-""",
-        built.compensator,
-    )
-    assert found[0]
-    assert len(found[1]) >= 3
-
-
-def test_reset_gives_the_first_run_again(built: Built) -> None:
-    found = apart(
-        RUN
-        + """
-fmu = started(opened(sys.argv[1]))
-first = steps(fmu, 0, 50)
-fmu.reset()
-started(fmu)
-show(first == steps(fmu, 0, 50))
-""",
-        built.compensator,
-    )
-    assert found is True
-
-
 OTHER_FILE = (
     RUN
     + """

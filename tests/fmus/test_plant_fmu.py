@@ -165,39 +165,6 @@ def test_noise_belongs_to_its_seed(built: Built) -> None:
     assert found[1] != found[3]
 
 
-def test_a_state_continues_bit_for_bit_noise_included(built: Built) -> None:
-    found = apart(
-        RUN
-        + NOISE
-        + """
-fmu = noisy(5)
-steps(fmu, 0, 40)
-data = fmu.serializeFMUstate(fmu.getFMUstate())
-truth = steps(fmu, 40, 60)
-other = opened(sys.argv[1])
-other.setFMUstate(other.deSerializeFMUstate(data))
-show([steps(other, 40, 60) == truth, truth[-1] != truth[-2]])
-""",
-        built.plant,
-    )
-    assert found == [True, True]
-
-
-def test_reset_gives_the_first_run_again(built: Built) -> None:
-    found = apart(
-        RUN
-        + """
-fmu = started(opened(sys.argv[1]), ambient=21.0)
-first = steps(fmu, 0, 30)
-fmu.reset()
-started(fmu, ambient=21.0)
-show(first == steps(fmu, 0, 30))
-""",
-        built.plant,
-    )
-    assert found is True
-
-
 def test_what_the_host_has_imported_does_not_matter(built: Built) -> None:
     code = RUN + "show(steps(started(opened(sys.argv[1]), ambient=21.0), 0, 80))"
     poison = """

@@ -115,26 +115,6 @@ def test_a_run_gives_the_numbers_and_words_of_the_python_fmu(both: Both) -> None
         assert one[:9] == pytest.approx(other[:9], rel=1e-12, abs=1e-12)
 
 
-def test_a_state_continues_in_another_instance_and_a_reset_starts_over(both: Both) -> None:
-    found = apart(
-        RUN
-        + """
-fmu = started(opened(sys.argv[1]))
-first = steps(fmu, 0, 60)
-data = fmu.serializeFMUstate(fmu.getFMUstate())
-truth = steps(fmu, 60, 100)
-other = opened(sys.argv[1])
-other.setFMUstate(other.deSerializeFMUstate(data))
-same = [steps(other, 60, 100) == truth]
-fmu.reset()
-same.append(steps(started(fmu), 0, 60) == first)
-show(same)
-""",
-        both.native,
-    )
-    assert found == [True, True]
-
-
 def test_what_cannot_be_done_is_refused_with_a_cause_and_the_host_lives(both: Both) -> None:
     found = apart(
         RUN

@@ -100,28 +100,6 @@ def test_a_run_gives_the_numbers_of_the_python_fmu(
         assert one == pytest.approx(other, rel=0.0, abs=1e-8)
 
 
-def test_a_state_continues_bit_for_bit_and_a_reset_starts_over(both: Both) -> None:
-    code = """
-fmu, _ = ready(sys.argv[1], 5, **{"sources.motor.loss": 30.0})
-first = steps(fmu, 0, 37)
-state = fmu.getFMUstate()
-data = fmu.serializeFMUstate(state)
-truth = steps(fmu, 37, 60)
-fmu.setFMUstate(state)
-same = [steps(fmu, 37, 60) == truth]
-other = opened(sys.argv[1])
-other.setFMUstate(other.deSerializeFMUstate(data))
-same.append(steps(other, 37, 60) == truth)
-fmu.reset()
-fmu.setReal([fmu.refs["sources.motor.loss"]], [30.0])
-fmu.setInteger([fmu.refs["noise_seed"]], [5])
-fmu.setReal(fmu.ins, inputs(0))
-same.append(steps(started(fmu), 0, 37) == first)
-show(same)
-"""
-    assert apart(RUN + code, both.native) == [True, True, True]
-
-
 REFUSED = """
 fmu = opened(sys.argv[1])
 def with_input(name, value):
