@@ -14,9 +14,9 @@ from gap_finder.directions import fewer
 from gap_finder.linearise import (
     Linearisation,
     bias_columns,
-    linear_about_all,
+    linear_about,
     nuisance_columns,
-    residual_of,
+    residuals_of,
 )
 from gap_finder.observations import Observations
 from gap_finder.priors import FAR, Priors
@@ -144,10 +144,7 @@ class _LeastSquares:
 
     def linear(self, points: FloatArray) -> list[list[Linearisation]]:
         """Return every run about every point, (S, P)."""
-        of_runs = [
-            linear_about_all(self.machine, one, self.priors, points) for one in self.observed
-        ]
-        return [list(parts) for parts in zip(*of_runs, strict=True)]
+        return linear_about(self.machine, self.observed, self.priors, points)
 
     def gram(self, parts: Sequence[Linearisation]) -> tuple[FloatArray, FloatArray, float]:
         """Return normal matrix, right side and squares of parameters and biases together."""
@@ -172,9 +169,7 @@ class _LeastSquares:
     def costs(self, points: FloatArray) -> FloatArray:
         """Return the cost at every point, (S,); inf where the machine cannot be stepped."""
         try:
-            residuals = [
-                residual_of(self.machine, one, self.priors.values(points)) for one in self.observed
-            ]
+            residuals = residuals_of(self.machine, self.observed, self.priors.values(points))
         except IntegrationError:  # One point so far from what is likely stops all of them.
             if len(points) == 1:
                 return np.array([np.inf])

@@ -10,7 +10,7 @@ import numpy as np
 
 from gap_finder.keys import driver_keys, driver_of, laws_of, unused_with
 from gap_finder.leaps import Leaps, leaps_in
-from gap_finder.linearise import SCREENING, modelled, simulate_at
+from gap_finder.linearise import SCREENING, modelled, simulate_runs
 from gap_finder.long_log import is_piece
 from gap_finder.observations import Observations
 from gap_finder.periods import PHASES, likely_periods, quick
@@ -167,7 +167,7 @@ def candidates(
     machine: Machine, observed: Sequence[Observations], effect: type[Effect]
 ) -> Iterator[Candidate]:
     """Return an effect at every size and shape, leaving out what cannot be simulated."""
-    plain = [simulate_at(machine, one) for one in observed]
+    plain = simulate_runs(machine, observed)
     if effect.swings:
         yield from swinging(machine, observed, plain, effect)
         yield from switched(machine, observed, plain, effect)
@@ -190,10 +190,7 @@ def candidates(
             for name in effect.parameters
         }
         try:
-            answers = [
-                _answer(grown, one, sets, base)
-                for one, base in zip(observed_so, bases, strict=True)
-            ]
+            answers = _answers(grown, observed_so, sets, bases)
         except IntegrationError:
             continue
         for i, values in enumerate(tried):
@@ -230,12 +227,18 @@ def given_values(key: str, values: Mapping[str, float]) -> dict[str, float]:
     return {name: value for name, value in values.items() if name in given}
 
 
-def _answer(
-    grown: Machine, observed: Observations, sets: dict[str, FloatArray], base: FloatArray
-) -> FloatArray:
-    shown = simulate_at(grown, observed, sets, tolerance=SCREENING)
-    change = modelled(shown, observed) - base
-    return (change * observed.weights).reshape(len(change), -1)
+def _answers(
+    grown: Machine,
+    observed: Sequence[Observations],
+    sets: dict[str, FloatArray],
+    bases: Sequence[FloatArray],
+) -> list[FloatArray]:
+    """Return what every set changes in every run, weighted, each (sets, N)."""
+    shown = simulate_runs(grown, observed, sets, tolerance=SCREENING)
+    return [
+        ((modelled(each, one) - base) * one.weights).reshape(len(each.temperatures), -1)
+        for each, one, base in zip(shown, observed, bases, strict=True)
+    ]
 
 
 def _shown(plain: Sequence[Simulation], observed: Sequence[Observations]) -> list[FloatArray]:
@@ -264,8 +267,8 @@ def swinging(
         sets = {f"effects.{effect.name}.{n}": np.full(len(PHASES), v) for n, v in values.items()}
         sets[f"effects.{effect.name}.{phase}"] = PHASES
         answers, own = [], []
-        for one, base, residual in zip(observed, bases, shown, strict=True):
-            each = _answer(grown, one, sets, base)
+        of_runs = _answers(grown, observed, sets, bases)
+        for one, each, residual in zip(observed, of_runs, shown, strict=True):
             best = int(np.argmin([float(quick(one, answer) @ residual) for answer in each]))
             answers.append(each[best])
             own.append({phase: float(PHASES[best])})
@@ -300,10 +303,8 @@ def switched(
         nominal = {name: p.value for name, p in effect.parameters.items()} | setting
         grown = with_effect(machine, key, setting)
         sets = {f"effects.{key}.{effect.amplitude}": sizes}
-        answers = [
-            _answer(grown, relay.marked(run, key), sets, base)
-            for run, relay, base in zip(observed, one.relays, bases, strict=True)
-        ]
+        marked = [relay.marked(run, key) for run, relay in zip(observed, one.relays, strict=True)]
+        answers = _answers(grown, marked, sets, bases)
         for i, size in enumerate(sizes):
             of_runs = tuple(answer[i] for answer in answers)
             values = nominal | {effect.amplitude: float(size)}

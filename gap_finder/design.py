@@ -84,7 +84,7 @@ class RunSensitivities:
 
 def sensitivities_of(machine: Machine, observed: Observations, fixed: Priors) -> RunSensitivities:
     """Compute what a run answers to, about a calibrated machine; ``other`` column by column."""
-    by_fixed = linear_about(machine, observed, fixed, fixed.position(machine))
+    ((by_fixed,),) = linear_about(machine, [observed], fixed, fixed.position(machine)[None])
     bias = bias_columns(machine, observed)
     places, levers = _place_columns(machine, observed), _lever_columns(machine, observed)
     beside = _beside_columns(machine, observed)

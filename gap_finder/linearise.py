@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,7 +12,7 @@ from gap_finder.priors import Priors
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
 from plant_model.sensors import displacement_names
-from plant_model.simulate import Simulation, simulate
+from plant_model.simulate import Driven, Simulation, simulate_all
 
 TOLERANCE = 3e-3
 """Local error while fitting where it is not [K]: far below what misfits are judged by."""
@@ -81,19 +81,45 @@ def simulate_at(
     Simulation
         At K + 1 instants.
     """
-    machine, own = in_its_run(machine, observed)
-    gone = tuple(f"effects.{key}." for key in observed.absent)
-    given = {n: v for n, v in (parameters or {}).items() if not n.startswith(gone)}
-    return simulate(
-        machine,
-        observed.run.frame,
-        given | own,
-        tolerance=tolerance,
-        at=np.append(observed.run.time_s[0], observed.time_s),
-        start=start,
-        drive=observed.drive,
-        bounded=False,
-    )
+    return simulate_runs(machine, [observed], parameters, start, tolerance)[0]
+
+
+def simulate_runs(
+    machine: Machine,
+    observed: Sequence[Observations],
+    parameters: Mapping[str, FloatArray] | None = None,
+    start: FloatArray | None = None,
+    tolerance: float = TOLERANCE,
+) -> list[Simulation]:
+    """Simulate several runs, as :func:`simulate_at` does one: those that are alike side by side.
+
+    Parameters
+    ----------
+    machine, parameters, start, tolerance
+        As there.
+    observed : sequence of Observations
+
+    Returns
+    -------
+    list of Simulation
+        One for each run.
+    """
+    alike: dict[object, list[int]] = {}
+    for i, one in enumerate(observed):
+        alike.setdefault((one.absent, *sorted(one.own.items())), []).append(i)
+    found: dict[int, Simulation] = {}
+    for places in alike.values():
+        first = observed[places[0]]
+        there, own = in_its_run(machine, first)
+        gone = tuple(f"effects.{key}." for key in first.absent)
+        given = {n: v for n, v in (parameters or {}).items() if not n.startswith(gone)}
+        runs = [
+            Driven(one.run.frame, one.drive, np.append(one.run.time_s[0], one.time_s), start)
+            for one in (observed[i] for i in places)
+        ]
+        shown = simulate_all(there, runs, given | own, tolerance=tolerance, bounded=False)
+        found |= dict(zip(places, shown, strict=True))
+    return [found[i] for i in range(len(observed))]
 
 
 def modelled(simulation: Simulation, observed: Observations) -> FloatArray:
@@ -133,27 +159,26 @@ class Linearisation:
     by_parameter: FloatArray
 
 
-def residual_of(
-    machine: Machine, observed: Observations, parameters: Mapping[str, FloatArray]
-) -> FloatArray:
-    """Return weighted residuals, shape (sets, N)."""
-    return observed.weighted(modelled(simulate_at(machine, observed, parameters), observed))
+def residuals_of(
+    machine: Machine, observed: Sequence[Observations], parameters: Mapping[str, FloatArray]
+) -> list[FloatArray]:
+    """Return the weighted residuals of every run, each (sets, N)."""
+    shown = simulate_runs(machine, observed, parameters)
+    return [one.weighted(modelled(each, one)) for each, one in zip(shown, observed, strict=True)]
 
 
 def linear_about(
-    machine: Machine, observed: Observations, priors: Priors, x: FloatArray
-) -> Linearisation:
-    """Linearise one run about x, shape (P,), in the priors' fitting scale."""
-    return linear_about_all(machine, observed, priors, x[None, :])[0]
-
-
-def linear_about_all(
-    machine: Machine, observed: Observations, priors: Priors, points: FloatArray
-) -> list[Linearisation]:
-    """Linearise one run about several points, (S, P), in the priors' fitting scale.
+    machine: Machine, observed: Sequence[Observations], priors: Priors, points: FloatArray
+) -> list[list[Linearisation]]:
+    """Linearise every run about several points, (S, P), in the priors' fitting scale.
 
     All are simulated at once, which costs hardly more than one where something depends on
     temperature.
+
+    Returns
+    -------
+    list of list of Linearisation
+        For every point, every run.
     """
     step = DIFFERENCE * priors.usual
     # A difference that would leave what can be goes the other way.
@@ -161,10 +186,11 @@ def linear_about_all(
     sets = np.repeat(points[:, None], len(priors.names) + 1, axis=1)
     each = np.arange(len(priors.names))
     sets[:, each + 1, each] += step
-    shown = residual_of(machine, observed, priors.values(sets.reshape(-1, len(priors.names))))
+    shown = residuals_of(machine, observed, priors.values(sets.reshape(-1, len(priors.names))))
+    of_runs = [one.reshape(*sets.shape[:2], -1) for one in shown]
     return [
-        Linearisation(residual[0], ((residual[1:] - residual[0]) / way[:, None]).T)
-        for residual, way in zip(shown.reshape(*sets.shape[:2], -1), step, strict=True)
+        [Linearisation(one[i, 0], ((one[i, 1:] - one[i, 0]) / way[:, None]).T) for one in of_runs]
+        for i, way in enumerate(step)
     ]
 
 

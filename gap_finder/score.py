@@ -13,7 +13,7 @@ import numpy as np
 
 from gap_finder.calibrate import STEP, Calibration, calibrate, intervals
 from gap_finder.design import RunDesign, RunSensitivities, design_of
-from gap_finder.linearise import residual_of
+from gap_finder.linearise import residuals_of
 from gap_finder.observations import Observations
 from gap_finder.priors import Priors
 from plant_model.machine import Machine
@@ -229,8 +229,8 @@ class _Folds:
         """Return every run's residuals with the numbers of every fold, each (R, N)."""
         values = self._moved.values(point[:, : self._count])
         found = []
-        for one, design in zip(self._observed, self._designs, strict=True):
-            residual = residual_of(self._machine, one, values)
+        shown = residuals_of(self._machine, self._observed, values)
+        for residual, design in zip(shown, self._designs, strict=True):
             rest = design.shared[:, self._count :] @ point[:, self._count :].T
             found.append(residual * design.weight + rest.T)
         return found

@@ -11,7 +11,7 @@ doi:10.1006/jcph.2002.6995), with its second-order member as the error estimate.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -33,8 +33,9 @@ ROUNDING = 1e-6
 KEPT = 64
 """How many of what is worth keeping are kept at once: weights of steps, levels of conductances."""
 
-Forcing = Callable[[float, FloatArray], FloatArray]
-"""Of the fraction of the step (0..1) and the state, shape (sets, size): forcing, same shape."""
+Forcing = Callable[[FloatArray, FloatArray], FloatArray]
+"""Of the fraction of each run's step (0..1), shape (runs,), and the state in modes, shape (sets,
+runs, size): forcing in modes, same shape."""
 
 
 class IntegrationError(ArithmeticError):
@@ -81,6 +82,7 @@ class Modes:
     to_state: FloatArray
     to_modes: FloatArray
     _weights: dict[float, tuple[FloatArray, ...]] = field(default_factory=dict, repr=False)
+    _third: dict[float, FloatArray] = field(default_factory=dict, repr=False)
 
     def weights(self, length: float) -> tuple[FloatArray, ...]:
         """Return e^x, h phi1(x) and h phi2(x) for a step, each (sets, size) [1, s, s].
@@ -99,6 +101,36 @@ class Modes:
             x = -self.decay * length
             known = np.exp(x), phi(1, x) * length, phi(2, x) * length
             self._weights[length] = known
+        return known
+
+    def third_order(self, length: float) -> FloatArray:
+        """Return the weights of the third-order scheme, (7, sets, size), in its order [1, s].
+
+        Parameters
+        ----------
+        length : float
+            h [s].
+        """
+        # Instants of a grid differ in their last digits: steps equal to a nanosecond share weights.
+        key, h = round(length, 9), length
+        known = self._third.get(key)
+        if known is None:
+            x = -self.decay * h
+            p1, p2, p3 = (phi(k, x) for k in (1, 2, 3))
+            known = np.stack(
+                [
+                    np.exp(x / 2.0),
+                    np.exp(x),
+                    phi(1, x / 2.0) * (h / 2.0),
+                    h * p1,
+                    h * (p1 - 3.0 * p2 + 4.0 * p3),
+                    h * (4.0 * p2 - 8.0 * p3),
+                    h * (4.0 * p3 - p2),
+                ]
+            )
+            if len(self._third) >= KEPT:
+                self._third.clear()
+            self._third[key] = known
         return known
 
     @classmethod
@@ -158,7 +190,7 @@ def _with_identity(matrix: FloatArray, size: int) -> FloatArray:
 
 
 def apply(matrix: FloatArray, vector: FloatArray) -> FloatArray:
-    """Return matrix (sets, n, m) times vector (sets, m)."""
+    """Return matrix (..., n, m) times vector (..., m)."""
     return np.asarray(np.matmul(matrix, vector[..., None])[..., 0])
 
 
@@ -203,12 +235,12 @@ def linear_steps(
 
 
 class ExponentialRungeKutta:
-    """Third-order stepping of one interval with error control.
+    """Third-order stepping of runs side by side, each with an error control of its own.
 
     Parameters
     ----------
-    modes : Modes
-        Of the linear part.
+    modes : sequence of Modes
+        Of the linear part, for each run.
     tolerance : float
         Local error allowed [K].
     scale : array, shape (size,), optional
@@ -216,84 +248,103 @@ class ExponentialRungeKutta:
 
     Attributes
     ----------
-    part : float
-        The part of an interval that it goes at a time [1].
+    to_state, to_modes : array, shape (sets, runs, size, size)
+        Those of every run's modes.
+    part : array, shape (runs,)
+        The part of an interval that each run goes at a time [1].
     """
 
     def __init__(
-        self, modes: Modes, tolerance: float = TOLERANCE, scale: FloatArray | float = 1.0
+        self,
+        modes: Sequence[Modes],
+        tolerance: float = TOLERANCE,
+        scale: FloatArray | float = 1.0,
     ) -> None:
-        self.modes = modes
-        self.tolerance = tolerance
-        self._scale = scale
-        self._weights: dict[float, tuple[FloatArray, ...]] = {}
-        self.part = 1.0
+        self._modes = list(modes)
+        self._tolerance, self._scale = tolerance, scale
+        self.to_state = np.stack([one.to_state for one in modes], axis=1)
+        self.to_modes = np.stack([one.to_modes for one in modes], axis=1)
+        self.part = np.ones(len(modes))
+        self._lengths = np.full(len(modes), np.nan)
+        self._weights = np.empty((7, *self.to_state.shape[:3]))
 
-    def _weights_of(self, h: float) -> tuple[FloatArray, ...]:
-        # Instants of a grid differ in their last digits: steps equal to a nanosecond share weights.
-        key = round(h, 9)
-        known = self._weights.get(key)
-        if known is None:
-            x = -self.modes.decay * h
-            p1, p2, p3 = (phi(k, x) for k in (1, 2, 3))
-            known = (
-                np.exp(x / 2.0),
-                np.exp(x),
-                phi(1, x / 2.0) * (h / 2.0),
-                h * p1,
-                h * (p1 - 3.0 * p2 + 4.0 * p3),
-                h * (4.0 * p2 - 8.0 * p3),
-                h * (4.0 * p3 - p2),
-            )
-            if len(self._weights) >= KEPT:
-                self._weights.clear()
-            self._weights[key] = known
-        return known
+    def enter(self, run: int, modes: Modes) -> None:
+        """Let a run, by position, go on with other modes."""
+        if modes is not self._modes[run]:
+            self._modes[run], self._lengths[run] = modes, np.nan
+            self.to_state[:, run], self.to_modes[:, run] = modes.to_state, modes.to_modes
+
+    def keep(self, runs: int) -> None:
+        """Go on with so many runs, the first ones."""
+        self.to_state, self.to_modes = self.to_state[:, :runs], self.to_modes[:, :runs]
+        self.part, self._lengths = self.part[:runs], self._lengths[:runs]
+        self._weights = self._weights[:, :, :runs]
 
     def once(
-        self, state: FloatArray, h: float, forcing: Forcing, at: float, part: float
+        self, state: FloatArray, h: FloatArray, forcing: Forcing, at: FloatArray, part: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Return the state (modes) after one step of length h, and its error estimate.
+        """Return the state (modes) after one step of each run's length h, and its error estimate.
 
         The step covers the fractions ``at`` to ``at + part`` of the interval that *forcing* knows.
         """
-        half, full, a_gain, b_gain, w0, wa, wb = self._weights_of(h)
+        for run in np.flatnonzero(h != self._lengths).tolist():
+            self._weights[:, :, run] = self._modes[run].third_order(float(h[run]))
+        self._lengths = h
+        half, full, a_gain, b_gain, w0, wa, wb = self._weights
         f0 = forcing(at, state)
         fa = forcing(at + part / 2.0, half * state + a_gain * f0)
         fb = forcing(at + part, full * state + b_gain * (2.0 * fa - f0))
         end = full * state + w0 * f0 + wa * fa + wb * fb
         return end, wb * (f0 - 2.0 * fa + fb)
 
-    def interval(self, state: FloatArray, length: float, forcing: Forcing) -> FloatArray:
-        """Step through an interval, in equal parts as long as the error does not ask for others.
+    def interval(self, state: FloatArray, lengths: FloatArray, forcing: Forcing) -> FloatArray:
+        """Step every run through an interval, in equal parts until its error asks for others.
 
         The error goes with the cube of a part's length, that of quick modes with the square: parts
         double where the one leaves room, and are shortened by the other. Counts are whole, so that
         the C form has the same parts, and equal parts share their weights.
+
+        Parameters
+        ----------
+        state : array, shape (sets, runs, size)
+            In modes.
+        lengths : array, shape (runs,)
+            Of each run's interval [s].
+        forcing : callable
 
         Raises
         ------
         IntegrationError
             When even the smallest split does not reach the tolerance.
         """
-        at, parts, part = 0.0, 0, self.part
-        smallest = min(SMALLEST_SPLIT, SMALLEST_S / length)
-        left = math.ceil(1.0 / part - ROUNDING)
-        while left:
-            part = (1.0 - at) / left
-            end, error = self.once(state, length * part, forcing, at, part)
+        at, parts, part = np.zeros(len(lengths)), 0, self.part
+        smallest = np.minimum(SMALLEST_SPLIT, SMALLEST_S / lengths)
+        left = np.ceil(1.0 / part - ROUNDING)
+        while np.any(going := left > 0.0):
+            part = np.where(going, (1.0 - at) / np.maximum(left, 1.0), part)
+            taken = part * going
+            end, error = self.once(state, lengths * taken, forcing, at, taken)
             parts += 1
-            worst = float(np.max(np.abs(apply(self.modes.to_state, error) / self._scale)))
-            excess = worst / self.tolerance
-            if excess <= 1.0 and parts <= MOST_PARTS:
-                at, state, left = at + part, end, left - 1
-                if excess <= 1.0 / 8.0:
-                    part, left = 2.0 * part, (left + 1) // 2
-            elif part <= smallest or parts > MOST_PARTS or not np.isfinite(worst):
+            off = np.abs(apply(self.to_state, error) / self._scale)
+            worst = np.max(off, axis=(0, 2))
+            excess = worst / self._tolerance
+            good = going & (excess <= 1.0)
+            again = going & ~good
+            stuck = again & ((part <= smallest) | ~np.isfinite(worst))
+            if parts > MOST_PARTS or np.any(stuck):
+                run = int(np.argmax(stuck))
                 raise IntegrationError(
-                    f"an error of {worst:g} is left in a step of {length * part:g} s"
+                    f"an error of {worst[run]:g} is left in a step of "
+                    f"{lengths[run] * part[run]:g} s"
                 )
-            else:
-                left = math.ceil(min(left * math.sqrt(excess), (1.0 - at) / smallest))
-        self.part = min(1.0, part)
+            at = np.where(good, at + part, at)
+            state = np.where(good[:, None], end, state)
+            left = left - good
+            longer = good & (excess <= 1.0 / 8.0)
+            part = np.where(longer, 2.0 * part, part)
+            left = np.where(longer, (left + 1.0) // 2.0, left)
+            if np.any(again):
+                most = (1.0 - at) / smallest
+                left = np.where(again, np.ceil(np.minimum(left * np.sqrt(excess), most)), left)
+        self.part = np.minimum(1.0, part)
         return state

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -17,7 +17,7 @@ from plant_model.parameters import FloatArray, Values
 from plant_model.rest import RestingParts
 from plant_model.sensors import SensorNoise, column_of, readings
 from plant_model.structure import drift_at, pose
-from plant_model.trajectory import shared_trajectory
+from plant_model.trajectory import shared_trajectories
 
 CHUNK_NUMBERS = 20_000_000
 """Numbers of node temperatures kept at once; more parameter sets are simulated in turns."""
@@ -146,30 +146,14 @@ def simulate(
     IntegrationError
         When a model that depends on temperature cannot be stepped.
     """
-    everything = Values(machine.parameters, parameters, bounded=bounded)
     drive = drive or drive_from(machine, inputs, step_s, boundary)
-    first = _first_readings(machine, inputs) if start is None else {}
-    starts = _starts(machine, drive, first)[None, :] if start is None else start
-    read = _read_at_start(machine, drive, first)
-    everything.widen(len(starts))
-    time = inputs["time_s"].to_numpy(dtype=np.float64) if at is None else at
-    shown = drive.rows if at is None else drive.inputs_at(at)
-    per_turn = max(1, CHUNK_NUMBERS // (len(drive.grid) * len(machine.nodes)))
-    parts = []
-    for at_set in range(0, everything.sets, per_turn):
-        chosen = {
-            name: np.ravel(np.broadcast_to(np.asarray(given, float), (everything.sets,)))[
-                at_set : at_set + per_turn
-            ]
-            for name, given in (parameters or {}).items()
-        }
-        values = everything
-        if everything.sets > per_turn:
-            values = Values(machine.parameters, chosen, bounded=bounded)
-        some = starts if len(starts) == 1 else starts[at_set : at_set + per_turn]
-        values.widen(len(some))
-        parts.append(_simulate_some(machine, values, drive, some, read, time, shown, tolerance))
-    whole = parts[0] if len(parts) == 1 else _joined(parts)
+    (whole,) = simulate_all(
+        machine,
+        [Driven(inputs, drive, at, start)],
+        parameters,
+        tolerance=tolerance,
+        bounded=bounded,
+    )
     if noise_seed is None:
         return whole
     shape = (len(whole.readings), *whole.temperatures.shape[:2])
@@ -177,8 +161,96 @@ def simulate(
     return replace(whole, readings=SensorNoise(machine).added(whole.readings, normal))
 
 
-def _joined(parts: list[Simulation]) -> Simulation:
+@dataclass(frozen=True)
+class Driven:
+    """One run to simulate.
+
+    Attributes
+    ----------
+    inputs : DataFrame
+        The run's frame; its first readings say where nodes start.
+    drive : Drive
+        Its inputs on their grid.
+    at : array, shape (T,), optional
+        Instants at which results are wanted, instead of the rows [s].
+    start : array, shape (sets or 1, nodes), optional
+        Temperatures to start from, instead of those that the inputs give [degC].
+    """
+
+    inputs: pd.DataFrame
+    drive: Drive
+    at: FloatArray | None = None
+    start: FloatArray | None = None
+
+
+def simulate_all(
+    machine: Machine,
+    runs: Sequence[Driven],
+    parameters: Mapping[str, float | FloatArray | Iterable[float]] | None = None,
+    *,
+    tolerance: float = TOLERANCE,
+    bounded: bool = True,
+) -> list[Simulation]:
+    """Simulate a machine over several runs, each with all parameter sets.
+
+    Where something depends on temperature this costs hardly more than one run alone.
+
+    Parameters
+    ----------
+    machine : Machine
+    runs : sequence of Driven
+        With a start each, or none.
+    parameters, tolerance, bounded
+        As for :func:`simulate`.
+
+    Returns
+    -------
+    list of Simulation
+        One for each run.
+    """
+    everything = Values(machine.parameters, parameters, bounded=bounded)
+    begun = [_Begun.of(machine, run) for run in runs]
+    for one in begun:
+        everything.widen(len(one.starts))
+    instants = sum(len(run.drive.grid) for run in runs)
+    per_turn = max(1, CHUNK_NUMBERS // (instants * len(machine.nodes)))
+    turns = []
+    for at_set in range(0, everything.sets, per_turn):
+        some = slice(at_set, at_set + per_turn)
+        values = everything
+        if everything.sets > per_turn:
+            values = everything.of_sets(np.arange(everything.sets)[some])
+        turns.append(
+            _simulate_some(machine, values, [one.of_sets(some) for one in begun], tolerance)
+        )
+    return [_joined(parts) for parts in zip(*turns, strict=True)]
+
+
+@dataclass(frozen=True)
+class _Begun:
+    """A run with the temperatures that it starts from, (sets or 1, nodes).
+
+    And the nodes, by position, that start at a sensor's reading, and that sensor.
+    """
+
+    run: Driven
+    starts: FloatArray
+    read: dict[int, str]
+
+    @classmethod
+    def of(cls, machine: Machine, run: Driven) -> _Begun:
+        first = _first_readings(machine, run.inputs) if run.start is None else {}
+        starts = _starts(machine, run.drive, first)[None] if run.start is None else run.start
+        return cls(run, starts, _read_at_start(machine, run.drive, first))
+
+    def of_sets(self, some: slice) -> _Begun:
+        return self if len(self.starts) == 1 else replace(self, starts=self.starts[some])
+
+
+def _joined(parts: Sequence[Simulation]) -> Simulation:
     head = parts[0]
+    if len(parts) == 1:
+        return head
     return Simulation(
         head.machine,
         head.time_s,
@@ -271,33 +343,35 @@ def _read_at_start(machine: Machine, drive: Drive, first: dict[str, float]) -> d
 
 
 def _simulate_some(
-    machine: Machine,
-    values: Values,
-    drive: Drive,
-    starts: FloatArray,
-    read: dict[int, str],
-    time: FloatArray,
-    row_inputs: dict[str, FloatArray],
-    tolerance: float,
-) -> Simulation:
+    machine: Machine, values: Values, runs: Sequence[_Begun], tolerance: float
+) -> list[Simulation]:
     effects = effects_in_force(machine, values)
-    nodes = len(machine.nodes)
-    start = np.broadcast_to(starts, (values.sets, nodes))
-    for node, sensor in read.items():
-        for effect in effects:
-            if effect.channel == sensor:
-                start = start.copy()
-                start[:, node] -= machine.nodes[node].start_share * effect.error_at_start()[:, 0]
-    on_grid = shared_trajectory(machine, values, effects, drive, start, tolerance)
-    wanted = at_rows(drive.grid, on_grid, time)
-    temperatures, states = wanted[..., :nodes], wanted[..., nodes:]
-    slices = state_slices(effects)
-    rise = temperatures - on_grid[:, :1, :nodes]
-    pose_now = pose(effects, slices, row_inputs, rise, states)
-    shown = readings(
-        machine, effects, slices, row_inputs, time - drive.grid[0], temperatures, states, pose_now
-    )
-    return Simulation(machine, time, row_inputs, shown, temperatures, pose_now, states)
+    slices, nodes = state_slices(effects), len(machine.nodes)
+    starts = []
+    for one in runs:
+        start = np.broadcast_to(one.starts, (values.sets, nodes))
+        for node, sensor in one.read.items():
+            for effect in effects:
+                if effect.channel == sensor:
+                    start = start.copy()
+                    share = machine.nodes[node].start_share
+                    start[:, node] -= share * effect.error_at_start()[:, 0]
+        starts.append(start)
+    drives = [one.run.drive for one in runs]
+    all_on_grid = shared_trajectories(machine, values, effects, drives, starts, tolerance)
+    found = []
+    for one, drive, on_grid in zip(runs, drives, all_on_grid, strict=True):
+        at = one.run.at
+        time = one.run.inputs["time_s"].to_numpy(dtype=np.float64) if at is None else at
+        inputs = drive.rows if at is None else drive.inputs_at(at)
+        wanted = at_rows(drive.grid, on_grid, time)
+        temperatures, states = wanted[..., :nodes], wanted[..., nodes:]
+        rise = temperatures - on_grid[:, :1, :nodes]
+        moved = pose(effects, slices, inputs, rise, states)
+        since = time - drive.grid[0]
+        shown = readings(machine, effects, slices, inputs, since, temperatures, states, moved)
+        found.append(Simulation(machine, time, inputs, shown, temperatures, moved, states))
+    return found
 
 
 def at_rows(grid: FloatArray, values: FloatArray, time: FloatArray) -> FloatArray:

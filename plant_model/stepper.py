@@ -10,7 +10,7 @@ import numpy as np
 
 from plant_model.axis import AxisOffset
 from plant_model.instant import Instant, drift_of
-from plant_model.integrate import KEPT
+from plant_model.integrate import KEPT, TOLERANCE
 from plant_model.level import LevelStepper
 from plant_model.machine import Machine
 from plant_model.network import Network, effects_in_force
@@ -18,6 +18,7 @@ from plant_model.noise import NormalSequence
 from plant_model.parameters import FloatArray, Values
 from plant_model.rest import RestingParts
 from plant_model.sensors import SensorNoise
+from plant_model.side_by_side import Track, side_by_side
 
 AXES = ("X", "Y", "Z")
 OFFSETS = tuple(f"d{axis}" for axis in AXES)
@@ -135,18 +136,21 @@ class PlantStepper:
                 raise InputError(f"{name}: {value:g} is outside {low:g}..{high:g} {unit}")
 
     def _advanced(self, step_s: float, inputs: Mapping[str, float]) -> FloatArray:
-        stepper = self._stepper_at(tuple([inputs[n] for n in self.network.conductance_inputs]))
-        # What error control has learned belongs to the trajectory, whatever the conductances.
-        stepper.part = self._part
+        level = self._level_at(tuple([inputs[n] for n in self.network.conductance_inputs]))
         heat = self._heat_at(inputs)
-        outside = np.array([[inputs[name] for name in self._boundaries]])
-        held = _arrays(inputs, self._names)
-        ends = (heat, heat), (outside, outside)
-        end: FloatArray = stepper.through(self._state[None], np.array([step_s]), held, *ends)[0, 0]
-        self._part = stepper.part
+        boundary = np.array([[inputs[name] for name in self._boundaries]])
+        held, outside = _arrays(inputs, self._names), (boundary, boundary)
+        state, steps = self._state[None], np.array([step_s])
+        if self.network.linear:
+            end: FloatArray = level.exact(state, steps, held, (heat, heat), outside)[0, 0]
+            return end
+        force = level.forced((heat, heat), outside)
+        track = Track(state, steps, [level], held, force, outside, self._part)
+        end = side_by_side(self.network, [track], TOLERANCE)[0][0, 0]
+        self._part = track.part
         return end
 
-    def _stepper_at(self, level: tuple[float, ...]) -> LevelStepper:
+    def _level_at(self, level: tuple[float, ...]) -> LevelStepper:
         known = self._levels.get(level)
         if known is None:
             network = self.network

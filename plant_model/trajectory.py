@@ -1,4 +1,4 @@
-"""Stepping a machine's temperatures along a run, for many parameter sets at once."""
+"""Stepping a machine's temperatures along runs, for many parameter sets at once."""
 
 from __future__ import annotations
 
@@ -17,12 +17,16 @@ from plant_model.machine import Machine
 from plant_model.network import Network, state_slices
 from plant_model.parameters import NUMBERS, FloatArray, Values
 from plant_model.rest import RestingParts
+from plant_model.side_by_side import Track, side_by_side
 
 MATRIX_NUMBERS = 4_000_000
 """Conductances kept at once; those of more levels of the inputs are computed in turns."""
 
 Level = tuple[float, ...]
 """Values of the inputs that conductances use."""
+
+Stretch = tuple[LevelStepper, slice]
+"""Steps of a run at one level."""
 
 FINE_S = 30.0
 """Longest step over which heat that is known ahead runs along a line [s]: a chiller switches every
@@ -33,15 +37,15 @@ NOT_WARMING = ("structure.", NUMBERS)
 """
 
 
-def shared_trajectory(
+def shared_trajectories(
     machine: Machine,
     values: Values,
     effects: Sequence[Effect],
-    drive: Drive,
-    start: FloatArray,
+    drives: Sequence[Drive],
+    starts: Sequence[FloatArray],
     tolerance: float = TOLERANCE,
-) -> FloatArray:
-    """Return what :func:`trajectory` does, stepping each temperature field once.
+) -> list[FloatArray]:
+    """Return what :func:`trajectories` does, stepping each temperature field once.
 
     Sets that differ in what moves or reads alone have the same temperatures, and own states that
     nothing warms by follow afterwards.
@@ -53,51 +57,67 @@ def shared_trajectory(
         The parameter sets.
     effects : sequence of Effect
         In force, as `effects_in_force` gives them.
-    drive : Drive
-        With K + 1 instants.
-    start : array, shape (sets, nodes)
-        [degC]; NaN for nodes that start at rest, which is found from the others.
+    drives : sequence of Drive
+        Of each run, with K + 1 instants.
+    starts : sequence of array, shape (sets, nodes)
+        Of each run [degC]; NaN for nodes that start at rest, which is found from the others.
     tolerance : float
         Local error where a step is not exact [K].
 
     Returns
     -------
-    array, shape (sets, K + 1, nodes + own states)
+    list of array, shape (sets, K + 1, nodes + own states)
     """
     warming = [effect for effect in effects if effect.warms]
     others = [effect for effect in effects if not effect.warms]
-    which, back = _distinct(values, others, start)
-    if len(which) < len(start):
+    which, back = _distinct(values, others, starts)
+    if len(which) < len(back):
         few = values.of_sets(which)
         warming = [type(one)(machine, few, one.channel) for one in warming]
     else:
         few = values
     network = Network(machine, few, [one for one in warming if not one.known_ahead])
-    begin = start[which]
-    if np.isnan(begin).any():
-        begin = RestingParts(machine, network).filled(begin, drive.first_boundaries(machine))
-    states = {}
+    begins = [start[which] for start in starts]
+    if any(np.isnan(begin).any() for begin in begins):
+        resting = RestingParts(machine, network)
+        begins = [
+            resting.filled(begin, drive.first_boundaries(machine))
+            for begin, drive in zip(begins, drives, strict=True)
+        ]
     ahead = [one for one in warming if one.known_ahead]
+    known: list[dict[str, FloatArray]] = [{} for _ in drives]
+    parts, ways, more = [1] * len(drives), list(drives), None
     if ahead:
-        parts = math.ceil(float(np.diff(drive.grid).max()) / FINE_S - 1e-9)
-        fine = drive.refined(parts)
         clocks = Network(machine, few, ahead)
-        own, heat = _ahead(clocks, fine, begin)
-        stepped = trajectory(machine, network, fine, begin, tolerance, heat)[:, ::parts]
-        states = _by_effect(clocks, own[:, ::parts])
-    else:
-        stepped = trajectory(machine, network, drive, begin, tolerance)
+        parts = [math.ceil(float(np.diff(one.grid).max()) / FINE_S - 1e-9) for one in drives]
+        ways = [one.refined(part) for one, part in zip(drives, parts, strict=True)]
+        told = [_ahead(clocks, way, begin) for way, begin in zip(ways, begins, strict=True)]
+        more = [heat for _, heat in told]
+        known = [
+            _by_effect(clocks, own[:, ::part]) for (own, _), part in zip(told, parts, strict=True)
+        ]
+    stepped = [
+        one[:, ::part]
+        for one, part in zip(
+            trajectories(machine, network, ways, begins, tolerance, more), parts, strict=True
+        )
+    ]
+    follow = any(effect.states for effect in others)
+    following = Network(machine, values, others) if follow else None
     nodes, slices = network.node_count, state_slices(effects)
-    out = np.empty((len(start), len(drive.grid), nodes + sum(len(one.states) for one in effects)))
-    out[..., :nodes] = stepped[back, :, :nodes]
-    states |= _by_effect(network, stepped[..., nodes:])
-    states = {key: part[back] for key, part in states.items()}
-    if any(one.states for one in others):
-        following = Network(machine, values, others)
-        states |= _by_effect(following, _followed(following, drive, out[..., :nodes]))
-    for key, place in slices.items():
-        out[..., nodes + place.start : nodes + place.stop] = states[key]
-    return out
+    found = []
+    for drive, one, states in zip(drives, stepped, known, strict=True):
+        size = nodes + sum(len(effect.states) for effect in effects)
+        out = np.empty((len(back), len(drive.grid), size))
+        out[..., :nodes] = one[back, :, :nodes]
+        states |= _by_effect(network, one[..., nodes:])
+        states = {key: part[back] for key, part in states.items()}
+        if following:
+            states |= _by_effect(following, _followed(following, drive, out[..., :nodes]))
+        for key, place in slices.items():
+            out[..., nodes + place.start : nodes + place.stop] = states[key]
+        found.append(out)
+    return found
 
 
 def _by_effect(network: Network, states: FloatArray) -> dict[str, FloatArray]:
@@ -126,61 +146,114 @@ def _ahead(network: Network, drive: Drive, start: FloatArray) -> tuple[FloatArra
 
 
 def _distinct(
-    values: Values, others: Sequence[Effect], start: FloatArray
+    values: Values, others: Sequence[Effect], starts: Sequence[FloatArray]
 ) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
     """Return the positions of sets of different temperatures, and which of these each set has."""
     quiet = (*NOT_WARMING, *(f"effects.{effect.key}." for effect in others))
     columns = [column for name, column in values.varying() if not name.startswith(quiet)]
-    known = np.nan_to_num(start)
+    sets = len(starts[0])
+    known = np.nan_to_num(np.concatenate(starts, axis=1))
     if np.any(known != known[:1]):
         columns.append(known)
     if not columns:
-        return np.zeros(1, dtype=np.intp), np.zeros(len(start), dtype=np.intp)
+        return np.zeros(1, dtype=np.intp), np.zeros(sets, dtype=np.intp)
     rows = np.concatenate(columns, axis=1)
     which, back = np.unique(rows, axis=0, return_index=True, return_inverse=True)[1:]
-    if len(which) == len(start):
-        which = back = np.arange(len(start))
+    if len(which) == sets:
+        which = back = np.arange(sets)
     return which, back.ravel()
 
 
-def trajectory(
+def trajectories(
     machine: Machine,
     network: Network,
-    drive: Drive,
-    start: FloatArray,
+    drives: Sequence[Drive],
+    starts: Sequence[FloatArray],
     tolerance: float = TOLERANCE,
-    more: Ends | None = None,
-) -> FloatArray:
-    """Return temperatures and own states on the grid, shape (sets, K + 1, nodes + states).
+    more: Sequence[Ends] | None = None,
+) -> list[FloatArray]:
+    """Return temperatures and own states of each run, shape (sets, K + 1, nodes + states).
 
     *more* is further heat at the start and the end of each step, each (sets, K, nodes) [W].
     """
-    levels = levels_on(machine, network, drive)
-    heat = network.heat(drive.held)
-    ends = [heat + further for further in more] if more is not None else [heat, heat]
-    names = list(machine.boundary_index)
-    outside = [np.stack([u[name] for name in names], axis=-1) for u in (drive.first, drive.last)]
+    levels = [levels_on(machine, network, drive) for drive in drives]
+    bounds = [_bounds(one) for one in levels]
+    keys = [
+        [tuple(one[a].tolist()) for a in ends[:-1]]
+        for one, ends in zip(levels, bounds, strict=True)
+    ]
+    known = _steppers(machine, network, list(dict.fromkeys(key for run in keys for key in run)))
+    found, tracks = [], []
     nodes = network.node_count
-    out = np.empty((len(start), len(drive.grid), nodes + network.state_count))
-    out[:, 0, :nodes] = start
-    out[:, 0, nodes:] = network.start_states(start, _at_begin(drive))
-    steps = np.diff(drive.grid)
+    for i, (drive, start) in enumerate(zip(drives, starts, strict=True)):
+        out = np.empty((len(start), len(drive.grid), nodes + network.state_count))
+        out[:, 0, :nodes] = start
+        out[:, 0, nodes:] = network.start_states(start, _at_begin(drive))
+        heat = network.heat(drive.held)
+        heats = (heat + more[i][0], heat + more[i][1]) if more is not None else (heat, heat)
+        stretches = [
+            (known[key], slice(a, b))
+            for key, (a, b) in zip(keys[i], pairwise(bounds[i]), strict=True)
+        ]
+        if network.linear:
+            _go_exactly(out, drive, stretches, heats)
+        else:
+            tracks.append(_track(network, out[:, 0], drive, stretches, heats))
+        found.append(out)
+    if tracks:
+        for out, ends in zip(found, side_by_side(network, tracks, tolerance), strict=True):
+            out[:, 1:] = ends
+    return found
+
+
+def _go_exactly(out: FloatArray, drive: Drive, stretches: Sequence[Stretch], heats: Ends) -> None:
+    """Fill in a run, (sets, K + 1, size), from its first instant on."""
+    steps, outside = np.diff(drive.grid), _outside(stretches[0][0].network.machine, drive)
+    for level, at in stretches:
+        held = {name: values[at] for name, values in drive.held.items()}
+        ends = (heats[0][:, at], heats[1][:, at]), (outside[0][at], outside[1][at])
+        out[:, at.start + 1 : at.stop + 1] = level.exact(out[:, at.start], steps[at], held, *ends)
+
+
+def _track(
+    network: Network, start: FloatArray, drive: Drive, stretches: Sequence[Stretch], heats: Ends
+) -> Track:
+    """Return a run ready to be stepped beside others."""
+    outside = _outside(network.machine, drive)
+    first, last = np.empty_like(heats[0]), np.empty_like(heats[0])
+    levels: list[LevelStepper] = []
+    for level, at in stretches:
+        ends = (heats[0][:, at], heats[1][:, at]), (outside[0][at], outside[1][at])
+        first[:, at], last[:, at] = level.forced(*ends)
+        levels += [level] * (at.stop - at.start)
+    return Track(start, np.diff(drive.grid), levels, drive.held, (first, last), outside)
+
+
+def _outside(machine: Machine, drive: Drive) -> Ends:
+    """Return boundary temperatures at the start and the end of each step, each (K, boundaries)."""
+    first, last = (
+        np.stack([ends[name] for name in machine.boundary_index], axis=-1)
+        for ends in (drive.first, drive.last)
+    )
+    return first, last
+
+
+def _bounds(levels: FloatArray) -> list[int]:
+    """Return the steps at which a level begins, and the number of steps."""
     changes = np.flatnonzero(np.any(np.diff(levels, axis=0) != 0.0, axis=1)) + 1
-    bounds = [0, *changes.tolist(), len(steps)]
-    keys = list(dict.fromkeys(tuple(levels[a].tolist()) for a in bounds[:-1]))
-    at_once = max(1, MATRIX_NUMBERS // (network.sets * nodes**2))
-    ahead: dict[Level, tuple[FloatArray, FloatArray]] = {}
-    known: dict[Level, LevelStepper] = {}
-    for a, b in pairwise(bounds):
-        key = tuple(levels[a].tolist())
-        if key not in known:
-            if key not in ahead:
-                ahead = conductances_at(machine, network, keys[len(known) :][:at_once])
-            known[key] = LevelStepper(network, *ahead[key], tolerance)
-        held = {name: values[a:b] for name, values in drive.held.items()}
-        heats, degc = (ends[0][:, a:b], ends[1][:, a:b]), (outside[0][a:b], outside[1][a:b])
-        out[:, a + 1 : b + 1] = known[key].through(out[:, a], steps[a:b], held, heats, degc)
-    return out
+    return [0, *changes.tolist(), len(levels)]
+
+
+def _steppers(
+    machine: Machine, network: Network, keys: Sequence[Level]
+) -> dict[Level, LevelStepper]:
+    """Return the stepper of every level."""
+    at_once = max(1, MATRIX_NUMBERS // (network.sets * network.node_count**2))
+    found: dict[Level, LevelStepper] = {}
+    for k in range(0, len(keys), at_once):
+        some = conductances_at(machine, network, keys[k : k + at_once])
+        found |= {key: LevelStepper(network, *matrices) for key, matrices in some.items()}
+    return found
 
 
 def _at_begin(drive: Drive) -> dict[str, FloatArray]:

@@ -36,7 +36,9 @@ class NaturalConvection(Effect):
         """Collect the surfaces."""
         surfaces = self.machine.of_kind("links", "convection")
         self._nodes = [self.machine.node_index[item.refs["between"][0]] for item in surfaces]
-        self._outside = [item.refs["between"][1] for item in surfaces]
+        outside = [item.refs["between"][1] for item in surfaces]
+        self._outside = list(dict.fromkeys(outside))
+        self._air = [self._outside.index(name) for name in outside]
         self._areas = self.table([self.of(item, "area") for item in surfaces])
         self._held = self.table(
             [held_by_film(self, item, self.own("film_at_10_K")) for item in surfaces]
@@ -49,7 +51,7 @@ class NaturalConvection(Effect):
         """Add what every surface receives beyond what its film says."""
         if not self._nodes:
             return
-        air = np.stack([inputs[name] for name in self._outside], axis=-1)
+        air = np.stack([inputs[name] for name in self._outside], axis=-1)[..., self._air]
         colder = air - temperatures[..., self._nodes]
         film = self.own("film_at_10_K")[..., None] * np.sqrt(np.sqrt(np.abs(colder) / 10.0))
         out += ((film - self._held) * self._areas * colder) @ self._to_nodes

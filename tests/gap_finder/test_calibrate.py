@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 
 from gap_finder.calibrate import calibrate
-from gap_finder.linearise import residual_of
+from gap_finder.linearise import residuals_of
 from gap_finder.observations import observe
 from gap_finder.priors import Priors
 from measurement.errors import BadInput
@@ -114,7 +114,7 @@ def test_calibration_finds_what_the_runs_determine(jig_borer_lumps: Machine) -> 
         assert abs(entry.value - value) < abs(entry.prior - value) / 2.0
         assert entry.low <= value <= entry.high
     before, after = (
-        sum(float((residual_of(machine, one, {}) ** 2).sum()) for one in observed)
+        sum(float((one**2).sum()) for one in residuals_of(machine, observed, {}))
         for machine in (jig_borer_lumps, found.machine)
     )
     assert after < before / 20.0

@@ -13,7 +13,7 @@ from plant_model.machine import Machine
 from plant_model.network import Network, effects_in_force
 from plant_model.parameters import FloatArray, Values
 from plant_model.simulate import start_temperatures
-from plant_model.trajectory import trajectory
+from plant_model.trajectory import trajectories
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ def energy_balance(
     network = Network(machine, values, effects_in_force(machine, values))
     drive = drive_from(machine, inputs, step_s)
     start = start_temperatures(machine, inputs, drive)[None, :]
-    everything = trajectory(machine, network, drive, start)[0]
+    everything = trajectories(machine, network, [drive], [start])[0][0]
     temperatures, states = np.split(everything, [network.node_count], axis=1)
     steps = np.diff(drive.grid)
     heat = network.heat(drive.held)[0]

@@ -13,7 +13,7 @@ from plant_model.native.equations import equations_of
 from plant_model.network import Network, effects_in_force
 from plant_model.parameters import Values
 from plant_model.simulate import simulate
-from plant_model.trajectory import trajectory
+from plant_model.trajectory import trajectories
 from tests.plant_model.conftest import inputs_over
 
 
@@ -69,4 +69,4 @@ def test_both_have_a_form_in_c_and_take_part_in_every_step(jig_borer_lumps: Mach
     assert np.abs(moved.to_numpy()).max() > 0.1
     drive = drive_from(grown, inputs, 10.0)
     start = np.full((1, len(grown.nodes)), 21.0)
-    assert np.isfinite(trajectory(grown, network_of(grown), drive, start)).all()
+    assert np.isfinite(trajectories(grown, network_of(grown), [drive], [start])[0]).all()

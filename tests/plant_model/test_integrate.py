@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -13,10 +12,11 @@ from scipy.integrate import solve_ivp
 
 from plant_model.effects.base import Effect
 from plant_model.integrate import ExponentialRungeKutta, IntegrationError, Modes, phi
-from plant_model.level import Ends, LevelStepper
+from plant_model.level import LevelStepper
 from plant_model.machine import Machine
 from plant_model.network import Network, effects_in_force
 from plant_model.parameters import FloatArray, Values
+from plant_model.side_by_side import Track, side_by_side
 from plant_model.simulate import simulate
 from tests.plant_model.conftest import inputs_over, with_effects
 from tests.plant_model.energy import energy_balance
@@ -86,12 +86,23 @@ def test_error_control_keeps_what_it_promises(jig_borer_lumps: Machine) -> None:
     assert np.abs(default - close).max() < 1e-3
 
 
-def through(network: Network, now: dict[str, FloatArray], steps: int) -> tuple[Any, Ends, Ends]:
-    """Return inputs, their heat and boundary temperatures that stay through some steps."""
+def through(
+    network: Network,
+    matrices: tuple[FloatArray, FloatArray],
+    now: dict[str, FloatArray],
+    lengths: FloatArray,
+    start: FloatArray,
+    tolerance: float,
+) -> FloatArray:
+    """Return the states, (K, size), at the end of steps through which all inputs stay."""
+    steps = len(lengths)
     held = {name: np.tile(value, steps) for name, value in now.items()}
     heat = np.tile(network.heat(now), (1, steps, 1))
     outside = np.array([[now[name][0] for name in network.machine.boundary_index]] * steps)
-    return held, (heat, heat), (outside, outside)
+    level = LevelStepper(network, *matrices)
+    force = level.forced((heat, heat), (outside, outside))
+    track = Track(start, lengths, [level] * steps, held, force, (outside, outside))
+    return side_by_side(network, [track], tolerance)[0][0]
 
 
 def test_convergence_order_is_three(jig_borer_lumps: Machine) -> None:
@@ -101,12 +112,12 @@ def test_convergence_order_is_three(jig_borer_lumps: Machine) -> None:
     held = {"speed": np.array([12000.0]), "torque": np.array([0.0])}
     outside = np.array([21.0, 21.0])
     now = held | {"ambient": outside[:1], "coolant_inlet": outside[1:]}
-    matrix, boundary = network.conductances(now)
+    matrices = network.conductances(now)
 
     def end(count: int) -> FloatArray:
-        stepper = LevelStepper(network, matrix, boundary, tolerance=np.inf)
-        steps, start = np.full(count, 1200.0 / count), np.full((1, network.node_count), 21.0)
-        return stepper.through(start, steps, *through(network, now, count))[0, -1]
+        start = np.full((1, network.node_count), 21.0)
+        lengths = np.full(count, 1200.0 / count)
+        return through(network, matrices, now, lengths, start, np.inf)[-1]
 
     exact = end(8192)
     errors = np.array([np.abs(end(steps) - exact).max() for steps in (256, 512, 1024)])
@@ -119,8 +130,8 @@ def test_convergence_order_is_three(jig_borer_lumps: Machine) -> None:
 def test_a_model_that_blows_up_is_refused() -> None:
     modes = Modes.of(np.array([[[1.0]]]), np.array([[100.0]]))
     with np.errstate(over="ignore", invalid="ignore"), pytest.raises(IntegrationError):
-        ExponentialRungeKutta(modes).interval(
-            np.array([[1.0]]), 1000.0, lambda at, state: np.exp(state**2)
+        ExponentialRungeKutta([modes]).interval(
+            np.ones((1, 1, 1)), np.array([1000.0]), lambda at, state: np.exp(state**2)
         )
 
 
@@ -185,10 +196,8 @@ def test_own_states_are_stepped_with_the_temperatures(jig_borer_lumps: Machine) 
     held = {"speed": np.array([9000.0]), "torque": np.array([0.0])}
     outside = np.array([21.0, 21.0])
     now = held | {"ambient": outside[:1], "coolant_inlet": outside[1:]}
-    matrix, boundary = network.conductances(now)
-    stepper = LevelStepper(network, matrix, boundary, 1e-7)
     state = np.full((1, network.node_count + 1), 21.0)
-    history = stepper.through(state, np.full(360, 10.0), *through(network, now, 360))[0]
+    history = through(network, network.conductances(now), now, np.full(360, 10.0), state, 1e-7)
     followed = np.append(21.0, history[:, 0])
     lagged = 21.0
     for a, b in pairwise(followed):
@@ -202,10 +211,10 @@ def test_a_long_step_goes_down_to_what_a_short_one_does() -> None:
     """Heat that dies away in 5 ms, in a step of a day: a 2^-14th of that would be 5 s."""
     day, fades_s, heat = 86400.0, 0.005, 1.0
     modes = Modes(np.zeros((1, 1)), np.eye(1)[None], np.eye(1)[None])
-    scheme = ExponentialRungeKutta(modes)
+    scheme = ExponentialRungeKutta([modes])
 
-    def forcing(at: float, state: FloatArray) -> FloatArray:
-        return np.full_like(state, heat * np.exp(-at * day / fades_s) / fades_s)
+    def forcing(at: FloatArray, state: FloatArray) -> FloatArray:
+        return np.full_like(state, heat * np.exp(-at[0] * day / fades_s) / fades_s)
 
-    end = scheme.interval(np.zeros((1, 1)), day, forcing)
-    assert end[0, 0] == pytest.approx(heat, abs=1e-3)
+    end = scheme.interval(np.zeros((1, 1, 1)), np.array([day]), forcing)
+    assert end[0, 0, 0] == pytest.approx(heat, abs=1e-3)

@@ -15,8 +15,8 @@ from plant_model.machine import Machine
 from plant_model.machine_file import read_machine
 from plant_model.network import Network, effects_in_force
 from plant_model.parameters import FloatArray, Values
-from plant_model.simulate import simulate, start_temperatures
-from plant_model.trajectory import NOT_WARMING, trajectory
+from plant_model.simulate import Driven, simulate, simulate_all, start_temperatures
+from plant_model.trajectory import NOT_WARMING, trajectories
 from tests.plant_model.conftest import inputs_over, with_effects
 
 
@@ -48,7 +48,8 @@ def test_what_is_said_not_to_warm_changes_no_temperature(name: str) -> None:
     network = Network(machine, values, effects_in_force(machine, values))
     drive = drive_from(machine, inputs, 60.0, "linear")
     start = np.broadcast_to(start_temperatures(machine, inputs, drive), (3, network.node_count))
-    found = trajectory(machine, network, drive, start, 1e-3)[..., : network.node_count]
+    (whole,) = trajectories(machine, network, [drive], [start], 1e-3)
+    found = whole[..., : network.node_count]
     # With one error control for all sets, steps are the same whatever else the sets have.
     np.testing.assert_allclose(found[1:], found[[0, 0]], atol=1e-9)
 
@@ -77,13 +78,13 @@ def test_sets_that_share_temperatures_read_as_each_would_alone(
         * np.array([1.0, 1.0, 1.0, 1.1]),
     }
     inputs, stepped = inputs_of("jig_borer_lumps", 0.7), []
-    step = module.trajectory
+    step = module.trajectories
 
-    def counted(machine: Machine, network: Network, *rest: Any) -> FloatArray:
+    def counted(machine: Machine, network: Network, *rest: Any) -> list[FloatArray]:
         stepped.append(network.sets)
         return step(machine, network, *rest)
 
-    monkeypatch.setattr(module, "trajectory", counted)
+    monkeypatch.setattr(module, "trajectories", counted)
     together = simulate(machine, inputs, sets, tolerance=1e-7)
     assert stepped == [2]
     for i in range(4):
@@ -134,3 +135,27 @@ def test_sets_that_start_elsewhere_share_nothing() -> None:
     found = simulate(machine, inputs_of("jig_borer_lumps"), start=starts)
     assert np.all(found.temperatures[1, 0] - found.temperatures[0, 0] == 1.0)
     assert np.all(found.temperatures[1, -1] > found.temperatures[0, -1])
+
+
+@pytest.mark.parametrize("key", ["", "natural_convection", "tool_heating", "bearing_stick_slip"])
+@pytest.mark.parametrize("name", ["jig_borer_lumps", "lathe"])
+def test_runs_side_by_side_read_as_each_would_alone(name: str, key: str) -> None:
+    """Runs of unlike lengths and speeds, stepped in parts and sought at instants of their own."""
+    machine = with_effects(read_machine(name), *([key, "thermal_preload"] if key else []))
+    names = ["nodes.column.capacity"] if name == "jig_borer_lumps" else ["nodes.bed.capacity"]
+    sets = {one: machine.parameters[one].value * np.array([1.0, 1.05, 0.9]) for one in names}
+    frames = [inputs_of(name, hours) for hours in (0.3, 1.1, 0.7)]
+    speed = machine.inputs[0].column if not machine.inputs[0].is_boundary else "speed_rpm"
+    frames[2] = frames[2].assign(**{speed: np.roll(frames[2][speed].to_numpy(), 7)})
+    runs = [
+        Driven(frame, drive_from(machine, frame, step_s), frame["time_s"].to_numpy()[3::4])
+        for frame, step_s in zip(frames, (600.0, 120.0, 900.0), strict=True)
+    ]
+    together = simulate_all(machine, runs, sets, tolerance=1e-5)
+    assert len({len(one.drive.grid) for one in runs}) == 3
+    for run, side in zip(runs, together, strict=True):
+        (alone,) = simulate_all(machine, [run], sets, tolerance=1e-5)
+        assert np.ptp(alone.temperatures) > 0.1
+        np.testing.assert_allclose(side.temperatures, alone.temperatures, atol=1e-10)
+        for channel, shown in alone.readings.items():
+            np.testing.assert_allclose(side.readings[channel], shown, atol=1e-9)

@@ -1,0 +1,146 @@
+"""Stepping runs side by side where something depends on temperature.
+
+A step costs its short operations on arrays, which cost hardly more for five runs than for one. The
+hooks of effects take many instants at once: here each instant is another run's.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from plant_model.integrate import ExponentialRungeKutta, apply
+from plant_model.level import Ends, Held, LevelStepper
+from plant_model.network import Network
+from plant_model.parameters import FloatArray
+
+
+@dataclass
+class Track:
+    """One run, ready to be stepped.
+
+    Attributes
+    ----------
+    start : array, shape (sets, size)
+        Temperatures [degC] and own states.
+    steps : array, shape (K,)
+        Lengths of the steps [s].
+    levels : list of LevelStepper
+        In force in each step.
+    held : dict of str to array, shape (K,)
+        Inputs that stay in each step.
+    force : pair of array, shape (sets, K, nodes)
+        Heat from inputs and boundaries at the start and the end of each step [W].
+    outside : pair of array, shape (K, boundaries)
+        Boundary temperatures there [degC].
+    part : float
+        The part of a step that error control goes at a time, which it learns on the way [1].
+    """
+
+    start: FloatArray
+    steps: FloatArray
+    levels: list[LevelStepper]
+    held: Held
+    force: Ends
+    outside: Ends
+    part: float = 1.0
+
+
+def side_by_side(network: Network, tracks: Sequence[Track], tolerance: float) -> list[FloatArray]:
+    """Return [temperatures, own states] at the end of each step of each run, (sets, K, size).
+
+    Parameters
+    ----------
+    network : Network
+        Of all runs.
+    tracks : sequence of Track
+    tolerance : float
+        Local error allowed [K].
+    """
+    # The longest first: those that go on are always the first ones.
+    longest = sorted(tracks, key=lambda one: -len(one.steps))
+    lengths, held, outside = (
+        _padded([one.steps for one in longest]),
+        {name: _padded([one.held[name] for one in longest]) for name in longest[0].held},
+        [_padded([one.outside[end] for one in longest]) for end in (0, 1)],
+    )
+    scheme = ExponentialRungeKutta(
+        [one.levels[0].modes for one in longest], tolerance, network.error_scale
+    )
+    scheme.part = np.array([one.part for one in longest])
+    now = np.stack([one.start for one in longest], axis=1)
+    in_modes = apply(scheme.to_modes, now)
+    ends = [np.empty((len(now), len(one.steps), now.shape[2])) for one in longest]
+    forcing = _Forcing(network, scheme)
+    going = len(longest)
+    for k in range(len(lengths)):
+        while len(longest[going - 1].steps) <= k:
+            going -= 1
+            longest[going].part = float(scheme.part[going])
+            scheme.keep(going)
+        now, in_modes = now[:, :going], in_modes[:, :going]
+        for run, one in enumerate(longest[:going]):
+            if k and one.levels[k] is not one.levels[k - 1]:
+                scheme.enter(run, one.levels[k].modes)
+                in_modes[:, run] = apply(scheme.to_modes[:, run], now[:, run])
+        forcing.held = {name: values[k, :going] for name, values in held.items()}
+        forcing.outside = outside[0][k, :going], outside[1][k, :going]
+        first, last = (
+            np.stack([one.force[end][:, k] for one in longest[:going]], axis=1) for end in (0, 1)
+        )
+        forcing.force = first, last
+        in_modes = scheme.interval(in_modes, lengths[k, :going], forcing)
+        now = apply(scheme.to_state, in_modes)
+        if network.settles:
+            _settle(network, forcing.held, now)
+            in_modes = apply(scheme.to_modes, now)
+        for run in range(going):
+            ends[run][:, k] = now[:, run]
+    for run, one in enumerate(longest[:going]):
+        one.part = float(scheme.part[run])
+    of_track = {id(one): end for one, end in zip(longest, ends, strict=True)}
+    return [of_track[id(one)] for one in tracks]
+
+
+def _padded(series: Sequence[FloatArray]) -> FloatArray:
+    """Return series, each (K, ...), as one array (longest K, series, ...)."""
+    out = np.zeros((len(series[0]), len(series), *series[0].shape[1:]))
+    for i, one in enumerate(series):
+        out[: len(one), i] = one
+    return out
+
+
+def _settle(network: Network, held: Held, now: FloatArray) -> None:
+    """Let own states jump where a step has ended, in place."""
+    nodes = network.node_count
+    for run in range(now.shape[1]):
+        inputs = {name: values[run : run + 1] for name, values in held.items()}
+        now[:, run, nodes:] = network.settled(inputs, now[:, run, :nodes], now[:, run, nodes:])
+
+
+class _Forcing:
+    """What drives the modes of all runs within a step."""
+
+    held: Held
+    force: Ends
+    outside: Ends
+
+    def __init__(self, network: Network, scheme: ExponentialRungeKutta) -> None:
+        self._network, self._scheme = network, scheme
+        self._names = list(network.machine.boundary_index)
+        self._decay = network.state_decay()[:, None]
+        self._capacity = network.capacity[:, None]
+
+    def __call__(self, at: FloatArray, in_modes: FloatArray) -> FloatArray:
+        nodes = self._network.node_count
+        now = apply(self._scheme.to_state, in_modes)
+        gone = at[:, None]
+        around = self.outside[0] + gone * (self.outside[1] - self.outside[0])
+        inputs = self.held | {name: around[:, i] for i, name in enumerate(self._names)}
+        heat, rates = self._network.dependent(inputs, around, now[..., :nodes], now[..., nodes:])
+        heat += self.force[0] + gone * (self.force[1] - self.force[0])
+        rates += self._decay * now[..., nodes:]
+        rate = np.concatenate([heat / self._capacity, rates], axis=-1)
+        return apply(self._scheme.to_modes, rate)
