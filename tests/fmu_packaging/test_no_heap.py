@@ -39,22 +39,35 @@ def sources(kind: Kind, fmi: Literal[2, 3]) -> dict[str, str]:
     }
 
 
-def asked_of_the_heap(
+def symbols_of(
     folder: Path, files: Sequence[str], compiler: Compiler, *more: str
-) -> set[str]:
-    """Compile files and return which functions of the heap they need."""
-    run_compiler([*compiler.command, *STRICT, "-O0", "-I.", "-c", *more, *files], folder)
+) -> dict[str, set[str]]:
+    """Compile files and return the kinds of their symbols, as nm has them, by file and name."""
+    run_compiler(
+        [*compiler.command, *STRICT, "-O0", "-I.", "-fno-pie", "-c", *more, *files], folder
+    )
     objects = [f"{Path(file).stem}.o" for file in files]
     listed = subprocess.run(
-        ["nm", "-u", *objects], cwd=folder, capture_output=True, text=True, check=True
+        ["nm", "-A", *objects], cwd=folder, capture_output=True, text=True, check=True
     )
-    words = set(listed.stdout.split())
-    assert "memcpy" in words or len(files) == 1
-    return HEAP & words
+    kinds: dict[str, set[str]] = {}
+    for line in listed.stdout.splitlines():
+        *place, kind, name = line.split()
+        kinds.setdefault(f"{place[0].partition(':')[0]} {name}", set()).add(kind)
+    return kinds
+
+
+def asked_of_the_heap(symbols: dict[str, set[str]]) -> set[str]:
+    return HEAP & {key.partition(" ")[2] for key, kinds in symbols.items() if kinds == {"U"}}
+
+
+def changed_for_all(symbols: dict[str, set[str]]) -> list[str]:
+    """Return what is data that can be written, zeroed or not, or common."""
+    return sorted(key for key, kinds in symbols.items() if kinds & set("dDbBcC"))
 
 
 @pytest.mark.parametrize("kind", ["plant", "compensator", "front of FMI 3.0"])
-def test_nothing_of_the_heap_is_in_the_objects(
+def test_neither_heap_nor_global_state_is_in_the_objects(
     kind: str, c_compiler: Compiler, tmp_path: Path
 ) -> None:
     if kind.startswith("front"):
@@ -65,9 +78,16 @@ def test_nothing_of_the_heap_is_in_the_objects(
         files = c_files(texts)
     write_sources(tmp_path, texts)
     defines = ["-DNO_HEAP", "-DMEMORY_OF_INSTANCE=100000", "-DMEMORY_OF_STATE=10000"]
-    assert not asked_of_the_heap(tmp_path, files, c_compiler, *defines)
-    # The same look finds it where it is.
-    assert asked_of_the_heap(tmp_path, ["memory.c"], c_compiler) == {"calloc", "free"}
+    found = symbols_of(tmp_path, files, c_compiler, *defines)
+    assert not asked_of_the_heap(found)
+    assert {"T", "U"} <= set().union(*found.values())
+    # Without a heap the memory of all instances is there from the beginning, and nothing else.
+    assert {key.partition(" ")[0] for key in changed_for_all(found)} <= {"memory.o"}
+    # The same look finds both where they are.
+    assert bool(changed_for_all(found)) == ("memory.c" in files)
+    usual = symbols_of(tmp_path, ["memory.c"], c_compiler)
+    assert asked_of_the_heap(usual) == {"calloc", "free"}
+    assert not changed_for_all(usual)
 
 
 @pytest.mark.parametrize("kind", ["plant", "compensator"])

@@ -176,9 +176,3 @@ plant_model.network.Network.heat = broken
 """
     root = Path(build_fmu.__file__).parent
     assert apart(code, built.plant) == apart(code, built.plant, before=poison, path=root)
-
-
-def test_a_path_with_spaces_works(built: Built, tmp_path: Path) -> None:
-    code = "show(steps(started(opened(*sys.argv[1:]), ambient=21.0, speed=8000.0), 0, 5))"
-    found = apart(RUN + code, built.plant, tmp_path / "two words" / "and more")
-    assert found == apart(RUN + code, built.plant)

@@ -19,7 +19,7 @@ from fmpy.validation import validate_fmu
 import build_fmu
 from fmu_packaging.description import CAPABILITIES
 from fmu_packaging.native.build import native_package
-from fmu_packaging.native.compilers import STRICT, compilers, run_compiler
+from fmu_packaging.native.compilers import compilers
 from scenarios.building import native_of
 from tests.fmu_packaging.apart import apart
 from tests.fmu_packaging.test_slave import LIFE
@@ -286,22 +286,3 @@ def test_without_a_compiler_one_line_says_so(
     said = capsys.readouterr().err
     assert said == "--native: no C compiler: of gcc, clang, cc none can be found\n"
     assert list(tmp_path.iterdir()) == []
-
-
-def test_there_is_no_global_state(both: Both, compiler: tuple[str, ...], tmp_path: Path) -> None:
-    with zipfile.ZipFile(both.native) as archive:
-        archive.extractall(tmp_path)
-    sources = tmp_path / "sources"
-    files = [path.relative_to(sources).as_posix() for path in sources.rglob("*.c")]
-    run_compiler([*compiler, *STRICT, "-O2", "-fno-pie", "-c", *files], sources)
-    objects = sorted(path.name for path in sources.glob("*.o"))
-    assert len(objects) == len(files)
-    listed = subprocess.run(
-        ["nm", *objects], cwd=sources, capture_output=True, text=True, check=True
-    )
-    kinds = {
-        line.split()[-2]: line.split()[-1] for line in listed.stdout.splitlines() if " " in line
-    }
-    assert {"T", "R"} <= set(kinds)
-    # Data that can be written, zeroed or not, and common symbols.
-    assert not set(kinds) & set("dDbBcC"), kinds

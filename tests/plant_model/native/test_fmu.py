@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import csv
-import subprocess
-import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,7 +12,6 @@ import pytest
 from fmpy.validation import validate_fmu
 
 import build_fmu
-from fmu_packaging.native.compilers import STRICT, run_compiler
 from plant_model.machine_file import read_machine
 from tests.fmu_packaging.apart import apart
 
@@ -163,22 +160,6 @@ show([m[1] for m in messages if len(m[1]) == 1])
     assert apart(RUN + code, both.native, both.python) == ["3", "2"]
 
 
-def test_there_is_no_global_state(both: Both, compiler: tuple[str, ...], tmp_path: Path) -> None:
-    with zipfile.ZipFile(both.native) as archive:
-        archive.extractall(tmp_path)
-    sources = tmp_path / "sources"
-    files = [path.relative_to(sources).as_posix() for path in sources.rglob("*.c")]
-    run_compiler([*compiler, *STRICT, "-O0", "-fno-pie", "-c", *files], sources)
-    objects = sorted(path.name for path in sources.glob("*.o"))
-    listed = subprocess.run(
-        ["nm", *objects], cwd=sources, capture_output=True, text=True, check=True
-    )
-    kinds = {line.split()[-2] for line in listed.stdout.splitlines() if len(line.split()) > 1}
-    assert {"T", "R"} <= kinds
-    assert not kinds & set("dDbBcC")
-
-
-@pytest.mark.long
 def test_fmi3_gives_the_same_numbers(shipped_in_c: Path, shipped_in_fmi3: Path) -> None:
     assert validate_fmu(str(shipped_in_fmi3 / "plant_native_fmi3.fmu")) == []
     one, other = (
