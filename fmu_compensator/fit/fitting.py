@@ -26,7 +26,7 @@ from fmu_compensator.runtime.geometry import FORMS, Direct, FivePoint, geometry_
 from fmu_compensator.runtime.modelfile import FORMAT, KIND, model_text, parse_model
 from measurement.doubts import doubt_lines
 from measurement.errors import BadInput, shown
-from measurement.faults import cleaned, find_faults
+from measurement.faults import cleaned, find_faults, looked_over
 from measurement.rig import FivePointRig, Rig
 from measurement.runs import Run
 from measurement.warm import cold_starts
@@ -136,6 +136,7 @@ def fit_compensator(
     recipe = Recipe(
         model or USUAL_MODEL, points or "", input_form or "", dict(grey or {}), model_options
     )
+    runs = looked_over(runs)
     prepared = prepare(
         runs, rig, recipe.input_form, sensors=sensors, leave_out_frozen=leave_out_frozen
     )

@@ -18,7 +18,7 @@ from fmu_compensator.fit.training import Array, TrainingRun
 from fmu_compensator.runtime.modelfile import Model, model_text, parse_model
 from measurement.doubts import doubt_lines
 from measurement.errors import BadInput
-from measurement.faults import cleaned, find_faults
+from measurement.faults import cleaned, find_faults, looked_over
 from measurement.rig import Rig, rig_from_table
 from measurement.runs import Run
 
@@ -62,6 +62,7 @@ def update_compensator(
     rig = _rig(model)
     _check_new(model, runs, rig)
     names = [sensor.name for sensor in model.sensors]
+    runs = looked_over(runs)
     prepared = prepare(runs, rig, model.input_form, sensors=names)
     chosen = [prepared.sensors.index(model.sensors[index].name) for index in model.chosen]
     left = cleaned(runs, find_faults(runs), left_out(frozen=True))

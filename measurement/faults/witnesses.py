@@ -14,6 +14,7 @@ GRID_S = 300.0
 WINDOW_S = 1800.0
 """Changes over this span are compared: longer than any lag between neighbours, shorter than a run
 [s]."""
+WINDOW = int(WINDOW_S / GRID_S)
 FEWEST_WINDOWS = 24
 """Fewer changes than this to learn from say nothing [1]."""
 PENALTY = 0.02
@@ -41,6 +42,14 @@ class Witnesses:
             grids.append((grid, {name: _on(grid, run, name) for name in run.temperatures}))
         return grids
 
+    @cached_property
+    def _changes(self) -> list[dict[str, FloatArray]]:
+        """Of each run, by how much each thermometer moved over every window [K]."""
+        return [
+            {name: values[WINDOW:] - values[:-WINDOW] for name, values in table.items()}
+            for _, table in self._grids
+        ]
+
     def told(self, place: int, column: str, start_s: float, end_s: float) -> float:
         """Return by how much the others say that a thermometer moved in a span of a run [K].
 
@@ -48,23 +57,23 @@ class Witnesses:
         the span, is summed over it. 0 where there is too little to learn from, or where the sum is
         within its own error.
         """
-        having = [grid for grid in self._grids if column in grid[1]]
+        having = [run for run, table in enumerate(self._changes) if column in table]
         grid, here = self._grids[place]
-        others = [n for n in here if n != column and all(n in table for _, table in having)]
-        step = int(WINDOW_S / GRID_S)
+        others = [n for n in here if n != column and all(n in self._changes[r] for r in having)]
         if len(others) < 2 or not len(grid):
             return 0.0
         inside = (grid >= start_s) & (grid <= end_s)
         learnt_x, learnt_y = [], []
-        for _, table in having:
-            x = np.column_stack([table[name] for name in others])
-            y = np.where(inside, np.nan, table[column]) if table is here else table[column]
-            changes = np.column_stack([x, y])[step:] - np.column_stack([x, y])[:-step]
+        for run in having:
+            table = self._changes[run]
+            changes = np.column_stack([table[name] for name in (*others, column)])
+            if run == place:
+                changes[inside[WINDOW:] | inside[:-WINDOW], -1] = np.nan
             changes = changes[np.isfinite(changes).all(axis=1)]
             learnt_x.append(changes[:, :-1])
             learnt_y.append(changes[:, -1])
         x, y = np.concatenate(learnt_x), np.concatenate(learnt_y)
-        wanted = np.diff(np.column_stack([here[name][inside] for name in others])[::step], axis=0)
+        wanted = np.diff(np.column_stack([here[name][inside] for name in others])[::WINDOW], axis=0)
         wanted = wanted[np.isfinite(wanted).all(axis=1)]
         if len(y) < FEWEST_WINDOWS or not len(wanted):
             return 0.0
