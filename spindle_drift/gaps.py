@@ -86,9 +86,12 @@ def find_gap(
     Parameters
     ----------
     machine : Machine, path or name
-    runs, holdout : sequence of Run, DataFrame or path
-        To calibrate on, three or more, and to judge by; without *holdout* the last of four or more
-        *runs* is kept back.
+        Page, machine file or shipped name.
+    runs : sequence of Run, DataFrame or path
+        Runs to calibrate on, three or more.
+    holdout : sequence of Run, DataFrame or path
+        Runs to judge by, used once at the end (default: the last of four or more *runs* is kept
+        back).
     out : path, optional
         Folder for report, figures and machine files.
     without : sequence of str

@@ -262,6 +262,7 @@ def calibrate(
     Parameters
     ----------
     machine : Machine, path or name
+        Page, machine file or shipped name.
     runs : Run, DataFrame or path, or several
     starts : int
         Starting points; the first is the machine as it stands.

@@ -19,7 +19,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
     from spindle_drift.machines import calibrate
 
-    parser.add_argument("machine", metavar="MACHINE", help="machine file or shipped name")
+    add_parameters(parser, calibrate, "machine")
     add_runs(parser)
     add_output(parser, "machine file to write")
     add_parameters(parser, calibrate, "starts", "seed")

@@ -19,16 +19,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
     from spindle_drift.gaps import find_gap
 
-    parser.add_argument("machine", metavar="MACHINE", help="machine file or shipped name")
-    parser.add_argument(
-        "--runs", nargs="+", type=Path, required=True, metavar="RUN", help="runs to calibrate on"
-    )
-    parser.add_argument(
-        "--holdout",
-        nargs="+",
-        type=Path,
-        metavar="RUN",
-        help="runs to judge by, used once at the end (default: the last of --runs is kept back)",
+    several = {"nargs": "+", "type": Path, "metavar": "RUN"}
+    add_parameters(
+        parser,
+        find_gap,
+        "machine",
+        runs={"flag": "--runs", "required": True, **several},
+        holdout={**several, "default": None},
     )
     add_results(parser, "folder for report and machine", required=True)
     add_parameters(
