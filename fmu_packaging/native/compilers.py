@@ -21,7 +21,7 @@ STRICT = ("-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-ffp-contrac
 OWN = ("gcc", "clang", "cc")
 FOR_WINDOWS = "x86_64-w64-mingw32-gcc"
 FOR_AARCH64 = "aarch64-linux-gnu-gcc"
-LIBRARY = ("-O2", "-fPIC", "-fvisibility=hidden", "-shared", "-s")
+LIBRARY = ("-O3", "-fPIC", "-fvisibility=hidden", "-shared", "-s")
 # Nothing of the day and the folder of a build goes in: the same sources give the same bytes.
 LIBRARY_HERE = (*LIBRARY, "-Wl,--build-id=none", "-Wl,--no-undefined")
 LIBRARY_BY_ZIG = (*LIBRARY, "-fno-sanitize=undefined")

@@ -20,11 +20,13 @@ void network_at(struct network *self, const double *k, const double *share, cons
         equations_conductances(k, u, self->diagonal, self->edges, self->outside);
     }
     self->known = true;
-    self->sharper = self->fastest = 0.0;
+    double given[NODES];
     for (size_t i = 0; i < NODES; i++) {
-        /* Gershgorin: what a node gives off in all, and what it gives to other nodes at most. */
-        self->fastest = larger(2.0 * self->diagonal[i] * share[i], self->fastest);
+        given[i] = self->diagonal[i] * share[i];
     }
+    /* Gershgorin: what a node gives off in all, and what it gives to other nodes at most. */
+    self->fastest = 2.0 * largest_of(given, NODES);
+    self->sharper = 0.0;
 }
 
 /* The matrix of the rates' magnitudes, M, has no eigenvalue above the greatest (M x)_i / x_i for any

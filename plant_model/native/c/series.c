@@ -57,31 +57,41 @@ static void values_at(double z, double values[SERIES])
 }
 
 /* Finds the weights by the values at the zeros of a Chebyshev polynomial of more than enough terms,
-   and leaves off what is small. */
+   two by two on either side of the middle, and leaves off what is small. */
 static void make(struct series *self, int kinds, double reach)
 {
-    size_t count = 3, most = 12 + (size_t)(7.4 * sqrt(reach / 2.0)), needed = 2;
+    size_t count = 4, most = 12 + (size_t)(7.4 * sqrt(reach / 2.0)), needed = 2;
     /* No derivative of phi_k is above 1, so a weight is at most 2 (reach / 4)^k / k!. */
-    for (double weight = reach / 4.0; weight > SMALL && count < most; count++) {
-        weight *= reach / (4.0 * (double)(count - 1));
+    for (double weight = cube(reach / 4.0) / 6.0; weight > SMALL && count < most; count++) {
+        weight *= reach / (4.0 * (double)count);
     }
+    count += count % 2;
     for (int kind = 0; kind < kinds; kind++) {
         memset(self->weights[kind], 0, count * sizeof(double));
     }
-    for (size_t j = 0; j < count; j++) {
-        double x = cos(PI * ((double)j + 0.5) / (double)count), z = -reach * (1.0 + x) / 2.0;
-        double weight = 1.0 / (double)count, values[SERIES];
-        values_at(z, values);
-        double last = x, now = 1.0;
+    double x = cos(PI / 2.0 / (double)count), before = x, turn = 2.0 * cos(PI / (double)count);
+    for (size_t j = 0; j < count / 2; j++) {
+        double low[SERIES], high[SERIES], both[2][SERIES], last = x, now = 1.0;
+        values_at(-reach * (1.0 + x) / 2.0, low);
+        values_at(-reach * (1.0 - x) / 2.0, high);
+        for (int kind = 0; kind < SERIES; kind++) {
+            both[0][kind] = (low[kind] + high[kind]) * 2.0 / (double)count;
+            both[1][kind] = (low[kind] - high[kind]) * 2.0 / (double)count;
+        }
         for (size_t k = 0; k < count; k++) {
-            for (int kind = 0; kind < kinds; kind++) {
-                self->weights[kind][k] += values[kind] * weight * now;
-            }
-            weight = 2.0 / (double)count;
             double next = 2.0 * x * now - last;
+            for (int kind = 0; kind < kinds; kind++) {
+                self->weights[kind][k] += both[k % 2][kind] * now;
+            }
             last = now;
             now = next;
         }
+        double following = turn * x - before;
+        before = x;
+        x = following;
+    }
+    for (int kind = 0; kind < kinds; kind++) {
+        self->weights[kind][0] /= 2.0;
     }
     double rest = 0.0;
     for (size_t k = count; k-- > 0;) {
