@@ -23,9 +23,10 @@ MARGIN = 6.0
 """Score within which another hypothesis cannot be excluded: odds of one in twenty, set on no
 split."""
 
-PROOF = 20.0
-"""By how much an addition must lower the score to be named, where chance does less. Set on the
-development split of the lathe: what is not there lowers it by 8 and 16, what is by 36 and more."""
+PROOF = 2.0 * MARGIN
+"""By how much an addition must lower the score to be named, where chance does less: odds of one in
+four hundred. Set on the lathe's questions of the development, seventh and eighth split: what is
+there lowers the score by 13, 14, 15, 17, 18, 19 and 23 and more, what is not by 10 and less."""
 
 LAW = 0.05
 """Share of the squares that were missing at first that a right law may still leave [1]: no machine
