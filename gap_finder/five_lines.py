@@ -64,8 +64,8 @@ def _what(table: Mapping[str, Any]) -> str:
         instead = f"{', '.join(dict.fromkeys(others))}, " if others else ""
         return (
             f"What may be missing: {titles}. In doubt: too much is left with it, so it may be "
-            f"{instead}or something that no catalogue holds, instead or besides; {left}. It "
-            f"{evidence}.{look}"
+            f"{instead}or something that no catalogue holds, instead or besides; {left}. "
+            f"{evidence[:1].upper()}{evidence[1:]}.{look}"
         )
     if table["verdict"] == "unknown":
         best = table["runners_up"][:1]

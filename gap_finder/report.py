@@ -245,7 +245,7 @@ def _number(one: Any) -> dict[str, Any]:
 def _evidence(judged: Judged) -> str:
     found = judged.found
     step = found.search.steps[0]
-    together = "all names together explain" if len(found.keys) > 1 else "explains"
+    together = "all names together explain" if len(found.keys) > 1 else "it explains"
     return (
         f"{together} {found.explained:.0%} of what is left on runs predicted from the others; "
         f"the score falls by {step.fall:.0f}, by chance {max(step.by_chance, 0.0):.0f} or less in "

@@ -82,7 +82,7 @@ def test_the_setting_of_what_a_part_switches_is_told() -> None:
             "dead_band": {"value": 2.5, "unit": "K"},
         },
         "larger_than_usual": [],
-        "evidence": "explains 90 %",
+        "evidence": "it explains 90 %",
     }
     table = answer(verdict="effect", effects=[named], one_of_keys=["coolant_thermostat:rear_outer"])
     added = five_lines(table)[3]
@@ -96,7 +96,7 @@ def test_the_first_line_of_a_name_in_doubt_says_what_it_may_be_instead(in_doubt:
         "title": "Windage",
         "parameters": {},
         "larger_than_usual": [],
-        "evidence": "explains 74 %",
+        "evidence": "it explains 74 %",
     }
     table = answer(
         verdict="effect",
