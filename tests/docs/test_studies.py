@@ -240,6 +240,7 @@ def test_what_the_page_says_is_what_its_tables_say() -> None:
     assert tau_claim(table("tau from")) in page
 
 
+@pytest.mark.long
 def test_the_page_is_made_of_what_all_jobs_give() -> None:
     report = {"curve": [1.0, 0.5, 0.1], "nodes": [4, 10, 5], "iterations": 2}
     done: list[Any] = [

@@ -101,7 +101,8 @@ def test_the_library_for_linux_runs_with_an_old_c_library(
         assert one[:9] == pytest.approx(other[:9], rel=1e-12, abs=1e-12)
 
 
-@pytest.mark.parametrize("fmi", [pytest.param(2, marks=pytest.mark.long), 3])
+@pytest.mark.long
+@pytest.mark.parametrize("fmi", [2, 3])
 def test_what_is_left_out_is_not_there(tmp_path: Path, fmi: Fmi) -> None:
     here = compilers()[:1]
     whole = set(package(tmp_path, here, fmi).files)

@@ -26,7 +26,7 @@ from tests.plant_model.conftest import with_effects
 # The equations are the machine's, the calls the version's: not every pair is a question.
 PAIRS = (
     pytest.param("jig_borer", 2, marks=pytest.mark.long),
-    ("jig_borer_lumps", 3),
+    pytest.param("jig_borer_lumps", 3, marks=pytest.mark.long),
     ("lathe", 2),
     ("effects", 3),
 )
