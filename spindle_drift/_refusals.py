@@ -12,6 +12,7 @@ from functools import cache, wraps
 from pathlib import Path
 from typing import Any, Literal, ParamSpec, TypeVar, Union, get_args, get_origin, get_type_hints
 
+from fmu_compensator.fit.error_models.options import refuse_unknown
 from measurement.errors import BadInput, shown
 from scenarios.arguments import entries
 
@@ -37,10 +38,7 @@ def refusing(function: Callable[P, R]) -> Callable[P, R]:
             given = signature.bind_partial(*args, **kwargs).arguments
         except TypeError:  # too many arguments: Python says it with the function's name
             return function(*args, **kwargs)
-        for name, kind in parameter_types(function).items():
-            if name in given and not _is(value := given[name], kind):
-                problem = f"{shown(value)} is not allowed: {_words(function, name)} is needed"
-                raise BadInput(_name(function), name, problem)
+        _refuse_types(function, given, _name(function))
         return function(*args, **kwargs)
 
     return refuses
@@ -84,11 +82,15 @@ def refuse_options(
     """
     parameters = inspect.signature(function).parameters.values()
     known = [entry.name for entry in parameters if entry.kind is entry.KEYWORD_ONLY]
-    types_of = parameter_types(function)
-    for key, value in options.items():
-        if key not in known and not rest:
-            raise BadInput(name, key, f"is not a known option: {', '.join(known)}")
-        if key in known and not _is(value, types_of[key]):
+    if not rest:
+        refuse_unknown(name, {key: options[key] for key in options if key not in known}, known)
+    _refuse_types(function, {key: options[key] for key in options if key in known}, name)
+
+
+def _refuse_types(function: Callable[..., Any], given: abc.Mapping[str, Any], name: str) -> None:
+    """Refuse the first of a function's arguments, by parameter, that is not of its type."""
+    for key, kind in parameter_types(function).items():
+        if key in given and not _is(value := given[key], kind):
             problem = f"{shown(value)} is not allowed: {_words(function, key)} is needed"
             raise BadInput(name, key, problem)
 

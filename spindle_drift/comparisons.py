@@ -16,7 +16,7 @@ from fmu_compensator.fit.survey import survey
 from measurement.doubts import doubt_lines
 from measurement.errors import BadInput
 from measurement.faults import Fault, find_faults, looked_over
-from scenarios.presets import preset
+from scenarios.presets import Preset, preset
 from spindle_drift._inputs import MachineLike, RunLike, as_runs
 from spindle_drift._plots import plot_bars
 from spindle_drift._refusals import refuse_options, refusing, refusing_methods
@@ -156,9 +156,8 @@ def compare(
         if run.sha256 in digests:
             problem = f"is the same run as {digests[run.sha256].name} in --train"
             raise BadInput("--validate", run.name, f"{problem}: it would be judged on what it saw")
-    if study is not None:
-        preset(study, [*learnt, *judged], points)
-    entrants = _contestants(models, study, points, grey or {}, options or {}, seed)
+    given = None if study is None else preset(study, [*learnt, *judged], points)
+    entrants = _contestants(models, given, points, grey or {}, options or {}, seed)
     # All together, so that every fold and every figure goes by the same verdict on each sensor.
     every = looked_over([*learnt, *judged])
     rig = targets_of(every, as_machine(machine or USUAL_MACHINE).model.rig)
@@ -199,14 +198,13 @@ __all__ = ["Comparison", "compare"]
 
 def _contestants(
     models: Sequence[str] | None,
-    study: str | None,
+    given: Preset | None,
     points: str,
     grey: Mapping[str, Any],
     options: Mapping[str, Mapping[str, Any]],
     seed: int | None,
 ) -> list[Contestant]:
-    if study is not None:
-        given = preset(study)
+    if given is not None:
         models = list(given.models) if models is None else models
         points, grey = points or given.points, {**given.grey, **grey}
         options = {

@@ -22,7 +22,7 @@ from fmu_compensator.fit.run_conditions import ranges_of
 from fmu_compensator.fit.spare import spare_table
 from fmu_compensator.fit.training import TrainingRun
 from fmu_compensator.runtime.fields import Fields
-from fmu_compensator.runtime.geometry import FORMS, Direct, FivePoint, geometry_from_fields
+from fmu_compensator.runtime.geometry import FORMS, FivePoint, geometry_from_fields
 from fmu_compensator.runtime.modelfile import FORMAT, KIND, model_text, parse_model
 from measurement.doubts import doubt_lines
 from measurement.errors import BadInput, shown
@@ -172,7 +172,7 @@ def fit_compensator(
             *doubt_lines(runs),
             *prepared.notes,
             *_dropped(prepared, rows),
-            *_beyond(prepared, geometry_from_fields(Fields(table["geometry"], "fit", "geometry"))),
+            *(_beyond(prepared, rig) if geometry_form == "pure_rotation" else ()),
             *([warm] if warm else []),
         ],
         "options": _plain(options),
@@ -301,11 +301,11 @@ def _dropped(prepared: Prepared, rows: Sequence[TrainingRun]) -> list[str]:
     return notes
 
 
-def _beyond(prepared: Prepared, geometry: FivePoint | Direct) -> list[str]:
+def _beyond(prepared: Prepared, rig: Rig) -> list[str]:
     """Return what pure rotation cannot tell of the runs: the radial drift at the gauge line."""
-    if not isinstance(geometry, FivePoint) or geometry.form != "pure_rotation":
+    if not isinstance(rig, FivePointRig):
         return []
-    rigid = FivePoint("rigid", geometry.near_to_gauge_mm, geometry.spacing_mm)
+    rigid = FivePoint("rigid", rig.near_to_gauge_mm, rig.spacing_mm)
     poses = np.concatenate([run.targets[run.usable] for run in prepared.runs])
     drift = poses @ np.asarray(rigid.weights(0.0)[:2]).T
     x, y = np.sqrt(np.nanmean(drift**2, axis=0))

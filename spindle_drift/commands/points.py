@@ -56,9 +56,10 @@ def run(args: argparse.Namespace) -> int:
         For runs or options that cannot be used.
     """
     options = {**grey_options(args), "grouping": args.points, "target": args.target}
+    runs = as_runs(args.runs)
     if args.study is not None:
-        preset(args.study, as_runs(args.runs), args.points)
-    surveyed = points(args.runs, machine=args.machine, **options).survey
+        preset(args.study, runs, args.points)
+    surveyed = points(runs, machine=args.machine, **options).survey
     text = json.dumps(surveyed.to_dict(), indent=1, allow_nan=False)
     lines = _report(surveyed)
     if args.out is not None:
@@ -96,7 +97,7 @@ def _report(survey: Survey) -> list[str]:
     lines += ["", f"Chosen: {', '.join(names[i] for i in survey.points)}"]
     lines += ["", f"Combinations of them, best adjusted R2 first (of {len(survey.subsets)})"]
     unseen = f"unseen [{survey.unit}]"
-    lines.append(f"{'multiple R':>11}{'adj. R2':>9}{unseen:>14}  temperatures")
+    lines.append(f"{'multiple R':>11}{'adj. R2':>9}{unseen:>{COLUMN}}  temperatures")
     for subset in survey.subsets[:SHOWN_SUBSETS]:
         lines.append(_subset(survey, subset))
     if len(survey.run_names) == 1:
@@ -119,4 +120,4 @@ def _subset(survey: Survey, subset: Any) -> str:
     names = " ".join(survey.sensors[survey.points[place]] for place in subset.columns)
     fit = f"{subset.multiple_r:>11.4f}{subset.r2_adjusted:>9.4f}"
     unseen = f"{subset.held_out_rmse:.3f}" if len(survey.run_names) > 1 else "-"
-    return f"{fit}{unseen:>14}  {names}"
+    return f"{fit}{unseen:>{COLUMN}}  {names}"

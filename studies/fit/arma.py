@@ -26,7 +26,8 @@ SIGNIFICANCE = 0.05  # of the ADF test, as is usual
 FEWEST_ROWS = 60
 """A judgement, set on no data."""
 LARGEST_ORDER = 3
-"""Of p and of q. The studies print no larger one; the option ``order`` sets it."""
+"""Of p and of q, which the option ``order`` may lower: a judgement, set on no data. The study's own
+are lost from its text."""
 LAGS = 20
 """So many autocorrelations are reported."""
 

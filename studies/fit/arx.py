@@ -23,7 +23,7 @@ from studies.fit.by_run import (
 
 MEMORIES_S = (0.0, 600.0, 1800.0, 3600.0, 7200.0, 14_400.0)
 """Time constants of the pole to choose from [s]; 0 is a map without memory."""
-PENALTY = 1e-5  # of the trace: for rounding only
+PENALTY = 1e-5  # of squared coefficients at unit size, per run: for rounding only
 THIN_TO = 120
 """Rows of a run that the pole is chosen by: neighbours in a drift of hours say the same."""
 SHORTEST_STEP_S = 10.0

@@ -21,7 +21,7 @@ SHORTEST_TAU_S, LONGEST_TAU_S = 60.0, 36_000.0
 RATIOS = (0.5, 1.0, 2.0)
 """Of the time constant at standstill to the one while turning: air no longer stirred cools less, a
 coolant that runs on cools as before."""
-RIDGE = 1e-6  # of the trace: for rounding only
+RIDGE = 1e-6  # of the mean of the diagonal: for rounding only
 STEADY = ("fitted", "fem")
 ROOM_DEGC = 20.0  # the standard reference temperature, ISO 1
 TAU_OF = ("mass_kg", "specific_heat", "film", "surface_m2")
