@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import datetime as dt
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from zoneinfo import ZoneInfo, ZoneInfoNotFoundError
 
 import numpy as np
@@ -48,6 +48,8 @@ class Clock:
         How, for the mapping file.
     shared : int
         Rows that had the same time stamp as the row before them.
+    of_day : bool
+        Whether time counts since a midnight, of a day that is not told.
     """
 
     time_s: FloatArray
@@ -55,6 +57,12 @@ class Clock:
     columns: tuple[int, ...]
     rule: TimeRule
     shared: int = 0
+    of_day: bool = False
+
+    def on_day_of(self, dated: Clock) -> Clock:
+        """Return a clock of times of day on the day on which it begins next to a dated one."""
+        days = round(float(dated.time_s[0] - self.time_s[0]) / DAY_S)
+        return replace(self, time_s=self.time_s + days * DAY_S, absolute=True, of_day=False)
 
 
 def clock_of(sheet: Sheet, rule: TimeRule | None = None) -> Clock:
@@ -77,17 +85,17 @@ def clock_of(sheet: Sheet, rule: TimeRule | None = None) -> Clock:
         rows = np.arange(len(sheet.rows), dtype=np.float64)
         return Clock(rule.every_row_s * rows, False, named, rule)
     at = _columns(sheet, rule)
-    absolute = False
+    absolute = of_day = False
     if len(at) == 1 and is_numeric(sheet, at[0]):
         time, absolute, rule = _elapsed(sheet, at[0], rule)
     elif len(at) == 1 and _all(sheet.columns[at[0]], _is_of_day):
-        time = _passing_midnight(_times_of_day(sheet, at[0]))
+        time, of_day = _passing_midnight(_times_of_day(sheet, at[0])), True
     else:
         time, rule = _dated(sheet, at, rule)
         absolute = True
     time, shared = _ordered(sheet, at[0], time, dated=absolute)
     names = [sheet.headings[column].text for column in at]
-    return Clock(time, absolute, at, rule.model_copy(update={"columns": names}), shared)
+    return Clock(time, absolute, at, rule.model_copy(update={"columns": names}), shared, of_day)
 
 
 def _columns(sheet: Sheet, rule: TimeRule) -> tuple[int, ...]:

@@ -48,22 +48,16 @@ def joined(tables: Sequence[Table]) -> tuple[list[Log], list[str]]:
     Tables with the same columns follow each other; where their clocks start anew in each, each is a
     log of its own. Tables with other columns stand side by side: every row of each stays, at its
     own time, and what the other tables did not record then is missing. Where several tables of each
-    kind count from a start of their own, those go together whose names say so (`_paired`).
+    kind count from a start of their own, those go together whose names say so (`_paired`), and so
+    does a time of day with a date.
 
     Raises
     ------
     BadInput
         If tables overlap, or their clocks have nothing to do with each other.
     """
-    chains: list[list[Table]] = []
-    for table in tables:
-        same = [chain for chain in chains if set(chain[0].frame) == set(table.frame)]
-        if same:
-            same[0].append(table)
-        else:
-            chains.append([table])
-    _one_kind_of_clock(tables)
-    if tables[0].clock.absolute:
+    chains = _on_one_clock(_chains(tables))
+    if chains[0][0].clock.absolute:
         return [_beside([_after_each_other(chain) for chain in chains])], []
     if len(chains) == 1:
         logs, notes = [_log(table) for table in chains[0]], list[str]()
@@ -155,13 +149,42 @@ def padded(names: Sequence[str]) -> list[str]:
     return [filled(name, form) for name, form in zip(names, shape, strict=True)]
 
 
-def _one_kind_of_clock(tables: Sequence[Table]) -> None:
-    first = tables[0]
-    for table in tables[1:]:
-        if table.clock.absolute != first.clock.absolute:
-            dated, counting = (first, table) if first.clock.absolute else (table, first)
-            problem = f"counts from a start that nobody knows, while {dated.where} has dates"
-            raise BadInput(counting.where, "", problem + ": they cannot be put on one clock")
+def _chains(tables: Sequence[Table]) -> list[list[Table]]:
+    """Return the tables of the same columns together."""
+    chains: dict[frozenset[str], list[Table]] = {}
+    for table in tables:
+        chains.setdefault(frozenset(table.sources), []).append(table)
+    return list(chains.values())
+
+
+def _on_one_clock(chains: Sequence[Sequence[Table]]) -> list[list[Table]]:
+    """Return the tables with dates where one of their name has them and they have the time of day.
+
+    Raises
+    ------
+    BadInput
+        If only some of them have dates then.
+    """
+    named = [list(zip(_keys(chain), chain, strict=True)) for chain in chains]
+    dated = {key: one for pairs in named for key, one in pairs if one.clock.absolute}
+    only = next(iter(dated.values())) if len(dated) == 1 else None
+    found = []
+    for pairs in named:
+        other = only if len(pairs) == 1 else None
+        found.append([_on_its_day(table, dated.get(key, other)) for key, table in pairs])
+    counting = [table for chain in found for table in chain if not table.clock.absolute]
+    if dated and counting:
+        where = next(iter(dated.values())).where
+        problem = f"counts from a start that nobody knows, while {where} has dates"
+        raise BadInput(counting[0].where, "", problem + ": they cannot be put on one clock")
+    return found
+
+
+def _on_its_day(table: Table, dated: Table | None) -> Table:
+    # Where a zone is known dates are universal time, and a time of day is not.
+    if dated is None or not table.clock.of_day or dated.clock.rule.timezone:
+        return table
+    return replace(table, clock=table.clock.on_day_of(dated.clock))
 
 
 def _log(table: Table) -> Log:

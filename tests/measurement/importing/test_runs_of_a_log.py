@@ -189,6 +189,25 @@ def test_files_with_the_same_columns_follow_each_other_or_are_runs(tmp_path: Pat
     assert [run.name for run in import_files(paths).runs] == ["0", "1"]
 
 
+def test_a_time_of_day_gets_the_date_of_the_table_that_its_name_goes_with(tmp_path: Path) -> None:
+    days = ("02.03.2026", "03.03.2026")
+    paths = []
+    for number, day in enumerate(days):
+        temperatures, probe = two_recorders(tmp_path)
+        dated = temperatures.read_text(encoding="utf-8").replace("\n07:", f"\n{day} 07:")
+        paths += [tmp_path / f"temperatures_{number}.csv", tmp_path / f"probe_{number}.csv"]
+        paths[-2].write_text(dated, encoding="utf-8")
+        probe.rename(paths[-1])
+    runs = import_files(paths).runs
+    assert [run.name for run in runs] == ["20260302_0715", "20260303_0715"]
+    for run in runs:
+        probe_s = run.time_s[run.frame["z_um"].notna()]
+        np.testing.assert_allclose(probe_s, 30.0 + 90.0 * np.arange(26))
+    # Which of two days a lone probe's times are of nobody can tell.
+    with pytest.raises(BadInput, match="counts from a start that nobody knows"):
+        import_files([paths[0], paths[2], paths[1]])
+
+
 def test_the_mapping_file_round_trips_and_is_followed(tmp_path: Path) -> None:
     path, mapping = tmp_path / "log.csv", tmp_path / "import.toml"
     header = ["T1", "Druck [bar]", "Halle [°C]", "Drehzahl [1/min]", "z [µm]"]
