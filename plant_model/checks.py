@@ -171,6 +171,21 @@ class _Look:
         """[J/K], (nodes,)."""
         return np.asarray(self.network.capacity[0])
 
+    def of_bearing(self, item: Item) -> float:
+        """Return the temperature of a bearing's inner ring [degC]."""
+        return float(self.warm[self.machine.node_index[item.refs["inner"][0]]])
+
+
+def bearing_temperatures(machine: Machine) -> dict[str, float]:
+    """Return how warm each bearing's inner ring is at the end of running at full speed [degC].
+
+    Parameters
+    ----------
+    machine : Machine
+    """
+    look = _Look(machine)
+    return {item.name: look.of_bearing(item) for item in machine.of_kind("sources", "bearing")}
+
 
 def check_sheet(machine: Machine) -> MachineFacts:
     """Return what a machine does at full speed and what looks wrong in it.
@@ -322,16 +337,19 @@ def _to_boundary(machine: Machine, item: Item) -> bool:
 
 def _slow_or_hot(look: _Look, parts: tuple[Part, ...]) -> list[str]:
     found = []
+    hot = sorted((part for part in parts if part.warm > HOT), key=lambda part: -part.warm)
+    if hot:
+        told = ", ".join(f"{part.name} reaches {part.warm:.0f}" for part in hot[:3])
+        more = " (others are hot, too)" if len(hot) > 3 else ""
+        found.append(
+            f"{told} degC at full speed{more}: a joint, a surface or cooling may be missing, or a"
+            " heat source is too strong."
+        )
     for part in parts:
         if SLOWEST_H < part.hours < np.inf:
             found.append(
                 f"{part.name} takes {part.hours:.0f} h to follow what is around it: its mass may be"
                 " ten times too large, or a joint or surface is missing."
-            )
-        if part.warm > HOT:
-            found.append(
-                f"{part.name} reaches {part.warm:.0f} degC at full speed: a joint, a surface or"
-                " cooling may be missing, or a heat source is too strong."
             )
         if part.heat > 1.0 and part.warm < look.warm.min() + STILL:
             found.append(f"{part.name} takes up {part.heat:.0f} W and hardly warms.")
@@ -339,15 +357,15 @@ def _slow_or_hot(look: _Look, parts: tuple[Part, ...]) -> list[str]:
 
 
 def _bearings(look: _Look) -> list[str]:
-    machine, found = look.machine, []
-    for item in machine.of_kind("sources", "bearing"):
-        warm = float(look.warm[machine.node_index[item.refs["inner"][0]]])
+    found = []
+    for item in look.machine.of_kind("sources", "bearing"):
+        warm = look.of_bearing(item)
         holds = item.parameters["viscosity_at"]
         if warm > WARM_BEARING:
             found.append(
                 f"The bearing {item.name} runs at {warm:.0f} degC at full speed: if it does not,"
-                " say its f0, lubrication and grade, or a jacket that cools it; or the highest"
-                " speed is more than it ever runs."
+                " say its f0, lubrication (oil-air makes less friction than grease) and grade, or a"
+                " jacket that cools it; or the highest speed is more than it ever runs."
             )
         # What the owner said is what the bearing has where the machine works, not at full speed.
         if holds.source.startswith(CLASS) and abs(warm - holds.value) > MISSED_K:

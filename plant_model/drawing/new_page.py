@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -28,6 +29,8 @@ ALL_SIDES = ("Y+", "Y-", "X+", "X-")
 """In the order in which thermometers of one place take them."""
 
 AXES = ("x", "y", "z")
+
+BEARINGS = ("front", "rear")
 
 PAGE = Path(__file__).with_name("new_page.txt")
 
@@ -109,7 +112,7 @@ class _Plan:
         return answers.drive == "built-in"
 
 
-def page_text(answers: Answers, columns: Columns | None) -> str:
+def page_text(answers: Answers, columns: Columns | None, running: Mapping[str, float]) -> str:
     """Return a commented page.
 
     Parameters
@@ -117,6 +120,8 @@ def page_text(answers: Answers, columns: Columns | None) -> str:
     answers : Answers
     columns : Columns, optional
         Of a run, whose thermometers and inputs the page then has.
+    running : mapping of str to float
+        At which temperature each bearing of `BEARINGS` runs [degC].
     """
     environment = jinja2.Environment(
         trim_blocks=True, keep_trailing_newline=True, undefined=jinja2.StrictUndefined
@@ -130,6 +135,7 @@ def page_text(answers: Answers, columns: Columns | None) -> str:
     return page.render(
         said=answers,
         plan=plan,
+        running=running,
         bore=bore,
         hole=round(0.35 * bore),
         nose=NOSE * bore,

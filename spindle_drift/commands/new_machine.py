@@ -13,6 +13,7 @@ from scenarios.outputs import MACHINE_FILE
 if TYPE_CHECKING:
     from plant_model.checks import MachineFacts
     from plant_model.drawing.bearing_table import Bearing
+    from plant_model.drawing.columns import Columns
     from plant_model.drawing.new_page import Answers
 
 NAME = "new-machine"
@@ -26,6 +27,13 @@ QUESTIONS = {
     "power": "Motor power in kW",
 }
 """What is asked; a belt's power only if it is said."""
+
+USUAL_RUNNING, HOTTEST = 45.0, 120.0
+"""Where the search for a bearing's temperature begins, and the hottest that a page may say
+[degC]."""
+
+HALVINGS = 12
+"""Steps of it at most: the temperature is within a degree after six or seven."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -82,7 +90,7 @@ def run(args: argparse.Namespace) -> int:
                 "which column is the coolant's inlet? Say --inlet COLUMN, or --coolant none",
             )
     answers = _answers(args)
-    text = page_text(answers, columns)
+    text = page_text(answers, columns, _running(answers, columns, args.output))
     table = tomllib.loads(text)
     machine = machine_from_table(expanded(table, args.output), args.output)
     path = write_atomically(args.output, text)
@@ -101,6 +109,31 @@ def run(args: argparse.Namespace) -> int:
         print(f"looks wrong: {line}")
     print(f"see it to scale: spindle-drift show-machine {path}")
     return 0
+
+
+def _running(answers: Answers, columns: Columns | None, path: Path) -> dict[str, float]:
+    """Return the temperatures at which bearings run at full speed, in whole degrees.
+
+    A bearing's friction depends on how warm it runs, and the other way round: a warmer one makes
+    less heat, so there is one answer for each, and going half the way to it again and again ends
+    there.
+    """
+    import tomllib
+
+    from plant_model.checks import bearing_temperatures
+    from plant_model.drawing.expand import expanded
+    from plant_model.drawing.new_page import BEARINGS, page_text
+    from plant_model.machine_file import machine_from_table
+
+    running = dict.fromkeys(BEARINGS, USUAL_RUNNING)
+    for _ in range(HALVINGS):
+        table = tomllib.loads(page_text(answers, columns, running))
+        warm = bearing_temperatures(machine_from_table(expanded(table, path), path))
+        closer = {name: round((running[name] + warm[name]) / 2.0) for name in running}
+        if closer == running:
+            break
+        running = {name: min(float(value), HOTTEST) for name, value in closer.items()}
+    return running
 
 
 def _answers(args: argparse.Namespace) -> Answers:

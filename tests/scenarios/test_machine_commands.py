@@ -11,6 +11,7 @@ import pytest
 
 from gap_finder.observations import compared_channels, observe
 from measurement.runs import read_run
+from plant_model.checks import bearing_temperatures
 from plant_model.machine_file import read_machine, shipped_machines
 from plant_model.simulate import simulate
 from plant_model.warm_up import warm_up
@@ -275,6 +276,19 @@ def test_cells_and_json(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> N
     assert 'id="cells"' in path.read_text(encoding="utf-8")
     assert main(["show-machine", "lathe", "--cells", "-o", str(path)]) == 2
     assert "is in lumps: only a page" in capsys.readouterr().err
+
+
+def test_a_first_page_says_how_warm_its_bearings_run(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "fast.toml"
+    fast = ["--bearing", "7014", "--speed", "20000", "--power", "20"]
+    assert main(["new-machine", "-o", str(path), *fast]) == 0
+    said = tomllib.loads(path.read_text(encoding="utf-8"))["bearings"]
+    warm = bearing_temperatures(read_machine(path))
+    for bearing in said:
+        assert warm[bearing["name"]] == pytest.approx(bearing["running_temperature"], abs=2.0)
+    assert "oil-air makes less friction than grease" in capsys.readouterr().out
 
 
 def test_a_belts_power_is_not_asked_but_heeded_and_it_has_no_jackets_unless_told(

@@ -78,7 +78,7 @@ def test_cells_are_parts_and_other_names_are_not() -> None:
         ("bearings.0.preload", 9000, "The preload of front is 9000 N, far from its class"),
         ("bearings.0.f0", 15, "runs at"),
         ("inputs.speed.high", 60000.0, "4.7 million mm/min"),
-        ("jackets", [], "stator reaches"),
+        ("jackets", [], "rotor reaches"),
         ("jackets", [], "Nothing uses the input coolant_inlet (column inlet_degC): a jacket says"),
         ("inputs.feed", FEED, "Nothing uses the input feed (column feed_mm_min): a carrier says"),
         ("jackets.0.inlet_side", None, "Nothing moves X: disp_x would stay at zero."),
