@@ -63,6 +63,10 @@ def blocks(info: str = "") -> Iterator[Block]:
 
 
 def example(name: str) -> str:
+    """Return an example: a file beside the pages, or what a page shows under this name."""
+    file = ROOT / "docs" / "examples" / name
+    if file.is_file():
+        return file.read_text(encoding="utf-8")
     (found,) = [block.text for block in blocks() if block.info.split()[1:] == [name]]
     return found
 
