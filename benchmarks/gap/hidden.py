@@ -44,8 +44,6 @@ class Hidden:
     catalogued: ClassVar[bool] = True
     in_other_words: ClassVar[tuple[tuple[str, tuple[str, ...]], ...]] = ()
     """Changes of the machine's file, kind and place, that say the same; ``*`` is any part."""
-    planned: ClassVar[bool] = True
-    """Whether the plan of cases asks for it; what came later has a benchmark of its own."""
     drawn: ClassVar[Mapping[str, tuple[float, float]]] = {}
     """Its other numbers, each drawn evenly between two ends."""
 

@@ -46,13 +46,13 @@ class Truth:
     @property
     def catalogue(self) -> dict[str, type[Hidden]]:
         """What it can hide of the product's catalogue, by name."""
-        return {n: e for n, e in self.shop.effects().items() if e.planned and e.catalogued}
+        return {n: e for n, e in self.shop.effects().items() if e.catalogued}
 
     @property
     def outside(self) -> tuple[str, ...]:
         """Names of what it can hide and no catalogue holds."""
         effects = self.shop.effects().items()
-        return tuple(name for name, e in effects if e.planned and not e.catalogued)
+        return tuple(name for name, e in effects if not e.catalogued)
 
 
 TRUTHS = {

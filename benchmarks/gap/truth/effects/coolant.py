@@ -75,48 +75,6 @@ class CoolantThermostat(Hidden):
             self._cooling = False
 
 
-class CoolantSwitched(Hidden):
-    """A cooler that one thermometer of the machine switches: the pump stops while it is cold.
-
-    The size is the share of the flow that stops; the walls' film falls with flow^0.8. The setting
-    lies above the temperature that the first run begins with, as far as that place warms at some
-    speed or other.
-    """
-
-    name: ClassVar[str] = "coolant_switched"
-    unit: ClassVar[str] = "1"
-    sizes: ClassVar[tuple[float, float, float]] = (0.4, 0.7, 0.95)
-    channels: ClassVar[tuple[str, ...]] = ("T1", "T6", "T7", "T8", "T11")
-    planned: ClassVar[bool] = False
-
-    drawn: ClassVar[Mapping[str, tuple[float, float]]] = {
-        "rise_K": (1.5, 5.0),
-        "dead_band_K": (0.6, 2.0),
-    }
-
-    def begin(self, spindle: Spindle, drive: Drive) -> None:
-        """Rest until the place is warm for the first time."""
-        rise = self.more["rise_K"] * (1.0 if self.channel == "T1" else 0.6)
-        self.more.setdefault("on_above_degC", float(drive.outside[0, 0]) + rise)
-        self._place = spindle.thermometers[self.channel]
-        self._runs = False
-
-    def scales(self, now: Now) -> dict[str, float]:
-        """Return the flow's factor and that of the wall film."""
-        if self._runs:
-            return {}
-        left = max(1.0 - min(self.size, 1.0), 0.02)
-        return throttled(left)
-
-    def advance(self, now: Now, step: float) -> None:
-        """Switch at the edges of the dead band."""
-        shown = float(self._place @ now.temperature)
-        if shown > self.more["on_above_degC"]:
-            self._runs = True
-        elif shown < self.more["on_above_degC"] - self.more["dead_band_K"]:
-            self._runs = False
-
-
 class CoolantDegradation(Hidden):
     """A filter clogs: flow and wall film fall over the run, by the size after eight hours."""
 
