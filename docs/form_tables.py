@@ -21,6 +21,7 @@ SECTION = re.compile(r"^(?:Attributes|Parameters)\n-+\n(.*?)(?=^\w[^\n]*\n-+\n|\
 NO_BOUND = 1e8
 """A range that ends there or later keeps out slips of the keyboard and is not shown."""
 NUMBERS = {int: "a whole number", float: "a number"}
+MANY: Mapping[Any, str] = {dict: "a table of names: ", list: "a list: "}
 WORDS = {str: "text", bool: "true or false", Any: "a table", dict: "a table"}
 
 
@@ -134,8 +135,17 @@ def _bounds(annotation: Any, metadata: Iterable[Any] = ()) -> Iterator[Any]:
 
 
 def _allowed(info: FieldInfo) -> str:
+    annotation = info.annotation
+    union = get_origin(annotation) in (Union, UnionType)
+    members = [one for one in get_args(annotation) if one is not NoneType] if union else []
+    told = (_of_member(one, info.metadata) for one in members or [annotation])
+    return " or ".join(dict.fromkeys(told))
+
+
+def _of_member(annotation: Any, metadata: Iterable[Any]) -> str:
+    """Return what one of a union's members allows."""
     low = high = unit = ""
-    for bound in _bounds(info.annotation, info.metadata):
+    for bound in _bounds(annotation, metadata):
         for one in getattr(bound, "metadata", [bound]):
             match one:
                 case Ge(ge=value):
@@ -147,7 +157,7 @@ def _allowed(info: FieldInfo) -> str:
                 case AfterValidator():
                     inside: Mapping[str, Any] = inspect.getclosurevars(one.func).nonlocals
                     low, high, unit = f"{inside['low']:g}", f"{inside['high']:g}", inside["unit"]
-    kinds = list(_kinds(info.annotation))
+    kinds = list(_kinds(annotation))
     parts = [part for kind in kinds for part in _words(kind)]
     if high and float(high.replace(",", "")) >= NO_BOUND:
         high = ""
@@ -156,17 +166,11 @@ def _allowed(info: FieldInfo) -> str:
         span = f"{low} to {high} {unit}".strip()
         parts = [f"{span}*" if Quantity in kinds else span]
     words = " or ".join(parts)
-    if get_origin(info.annotation) is dict:
-        return f"a table of names: {words}"
-    return f"a list: {words}" if _is_list(info.annotation) else words
+    return f"{MANY.get(get_origin(annotation), '')}{words}"
 
 
 def _number(value: Any) -> str:
     return f"{value:,}" if isinstance(value, int) else f"{value:g}"
-
-
-def _is_list(annotation: Any) -> bool:
-    return any(get_origin(one) is list for one in (annotation, *get_args(annotation)))
 
 
 def _words(kind: Any) -> list[str]:

@@ -19,6 +19,7 @@ from fmu_compensator.runtime.limits import Limits
 from fmu_compensator.runtime.modelfile import Model, load_model
 from fmu_compensator.runtime.spare import Spare
 from fmu_packaging.variables import Variable
+from gateway.mapfile import InputMap, MapFile, OutputMap
 from gateway.mapping import read_database
 from gateway.page import FRAME_HEAD, frame_rows, load_text, named_rows
 from measurement.files import write_atomically
@@ -35,7 +36,7 @@ from scenarios.scenario import Settings
 from scenarios.signals import kinds as kinds_of_signals
 
 DOCS = Path(__file__).resolve().parent
-PAGES = ("drawing.md", "effects.md", "fmu.md", "formats.md", "gateway.md")
+PAGES = ("drawing.md", "effects.md", "fmu.md", "formats.md", "gateway.md", "gateway_maps.md")
 MARKS = re.compile(r"(<!-- begin (\w+): [^\n]* -->\n).*?(<!-- end \2 -->)", re.DOTALL)
 
 
@@ -207,6 +208,16 @@ def scenario_fields() -> str:
     return table(FIELDS, merged(rows(Settings)))
 
 
+def map_fields() -> str:
+    """Return the keys of a map of the gateway; an output's only where an input has none such."""
+    found = [
+        *rows(MapFile, without=("inputs", "outputs")),
+        *rows(InputMap, "inputs.NAME."),
+        *rows(OutputMap, "outputs.NAME.", without=InputMap.model_fields),
+    ]
+    return table(FIELDS, merged(found))
+
+
 def signals() -> str:
     """Return the kinds of signals and their fields."""
     found = []
@@ -262,6 +273,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "scenario_fields": scenario_fields,
     "signals": signals,
     "compensator_fields": compensator_fields,
+    "map_fields": map_fields,
     "bus_frames": bus_frames,
     "bus_values": bus_values,
 }

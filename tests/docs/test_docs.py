@@ -302,6 +302,7 @@ class Nut(BaseModel):
     pitch: Annotated[float, Field(gt=0.0, le=50.0)] = 5.0
     hand: Literal["left", "right"]
     """Which way it turns."""
+    turns: Annotated[int, Field(ge=1, le=9)] | list[str] | Literal["all"] | None = None
 
 
 class Screw(BaseModel):
@@ -316,6 +317,7 @@ def test_a_form_becomes_a_table_of_its_fields_and_of_those_within() -> None:
         ["`length`", "a number", "**needed**", ""],
         ["`nuts[].pitch`", "above 0 to 50", "5", "Of its `thread` [mm]"],
         ["`nuts[].hand`", "`left` or `right`", "**needed**", "Which way it turns"],
+        ["`nuts[].turns`", "1 to 9 or a list: text or `all`", "", ""],
     ]
     alike = [["`a.x`", "text", "", ""], ["`a.y`", "text", "", ""], ["`b.z`", "text", "", ""]]
     assert [row[0] for row in form_tables.merged(alike)] == ["`a.x`, `y`", "`b.z`"]
