@@ -27,10 +27,10 @@ __all__ = [
 ]
 
 
-def _on_bus(recipe: Recipe, native: Native, dbc: Path | None) -> Native:
+def _on_bus(recipe: Recipe, native: Native, dbc: Path | None, high: bool) -> Native:
     from gateway.native.build import native_on_bus  # takes its time, and few FMUs need it
 
-    return native_on_bus(recipe, native, dbc)
+    return native_on_bus(recipe, native, dbc, high=high)
 
 
 def main(given: Sequence[str] | None = None) -> int:

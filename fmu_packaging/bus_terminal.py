@@ -1,14 +1,19 @@
-"""A bus terminal in an FMU's description: FMI-LS-BUS, network abstraction ("low cut")."""
+"""A bus terminal in an FMU's description: FMI-LS-BUS, network abstraction ("low cut"), whose
+variables hold operations of the bus, or physical signal abstraction ("high cut"), with a variable
+for each signal.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from xml.etree import ElementTree as ET
 
 from fmu_packaging.xml_files import manifest, xml_file
 
 NAME, VERSION = "org.fmi-standard.fmi-ls-bus", "1.0.0"
-MANIFEST = f"extra/{NAME}/fmi-ls-manifest.xml"
+FOLDER = f"extra/{NAME}"
+MANIFEST = f"{FOLDER}/fmi-ls-manifest.xml"
 DESCRIPTION = (
     "Layered Standard for the simulation of bus communication on a Physical Signal Abstraction or "
     "Network Abstraction based level."
@@ -16,14 +21,14 @@ DESCRIPTION = (
 """As the schema of the manifest wants it, word for word."""
 LARGEST = 2048
 """Bytes of operations that are passed at once, as in ``bus.h``."""
-NOTIFICATIONS = "BusNotifications"
 KIND = "org.fmi-ls-bus.network-terminal"
-MEMBERS = ("Rx_Data", "Tx_Data", "Rx_Clock", "Tx_Clock")
+MEMBERS = ("Rx_Clock", "Tx_Clock", "Rx_Data", "Tx_Data")
+FRAME_KIND, PDU_KIND = "org.fmi-ls-bus.frame-terminal", "org.fmi-ls-bus.pdu-terminal"
 
 
 @dataclass(frozen=True)
 class BusTerminal:
-    """A terminal of a bus.
+    """A terminal of a bus, low cut.
 
     Attributes
     ----------
@@ -45,7 +50,8 @@ class BusTerminal:
             Value reference of the first.
         """
         refs = {member: str(first + place) for place, member in enumerate(MEMBERS)}
-        data, way = [], {"Rx": ("input", "come in"), "Tx": ("output", "are sent")}
+        data: list[ET.Element] = []
+        way = {"Rx": ("input", "come in"), "Tx": ("output", "are sent")}
         for side, (causality, what) in way.items():
             facts = {
                 "name": f"{self.name}.{side}_Data",
@@ -69,18 +75,14 @@ class BusTerminal:
                 "intervalVariability": interval,
             }
             data.append(ET.Element("Clock", facts))
-        facts = {
-            "name": f"{self.name}.{NOTIFICATIONS}",
-            "valueReference": str(first + len(MEMBERS)),
-            "description": "Whether the bus confirms frames; this node does not wait for that",
-            "causality": "parameter",
-            "variability": "fixed",
-            "initial": "exact",
-            "start": "false",
-        }
-        return [*data, ET.Element("Boolean", facts)]
+        return data
 
-    def output(self, first: int) -> ET.Element:
+    @property
+    def notifications(self) -> str:
+        """The name of the parameter that says whether the bus confirms frames."""
+        return f"{self.name}.BusNotifications"
+
+    def unknowns(self, first: int) -> list[ET.Element]:
         """Return what the model structure says of ``Tx_Data``.
 
         Parameters
@@ -88,8 +90,8 @@ class BusTerminal:
         first : int
             Value reference of the first variable.
         """
-        facts = {"valueReference": str(first + 1), "dependencies": str(first + 3)}
-        return ET.Element("Output", facts)
+        facts = {"valueReference": str(first + 3), "dependencies": str(first + 1)}
+        return [ET.Element("Output", facts)]
 
     def terminal(self) -> ET.Element:
         """Return the terminal with its four members, and the parameter inside."""
@@ -97,18 +99,118 @@ class BusTerminal:
         facts["matchingRule"] = "org.fmi-ls-bus.transceiver"
         terminal = ET.Element("Terminal", facts)
         for member in MEMBERS:
-            terminal.append(self._member(member))
+            terminal.append(_member(f"{self.name}.{member}", member))
         facts = {"name": "Configuration", "terminalKind": f"{KIND}.configuration"}
         inner = ET.SubElement(terminal, "Terminal", facts | {"matchingRule": "bus"})
-        inner.append(self._member(NOTIFICATIONS))
+        inner.append(_member(self.notifications, "BusNotifications"))
         return terminal
 
-    def _member(self, member: str) -> ET.Element:
-        facts = {"variableName": f"{self.name}.{member}", "memberName": member}
-        return ET.Element("TerminalMemberVariable", facts | {"variableKind": "signal"})
+    def files(self) -> dict[str, bytes]:
+        """Return the files of the layered standard, by path."""
+        return {MANIFEST: _manifest()}
 
 
-def bus_manifest() -> bytes:
+@dataclass(frozen=True)
+class BusFrame:
+    """A frame, whose signals are variables of the FMU.
+
+    Attributes
+    ----------
+    name : str
+    signals : tuple of str
+    received : bool
+        It is received, not sent.
+    """
+
+    name: str
+    signals: tuple[str, ...]
+    received: bool
+
+
+@dataclass(frozen=True)
+class SignalTerminal:
+    """A terminal of a bus, high cut.
+
+    Attributes
+    ----------
+    network : Path
+        What describes the network; its variables' names begin with this file's.
+    node : str
+        The node of that file that the FMU is.
+    frames : tuple of BusFrame
+        Those that it receives, then those that it sends.
+    """
+
+    network: Path
+    node: str
+    frames: tuple[BusFrame, ...]
+
+    def clock(self, frame: str) -> str:
+        """Return the name of a frame's clock."""
+        return f"{self.network.stem}.{frame}_Clock"
+
+    def signal(self, frame: str, signal: str) -> str:
+        """Return the name of a signal's variable; CAN has no PDUs, so the frame is its own."""
+        return f"{self.network.stem}.{frame}.{frame}.{signal}"
+
+    def variables(self, first: int) -> list[ET.Element]:
+        """Return the frames' clocks.
+
+        Parameters
+        ----------
+        first : int
+            Value reference of the first.
+        """
+        clocks = []
+        for place, frame in enumerate(self.frames):
+            done = "received" if frame.received else "sent"
+            facts = {
+                "name": self.clock(frame.name),
+                "valueReference": str(first + place),
+                "description": f"Ticks when {frame.name} is {done}",
+                "causality": "input" if frame.received else "output",
+                "intervalVariability": "triggered",
+            }
+            clocks.append(ET.Element("Clock", facts))
+        return clocks
+
+    def unknowns(self, first: int) -> list[ET.Element]:
+        """Return what the model structure says of the clocks that tick by themselves.
+
+        Parameters
+        ----------
+        first : int
+            Value reference of the first clock.
+        """
+        refs = [first + place for place, frame in enumerate(self.frames) if not frame.received]
+        facts = [{"valueReference": str(ref), "dependencies": ""} for ref in refs]
+        return [ET.Element(tag, fact) for tag in ("Output", "InitialUnknown") for fact in facts]
+
+    def terminal(self) -> ET.Element:
+        """Return the terminal, with one for each frame, and inside that one for its signals."""
+        facts = {"name": self.network.stem, "terminalKind": KIND, "matchingRule": "bus"}
+        terminal = ET.Element("Terminal", facts)
+        for frame in self.frames:
+            facts = {"name": frame.name, "matchingRule": "bus"}
+            outer = ET.SubElement(terminal, "Terminal", facts | {"terminalKind": FRAME_KIND})
+            outer.append(_member(self.clock(frame.name), "Clock"))
+            inner = ET.SubElement(outer, "Terminal", facts | {"terminalKind": PDU_KIND})
+            inner.extend(_member(self.signal(frame.name, s), s) for s in frame.signals)
+        notes = ET.SubElement(terminal, "Annotations")
+        ET.SubElement(notes, "Annotation", {"type": self.node})
+        return terminal
+
+    def files(self) -> dict[str, bytes]:
+        """Return the files of the layered standard, by path."""
+        return {MANIFEST: _manifest(), f"{FOLDER}/{self.network.name}": self.network.read_bytes()}
+
+
+def _member(variable: str, member: str) -> ET.Element:
+    facts = {"variableName": variable, "memberName": member, "variableKind": "signal"}
+    return ET.Element("TerminalMemberVariable", facts)
+
+
+def _manifest() -> bytes:
     """Return the manifest of the layered standard."""
     root = manifest("fmiLayeredStandardManifest", NAME, VERSION, DESCRIPTION)
     root.set("isBusSimulationFMU", "false")

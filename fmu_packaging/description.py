@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from xml.etree import ElementTree as ET
 
-from fmu_packaging.bus_terminal import BusTerminal
+from fmu_packaging.bus_terminal import BusTerminal, SignalTerminal
 from fmu_packaging.slave import DriftSlave
 from fmu_packaging.units import BASES, DISPLAY, base_unit, fmi_name, quantity
 from fmu_packaging.variables import ZERO, Value, Variable
@@ -50,7 +50,7 @@ class Program:
         Those that stand in for the slave's of the same name, and those that it has not.
     categories : dict of str to str
         The categories of its messages, and what they hold.
-    bus : BusTerminal, optional
+    bus : BusTerminal or SignalTerminal, optional
         A terminal of a bus; FMI 3.0 only.
     """
 
@@ -59,7 +59,7 @@ class Program:
     sources: tuple[str, ...] = ()
     variables: Mapping[str, Variable] = field(default_factory=dict)
     categories: Mapping[str, str] = field(default_factory=lambda: DriftSlave.log_categories)
-    bus: BusTerminal | None = None
+    bus: BusTerminal | SignalTerminal | None = None
 
 
 PYTHON = Program("pythonfmu", needs_host=True)
@@ -174,7 +174,8 @@ def interfaces(variables: Sequence[Variable]) -> list[str]:
 
 def initial_unknowns(variables: Sequence[Variable]) -> list[Variable]:
     """Return what is computed at the start: outputs, then states and their derivatives."""
-    return sorted((v for v in variables if v.is_computed), key=lambda v: v.causality == "local")
+    unknowns = [variable for variable in variables if variable.is_computed and not variable.clock]
+    return sorted(unknowns, key=lambda v: v.causality == "local")
 
 
 def _interface(root: ET.Element, kind: str, identity: Identity, program: Program) -> None:
@@ -352,6 +353,8 @@ def number(value: Value) -> str:
     """Return a value as XML writes it; floats in full."""
     if isinstance(value, bool):
         return str(value).lower()
+    if isinstance(value, float) and value != value:
+        return "NaN"
     if isinstance(value, float):
         return repr(int(value)) if value.is_integer() and abs(value) < 1e15 else repr(value)
     return str(value)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from xml.etree import ElementTree as ET
 
-from fmu_packaging.bus_terminal import BusTerminal
+from fmu_packaging.bus_terminal import BusTerminal, SignalTerminal
 from fmu_packaging.description import (
     Identity,
     Program,
@@ -90,16 +90,21 @@ def model_description3(
     listed = ET.SubElement(root, "ModelVariables")
     references = {variable.name: reference for reference, variable in enumerate(variables)}
     references[TIME] = len(variables)
+    ports = [] if program.bus is None else program.bus.variables(references[TIME] + 1)
+    references |= {port.get("name", ""): int(port.get("valueReference", "")) for port in ports}
     for variable in variables:
         element = _variable(variable, references[variable.name], type_of(slave, variable))
         if variable.derivative_of is not None:
             element.set("derivative", str(references[variable.derivative_of]))
+        if variable.clock:
+            element.set("clocks", str(references[variable.clock]))
         listed.append(element)
-    listed.append(_time(references[TIME]))
+    listed.extend([_time(references[TIME]), *ports])
     structure = _structure(variables, references)
     if program.bus is not None:
-        listed.extend(program.bus.variables(references[TIME] + 1))
-        structure.insert(0, program.bus.output(references[TIME] + 1))
+        # Outputs stand before what is not known at the start.
+        structure.extend(program.bus.unknowns(references[TIME] + 1))
+        structure[:] = sorted(structure, key=lambda unknown: unknown.tag, reverse=True)
     root.append(structure)
     return xml_file(root)
 
@@ -123,7 +128,7 @@ def build_description(identity: Identity, program: Program) -> bytes:
     return xml_file(root)
 
 
-def terminals(slave: DriftSlave, bus: BusTerminal | None = None) -> bytes:
+def terminals(slave: DriftSlave, bus: BusTerminal | SignalTerminal | None = None) -> bytes:
     """Return terminalsAndIcons.xml: what a tool can connect at once, by the names of its members.
 
     ``temperatures`` are those that one FMU reads and the other uses, ``offsets`` dX, dY and dZ,
@@ -132,7 +137,7 @@ def terminals(slave: DriftSlave, bus: BusTerminal | None = None) -> bytes:
     Parameters
     ----------
     slave : DriftSlave
-    bus : BusTerminal, optional
+    bus : BusTerminal or SignalTerminal, optional
         A terminal more.
     """
     root = ET.Element("fmiTerminalsAndIcons", {"fmiVersion": "3.0"})

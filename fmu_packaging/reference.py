@@ -86,7 +86,9 @@ def _run(fmu: str, given: str, result: str, stop_s: float, step_s: float) -> Non
     outputs = [
         variable
         for variable in description.modelVariables
-        if variable.causality == "output" and variable.type != "String"
+        if variable.causality == "output"
+        and variable.type not in {"String", "Clock"}
+        and not variable.clocks
     ]
     found = fmpy.simulate_fmu(
         fmu,

@@ -48,6 +48,8 @@ class Variable:
         on at that very instant.
     derivative_of : str or None
         The continuous state that it is the derivative of.
+    clock : str
+        The clock that it ticks with, where a bus brings or takes it; empty: none.
     """
 
     name: str
@@ -64,6 +66,7 @@ class Variable:
     depends_at_start: tuple[str, ...] | None = None
     depends: tuple[str, ...] = ()
     derivative_of: str | None = None
+    clock: str = ""
 
     def __post_init__(self) -> None:
         """Complete what follows from the rest."""

@@ -47,8 +47,11 @@ HERE = Path(__file__).resolve().parent.parent
 ASSETS = HERE / "fmu_packaging" / "assets"
 DEFAULT_MODEL = HERE / "fmu_compensator" / "library" / "jig_borer.json"
 DEFAULT_MACHINE = "jig_borer"
-OnBus = Callable[[Recipe, Native, Path | None], Native]
-"""Puts a compensator behind a bus terminal, with the frames of a DBC file or the usual ones."""
+OnBus = Callable[[Recipe, Native, Path | None, bool], Native]
+"""Puts a compensator behind a bus terminal, with the frames of a DBC file or the usual ones, low
+cut or high."""
+CAN = {"low": "_can", "high": "_can_high"}
+"""How the name of an FMU ends that has a terminal of this cut."""
 WORKING_DAY_S, STEP_S = 28800.0, 1.0
 
 
@@ -279,8 +282,11 @@ def _arguments(given: Sequence[str] | None) -> argparse.Namespace:
     )
     parser.add_argument(
         "--can",
-        action="store_true",
-        help="a compensator that is a node of a CAN bus (FMI-LS-BUS), in FMI 3.0",
+        nargs="?",
+        const="low",
+        choices=("low", "high"),
+        help="a compensator that is a node of a CAN bus (FMI-LS-BUS), in FMI 3.0: its terminal "
+        "takes frames as bytes (low cut, the usual one), or their signals (high cut)",
     )
     parser.add_argument("--dbc", type=Path, help="with --can: other frames than the gateway's")
     parser.add_argument("--out", type=Path, default=_usual_folder(), help="folder (dist)")
@@ -324,7 +330,7 @@ def _recipes(arguments: argparse.Namespace) -> list[tuple[Recipe, Reference]]:
     recipes = []
     ending = ("_native" if arguments.fmi == 2 else "_native_fmi3") if arguments.native else ""
     if arguments.only != "plant":
-        name = arguments.name or f"compensator{'_can' if arguments.can else ending}"
+        name = arguments.name or f"compensator{CAN.get(arguments.can, ending)}"
         recipe, reference = compensator_recipe(arguments.model, name, arguments.native)
         if arguments.can:
             # What it would be driven with comes from a bus, and in that run there is none.
@@ -421,7 +427,7 @@ def _natives(
         return natives
     if on_bus is None:
         raise BadInput("--can", "", "say it to build_fmu.py, which knows the frames")
-    return [on_bus(recipes[0][0], natives[0], arguments.dbc)]
+    return [on_bus(recipes[0][0], natives[0], arguments.dbc, arguments.can == "high")]
 
 
 def main(given: Sequence[str] | None = None, on_bus: OnBus | None = None) -> int:

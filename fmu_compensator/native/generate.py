@@ -223,7 +223,7 @@ def _literal(value: object) -> str:
         return str(value).lower()
     if isinstance(value, tuple):
         return f"{{{', '.join(map(_literal, value))}}}"
-    if value is None:
+    if value is None or value != value:
         return "NAN"
     text = repr(value)
     return f"({text})" if text.startswith("-") else text
@@ -240,6 +240,10 @@ def _text(text: str) -> str:
 
 def _variable(variable: Variable) -> str:
     offset, start = "0", 0.0
+    if variable.clock:
+        causality = "SENT" if variable.is_output else "RECEIVED"
+        start = float(variable.start or 0.0)
+        return f"{{{_text(variable.name)}, REAL, {causality}, {_literal(start)}, 0}}"
     if variable.is_output and variable.kind != "string":
         # An output that the C program does not compute has no such member: this does not compile.
         offset = f"offsetof(struct output, {variable.name})"
@@ -263,7 +267,8 @@ def _ports(model: Model, variables: Sequence[Variable]) -> str:
     measured = [f"{MEASURED}_{target}" for target in model.targets]
     sensors = [sensor.name for sensor in model.sensors]
     expected = [*sensors, "speed", "tool_length", *measured, MEASURED]
-    found = [variable.name for variable in variables if not variable.is_output]
+    # What has a point in its name is a terminal's.
+    found = [v.name for v in variables if not v.is_output and "." not in v.name]
     for name, wanted in zip(
         [*found, "nothing"], [*expected, "model_file", "nothing"], strict=False
     ):

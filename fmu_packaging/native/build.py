@@ -10,7 +10,7 @@ from typing import Literal
 
 import fmpy
 
-from fmu_packaging.bus_terminal import MANIFEST, BusTerminal, bus_manifest
+from fmu_packaging.bus_terminal import BusTerminal, SignalTerminal
 from fmu_packaging.description import Program, described, model_description
 from fmu_packaging.description3 import build_description, model_description3, terminals
 from fmu_packaging.documentation import Running, index_page
@@ -97,7 +97,7 @@ class Native:
         Further files of the documentation, by name.
     note : str
         A sentence on what it can or cannot be used for; empty: nothing to say.
-    bus : BusTerminal, optional
+    bus : BusTerminal or SignalTerminal, optional
         The terminal of a bus that its program serves; FMI 3.0 only.
     """
 
@@ -107,7 +107,7 @@ class Native:
     variables: Mapping[str, Variable] = field(default_factory=dict)
     documents: Mapping[str, bytes] = field(default_factory=dict)
     note: str = ""
-    bus: BusTerminal | None = None
+    bus: BusTerminal | SignalTerminal | None = None
 
 
 def front(fmi: Fmi) -> dict[str, str]:
@@ -206,7 +206,7 @@ def native_package(
     files |= {f"documentation/{name}": data for name, data in native.documents.items()}
     if fmi == 3:
         files["terminalsAndIcons/terminalsAndIcons.xml"] = terminals(slave, native.bus)
-        files |= {} if native.bus is None else {MANIFEST: bus_manifest()}
+        files |= {} if native.bus is None else native.bus.files()
         if twin.sources:
             files["sources/buildDescription.xml"] = build_description(identity, twin)
     describe = model_description if fmi == 2 else model_description3

@@ -2,30 +2,45 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from math import nan
 from pathlib import Path
 
-from fmu_packaging.bus_terminal import BusTerminal
+from fmu_packaging.bus_terminal import BusFrame, BusTerminal, SignalTerminal
 from fmu_packaging.native.build import Native
 from fmu_packaging.package import Recipe, slave_of
+from fmu_packaging.units import UnitError, base_unit
 from fmu_packaging.variables import Variable
+from gateway.database import COMPENSATOR, MACHINE, NOT_AVAILABLE, Database, Frame, Signal
 from gateway.dbc import DBC
 from gateway.mapping import read_database
 from gateway.native.generate import node_data
+from measurement.errors import BadInput
 
 C_FOLDER = Path(__file__).resolve().parent / "c"
 TERMINAL = BusTerminal("CAN", "can")
+NOTIFICATIONS = Variable(
+    TERMINAL.notifications,
+    "boolean",
+    "parameter",
+    "Whether the bus confirms frames; this node does not wait for that",
+)
 HEARD = " As the bus brings it; NaN: missing"
 NOTE = (
-    "It is a node of a CAN bus (FMI-LS-BUS 1.0.0, low cut): readings come in frames, and frames "
+    "It is a node of a CAN bus (FMI-LS-BUS 1.0.0, {cut} cut): readings come in frames, and frames "
     "carry the offsets."
 )
 NO_BUS = "no_bus.c"
 """The source that the node stands in for."""
+MOST_FRAMES = 64
+"""A bit each in C."""
 
 
-def native_on_bus(recipe: Recipe, native: Native, dbc: Path | None = None) -> Native:
+def native_on_bus(
+    recipe: Recipe, native: Native, dbc: Path | None = None, *, high: bool = False
+) -> Native:
     """Return what a compensator with a CAN terminal is made of.
 
     What was an input is an output: it shows what the frames brought.
@@ -38,6 +53,8 @@ def native_on_bus(recipe: Recipe, native: Native, dbc: Path | None = None) -> Na
         What its C twin is made of.
     dbc : Path, optional
         The frames; by default those of the gateway.
+    high : bool
+        Whether the signals are variables, in place of frames as bytes.
 
     Raises
     ------
@@ -47,21 +64,26 @@ def native_on_bus(recipe: Recipe, native: Native, dbc: Path | None = None) -> Na
     database = read_database(dbc or DBC)
     own = [native.variables.get(v.name, v) for v in slave_of(recipe).variables]
     inputs = {variable.name: variable for variable in own if variable.causality == "input"}
+    terminal, signals = _signals(database) if high else (None, [NOTIFICATIONS])
     sources = {path.name: path.read_text("utf-8") for path in sorted(C_FOLDER.iterdir())}
-    sources |= node_data(database, own)
+    # Signals cannot be old when they come, so nothing has to prove that they are not.
+    judged = database.unproven() if high else database
+    sources |= node_data(judged, [*own, *signals], terminal)
 
     def data(variables: Sequence[Variable], guid: str) -> Mapping[str, str]:
         # To the compensator's own C they are the inputs that they were.
         return native.data([inputs.get(variable.name, variable) for variable in variables], guid)
 
+    shown = {name: _shown(variable) for name, variable in inputs.items()}
+    network = {} if high else {database.path.name: database.path.read_bytes()}
     return replace(
         native,
         program={**native.program, NO_BUS: sources.pop("node.c"), **sources},
         data=data,
-        variables={**native.variables, **{name: _shown(v) for name, v in inputs.items()}},
-        documents={**native.documents, database.path.name: database.path.read_bytes()},
-        note=NOTE,
-        bus=TERMINAL,
+        variables={**native.variables, **shown, **{signal.name: signal for signal in signals}},
+        documents={**native.documents, **network},
+        note=NOTE.format(cut="high" if high else "low"),
+        bus=terminal or TERMINAL,
     )
 
 
@@ -75,3 +97,59 @@ def _shown(variable: Variable) -> Variable:
         start=None,
         depends_at_start=(),
     )
+
+
+def _signals(database: Database) -> tuple[SignalTerminal, list[Variable]]:
+    """Return the terminal and the variables of all frames, those of a cycle first."""
+    path, proof = database.path, database.proof
+    if not re.fullmatch(r"[A-Za-z_]\w*", path.stem, re.ASCII):
+        problem = "names the bus, so it must have letters, digits and underscores alone"
+        raise BadInput(path, "", problem)
+    heard = sorted(database.of(MACHINE), key=lambda frame: frame is proof)
+    frames = [*heard, *database.events(MACHINE), *database.of(COMPENSATOR)]
+    listed = [BusFrame(f.name, (*f.signals, *_protection(f)), f.sender == MACHINE) for f in frames]
+    if sum(frame.received for frame in listed) > MOST_FRAMES:
+        raise BadInput(path, MACHINE, f"sends more than {MOST_FRAMES} frames")
+    terminal = SignalTerminal(path, COMPENSATOR, tuple(listed))
+    return terminal, [v for frame in frames for v in _variables(database, terminal, frame)]
+
+
+def _protection(frame: Frame) -> tuple[str, str, str]:
+    """Return the signals that are not the sender's to fill, in the order of ``frames.h``."""
+    return frame.protection.check, frame.protection.counter, frame.cycle
+
+
+def _variables(database: Database, terminal: SignalTerminal, frame: Frame) -> Iterator[Variable]:
+    judged = frame in database.unproven().of(frame.sender)
+    raws = {signal.name: signal for signal in frame.message.signals}
+    for name in (*frame.signals, *_protection(frame)):
+        signal, raw = frame.signals.get(name), raws[name]
+        unit = str(raw.unit or "")
+        try:
+            base_unit(unit or "1")
+        except UnitError as error:
+            raise BadInput(database.path, f"{frame.name}.{name}", str(error)) from None
+        about = str(raw.comment or f"{name} of {frame.name}").rstrip(".")
+        if frame.sender == MACHINE and (signal is None or not judged):
+            about += ". Makes no difference here"
+        yield Variable(
+            terminal.signal(frame.name, name),
+            "real",
+            "input" if frame.sender == MACHINE else "output",
+            about,
+            unit,
+            start=_start(signal) if frame.sender == MACHINE else None,
+            low=None if raw.minimum is None else float(raw.minimum),
+            high=None if raw.maximum is None else float(raw.maximum),
+            variability="discrete",
+            depends_at_start=(),
+            clock=terminal.clock(frame.name),
+        )
+
+
+def _start(signal: Signal | None) -> float:
+    """Return what a receiver takes before the first frame."""
+    if signal is None:
+        return 0.0
+    missing = signal.start == signal.codes.get(NOT_AVAILABLE)
+    return nan if missing else signal.start * signal.scale + signal.offset

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from math import isinf
 
+from fmu_packaging.bus_terminal import SignalTerminal
 from fmu_packaging.variables import Variable
 from gateway.busload import frame_bits
 from gateway.codec import high_raw, low_raw
@@ -77,7 +78,9 @@ NONE = "NONE"
 HEAD = "/* Made by spindle-drift from a DBC file; not to be edited. */\n"
 
 
-def node_data(database: Database, variables: Sequence[Variable]) -> dict[str, str]:
+def node_data(
+    database: Database, variables: Sequence[Variable], terminal: SignalTerminal | None = None
+) -> dict[str, str]:
     """Return ``node_data.h`` and ``node_data.c``.
 
     Parameters
@@ -85,7 +88,9 @@ def node_data(database: Database, variables: Sequence[Variable]) -> dict[str, st
     database : Database
         The frames.
     variables : sequence of Variable
-        Those of the compensator, in the order of their value references.
+        Those of the FMU, in the order of their value references.
+    terminal : SignalTerminal, optional
+        Where the signals are variables.
 
     Raises
     ------
@@ -96,7 +101,7 @@ def node_data(database: Database, variables: Sequence[Variable]) -> dict[str, st
     heard = [signal.name for _, signal in database.signals(MACHINE)]
     for variable in variables:
         wanted = variable.causality == "input" and not variable.name.startswith(PROBED)
-        if wanted and variable.name not in heard:
+        if wanted and not variable.clock and variable.name not in heard:
             problem = f"carries no signal {variable.name}, an input of the compensator"
             raise BadInput(database.path, MACHINE, problem)
     for frame in database.frames:
@@ -104,24 +109,33 @@ def node_data(database: Database, variables: Sequence[Variable]) -> dict[str, st
             if signal.byte_order != "little_endian":
                 name = f"{frame.name}.{signal.name}"
                 raise BadInput(database.path, name, "must have its least significant byte first")
-    return {"node_data.h": _header(database, heard), "node_data.c": _tables(database, refs)}
+    return {
+        "node_data.h": _header(database, heard, terminal),
+        "node_data.c": _tables(database, refs, terminal),
+    }
 
 
-def _header(database: Database, heard: Sequence[str]) -> str:
+def _header(database: Database, heard: Sequence[str], terminal: SignalTerminal | None) -> str:
     proof, closing = database.proof, database.closing(MACHINE)
     frames = database.of(MACHINE)
     machine_time = database.signal("machine_time")
     answered = database.signal("answered_time")
+    clocks = [frame.received for frame in terminal.frames] if terminal else [True, False]
     numbers: dict[str, float] = {
+        "SIGNALS": int(terminal is not None),
+        "RX_CLOCKS": clocks.count(True),
+        "TX_CLOCKS": clocks.count(False),
         "MACHINE_FRAMES": len(frames),
         "COMPENSATOR_FRAMES": len(database.of(COMPENSATOR)),
         "HEARD": len(heard),
         "PROOF_FRAME": frames.index(proof) if proof else -1,
         "AXES": len(AXES),
         "COUNTERS": COUNTERS,
+        "COUNTER_BITS": COUNTERS.bit_length(),
         "LARGEST_ECHO": LARGEST_ECHO,
         "BIT_RATE": database.bit_rate,
-        "FRAME_S": frame_bits(closing.size) / database.bit_rate,
+        # Signals take no time on their way.
+        "FRAME_S": 0.0 if terminal else frame_bits(closing.size) / database.bit_rate,
         "CYCLE_S": closing.cycle_s,
         "TIMEOUT_S": closing.timeout_s,
         "STARTUP_S": GatewaySettings().startup_s,
@@ -160,15 +174,15 @@ def _header(database: Database, heard: Sequence[str]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _tables(database: Database, refs: Mapping[str, int]) -> str:
+def _tables(database: Database, refs: Mapping[str, int], terminal: SignalTerminal | None) -> str:
     offsets = [signal for _, signal in database.signals(COMPENSATOR) if signal.name in OFFSETS]
     tilts = {"X": "yaw", "Y": "pitch"}
     axes = [(refs.get(f"d{axis}_uncertainty"), refs.get(tilts.get(axis, ""))) for axis in AXES]
     lines = [
         HEAD,
         '#include "node_data.h"\n\n#include "model.h"\n',
-        *_frames(database, "machine", database.of(MACHINE), refs),
-        *_frames(database, "compensator", database.of(COMPENSATOR), refs),
+        *_frames("machine", database.of(MACHINE), refs, terminal),
+        *_frames("compensator", database.of(COMPENSATOR), refs, terminal),
         "const struct signal offset_signals[] = {",
         # The allowed values themselves, where a frame's signals have raw ones.
         *(
@@ -189,7 +203,10 @@ def _tables(database: Database, refs: Mapping[str, int]) -> str:
 
 
 def _frames(
-    database: Database, node: str, frames: Sequence[Frame], refs: Mapping[str, int]
+    node: str,
+    frames: Sequence[Frame],
+    refs: Mapping[str, int],
+    terminal: SignalTerminal | None,
 ) -> Iterator[str]:
     """Yield a node's signals in one table, and its frames, each with its part of it."""
     yield f"const struct signal {node}_signals[] = {{"
@@ -204,7 +221,11 @@ def _frames(
         cycle = next(s for s in frame.message.signals if s.name == frame.cycle)
         parts = (frame.frame_id, frame.data_id, int(cycle.start), cycle.length)
         listed = f"{node}_signals + {first}, {len(frame.signals)}"
-        yield f"    {{{', '.join(map(str, parts))}, {listed}}},"
+        first_signal = terminal and terminal.signal(
+            frame.name, next(iter((*frame.signals, frame.protection.check)))
+        )
+        variable = _or_none(refs.get(first_signal or ""))
+        yield f"    {{{', '.join(map(str, parts))}, {listed}, {variable}}},"
         first += len(frame.signals)
     yield "};"
 

@@ -6,6 +6,8 @@
 
 #include "instance.h"
 
+static const char *const TICKS_ITSELF = "the FMU ticks this clock itself";
+
 /* Returns why a port cannot be used now as one of the two that it must be, NULL if it can. */
 static const char *refusal(
     const struct instance *self, enum port port, enum port either, enum port other, int32_t first)
@@ -59,20 +61,26 @@ const char *instance_set_port(
     return problem;
 }
 
-const char *instance_get_clock(struct instance *self, enum port port, bool *active)
+const char *instance_get_clock(
+    struct instance *self, enum port port, size_t frame, bool *active)
 {
-    const char *problem = refusal(self, port, RX_CLOCK, TX_CLOCK, EVENTS);
+    const char *problem = refusal(self, port, RX_CLOCK, TX_CLOCK, INITIALISING);
     if (problem == NULL) {
-        *active = port == RX_CLOCK ? self->terminal->rx_active : self->terminal->tx_active;
+        *active = port == RX_CLOCK ? self->terminal->rx_active >> frame & 1u
+                                   : (uint64_t)self->terminal->tx_active;
     }
     return problem;
 }
 
-const char *instance_set_clock(struct instance *self, enum port port, bool active)
+const char *instance_set_clock(struct instance *self, enum port port, size_t frame, bool active)
 {
     const char *problem = refusal(self, port, RX_CLOCK, TX_CLOCK, EVENTS);
+    uint64_t bit = (uint64_t)1 << frame;
     if (problem == NULL && port == RX_CLOCK) {
-        self->terminal->rx_active = active;
+        self->terminal->rx_active &= ~bit;
+        self->terminal->rx_active |= active ? bit : 0;
+    } else if (problem == NULL && model_bus->signals) {
+        problem = TICKS_ITSELF;
     } else if (problem == NULL && self->terminal->tx_active != (int32_t)active) {
         self->terminal->tx_active = active;
         problem = active ? model_bus->tick(self) : NULL;
@@ -84,6 +92,9 @@ const char *instance_interval(
     struct instance *self, enum port port, double *interval_s, bool *changed)
 {
     const char *problem = refusal(self, port, TX_CLOCK, TX_CLOCK, INITIALISING);
+    if (problem == NULL && model_bus->signals) {
+        problem = TICKS_ITSELF;
+    }
     if (problem == NULL) {
         *interval_s = self->terminal->due_s - self->memory->time_s;
         *changed = !self->terminal->announced && isfinite(*interval_s);
@@ -92,27 +103,18 @@ const char *instance_interval(
     return problem;
 }
 
-const char *instance_get_notifications(struct instance *self, int32_t *value)
+bool instance_next_event(const struct instance *self, double *time_s)
 {
-    *value = self->terminal->notifications;
-    return NULL;
+    bool known = self->events && model_bus->signals && isfinite(self->terminal->due_s);
+    *time_s = known ? self->terminal->due_s : 0.0;
+    return known;
 }
 
-const char *instance_set_notifications(struct instance *self, double value, bool really)
-{
-    if (self->memory->phase >= STEPPING) {
-        return "a parameter cannot be set after the start";
-    }
-    if (really) {
-        self->terminal->notifications = value != 0.0;
-    }
-    return NULL;
-}
-
-const char *instance_update(struct instance *self)
+const char *instance_update(struct instance *self, bool *again)
 {
     struct terminal *terminal = self->terminal;
     const char *problem = NULL;
+    *again = false;
     if (terminal == NULL) {
         return NULL;
     }
@@ -125,6 +127,11 @@ const char *instance_update(struct instance *self)
         problem = model_bus->receive(self);
         terminal->rx_active = 0;
         terminal->rx_size = 0;
+    }
+    if (problem == NULL && model_bus->signals && instance_is_due(self, terminal->due_s)) {
+        terminal->tx_active = 1;
+        *again = true;
+        problem = model_bus->tick(self);
     }
     return problem;
 }

@@ -152,6 +152,9 @@ fmi3Status fmi3DoStep(
         return said(self, fmi3Discard, "the step was not made: ", problem);
     }
     *reached = self->instance->memory->time_s;
+    double next_s;
+    *event_needed =
+        instance_next_event(self->instance, &next_s) && instance_is_due(self->instance, next_s);
     return fmi3OK;
 }
 
@@ -171,12 +174,11 @@ static const char *get_real(struct instance *self, enum kind kind, size_t ref, d
 
 ROWS(Float64, fmi3Float64, REAL, double, get_real, instance_set_number)
 ROWS(Int32, fmi3Int32, INTEGER, int32_t, instance_get_whole, instance_set_number)
-#include "terminal.h"
-
-ROWS(Boolean, fmi3Boolean, BOOLEAN, int32_t, get_boolean, set_boolean)
+ROWS(Boolean, fmi3Boolean, BOOLEAN, int32_t, instance_get_whole, instance_set_number)
 ROWS(String, fmi3String, STRING, const char *, instance_get_string, instance_set_string)
 
 #include "exchange.h"
+#include "terminal.h"
 
 #define DERIVE(NAME, SIDE, FROM, TO)                                                          \
     fmi3Status NAME(                                                                          \
@@ -211,9 +213,12 @@ fmi3Status fmi3UpdateDiscreteStates(
     if (incomplete(self, next)) {
         return fmi3Error;
     }
-    *next = 0.0;
     const char *problem = instance_in_event(self->instance);
-    return outcome(self, problem != NULL ? problem : instance_update(self->instance));
+    if (problem == NULL) {
+        problem = instance_update(self->instance, update_needed);
+    }
+    *next_defined = instance_next_event(self->instance, next);
+    return outcome(self, problem);
 }
 
 fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance c, size_t *count)

@@ -158,6 +158,11 @@ const char *instance_may_step(const struct instance *self, double time_s, double
     return NULL;
 }
 
+bool instance_is_due(const struct instance *self, double time_s)
+{
+    return time_s - self->memory->time_s <= SAME_TIME * (fabs(self->memory->time_s) + 1.0);
+}
+
 const char *instance_step(struct instance *self, double time_s, double step_s)
 {
     if (!(step_s > 0.0 && isfinite(time_s + step_s))) {
@@ -250,11 +255,15 @@ static const char *refusal(const struct instance *self, const struct variable *v
     if (variable == NULL) {
         return NOT_OF_THIS_KIND;
     }
-    if (variable->causality == OUTPUT || variable->causality == DERIVATIVE) {
+    if (variable->causality == OUTPUT || variable->causality == DERIVATIVE
+        || variable->causality == SENT) {
         return "what the FMU computes cannot be set";
     }
     if (variable->causality == INPUT && model_bus != NULL) {
         return "this comes from the bus and cannot be set";
+    }
+    if (variable->causality == RECEIVED && self->memory->phase == STEPPING) {
+        return "this is set in event mode, when its clock ticks";
     }
     if (self->memory->phase == TERMINATED) {
         return "nothing can be set after the end of the simulation";

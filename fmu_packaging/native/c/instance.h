@@ -52,6 +52,9 @@ const char *instance_terminate(struct instance *self);
 /* Says why no step of a length can begin at a time at all, NULL if one can. */
 const char *instance_may_step(const struct instance *self, double time_s, double step_s);
 
+/* Whether a time has been reached, to what a clock's sums round. */
+bool instance_is_due(const struct instance *self, double time_s);
+
 /* Advances by a step; returns what is wrong, NULL for nothing. */
 const char *instance_step(struct instance *self, double time_s, double step_s);
 
@@ -95,14 +98,16 @@ const char *instance_get_port(
     struct instance *self, enum port port, const unsigned char **bytes, size_t *size);
 const char *instance_set_port(
     struct instance *self, enum port port, const unsigned char *bytes, size_t size);
-const char *instance_get_clock(struct instance *self, enum port port, bool *active);
-const char *instance_set_clock(struct instance *self, enum port port, bool active);
+const char *instance_get_clock(
+    struct instance *self, enum port port, size_t frame, bool *active);
+const char *instance_set_clock(struct instance *self, enum port port, size_t frame, bool active);
 /* How long until the Tx clock ticks [s], and whether that has changed since it was asked last. */
 const char *instance_interval(
     struct instance *self, enum port port, double *interval_s, bool *changed);
-const char *instance_get_notifications(struct instance *self, int32_t *value);
-const char *instance_set_notifications(struct instance *self, double value, bool really);
-const char *instance_update(struct instance *self); /* ends an instant of event mode */
+/* Ends an instant of event mode, or says that there is more to it: clocks that tick now. */
+const char *instance_update(struct instance *self, bool *again);
+/* Returns whether the FMU knows when clocks of its own tick next, and when [s]. */
+bool instance_next_event(const struct instance *self, double *time_s);
 
 /* The categories of messages, by the names in the model description; a set of them has a bit each. */
 enum category { DISCARDED, REFUSED, CATEGORIES };

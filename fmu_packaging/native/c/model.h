@@ -9,8 +9,9 @@
 #include "setup.h"
 
 enum kind { REAL, INTEGER, BOOLEAN, STRING };
-/* A tunable parameter may be set between steps; the next one goes on with it. */
-enum causality { INPUT, OUTPUT, PARAMETER, TUNABLE_PARAMETER, DERIVATIVE };
+/* A tunable parameter may be set between steps; the next one goes on with it. What a bus has
+   received or sent stands among the values. */
+enum causality { INPUT, OUTPUT, PARAMETER, TUNABLE_PARAMETER, DERIVATIVE, RECEIVED, SENT };
 
 /* One variable of the FMU; its place in the table is its value reference. */
 struct variable {

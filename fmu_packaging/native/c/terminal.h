@@ -2,12 +2,24 @@
 #ifndef TERMINAL_H
 #define TERMINAL_H
 
-/* The port of a value reference; PORTS: it is none. */
-static enum port port_of(size_t ref)
+/* The port of a value reference, and the frame that its clock belongs to; NO_PORT: it is none. */
+static enum port port_of(size_t ref, size_t *frame)
 {
     size_t place = ref - model_variable_count - 1;
-    return model_bus != NULL && ref > model_variable_count && place < PORTS ? (enum port)place
-                                                                            : PORTS;
+    *frame = 0;
+    if (model_bus == NULL || ref <= model_variable_count) {
+        return NO_PORT;
+    }
+    if (place < model_bus->rx_clocks) {
+        *frame = place;
+        return RX_CLOCK;
+    }
+    place -= model_bus->rx_clocks;
+    if (place < model_bus->tx_clocks) {
+        return TX_CLOCK;
+    }
+    place += RX_DATA - model_bus->tx_clocks;
+    return model_bus->signals || place > TX_DATA ? NO_PORT : (enum port)place;
 }
 
 #define EACH(NAME, PARAMETERS, PLACES, CALL)                                                     \
@@ -18,7 +30,8 @@ static enum port port_of(size_t ref)
             return fmi3Error;                                                                    \
         }                                                                                        \
         for (size_t i = 0; i < count; i++) {                                                     \
-            enum port port = port_of(refs[i]);                                                   \
+            size_t frame;                                                                        \
+            enum port port = port_of(refs[i], &frame);                                           \
             const char *problem = NULL;                                                          \
             CALL;                                                                                \
             if (problem != NULL) {                                                               \
@@ -37,9 +50,9 @@ EACH(fmi3SetBinary,
      sizes != NULL && values != NULL && value_count == count,
      problem = instance_set_port(self->instance, port, values[i], sizes[i]))
 EACH(fmi3GetClock, fmi3Clock values[], values != NULL,
-     problem = instance_get_clock(self->instance, port, &values[i]))
+     problem = instance_get_clock(self->instance, port, frame, &values[i]))
 EACH(fmi3SetClock, const fmi3Clock values[], values != NULL,
-     problem = instance_set_clock(self->instance, port, values[i]))
+     problem = instance_set_clock(self->instance, port, frame, values[i]))
 EACH(fmi3GetIntervalDecimal, fmi3Float64 intervals[] AND fmi3IntervalQualifier qualifiers[],
      intervals != NULL && qualifiers != NULL,
      bool changed = false;
@@ -47,19 +60,5 @@ EACH(fmi3GetIntervalDecimal, fmi3Float64 intervals[] AND fmi3IntervalQualifier q
      qualifiers[i] = changed ? fmi3IntervalChanged : fmi3IntervalUnchanged)
 
 PASS(fmi3EnterStepMode, , self, instance_enter_step(self->instance))
-
-static const char *get_boolean(
-    struct instance *self, enum kind kind, size_t ref, int32_t *value)
-{
-    return port_of(ref) == NOTIFICATIONS ? instance_get_notifications(self, value)
-                                         : instance_get_whole(self, kind, ref, value);
-}
-
-static const char *set_boolean(
-    struct instance *self, enum kind kind, size_t ref, double value, bool really)
-{
-    return port_of(ref) == NOTIFICATIONS ? instance_set_notifications(self, value, really)
-                                         : instance_set_number(self, kind, ref, value, really);
-}
 
 #endif

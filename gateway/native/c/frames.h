@@ -25,6 +25,7 @@ struct frame {
     unsigned cycle_start, cycle_bits; /* the count of cycles */
     const struct signal *signals;
     size_t signal_count;
+    size_t first; /* variable of the signals, which stand in a row, check and counts last; NONE */
 };
 
 /* What is wrong with a value; the faults of a frame are in node_data.h. */

@@ -23,7 +23,7 @@ struct node {
     double cold_s, tool_length;
     int32_t begun, stepped, late_start, state, waiting, proven;
     struct finding finding;
-    uint32_t counts[COMPENSATOR_FRAMES];
+    uint32_t counts[COMPENSATOR_FRAMES], heard; /* cycles that were sent, and that came as signals */
 };
 
 static struct node *node_of(struct instance *self)
@@ -68,7 +68,7 @@ static void start(struct instance *self)
 {
     struct node *node = node_of(self);
     node->start_s = node->deadline_s = self->memory->time_s;
-    if (begin(&node->terminal, CONFIGURATION, HEAD + 5)) {
+    if (!SIGNALS && begin(&node->terminal, CONFIGURATION, HEAD + 5)) {
         put(&node->terminal, CAN_BAUDRATE, 1);
         put(&node->terminal, BIT_RATE, 4);
     }
@@ -99,6 +99,27 @@ static uint32_t draw(struct node *node)
     return node->drawn;
 }
 
+/* Completes a frame: counts, and the check value. */
+static void seal(unsigned char data[FRAME_BYTES], const struct frame *frame, uint32_t count)
+{
+    put_bits(data, FRAME_BYTES, count % COUNTERS);
+    put_bits(data, frame->cycle_start, count % (1u << frame->cycle_bits));
+    data[0] = check_of(data, frame->data_id);
+}
+
+/* Brings a frame's signals to their variables, as a receiver reads them. */
+static void show(
+    struct instance *self, const struct frame *frame, const unsigned char data[FRAME_BYTES])
+{
+    double *values = &self->values[frame->first], *last = values + frame->signal_count;
+    for (size_t i = 0; i < frame->signal_count; i++) {
+        value_of(&frame->signals[i], data, &values[i]);
+    }
+    last[0] = data[0];
+    last[1] = (double)bits_at(data, FRAME_BYTES, COUNTER_BITS);
+    last[2] = (double)bits_at(data, frame->cycle_start, frame->cycle_bits);
+}
+
 static void send_frames(struct node *node, struct instance *self, const double told[])
 {
     for (size_t place = 0; place < COMPENSATOR_FRAMES; place++) {
@@ -111,10 +132,10 @@ static void send_frames(struct node *node, struct instance *self, const double t
         }
         uint32_t count = node->counts[place], cycles = 1u << frame->cycle_bits;
         node->counts[place] = (count + 1) % (COUNTERS * cycles);
-        put_bits(data, FRAME_BYTES, count % COUNTERS);
-        put_bits(data, frame->cycle_start, count % cycles);
-        data[0] = check_of(data, frame->data_id);
-        if (begin(&node->terminal, TRANSMIT, TRANSMIT_HEAD + FRAME_BYTES)) {
+        seal(data, frame, count);
+        if (SIGNALS) {
+            show(self, frame, data);
+        } else if (begin(&node->terminal, TRANSMIT, TRANSMIT_HEAD + FRAME_BYTES)) {
             put(&node->terminal, frame->id, 4);
             put(&node->terminal, 0, 2); /* a standard identifier, and no remote frame */
             put(&node->terminal, FRAME_BYTES, 2);
@@ -340,6 +361,34 @@ static void sent(struct instance *self)
     due(node, fmax(node->deadline_s, self->memory->time_s + FRAME_S));
 }
 
+#if SIGNALS
+/* Makes frames of the signals whose clocks tick. Nothing on their way can harm them, so what
+   protects frames is made here, too: as many counts as cycles were closed. */
+static const char *receive(struct instance *self)
+{
+    struct node *node = node_of(self);
+    const char *problem = NULL;
+    for (size_t place = 0; place < MACHINE_FRAMES && problem == NULL; place++) {
+        const struct frame *frame = &machine_frames[place];
+        unsigned char data[FRAME_BYTES] = {0};
+        if (!(node->terminal.rx_active >> place & 1u)) {
+            continue;
+        }
+        for (size_t i = 0; i < frame->signal_count; i++) {
+            const struct signal *signal = &frame->signals[i];
+            put_bits(data, signal->start, raw_of(signal, self->values[frame->first + i]));
+        }
+        seal(data, frame, node->heard);
+        if (reception_take(node->watches, frame->id, data, FRAME_BYTES, self->memory->time_s)) {
+            problem = on_cycle(self);
+        }
+    }
+    if (node->terminal.rx_active >> (MACHINE_FRAMES - 1) & 1u) {
+        node->heard = (node->heard + 1) % (COUNTERS << 16);
+    }
+    return problem;
+}
+#else
 static uint32_t number_at(const unsigned char *bytes, unsigned count)
 {
     uint32_t number = 0;
@@ -404,5 +453,8 @@ static const char *receive(struct instance *self)
     return problem;
 }
 
-static const struct bus bus = {sizeof(struct node), reset, start, tick, receive, sent};
+#endif
+
+static const struct bus bus = {
+    sizeof(struct node), SIGNALS, RX_CLOCKS, TX_CLOCKS, reset, start, tick, receive, sent};
 const struct bus *const model_bus = &bus;

@@ -1,0 +1,340 @@
+"""The compensator with its signals as variables: beside the gateway, and beside the plain FMU."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import sys
+from collections.abc import Mapping
+from math import isnan
+from pathlib import Path
+from xml.etree import ElementTree as ET
+from zipfile import ZipFile
+
+import can
+import fmpy
+import pandas as pd
+import pytest
+from fmpy.fmi1 import FMICallException
+from fmpy.fmi2 import FMU2Slave
+from fmpy.fmi3 import FMU3Slave
+from fmpy.validation import validate_fmu
+
+import build_fmu
+from gateway.codec import Sender, Value, decode
+from gateway.database import COMPENSATOR, MACHINE
+from gateway.dbc import DBC
+from gateway.mapping import read_database
+from gateway.node import GatewayNode, GatewaySettings
+from gateway.unit import CompensatorUnit
+from tests.fmus.models import five_point_text
+from tests.masters.conftest import needs, run
+from tests.native.can_bus import Machine
+from tests.native.test_can import RUN
+
+BUS = "spindle_drift"
+ALL = read_database(DBC)
+FRAMES = ALL.unproven()
+"""Those that are judged: signals need not prove that they are fresh."""
+CYCLE_S = FRAMES.closing(MACHINE).cycle_s
+DOWN = "CompensatorHeartbeat"
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("dist")
+    model = folder / "by_hand.json"
+    model.write_text(five_point_text())
+    for options in (["--can", "high"], ["--native", "--only", "compensator"]):
+        assert build_fmu.main([*options, "--model", str(model), "--out", str(folder)]) == 0
+    return folder
+
+
+class SignalNode:
+    """A host with event mode: sets signals and their clocks, and reads those that tick."""
+
+    def __init__(self, path: Path, folder: Path) -> None:
+        description = fmpy.read_model_description(str(path))
+        self.refs = {v.name: v.valueReference for v in description.modelVariables}
+        self.sent_frames = {
+            v.name: [s.name for s in description.modelVariables if s.clocks == [v]]
+            for v in description.modelVariables
+            if v.type == "Clock" and v.causality == "output"
+        }
+        fmpy.extract(str(path), str(folder))
+        self.fmu = FMU3Slave(
+            guid=description.guid,
+            unzipDirectory=str(folder),
+            modelIdentifier=description.coSimulation.modelIdentifier,
+            instanceName="node",
+        )
+        self.fmu.instantiate(eventModeUsed=True, loggingOn=True)
+        self.fmu.enterInitializationMode()
+        self.fmu.exitInitializationMode()
+        self.time_s, self.due_s, self.needed = 0.0, 0.0, False
+        self.sent = self.events()
+
+    def step_to(self, time_s: float) -> None:
+        if time_s > self.time_s:
+            self.needed = self.fmu.doStep(self.time_s, time_s - self.time_s)[0]
+        self.time_s = time_s
+
+    def receive(
+        self, time_s: float, frames: Mapping[str, Mapping[str, float]]
+    ) -> list[dict[str, float]]:
+        """Bring frames at a time; return what is sent at once, by names without the frame."""
+        self.step_to(time_s)
+        self.fmu.enterEventMode()
+        for frame, values in frames.items():
+            self.fmu.setClock([self.refs[f"{BUS}.{frame}_Clock"]], [True])
+            refs = [self.refs[f"{BUS}.{frame}.{frame}.{name}"] for name in values]
+            self.fmu.setFloat64(refs, list(values.values()))
+        return self.events()
+
+    def events(self) -> list[dict[str, float]]:
+        sent, again = [], True
+        while again:
+            again, *_, known, next_s = self.fmu.updateDiscreteStates()
+            ticked = {
+                clock: bool(self.fmu.getClock([self.refs[clock]])[0]) for clock in self.sent_frames
+            }
+            assert set(ticked.values()) == {again}
+            if again:
+                names = [name for names in self.sent_frames.values() for name in names]
+                values = self.fmu.getFloat64([self.refs[name] for name in names])
+                sent.append(dict(zip(names, values, strict=True)))
+        assert known
+        self.due_s = next_s
+        self.fmu.enterStepMode()
+        return sent
+
+    def value(self, name: str) -> float:
+        return float(self.fmu.getFloat64([self.refs[name]])[0])
+
+
+class Bench:
+    """The FMU and the gateway's own node; what they send must be the same."""
+
+    def __init__(self, folder: Path, extracted: Path) -> None:
+        self.node = SignalNode(folder / "compensator_can_high.fmu", extracted)
+        self.unit = CompensatorUnit(folder / "compensator_native.fmu")
+        self.unit.start()
+        self.machine, self.sender = Machine(FRAMES, CYCLE_S), Sender(FRAMES, MACHINE)
+        self.expected: list[can.Message] = []
+        settings = GatewaySettings(machine_clock=True)
+        self.gateway = GatewayNode(FRAMES, self.unit, self.expected.extend, settings, 0.0)
+        self._drawn, self.gateway._challenges._new = 1, self._draw
+        self.faults: set[float] = set()
+        self.gateway.tick(0.0)
+        self.compare(self.node.sent)
+
+    def _draw(self) -> int:
+        self._drawn = (self._drawn * 1664525 + 1013904223) & 0xFFFFFFFF
+        return self._drawn if self._drawn & 0xFFFF <= 65533 else self._draw()
+
+    def compare(self, sent: list[dict[str, float]]) -> None:
+        names = {frame.frame_id: frame for frame in FRAMES.of(COMPENSATOR)}
+        wanted: list[dict[str, float]] = []
+        for message in self.expected:
+            frame = names[message.arbitration_id]
+            if frame is FRAMES.of(COMPENSATOR)[0]:
+                wanted.append({})
+            content = decode(frame, bytes(message.data))
+            own = {"crc": float(message.data[0]), "counter": float(message.data[1] & 0x0F)}
+            for name, value in {**content.values, **own, "cycle": float(content.cycle)}.items():
+                wanted[-1][f"{BUS}.{frame.name}.{frame.name}.{name}"] = value
+        assert sent == [pytest.approx(one, abs=1e-9, nan_ok=True) for one in wanted]
+        self.expected.clear()
+        self.faults |= {one[f"{BUS}.{DOWN}.{DOWN}.bus_fault"] for one in sent}
+
+    def cycle(self, count: int, lost: str = "", **changed: Value) -> None:
+        """One of the machine, without a frame or with other values."""
+        time_s = count * CYCLE_S
+        values = {**self.machine.values(time_s), **changed}
+        messages = self.sender.messages(values)
+        numbers = {
+            name: float(signal.codes[value]) if isinstance(value, str) else value
+            for name, value in values.items()
+            for signal in [FRAMES.signal(name)]
+        }
+        frames = {frame.name: frame for frame in FRAMES.of(MACHINE) if frame.name != lost}
+        self.wait(time_s)
+        for message in messages:
+            if message.arbitration_id in {frame.frame_id for frame in frames.values()}:
+                self.gateway.handle(message, time_s)
+        if self.gateway.deadline() < time_s + 1e-6:
+            self.gateway.tick(time_s)
+        self.compare(
+            self.node.receive(
+                time_s,
+                {name: {s: numbers[s] for s in frame.signals} for name, frame in frames.items()},
+            )
+        )
+
+    def wait(self, time_s: float) -> None:
+        while self.node.due_s < time_s - 1e-6:
+            due_s = self.node.due_s
+            assert due_s == pytest.approx(self.gateway.deadline())
+            self.gateway.tick(due_s)
+            self.compare(self.node.receive(due_s, {}))
+
+
+@pytest.fixture
+def bench(folder: Path, tmp_path: Path) -> Bench:
+    return Bench(folder, tmp_path)
+
+
+def test_it_sends_what_the_gateway_sends(bench: Bench) -> None:
+    for count in range(1, 600):
+        bench.cycle(count)
+    assert abs(bench.node.value("dZ")) > 0.1
+
+
+def test_what_is_missing_out_of_range_or_late_counts_as_in_the_gateway(bench: Bench) -> None:
+    for count in range(1, 200):
+        bench.cycle(count)
+    bench.cycle(200, T1=float("nan"), T2=1e6)
+    bench.cycle(201, lost="MachineTemperatures2")
+    bench.cycle(202)
+    bench.cycle(203, machine_step=0.0)
+    bench.cycle(204, machine_state="stopping")
+    bench.cycle(205)
+    bench.wait(22.0)
+    for count in range(221, 260):
+        bench.cycle(count)
+    assert len(bench.faults) > 5
+
+
+def test_offsets_are_those_of_the_plain_fmu(folder: Path, bench: Bench, tmp_path: Path) -> None:
+    path = folder / "compensator_native.fmu"
+    description = fmpy.read_model_description(str(path))
+    refs = {v.name: v.valueReference for v in description.modelVariables}
+    plain = FMU2Slave(
+        guid=description.guid,
+        unzipDirectory=fmpy.extract(str(path), str(tmp_path / "plain")),
+        modelIdentifier=description.coSimulation.modelIdentifier,
+        instanceName="plain",
+    )
+    plain.instantiate()
+    plain.setupExperiment()
+    plain.enterInitializationMode()
+    plain.exitInitializationMode()
+    names = [s.name for _, s in FRAMES.signals(MACHINE) if s.name in refs]
+    offsets = ["dX", "dY", "dZ"]
+    bench.cycle(1)  # the first one starts the counts
+    for count in range(2, 300):
+        bench.cycle(count)
+        carried = {}
+        for frame, message in zip(
+            FRAMES.of(MACHINE),
+            Sender(FRAMES, MACHINE).messages(bench.machine.values(count * CYCLE_S)),
+            strict=True,
+        ):
+            carried |= decode(frame, bytes(message.data)).values
+        plain.setReal([refs[name] for name in names], [carried[name] for name in names])
+        plain.doStep((count - 2) * CYCLE_S, carried["machine_step"])
+        found = plain.getReal([refs[name] for name in offsets])
+        assert [bench.node.value(name) for name in offsets] == found
+    assert max(map(abs, found)) > 0.05
+
+
+LINKED = {
+    "name": "bus.fmu",
+    "fmu": ["a.fmu", "b.fmu"],
+    "step_size": 0.01,
+    "link": [["a.fmu", f"{BUS}.{DOWN}_Clock", "b.fmu", f"{BUS}.MachineHeartbeat_Clock"]],
+    "auto_output": False,
+    "output": [["a.fmu", "status", "status"]],
+}
+
+
+def test_another_tool_asks_for_its_clocks(folder: Path, tmp_path: Path) -> None:
+    needs("fmu-manipulation-toolbox")
+    for name in ("a.fmu", "b.fmu"):
+        shutil.copy(folder / "compensator_can_high.fmu", tmp_path / name)
+    (tmp_path / "bus.json").write_text(json.dumps(LINKED))
+    options = ("-container", "bus.json", "-fmi", "3", "-datalog")
+    done = run(sys.executable, "-c", RUN, *options, folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    log = pd.read_csv(tmp_path / "bus-datalog.csv")
+    ticks = log["time"][log[f"a.{BUS}.{DOWN}_Clock"] == 1]
+    assert list(ticks) == pytest.approx([CYCLE_S * count for count in range(len(ticks))], abs=0.011)
+    assert len(ticks) >= 20
+
+
+def test_a_host_that_steps_on_is_told(bench: Bench) -> None:
+    node = bench.node
+    node.step_to(node.due_s / 2)
+    assert not node.needed
+    node.step_to(node.due_s + 1.0)
+    assert node.needed
+    assert len(node.receive(node.time_s, {})) == 1
+
+
+def test_a_state_goes_on_with_the_same_signals(folder: Path, bench: Bench, tmp_path: Path) -> None:
+    for count in range(1, 50):
+        bench.cycle(count)
+    data = bench.node.fmu.serializeFMUState(bench.node.fmu.getFMUState())
+    other = SignalNode(folder / "compensator_can_high.fmu", tmp_path / "other")
+    other.fmu.setFMUState(other.fmu.deserializeFMUState(data))
+    other.time_s = bench.node.time_s
+    (sent,), (wanted,) = (node.receive(bench.node.due_s, {}) for node in (other, bench.node))
+    assert sent == pytest.approx(wanted, nan_ok=True)
+
+
+def test_what_belongs_to_a_clock_is_set_with_it(bench: Bench) -> None:
+    node, frame = bench.node, "MachineTemperatures1"
+    with pytest.raises(FMICallException):
+        node.fmu.setFloat64([node.refs[f"{BUS}.{frame}.{frame}.T1"]], [30.0])
+    node.fmu.enterEventMode()
+    node.fmu.setFloat64([node.refs[f"{BUS}.{frame}.{frame}.T1"]], [30.0])
+    for name in (f"{BUS}.{DOWN}.{DOWN}.status", "T1"):
+        with pytest.raises(FMICallException):
+            node.fmu.setFloat64([node.refs[name]], [1.0])
+    with pytest.raises(FMICallException):
+        node.fmu.setClock([node.refs[f"{BUS}.{DOWN}_Clock"]], [True])
+    with pytest.raises(FMICallException):
+        node.fmu.getBinary([node.refs[f"{BUS}.{DOWN}_Clock"] + 1])
+
+
+def test_the_description_is_that_of_the_layered_standard(folder: Path) -> None:
+    path = folder / "compensator_can_high.fmu"
+    assert validate_fmu(str(path)) == []
+    with ZipFile(path) as archive:
+        network = archive.read(f"extra/org.fmi-standard.fmi-ls-bus/{BUS}.dbc")
+        icons = ET.fromstring(archive.read("terminalsAndIcons/terminalsAndIcons.xml"))
+    assert network == DBC.read_bytes()
+    known = {v.name: v for v in fmpy.read_model_description(str(path)).modelVariables}
+    bus = next(t for t in icons.iter("Terminal") if t.get("name") == BUS)
+    assert bus.get("terminalKind") == "org.fmi-ls-bus.network-terminal"
+    assert [note.get("type") for note in bus.iter("Annotation")] == [COMPENSATOR]
+    listed = {}
+    for outer in bus.findall("Terminal"):
+        (clock,) = outer.findall("TerminalMemberVariable")
+        (inner,) = outer.findall("Terminal")
+        assert outer.get("name") == inner.get("name")
+        members = inner.findall("TerminalMemberVariable")
+        listed[outer.get("name")] = {member.get("memberName") for member in members}
+        ticking = known[clock.get("variableName")]
+        for member in members:
+            variable = known[member.get("variableName")]
+            assert variable.clocks == [ticking]
+            assert variable.causality == ticking.causality
+    assert listed == {f.name: {s.name for s in f.message.signals} for f in ALL.frames}
+    heard = known[f"{BUS}.MachineTemperatures1.MachineTemperatures1.T1"]
+    assert (heard.unit, float(heard.min), float(heard.max)) == ("degC", -60.0, 400.0)
+    assert isnan(float(heard.start))
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "said"),
+    [("my-bus", "", "letters, digits and underscores"), ("bus", "degrees", "T1: ")],
+)
+def test_a_network_that_cannot_be_described_is_refused(
+    name: str, text: str, said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    network = tmp_path / f"{name}.dbc"
+    network.write_text(DBC.read_text("utf-8").replace('"degC"', f'"{text or "degC"}"'))
+    assert build_fmu.main(["--can", "high", "--dbc", str(network), "--out", str(tmp_path)]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert said in line
