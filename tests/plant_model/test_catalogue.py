@@ -65,11 +65,6 @@ def shown_without(which: Callable[[], Machine], hours: float) -> pd.DataFrame:
     return shown(which(), hall_run(hours))
 
 
-def test_the_effects_named_here_are_in_the_catalogue() -> None:
-    assert len(NAMES) >= 25
-    assert {*NEEDS_TORQUE_OR_COOLANT, *NEEDS_NO_PART} <= set(NAMES)
-
-
 @pytest.mark.parametrize("name", NAMES)
 def test_acts_on_a_machine_of_other_names_or_does_nothing(name: str) -> None:
     without, with_it = shown_without(lathe, 1.0), shown(with_effects(lathe(), name), hall_run())

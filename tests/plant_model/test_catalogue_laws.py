@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-import pandas as pd
 import pytest
 
 from gap_finder.candidates import with_effect
@@ -16,7 +15,6 @@ from plant_model.network import Network, effects_in_force
 from plant_model.parameters import Values
 from plant_model.simulate import simulate
 from tests.plant_model.catalogue_machines import (
-    TEMPERATURES,
     change,
     heat_of,
     lathe,
@@ -33,29 +31,6 @@ def test_thermal_preload_adds_load_torque_with_the_difference() -> None:
     assert sum(heat_of(effect, 3000.0, {"race": 30.0}).values()) == 0.0
     # 1.047e-4 * 3000 * 120 * 9 = 339.2 W is all that a seizing bearing may add.
     assert sum(heat_of(effect, 3000.0, {"ring": 200.0}).values()) == pytest.approx(339.228)
-
-
-def test_thermal_preload_overshoots_after_a_speed_up() -> None:
-    # A shaft that its chuck cools, in a headstock that warms for hours: first the ring is ahead.
-    machine = lathe()
-    headstock = machine.of_kind("links", "convection")[0]
-    chuck = replace(
-        headstock,
-        name="chuck",
-        refs={"between": ("quill", "hall")},
-        parameters=headstock.parameters
-        | {"coefficient": replace(headstock.parameters["coefficient"], value=12.5)},
-    )
-    foot = next(item for item in machine.items if item.name == "headstock-bed")
-    loose = {"conductance": replace(foot.parameters["conductance"], value=5.0, low=5.0)}
-    others = (item for item in machine.items if item is not foot)
-    machine = replace(machine, items=(*others, replace(foot, parameters=loose), chuck))
-    time = np.arange(0.0, 10 * 3600.0 + 1.0, 60.0)
-    inputs = pd.DataFrame({"time_s": time, "speed_rpm": 3000.0, "hall_degC": 21.0})
-    moved, *_ = change(machine, "thermal_preload", inputs, gain=0.3)
-    assert moved["T1"].max() > 0.5
-    assert time[np.argmax(moved["T1"])] < 4 * 3600.0
-    assert abs(moved["T1"][-1]) < 0.3 * moved["T1"].max(), "the housing has caught up"
 
 
 def test_friction_speed_exponent_turns_about_half_the_highest_speed(
@@ -326,13 +301,3 @@ def test_joint_resistance_tightens_the_seat_by_its_law() -> None:
     # No looser than a fifth of the pressure, however hot.
     loose = heat_of(made(lathe(), "joint_resistance", gain=-0.3)[1], 0.0, {"race": 120.0})
     assert loose["headstock"] == pytest.approx(60.0 * (0.2**0.95 - 1.0) * 100.0)
-
-
-def test_joint_resistance_shows_at_the_bearing_and_little_in_the_elongation(
-    jig_borer_lumps: Machine,
-) -> None:
-    moved, *_ = change(jig_borer_lumps, "joint_resistance", steady(12000.0, 3.0), gain=0.25)
-    largest = max(TEMPERATURES, key=lambda name: np.abs(moved[name]).max())
-    assert largest == "T1", "the rear bearing's own thermometer"
-    assert moved["T1"][-1] < -0.3
-    assert abs(moved["S5"][-1]) < 1.0

@@ -170,16 +170,6 @@ def test_a_tool_of_the_structure_follows_the_hall_by_itself(jig_borer_lumps: Mac
     assert pose[-1, 2] == pytest.approx(11.5e-3 * 80.0 * 3.0, rel=0.1)
 
 
-def test_tool_heating_is_a_slow_part_of_the_elongation(jig_borer_lumps: Machine) -> None:
-    inputs = steady(9000.0, 6.0)
-    _, with_it, without = change(jig_borer_lumps, "tool_heating", inputs)
-    pose = (with_it.pose - without.pose)[0]
-    assert pose[-1, 5] > 0.0
-    share = pose[:, 5] / pose[-1, 5]
-    shaft = without.temperatures[0, :, jig_borer_lumps.node_index["shaft_front"]] - 21.0
-    assert np.all(share[10:120] < (shaft / shaft[-1])[10:120]), "the tool lags behind the nose"
-
-
 def test_fixture_warming_moves_radial_readings_together_without_tilt(
     jig_borer_lumps: Machine,
 ) -> None:

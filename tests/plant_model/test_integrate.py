@@ -10,7 +10,6 @@ import pandas as pd
 import pytest
 from scipy.integrate import solve_ivp
 
-from plant_model.effects.base import Effect
 from plant_model.integrate import ExponentialRungeKutta, IntegrationError, Modes, phi
 from plant_model.level import LevelStepper
 from plant_model.machine import Machine
@@ -174,37 +173,6 @@ def test_series_jackets_close_the_account_and_match_the_solver(jig_borer_lumps: 
         atol=1e-4,
     )
     assert abs(energy_balance(machine, inputs, step_s=0.5).closure) < 1e-6
-
-
-def test_own_states_are_stepped_with_the_temperatures(jig_borer_lumps: Machine) -> None:
-    class Lag(Effect):
-        name = "lag"
-        title = explanation = ""
-        parameters = {}  # noqa: RUF012
-        states = ("lagged",)
-
-        def start_states(self, temperatures: FloatArray, inputs: object) -> FloatArray:
-            return temperatures[:, :1]
-
-        def rate(self, inputs: object, temperatures: FloatArray, states: FloatArray) -> FloatArray:
-            return (temperatures[..., :1] - states) / 300.0
-
-    values = Values(jig_borer_lumps.parameters)
-    effects = [*effects_in_force(jig_borer_lumps, values), Lag(jig_borer_lumps, values)]
-    network = Network(jig_borer_lumps, values, effects)
-    assert network.state_count == 1
-    held = {"speed": np.array([9000.0]), "torque": np.array([0.0])}
-    outside = np.array([21.0, 21.0])
-    now = held | {"ambient": outside[:1], "coolant_inlet": outside[1:]}
-    state = np.full((1, network.node_count + 1), 21.0)
-    history = through(network, network.conductances(now), now, np.full(360, 10.0), state, 1e-7)
-    followed = np.append(21.0, history[:, 0])
-    lagged = 21.0
-    for a, b in pairwise(followed):
-        # Exact for a line between the two temperatures.
-        decay, slope = np.exp(-10.0 / 300.0), (b - a) / 10.0
-        lagged = b - slope * 300.0 + (lagged - a + slope * 300.0) * decay
-    assert history[-1, -1] == pytest.approx(lagged, abs=2e-3)
 
 
 def test_a_long_step_goes_down_to_what_a_short_one_does() -> None:

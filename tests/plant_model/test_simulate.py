@@ -47,17 +47,6 @@ def test_settling_takes_the_studies_hours(name: str) -> None:
     assert 200.0 < inputs["time_s"][settled] / 60.0 < 450.0
 
 
-def test_many_sets_equal_one_by_one(jig_borer_lumps: Machine) -> None:
-    inputs = inputs_over(0.5)
-    losses = np.array([16.0, 24.0, 39.0])
-    together = simulate(jig_borer_lumps, inputs, {"sources.motor.loss": losses})
-    for i, loss in enumerate(losses):
-        alone = simulate(jig_borer_lumps, inputs, {"sources.motor.loss": loss})
-        np.testing.assert_allclose(together.pose[i], alone.pose[0], rtol=1e-9, atol=1e-9)
-        moved = simulate(jig_borer_lumps.with_values({"sources.motor.loss": loss}), inputs)
-        pd.testing.assert_frame_equal(alone.run_frame(), moved.run_frame())
-
-
 def test_sets_with_the_same_network_are_solved_once(
     jig_borer_lumps: Machine, monkeypatch: pytest.MonkeyPatch
 ) -> None:

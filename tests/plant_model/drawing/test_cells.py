@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from plant_model.drawing.cells import CLOSEST, cuts_between, overlap, slices
+from plant_model.drawing.cells import CLOSEST, cuts_between, slices
 
 places = st.lists(st.floats(-50.0, 350.0), max_size=6)
 
@@ -29,18 +29,3 @@ def test_a_thermometer_sits_in_the_middle_of_a_cell(read_at: list[float], longes
     kept = [at for at in sorted(read_at) if all(abs(at - o) >= 2 or o == at for o in read_at)]
     for at in kept:
         assert any(cell.middle == pytest.approx(at, abs=1e-6) for cell in cells)
-
-
-def test_stretches_and_edges_are_cuts() -> None:
-    cells = slices("x", [(-10.0, 40.0), (40.0, 100.0)], [], [60.0, 80.0, 250.0], 35.0)
-    assert [(cell.start, cell.end) for cell in cells] == [
-        (-10.0, 15.0),
-        (15.0, 40.0),
-        (40.0, 60.0),
-        (60.0, 80.0),
-        (80.0, 100.0),
-    ]
-    assert [cell.stretch for cell in cells] == [0, 0, 1, 1, 1]
-    assert [cell.name for cell in cells] == [f"x_{k}" for k in range(1, 6)]
-    assert overlap(cells[0], 0.0, 20.0) == 15.0
-    assert overlap(cells[0], 20.0, 30.0) == 0.0

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from plant_model.checks import check_sheet, part_of
+from plant_model.checks import check_sheet
 from plant_model.drawing.fits import odd_fits, odd_of_page
 from plant_model.drawing.layout import Drawing
 from plant_model.machine import Machine
@@ -53,15 +53,6 @@ def test_shipped_machines_look_right_and_their_heat_is_accounted_for(name: str) 
 @pytest.mark.parametrize("name", ["jig_borer", "belt_spindle"])
 def test_shipped_pages_fit(name: str) -> None:
     assert odd_fits(Drawing(shipped_page(name), name)) == []
-
-
-def test_cells_are_parts_and_other_names_are_not() -> None:
-    assert (
-        part_of("housing_12_xm") == part_of("housing_3") == part_of("housing_3_a22_5") == "housing"
-    )
-    assert part_of("shaft_1") == "shaft"
-    assert part_of("housing_front_xp") == "housing_front_xp"
-    assert part_of("shaft_front") == "shaft_front"
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ from plant_model.convergence import convergence
 from plant_model.drawing.layout import Drawing
 from plant_model.drawing.mesh import Mesh
 from plant_model.machine import Machine
-from plant_model.machine_file import SHIPPED, machine_from_table, read_machine
+from plant_model.machine_file import machine_from_table, read_machine
 from plant_model.machine_writer import write_machine
 from plant_model.parameters import ParameterError
 from plant_model.simulate import Simulation, simulate
@@ -87,11 +87,6 @@ def test_a_page_frees_few_numbers_and_each_says_where_it_comes_from(name: str) -
     assert all(parameter.source for parameter in machine.parameters.values())
     for parameter in machine.parameters.values():
         assert parameter.low <= parameter.value <= parameter.high
-
-
-def test_the_jig_borers_page_is_one_page() -> None:
-    text = (SHIPPED / "jig_borer.toml").read_text(encoding="utf-8")
-    assert len(text.splitlines()) <= 120
 
 
 def test_the_page_of_the_jig_borer_measures_what_its_lumps_measure(

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from CoolProp.CoolProp import PropsSI
 
-from plant_model.drawing.bearing_table import SERIES, by_designation
+from plant_model.drawing.bearing_table import by_designation
 from plant_model.drawing.class_values import CLASS_VALUES, f0_of, f1_of
 from plant_model.drawing.coolants import GLYCOL, coolant
 from plant_model.drawing.films import channel_film, still_air, turning
@@ -49,12 +49,6 @@ def test_masses_are_those_of_catalogues(designation: str, kilograms: float) -> N
     bearing = by_designation(designation)
     assert bearing is not None
     assert bearing.mass == pytest.approx(kilograms, rel=0.12)
-
-
-def test_sizes_grow_with_the_bore_code() -> None:
-    for _, sizes in SERIES.values():
-        outside = [sizes[code][0] for code in sorted(sizes)]
-        assert outside == sorted(outside)
 
 
 def test_viscosities_of_charts() -> None:
