@@ -144,12 +144,6 @@ def test_a_state_that_is_not_the_models_is_refused(kind: str) -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_report_is_json_and_a_title_is_there(kind: str) -> None:
-    assert json.dumps(fitted(kind, "rise").report(), allow_nan=False)
-    assert fitted_models()[kind].title
-
-
-@pytest.mark.parametrize("kind", KINDS)
 def test_equal_data_give_equal_numbers(kind: str) -> None:
     again = fitted_models()[kind].fit(task_of(kind, "rise"), **QUICK.get(kind, {}))
     assert json.dumps(again.table()) == json.dumps(fitted(kind, "rise").table())

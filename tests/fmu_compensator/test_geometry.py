@@ -52,10 +52,6 @@ def test_z_is_the_tip_of_the_turned_and_grown_tool(
     assert z == pytest.approx(-elongation, abs=0.05)
 
 
-def test_pose_is_what_the_model_said() -> None:
-    assert RIGID.pose([1.0, 2.0, 3.0, 4.0, 5.0]) == (1.0, 2.0, 3.0)
-
-
 def test_direct_columns_go_to_their_axes() -> None:
     geometry = Direct({"growth": ("Z", -1), "side": ("X", 1)})
     assert geometry.targets == ("growth", "side")

@@ -45,19 +45,6 @@ def test_the_rise_form_has_no_constant_unless_asked() -> None:
     assert asked.intercept == pytest.approx([4.0])
 
 
-def test_rows_count_by_the_time_they_stand_for() -> None:
-    # The same straight line sampled densely where it is 1 K/um and sparsely where it is 3.
-    time = np.concatenate([np.arange(0.0, 100.0, 1.0), np.arange(100.0, 201.0, 5.0)])
-    x = np.ones_like(time)
-    y = np.where(time < 100, 1.0, 3.0)
-    weights = row_weights(time)
-    assert weights.sum() == pytest.approx(200.0)
-    fitted = MultipleLinearRegression.fit(
-        task_of(np.column_stack([x + 1e-3 * np.sin(time)]), y[:, None], "rise", time)
-    )
-    assert fitted.coefficients[0, 0] == pytest.approx(2.0, abs=0.03)
-
-
 def test_a_gap_does_not_weigh() -> None:
     weights = row_weights(np.array([0.0, 1.0, 2.0, 1000.0, 1001.0, 1002.0]))
     assert weights.tolist() == [0.5, 1.0, 3.0, 3.0, 1.0, 0.5]
@@ -78,26 +65,6 @@ def test_the_best_subset_leaves_out_what_does_not_help() -> None:
     assert np.all(chosen.coefficients[0, left_out] == 0)
 
 
-def test_adjusted_r2_by_its_definition() -> None:
-    x = inputs_of(30, 2)
-    y = x[:, [0]] + np.random.default_rng(9).standard_normal((30, 1))
-    weighted = task_of(x, y)
-    figures = MultipleLinearRegression.fit(weighted, subset=False).report()["targets"]["E"]
-    n, k = 30, 2
-    assert figures["r2_adjusted"] == pytest.approx(1 - (1 - figures["r2"]) * (n - 1) / (n - k - 1))
-
-
-def test_variance_inflation_by_its_definition() -> None:
-    x = inputs_of(200, 2)
-    x[:, 1] = 0.9 * x[:, 0] + 0.1 * x[:, 1]
-    inflation = MultipleLinearRegression.fit(task_of(x, x[:, :1])).report()["variance_inflation"]
-    weights = row_weights(np.arange(200.0))
-    centred = x - np.average(x, axis=0, weights=weights)
-    cov = (weights[:, None] * centred).T @ centred
-    r2 = cov[0, 1] ** 2 / (cov[0, 0] * cov[1, 1])
-    assert inflation == pytest.approx({"A": 1 / (1 - r2), "B": 1 / (1 - r2)})
-
-
 @pytest.mark.parametrize(
     ("inputs", "targets", "told"),
     [
@@ -113,11 +80,6 @@ def test_what_cannot_be_fitted_is_refused_in_one_line(inputs: Any, targets: Any,
     with pytest.raises(BadInput, match=told) as caught:
         MultipleLinearRegression.fit(task_of(inputs, targets))
     assert len(str(caught.value).splitlines()) == 1
-
-
-def test_an_unknown_option_is_refused() -> None:
-    with pytest.raises(BadInput, match="ridge: is not a known option"):
-        MultipleLinearRegression.fit(task_of(inputs_of(), inputs_of()[:, :1]), ridge=1.0)
 
 
 @pytest.mark.parametrize("form", ["absolute", "rise"])

@@ -30,13 +30,6 @@ def test_hierarchical_clustering_groups_what_is_close() -> None:
     assert hierarchical(two_families()[:, :1], 3) == [[0]]
 
 
-def test_centroid_linkage_is_the_distance_between_means() -> None:
-    points = np.array([[0.0, 2.0, 10.0], [0.0, 0.0, 0.0]])
-    tree = centroid_linkage(points)
-    assert tree[0, 2] == pytest.approx(2.0)
-    assert tree[1, 2] == pytest.approx(9.0)  # from the middle of the first two
-
-
 def test_an_inverted_tree_is_still_cut() -> None:
     # Three corners of a nearly equilateral triangle: the last merge lies below the first.
     points = np.array([[0.0, 1.0, 0.5], [0.0, 0.0, 0.9]])
@@ -137,18 +130,3 @@ def test_a_survey_holds_every_way_to_choose() -> None:
     assert found.subsets[0].held_out_rmse < 0.5
     assert found.to_dict()["points"][-1] == "T4"
     assert survey(RUNS, RIG, clusters=2, target="yaw").pearson[2] > 0.99
-
-
-@pytest.mark.parametrize(
-    ("options", "told"),
-    [
-        ({"threshold": 2.0}, "lambda: 2 is not allowed"),
-        ({"theta": -0.1}, "theta: -0.1 is not allowed"),
-        ({"image": "blurred"}, "image: 'blurred' is not allowed"),
-        ({"clusters": 4}, "clusters: 4 is not allowed: 1 to 3"),
-        ({"target": "roll"}, "target: 'roll' is not allowed: elongation, yaw"),
-    ],
-)
-def test_wrong_options_are_refused(options: dict, told: str) -> None:
-    with pytest.raises(BadInput, match=told):
-        survey(RUNS, RIG, **{"clusters": 2, **options})
