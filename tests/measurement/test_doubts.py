@@ -11,7 +11,6 @@ import pytest
 from measurement.doubts import doubts
 from measurement.doubts.places import swapped
 from measurement.doubts.signs import flipped
-from measurement.faults import find_faults
 from measurement.importing.log import import_files
 from measurement.runs import Run, read_run
 from tests.measurement.importing.made import HEADER, elapsed, signals, table
@@ -163,20 +162,6 @@ def test_swapped_thermometers_are_doubted_in_the_run_where_they_are() -> None:
     ((column, text),) = swapped(runs)
     assert {column, text.split()[2]} == {"T0_degC", "T2_degC"}
     assert text.endswith("in day4: swapped there?")
-
-
-def test_the_first_join_of_a_joined_log_is_found() -> None:
-    days = [run_of_day(number).frame for number in (1, 2, 3)]
-    assert not [
-        fault
-        for number in (1, 2, 3)
-        for fault in find_faults([run_of_day(number)])
-        if fault.kind == "jump"
-    ]
-    frame = pd.concat(days, ignore_index=True).assign(time_s=60.0 * np.arange(3 * len(clock_s())))
-    (fault,) = (f for f in find_faults([Run("joined", frame)]) if f.kind == "jump")
-    assert fault.kind == "jump"
-    assert fault.start_s == 60.0 * len(clock_s())
 
 
 def run_of_day(number: int) -> Run:

@@ -5,12 +5,10 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numpy as np
 import pandas as pd
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy import stats
 
 from measurement.figures import (
     compensation_table,
@@ -52,16 +50,6 @@ def test_missing_pairs_change_nothing_but_their_count(
     assert holed.pop("missing") == missing + 1
     assert plain.pop("missing") == 0
     assert holed == pytest.approx(plain, nan_ok=True)
-
-
-def test_r2_of_a_least_squares_line_is_the_squared_correlation() -> None:
-    random = np.random.default_rng(0)
-    x = random.normal(size=50)
-    y = 3.0 * x + random.normal(size=50)
-    line = stats.linregress(x, y)
-    figures = figures_of_merit(y, line.intercept + line.slope * x)
-    assert figures["r2"] == pytest.approx(line.rvalue**2, rel=1e-12)
-    assert figures["rmse"] ** 2 * 50 == pytest.approx(figures["sse"])
 
 
 def test_what_the_data_do_not_define_is_nan() -> None:

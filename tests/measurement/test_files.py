@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 import stat
 from pathlib import Path
@@ -10,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from measurement.errors import BadInput
-from measurement.files import read_bytes, sha256_of, write_atomically, write_together
+from measurement.files import read_bytes, write_atomically, write_together
 
 
 def test_text_and_bytes_arrive_unchanged_in_new_folders(tmp_path: Path) -> None:
@@ -119,13 +118,6 @@ def test_what_cannot_be_written_is_refused_in_one_line(tmp_path: Path, target: s
         write_atomically(tmp_path / target, "x")
     assert "\n" not in str(refusal.value)
     assert Path("/dev/null").is_char_device()
-
-
-def test_sha256_is_that_of_the_bytes(tmp_path: Path) -> None:
-    target = write_atomically(tmp_path / "file", b"abc")
-    # FIPS 180-2, appendix B.1
-    known = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
-    assert sha256_of(target) == known == hashlib.sha256(b"abc").hexdigest()
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -12,8 +11,8 @@ from matplotlib.figure import Figure
 
 from measurement.iso230 import summarise
 from measurement.overview import AXIS_COLOURS, draw_overview, png_bytes
-from measurement.rig import FivePointRig, Rig, default_rig
-from measurement.runs import Run, read_run
+from measurement.rig import FivePointRig, Rig
+from measurement.runs import Run
 
 RIG = FivePointRig(spacing_mm=100.0, near_to_gauge_mm=30.0)
 TIME = 60.0 * np.arange(120)
@@ -107,14 +106,3 @@ def test_a_png_is_the_same_every_time() -> None:
     first, second = (png_bytes(draw(FULL, RIG), dpi=40) for _ in range(2))
     assert first == second
     assert first.startswith(b"\x89PNG")
-
-
-@pytest.mark.real_data
-def test_a_measured_run_is_drawn(lathe_runs: list[Path]) -> None:
-    run = read_run(lathe_runs[5])
-    rig = default_rig(run)
-    figure = draw_overview(run, summarise(run, rig), rig)
-    legends = [axes.get_legend() for axes in figure.axes if axes.get_legend() is not None]
-    shown = {text.get_text() for legend in legends if legend for text in legend.get_texts()}
-    assert {"speed", "PT01", "z_motor", "disp_x (+X)"} <= shown
-    assert len(png_bytes(figure, dpi=40)) > 10_000

@@ -53,16 +53,6 @@ def test_the_average_is_the_mean_of_the_interpolant_by_quadrature() -> None:
         assert value == pytest.approx(area / 120.0, abs=1e-9)
 
 
-def test_averaging_lowers_noise_and_interpolating_keeps_samples() -> None:
-    time = np.arange(0.0, 36_000.0, 10.0)
-    noise = np.random.default_rng(0).normal(0.0, 1.0, time.size)
-    coarse = resample(time, noise, np.arange(0.0, 36_000.0, 160.0), 160.0)
-    assert np.std(coarse[1:-1]) == pytest.approx(1 / math.sqrt(16), rel=0.2)
-    fine = resample(time, noise, np.arange(0.0, 1000.0, 2.5), 2.5)
-    npt.assert_array_equal(fine[::4], noise[:100])
-    npt.assert_allclose(fine[2::4], (noise[:100] + noise[1:101]) / 2, atol=1e-15)
-
-
 def test_two_samples_within_a_step_are_averaged_and_one_is_not() -> None:
     time, values = np.array([0.0, 10.0, 20.0, 30.0]), np.array([0.0, 0.0, 8.0, 8.0])
     # From 9 s to 21 s the interpolant is 0 for 1 s, rises to 8 in 10 s, and stays for 1 s.

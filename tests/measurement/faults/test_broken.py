@@ -53,12 +53,6 @@ def test_a_level_that_is_off_from_the_first_sample_on_is_seen_in_one_run(off: fl
     assert broken(T3_degC=reading("T3_degC") + off) == [("never_right", "T3_degC", 0.0, 360.0)]
 
 
-def test_of_a_reading_that_froze_and_recovered_only_that_time_is_bad() -> None:
-    values = reading("T5_degC")
-    values[20:321] = values[20]
-    assert broken(T5_degC=values) == [("frozen", "T5_degC", 20.0, 320.0)]
-
-
 def test_the_others_tell_that_a_coarse_sensor_froze() -> None:
     runs = [run_of(n, T5_degC=np.round(run_of(n).frame["T5_degC"])) for n in (2, 3)]
     values = np.round(reading("T5_degC"))
@@ -144,16 +138,3 @@ def test_the_electric_spindle_s_rear_bearing_is_hot_and_not_broken(
     later = Run("later", whole.frame.iloc[1500:])
     for run in (whole, later):
         assert not [one.line() for one in find_faults([run]) if one.is_gross or one.kind in LEVELS]
-
-
-@pytest.mark.real_data
-def test_real_faults_are_seen_in_a_single_run(lathe_runs: list[Path]) -> None:
-    for name, column, kind in (
-        ("20200824", "PT10_degC", "never_right"),
-        ("20200907", "spindle_motor_degC", "frozen"),
-        ("20200907", "x_motor_degC", "frozen"),
-        ("20200907", "z_motor_degC", "frozen"),
-    ):
-        (path,) = (one for one in lathe_runs if one.stem == name)
-        found = {(one.kind, one.column) for one in find_faults([read_run(path)])}
-        assert (kind, column) in found

@@ -27,13 +27,6 @@ def good_run(number: int, **changes: np.ndarray) -> Run:
 GOOD = [good_run(number) for number in range(6)]
 
 
-def kinds(runs: list[Run]) -> dict[str, list[str]]:
-    found: dict[str, list[str]] = {}
-    for fault in find_faults(runs):
-        found.setdefault(fault.kind, []).append(fault.column)
-    return found
-
-
 def changed(run: Run, column: str, values: np.ndarray) -> Run:
     return Run(run.name, run.frame.assign(**{column: values}))
 
@@ -69,12 +62,6 @@ def test_what_is_not_to_be_used_is_taken_out_and_nothing_else() -> None:
     assert left[0] is runs[0]
     assert np.flatnonzero(left[1].frame["T2_degC"].isna()).tolist() == [100]
     assert left[1].frame.drop(columns="T2_degC").notna().all(axis=None)
-
-
-def test_saturation_is_told_from_freezing() -> None:
-    values = GOOD[0].frame["disp_z_um"].to_numpy().copy()
-    values[15:] = 100.0
-    assert kinds([changed(GOOD[0], "disp_z_um", values), *GOOD[1:]])["saturated"] == ["disp_z_um"]
 
 
 def test_a_staircase() -> None:

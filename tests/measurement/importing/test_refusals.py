@@ -133,10 +133,6 @@ def test_bad_input_is_refused_in_one_line(case: str, tmp_path: Path) -> None:
     assert any(path.stem in said for path in paths)
 
 
-def test_the_table_has_25_cases_or_more() -> None:
-    assert len(CASES) >= 25
-
-
 def test_a_workbook_without_a_table_is_refused(tmp_path: Path) -> None:
     path = workbook(tmp_path / "cover.xlsx", {"Deckblatt": [["Messung 7"], ["Müller", "Halle"]]})
     with pytest.raises(BadInput, match=r"cover\.xlsx: Deckblatt: holds no table"):
