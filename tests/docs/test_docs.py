@@ -11,17 +11,15 @@ import shlex
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated, Any, Literal, NamedTuple, get_args
+from typing import Any, NamedTuple, get_args
 
 import numpy as np
 import pandas as pd
 import pytest
-from pydantic import BaseModel, Field
 
 import build_fmu
-from benchmarks import results_page
 from benchmarks.results_page import BLOCK, PAGE
-from docs import form_tables, make_tables
+from docs import make_tables
 from fmu_compensator.runtime.modelfile import parse_model
 from fmu_packaging.variables import Variable
 from measurement.rig import default_rig
@@ -268,12 +266,6 @@ def test_every_table_stands_in_a_page() -> None:
     assert found == make_tables.TABLES.keys()
 
 
-def test_an_old_table_is_found() -> None:
-    old = "<!-- begin units: made by hand -->\n| old |\n<!-- end units -->"
-    assert make_tables.renewed(old) != old
-    assert "| old |" not in make_tables.renewed(old)
-
-
 def test_format_page_names_every_kind_of_signal_and_fault() -> None:
     text = (ROOT / "docs" / "formats.md").read_text(encoding="utf-8")
     assert all(f"| `{kind}` |" in text for kind in kinds())
@@ -290,39 +282,6 @@ def test_every_field_of_the_shipped_compensator_is_described() -> None:
     ]
 
 
-class Nut(BaseModel):
-    """A nut.
-
-    Attributes
-    ----------
-    pitch : float
-        Of its *thread* [mm].
-    """
-
-    pitch: Annotated[float, Field(gt=0.0, le=50.0)] = 5.0
-    hand: Literal["left", "right"]
-    """Which way it turns."""
-    turns: Annotated[int, Field(ge=1, le=9)] | list[str] | Literal["all"] | None = None
-
-
-class Screw(BaseModel):
-    """A screw."""
-
-    nuts: list[Nut] = Field(default_factory=list)
-    length: Annotated[float, Field(ge=-1.0, le=1e9)]
-
-
-def test_a_form_becomes_a_table_of_its_fields_and_of_those_within() -> None:
-    assert list(form_tables.rows(Screw)) == [
-        ["`length`", "a number", "**needed**", ""],
-        ["`nuts[].pitch`", "above 0 to 50", "5", "Of its `thread` [mm]"],
-        ["`nuts[].hand`", "`left` or `right`", "**needed**", "Which way it turns"],
-        ["`nuts[].turns`", "1 to 9 or a list: text or `all`", "", ""],
-    ]
-    alike = [["`a.x`", "text", "", ""], ["`a.y`", "text", "", ""], ["`b.z`", "text", "", ""]]
-    assert [row[0] for row in form_tables.merged(alike)] == ["`a.x`, `y`", "`b.z`"]
-
-
 def test_every_measured_table_stands_under_the_command_that_makes_it() -> None:
     page = PAGE.read_text(encoding="utf-8")
     assert len(BLOCK.findall(page)) >= 10
@@ -331,18 +290,3 @@ def test_every_measured_table_stands_under_the_command_that_makes_it() -> None:
         assert f"    {command}\n\n<!-- begin {name}:" in page
     outside = BLOCK.sub("", page)
     assert not re.search(r"^\|", outside, re.MULTILINE)
-
-
-def test_a_measured_table_goes_between_its_own_marks(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    page = tmp_path / "results.md"
-    blocks = [f"<!-- begin {name}: python -m x -->\nold\n<!-- end {name} -->\n" for name in "ab"]
-    page.write_text("".join(blocks), encoding="utf-8")
-    monkeypatch.setattr(results_page, "PAGE", page)
-    results_page.put("b", "| new |\n")
-    text = page.read_text(encoding="utf-8")
-    assert text.startswith(blocks[0])
-    assert "<!-- begin b: python -m x -->\n\n| new |\n\n<!-- end b -->\n" in text
-    with pytest.raises(ValueError, match="one block c"):
-        results_page.put("c", "")

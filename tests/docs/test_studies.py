@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from benchmarks.studies import __main__ as command
 from benchmarks.studies.__main__ import SEEDS, TEMPLATE, page_of
 from benchmarks.studies.claims import (
     convergence_claim,
@@ -268,17 +266,6 @@ def test_the_page_is_made_of_what_all_jobs_give() -> None:
     assert "2 seeds, each with its own noise" in page
     assert all(entrant.title in page for entrant in ENTRANTS.values())
     assert "{" not in page
-
-
-def test_one_models_scores_take_the_place_of_its_last_ones(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    monkeypatch.setattr(command, "KEPT", tmp_path)
-    first, other = (made_up(model, 90.0, 80.0, 1, "like") for model in ("bp", "mlr"))
-    command.keep("judge_all", ("elements", 1), [first, other])
-    again = replace(first, seconds=9.0)
-    command.keep("judge_all", ("elements", 1, "bp"), [again])
-    assert command.kept("judge_all", ("elements", 1)) == [again, other]
 
 
 @pytest.mark.parametrize("one", elements(), ids=lambda one: one["element"])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from benchmarks.gap.mistakes import Mistake, mistakes, runs_of
+from benchmarks.gap.mistakes import Mistake, mistakes
 from gap_finder.kinds import kinds
 from plant_model.machine_file import read_machine
 from tests.gap_benchmark.made_up import answer
@@ -23,10 +23,3 @@ def test_every_kind_of_change_is_made_but_the_one_that_runs_decide() -> None:
         truth, told = one.machines(given)
         assert truth != told
         assert given in (truth, told)
-
-
-def test_runs_move_and_begin_apart() -> None:
-    runs = runs_of(read_machine("lathe"))
-    assert len({run.sha256 for run in runs}) == len(runs)
-    for run in runs:
-        assert run.frame["PT03_degC"].max() - run.frame["PT03_degC"].iloc[0] > 2.0

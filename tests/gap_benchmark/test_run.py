@@ -11,8 +11,6 @@ from typing import Any
 import pytest
 
 from benchmarks.gap import run
-from benchmarks.gap.ask import ask_empty, runs_of
-from benchmarks.gap.make import write_case
 from benchmarks.gap.plan import DELETED_SIZES, balanced, plan, trials
 from benchmarks.gap.truth.case import simulate_case
 
@@ -54,15 +52,6 @@ def test_single_effects_that_are_not_weak_are_also_deleted() -> None:
         assert (one.name, one.files) == (f"{number:04d}_deleted", f"{number:04d}")
     # What is asked besides changes no case.
     assert [case[0] for case in trials("reported", 143)] == plan("reported", 143)
-
-
-def test_an_emptied_case_keeps_machine_and_runs() -> None:
-    (pair,) = plan("development", 1, kind="pair")
-    empty = pair.emptied()
-    assert (empty.case.seed, empty.case.hidden) == (pair.case.seed, ())
-    assert empty.files != pair.files
-    (none,) = plan("development", 1, kind="none")
-    assert none.emptied() is none
 
 
 def test_noise_is_all_that_changes() -> None:
@@ -123,23 +112,6 @@ def test_what_was_stopped_goes_on_and_nothing_is_asked_twice(
     assert [folder for folder, _ in calls] == [first, second]
 
 
-@pytest.mark.parametrize(
-    "wrong",
-    [
-        ["--cases", "0"],
-        ["--workers", "0"],
-        ["--effect", "gremlins"],
-        ["--kind", "empty"],
-        ["--noise", "-1"],
-    ],
-)
-def test_wishes_that_cannot_be_met_are_refused(wrong: list[str], tmp_path: Path) -> None:
-    with pytest.raises(SystemExit) as stopped:
-        run.main([*ARGUMENTS, "--out", str(tmp_path), *wrong])
-    assert stopped.value.code == 2
-    assert not list(tmp_path.iterdir())
-
-
 def test_a_balanced_sample_has_every_kind_and_size() -> None:
     asked = [one for case in balanced("development", 2, "lathe") for one in case]
     counted = Counter(one.kind for one in asked)
@@ -149,13 +121,3 @@ def test_a_balanced_sample_has_every_kind_and_size() -> None:
     assert not {one.case.seed for one in asked} & {
         one.case.seed for case in balanced("second", 2, "lathe") for one in case
     }
-
-
-def test_calibration_alone_leaves_a_gap_above_the_noise(tmp_path: Path) -> None:
-    (none,) = plan("development", 1, kind="none")
-    write_case(none, tmp_path)
-    runs, unseen = runs_of(tmp_path / "cases" / none.files)
-    assert [one.name for one in (*runs, *unseen)] == [*(f"run_{i}" for i in range(1, 5)), "holdout"]
-    gap = ask_empty(tmp_path / "cases" / none.files)["answer"]["gap"]
-    for part in gap.values():
-        assert part["floor"] < part["before"] == part["after"] < 20.0

@@ -9,13 +9,9 @@ import numpy as np
 import pytest
 
 from benchmarks.gap import sections, table
-from benchmarks.gap.amplitudes import COMPARABLE, amplitude_found
-from benchmarks.gap.hidden import make_from
+from benchmarks.gap.amplitudes import amplitude_found
 from benchmarks.gap.outcome import groups_of, outcome
 from benchmarks.gap.records import read_records
-from benchmarks.gap.truths import TRUTHS
-from measurement.errors import BadInput
-from plant_model.effects import catalogue
 from tests.gap_benchmark.made_up import THERMOMETER, Folder, added, answer, hidden
 
 WINDAGE, RADIATION, SHIFT = added("windage"), added("radiation"), added("centrifugal_shift")
@@ -137,15 +133,6 @@ def test_a_case_is_strong_by_what_the_same_machine_and_runs_leave(records: Folde
     assert found[7].empty == pytest.approx(np.median([3.0, 3.0, 2.5, 3.0, 5.0, 4.0, 2.0]))
 
 
-def test_without_a_case_with_nothing_hidden_strength_is_not_known(tmp_path: Path) -> None:
-    folder = Folder(tmp_path)
-    folder.put("effect", [hidden("windage")], answer(WINDAGE, one_of=("windage",)))
-    (one,) = read_records(tmp_path)
-    assert one.strength == "unmeasured"
-    assert "| Of unknown strength" in sections.single_effects([one])
-    assert "| Named right, strong effect | at least 90 % | - |" in sections.targets([one])
-
-
 def test_the_figures_that_are_asked_for(records: Folder) -> None:
     shown = sections.targets(read_records(records.folder))
     cells = {row.split(" | ")[0].strip("| "): row.split(" | ")[2] for row in shown.splitlines()}
@@ -163,46 +150,6 @@ def test_the_figures_that_are_asked_for(records: Folder) -> None:
     assert cells["Processor seconds a case: median"].strip(" |") == "45"
 
 
-@pytest.mark.parametrize(("in_doubt", "sure"), [(True, "0 of 1"), (False, "1 of 1")])
-def test_a_false_name_is_counted_and_whether_it_was_in_doubt(
-    in_doubt: bool, sure: str, tmp_path: Path
-) -> None:
-    folder = Folder(tmp_path)
-    told = answer(RADIATION, one_of=("radiation",), in_doubt=in_doubt)
-    folder.put("deleted", [hidden("windage")], told)
-    shown = sections.targets(read_records(tmp_path))
-    assert "| Falsely named, effect deleted from the catalogue | at most 10 % | 1 of 1" in shown
-    assert f"| ... without a word of doubt |  | {sure}" in shown
-
-
-def test_outcomes_by_strength(records: Folder) -> None:
-    shown = sections.single_effects(read_records(records.folder)).splitlines()
-    assert "| Strong: 2 times the gap of nothing hidden, or more | 1 | 1 |" in shown[2]
-    assert sum("of 1 (" in row or "of 2 (" in row for row in shown) > 3
-    (everything,) = [row for row in shown if row.startswith("| All")]
-    assert "| 3 | 1 |  |  |  |  | 1 | 1 | 1 of 3 (33 %) | 1 of 2 (50 %) |" in everything
-    assert "| Pairs | 1 | 1 |" in sections.pairs(read_records(records.folder))
-    wrong = sections.false_names(read_records(records.folder))
-    assert wrong.count("\n") == 3
-    assert "windage (weak) | 1.07 | radiation" in wrong
-
-
-def test_noisier_sensors_are_counted_apart(records: Folder) -> None:
-    shown = sections.against_noise(read_records(records.folder))
-    assert "usual noise" in shown
-    noisy = answer(WINDAGE, one_of=("windage",), gap=(9.0, 5.0))
-    records.put("effect", [hidden("windage")], noisy, empty=6.0, noise=3.0)
-    records.put("none", [], answer(), noise=3.0)
-    found = read_records(records.folder)
-    assert found[-2].ratio == pytest.approx(1.5)
-    *_, usual, noisier = sections.against_noise(found).splitlines()
-    assert usual.startswith("| 1 | 2 | 1 |")
-    assert usual.endswith("| 1 of 2 (50 %) | 1 of 2 (50 %) |")
-    assert noisier.startswith("| 3 | 1 | 1 |")
-    assert noisier.endswith("| 1 of 1 (100 %) | 0 of 1 (0 %) |")
-    assert len(table.at_usual_noise(found)) == len(found) - 2
-
-
 def test_amplitudes_are_compared_in_the_catalogues_unit(records: Folder) -> None:
     first = read_records(records.folder)[0]
     found = amplitude_found(first.truth[0], first.answer)
@@ -213,17 +160,6 @@ def test_amplitudes_are_compared_in_the_catalogues_unit(records: Folder) -> None
     assert amplitude_found(hidden("radiation"), first.answer) is None
 
 
-def test_every_amplitude_is_compared_with_the_catalogues() -> None:
-    known = TRUTHS["jig_borer"].catalogue
-    for name, (parameter, in_its_unit) in COMPARABLE.items():
-        assert parameter == catalogue()[name].amplitude
-        one = make_from(known, name, "medium", np.random.default_rng(3))
-        entry = {"amplitude": one.size, "more": one.more}
-        assert 0.0 < abs(in_its_unit(entry)) < 1e4
-    left_out = set(known) - set(COMPARABLE)
-    assert left_out == {"coolant_degradation", "uneven_bearing_heating"}
-
-
 def test_the_command_writes_tables(
     records: Folder, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -231,13 +167,3 @@ def test_the_command_writes_tables(
     text = (tmp_path / "tables.md").read_text()
     assert capsys.readouterr().out.strip() == text.strip()
     assert "8 questions on 8 cases; 7 of them beside the same machine" in text
-
-
-def test_folders_without_records_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(SystemExit) as stopped:
-        table.main([str(tmp_path)])
-    assert stopped.value.code == 2
-    (tmp_path / "records").mkdir()
-    (tmp_path / "records" / "0001.json").write_text("{}")
-    with pytest.raises(BadInput, match="is not a record"):
-        read_records(tmp_path / "records")

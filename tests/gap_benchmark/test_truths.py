@@ -9,8 +9,6 @@ from typing import Any
 import pytest
 
 from benchmarks.gap import sections, table
-from benchmarks.gap.ask import machine_of
-from benchmarks.gap.make import OWNERS_FILE
 from benchmarks.gap.outcome import groups_of, outcome, outcome_of_mistake
 from benchmarks.gap.plan import plan, trials
 from benchmarks.gap.records import read_records
@@ -41,25 +39,6 @@ def test_a_plan_holds_mistakes_and_what_is_larger_than_usual() -> None:
     assert not any(one.case.mistake for one in asked if one.kind == "none")
     flawed = [bool(one.case.mistake) for one in asked if one.case.hidden]
     assert 0.15 < sum(flawed) / len(flawed) < 0.35
-
-
-def test_without_what_is_hidden_a_mistake_stays_unless_it_is_what_is_asked_for() -> None:
-    asked = [case[0] for case in trials("development", 200, truth="belt")]
-    mistaken = next(one for one in asked if one.kind == "mistake")
-    flawed = next(one for one in asked if one.kind == "effect" and one.case.mistake)
-    assert mistaken.emptied().case.mistake == ""
-    assert flawed.emptied().case.mistake == flawed.case.mistake
-    assert flawed.emptied().case.hidden == ()
-    assert flawed.emptied().truth == "belt"
-
-
-def test_the_owners_file_is_asked_about_where_there_is_one(tmp_path: Path) -> None:
-    assert machine_of(tmp_path).name == "jig_borer_lumps"
-    case = plan("development", 1, kind="none", truth="belt")[0].case
-    page = TRUTHS["belt"].page
-    assert page is not None
-    (tmp_path / OWNERS_FILE).write_text(page(case), encoding="utf-8")
-    assert machine_of(tmp_path).name == "owners_machine"
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,6 @@ import pytest
 import tomlkit
 
 from benchmarks.gap.belt.case import SHOP as BELTS
-from benchmarks.gap.belt.drive import FAMILIES, make_drive
 from benchmarks.gap.belt.laws import gap_film, turning_film, turning_share, walther
 from benchmarks.gap.belt.machine import Machine
 from benchmarks.gap.belt.march import March
@@ -28,11 +27,9 @@ from benchmarks.gap.hidden import SIZES, make_from
 from benchmarks.gap.lathe.case import SHOP as LATHES
 from benchmarks.gap.lathe.machine import Lathe
 from benchmarks.gap.lathe.numbers import HIDDEN as LATHES_HIDDEN
-from benchmarks.gap.truths import TRUTHS
 from gap_finder.kinds import kinds
 from measurement.runs import read_run, write_run
 from plant_model.drawing.expand import expanded
-from plant_model.effects import catalogue
 from plant_model.machine_file import machine_from_table
 
 
@@ -133,15 +130,6 @@ def shown_after(name: str, hours: float, finer: float = 1.0) -> dict[str, float]
 
 
 @each
-def test_its_catalogue_is_of_the_products(name: str) -> None:
-    truth = TRUTHS[name]
-    assert set(truth.catalogue) < set(catalogue())
-    assert len(truth.outside) >= 3
-    for effect, size in truth.beyond.items():
-        assert size > 2.0 * truth.catalogue[effect].sizes[2]
-
-
-@each
 def test_conduction_keeps_heat(name: str) -> None:
     of = machine(name)
     for group, matrix in of.matrices.items():
@@ -169,13 +157,6 @@ def test_readings_converge_with_the_cells(name: str) -> None:
     )
     assert np.abs(usual - fine).max() < subject.within  # K and um, of 20 K and 50 um
     assert np.abs(usual - fine).mean() < np.abs(coarse - fine).mean()
-
-
-@each
-def test_magnitudes_are_those_of_the_machine_class(name: str) -> None:
-    shown = shown_after(name, 6.0)
-    for key, (low, high) in SUBJECTS[name].limits.items():
-        assert low < shown[key] < high, key
 
 
 def test_time_steps_converge_with_second_order() -> None:
@@ -229,29 +210,6 @@ def test_the_same_seed_gives_the_same_run_files(name: str, tmp_path: Path) -> No
     told = machine_from_table(expanded(table, "page") if "kind" in table else table, "file")
     assert {entry.column for entry in told.inputs} < set(found.frame.columns)
     assert {f"{sensor.name}_degC" for sensor in told.sensors} < set(found.frame.columns)
-
-
-@pytest.mark.parametrize("family", FAMILIES)
-def test_every_family_turns_the_spindle(family: str) -> None:
-    drive = make_drive(family, np.random.default_rng(2), 30.0, {"mean": 21.0, "swing": 1.0}, 1.0)
-    assert drive.speed.max() > 1000.0
-    assert len(drive.segments()) >= 2
-    assert drive.grid_s[0] == -3600.0
-
-
-@each
-def test_a_careless_owner_guesses_masses_and_surfaces_only(name: str) -> None:
-    shop = SUBJECTS[name].shop
-    exact, guessed = (
-        tomlkit.parse(shop.owners_file(TruthCase(8, careless=careless))).unwrap()
-        for careless in (False, True)
-    )
-    differ = {key for key in exact if exact[key] != guessed[key]}
-    assert differ == ({"carriers", "enclosure"} if name == "belt" else {"nodes", "links"})
-    if name == "belt":
-        both = zip(exact["carriers"], guessed["carriers"], strict=True)
-        off = [two["mass"] / one["mass"] - 1.0 for one, two in both]
-        assert 0.01 < max(np.abs(off)) < 0.17
 
 
 @pytest.mark.parametrize(("name", "which"), MISTAKES)

@@ -5,8 +5,6 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-import pytest
-
 from benchmarks.gap.hidden import SIZES
 from benchmarks.gap.make import main
 from benchmarks.gap.plan import SPLITS, plan
@@ -31,13 +29,6 @@ def test_the_splits_share_nothing() -> None:
     assert orders[0] != orders[1]
 
 
-def test_asking_for_fewer_changes_no_case() -> None:
-    whole = {one.number: one for one in plan("reported", 200)}
-    some = plan("reported", 3, effect="windage")
-    assert all(whole.get(one.number, one) == one for one in some)
-    assert all("windage" in [hidden[0] for hidden in one.case.hidden] for one in some)
-
-
 def test_cases_are_written_resumed_and_say_nothing(tmp_path: Path) -> None:
     arguments = ["--split", "development", "--cases", "1", "--out", str(tmp_path)]
     arguments += ["--kind", "effect", "--workers", "1"]
@@ -57,10 +48,3 @@ def test_cases_are_written_resumed_and_say_nothing(tmp_path: Path) -> None:
     answer.unlink()
     assert main(arguments) == 0
     assert (folder / "run_1.csv").read_bytes() == before
-
-
-def test_an_effect_that_does_not_exist_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit) as stopped:
-        main(["--split", "reported", "--cases", "1", "--out", "x", "--effect", "gremlins"])
-    assert stopped.value.code == 2
-    assert "no case is of that kind" in capsys.readouterr().err
