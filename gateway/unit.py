@@ -13,6 +13,7 @@ from fmpy.fmi1 import FMICallException
 from gateway.state import Saved, StateFile
 from measurement.errors import BadInput
 from scenarios.fmu import Port, Slave
+from scenarios.probe_cycle import ProbeInputs
 from scenarios.wiring import PROBED
 
 
@@ -126,10 +127,8 @@ class CompensatorUnit:
         named = self.slave.names("input")
         self.inputs = [name for name in named if not name.startswith(PROBED)]
         self._in = Port(self.slave, self.inputs)
-        self.probed = [name for name in named if name.startswith(f"{PROBED}_")]
-        self._probe = Port(self.slave, self.probed)
-        flag = [PROBED] if self.probed else []
-        self._flag = Port(self.slave, flag, "Boolean")
+        self._probe = ProbeInputs(self.slave)
+        self.probed = self._probe.names
         kinds = ("Real", "Integer", "Boolean")
         self._ports = [Port(self.slave, self.slave.names("output", k), k) for k in kinds]
         self._texts = self.slave.names("output", "String")
@@ -201,13 +200,8 @@ class CompensatorUnit:
         """
         self._in.values[:] = [values.get(name, nan) for name in self.inputs]
         self._in.set()
-        if self.probed:
-            measured = all(name in values for name in self.probed)
-            self._flag.values[0] = measured
-            self._flag.set()
-            if measured:
-                self._probe.values[:] = [values[name] for name in self.probed]
-                self._probe.set()
+        shown = [values[name] for name in self.probed if name in values]
+        self._probe.set(shown if shown and len(shown) == len(self.probed) else None)
         self.slave.step(self.time_s, step_s)
         self.time_s += step_s
         self._read()

@@ -5,10 +5,12 @@ from __future__ import annotations
 import contextlib
 import errno
 import hashlib
+import math
 import os
 import secrets
 from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
 from measurement.errors import BadInput
 
@@ -160,6 +162,27 @@ def refuse_endless(path: Path) -> None:
     # The shell's pipes have no name in any folder: what /dev/fd/63 links to does not exist.
     if path.is_char_device() or (path.is_fifo() and path.resolve().is_fifo()):
         raise BadInput(path, "", "is a pipe or a device; an ordinary file is needed")
+
+
+def json_ready(value: Any, digits: int | None = None) -> Any:
+    """Return a value as JSON carries it: what is not finite as null.
+
+    Parameters
+    ----------
+    value : object
+        Dicts, lists, numbers and texts.
+    digits : int, optional
+        To which numbers are rounded.
+    """
+    if isinstance(value, dict):
+        return {key: json_ready(entry, digits) for key, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [json_ready(entry, digits) for entry in value]
+    if not isinstance(value, float):
+        return value
+    if not math.isfinite(value):
+        return None
+    return value if digits is None else float(f"{value:.{digits}g}")
 
 
 def sha256_of(path: str | Path) -> str:

@@ -17,6 +17,7 @@ import numpy as np
 
 from measurement.errors import BadInput
 from measurement.faults import Fault, cleaned, find_faults
+from measurement.files import json_ready
 from measurement.iso230_text import summary_text
 from measurement.rig import POSE, FivePointRig, Rig
 from measurement.runs import FloatArray, Run
@@ -111,8 +112,7 @@ class Summary:
         table = asdict(self)
         table["segments"] = [segment.to_dict() for segment in self.segments]
         table["findings"] = [fault.to_dict() for fault in self.findings]
-        cleaned: dict[str, Any] = _without_nan(table)
-        return cleaned
+        return dict(json_ready(table))
 
 
 def summarise(run: Run, rig: Rig | None = None, ambient: str | None = None) -> Summary:
@@ -263,13 +263,3 @@ def _places(rig: Rig | None, run: Run) -> dict[str, str]:
         places = [f"{'+' if entry.sign > 0 else '-'}{entry.axis}" for entry in rig.axes.values()]
     named = zip(rig.columns, places, strict=True)
     return {name: place for name, place in named if name in run.frame.columns}
-
-
-def _without_nan(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {key: _without_nan(entry) for key, entry in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_without_nan(entry) for entry in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value

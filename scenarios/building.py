@@ -342,7 +342,7 @@ def _recipes(arguments: argparse.Namespace) -> list[tuple[Recipe, Reference]]:
     return recipes
 
 
-def native_of(recipe: Recipe, model: Path = DEFAULT_MODEL) -> Native:
+def native_of(recipe: Recipe, model: Path = DEFAULT_MODEL, *, twin_of: str | None = None) -> Native:
     """Return what the C twin of an FMU is made of; a compensator's is made of the file *model*.
 
     Parameters
@@ -351,6 +351,8 @@ def native_of(recipe: Recipe, model: Path = DEFAULT_MODEL) -> Native:
         Of a compensator's or a plant's FMU in Python.
     model : Path
         Compensator file that the C is made of; not used for a plant.
+    twin_of : str, optional
+        GUID of the FMU in Python; without it that is built to know.
 
     Raises
     ------
@@ -359,11 +361,15 @@ def native_of(recipe: Recipe, model: Path = DEFAULT_MODEL) -> Native:
     BadInput, ModelFileError
         If the compensator file cannot be used.
     """
-    if MODEL_FILE in recipe.data:
-        python = build(compensator_recipe(model, "compensator")[0])
-        return native_compensator(recipe, twin_of=python.guid)
-    machine = Machine.from_dict(json.loads(recipe.data[MACHINE_FILE]))
-    return native_plant(recipe, build(plant_recipe(machine, "plant")[0]).guid)
+    is_plant = MACHINE_FILE in recipe.data
+    if twin_of is None and is_plant:
+        machine = Machine.from_dict(json.loads(recipe.data[MACHINE_FILE]))
+        twin_of = build(plant_recipe(machine, "plant")[0]).guid
+    elif twin_of is None:
+        twin_of = build(compensator_recipe(model, "compensator")[0]).guid
+    return (
+        native_plant(recipe, twin_of) if is_plant else native_compensator(recipe, twin_of=twin_of)
+    )
 
 
 def check_outputs(folder: Path, name: str) -> None:

@@ -8,14 +8,14 @@ from itertools import cycle
 from pathlib import Path
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from fmu_compensator.fit.comparison import Comparison, Judged, Row
 from measurement.faults import Fault, by_column, group_line
 from measurement.units import UNITS
 from scenarios.charts import BEFORE, LINES, Chart, Line, Panel
-from scenarios.figures import DPI, draw
+from scenarios.figures import draw, saved
+from scenarios.fit_figures import curves_figure
 from scenarios.report import AXIS, plot_html, short, write_page
 
 BEST = 4
@@ -195,7 +195,7 @@ def write_figures(comparison: Comparison, folder: Path) -> list[Path]:
     paths.append(_draw_ranking(comparison, folder / "ranking.png"))
     curves = curves_of(comparison)
     if curves:
-        paths.append(_draw_curves(curves, folder / "convergence.png"))
+        paths.append(saved(curves_figure(curves), folder / "convergence.png"))
     return paths
 
 
@@ -203,7 +203,6 @@ def _draw_ranking(comparison: Comparison, path: Path) -> Path:
     lines = [line for line in table_of(comparison) if not line.row.uses_displacement][::-1]
     count = len(comparison.targets)
     figure = Figure(figsize=(4.0 + 2.6 * count, 1.2 + 0.32 * len(lines)), layout="constrained")
-    FigureCanvasAgg(figure)
     axes = figure.subplots(1, count, sharey=True, squeeze=False)[0]
     for place, ax in enumerate(axes):
         values = [line.cells[place].unseen for line in lines]
@@ -217,22 +216,7 @@ def _draw_ranking(comparison: Comparison, path: Path) -> Path:
         for number, value in enumerate(values):
             text = short(value) + (" (cut)" if value > end else "")
             ax.text(0.02 * end, number, text, va="center", fontsize=7, color="white")
-    figure.savefig(path, dpi=DPI, metadata={"Software": None})
-    return path
-
-
-def _draw_curves(curves: dict[str, list[float]], path: Path) -> Path:
-    figure = Figure(figsize=(7.0, 3.6), layout="constrained")
-    FigureCanvasAgg(figure)
-    ax = figure.subplots()
-    for number, (title, curve) in enumerate(curves.items()):
-        ax.semilogy(range(len(curve)), curve, label=title, color=LINES[number % len(LINES)])
-    ax.set_xlabel("iteration of Levenberg-Marquardt")
-    ax.set_ylabel("mean squared error [1]")
-    ax.legend(frameon=False)
-    ax.grid(True, color="#e3e6ea")
-    figure.savefig(path, dpi=DPI, metadata={"Software": None})
-    return path
+    return saved(figure, path)
 
 
 def write_comparison(comparison: Comparison, faults: Sequence[Fault], path: Path) -> Path:

@@ -5,10 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from measurement.overview import settle
+from measurement.overview import png_bytes
 from scenarios.charts import Chart, Line, Panel, kept, kept_steps
 
 WIDTH_IN, PANEL_IN, DPI = 9.0, 2.3, 130
@@ -16,12 +15,12 @@ WIDTH_IN, PANEL_IN, DPI = 9.0, 2.3, 130
 
 def draw(chart: Chart, folder: Path) -> Path:
     """Write a chart to ``<name>.png`` in *folder* and return the file."""
-    figure = Figure()
-    FigureCanvasAgg(figure)
-    draw_on(chart, figure)
-    path = folder / f"{chart.name}.png"
-    settle(figure)
-    figure.savefig(path, dpi=DPI, metadata={"Software": None})
+    return saved(draw_on(chart, Figure()), folder / f"{chart.name}.png")
+
+
+def saved(figure: Figure, path: Path) -> Path:
+    """Write a figure as a PNG and return its path; the same figure gives the same bytes."""
+    path.write_bytes(png_bytes(figure, DPI))
     return path
 
 

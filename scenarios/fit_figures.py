@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from scenarios.figures import DPI
+from scenarios.charts import LINES
+from scenarios.figures import saved
 from scenarios.results import results_folder, write_table
 
 Found = Mapping[str, Any]
-BLUE = "#1d5fa8"
 
 
 def draw_fit(found: Found, out: Path) -> list[Path]:
@@ -36,8 +35,7 @@ def draw_fit(found: Found, out: Path) -> list[Path]:
         return []
     with results_folder(out) as folder:
         for name, figure in drawn.items():
-            FigureCanvasAgg(figure)
-            figure.savefig(folder / f"{name}.png", dpi=DPI, metadata={"Software": None})
+            saved(figure, folder / f"{name}.png")
         write_table([], {name: f"{name}.png" for name in drawn}, folder, to_come=())
     return [out / f"{name}.png" for name in drawn]
 
@@ -54,9 +52,9 @@ def _correlations(found: Found) -> Figure | None:
     for row, (name, arma) in zip(axes, shown.items(), strict=True):
         for ax, key in zip(row, ("acf", "pacf"), strict=True):
             values = np.asarray(arma[key], dtype=float)
-            ax.vlines(np.arange(len(values)), 0.0, values, color=BLUE)
+            ax.vlines(np.arange(len(values)), 0.0, values, color=LINES[0])
             band = arma["white_noise_95"]
-            ax.axhspan(-band, band, color=BLUE, alpha=0.15, lw=0)
+            ax.axhspan(-band, band, color=LINES[0], alpha=0.15, lw=0)
             ax.set_title(f"{key.upper()} of {name}, differenced {arma['order'][1]} times", size=9)
             ax.spines[["top", "right"]].set_visible(False)
     for ax in axes[-1]:
@@ -68,16 +66,20 @@ def _convergence(found: Found) -> Figure | None:
     """Return the mean squared error of a network over the iterations of its training."""
     if "curve" not in found:
         return None
+    shape = "-".join(map(str, found["nodes"]))
+    return curves_figure({f"network {shape}, {found['iterations']} iterations": found["curve"]})
+
+
+def curves_figure(curves: Mapping[str, Sequence[float]]) -> Figure:
+    """Return the mean squared errors of networks, by title, over the iterations of training."""
     figure = Figure(figsize=(7.0, 3.6), layout="constrained")
     ax = figure.subplots()
-    ax.semilogy(found["curve"], color=BLUE)
-    shape = "-".join(map(str, found["nodes"]))
-    ax.set_title(f"Network {shape}: {found['iterations']} iterations", size=11)
-    shown = len(found["curve"]) - 1
-    more = f", the first {shown}" if shown < found["iterations"] else ""
-    ax.set_xlabel(f"iteration{more}")
+    for number, (title, curve) in enumerate(curves.items()):
+        ax.semilogy(curve, label=title, color=LINES[number % len(LINES)])
+    ax.set_xlabel("iteration of Levenberg-Marquardt")
     ax.set_ylabel("mean squared error, scaled [1]")
-    ax.spines[["top", "right"]].set_visible(False)
+    ax.legend(frameon=False)
+    ax.grid(True, color="#e3e6ea")
     return figure
 
 

@@ -10,6 +10,7 @@ import contextlib
 import ctypes
 import io
 import signal
+import sys
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
@@ -34,7 +35,7 @@ from measurement.units import UNITS
 from scenarios.fmu_file import FmuFile
 from scenarios.wiring import check_role, names_of, parameter_kind
 
-OK, WARNING, DISCARD = 0, 1, 2
+WARNING = 1
 STATUS = ("ok", "warning", "discard", "error", "fatal", "pending")
 _logs: dict[str, Callable[[int, str], None]] = {}
 
@@ -365,6 +366,28 @@ class Slave:
     def said(self) -> str:
         """Return everything that the FMU has complained about, tracebacks included."""
         return "\n".join(self._messages) or self._printed.getvalue().strip()
+
+
+@contextlib.contextmanager
+def alone(fmu: Path, label: str) -> Iterator[tuple[Slave, Callable[[], None]]]:
+    """Give one FMU, and what stops at Ctrl-C; what it prints is kept for its errors.
+
+    Parameters
+    ----------
+    fmu : Path
+    label : str
+        See `Slave`.
+
+    Yields
+    ------
+    tuple of Slave and callable
+        See `interruptible`.
+    """
+    printed, stderr = io.StringIO(), sys.stderr
+    with contextlib.redirect_stderr(printed):
+        slave = Slave(fmu, label, lambda line: print(line, file=stderr), printed)
+        with slave, interruptible() as check:
+            yield slave, check
 
 
 @contextlib.contextmanager

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zipfile
 from pathlib import Path
 from typing import Any
 
@@ -71,6 +72,23 @@ class Shelf:
         if path not in self._files:
             self._files[path] = FmuFile(path)
         return self._files[path]
+
+
+def member(fmu: Path, *names: str) -> bytes | None:
+    """Return the first of these files that an FMU holds; None if it holds none, or is no FMU.
+
+    Parameters
+    ----------
+    fmu : Path
+    *names : str
+        Paths inside it.
+    """
+    try:
+        with zipfile.ZipFile(fmu) as archive:
+            there = set(archive.namelist())
+            return next((archive.read(name) for name in names if name in there), None)
+    except (OSError, zipfile.BadZipFile):
+        return None
 
 
 def read_description(path: Path) -> Any:

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import contextlib
-import difflib
 import json
 import re
 import sys
-import zipfile
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 from measurement.errors import BadInput
+from measurement.errors import near as offered
+from scenarios.fmu_file import member
 
 SHIPPED = ("plant", "compensator")
 
@@ -72,9 +72,8 @@ def find_fmu(
             return found
         return native_twin(found, work, quiet=quiet, everywhere=everywhere)
     known = [path.name for path in fmu_dir.glob("*.fmu")] if fmu_dir.is_dir() else []
-    close = difflib.get_close_matches(name, known, 1)
-    hint = f"; did you mean {close[0]}?" if close else ""
-    raise BadInput(name, "", f"there is no such file, here or in {fmu_dir}{hint}")
+    problem = f"there is no such file, here or in {fmu_dir}{offered(name, known)}"
+    raise BadInput(name, "", problem)
 
 
 def build_shipped(kind: str, fmu_dir: Path, *, quiet: bool = False) -> Path:
@@ -140,7 +139,7 @@ def native_twin(fmu: Path, work: Path, *, quiet: bool = False, everywhere: bool 
 
     guid, name = _guid(fmu), f"{fmu.stem}_native"
     for known in (fmu.with_name(f"{name}.fmu"), work / f"{name}.fmu"):
-        if guid is not None and _read(known, f"documentation/{TWIN_OF}") == guid:
+        if guid is not None and member(known, f"documentation/{TWIN_OF}") == guid:
             return known
     try:
         made = _native_parts(fmu, name, (guid or b"").decode(), work)
@@ -159,22 +158,20 @@ def native_twin(fmu: Path, work: Path, *, quiet: bool = False, everywhere: bool 
 
 def _native_parts(fmu: Path, name: str, guid: str, work: Path) -> tuple[Any, Any] | None:
     """Return what the twin of an FMU of this project is made of; None for any other FMU."""
-    from fmu_compensator.native.build import native_compensator
     from fmu_compensator.runtime.fmi_slave import MODEL_FILE
     from plant_model.fmi_slave import MACHINE_FILE
     from plant_model.machine import Machine
-    from plant_model.native.build import native_plant
-    from scenarios.building import compensator_recipe, plant_recipe
+    from scenarios.building import compensator_recipe, native_of, plant_recipe
 
-    if (machine := _read(fmu, f"resources/{MACHINE_FILE}")) is not None:
+    if (machine := member(fmu, f"resources/{MACHINE_FILE}")) is not None:
         recipe, _ = plant_recipe(Machine.from_dict(json.loads(machine)), name)
-        return recipe, native_plant(recipe, guid)
-    if (model := _read(fmu, f"resources/{MODEL_FILE}")) is not None:
+    elif (model := member(fmu, f"resources/{MODEL_FILE}")) is not None:
         path = work / MODEL_FILE
         path.write_bytes(model)
         recipe, _ = compensator_recipe(path, name, native=True)
-        return recipe, native_compensator(recipe, twin_of=guid)
-    return None
+    else:
+        return None
+    return recipe, native_of(recipe, twin_of=guid)
 
 
 def needs_no_host(fmu: Path) -> bool:
@@ -184,7 +181,7 @@ def needs_no_host(fmu: Path) -> bool:
     ----------
     fmu : Path
     """
-    return _read(fmu, "sources/instance.c") is not None
+    return member(fmu, "sources/instance.c") is not None
 
 
 @cache
@@ -192,17 +189,8 @@ def _say_once(line: str) -> None:
     print(line, file=sys.stderr)
 
 
-def _read(fmu: Path, member: str) -> bytes | None:
-    """Return a file in an FMU, None if there is none."""
-    try:
-        with zipfile.ZipFile(fmu) as archive:
-            return archive.read(member)
-    except (OSError, KeyError, zipfile.BadZipFile):
-        return None
-
-
 def _guid(fmu: Path) -> bytes | None:
-    text = _read(fmu, "modelDescription.xml")
+    text = member(fmu, "modelDescription.xml")
     found = re.search(rb'guid="([^"]+)"', text or b"")
     return found[1] if found else None
 

@@ -7,9 +7,6 @@ to say: what is left between the two is what a boundary temperature moves by wit
 
 from __future__ import annotations
 
-import contextlib
-import io
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -26,7 +23,7 @@ from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
 from plant_model.sensors import displacement_names
 from plant_model.simulate import start_readings
-from scenarios.fmu import Port, Slave, interruptible
+from scenarios.fmu import Port, alone
 
 LONGEST_STEP_S = 30.0
 """Longest communication step [s]: a boundary temperature hardly moves within it."""
@@ -76,28 +73,25 @@ def cosimulate(fmu: Path, machine: Machine, run: Run) -> Cosimulated:
     first = np.array([at_start[name][0] for name in names])
     starts = start_readings(machine, run.frame)
     zero = float(at_start[next(iter(machine.boundary_index))][0])
-    printed, stderr = io.StringIO(), sys.stderr
-    with contextlib.redirect_stderr(printed):
-        slave = Slave(fmu, "plant", lambda line: print(line, file=stderr), printed)
-        with slave, interruptible() as check:
-            for sensor in start_sensors(machine):
-                rise = starts.get(sensor, zero) - zero
-                slave.set_parameter(rise_name(sensor), rise, run.name, sensor)
-            shown = [sensor.name for sensor in machine.sensors] + displacement_names(machine)
-            inputs, outputs = Port(slave, names), Port(slave, shown)
-            table = np.empty((len(time), len(shown)))
-            with slave.starting(float(time[-1] - time[0])):
-                inputs.values[:] = first
-                inputs.set()
+    with alone(fmu, "plant") as (slave, check):
+        for sensor in start_sensors(machine):
+            rise = starts.get(sensor, zero) - zero
+            slave.set_parameter(rise_name(sensor), rise, run.name, sensor)
+        shown = [sensor.name for sensor in machine.sensors] + displacement_names(machine)
+        inputs, outputs = Port(slave, names), Port(slave, shown)
+        table = np.empty((len(time), len(shown)))
+        with slave.starting(float(time[-1] - time[0])):
+            inputs.values[:] = first
+            inputs.set()
+        outputs.get()
+        table[0] = outputs.values
+        for k, row in enumerate(rows):
+            inputs.values[:] = row
+            inputs.set()
+            slave.step(float(time[k] - time[0]), float(time[k + 1] - time[k]))
             outputs.get()
-            table[0] = outputs.values
-            for k, row in enumerate(rows):
-                inputs.values[:] = row
-                inputs.set()
-                slave.step(float(time[k] - time[0]), float(time[k + 1] - time[k]))
-                outputs.get()
-                table[k + 1] = outputs.values
-                check()
+            table[k + 1] = outputs.values
+            check()
     return Cosimulated(time, dict(zip(shown, table.T, strict=True)))
 
 

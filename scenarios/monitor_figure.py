@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from fmu_compensator.monitoring import Report
 from fmu_compensator.monitoring.drift import UNUSUAL, AxisError
 from fmu_compensator.monitoring.monitor import CHANGED, FITS, NOT_MEASURED, OUTSIDE, SENSOR
-from measurement.overview import settle
-from scenarios.figures import DPI, PANEL_IN, WIDTH_IN
+from scenarios.figures import PANEL_IN, WIDTH_IN, saved
 
 COLOURS = {
     FITS: "#2a7f4f",
@@ -42,7 +40,6 @@ def draw_monitor(report: Report, path: Path) -> None:
     """
     axes = sorted({error.axis for run in report.runs for error in run.errors})
     figure = Figure(figsize=(WIDTH_IN, 1.8 + PANEL_IN * max(len(axes), 1)), layout="constrained")
-    FigureCanvasAgg(figure)
     figure.suptitle(f"{report.verdict}: {report.summary}", fontsize=12, x=0.01, ha="left")
     panels = figure.subplots(max(len(axes), 1), 1, sharex=True, squeeze=False)[:, 0]
     used = []
@@ -85,8 +82,7 @@ def draw_monitor(report: Report, path: Path) -> None:
     if axes:
         panels[0].plot([], [], "--", color="#b3342d", label="more is unlike training")
         figure.legend(loc="outside lower center", ncols=4, fontsize=9, frameon=False)
-    settle(figure)
-    figure.savefig(path, dpi=DPI, metadata={"Software": None})
+    saved(figure, path)
 
 
 def _label(error: AxisError) -> str:

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from scipy.cluster.hierarchy import dendrogram
 
 from fmu_compensator.fit.survey import Survey
-from scenarios.figures import DPI
+from scenarios.figures import saved
 
 COLUMNS = 3  # of the figure of loops
 MOST_NAMED = 10  # runs in its legend: colours repeat after so many
@@ -38,7 +37,6 @@ def draw_points(found: Survey, folder: Path) -> list[Path]:
 
 def _dendrogram(found: Survey, path: Path) -> Path:
     figure = Figure(figsize=(max(6.0, 0.42 * len(found.sensors)), 4.0), layout="constrained")
-    FigureCanvasAgg(figure)
     ax = figure.subplots()
     dendrogram(
         found.linkage,
@@ -51,15 +49,13 @@ def _dendrogram(found: Survey, path: Path) -> Path:
     ax.set_ylabel("distance between centroids [K]")
     ax.set_title("Hierarchical clustering of the rises (Euclidean, centroid)", fontsize=11)
     ax.spines[["top", "right"]].set_visible(False)
-    figure.savefig(path, dpi=DPI, metadata={"Software": None})
-    return path
+    return saved(figure, path)
 
 
 def _heat_map(found: Survey, path: Path) -> Path:
     count = len(found.sensors)
     size = max(5.0, 0.42 * count)
     figure = Figure(figsize=(size + 1.2, size), layout="constrained")
-    FigureCanvasAgg(figure)
     ax = figure.subplots()
     # Members of a group stand side by side, so that the groups show as squares.
     order = [k for group in next(iter(found.groupings.values())) for k in group]
@@ -76,8 +72,7 @@ def _heat_map(found: Survey, path: Path) -> Path:
                 ax.text(j, i, text, ha="center", va="center", fontsize=7, color=colour)
     figure.colorbar(image, ax=ax, label="grey comprehensive degree")
     ax.set_title("How alike the temperatures are", fontsize=11)
-    figure.savefig(path, dpi=DPI, metadata={"Software": None})
-    return path
+    return saved(figure, path)
 
 
 def _loops(found: Survey, path: Path) -> Path:
@@ -86,7 +81,6 @@ def _loops(found: Survey, path: Path) -> Path:
     columns = min(count, COLUMNS)
     rows = -(-count // columns)
     figure = Figure(figsize=(3.4 * columns, 3.1 * rows), layout="constrained")
-    FigureCanvasAgg(figure)
     panels = figure.subplots(rows, columns, sharey=True, squeeze=False).ravel()
     for panel, place in zip(panels, places, strict=False):
         loop = found.loops[place]
@@ -110,5 +104,4 @@ def _loops(found: Survey, path: Path) -> Path:
         figure.legend(handles, names, loc="outside lower center", ncols=columns, fontsize=8)
     title = "Drift against temperature: one line per run, the dot is its end"
     figure.suptitle(title if columns > 1 else title.replace(": ", ":\n"), fontsize=11)
-    figure.savefig(path, dpi=DPI, metadata={"Software": None})
-    return path
+    return saved(figure, path)

@@ -12,10 +12,39 @@ from measurement.errors import BadInput
 from measurement.rig import FivePointRig
 from measurement.units import split_column
 from scenarios.fmu import Port, Slave
-from scenarios.probing import PAUSE_S
+from scenarios.probing import is_due
 from scenarios.scenario import Probe
 from scenarios.signals.base import FloatArray
 from scenarios.wiring import PROBED
+
+
+class ProbeInputs:
+    """The inputs of a compensator that a probe's result goes in through.
+
+    Parameters
+    ----------
+    slave : Slave
+        The compensator.
+
+    Attributes
+    ----------
+    names : list of str
+        Those for what is measured; empty if it takes no measurement.
+    """
+
+    def __init__(self, slave: Slave) -> None:
+        self.names = [name for name in slave.names("input") if name.startswith(f"{PROBED}_")]
+        self._values = Port(slave, self.names)
+        self._flag = Port(slave, [PROBED] if self.names else [], "Boolean")
+
+    def set(self, shown: Sequence[float] | FloatArray | None) -> bool:
+        """Set what a probe shows, by name [um, urad]; return whether there is one."""
+        if shown is not None:
+            self._values.values[:] = shown
+            self._values.set()
+        self._flag.values[:] = shown is not None
+        self._flag.set()
+        return shown is not None
 
 
 class ProbeSource:
@@ -93,11 +122,7 @@ class ProbeSource:
         return np.asarray(shown - self._first)
 
     def _due(self, time_s: float, half_widths: Sequence[float]) -> bool:
-        since, probe = time_s - self._last_s, self._probe
-        if probe.every_s is not None and since >= probe.every_s:
-            return True
-        wide = probe.when_um is not None and any(value > probe.when_um for value in half_widths)
-        return wide and (not self._any or since >= PAUSE_S)
+        return is_due(self._probe, time_s - self._last_s, half_widths, is_first=not self._any)
 
     def _pose(self, readings: FloatArray) -> FloatArray:
         if self._rig is None:
@@ -140,21 +165,13 @@ class ProbeCycle:
         input_form: str,
         source: str,
     ) -> None:
-        inputs = [name for name in compensator.names("input") if name.startswith(f"{PROBED}_")]
-        if not inputs:
+        self._inputs = ProbeInputs(compensator)
+        if not self._inputs.names:
             raise BadInput(source, "compensator.probe", "the compensator FMU takes no measurement")
-        targets = [name.removeprefix(f"{PROBED}_") for name in inputs]
+        targets = [name.removeprefix(f"{PROBED}_") for name in self._inputs.names]
         start = FROM_START[input_form]
         self._source = ProbeSource(probe, targets, outputs, rig, source, from_start=start)
-        self._values = Port(compensator, inputs)
-        self._flag = Port(compensator, [PROBED], "Boolean")
 
     def set(self, time_s: float, plant_values: FloatArray, half_widths: Sequence[float]) -> bool:
         """Set the compensator's measured inputs at a point; return whether a probe was taken."""
-        shown = self._source.measured(time_s, plant_values, half_widths)
-        if shown is not None:
-            self._values.values[:] = shown
-            self._values.set()
-        self._flag.values[0] = shown is not None
-        self._flag.set()
-        return shown is not None
+        return self._inputs.set(self._source.measured(time_s, plant_values, half_widths))

@@ -13,6 +13,7 @@ from measurement.drift import counted, measured_drift
 from measurement.rig import Rig
 from measurement.runs import FloatArray, Run
 from measurement.units import split_column
+from scenarios.scenario import Probe
 
 NOISE_UM = 0.5
 PAUSE_S = 300.0
@@ -45,18 +46,27 @@ class Probing:
     seed: int = 1
     most: int | None = None
 
-    def check(self, model: Model) -> None:
-        """Refuse a compensator that cannot be probed so.
 
-        Parameters
-        ----------
-        model : Model
+def is_due(
+    probing: Probing | Probe, since_s: float, half_widths: Sequence[float], *, is_first: bool
+) -> bool:
+    """Return whether a probe is due.
 
-        Raises
-        ------
-        BadInput
-            If it takes no measurement, or has no interval that a limit could be held against.
-        """
+    Parameters
+    ----------
+    probing : Probing or Probe
+        Of a replay, or of a scenario.
+    since_s : float
+        Since the last probe, or else the start [s].
+    half_widths : sequence of float
+        The uncertainty of each axis that is measured; NaN where it is not known [um].
+    is_first : bool
+        Whether there was none so far.
+    """
+    if probing.every_s is not None and since_s >= probing.every_s:
+        return True
+    wide = probing.when_um is not None and any(width > probing.when_um for width in half_widths)
+    return wide and (is_first or since_s >= PAUSE_S)
 
 
 class ProbedRun:
@@ -107,11 +117,8 @@ class ProbedRun:
         if not self._known[row] or (probing.most is not None and len(self.rows) >= probing.most):
             return False
         since = float(self._time_s[row] - self._time_s[self.rows[-1] if self.rows else 0])
-        late = probing.every_s is not None and since >= probing.every_s
-        wide = probing.when_um is not None and any(
-            half_widths[axis] > probing.when_um for axis in self._axes
-        )
-        if not late and not (wide and (not self.rows or since >= PAUSE_S)):
+        measured = [half_widths[axis] for axis in self._axes]
+        if not is_due(probing, since, measured, is_first=not self.rows):
             return False
         self.rows.append(row)
         return True

@@ -7,11 +7,7 @@ as in a real control, and nothing is interpolated.
 
 from __future__ import annotations
 
-import contextlib
-import io
 import math
-import sys
-import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -27,12 +23,13 @@ from measurement.errors import BadInput
 from measurement.faults import GROSS, STANDING, Fault, cleaned, find_faults
 from measurement.rig import AXES, FivePointRig, Rig, rig_from_table
 from measurement.runs import Run
-from scenarios.charts import BEFORE, LINES, Chart, Line, Panel, interval
-from scenarios.fmu import Port, Slave, interruptible
-from scenarios.fmu_file import read_description
+from scenarios.charts import Chart
+from scenarios.fmu import Port, Slave, alone
+from scenarios.fmu_file import member, read_description
+from scenarios.probe_cycle import ProbeInputs
 from scenarios.probing import ProbedRun, Probing
 from scenarios.recording import Event, FmuFacts, facts_of
-from scenarios.table import NO_COMPENSATION
+from scenarios.views import before_and_after
 from scenarios.wiring import PROBED, TOOL_LENGTH
 
 MODELS = (f"resources/{MODEL_FILE}", f"documentation/{MODEL_FILE}")  # in Python, in C
@@ -90,14 +87,11 @@ def model_of(fmu: Path) -> Model:
     ModelFileError
         If it cannot be used.
     """
-    try:
-        with zipfile.ZipFile(fmu) as archive:
-            place = next(name for name in MODELS if name in archive.namelist())
-            text = archive.read(place).decode("utf-8")
-    except (OSError, StopIteration, UnicodeDecodeError, zipfile.BadZipFile):
+    data = member(fmu, *MODELS)
+    if data is None:
         problem = "holds no compensator file, so nothing says what its offsets stand for"
-        raise BadInput(fmu, "", problem) from None
-    return parse_model(text, f"{fmu}: {MODEL_FILE}")
+        raise BadInput(fmu, "", problem)
+    return parse_model(data.decode("utf-8", "replace"), f"{fmu}: {MODEL_FILE}")
 
 
 def rig_of_model(model: Model, machine_rig: FivePointRig | None = None) -> Rig:
@@ -157,8 +151,6 @@ def replay(
         If the FMU fails.
     """
     refuse_lacking(model, run)
-    if probing is not None:
-        probing.check(model)
     faults = find_faults([run])
     kinds = [kind for kind in GROSS if not (keep_frozen and kind in STANDING)]
     # The compensator gets all readings as they are; what it is judged by must be right.
@@ -209,12 +201,8 @@ def _driven(
     fmu: Path, run: Run, length: float, probed: ProbedRun | None
 ) -> tuple[dict[str, np.ndarray], np.ndarray, list[Event], FmuFacts]:
     """Load the FMU and step it through the run."""
-    printed = io.StringIO()
-    stderr = sys.stderr
-    with contextlib.redirect_stderr(printed):
-        slave = Slave(fmu, "compensator", lambda line: print(line, file=stderr), printed)
-        with slave, interruptible():
-            return *_drive(slave, run, length, probed), facts_of(slave)
+    with alone(fmu, "compensator") as (slave, _):
+        return *_drive(slave, run, length, probed), facts_of(slave)
 
 
 def _drive(
@@ -233,7 +221,7 @@ def _drive(
     outputs = [f"d{axis}" for axis in AXES] + [f"d{axis}_uncertainty" for axis in AXES]
     sent = Port(slave, [name for name in outputs if name in slave.variables])
     codes = Port(slave, ["status", "status_sensor"], "Integer")
-    probe = None if probed is None else _ProbeInputs(slave, probed)
+    probe = ProbeInputs(slave)
     table = np.zeros((len(rows), len(sent.names)))
     status = np.zeros(len(rows))
     events: list[Event] = []
@@ -245,8 +233,9 @@ def _drive(
         if k:
             seen.values[:] = rows[k - 1]
             seen.set()
-            if probe is not None:
-                probe.set(k - 1, table[k - 1, axes:])
+            if probed is not None:
+                due = probed.due(k - 1, table[k - 1, axes:].tolist())
+                probe.set(probed.targets[k - 1] if due else None)
             slave.step(float(time_s[k - 1]), float(time_s[k] - time_s[k - 1]))
         sent.get()
         codes.get()
@@ -257,45 +246,12 @@ def _drive(
     return dict(zip(sent.names, table.T, strict=True)), status, events
 
 
-class _ProbeInputs:
-    """The inputs that a probe's result goes in through."""
-
-    def __init__(self, slave: Slave, probed: ProbedRun) -> None:
-        self._probed = probed
-        names = [name for name in slave.names("input") if name.startswith(PROBED)]
-        self._targets = Port(slave, names)
-        self._flag = Port(slave, [PROBED], "Boolean")
-
-    def set(self, row: int, half_widths: np.ndarray) -> None:
-        """Set the inputs of the step that begins at a row."""
-        due = self._probed.due(row, half_widths.tolist())
-        if due:
-            self._targets.values[:] = self._probed.targets[row]
-            self._targets.set()
-        self._flag.values[0] = due
-        self._flag.set()
-
-
 def chart_of(entry: Replay, name: str) -> Chart:
     """Return the drift before and after, an axis a panel."""
-    frame = entry.frame
-    time_s = frame["time_s"].to_numpy() - frame["time_s"].iloc[0]
-    panels = []
-    for axis in AXES:
-        if f"drift_{axis}_um" in frame:
-            before, after = (frame[f"{what}_{axis}_um"].to_numpy() for what in ("drift", "error"))
-            label = LABEL if entry.probes is None else LABEL_PROBED
-            lines = [
-                Line(NO_COMPENSATION, time_s, before, BEFORE),
-                Line(label, time_s, after, LINES[0], rank=2),
-            ]
-            if entry.probes is not None:
-                unprobed = frame[f"unprobed_error_{axis}_um"].to_numpy()
-                lines.insert(1, Line(LABEL, time_s, unprobed, LINES[1]))
-            if f"d{axis}_uncertainty_um" in frame:
-                lines += interval(time_s, frame[f"d{axis}_uncertainty_um"].to_numpy(float))
-            panels.append(Panel(f"{axis} [µm]", tuple(lines)))
-    return Chart(name, f"Drift before and after compensation: {entry.run.name}", "", tuple(panels))
+    shown = [(label, frame) for _, label, frame in results_of(entry) if label != LABEL_HELD]
+    # The interval is that of the compensator as it was driven, with probes where there were any.
+    panels = before_and_after(shown[::-1], entry.frame)
+    return Chart(name, f"Drift before and after compensation: {entry.run.name}", "", panels)
 
 
 def results_of(entry: Replay) -> list[tuple[str, str, pd.DataFrame]]:

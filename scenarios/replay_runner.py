@@ -42,7 +42,7 @@ from scenarios.replay import (
     rig_of_model,
     tool_length_of,
 )
-from scenarios.report import Page, write_report
+from scenarios.report import write_report
 from scenarios.results import (
     DIGITS,
     REPORT,
@@ -157,7 +157,8 @@ def run_replay(
             "versions": versions(),
         }
         table = write_table(groups, facts, folder)
-        page = Page(
+        write_report(
+            folder / REPORT,
             title=title,
             kicker="spindle-drift replay",
             description=description or f"{model.title}, driven by measured runs.",
@@ -173,7 +174,6 @@ def run_replay(
             ],
             files=[name for name in table["files"] if name != REPORT],
         )
-        write_report(page, folder / REPORT)
     return table, groups, notes
 
 

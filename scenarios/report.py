@@ -6,7 +6,7 @@ import base64
 import json
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -55,42 +55,6 @@ STATES = (
 
 
 @dataclass(frozen=True)
-class Page:
-    """What a report shows.
-
-    Attributes
-    ----------
-    title, kicker, description : str
-        The heading, what stands above it, and the paragraph below.
-    groups : sequence of Group
-        The headline table.
-    table_note : str
-        A sentence under the table.
-    charts : sequence of Chart
-        In order.
-    timelines : sequence of (label, events, end)
-        The compensator's status over time, by variant or run; the end in seconds.
-    facts : sequence of (str, str)
-        Where it all comes from.
-    files : sequence of str
-        Files beside the report.
-    notes : sequence of str
-        What must be known of the table, a line each.
-    """
-
-    title: str
-    kicker: str
-    description: str
-    groups: Sequence[Group]
-    table_note: str
-    charts: Sequence[Chart]
-    timelines: Sequence[tuple[str, Sequence[Event], float]] = ()
-    facts: Sequence[tuple[str, str]] = ()
-    files: Sequence[str] = field(default_factory=list)
-    notes: Sequence[str] = ()
-
-
-@dataclass(frozen=True)
 class Span:
     """A stretch of a timeline: where it begins, how wide it is [% of the whole], its looks."""
 
@@ -100,21 +64,38 @@ class Span:
     text: str
 
 
-def write_report(page: Page, path: Path) -> Path:
-    """Write the report; see :class:`Page`."""
-    axes = sorted({axis for group in page.groups for row in group.rows for axis in row.axes})
+def write_report(
+    path: Path,
+    *,
+    groups: Sequence[Group],
+    timelines: Sequence[tuple[str, Sequence[Event], float]],
+    **values: Any,
+) -> Path:
+    """Write the report of a scenario or of a replay.
+
+    Parameters
+    ----------
+    path : Path
+    groups : sequence of Group
+        The headline table.
+    timelines : sequence of (label, events, end)
+        The compensator's status over time, by variant or run; the end in seconds.
+    **values
+        ``title``, ``kicker`` above it, ``description`` below; ``table_note``, a sentence under the
+        table, and ``notes``, what must be known of it; ``charts``; ``facts``, where it all comes
+        from; ``files`` beside the report.
+    """
     return write_page(
         "report.html",
         path,
-        title=page.title,
-        page=page,
-        axes=axes,
-        charts=page.charts,
+        groups=groups,
+        axes=sorted({axis for group in groups for row in group.rows for axis in row.axes}),
         states=STATES,
         timelines=[
             (label, _spans(events, end_s), end_s, *_cut(events))
-            for label, events, end_s in page.timelines
+            for label, events, end_s in timelines
         ],
+        **values,
     )
 
 

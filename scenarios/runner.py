@@ -14,7 +14,7 @@ from measurement.errors import BadInput
 from scenarios.cosimulation import simulate
 from scenarios.fmu_files import find_fmu
 from scenarios.recording import FmuFacts, Recording
-from scenarios.report import Page, write_report
+from scenarios.report import write_report
 from scenarios.results import (
     REPORT,
     check_folder,
@@ -114,12 +114,14 @@ def run_scenario(
         charts = charts_of(recordings, rig)
         write_charts(charts, folder)
         table = write_table(groups, _facts(scenario, recordings, files), folder)
-        page = Page(
+        write_report(
+            folder / REPORT,
             title=scenario.settings.title,
             kicker=f"spindle-drift scenario: {scenario.settings.name}",
             description=scenario.settings.description,
             groups=groups,
             table_note=TABLE_NOTE,
+            notes=(),
             charts=charts,
             timelines=[
                 (full_label_of(entry), entry.events, entry.case.settings.duration_s)
@@ -129,7 +131,6 @@ def run_scenario(
             facts=_shown_facts(scenario, recordings),
             files=[name for name in table["files"] if name != REPORT],
         )
-        write_report(page, folder / REPORT)
     simulated = sum(entry.case.settings.duration_s for entry in recordings)
     return (table, groups, simulated / max(sum(entry.wall_s for entry in recordings), 1e-9))
 

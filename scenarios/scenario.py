@@ -7,7 +7,6 @@ A refusal is one line: file, place, value, what is allowed.
 from __future__ import annotations
 
 import copy
-import difflib
 import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,7 +15,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from measurement.errors import BadInput, checked, shown
+from measurement.errors import BadInput, checked, near, shown
 from scenarios.faults import SensorFault
 from scenarios.signals import build
 from scenarios.signals.base import Duration, Setting, Signal, Value
@@ -216,8 +215,7 @@ def scenario_path(name_or_path: str | Path) -> Path:
             return path
     except (OSError, ValueError, RuntimeError) as error:
         raise BadInput(text, "", f"is not a path: {error}") from None
-    near = difflib.get_close_matches(text.removesuffix(".toml"), known, 1)
-    hint = f"; did you mean {near[0]}?" if near else ""
+    hint = near(text.removesuffix(".toml"), known)
     raise BadInput(text, "", f"is neither a file nor one of the scenarios {', '.join(known)}{hint}")
 
 

@@ -10,6 +10,7 @@ from typing import Any
 import pandas as pd
 
 from measurement.figures import CompensationRow, compensation_table
+from measurement.files import json_ready
 
 NO_COMPENSATION = "No compensation"
 
@@ -168,7 +169,7 @@ def as_list(groups: Sequence[Group]) -> list[dict[str, Any]]:
                 {
                     "name": row.name,
                     "label": row.label,
-                    "axes": {axis: _finite(entry.to_dict()) for axis, entry in row.axes.items()},
+                    "axes": {axis: _figures(entry) for axis, entry in row.axes.items()},
                 }
                 for row in group.rows
             ],
@@ -177,9 +178,5 @@ def as_list(groups: Sequence[Group]) -> list[dict[str, Any]]:
     ]
 
 
-def _finite(table: dict[str, Any]) -> dict[str, Any]:
-    return {
-        key: None if isinstance(value, float) and not math.isfinite(value) else value
-        for key, value in table.items()
-        if key != "axis"
-    }
+def _figures(row: CompensationRow) -> dict[str, Any]:
+    return {key: value for key, value in json_ready(row.to_dict()).items() if key != "axis"}

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import json
-import zipfile
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
-from measurement.errors import BadInput
 from measurement.rig import AXES, FivePointRig, rig_from_table
 from measurement.units import UNITS, split_column
 from scenarios.charts import BEFORE, LINES, MANY, MEASURED, Chart, Line, Panel, interval
+from scenarios.fmu_file import member
 from scenarios.recording import Recording
 from scenarios.signals.base import FloatArray
 from scenarios.table import NO_COMPENSATION, Group, group_of
@@ -91,11 +90,9 @@ def rig_of(plant_fmu: Path) -> FivePointRig | None:
         Of this project or not.
     """
     try:
-        with zipfile.ZipFile(plant_fmu) as archive:
-            place = next(name for name in MACHINES if name in archive.namelist())
-            rig = json.loads(archive.read(place))["rig"]
-        found = rig_from_table(rig, plant_fmu)
-    except (OSError, StopIteration, KeyError, TypeError, ValueError, AttributeError, BadInput):
+        machine = json.loads(member(plant_fmu, *MACHINES) or b"{}")
+        found = rig_from_table(machine["rig"], plant_fmu)
+    except (KeyError, TypeError, ValueError, AttributeError):  # BadInput is a ValueError
         return None
     return found if isinstance(found, FivePointRig) else None
 
@@ -125,7 +122,7 @@ def charts_of(recordings: Sequence[Recording], rig: FivePointRig | None) -> list
 
 def _speed(main: Recording) -> Chart:
     frame = main.frame
-    time_s: FloatArray = frame["time_s"].to_numpy(dtype=np.float64)
+    time_s = _floats(frame, "time_s")
     panels = []
     for column in ("speed_rpm", "feed_mm_min", "torque_Nm", TOOL):
         # A tool that is never changed, or a torque that is always zero, tells nothing.
@@ -140,7 +137,7 @@ def _speed(main: Recording) -> Chart:
 
 def _temperatures(main: Recording) -> Chart:
     frame = main.frame
-    time_s: FloatArray = frame["time_s"].to_numpy(dtype=np.float64)
+    time_s = _floats(frame, "time_s")
     columns = [name for name in main.sensors if name.endswith("_degC")]
     lines = [
         Line(split_column(column)[0], time_s, seen(frame, column), MANY[i % len(MANY)], thin=True)
@@ -154,37 +151,53 @@ def seen(frame: pd.DataFrame, column: str) -> FloatArray:
     """Return a sensor's column as the machine showed it, faults included."""
     signal, _, unit = column.rpartition("_")
     disturbed = f"{signal}_seen_{unit}"
-    found: FloatArray = frame[disturbed if disturbed in frame else column].to_numpy(
-        dtype=np.float64
-    )
-    return found
+    return _floats(frame, disturbed if disturbed in frame else column)
+
+
+def before_and_after(
+    results: Sequence[tuple[str, pd.DataFrame]], drift: pd.DataFrame, *, thin: bool = False
+) -> tuple[Panel, ...]:
+    """Return the drift without compensation and what is left of it, an axis a panel.
+
+    Parameters
+    ----------
+    results : sequence of (str, DataFrame)
+        By label what is left, ``error_X_um`` ...; of the first also the interval.
+    drift : DataFrame
+        ``time_s`` and ``drift_X_um`` ... for the axes that are known.
+    thin : bool
+        Whether there are many samples.
+    """
+    time_s = drift["time_s"].to_numpy(dtype=np.float64) - float(drift["time_s"].iloc[0])
+    panels = []
+    for axis in AXES:
+        if f"drift_{axis}_um" not in drift:
+            continue
+        lines = [Line(NO_COMPENSATION, time_s, _floats(drift, f"drift_{axis}_um"), BEFORE)]
+        for number, (label, frame) in enumerate(results):
+            colour, rank = LINES[number % len(LINES)], len(results) - number
+            error = _floats(frame, f"error_{axis}_um")
+            lines.append(Line(label, time_s, error, colour, thin=thin, rank=rank))
+            if number == 0 and f"d{axis}_uncertainty_um" in frame:
+                lines += interval(time_s, _floats(frame, f"d{axis}_uncertainty_um"))
+        panels.append(Panel(f"{axis} [µm]", tuple(lines)))
+    return tuple(panels)
+
+
+def _floats(frame: pd.DataFrame, column: str) -> FloatArray:
+    return np.asarray(frame[column], dtype=np.float64)
 
 
 def drift_chart(name: str, what: str, group: Sequence[Recording]) -> Chart:
-    """Return the drift before and after compensation, an axis a panel."""
-    first = group[0].frame
-    time_s = first["time_s"].to_numpy()
-    panels = []
-    for axis in AXES:
-        if f"drift_{axis}_um" not in first:
-            continue
-        lines = [Line(NO_COMPENSATION, time_s, first[f"drift_{axis}_um"].to_numpy(), BEFORE)]
-        after = [entry for entry in group if is_compensated(entry)]
-        for number, entry in enumerate(after):
-            error: FloatArray = entry.frame[f"error_{axis}_um"].to_numpy(dtype=np.float64)
-            colour, rank = LINES[number % len(LINES)], len(after) - number
-            lines.append(Line(label_of(entry), time_s, error, colour, thin=True, rank=rank))
-            if number == 0 and f"d{axis}_uncertainty_um" in entry.frame:
-                width = entry.frame[f"d{axis}_uncertainty_um"].to_numpy(dtype=np.float64)
-                lines += interval(time_s, width)
-        panels.append(Panel(f"{axis} [µm]", tuple(lines)))
+    """Return the drift of variants before and after compensation, an axis a panel."""
+    after = [(label_of(entry), entry.frame) for entry in group if is_compensated(entry)]
     title = f"Drift of the tool tip before and after compensation: {lowered(what)}"
-    return Chart(name, title, "", tuple(panels))
+    return Chart(name, title, "", before_and_after(after, group[0].frame, thin=True))
 
 
 def _tilt(recording: Recording, rig: FivePointRig | None) -> list[Chart]:
     frame = recording.frame
-    time_s: FloatArray = frame["time_s"].to_numpy(dtype=np.float64)
+    time_s = _floats(frame, "time_s")
     pose = None
     if rig is not None and all(column in frame for column in rig.columns):
         pose = rig.pose(frame)
@@ -192,15 +205,11 @@ def _tilt(recording: Recording, rig: FivePointRig | None) -> list[Chart]:
     for name, plane in (("yaw", "XZ"), ("pitch", "YZ")):
         column, lines = f"{name}_urad", []
         if pose is not None:
-            measured: FloatArray = pose[column].to_numpy(dtype=np.float64)
-            lines.append(
-                Line("Measured by the rig", *minute_means(time_s, measured), MEASURED, rank=2)
-            )
+            means = minute_means(time_s, _floats(pose, column))
+            lines.append(Line("Measured by the rig", *means, MEASURED, rank=2))
         if column in frame:
-            predicted: FloatArray = frame[column].to_numpy(dtype=np.float64)
-            lines.append(
-                Line("Predicted by the compensator", time_s, predicted, LINES[0], thin=True)
-            )
+            label, predicted = "Predicted by the compensator", _floats(frame, column)
+            lines.append(Line(label, time_s, predicted, LINES[0], thin=True))
         if lines:
             panels.append(Panel(f"{name}, {plane} [µrad]", tuple(lines)))
     note = (
@@ -212,7 +221,7 @@ def _tilt(recording: Recording, rig: FivePointRig | None) -> list[Chart]:
 
 def _offsets(recording: Recording) -> list[Chart]:
     frame = recording.frame
-    time_s: FloatArray = frame["time_s"].to_numpy(dtype=np.float64)
+    time_s = _floats(frame, "time_s")
     columns = [f"offset_{axis}_um" for axis in AXES]
     lines = tuple(
         Line(axis, time_s, frame[column].to_numpy(), LINES[number], thin=True)

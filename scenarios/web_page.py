@@ -5,7 +5,6 @@ from __future__ import annotations
 import base64
 import json
 import tempfile
-import zipfile
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,6 +19,7 @@ from fmu_packaging.variables import Variable
 from measurement.errors import BadInput
 from plant_model.machine import Machine
 from scenarios.building import compensator_recipe, native_of, plant_recipe
+from scenarios.fmu_file import member
 from scenarios.replay import MODELS
 from scenarios.report import STATES, state_of, write_page
 from scenarios.views import MACHINES
@@ -106,10 +106,9 @@ def write_page_of(plant: Path, compensator: Path, path: Path) -> WebPage:
 
 
 def _inside(fmu: Path, places: Iterable[str]) -> bytes:
-    with zipfile.ZipFile(fmu) as archive:
-        for place in set(places) & set(archive.namelist()):
-            return archive.read(place)
-    raise BadInput(fmu, "", "does not carry the file that it was made from")
+    if (found := member(fmu, *places)) is None:
+        raise BadInput(fmu, "", "does not carry the file that it was made from")
+    return found
 
 
 def _written(machine: Machine, compensator: Path, path: Path) -> WebPage:

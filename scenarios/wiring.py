@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from measurement.errors import BadInput, shown
+from measurement.errors import BadInput, near, shown
 from measurement.rig import AXES
 
 TOOL_LENGTH = "tool_length"
@@ -135,9 +134,8 @@ def parameter_kind(
     variable = variables.get(name)
     if variable is None or variable.causality != "parameter" or variable.type == "String":
         known = [entry for entry, found in variables.items() if found.causality == "parameter"]
-        near = difflib.get_close_matches(name, known, 1)
-        hint = f"; did you mean {near[0]}?" if near else ""
-        raise BadInput(source, f"{place}.{name}", f"the {role} FMU has no such parameter{hint}")
+        problem = f"the {role} FMU has no such parameter{near(name, known)}"
+        raise BadInput(source, f"{place}.{name}", problem)
     low, high = variable.min, variable.max
     too_low = low is not None and value < float(low)
     if too_low or (high is not None and value > float(high)):

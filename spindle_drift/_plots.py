@@ -9,8 +9,9 @@ import numpy as np
 import pandas as pd
 
 from measurement.rig import AXES
-from scenarios.charts import BEFORE, LINES, MANY, MEASURED, Chart, Line, Panel, interval
+from scenarios.charts import BEFORE, LINES, MANY, MEASURED, Chart, Line, Panel
 from scenarios.figures import draw_on
+from scenarios.views import before_and_after
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -18,19 +19,7 @@ if TYPE_CHECKING:
 
 def plot_judged(frame: pd.DataFrame, name: str) -> Figure:
     """Return drift before and after compensation, an axis a panel."""
-    time_s = frame["time_s"].to_numpy(float) - float(frame["time_s"].iloc[0])
-    panels = tuple(
-        Panel(
-            f"{axis} [µm]",
-            (
-                Line("without compensation", time_s, _of(frame, f"drift_{axis}_um"), BEFORE),
-                Line("compensated", time_s, _of(frame, f"error_{axis}_um"), LINES[0], rank=2),
-                *interval(time_s, _of(frame, f"d{axis}_uncertainty_um")),
-            ),
-        )
-        for axis in AXES
-        if f"drift_{axis}_um" in frame
-    )
+    panels = before_and_after([("Compensated", frame)], frame)
     return _drawn(Chart("judged", f"Drift before and after compensation: {name}", "", panels))
 
 

@@ -6,12 +6,11 @@ fields, with their bounds, are what a scenario file may say about it.
 
 from __future__ import annotations
 
-import difflib
 from functools import cache
 from pathlib import Path
 from typing import get_args
 
-from measurement.errors import BadInput, checked, shown
+from measurement.errors import BadInput, checked, near, shown
 from measurement.walk import classes_of
 from scenarios.signals.base import Setting, Signal
 
@@ -52,13 +51,11 @@ def build(entry: object, setting: Setting) -> Signal:
         )
     kind = entry.get("kind")
     if not isinstance(kind, str) or kind not in kinds():
-        near = difflib.get_close_matches(str(kind), kinds(), 1)
-        hint = f"; did you mean {near[0]}?" if near else ""
         problem = "is missing" if kind is None else f"{shown(kind)} is not a kind of signal"
         raise BadInput(
             setting.source,
             f"{setting.place}.kind",
-            f"{problem}: {', '.join(sorted(kinds()))}{hint}",
+            f"{problem}: {', '.join(sorted(kinds()))}{near(kind, kinds())}",
         )
     try:
         signal = checked(kinds()[kind], entry, setting.source)

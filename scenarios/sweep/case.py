@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -11,6 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from measurement.files import json_ready
 from measurement.rig import AXES
 from scenarios.cosimulation import simulate
 from scenarios.fmu import FmuError
@@ -23,6 +23,9 @@ POINTS = 240
 
 DIGITS = 4
 """Decimals of the curves [um]."""
+
+
+NOT_FIGURES = ("axis", "samples")
 
 
 def outcome_of(job: Job, places: Mapping[str, Path], shelf: Shelf | None = None) -> dict[str, Any]:
@@ -64,7 +67,10 @@ def outcome_of(job: Job, places: Mapping[str, Path], shelf: Shelf | None = None)
     return {
         "number": job.number,
         "problem": "",
-        "axes": {axis: _finite(row.to_dict()) for axis, row in axes.items()},
+        "axes": {
+            axis: {k: v for k, v in json_ready(row.to_dict()).items() if k not in NOT_FIGURES}
+            for axis, row in axes.items()
+        },
         "valid_percent": 100.0 * float(frame["valid_1"].mean()) if "valid_1" in frame else None,
         "time_s": frame["time_s"].to_numpy()[chosen].tolist(),
         "curves": {name: _curve(frame, name, chosen) for name in names if name in frame},
@@ -83,14 +89,6 @@ def failed(job: Job, problem: str) -> dict[str, Any]:
     }
 
 
-def _finite(row: dict[str, Any]) -> dict[str, Any]:
-    return {
-        key: None if isinstance(value, float) and not math.isfinite(value) else value
-        for key, value in row.items()
-        if key not in ("axis", "samples")
-    }
-
-
 def _curve(frame: pd.DataFrame, name: str, chosen: np.ndarray) -> list[float | None]:
     values = np.round(frame[name].to_numpy(dtype=np.float64)[chosen], DIGITS)
-    return [value if math.isfinite(value) else None for value in values.tolist()]
+    return list(json_ready(values.tolist()))

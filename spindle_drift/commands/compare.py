@@ -14,12 +14,12 @@ from typing import Any
 from tqdm import tqdm
 
 from fmu_compensator.fit.comparison import Comparison
-from measurement.errors import BadInput, shown
+from measurement.errors import BadInput
 from measurement.faults import HANDLING, faults_text
 from measurement.files import write_atomically
 from scenarios.arguments import add_json, add_parameters, add_results, parameters_of
 from scenarios.comparison_page import ranking_text, write_comparison, write_figures
-from scenarios.grey_options import add_choice_options, choice_options, option_value
+from scenarios.grey_options import add_choice_options, choice_options, named_values
 from scenarios.outputs import FOLDER
 from scenarios.presets import add_as
 from scenarios.results import results_folder, write_table
@@ -112,13 +112,9 @@ def run(args: argparse.Namespace) -> int:
 def _options(args: argparse.Namespace) -> dict[str, dict[str, Any]]:
     """Return the options of the models by name."""
     found: dict[str, dict[str, Any]] = {}
-    for text in args.option:
-        model, dot, rest = text.partition(".")
-        name, equals, value = rest.partition("=")
-        if not (dot and equals and name.isidentifier()):
-            problem = f"{shown(text)} is not allowed: must be MODEL.NAME=VALUE"
-            raise BadInput("compare", "--option", problem)
-        found.setdefault(model, {})[name] = option_value(value)
+    for name, value in named_values("compare", args.option, "MODEL.NAME=VALUE"):
+        model, _, option = name.partition(".")
+        found.setdefault(model, {})[option] = value
     return found
 
 

@@ -9,7 +9,7 @@ from inspect import signature
 from typing import Any
 
 from fmu_compensator.fit.fitting import fit_compensator
-from measurement.errors import BadInput, shown
+from measurement.errors import BadInput
 from scenarios.arguments import (
     add_json,
     add_output,
@@ -20,7 +20,7 @@ from scenarios.arguments import (
 )
 from scenarios.fit_figures import draw_fit
 from scenarios.fit_text import bar, check_jobs, report
-from scenarios.grey_options import add_choice_options, choice_options, option_value
+from scenarios.grey_options import add_choice_options, choice_options, named_values
 from scenarios.outputs import COMPENSATOR_FILE, FOLDER
 from scenarios.presets import add_as
 from spindle_drift.compensators import fit
@@ -103,10 +103,8 @@ def run(args: argparse.Namespace) -> int:
 
 def _options(given: list[str]) -> dict[str, Any]:
     """Return the options of the error model by name."""
-    options = {}
-    for text in given:
-        name, equals, value = text.partition("=")
-        if not equals or not name.isidentifier() or name in RESERVED:
-            raise BadInput("fit", "--option", f"{shown(text)} is not allowed: must be NAME=VALUE")
-        options[name] = option_value(value)
+    options = dict(named_values("fit", given, "NAME=VALUE"))
+    if taken := next(iter(options.keys() & RESERVED), None):
+        problem = f"{taken} is not allowed: must be NAME=VALUE of the model"
+        raise BadInput("fit", "--option", problem)
     return options

@@ -39,17 +39,20 @@ def run(args: argparse.Namespace) -> int:
     """Read the logs, and print the verdict first."""
     from tqdm import tqdm
 
+    from measurement.files import json_ready
+    from measurement.runs import Run
     from scenarios.monitor_figure import draw_monitor
     from scenarios.results import results_folder, write_table
     from spindle_drift.compensators import Compensator
 
     compensator = Compensator.load(args.compensator)
     with tqdm(total=len(args.runs), unit="run", disable=args.quiet or None, leave=False) as bar:
-        report = compensator.monitor(
-            args.runs, machine=args.machine, on_run=lambda run: _count(bar)
-        )
-    table = _plain(asdict(report))
-    text = json.dumps(table, indent=1, ensure_ascii=False, allow_nan=False)
+
+        def count(run: Run) -> None:
+            bar.update()
+
+        report = compensator.monitor(args.runs, machine=args.machine, on_run=count)
+    text = json.dumps(json_ready(asdict(report), 6), indent=1, ensure_ascii=False, allow_nan=False)
     if args.out is not None:
         with results_folder(args.out) as folder:
             (folder / "monitor.json").write_text(text + "\n", encoding="utf-8")
@@ -86,18 +89,3 @@ def lines_of(report: Any) -> list[str]:
         lines.append(f"  {run.run}: {run.verdict}; {', '.join(cells) or 'drift not measured'}")
         lines += [f"    {reason}" for reason in run.reasons]
     return lines + [f"note: {note}" for note in report.notes]
-
-
-def _count(bar: Any) -> None:
-    bar.update()
-
-
-def _plain(value: Any) -> Any:
-    """Return a value as JSON carries it: what is not finite as null."""
-    if isinstance(value, dict):
-        return {key: _plain(entry) for key, entry in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(entry) for entry in value]
-    if isinstance(value, float):
-        return float(f"{value:.6g}") if math.isfinite(value) else None
-    return value

@@ -248,7 +248,7 @@ def test_results_can_be_looked_at(no_windows: None, tmp_path: Path) -> None:
     judged = compensator.plot(runs[0], machine="jig_borer")
     assert [ax.get_ylabel() for ax in judged.axes] == ["X [µm]", "Y [µm]", "Z [µm]"]
     lines = {line.get_label() for line in judged.axes[0].lines}
-    assert lines >= {"without compensation", "compensated"}
+    assert lines >= {"No compensation", "Compensated"}
     assert any("interval" in str(label) for label in lines)
     drift = compensator.judge(runs[0], machine="jig_borer")["drift_Z_um"].to_numpy()
     assert judged.axes[2].lines[0].get_ydata().min() == pytest.approx(drift.min())

@@ -144,7 +144,7 @@ def test_a_failure_while_writing_leaves_no_folder(
     tiny_folder: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    def fail(*_: object) -> None:
+    def fail(*_: object, **__: object) -> None:
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(runner, "write_report", fail)
