@@ -18,7 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.results_page import put
+from benchmarks.results_page import tell
 from fmu_compensator.fit.data import prepare
 from fmu_compensator.fit.fitting import compensator_text, fit_compensator
 from fmu_compensator.fit.training import Array
@@ -219,10 +219,7 @@ def main() -> None:
     parser.add_argument("--lathe", type=Path, help="folder of the lathe's run files")
     parser.add_argument("--write", action="store_true", help="also write docs/results.md")
     args = parser.parse_args()
-    text = table(args.lathe)
-    print(text, end="")
-    if args.write:
-        put("broken_sensor", text)
+    tell("broken_sensor", table(args.lathe), write=args.write)
 
 
 if __name__ == "__main__":

@@ -31,14 +31,11 @@ from gap_finder.calibrate import calibrate
 from gap_finder.observations import Observations, observe
 from gap_finder.regimes import RunResiduals, by_channel, gap_of, noise_of, residuals
 from measurement.runs import Run
-from plant_model.convergence import convergence
 from plant_model.drawing.expand import expanded
 from plant_model.machine import Machine
 from plant_model.machine_file import machine_from_table, machine_path, read_machine
 from plant_model.parameters import FloatArray
 from plant_model.sensors import displacement_names
-from plant_model.simulate import simulate
-from plant_model.warm_up import warm_up
 
 PAGES = ("jig_borer", "belt_spindle")
 
@@ -159,44 +156,13 @@ def against_truth(machine: Machine, seed: int) -> None:
     print("   " + ", ".join(f"{name} {value:.2f}" for name, value in left.items()))
 
 
-def cells() -> None:
-    """Print the table of cells of every shipped page."""
-    for name in PAGES:
-        print(f"{name}: longest mm, sensitivities, lumps, temperature, displacement")
-        for row in convergence(name):
-            print(
-                f"{row.longest_mm:8.0f}{row.sectors:6}{row.nodes:6}"
-                f"{100 * row.temperature:8.1f} %{100 * row.drift:8.1f} %"
-            )
-
-
-def seconds() -> None:
-    """Print how long 8 h take."""
-    for name in (*PAGES, "jig_borer_lumps"):
-        machine = read_machine(name)
-        inputs = warm_up(machine, 10.0)
-        simulate(machine, inputs)
-        took = []
-        for _ in range(7):
-            begun = time.process_time()
-            simulate(machine, inputs)
-            took.append(time.process_time() - begun)
-        print(f"{name}: {len(machine.nodes)} lumps, 8 h at 10 s in {1e3 * min(took):.0f} ms")
-
-
 def main(argv: list[str] | None = None) -> int:
     """Print what is asked for."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--cells", action="store_true")
-    parser.add_argument("--time", action="store_true")
     parser.add_argument("--truth", type=int, default=0, metavar="N")
     parser.add_argument("--mistakes", type=int, default=0, metavar="N")
     parser.add_argument("--around", choices=("page", "lumps"), default="page")
     args = parser.parse_args(argv)
-    if args.cells:
-        cells()
-    if args.time:
-        seconds()
     with drawn_around(args.around):
         for seed in range(1, args.truth + 1):
             against_truth(placed(), seed)

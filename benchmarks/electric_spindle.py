@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.results_page import put
+from benchmarks.results_page import tell
 from fmu_compensator.fit.columns import targets_of
 from fmu_compensator.fit.contestants import contestants, held
 from fmu_compensator.fit.data import prepare
@@ -45,9 +45,7 @@ def main() -> int:
             lines += _judge(entrant, first, whole, cut)
         except BadInput as refusal:
             lines.append(f"| {entrant.title} | left out: {refusal} | | |")
-    print("\n".join(lines))
-    if args.write:
-        put("electric_spindle", "\n".join(lines))
+    tell("electric_spindle", "\n".join(lines), write=args.write)
     return 0
 
 

@@ -22,7 +22,7 @@ from pygments.lexers import CLexer, PythonLexer
 from pygments.token import Comment, String, Whitespace
 
 import spindle_drift as sd
-from benchmarks.results_page import put
+from benchmarks.results_page import as_table, tell
 from fmu_compensator.runtime.compensator import RunningCompensator
 from fmu_compensator.runtime.modelfile import load_model
 from plant_model.effects import catalogue
@@ -165,29 +165,17 @@ def table() -> str:
     product = [numbers for name, numbers in rows if name not in BESIDE]
     together = ("**product together**", [sum(column) for column in zip(*product, strict=True)])
     rows.insert(len(product), together)
-    text = [heads, *([name, *(f"{n:,}" for n in numbers)] for name, numbers in rows)]
-    text.insert(1, ["---"] * len(heads))
-    ways = [["Walk", "files", "functions"], ["---"] * 3]
-    ways += [[name, *map(str, numbers)] for name, numbers in walks()]
-    return (
-        f"{as_table(text)}\n\n{as_table(ways)}\n\n"
-        f"README and docs: {words():,} words that no command wrote."
-    )
-
-
-def as_table(rows: list[list[str]]) -> str:
-    """Return rows as a table of Markdown."""
-    return "\n".join("| " + " | ".join(row) + " |" for row in rows)
+    text = as_table(heads, ([name, *(f"{n:,}" for n in numbers)] for name, numbers in rows))
+    visited = ([name, *map(str, numbers)] for name, numbers in walks())
+    ways = as_table(["Walk", "files", "functions"], visited)
+    return f"{text}\n\n{ways}\n\nREADME and docs: {words():,} words that no command wrote."
 
 
 def main() -> None:
     """Print the tables."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--write", action="store_true", help="also write docs/results.md")
-    found = table()
-    print(found)
-    if parser.parse_args().write:
-        put("house", found)
+    tell("house", table(), write=parser.parse_args().write)
 
 
 if __name__ == "__main__":

@@ -20,7 +20,7 @@ from pathlib import Path
 import numpy as np
 from tqdm import tqdm
 
-from benchmarks.results_page import put
+from benchmarks.results_page import tell
 from benchmarks.trust.questions import (
     Question,
     electric_questions,
@@ -177,10 +177,7 @@ def main() -> int:
     args = parser.parse_args()
     todo = list(questions(args.folder))
     answers = [ask(question, args.model) for question in tqdm(todo, disable=None)]
-    text = page(answers)
-    print(text)
-    if args.write:
-        put("monitoring", text)
+    tell("monitoring", page(answers), write=args.write)
     return 0
 
 

@@ -19,7 +19,7 @@ from pathlib import Path
 import fmpy
 
 import build_fmu
-from benchmarks.results_page import put
+from benchmarks.results_page import tell
 from fmu_packaging.native.build import HEADERS, native_package
 from fmu_packaging.native.compilers import STRICT, compilers, run_compiler
 from plant_model.effects import catalogue
@@ -154,9 +154,7 @@ def main() -> None:
         _verdict(f"{label}, changes / empty", empty[label], most)
         for label, most in MOST_TIMES_EMPTY.items()
     ]
-    print("\n".join(lines))
-    if given.write:
-        put("native_plant_steps", "\n".join(lines))
+    tell("native_plant_steps", "\n".join(lines), write=given.write)
 
 
 if __name__ == "__main__":

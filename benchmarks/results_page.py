@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from measurement.files import write_atomically
@@ -22,3 +23,16 @@ def put(name: str, text: str, path: Path | None = None) -> None:
         return f"{found[1]}\n{text.strip()}\n\n{found[4]}" if found[2] == name else found[0]
 
     write_atomically(path, BLOCK.sub(block, page))
+
+
+def tell(name: str, text: str, *, write: bool) -> None:
+    """Print what a command has measured; with *write* also put it on docs/results.md."""
+    print(text)
+    if write:
+        put(name, text)
+
+
+def as_table(head: Sequence[str], rows: Iterable[Sequence[str]], *, flush: str = "---") -> str:
+    """Return a Markdown table; *flush* are the marks under all heads but the first."""
+    lines = [head, ["---", *[flush] * (len(head) - 1)], *rows]
+    return "\n".join(f"| {' | '.join(row)} |" for row in lines)

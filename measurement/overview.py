@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
@@ -32,7 +31,9 @@ _LONG_S = 12 * 3600.0  # from here on the time axis counts hours
 _LEGEND_ROWS = 13
 
 
-def draw_overview(run: Run, summary: Summary, rig: Rig | None = None) -> Figure:
+def draw_overview(
+    run: Run, summary: Summary, rig: Rig | None = None, *, figure: Figure | None = None
+) -> Figure:
     """Return a figure of a run, one panel per kind of signal that it has.
 
     Stretches in which a displacement looks frozen or saturated are shaded.
@@ -45,6 +46,8 @@ def draw_overview(run: Run, summary: Summary, rig: Rig | None = None) -> Figure:
         Its summary: the running period and the findings.
     rig : FivePointRig or DirectRig, optional
         Gives the displacement columns their axes; a five-point rig that fits adds the tilt.
+    figure : Figure, optional
+        Empty, to draw on.
     """
     five_point = rig if isinstance(rig, FivePointRig) and rig.fits(run) else None
     panels = [
@@ -57,8 +60,9 @@ def draw_overview(run: Run, summary: Summary, rig: Rig | None = None) -> Figure:
     if not shown:  # a run of other signals only: still a figure, with nothing hidden
         shown = [(2.0, _draw_others)]
     heights = [height for height, _ in shown]
-    figure = Figure(figsize=(11.0, 1.0 + 1.75 * sum(heights)), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = figure or Figure()
+    figure.set_size_inches(11.0, 1.0 + 1.75 * sum(heights))
+    figure.set_layout_engine("constrained")
     grid = figure.subplots(
         len(shown), 1, sharex=True, squeeze=False, gridspec_kw={"height_ratios": heights}
     )

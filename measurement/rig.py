@@ -51,6 +51,20 @@ class SimulatedRig(_Rig):
     resolution_um: Fineness = 0.0
     """Its step."""
 
+    @property
+    def columns(self) -> list[str]:
+        """The rig's run-file columns, in order."""
+        raise NotImplementedError
+
+    def fits(self, run: Run) -> bool:
+        """Return whether the run has all the columns.
+
+        Parameters
+        ----------
+        run : Run
+        """
+        return set(self.columns) <= set(run.frame.columns)
+
 
 class FivePointRig(SimulatedRig):
     """Five displacement sensors at a test bar: two across near, two across distal, one axial.
@@ -207,15 +221,6 @@ class FivePointRig(SimulatedRig):
         """
         return self.pose(run.frame)
 
-    def fits(self, run: Run) -> bool:
-        """Return whether the run has all five columns.
-
-        Parameters
-        ----------
-        run : Run
-        """
-        return all(name in run.frame.columns for name in self.columns)
-
     def _need(self, frame: pd.DataFrame) -> None:
         places = ("near_x", "near_y", "distal_x", "distal_y", "axial")
         for place, name in zip(places, self.columns, strict=True):
@@ -315,15 +320,6 @@ class DirectRig(SimulatedRig):
                 if axis in found
             }
         )
-
-    def fits(self, run: Run) -> bool:
-        """Return whether the run has all the columns.
-
-        Parameters
-        ----------
-        run : Run
-        """
-        return all(name in run.frame.columns for name in self.columns)
 
     def _need(self, frame: pd.DataFrame) -> None:
         for name in self.columns:

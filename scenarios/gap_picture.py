@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from html import escape
 from typing import Any
 
 from scenarios.charts import BEFORE, LINES
+from scenarios.svg import part, picture
 
 BARS = (("before", "calibrated as given", BEFORE), ("after", "with what was added", LINES[0]))
 REFERENCE = "#b8435c"
@@ -35,30 +35,23 @@ def gap_picture(channels: Mapping[str, Mapping[str, Any]]) -> str:
     bars = BARS if any(row["before"] != row["after"] for row in rows.values()) else BARS[:1]
     each = len(bars) * BAR + 6
     height = 26 + each * len(rows)
-    parts = [
-        f'<svg viewBox="0 0 {WIDTH} {height}" width="100%" role="img" '
-        'aria-label="gap before and after by channel" font-size="11" fill="currentColor">',
-        *_legend(bars),
-    ]
+    parts = _legend(bars)
     for i, (name, row) in enumerate(rows.items()):
         top = 26 + i * each
         line = top + 4 + len(bars) * BAR // 2
-        parts.append(f'<text x="{NAME - 6}" y="{line}" text-anchor="end">{escape(name)}</text>')
+        parts.append(part("text", name, x=NAME - 6, y=line, text_anchor="end"))
         for j, (key, _, colour) in enumerate(bars):
-            long = max(row[key] * scale, 0.5)
-            parts.append(
-                f'<rect x="{NAME}" y="{top + j * BAR}" width="{long:.1f}" height="{BAR - 1}" '
-                f'fill="{colour}"><title>{escape(name)} {key}: {row[key]:.2f}</title></rect>'
-            )
+            size = {"width": max(row[key] * scale, 0.5), "height": BAR - 1}
+            title = f"{name} {key}: {row[key]:.2f}"
+            place = {"x": NAME, "y": top + j * BAR}
+            parts.append(part("rect", "", title, **place, **size, fill=colour))
         at = NAME + row["reference"] * scale
-        parts.append(
-            f'<line x1="{at:.1f}" x2="{at:.1f}" y1="{top - 1}" y2="{top + len(bars) * BAR}" '
-            f'stroke="{REFERENCE}" stroke-width="2"/>'
-        )
-        end = NAME + max(row.values()) * scale + 6
+        ends = {"x1": at, "x2": at, "y1": top - 1, "y2": top + len(bars) * BAR}
+        parts.append(part("line", **ends, stroke=REFERENCE, stroke_width=2))
         numbers = " → ".join(f"{row[key]:.1f}" for key, _, _ in bars)
-        parts.append(f'<text x="{end:.1f}" y="{line}">{numbers}</text>')
-    return "".join([*parts, "</svg>"])
+        parts.append(part("text", numbers, x=NAME + max(row.values()) * scale + 6, y=line))
+    looks = {"width": "100%", "font_size": 11, "fill": "currentColor"}
+    return picture(WIDTH, height, "gap before and after by channel", parts, **looks)
 
 
 def _legend(bars: Sequence[tuple[str, str, str]]) -> list[str]:
@@ -66,6 +59,6 @@ def _legend(bars: Sequence[tuple[str, str, str]]) -> list[str]:
     parts = []
     for i, (words, colour) in enumerate(told):
         x = NAME + 170 * i
-        parts.append(f'<rect x="{x}" y="6" width="12" height="8" fill="{colour}"/>')
-        parts.append(f'<text x="{x + 17}" y="14">{words}</text>')
+        parts.append(part("rect", x=x, y=6, width=12, height=8, fill=colour))
+        parts.append(part("text", words, x=x + 17, y=14))
     return parts

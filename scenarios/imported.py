@@ -14,7 +14,6 @@ from measurement.runs import Run, write_run
 from scenarios.outputs import OTHERWISE, is_forced, is_input
 
 KIND = "spindle-drift imported runs"
-FORMAT = 1
 MAPPING, MANIFEST = "import.toml", "imported.json"
 
 
@@ -59,7 +58,7 @@ def write_imported(
             "warm_start": piece.warm,
             "sources": sources,
         }
-    table = {"kind": KIND, "format": FORMAT, "runs": known}
+    table = {"kind": KIND, "format": 1, "runs": known}
     write_atomically(folder / MANIFEST, json.dumps(table, indent=1, sort_keys=True) + "\n")
     if with_mapping:
         write_atomically(folder / MAPPING, imported.mapping_text())

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from html import escape
 from math import cos, radians
 
 from plant_model.drawing.cells import Cell
@@ -12,10 +11,16 @@ from plant_model.drawing.form import degrees
 from plant_model.drawing.layout import Drawing
 from plant_model.drawing.mesh import Mesh
 from plant_model.machine import Machine
+from scenarios.svg import INK, label, part, picture
 
 WIDTH, MARGIN, TOP = 1040.0, 50.0, 34.0
-INK, SOFT, BLUE, RED = "#222830", "#7a828d", "#2f6fb3", "#b3402f"
+SOFT, BLUE, RED = "#7a828d", "#2f6fb3", "#b3402f"
 COLD, HOT = (222, 230, 238), (226, 104, 48)
+HATCH = (
+    '<defs><pattern id="hatch" width="6" height="6" patternUnits="userSpaceOnUse"'
+    ' patternTransform="rotate(45)"><rect width="6" height="6" fill="#eef0f3"/>'
+    f'<line x1="0" y1="0" x2="0" y2="6" stroke="{SOFT}" stroke-width="2"/></pattern></defs>'
+)
 
 
 def colour(value: float, low: float, high: float) -> str:
@@ -46,7 +51,7 @@ class Canvas:
         self.scale = (WIDTH - 2.0 * MARGIN) / (self.last - self.first)
         self.middle = TOP + self.reach * self.scale + 6.0
         self.height = 2.0 * self.middle + 26.0
-        self._parts: list[str] = []
+        self.parts: list[str] = []
 
     def x(self, at: float) -> float:
         """Return where a place along the axis is [px]."""
@@ -57,72 +62,36 @@ class Canvas:
         return self.middle - radius * self.scale
 
     def rect(
-        self,
-        along: tuple[float, float],
-        radii: tuple[float, float],
-        fill: str,
-        *,
-        title: str = "",
-        line: str = INK,
-        thin: bool = False,
-        more: str = "",
+        self, along: tuple[float, float], radii: tuple[float, float], fill: str, title: str
     ) -> None:
         """Draw a ring's section: *radii* may both be negative, for the lower half."""
-        x, y = self.x(along[0]), self.y(max(radii))
-        width, height = (along[1] - along[0]) * self.scale, abs(radii[1] - radii[0]) * self.scale
-        named = f"<title>{escape(title)}</title>" if title else ""
-        self._parts.append(
-            f'<rect x="{x:.1f}" y="{y:.1f}" width="{width:.1f}" height="{height:.1f}" fill="{fill}"'
-            f' stroke="{line}" stroke-width="{0.4 if thin else 1}" {more}>{named}</rect>'
-        )
+        size = {
+            "width": (along[1] - along[0]) * self.scale,
+            "height": abs(radii[1] - radii[0]) * self.scale,
+        }
+        place = {"x": self.x(along[0]), "y": self.y(max(radii))}
+        self.parts.append(part("rect", "", title, **place, **size, fill=fill, stroke=INK))
 
     def both(
         self, along: tuple[float, float], radii: tuple[float, float], fill: str, title: str
     ) -> None:
         """Draw a ring's section above and below the axis."""
         for sign in (1.0, -1.0):
-            self.rect(along, (sign * radii[0], sign * radii[1]), fill, title=title)
+            self.rect(along, (sign * radii[0], sign * radii[1]), fill, title)
 
-    def dot(self, at: float, radius: float, fill: str, size: float, title: str = "") -> None:
+    def dot(self, at: float, radius: float, fill: str, size: float, title: str) -> None:
         """Draw a dot of *size* pixels."""
-        named = f"<title>{escape(title)}</title>" if title else ""
-        self._parts.append(
-            f'<circle cx="{self.x(at):.1f}" cy="{self.y(radius):.1f}" r="{size:.1f}" fill="{fill}"'
-            f' stroke="{INK}" stroke-width="1">{named}</circle>'
-        )
+        place = {"cx": self.x(at), "cy": self.y(radius)}
+        self.parts.append(part("circle", "", title, **place, r=size, fill=fill, stroke=INK))
 
-    def text(
-        self,
-        x: float,
-        y: float,
-        text: str,
-        *,
-        fill: str = INK,
-        size: int = 12,
-        anchor: str = "start",
-    ) -> None:
+    def text(self, x: float, y: float, text: str, **looks: object) -> None:
         """Write at a place in pixels."""
-        self._parts.append(
-            f'<text x="{x:.1f}" y="{y:.1f}" fill="{fill}" font-size="{size}"'
-            f' text-anchor="{anchor}" stroke="#ffffff" stroke-width="3" paint-order="stroke">'
-            f"{escape(text)}</text>"
-        )
+        self.parts.append(label(x, y, text, **looks))
 
     def line(self, x1: float, y1: float, x2: float, y2: float, stroke: str, dash: str = "") -> None:
         """Draw a line between places in pixels."""
-        dashed = f' stroke-dasharray="{dash}"' if dash else ""
-        self._parts.append(
-            f'<line x1="{x1:.1f}" y1="{y1:.1f}" x2="{x2:.1f}" y2="{y2:.1f}" stroke="{stroke}"'
-            f' stroke-width="1"{dashed}/>'
-        )
-
-    def svg(self, label: str) -> str:
-        """Return the picture."""
-        return (
-            f'<svg viewBox="0 0 {WIDTH:.0f} {self.height:.0f}" role="img"'
-            f' aria-label="{escape(label)}" font-family="system-ui, sans-serif">'
-            f"{''.join(self._parts)}</svg>"
-        )
+        ends = {"x1": x1, "y1": y1, "x2": x2, "y2": y2}
+        self.parts.append(part("line", **ends, stroke=stroke, stroke_dasharray=dash))
 
 
 def section_of_page(drawing: Drawing, warm: dict[str, float]) -> str:
@@ -166,7 +135,7 @@ def section_of_page(drawing: Drawing, warm: dict[str, float]) -> str:
     if form.tool is not None:
         radius = form.tool.diameter / 2.0
         along = (form.shaft.gauge_line, form.shaft.gauge_line + form.tool.length)
-        canvas.rect(along, (-radius, radius), fill("tool"), title=said("tool"))
+        canvas.rect(along, (-radius, radius), fill("tool"), said("tool"))
     _lines(canvas, drawing)
     _thermometers(canvas, drawing, mesh)
     return _with_key(canvas, low, high, "Section of the spindle to scale")
@@ -182,9 +151,9 @@ def _holds(canvas: Canvas, drawing: Drawing, reach: float) -> None:
         for sign, angle in ((1.0, 90.0), (-1.0, 270.0)):
             if holds.reaches(angle):
                 radii = (sign * (reach + 4.0), sign * (reach + 14.0))
-                canvas.rect(span, radii, "url(#hatch)", title=f"held by {carrier.name}")
-        label = carrier.name if holds.side is None else f"{carrier.name} ({holds.side})"
-        canvas.text(canvas.x(sum(span) / 2.0), canvas.y(reach + 17.0), label, anchor="middle")
+                canvas.rect(span, radii, "url(#hatch)", f"held by {carrier.name}")
+        name = carrier.name if holds.side is None else f"{carrier.name} ({holds.side})"
+        canvas.text(canvas.x(sum(span) / 2.0), canvas.y(reach + 17.0), name, font_size=12)
 
 
 def _housing(canvas: Canvas, mesh: Mesh, warm: dict[str, float], low: float, high: float) -> None:
@@ -197,7 +166,7 @@ def _housing(canvas: Canvas, mesh: Mesh, warm: dict[str, float], low: float, hig
                 (cell.start, cell.end),
                 (sign * radii[0], sign * radii[1]),
                 colour(warm[shown.node], low, high),
-                title=f"{shown.node}: {warm[shown.node]:.1f} degC",
+                f"{shown.node}: {warm[shown.node]:.1f} degC",
             )
 
 
@@ -246,9 +215,9 @@ def _lines(canvas: Canvas, drawing: Drawing) -> None:
     marks = ((0.0, "mounting face"), (drawing.form.shaft.gauge_line, "gauge line"))
     for at, what in marks:
         canvas.line(canvas.x(at), TOP - 8.0, canvas.x(at), bottom, SOFT, "4 3")
-        canvas.text(canvas.x(at), TOP - 14.0, what, fill=SOFT, size=11, anchor="middle")
+        canvas.text(canvas.x(at), TOP - 14.0, what, fill=SOFT)
     canvas.line(MARGIN, bottom + 14.0, MARGIN + 100.0 * canvas.scale, bottom + 14.0, INK)
-    canvas.text(MARGIN, bottom + 30.0, "100 mm", size=11)
+    canvas.text(MARGIN, bottom + 30.0, "100 mm", text_anchor="start")
 
 
 def _thermometers(canvas: Canvas, drawing: Drawing, mesh: Mesh) -> None:
@@ -258,7 +227,7 @@ def _thermometers(canvas: Canvas, drawing: Drawing, mesh: Mesh) -> None:
         together.setdefault((round(at), round(radius)), []).append(name)
     for (at, radius), names in together.items():
         x, y = canvas.x(at) + 6.0, canvas.y(radius) - 5.0
-        canvas.text(x, y, ", ".join(names), fill=RED, size=12)
+        canvas.text(x, y, ", ".join(names), fill=RED, font_size=12, text_anchor="start")
 
 
 def _placed(drawing: Drawing, mesh: Mesh) -> Iterator[tuple[str, float, float, str]]:
@@ -282,22 +251,14 @@ def _placed(drawing: Drawing, mesh: Mesh) -> Iterator[tuple[str, float, float, s
             yield entry.name, seat.form.at, seat.bearing.outside / 2.0, f"outer ring of {name}"
 
 
-def _with_key(canvas: Canvas, low: float, high: float, label: str) -> str:
+def _with_key(canvas: Canvas, low: float, high: float, name: str) -> str:
     x, y = WIDTH - MARGIN - 160.0, canvas.height - 16.0
     for k in range(16):
         shade = colour(low + (high - low) * k / 15.0, low, high)
-        canvas._parts.append(
-            f'<rect x="{x + 5 * k:.0f}" y="{y - 9:.0f}" width="5" height="9" fill="{shade}"/>'
-        )
-    canvas.text(x - 6.0, y, f"{low:.0f}", size=11, anchor="end")
-    canvas.text(x + 86.0, y, f"{high:.0f} degC at full speed", size=11)
-    hatch = (
-        '<defs><pattern id="hatch" width="6" height="6" patternUnits="userSpaceOnUse"'
-        ' patternTransform="rotate(45)"><rect width="6" height="6" fill="#eef0f3"/>'
-        f'<line x1="0" y1="0" x2="0" y2="6" stroke="{SOFT}" stroke-width="2"/></pattern></defs>'
-    )
-    canvas._parts.insert(0, hatch)
-    return canvas.svg(label)
+        canvas.parts.append(part("rect", x=x + 5 * k, y=y - 9, width=5, height=9, fill=shade))
+    canvas.text(x - 6.0, y, f"{low:.0f}", text_anchor="end")
+    canvas.text(x + 86.0, y, f"{high:.0f} degC at full speed", text_anchor="start")
+    return picture(WIDTH, canvas.height, name, [HATCH, *canvas.parts])
 
 
 def section_of_lumps(machine: Machine, warm: dict[str, float]) -> str:
@@ -324,17 +285,15 @@ def section_of_lumps(machine: Machine, warm: dict[str, float]) -> str:
         for sign, node in rows:
             title = f"{node}: {warm[node]:.1f} degC"
             fill = colour(warm[node], low, high)
-            canvas.rect((start, end), (sign * radii[0], sign * radii[1]), fill, title=title)
+            canvas.rect((start, end), (sign * radii[0], sign * radii[1]), fill, title)
         canvas.text(
             canvas.x((start + end) / 2.0),
             canvas.y(sum(radii) / 2.0) + 4.0,
             nodes[0] if len(nodes) == 1 else f"{nodes[0].rpartition('_')[0]} ({len(nodes)} sides)",
-            size=11,
-            anchor="middle",
         )
     for item in machine.of_kind("structure", "located"):
         for key, what in (("at", "located"), ("gauge_line", "gauge line")):
             at = canvas.x(item.parameters[key].value)
             canvas.line(at, TOP - 8.0, at, 2.0 * canvas.middle - TOP, SOFT, "4 3")
-            canvas.text(at, TOP - 14.0, what, fill=SOFT, size=11, anchor="middle")
+            canvas.text(at, TOP - 14.0, what, fill=SOFT)
     return _with_key(canvas, low, high, "Shaft and housing along the axis")

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from html import escape
 from math import log10
 
 import numpy as np
 
 from plant_model.checks import Part, part_of
 from plant_model.machine import Machine
-from scenarios.machine_drawing import colour
+from scenarios.machine_drawing import WIDTH, colour
+from scenarios.svg import INK, label, part, picture
 
-WIDTH, HEIGHT, PAD = 1040.0, 600.0, 70.0
+HEIGHT, PAD = 600.0, 70.0
 STROKES = {"wall": "#8b929c", "air": "#c3a15a", "coolant": "#2f6fb3"}
 KINDS = {
     "convection": "air",
@@ -44,42 +44,27 @@ def network_svg(
         (x1, y1), (x2, y2) = place[a], place[b]
         width = 1.0 + 5.0 * max(0.0, 1.0 + log10(max(g, 1e-3) / strongest) / 3.0)
         stroke = STROKES[kinds.get((a, b)) or kinds.get((b, a)) or "wall"]
-        drawn.append(
-            f'<line x1="{x1:.0f}" y1="{y1:.0f}" x2="{x2:.0f}" y2="{y2:.0f}" stroke="{stroke}"'
-            f' stroke-width="{width:.1f}" stroke-opacity="0.7"><title>{escape(a)} to {escape(b)}:'
-            f" {g:.3g} W/K</title></line>"
-        )
-    low, high = min(part.warm for part in parts), max(part.warm for part in parts)
-    for part in parts:
-        x, y = place[part.name]
-        ring = {"read": "#b3402f", "beside": "#222830", "unseen": "#aab1ba"}[part.seen]
-        size = 6.0 + 2.2 * max(0.0, log10(max(part.capacity, 10.0)) - 1.0)
-        title = f"{part.name}: {part.capacity:.3g} J/K, {part.warm:.1f} degC, {part.seen}"
-        fill = colour(part.warm, low, high)
-        drawn.append(
-            f'<circle cx="{x:.0f}" cy="{y:.0f}" r="{size:.1f}" fill="{fill}"'
-            f' stroke="{ring}" stroke-width="2"><title>{escape(title)}</title></circle>'
-        )
-        count = f" ({part.nodes})" if part.nodes > 1 else ""
-        drawn.append(_label(x, y - size - 4.0, f"{part.name}{count}"))
+        looks: dict[str, object] = {"stroke": stroke, "stroke_width": width}
+        looks["stroke_opacity"] = 0.7
+        ends = {"x1": x1, "y1": y1, "x2": x2, "y2": y2}
+        drawn.append(part("line", "", f"{a} to {b}: {g:.3g} W/K", **ends, **looks))
+    low, high = min(lump.warm for lump in parts), max(lump.warm for lump in parts)
+    for lump in parts:
+        x, y = place[lump.name]
+        ring = {"read": "#b3402f", "beside": INK, "unseen": "#aab1ba"}[lump.seen]
+        size = 6.0 + 2.2 * max(0.0, log10(max(lump.capacity, 10.0)) - 1.0)
+        title = f"{lump.name}: {lump.capacity:.3g} J/K, {lump.warm:.1f} degC, {lump.seen}"
+        looks = {"fill": colour(lump.warm, low, high), "stroke": ring, "stroke_width": 2}
+        drawn.append(part("circle", "", title, cx=x, cy=y, r=size, **looks))
+        count = f" ({lump.nodes})" if lump.nodes > 1 else ""
+        drawn.append(label(x, y - size - 4.0, f"{lump.name}{count}"))
     for name in names[len(parts) :]:
         x, y = place[name]
-        drawn.append(
-            f'<rect x="{x - 9:.0f}" y="{y - 9:.0f}" width="18" height="18" fill="#ffffff"'
-            f' stroke="#2f6fb3" stroke-width="2"><title>{escape(name)}</title></rect>'
-        )
-        drawn.append(_label(x, y - 13.0, name))
-    return (
-        f'<svg viewBox="0 0 {WIDTH:.0f} {HEIGHT:.0f}" role="img" aria-label="Network of heat paths"'
-        f' font-family="system-ui, sans-serif">{"".join(drawn)}</svg>'
-    )
-
-
-def _label(x: float, y: float, text: str) -> str:
-    return (
-        f'<text x="{x:.0f}" y="{y:.0f}" font-size="11" text-anchor="middle" fill="#222830"'
-        f' stroke="#ffffff" stroke-width="3" paint-order="stroke">{escape(text)}</text>'
-    )
+        looks = {"fill": "#ffffff", "stroke": STROKES["coolant"], "stroke_width": 2}
+        square = {"x": x - 9, "y": y - 9, "width": 18, "height": 18}
+        drawn.append(part("rect", "", name, **square, **looks))
+        drawn.append(label(x, y - 13.0, name))
+    return picture(WIDTH, HEIGHT, "Network of heat paths", drawn)
 
 
 def _used(name: str, links: dict[tuple[str, str], float]) -> bool:

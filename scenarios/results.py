@@ -30,7 +30,6 @@ from scenarios.table import Group, as_list
 from scenarios.views import seen
 
 REPORT = "report.html"
-FORMAT = 1
 DIGITS = 6
 """Decimals of the numbers in ``results.csv``: far below every sensor's noise."""
 
@@ -169,7 +168,7 @@ def write_table(
         The content, as JSON has it.
     """
     files = sorted({*(path.name for path in folder.iterdir()), TABLE, *to_come})
-    head = {"kind": RESULTS, "format": FORMAT, **made_by(), **facts}
+    head = {"kind": RESULTS, "format": 1, **made_by(), **facts}
     table = {**head, "files": files, "table": as_list(groups)}
     text = json.dumps(table, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
     (folder / TABLE).write_text(text, encoding="utf-8")

@@ -8,8 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
+from measurement.iso230 import summarise
+from measurement.overview import draw_overview
 from measurement.rig import AXES
-from scenarios.charts import BEFORE, LINES, MANY, MEASURED, Chart, Line, Panel
+from measurement.runs import Run
+from scenarios.charts import BEFORE, LINES, MANY, Chart, Line, Panel
 from scenarios.figures import draw_on
 from scenarios.views import before_and_after
 
@@ -42,26 +45,11 @@ def plot_frames(frames: Mapping[str, pd.DataFrame]) -> Figure:
     return _drawn(Chart("scenario", "What is left of the drift", "", tuple(panels)))
 
 
-def plot_run(frame: pd.DataFrame, name: str) -> Figure:
+def plot_run(run: Run) -> Figure:
     """Return a run's temperatures, displacements and speed."""
-    time_s = frame["time_s"].to_numpy(float) - float(frame["time_s"].iloc[0])
-    panels = []
-    labels = {"degC": "temperature [°C]", "um": "displacement [µm]", "rpm": "speed [r/min]"}
-    for unit, label in labels.items():
-        names = [str(column) for column in frame if str(column).endswith(f"_{unit}")]
-        lines = tuple(
-            Line(
-                column.removesuffix(f"_{unit}"),
-                time_s,
-                _of(frame, column),
-                MEASURED if unit == "rpm" else MANY[at % len(MANY)],
-                held=unit == "rpm",
-            )
-            for at, column in enumerate(names)
-        )
-        if lines:
-            panels.append(Panel(label, lines))
-    return _drawn(Chart("run", name, "", tuple(panels)))
+    from matplotlib import pyplot
+
+    return draw_overview(run, summarise(run), figure=pyplot.figure())
 
 
 def plot_bars(table: pd.DataFrame, title: str, label: str) -> Figure:

@@ -97,7 +97,7 @@ class ImportedLog:
         which : int
             Position of the run.
         """
-        return plot_run(self.runs[which].frame, self.runs[which].name)
+        return plot_run(self.runs[which])
 
     def save(self, folder: str | Path, *, force: bool = False) -> list[Path]:
         """Write the run files and the mapping file, as ``spindle-drift import`` does.

@@ -15,14 +15,14 @@ import subprocess
 import sys
 import tempfile
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
 
 import build_fmu
 from benchmarks.controller.stack import Stack
-from benchmarks.results_page import put
+from benchmarks.results_page import as_table, tell
 from fmu_packaging.native.build import memory_size, native_package
 from fmu_packaging.native.compilers import STRICT, c_files, compilers, run_compiler, write_sources
 from plant_model.machine_file import read_machine
@@ -103,13 +103,15 @@ def main() -> int:
     given = parser.parse_args()
     found = {kind: sources_of(kind) for kind in ("compensator", "plant")}
     heads = ("", "sources, read only", "linked", "static", "stack of a step", "of the start")
-    size, time, rule = rows_of(heads), rows_of(TIMES), rows_of(("", "rules", "findings"))
+    size: list[list[str]] = []
+    time: list[list[str]] = []
+    rule: list[list[str]] = []
     with tempfile.TemporaryDirectory(prefix="controller_") as name:
         programs = {}
         for kind, sources in found.items():
             for target, (command, flags) in TARGETS.items():
                 if command and shutil.which(command) is None:
-                    size.append(row(f"{kind}, {target}", f"{command} is not there"))
+                    size.append([f"{kind}, {target}", f"{command} is not there"])
                     continue
                 folder = Path(name) / kind / target
                 programs[kind] = linked(command, flags, sources, folder)
@@ -120,40 +122,30 @@ def main() -> int:
                 stack = Stack(folder.glob("*.ci"))
                 deep = {entry: stack.deepest(entry)[0] for entry in ENTRIES}
                 step, start = max(list(deep.values())[:3]), deep["fmi2Instantiate"]
-                size.append(row(f"{kind}, {target}", constant, whole, written, step, start))
+                numbers = (constant, whole, written, step, start)
+                size.append([f"{kind}, {target}", *map(str, numbers)])
         for kind, program in programs.items():
             command = [str(program), str(given.steps), str(given.runs)]
             done = subprocess.run(command, capture_output=True, text=True, check=False)
             median, longest, chain = map(float, done.stdout.split())
             shown = (f"{median:.0f}", f"{longest:.0f}", f"{longest / chain:.1f}")
-            time.append(row(kind, *shown))
+            time.append([kind, *shown])
         for kind, sources in found.items():
             if shutil.which("cppcheck") is None:
-                rule.append(row("cppcheck is not there"))
+                rule.append(["cppcheck is not there"])
                 break
             rules = misra(sources, Path(name) / "misra" / kind)
             said = ", ".join(f"{rule} ({count})" for rule, count in rules.most_common(MOST_RULES))
-            rule.append(row(kind, len(rules), said))
+            rule.append([kind, str(len(rules)), said])
     single, double = followed(np.float32), followed(np.float64)
     lag = (
         f"A lag of {LAG_S:g} s at {LEVEL:g} degC, stepped by {STEP_S:g} s, stands still within "
         f"{single:.1g} K of its input in float32, {double:.1g} K in double."
     )
-    text = "\n\n".join("\n".join(part) for part in (size, time, rule, [lag]))
-    print(text)
-    if given.write:
-        put("controller", text)
+    found_tables = ((heads, size), (TIMES, time), (("", "rules", "findings"), rule))
+    text = "\n\n".join([*(as_table(head, rows) for head, rows in found_tables), lag])
+    tell("controller", text, write=given.write)
     return 0
-
-
-def row(*cells: object) -> str:
-    """Return a row of a Markdown table."""
-    return f"| {' | '.join(map(str, cells))} |"
-
-
-def rows_of(heads: Sequence[str]) -> list[str]:
-    """Return the first two lines of a Markdown table."""
-    return [row(*heads), row(*["---"] * len(heads))]
 
 
 if __name__ == "__main__":

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import statistics
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 
 from statsmodels.stats.proportion import proportion_confint
 
@@ -29,15 +30,14 @@ from benchmarks.gap.outcome import (
 from benchmarks.gap.plan import DELETED_SIZES
 from benchmarks.gap.records import CLASSES, STRONG, VISIBLE, Record
 from benchmarks.gap.truths import USUAL
+from benchmarks.results_page import as_table
 
 CLOSED = 0.8
 """Share of the reducible gap that an effect named right is to close [1]."""
 
 
-def markdown(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """Return a table; all columns but the first are flush right."""
-    lines = [head, ["---", *["---:"] * (len(head) - 1)], *rows]
-    return "\n".join(f"| {' | '.join(row)} |" for row in lines)
+markdown = partial(as_table, flush="---:")
+"""A table whose columns but the first are flush right."""
 
 
 def share(some: int, of: int) -> str:

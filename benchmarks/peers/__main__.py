@@ -32,8 +32,7 @@ from fmpy.fmi3 import FMU3Slave
 
 import build_fmu
 from benchmarks.peers.in_pythonfmu import INPUTS, OUTPUTS
-from benchmarks.results_page import put
-from benchmarks.studies.tables import as_table
+from benchmarks.results_page import as_table, put
 from fmu_compensator.native.build import native_compensator
 from fmu_packaging.native.build import HEADERS, native_package
 from fmu_packaging.native.compilers import compilers

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from tqdm import tqdm
 
-from benchmarks.results_page import put
+from benchmarks.results_page import as_table, tell
 from benchmarks.sensor_faults.breaking import BREAKAGES, ODDITIES, Breakage, planted
 from benchmarks.sensor_faults.plain import plain_faults
 from benchmarks.sensor_faults.sources import Group, is_known, is_sound, report, setting
@@ -163,11 +163,11 @@ def tables(found: dict[tuple[str, str, str], Tally]) -> str:
     for healthy in (True, False):
         rows = [what for _, what, _ in found if what.startswith("healthy") == healthy]
         title = "Healthy, alarms per run" if healthy else "Planted, share found"
-        lines += [f"| {title} | " + " | ".join(sources) + " |", "| --- " * (len(sources) + 1) + "|"]
-        for what in dict.fromkeys(rows):
-            cells = [_cell(found, source, what) for source in sources]
-            lines.append(f"| {what.removeprefix('healthy: ')} | " + " | ".join(cells) + " |")
-        lines.append("")
+        cells = (
+            [what.removeprefix("healthy: "), *(_cell(found, source, what) for source in sources)]
+            for what in dict.fromkeys(rows)
+        )
+        lines += [as_table([title, *sources], cells), ""]
     lost = [one for key, t in found.items() if key[2] == "detector" for one in t.lost_min]
     if lost:
         middle, most = np.percentile(lost, [50, 95])
@@ -219,9 +219,7 @@ def main(arguments: list[str] | None = None) -> int:
     if args.said:
         print("\n".join(count.said), "\n")
     text = tables(count.tallies)
-    print(text)
-    if args.write:
-        put("sensor_faults", text)
+    tell("sensor_faults", text, write=args.write)
     if args.json:
         table: list[dict[str, Any]] = [
             {"source": key[0], "what": key[1], "by": key[2], **tally.__dict__}

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.results_page import as_table
 from benchmarks.studies.machines import shipped_runs, truth
-from benchmarks.studies.tables import as_table
 from fmu_compensator.fit.fitting import compensator_text, fit_compensator
 from fmu_compensator.runtime.compensator import RunningCompensator
 from fmu_compensator.runtime.modelfile import parse_model

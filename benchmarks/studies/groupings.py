@@ -8,9 +8,9 @@ from itertools import combinations
 from pathlib import Path
 from typing import Any
 
+from benchmarks.results_page import as_table
 from benchmarks.studies.machines import truth
 from benchmarks.studies.published import GA_POINTS, TS_GROUPS
-from benchmarks.studies.tables import as_table
 from fmu_compensator.fit.survey import survey
 from scenarios.points_figures import draw_points
 from scenarios.presets import PRESETS

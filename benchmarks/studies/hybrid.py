@@ -17,8 +17,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from benchmarks.results_page import as_table
 from benchmarks.studies.machines import Pair, truth
-from benchmarks.studies.tables import as_table, shown_range
+from benchmarks.studies.tables import shown_range
 from fmu_compensator.fit.columns import MeasuredColumns
 from fmu_compensator.fit.data import prepare
 from fmu_compensator.fit.error_models.base import FittedModel

@@ -8,6 +8,7 @@ from pathlib import Path, PurePosixPath
 
 import numpy as np
 
+from benchmarks.results_page import as_table
 from benchmarks.studies.entrants import ENTRANTS, NO_MODEL, TRUTH
 from benchmarks.studies.judge import Score
 from benchmarks.studies.machines import truth
@@ -228,9 +229,3 @@ def elements_table() -> str:
         rows.append([one["study"], one["element"], one["here"], *code, test, one["oracle"]])
     head = ["study", "element", "here", "command", "file", "test", "oracle"]
     return as_table(head, rows)
-
-
-def as_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """Return a Markdown table."""
-    lines = [head, ["---"] * len(head), *rows]
-    return "\n".join(f"| {' | '.join(row)} |" for row in lines)

@@ -18,7 +18,7 @@ from typing import Any
 
 from tqdm import tqdm
 
-from benchmarks.results_page import put
+from benchmarks.results_page import tell
 from benchmarks.trust.fresh import fresh_lathe, fresh_simulated
 from benchmarks.trust.judge import CHOICE, PROTOTYPE, judge
 from benchmarks.trust.questions import (
@@ -82,9 +82,7 @@ def main() -> int:
         write_atomically(args.json, json.dumps(found, indent=1) + "\n")
     order = {model: place for place, model in enumerate(MODELS.split(","))}
     text = tables(sorted(found, key=lambda one: order.get(one["model"], len(order))))
-    print(text)
-    if args.write:
-        put("trust", text)
+    tell("trust", text, write=args.write)
     return 0
 
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.results_page import as_table
 from benchmarks.trust.judge import CHOICE, PROTOTYPE
 
 MUCH = 1.5
@@ -39,11 +40,9 @@ def _ratio(one: dict[str, Any]) -> float:
 
 
 def _summary(good: Sequence[dict[str, Any]]) -> list[str]:
-    lines = [
-        "| Model | like: error | coverage | unlike: error | worst split | worst run | coverage |"
-        " status 2 | badly wrong at status 0 |",
-        "| --- | --- | --- | --- | --- | --- | --- | --- | --- |",
-    ]
+    heads = ["Model", "like: error", "coverage", "unlike: error", "worst split", "worst run"]
+    heads += ["coverage", "status 2", "badly wrong at status 0"]
+    rows = []
     for model in dict.fromkeys(one["model"] for one in good):
         here = [one for one in good if one["model"] == model]
         cells = [f"`{model}`" if model != CHOICE else f"**{model}**"]
@@ -61,30 +60,22 @@ def _summary(good: Sequence[dict[str, Any]]) -> list[str]:
             cells.append(f"{100 * np.mean(covered):.0f} %")
         cells.append(f"{100 * np.mean([one['outside'] for one in here]):.0f} %")
         cells.append(f"{100 * np.mean([one['badly_wrong'] for one in here]):.1f} %")
-        lines.append("| " + " | ".join(cells) + " |")
-    return lines
+        rows.append(cells)
+    return [as_table(heads, rows)]
 
 
 def _questions(good: Sequence[dict[str, Any]]) -> list[str]:
     lines = []
     for data in dict.fromkeys(one["data"] for one in good):
-        heads = [
-            "Judged on",
-            "",
-            "axis",
-            "none",
-            "fit's own choice",
-            "promised",
-            "coverage, half width",
-        ]
-        heads += ["status 2", "one idea"]
+        heads = ["Judged on", "", "axis", "none", "fit's own choice", "promised"]
+        heads += ["coverage, half width", "status 2", "one idea"]
         width = len(heads) - all(one["model"] != PROTOTYPE for one in good)
         lines += [f"### {data.capitalize()}", ""]
-        lines += [f"| {' | '.join(heads[:width])} |", "| --- " * width + "|"]
+        rows = []
         for question in dict.fromkeys(one["question"] for one in good if one["data"] == data):
             here = [one for one in good if (one["data"], one["question"]) == (data, question)]
-            lines += [f"| {' | '.join(cells[:width])} |" for cells in _rows(question, here)]
-        lines.append("")
+            rows += [cells[:width] for cells in _rows(question, here)]
+        lines += [as_table(heads[:width], rows), ""]
     return lines
 
 

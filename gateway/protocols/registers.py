@@ -18,9 +18,6 @@ if TYPE_CHECKING:
     from gateway.database import Database
     from gateway.unit import CompensatorUnit
 
-ROOM = 1000
-"""Most lines that may wait to be printed."""
-
 
 class RegisterLines(Participant):
     """Prints each register that changes, a line of JSON for an answer.
@@ -76,6 +73,8 @@ class Registers(Adapter):
         """Begin to print."""
         if self.args.registers is None:
             return None
+        from gateway.options import ROOM
+
         printer = Background(ROOM)
 
         def show(line: str) -> None:

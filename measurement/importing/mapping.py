@@ -13,7 +13,6 @@ from measurement.errors import BadInput, checked
 from measurement.files import read_bytes
 
 KIND = "spindle-drift import"
-FORMAT = 1
 HEAD = """\
 How this log becomes run files; the next import into this folder follows it.
 A column without a unit, or with keep = false, is left out. Known units are those of the header or

@@ -16,7 +16,6 @@ from measurement.files import write_atomically
 from scenarios.sweep.plan import Plan
 
 KIND = "spindle-drift sweep"
-FORMAT = 1
 HEAD, CASES = "sweep.json", "cases"
 OTHERWISE = "choose another folder with --out"
 
@@ -50,7 +49,7 @@ class Store:
         if known:
             self._check_same(plan.identity)
             return
-        head = {"kind": KIND, "format": FORMAT, "digest": self.digest, "identity": plan.identity}
+        head = {"kind": KIND, "format": 1, "digest": self.digest, "identity": plan.identity}
         write_atomically(folder / HEAD, json.dumps(head, indent=1, ensure_ascii=False) + "\n")
 
     def _check_same(self, identity: dict[str, Any]) -> None:

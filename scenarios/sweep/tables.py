@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from scenarios.results import DIGITS
 from scenarios.signals.base import FloatArray
 from scenarios.sweep.plan import Plan
 
@@ -21,8 +22,6 @@ STRONG, CHANCE = 0.3, 3.0
 1 / sqrt(n - 1) for n independent cases."""
 
 MOST_TOLD = 5
-
-DIGITS = 6
 
 
 def case_table(plan: Plan, outcomes: Mapping[int, dict[str, Any]]) -> pd.DataFrame:

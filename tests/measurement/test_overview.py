@@ -71,7 +71,7 @@ def test_one_colour_per_axis() -> None:
 
 def test_no_legend_covers_data() -> None:
     figure = draw(FULL, RIG)
-    figure.canvas.draw()
+    figure.draw_without_rendering()
     panels = [axes.get_window_extent() for axes in figure.axes]
     for axes in figure.axes:
         legend = axes.get_legend()
