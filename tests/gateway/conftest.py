@@ -18,12 +18,11 @@ from fmu_compensator.runtime.modelfile import model_text
 from gateway.database import Database
 from gateway.mapping import read_database
 from gateway.unit import CompensatorUnit
-from scenarios.fmu_files import build_compensator, build_plant
+from scenarios.fmu_files import build_compensator
+from tests.conftest import once
 from tests.fmus.models import five_point_table
 from tests.gateway.bench import Bench
 
-HERE = Path(__file__).resolve().parent
-LIBRARY = HERE.parents[1] / "fmu_compensator" / "library"
 HOLD_S, RECOVER_S, SLEW_UM_PER_S = 2.0, 0.5, 10.0
 GROUP = "239.74.163.2"
 
@@ -118,27 +117,24 @@ def database() -> Database:
 
 
 @pytest.fixture(scope="session")
-def quick_fmu(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def quick_fmu(shared: Path) -> Path:
     """A compensator that uses T1 and T4, and whose safe state takes seconds."""
-    folder = tmp_path_factory.mktemp("quick")
-    table = five_point_table()
-    table["limits"] |= {
-        "hold_s": HOLD_S,
-        "recover_s": RECOVER_S,
-        "slew_um_per_s": SLEW_UM_PER_S,
-    }
-    model = folder / "quick.json"
-    model.write_text(model_text(table), encoding="utf-8")
-    return build_compensator(model, folder)
+
+    def make(new: Path) -> None:
+        new.mkdir()
+        table = five_point_table()
+        table["limits"] |= {"hold_s": HOLD_S, "recover_s": RECOVER_S}
+        table["limits"]["slew_um_per_s"] = SLEW_UM_PER_S
+        (new / "quick.json").write_text(model_text(table), encoding="utf-8")
+        build_compensator(new / "quick.json", new)
+
+    return once(shared / "quick", make) / "compensator.fmu"
 
 
 @pytest.fixture(scope="session")
-def fmu_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def fmu_folder(shipped: Path) -> Path:
     """The shipped compensator and plant, under their usual names."""
-    folder = tmp_path_factory.mktemp("fmus")
-    build_compensator(LIBRARY / "jig_borer.json", folder)
-    build_plant("jig_borer", folder)
-    return folder
+    return shipped
 
 
 @pytest.fixture

@@ -11,7 +11,7 @@ from tests.gateway.bench import sealed, with_bytes
 
 Messages = list[can.Message]
 Change = Callable[[Database], Callable[[Messages], Messages]]
-PLACES = range(7)
+PLACES = (0, 3, 6)
 
 
 def corrupted(place: int) -> Change:

@@ -349,12 +349,6 @@ def test_the_data_sheet_is_that_of_the_pdos(quick_fmu: Path) -> None:
             assert variable.pdo_mappable
 
 
-@pytest.mark.parametrize("node_id", [0, 128, -1])
-def test_a_node_has_a_number_from_1_to_127(quick_fmu: Path, node_id: int) -> None:
-    with pytest.raises(BadInput, match="1 to 127"):
-        node_mapping(node_id, quick_fmu)
-
-
 @pytest.mark.parametrize(
     ("more", "told"),
     [

@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gateway.codec import Encoder, Problem, decode, high_raw, low_raw, name_of, raw_of
+from gateway.codec import Encoder, Problem, decode, name_of, raw_of
 from gateway.database import COMPENSATOR, ERROR, MACHINE, NOT_AVAILABLE, Database, Frame, Signal
 from gateway.dbc import DBC
 from gateway.mapping import read_database
@@ -72,18 +72,6 @@ def test_what_is_not_there_or_cannot_be_carried_is_marked(
     too_much = signal.high + max(1.0, 2.0 * signal.scale)
     if not signal.is_enumeration:
         assert raw_of(signal, too_much) == signal.codes[ERROR]
-
-
-@each_signal
-def test_the_special_codes_are_the_two_largest_raw_values(frame: Frame, signal: Signal) -> None:
-    top = 2**signal.bits - 1
-    if signal.name in UNCODED:
-        assert signal.codes == {}
-        return
-    assert signal.codes[NOT_AVAILABLE] == top
-    assert signal.codes[ERROR] == top - 1
-    assert 0 <= low_raw(signal) <= high_raw(signal) < top - 1
-    assert all(low_raw(signal) <= raw <= high_raw(signal) for raw in signal.named.values())
 
 
 @given(st.sampled_from(DATABASE.frames), st.binary(min_size=8, max_size=8))

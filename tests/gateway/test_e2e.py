@@ -48,13 +48,6 @@ def test_every_error_of_one_or_two_bits_is_found() -> None:
     assert all(found)
 
 
-def test_a_burst_of_up_to_eight_bits_after_the_crc_is_found() -> None:
-    value = int.from_bytes(PROTECTION.sealed(CONTENT), "big")
-    for burst in range(1, 256):
-        for shift in range(49):
-            assert not PROTECTION.intact((value ^ burst << shift).to_bytes(8, "big"))
-
-
 def test_a_frame_of_another_identifier_does_not_fit(database: Database) -> None:
     """The data id makes a frame that is routed to the wrong place one with a bad CRC."""
     for frame in database.frames:

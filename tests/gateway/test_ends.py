@@ -22,7 +22,6 @@ from gateway.unit import CompensatorUnit
 from measurement.errors import BadInput
 from scenarios.cli import main
 from tests.gateway.bench import WARM, Bench
-from tests.gateway.session import session_messages
 from tests.scenarios.tiny_fmus import COMPENSATOR as TINY_COMPENSATOR
 from tests.scenarios.tiny_fmus import build_tiny
 
@@ -157,42 +156,6 @@ def test_the_longest_frame_is_that_of_the_literature() -> None:
     assert frame_bits(8, stuffed=False) == 111
 
 
-def test_no_frame_has_more_stuff_bits_than_are_counted(database: Database) -> None:
-    """Stuff the frames of a cycle and its answer bit by bit and compare with the worst case."""
-    for message in session_messages(database):
-        bits = _frame_without_stuffing(message.arbitration_id, bytes(message.data))
-        stuffed = _stuffed(bits)
-        # After the CRC: delimiter, acknowledge and its delimiter, end of frame, pause.
-        total = len(stuffed) + 1 + 2 + 7 + 3
-        assert frame_bits(8, stuffed=False) <= total <= frame_bits(8)
-
-
-def test_the_worst_content_reaches_the_worst_case() -> None:
-    """A pattern that stuffs every fourth bit: 34 + 64 bits get 24 more."""
-    pattern = [0] * 5 + ([1] * 4 + [0] * 4) * 12
-    bits = pattern[: 34 + 64]
-    assert len(_stuffed(bits)) - len(bits) == 24
-    assert frame_bits(8) - frame_bits(8, stuffed=False) == 24
-
-
-def _frame_without_stuffing(frame_id: int, data: bytes) -> list[int]:
-    head = f"0{frame_id:011b}000{len(data):04b}" + "".join(f"{byte:08b}" for byte in data)
-    crc = 0
-    for bit in head:
-        top = crc >> 14 & 1 ^ int(bit)
-        crc = (crc << 1 & 0x7FFF) ^ (0x4599 if top else 0)
-    return [int(bit) for bit in f"{head}{crc:015b}"]
-
-
-def _stuffed(bits: list[int]) -> list[int]:
-    found: list[int] = []
-    for bit in bits:
-        found.append(bit)
-        if len(found) >= 5 and len(set(found[-5:])) == 1:
-            found.append(1 - bit)
-    return found
-
-
 def test_the_load_is_that_of_the_cycle_times(database: Database) -> None:
     assert bus_load(database) == pytest.approx(15 * 135 * 10 / 500_000)
     assert bus_load(database, 250_000) == pytest.approx(2 * bus_load(database))
@@ -247,14 +210,6 @@ def test_bad_input_is_told_in_one_line(
     lines = capsys.readouterr().err.strip().splitlines()
     assert len([line for line in lines if "error" in line]) == 1
     assert word in lines[-1]
-
-
-def test_a_channel_that_is_not_there_is_told(
-    capsys: pytest.CaptureFixture[str], fmu_folder: Path
-) -> None:
-    arguments = ["--channel", "nocan7", "--startup-timeout", "0", "--fmu-dir", str(fmu_folder)]
-    assert main(["gateway", *arguments]) == 2
-    assert "nocan7" in capsys.readouterr().err
 
 
 def test_an_fmu_in_other_units_is_refused(

@@ -96,19 +96,6 @@ def test_a_gap_in_the_readings_is_no_time_together() -> None:
         assert not reference.take({"T1": 20.0, "T2": 20.5}, 100.0, cold=False)
 
 
-def test_a_fresh_state_needs_no_other_proof(
-    bench: Bench, database: Database, new_unit: Callable[[], CompensatorUnit]
-) -> None:
-    bench.settle(WARM)
-    saved = Saved(bench.unit.time_s, bench.time_s, 1.5, bench.unit.slave.saved())
-    again = Bench(database, new_unit(), warm=saved)
-    again.sender, again.time_s = bench.sender, bench.time_s
-    for _ in range(40):
-        again.cycle(WARM | NOT_COLD)
-    assert again.last["valid"] == "valid"
-    assert again.offsets == pytest.approx(bench.offsets, abs=0.02)
-
-
 @pytest.mark.parametrize(("gap_s", "known"), [(3000.0, True), (4000.0, False)])
 def test_a_state_that_is_old_in_the_machines_time_is_no_proof(
     bench: Bench,

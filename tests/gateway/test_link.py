@@ -12,7 +12,6 @@ import pytest
 from gateway import link as module
 from gateway.codec import Sender
 from gateway.database import MACHINE
-from gateway.framelog import FrameLog
 from gateway.link import FIRST_WAIT_S, LONGEST_WAIT_S, MOST_FAILURES, Link
 from gateway.replay import recorded
 from measurement.errors import BadInput
@@ -172,11 +171,6 @@ def test_an_interface_that_never_appears_is_refused(garage: Garage) -> None:
     assert garage.now == pytest.approx(3.0)
 
 
-def test_an_unknown_interface_is_refused_at_once() -> None:
-    with pytest.raises(BadInput, match="no_such_thing"):
-        Link("no_such_thing", "x", []).open(60.0)
-
-
 @pytest.mark.parametrize(
     "message",
     [
@@ -191,12 +185,6 @@ def test_frames_of_another_kind_are_not_ours(garage: Garage, message: can.Messag
     garage.opened[0].incoming += [message, MESSAGE]
     assert link.receive(0.1) is None
     assert link.receive(0.1) is MESSAGE
-
-
-def test_a_log_of_a_form_that_is_not_known_is_refused(tmp_path: Path) -> None:
-    for path in (tmp_path / "frames.txt", tmp_path / "frames"):
-        with pytest.raises(BadInput, match="frames"):
-            FrameLog(path)
 
 
 @pytest.mark.parametrize("content", ["", "hello\n", "(1.0) vcan0 7FF#00\n", "(x) vcan0 210#00\n"])

@@ -32,7 +32,7 @@ BUILDER = MAPS / "machine_builder.toml"
 
 
 @pytest.fixture(scope="module")
-def shipped() -> Database:
+def by_map() -> Database:
     """The shipped layout, by its map."""
     return read_mapping(map_path("spindle_drift")).database
 
@@ -65,9 +65,9 @@ def edited(tmp_path: Path) -> Callable[..., Path]:
 # The shipped layout as a map
 
 
-def test_the_shipped_map_has_every_frame_and_signal(shipped: Database, database: Database) -> None:
-    assert shipped.trust == database.trust == "protected"
-    for one, other in zip(shipped.frames, database.frames, strict=True):
+def test_the_shipped_map_has_every_frame_and_signal(by_map: Database, database: Database) -> None:
+    assert by_map.trust == database.trust == "protected"
+    for one, other in zip(by_map.frames, database.frames, strict=True):
         assert (one.name, one.key, one.data_id) == (other.name, other.key, other.data_id)
         assert (one.cycle_s, one.timeout_s, one.cycles) == (
             *(other.cycle_s, other.timeout_s, other.cycles),

@@ -7,7 +7,6 @@ from itertools import pairwise
 
 import pytest
 
-from gateway.codec import raw_of
 from gateway.database import MACHINE, Database
 from gateway.node import GatewaySettings
 from gateway.state import Saved
@@ -338,14 +337,6 @@ def test_the_farewell_takes_every_offset_back(bench: Bench) -> None:
     assert bench.last["gateway_state"] == "stopping"
     for name in ("dX", "dY", "dZ", "elongation", "dX_at_tool_length", "status"):
         assert bench.last[name] == "not_available"
-
-
-def test_an_offset_that_no_frame_can_carry_is_an_error(database: Database) -> None:
-    signal = next(signal for _, signal in database.signals("COMPENSATOR") if signal.name == "dX")
-    assert raw_of(signal, 650.004) == 65000
-    assert raw_of(signal, 650.02) == signal.codes["error"]
-    assert raw_of(signal, float("inf")) == signal.codes["error"]
-    assert raw_of(signal, float("nan")) == signal.codes["not_available"]
 
 
 class Stubborn:

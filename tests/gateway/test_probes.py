@@ -11,9 +11,7 @@ import can
 import numpy as np
 import pytest
 
-from gateway.database import COMPENSATOR, MACHINE, Database
-from gateway.mapfile import map_path
-from gateway.mapping import read_mapping
+from gateway.database import MACHINE, Database
 from gateway.node import GatewaySettings, half_widths
 from gateway.probes import COUNTED, MOST_TRIES, ProbeSender
 from gateway.unit import CompensatorUnit
@@ -194,13 +192,6 @@ def test_what_a_compensator_does_not_know_is_not_available() -> None:
     assert found["dY_uncertainty"] == 1.5
     assert isnan(float(found["dX_uncertainty"]))
     assert isnan(float(found["dZ_uncertainty"]))
-
-
-def test_the_shipped_map_carries_probes(database: Database) -> None:
-    mapped = read_mapping(map_path("spindle_drift")).database
-    for node in (MACHINE, COMPENSATOR):
-        assert [f.name for f in mapped.events(node)] == [f.name for f in database.events(node)]
-    assert len(database.events(MACHINE)) == 2
 
 
 def test_the_machine_probes_as_the_co_simulation_does(

@@ -141,6 +141,7 @@ def test_a_killed_gateway_comes_back_where_it_was(
         assert values[-1] == pytest.approx(values[0], abs=0.02)
 
 
+@pytest.mark.long
 def test_a_killed_machine_comes_back(
     shared_wire: Wire,
     quick_fmu: Path,

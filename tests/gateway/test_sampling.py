@@ -62,10 +62,6 @@ def test_a_check_value_is_that_of_its_catalogue(name: str, big: bool) -> None:
         assert not protection.intact(changed)
 
 
-def test_every_check_value_has_a_reference() -> None:
-    assert set(KNOWN) == set(CHECKS)
-
-
 @pytest.mark.parametrize(
     ("protection", "trust"),
     [

@@ -8,22 +8,12 @@ import time
 from pathlib import Path
 
 import can
-import cantools
 import numpy as np
 import pytest
 
-from gateway.codec import Sender, Value
-from gateway.database import COMPENSATOR, MACHINE, Database
-from gateway.dbc import DBC
-from gateway.link import Link
-from gateway.machine import Pace
-from gateway.mapping import PROTECTION
+from gateway.database import MACHINE, Database
 from gateway.node import GatewaySettings
-from gateway.plant import MachinePlant
-from gateway.simulating import simulate_on_bus
-from scenarios.cosimulation import simulate
 from scenarios.fmu import FmuError
-from scenarios.scenario import read_scenario
 from tests.gateway.bench import WARM
 from tests.gateway.bus import Control, Listener, gateway_thread, wait_for
 from tests.gateway.conftest import HOLD_S, SLEW_UM_PER_S, Wire, new_wire
@@ -114,41 +104,6 @@ def test_a_late_machine_is_noticed_while_it_is_late(
         assert all(answer["valid"] == "invalid" for answer in found)
 
 
-def test_the_dbc_alone_tells_what_was_sent(wire: Wire, database: Database) -> None:
-    """What one node puts in comes out of cantools, which knows nothing but the DBC file."""
-    generator = np.random.default_rng(5)
-    dbc = cantools.database.load_file(DBC)
-    with contextlib.closing(Listener(wire)) as listener, wire.open() as bus:
-        for node in (MACHINE, COMPENSATOR):
-            sender = Sender(database, node)
-            for _ in range(20):
-                values: dict[str, Value] = {}
-                for _, signal in database.signals(node):
-                    values[signal.name] = float(generator.uniform(signal.low, signal.high))
-                    if signal.is_enumeration:
-                        values[signal.name] = str(generator.choice(list(signal.named)))
-                for message in sender.messages(values):
-                    bus.send(message)
-                    got = listener.next(5.0)
-                    assert got is not None
-                    read, content = got
-                    assert bytes(read.data) == bytes(message.data)
-                    for name, value in content.items():
-                        if name in PROTECTION:
-                            continue
-                        if isinstance(values[name], str):
-                            assert value == values[name]
-                        else:
-                            scale = (
-                                dbc.get_message_by_frame_id(read.arbitration_id)
-                                .get_signal_by_name(name)
-                                .scale
-                            )
-                            special = isinstance(value, str)  # 0 has a name in some tables
-                            sent = float(values[name])
-                            assert special or abs(float(value) - sent) <= scale / 2 * 1.0001
-
-
 @pytest.mark.parametrize("ending", [".log", ".asc", ".blf"])
 def test_a_log_holds_every_frame(
     wire: Wire, database: Database, quick_fmu: Path, tmp_path: Path, ending: str
@@ -180,37 +135,6 @@ def test_a_log_holds_every_frame(
     assert len(heartbeats) >= 15
     # Received frames carry the kernel's time, sent ones this process's.
     assert np.diff([message.timestamp for message in logged]).min() > -0.02
-
-
-def test_the_loop_over_can_is_the_co_simulation(
-    wire: Wire, database: Database, fmu_folder: Path
-) -> None:
-    """Offsets and errors of the loop over the bus are those of the direct one, to half a digit."""
-    overrides = [("duration_s", 240), ("signals.speed", 9000), ("record_s", 1)]
-    case = read_scenario("step_speed", overrides).cases[0]
-    plant_fmu, compensator_fmu = fmu_folder / "plant.fmu", fmu_folder / "compensator.fmu"
-    direct = simulate(case, plant_fmu, compensator_fmu, quiet=True).frame
-    ids = [frame.frame_id for frame in database.of(COMPENSATOR)]
-    settings = GatewaySettings(machine_clock=True, timeout_s=10.0)
-    with gateway_thread(wire, database, compensator_fmu, settings):
-        link = Link(wire.interface, wire.channel, ids, options=dict(wire.options))
-        link.open()
-        plant = MachinePlant(plant_fmu, case)
-        with contextlib.closing(link), contextlib.closing(plant):
-            pace = Pace(lockstep=True, timeout_s=10.0)
-            summary = simulate_on_bus(database, plant, link, pace)
-            frame = plant.frame()
-    assert summary["answered"] == 240
-    assert len(frame) == len(direct) == 241
-    for axis in "XYZ":
-        sent = direct[f"d{axis}_um"].to_numpy()
-        assert np.abs(sent - frame[f"d{axis}_um"].to_numpy()).max() <= 0.01 + 1e-9
-        # The axis moves in steps of its own, which a rounded offset may bring one step earlier.
-        error = direct[f"error_{axis}_um"].to_numpy() - frame[f"error_{axis}_um"].to_numpy()
-        assert np.abs(error).max() <= 0.1 + 1e-9
-    assert np.abs(direct["dZ_um"]).max() > 1.0
-    assert (frame["valid_1"].to_numpy()[1:] == direct["valid_1"].to_numpy()[1:]).all()
-    assert np.array_equal(frame["T1_degC"], direct["T1_degC"])
 
 
 def test_an_fmu_that_fails_is_told_on_the_bus(
