@@ -52,6 +52,8 @@ class Program:
         The categories of its messages, and what they hold.
     bus : BusTerminal or SignalTerminal, optional
         A terminal of a bus; FMI 3.0 only.
+    array : bool
+        Whether the temperatures are one array; FMI 3.0 only.
     """
 
     tool: str
@@ -60,6 +62,7 @@ class Program:
     variables: Mapping[str, Variable] = field(default_factory=dict)
     categories: Mapping[str, str] = field(default_factory=lambda: DriftSlave.log_categories)
     bus: BusTerminal | SignalTerminal | None = None
+    array: bool = False
 
 
 PYTHON = Program("pythonfmu", needs_host=True)
@@ -346,7 +349,7 @@ def dependencies(
     if names is None:
         return {}
     # FMI 2.0 has no variable for the time.
-    return {"dependencies": " ".join(map(str, sorted(places[n] for n in names if n in places)))}
+    return {"dependencies": " ".join(map(str, sorted({places[n] for n in names if n in places})))}
 
 
 def number(value: Value) -> str:

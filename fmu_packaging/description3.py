@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from xml.etree import ElementTree as ET
 
-from fmu_packaging.bus_terminal import BusTerminal, SignalTerminal
+from fmu_packaging.arrays import NAME as ARRAY
+from fmu_packaging.arrays import OFFSETS, in_array, temperatures
 from fmu_packaging.description import (
     Identity,
     Program,
@@ -31,7 +32,6 @@ from fmu_packaging.xml_files import xml_file
 
 TYPES = {"real": "Float64", "integer": "Int32", "boolean": "Boolean", "string": "String"}
 TIME = "time"
-OFFSETS = ("dX", "dY", "dZ")
 SPINDLE = ("speed", "tool_length")
 MEASURED = "measured"
 EXACT = "-ffp-contract=off"
@@ -75,7 +75,14 @@ def model_description3(
     UnitError
         For a variable with a unit that is not understood.
     """
-    variables = described(slave, program)
+    scalars = described(slave, program)
+    references = {variable.name: reference for reference, variable in enumerate(scalars)}
+    references[TIME] = len(scalars)
+    variables = in_array(scalars) if program.array else scalars
+    if program.array:
+        # What depends on one of them depends on the array.
+        members = [variable.name for variable in temperatures(scalars)]
+        references |= dict.fromkeys([ARRAY, *members], references[members[0]])
     root = head(identity, program, "3.0", "instantiationToken", token)
     attributes = {"needsExecutionTool": number(program.needs_host), **CAPABILITIES}
     for kind in interfaces(variables):
@@ -88,8 +95,6 @@ def model_description3(
     log_categories(root, program)
     experiment(root, identity)
     listed = ET.SubElement(root, "ModelVariables")
-    references = {variable.name: reference for reference, variable in enumerate(variables)}
-    references[TIME] = len(variables)
     ports = [] if program.bus is None else program.bus.variables(references[TIME] + 1)
     references |= {port.get("name", ""): int(port.get("valueReference", "")) for port in ports}
     for variable in variables:
@@ -128,7 +133,7 @@ def build_description(identity: Identity, program: Program) -> bytes:
     return xml_file(root)
 
 
-def terminals(slave: DriftSlave, bus: BusTerminal | SignalTerminal | None = None) -> bytes:
+def terminals(slave: DriftSlave, program: Program) -> bytes:
     """Return terminalsAndIcons.xml: what a tool can connect at once, by the names of its members.
 
     ``temperatures`` are those that one FMU reads and the other uses, ``offsets`` dX, dY and dZ,
@@ -137,17 +142,16 @@ def terminals(slave: DriftSlave, bus: BusTerminal | SignalTerminal | None = None
     Parameters
     ----------
     slave : DriftSlave
-    bus : BusTerminal or SignalTerminal, optional
-        A terminal more.
+    program : Program
+        Its bus is a terminal more.
     """
     root = ET.Element("fmiTerminalsAndIcons", {"fmiVersion": "3.0"})
     listed = ET.SubElement(root, "Terminals")
     known = [variable for variable in slave.variables if not variable.is_parameter]
-    offsets = [variable for variable in known if variable.name in OFFSETS]
-    side = "input" if offsets and offsets[0].is_output else "output"
+    array = [variable for variable in in_array(known) if variable.elements] if program.array else []
     groups = {
-        "temperatures": [v for v in known if v.unit == "degC" and v.causality == side],
-        "offsets": offsets,
+        ARRAY: array or temperatures(known),
+        "offsets": [variable for variable in known if variable.name in OFFSETS],
         "spindle": [v for v in known if v.name in SPINDLE],
         "measured": [v for v in known if v.name.partition("_")[0] == MEASURED],
     }
@@ -158,8 +162,8 @@ def terminals(slave: DriftSlave, bus: BusTerminal | SignalTerminal | None = None
         for variable in members:
             facts = {"variableName": variable.name, "memberName": variable.name}
             ET.SubElement(terminal, "TerminalMemberVariable", facts | {"variableKind": "signal"})
-    if bus is not None:
-        listed.append(bus.terminal())
+    if program.bus is not None:
+        listed.append(program.bus.terminal())
     return xml_file(root)
 
 
@@ -173,12 +177,14 @@ def _variable(variable: Variable, reference: int, kind: str) -> ET.Element:
         attributes |= measure(variable)
     attributes |= bounds(variable)
     element = ET.Element(TYPES[variable.kind], attributes)
+    if variable.elements:
+        ET.SubElement(element, "Dimension", {"start": str(variable.elements)})
     if not variable.is_computed:
         start = start_of(variable)
         if variable.kind == "string":
             ET.SubElement(element, "Start", {"value": start})
         else:
-            element.set("start", start)
+            element.set("start", " ".join([start] * max(variable.elements, 1)))
     return element
 
 

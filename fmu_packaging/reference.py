@@ -13,8 +13,10 @@ import sys
 import tempfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
-Profile = Callable[[float], float]
+Value = float | tuple[float, ...]
+Profile = Callable[[float], Value]
 
 DECIMALS = 6
 """Of a result. What lies below is rounding error, and that differs between processors."""
@@ -36,14 +38,30 @@ def input_csv(profiles: Mapping[str, Profile], stop_s: float, every_s: float) ->
     """
     count = round(stop_s / every_s)
     times = [index * every_s for index in range(count + 1)]
-    rows = [[time, *(profile(time) for profile in profiles.values())] for time in times]
+    rows: list[list[Value]] = [
+        [time, *(profile(time) for profile in profiles.values())] for time in times
+    ]
     return csv_text(["time", *profiles], rows)
 
 
-def csv_text(names: list[str], rows: list[list[float]]) -> str:
-    """Return a table in the cross-check form: quoted names, numbers in full."""
+def csv_text(names: list[str], rows: list[list[Value]]) -> str:
+    """Return a table in the cross-check form: quoted names, numbers in full.
+
+    Those of an array stand in one cell, with spaces between them.
+    """
     head = ",".join(f'"{name}"' for name in names)
-    return "\n".join([head, *(",".join(map(repr, row)) for row in rows)]) + "\n"
+    return "\n".join([head, *(",".join(map(_cell, row)) for row in rows)]) + "\n"
+
+
+def _cell(value: Value) -> str:
+    return " ".join(map(repr, value)) if isinstance(value, tuple) else repr(value)
+
+
+def _rounded(value: Any) -> Value:
+    """Return a real result as it is written; adding zero turns -0.0 into 0.0."""
+    if getattr(value, "shape", ()):
+        return tuple(round(float(element), DECIMALS) + 0.0 for element in value)
+    return round(float(value), DECIMALS) + 0.0
 
 
 def options_text(stop_s: float, step_s: float) -> str:
@@ -90,23 +108,31 @@ def _run(fmu: str, given: str, result: str, stop_s: float, step_s: float) -> Non
         and variable.type not in {"String", "Clock"}
         and not variable.clocks
     ]
+    table = read_csv(given)
+    arrays = [v for v in description.modelVariables if v.shape and v.causality == "input"]
+
+    def drive(time_s: float, recorder: Any) -> bool:
+        # The input of fmpy 0.3.32 takes no array beside numbers.
+        row = table[(abs(table["time"] - time_s)).argmin()]
+        for variable in arrays:
+            recorder.fmu.setFloat64([variable.valueReference], row[variable.name].tolist())
+        return True
+
     found = fmpy.simulate_fmu(
         fmu,
         stop_time=stop_s,
         output_interval=step_s,
-        input=read_csv(given),
+        start_values={variable.name: table[0][variable.name].tolist() for variable in arrays},
+        input=table[[n for n in table.dtype.names if n not in {v.name for v in arrays}]],
         output=[variable.name for variable in outputs],
+        step_finished=drive,
         debug_logging=True,
     )
     names = list(found.dtype.names)
     kinds = {"Real", "Float64"}
     reals = {"time"} | {variable.name for variable in outputs if variable.type in kinds}
     rows = [
-        [
-            # Adding zero turns -0.0 into 0.0.
-            round(float(row[name]), DECIMALS) + 0.0 if name in reals else int(row[name])
-            for name in names
-        ]
+        [_rounded(row[name]) if name in reals else int(row[name]) for name in names]
         for row in found
     ]
     if len(rows) != round(stop_s / step_s) + 1:
@@ -115,7 +141,7 @@ def _run(fmu: str, given: str, result: str, stop_s: float, step_s: float) -> Non
         name
         for row in rows
         for name, value in zip(names, row, strict=True)
-        if not math.isfinite(value)
+        if not all(map(math.isfinite, value if isinstance(value, tuple) else [value]))
     ]
     if bad:
         raise SystemExit(f"{bad[0]} is not finite")

@@ -50,6 +50,8 @@ class Variable:
         The continuous state that it is the derivative of.
     clock : str
         The clock that it ticks with, where a bus brings or takes it; empty: none.
+    elements : int
+        How many numbers it holds, as an array; 0: it is a number.
     """
 
     name: str
@@ -67,6 +69,7 @@ class Variable:
     depends: tuple[str, ...] = ()
     derivative_of: str | None = None
     clock: str = ""
+    elements: int = 0
 
     def __post_init__(self) -> None:
         """Complete what follows from the rest."""

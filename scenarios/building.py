@@ -40,7 +40,7 @@ from plant_model.machine_file import read_machine
 from plant_model.native.build import native_plant
 from scenarios.outputs import FMU, OTHERWISE, check_output, guarding, is_forced
 from scenarios.plugged import effect_files, error_model_files
-from scenarios.reference_runs import compensator_reference, plant_reference
+from scenarios.reference_runs import compensator_reference, plant_reference, with_array
 from scenarios.version import version as installed_version
 
 HERE = Path(__file__).resolve().parent.parent
@@ -271,6 +271,11 @@ def _arguments(given: Sequence[str] | None) -> argparse.Namespace:
         "--fmi", type=int, choices=(2, 3), default=2, help="version of FMI (2); 3 builds --native"
     )
     parser.add_argument(
+        "--arrays",
+        action="store_true",
+        help="with --fmi 3: the temperatures as one array in place of a variable each",
+    )
+    parser.add_argument(
         "--all-platforms",
         action="store_true",
         help="with --native: binaries for Linux, Windows and macOS, by the package ziglang",
@@ -296,12 +301,9 @@ def _arguments(given: Sequence[str] | None) -> argparse.Namespace:
     )
     parser.add_argument("--json", action="store_true", help="print the summary as JSON")
     arguments = parser.parse_args(given)
-    if arguments.dbc is not None and not arguments.can:
-        parser.error("--dbc: add --can")
-    if arguments.can:
-        if arguments.only == "plant":
-            parser.error("--can: only the compensator has a CAN terminal")
-        arguments.only, arguments.fmi = "compensator", 3
+    if arguments.arrays and (arguments.fmi != 3 or arguments.can):
+        parser.error(f"--arrays: {'not with --can' if arguments.can else 'add --fmi 3'}")
+    _check_can(parser, arguments)
     # Only the FMUs without Python have FMI 3.0.
     arguments.native |= arguments.fmi == 3
     for option in ("all_platforms", "leave_out"):
@@ -320,6 +322,15 @@ def _arguments(given: Sequence[str] | None) -> argparse.Namespace:
     return arguments
 
 
+def _check_can(parser: _Parser, arguments: argparse.Namespace) -> None:
+    if arguments.dbc is not None and not arguments.can:
+        parser.error("--dbc: add --can")
+    if arguments.can:
+        if arguments.only == "plant":
+            parser.error("--can: only the compensator has a CAN terminal")
+        arguments.only, arguments.fmi = "compensator", 3
+
+
 def _compilers(arguments: argparse.Namespace) -> list[Compiler]:
     if not arguments.native:
         return []
@@ -329,6 +340,7 @@ def _compilers(arguments: argparse.Namespace) -> list[Compiler]:
 def _recipes(arguments: argparse.Namespace) -> list[tuple[Recipe, Reference]]:
     recipes = []
     ending = ("_native" if arguments.fmi == 2 else "_native_fmi3") if arguments.native else ""
+    ending += "_arrays" if arguments.arrays else ""
     if arguments.only != "plant":
         name = arguments.name or f"compensator{CAN.get(arguments.can, ending)}"
         recipe, reference = compensator_recipe(arguments.model, name, arguments.native)
@@ -339,6 +351,8 @@ def _recipes(arguments: argparse.Namespace) -> list[tuple[Recipe, Reference]]:
     if arguments.only != "compensator":
         name = arguments.name or f"plant{ending}"
         recipes.append(plant_recipe(read_machine(arguments.machine), name))
+    if arguments.arrays:
+        return [(recipe, with_array(reference, recipe)) for recipe, reference in recipes]
     return recipes
 
 
@@ -473,6 +487,7 @@ def main(given: Sequence[str] | None = None, on_bus: OnBus | None = None) -> int
                     arguments.fmi,
                     measured=True,
                     leave_out=arguments.leave_out,
+                    array=arguments.arrays,
                 )
             else:
                 package = build(recipe)

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
 from fmu_compensator.runtime.modelfile import Model
+from fmu_packaging.arrays import NAME, in_array, temperatures
+from fmu_packaging.package import Recipe, slave_of
 from fmu_packaging.publish import Reference
 from plant_model.machine import Machine
 
@@ -43,6 +47,35 @@ def compensator_reference(model: Model) -> Reference:
     profiles["speed"] = partial(_switched, start=0.0, then=6000.0)
     profiles["tool_length"] = partial(_steady, value=min(max(150.0, low), high))
     return Reference(profiles, REFERENCE_S, REFERENCE_STEP_S)
+
+
+def with_array(reference: Reference, recipe: Recipe) -> Reference:
+    """Return a run whose temperatures are one array, with a value for every step.
+
+    Parameters
+    ----------
+    reference : Reference
+    recipe : Recipe
+        Of the FMU.
+
+    Raises
+    ------
+    NativeError
+        If the temperatures cannot be an array.
+    """
+    variables = slave_of(recipe).variables
+    in_array(variables)
+    members = [v.name for v in temperatures(variables) if v.name in reference.profiles]
+    if not members:
+        return reference
+    rows = [reference.profiles[name] for name in members]
+    others = {name: p for name, p in reference.profiles.items() if name not in members}
+    array = partial(_together, profiles=rows)
+    return replace(reference, profiles={NAME: array, **others}, every_s=reference.step_s)
+
+
+def _together(time_s: float, profiles: Sequence[Any]) -> tuple[float, ...]:
+    return tuple(profile(time_s) for profile in profiles)
 
 
 def plant_reference(machine: Machine) -> Reference:

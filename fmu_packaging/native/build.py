@@ -10,6 +10,7 @@ from typing import Literal
 
 import fmpy
 
+from fmu_packaging.arrays import SOURCE, array_source, in_array
 from fmu_packaging.bus_terminal import BusTerminal, SignalTerminal
 from fmu_packaging.description import Program, described, model_description
 from fmu_packaging.description3 import build_description, model_description3, terminals
@@ -159,6 +160,7 @@ def native_package(
     *,
     measured: bool = False,
     leave_out: Part | None = None,
+    array: bool = False,
 ) -> Package:
     """Return the C twin of an FMU.
 
@@ -177,16 +179,22 @@ def native_package(
     leave_out : {"sources", "binaries"}, optional
         What the FMU goes without: the file that it was made from goes with the sources, and without
         binaries it is tried out with those that it goes without.
+    array : bool
+        Whether the temperatures are one array; FMI 3.0 only.
 
     Raises
     ------
     CompileError
         If a compiler refuses the sources.
+    NativeError
+        If the temperatures cannot be an array.
     """
     identity, slave = recipe.identity, slave_of(recipe)
     fixed = {**front(fmi), **native.program}
-    twin = Program("C99", False, (), dict(native.variables), CATEGORIES, native.bus)
+    twin = Program("C99", False, (), dict(native.variables), CATEGORIES, native.bus, array)
     variables = described(slave, twin)
+    shown = in_array(variables) if array else variables
+    fixed |= {SOURCE: array_source(variables)} if array else {}
     sources = with_prefix({**fixed, **native.data(variables, "")}, fmi)
     if leave_out != "sources":
         twin = replace(twin, sources=tuple(c_files(sources)))
@@ -194,7 +202,7 @@ def native_package(
         here = next(entry for entry in compilers if entry.platform3 == fmpy.platform_tuple)
         fixed[MEASURED] = memory_size(sources, here, fmi)
     running = _running(compilers, fmi, leave_out, native.note)
-    page = index_page(recipe.page, identity, variables, running)
+    page = index_page(recipe.page, identity, shown, running)
     files = {
         "model.png" if fmi == 2 else "terminalsAndIcons/icon.png": recipe.icon,
         "documentation/index.html": page.encode(),
@@ -205,7 +213,7 @@ def native_package(
         files[f"documentation/{native.model_file}"] = recipe.data[native.model_file]
     files |= {f"documentation/{name}": data for name, data in native.documents.items()}
     if fmi == 3:
-        files["terminalsAndIcons/terminalsAndIcons.xml"] = terminals(slave, native.bus)
+        files["terminalsAndIcons/terminalsAndIcons.xml"] = terminals(slave, twin)
         files |= {} if native.bus is None else native.bus.files()
         if twin.sources:
             files["sources/buildDescription.xml"] = build_description(identity, twin)

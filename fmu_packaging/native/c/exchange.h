@@ -37,21 +37,23 @@ FMI(Status) FMI(CompletedIntegratorStep)(
 
 /* Derives from seeds of one side's variables to the other side's. */
 static FMI(Status) derive(
-    struct component *self, enum side from, const FMI(ValueReference) refs[], size_t count,
-    const double seeds[], const FMI(ValueReference) others[], size_t other_count, double found[])
+    struct component *self, enum side from, const FMI(ValueReference) refs[], const double seeds[],
+    size_t count, const FMI(ValueReference) others[], double found[], size_t other_count)
 {
     enum side to = from == KNOWN ? UNKNOWN : KNOWN;
     if (incomplete(self, count == 0 || (refs != NULL && seeds != NULL) ? self : NULL)
         || incomplete(self, other_count == 0 || (others != NULL && found != NULL) ? self : NULL)) {
         return FMI(Error);
     }
+    struct cursor cursor = {0, 0}, other = {0, 0};
     const char *problem = instance_begin_derivatives(self->instance);
     for (size_t i = 0; problem == NULL && i < count; i++) {
-        problem = instance_seed(self->instance, from, refs[i], seeds[i]);
+        problem = instance_seed(self->instance, from, next_ref(&cursor, refs), seeds[i]);
     }
     problem = problem == NULL ? instance_derive(self->instance, from) : problem;
     for (size_t i = 0; problem == NULL && i < other_count; i++) {
-        problem = instance_get_derivative(self->instance, to, others[i], &found[i]);
+        problem =
+            instance_get_derivative(self->instance, to, next_ref(&other, others), &found[i]);
     }
     return outcome(self, problem);
 }

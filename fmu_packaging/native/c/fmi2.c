@@ -7,7 +7,6 @@
 #include "instance.h"
 #include "memory.h"
 #include "model.h"
-#include "rows.h"
 
 #define NAME_ROOM 72 /* names up to it take the same: see memory.c */
 
@@ -137,7 +136,11 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real step, fmi2Boolean
 
 #define FMI_DERIVATIVES fmi2GetDerivatives
 #define AND_COUNT
+#define VALUES count
+#define ELEMENTS(ref) 1
 #define LACKS(self, refs, values, count) without(self, refs, values, count)
+
+#include "rows.h"
 
 ROWS(Real, fmi2Real, REAL, double, instance_get_real, instance_set_number)
 ROWS(Integer, fmi2Integer, INTEGER, int32_t, instance_get_whole, instance_set_number)
@@ -160,7 +163,7 @@ fmi2Status fmi2GetDirectionalDerivative(
     fmi2Component c, const fmi2ValueReference unknown[], size_t unknowns,
     const fmi2ValueReference known[], size_t knowns, const fmi2Real seed[], fmi2Real change[])
 {
-    return derive(c, KNOWN, known, knowns, seed, unknown, unknowns, change);
+    return derive(c, KNOWN, known, seed, knowns, unknown, change, unknowns);
 }
 
 fmi2Status fmi2SetRealInputDerivatives(

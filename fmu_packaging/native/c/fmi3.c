@@ -7,7 +7,6 @@
 #include "instance.h"
 #include "memory.h"
 #include "model.h"
-#include "rows.h"
 
 struct component {
     struct instance *instance;
@@ -35,16 +34,21 @@ static fmi3Status said(
 
 #include "calls.h"
 
-/* No variable is an array, so there are as many values as references. */
+#define ELEMENTS(ref) ((ref) == model_array.first ? model_array.count : 1)
+
 static bool without(
-    const struct component *self, const void *refs, const void *values, size_t count,
-    size_t value_count)
+    const struct component *self, const fmi3ValueReference refs[], const void *values,
+    size_t count, size_t value_count)
 {
     if (incomplete(self, count == 0 || (refs != NULL && values != NULL) ? self : NULL)) {
         return true;
     }
+    size_t wanted = 0;
+    for (size_t i = 0; i < count; i++) {
+        wanted += ELEMENTS(refs[i]);
+    }
     const char *problem = "there are not as many values as value references";
-    return outcome(self, count != value_count ? problem : NULL) != fmi3OK;
+    return outcome(self, wanted != value_count ? problem : NULL) != fmi3OK;
 }
 
 const char *fmi3GetVersion(void)
@@ -170,7 +174,10 @@ static const char *get_real(struct instance *self, enum kind kind, size_t ref, d
 
 #define FMI_DERIVATIVES fmi3GetContinuousStateDerivatives
 #define AND_COUNT , size_t value_count
+#define VALUES value_count
 #define LACKS(self, refs, values, count) without(self, refs, values, count, value_count)
+
+#include "rows.h"
 
 ROWS(Float64, fmi3Float64, REAL, double, get_real, instance_set_number)
 ROWS(Int32, fmi3Int32, INTEGER, int32_t, instance_get_whole, instance_set_number)
@@ -186,11 +193,11 @@ ROWS(String, fmi3String, STRING, const char *, instance_get_string, instance_set
         const fmi3ValueReference known[], size_t known_count, const fmi3Float64 seeds[],      \
         size_t seed_count, fmi3Float64 found[], size_t found_count)                           \
     {                                                                                         \
-        const char *problem = "there are not as many values as value references";             \
-        if (incomplete(c, c) || seed_count != FROM##_count || found_count != TO##_count) {    \
-            return outcome(c, problem);                                                       \
+        if (incomplete(c, c) || without(c, FROM, seeds, FROM##_count, seed_count)             \
+            || without(c, TO, found, TO##_count, found_count)) {                              \
+            return fmi3Error;                                                                 \
         }                                                                                     \
-        return derive(c, SIDE, FROM, FROM##_count, seeds, TO, TO##_count, found);             \
+        return derive(c, SIDE, FROM, seeds, seed_count, TO, found, found_count);              \
     }
 
 DERIVE(fmi3GetDirectionalDerivative, KNOWN, known, unknown)

@@ -1,21 +1,18 @@
 /* What FMI 3.0 asks a library to have, and what this FMU's description says that it cannot do. */
 #include "fmi3Functions.h"
 
-#define GET_AND_SET(type)                                                                         \
-    fmi3Status fmi3Get##type(                                                                     \
-        fmi3Instance c, const fmi3ValueReference refs[], size_t count, fmi3##type values[],       \
-        size_t value_count)                                                                       \
-    {                                                                                             \
-        (void)c, (void)refs, (void)count, (void)values, (void)value_count;                        \
-        return count == 0 ? fmi3OK : fmi3Error;                                                   \
-    }                                                                                             \
-    fmi3Status fmi3Set##type(                                                                     \
-        fmi3Instance c, const fmi3ValueReference refs[], size_t count, const fmi3##type values[], \
-        size_t value_count)                                                                       \
-    {                                                                                             \
-        (void)c, (void)refs, (void)count, (void)values, (void)value_count;                        \
-        return count == 0 ? fmi3OK : fmi3Error;                                                   \
+#define AND ,
+#define NONE_OF(NAME, PARAMETERS, UNUSED)                                                        \
+    fmi3Status NAME(fmi3Instance c, const fmi3ValueReference refs[], size_t count, PARAMETERS)   \
+    {                                                                                            \
+        (void)c, (void)refs, UNUSED;                                                             \
+        return count == 0 ? fmi3OK : fmi3Error;                                                  \
     }
+#define GET_AND_SET(type)                                                                        \
+    NONE_OF(fmi3Get##type, fmi3##type values[] AND size_t value_count,                          \
+            (void)values AND (void)value_count)                                                 \
+    NONE_OF(fmi3Set##type, const fmi3##type values[] AND size_t value_count,                    \
+            (void)values AND (void)value_count)
 
 GET_AND_SET(Float32)
 GET_AND_SET(Int8)
@@ -66,44 +63,21 @@ fmi3Status fmi3GetVariableDependencies(
     return fmi3Error;
 }
 
-#define OF_CLOCKS(name, type)                                                                 \
-    fmi3Status name(                                                                          \
-        fmi3Instance c, const fmi3ValueReference refs[], size_t count, type values[])         \
-    {                                                                                         \
-        (void)c, (void)refs, (void)values;                                                    \
-        return count == 0 ? fmi3OK : fmi3Error;                                               \
-    }
-#define OF_CLOCKS_IN_PARTS(name, type)                                                        \
-    fmi3Status name(                                                                          \
-        fmi3Instance c, const fmi3ValueReference refs[], size_t count, type counters[],       \
-        type resolutions[])                                                                   \
-    {                                                                                         \
-        (void)c, (void)refs, (void)counters, (void)resolutions;                               \
-        return count == 0 ? fmi3OK : fmi3Error;                                               \
-    }
-
-OF_CLOCKS(fmi3GetShiftDecimal, fmi3Float64)
-OF_CLOCKS(fmi3SetShiftDecimal, const fmi3Float64)
-OF_CLOCKS(fmi3SetIntervalDecimal, const fmi3Float64)
-OF_CLOCKS_IN_PARTS(fmi3GetShiftFraction, fmi3UInt64)
-OF_CLOCKS_IN_PARTS(fmi3SetShiftFraction, const fmi3UInt64)
-OF_CLOCKS_IN_PARTS(fmi3SetIntervalFraction, const fmi3UInt64)
-
-fmi3Status fmi3GetIntervalFraction(
-    fmi3Instance c, const fmi3ValueReference refs[], size_t count, fmi3UInt64 counters[],
-    fmi3UInt64 resolutions[], fmi3IntervalQualifier qualifiers[])
-{
-    (void)c, (void)refs, (void)counters, (void)resolutions, (void)qualifiers;
-    return count == 0 ? fmi3OK : fmi3Error;
-}
-
-fmi3Status fmi3GetOutputDerivatives(
-    fmi3Instance c, const fmi3ValueReference refs[], size_t count, const fmi3Int32 orders[],
-    fmi3Float64 values[], size_t value_count)
-{
-    (void)c, (void)refs, (void)orders, (void)values, (void)value_count;
-    return count == 0 ? fmi3OK : fmi3Error;
-}
+NONE_OF(fmi3GetShiftDecimal, fmi3Float64 shifts[], (void)shifts)
+NONE_OF(fmi3SetShiftDecimal, const fmi3Float64 shifts[], (void)shifts)
+NONE_OF(fmi3SetIntervalDecimal, const fmi3Float64 intervals[], (void)intervals)
+NONE_OF(fmi3GetShiftFraction, fmi3UInt64 counters[] AND fmi3UInt64 resolutions[],
+        (void)counters AND (void)resolutions)
+NONE_OF(fmi3SetShiftFraction, const fmi3UInt64 counters[] AND const fmi3UInt64 resolutions[],
+        (void)counters AND (void)resolutions)
+NONE_OF(fmi3SetIntervalFraction, const fmi3UInt64 counters[] AND const fmi3UInt64 resolutions[],
+        (void)counters AND (void)resolutions)
+NONE_OF(fmi3GetIntervalFraction,
+        fmi3UInt64 counters[] AND fmi3UInt64 resolutions[] AND fmi3IntervalQualifier found[],
+        (void)counters AND (void)resolutions AND (void)found)
+NONE_OF(fmi3GetOutputDerivatives,
+        const fmi3Int32 orders[] AND fmi3Float64 values[] AND size_t value_count,
+        (void)orders AND (void)values AND (void)value_count)
 
 fmi3Status fmi3ActivateModelPartition(
     fmi3Instance c, fmi3ValueReference clock, fmi3Float64 time)

@@ -29,6 +29,8 @@ extern const char *const model_guid;
 extern const char *const model_name;
 extern const struct variable model_variables[];
 extern const size_t model_variable_count;
+/* In FMI 3.0, variables in a row may be one array, under the reference of the first. */
+extern const struct array { size_t first, count; } model_array;
 extern const bool model_clock_may_jump; /* a step need not begin where the one before ended */
 
 /* What an instance computes with, and what it remembers: each model has its own. All that changes

@@ -1,0 +1,225 @@
+"""Temperatures as one array beside a variable each: the same numbers."""
+
+from __future__ import annotations
+
+import ctypes
+import json
+import shutil
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree as ET
+from zipfile import ZipFile
+
+import fmpy
+import numpy as np
+import pytest
+from fmpy.fmi1 import FMICallException
+from fmpy.fmi2 import FMU2Model, FMU2Slave
+from fmpy.fmi3 import FMU3Model, FMU3Slave
+from fmpy.validation import validate_fmu
+
+import build_fmu
+from tests.fmus.models import five_point_text
+from tests.masters.conftest import needs, run
+
+NAMES = [f"T{number}" for number in range(1, 12)]
+OFFSETS = ("dX", "dY", "dZ")
+STEP_S = 10.0
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("arrays")
+    assert build_fmu.main(["--fmi", "3", "--arrays", "--out", str(folder)]) == 0
+    return folder
+
+
+class Fmu:
+    """An FMU in either version of FMI, by the names of its numbers."""
+
+    def __init__(self, path: Path, folder: Path, *, exchange: bool = False) -> None:
+        self.description = fmpy.read_model_description(str(path))
+        self.refs = {v.name: v.valueReference for v in self.description.modelVariables}
+        self.three = self.description.fmiVersion == "3.0"
+        kinds: Any = (FMU3Slave, FMU3Model) if self.three else (FMU2Slave, FMU2Model)
+        self.fmu = kinds[exchange](
+            guid=self.description.guid,
+            unzipDirectory=fmpy.extract(str(path), str(folder)),
+            modelIdentifier=self.description.coSimulation.modelIdentifier,
+            instanceName="one",
+        )
+        self.fmu.instantiate()
+        if not self.three:
+            self.fmu.setupExperiment()
+        self.fmu.enterInitializationMode()
+        self.fmu.exitInitializationMode()
+
+    def get(self, names: Sequence[str], count: int = 0) -> list[float]:
+        refs = [self.refs[name] for name in names]
+        found = self.fmu.getFloat64(refs, count or None) if self.three else self.fmu.getReal(refs)
+        return list(found)
+
+    def put(self, names: Sequence[str], values: Sequence[float]) -> None:
+        refs = [self.refs[name] for name in names]
+        (self.fmu.setFloat64 if self.three else self.fmu.setReal)(refs, list(values))
+
+
+def loop(plant: Fmu, compensator: Fmu, names: Sequence[str]) -> list[list[float]]:
+    """An hour of both, with the temperatures under these names; returns what they compute."""
+    rows = []
+    for step in range(360):
+        readings = plant.get(names, len(NAMES))
+        # Beside the array, in one call with it.
+        compensator.put([*names, "speed"], [*readings, 6000.0])
+        compensator.fmu.doStep(step * STEP_S, STEP_S)
+        offsets = compensator.get(OFFSETS)
+        plant.put([*OFFSETS, "speed"], [*offsets, 6000.0])
+        plant.fmu.doStep(step * STEP_S, STEP_S)
+        rows.append([*readings, *offsets, *plant.get(["error_X", "error_Z"])])
+    return rows
+
+
+def test_numbers_are_those_of_a_variable_each(
+    folder: Path, shipped_in_c: Path, tmp_path: Path
+) -> None:
+    found, wanted = (
+        loop(
+            Fmu(place / f"plant_{form}.fmu", tmp_path / f"plant_{form}"),
+            Fmu(place / f"compensator_{form}.fmu", tmp_path / f"compensator_{form}"),
+            names,
+        )
+        for place, form, names in (
+            (folder, "native_fmi3_arrays", ["temperatures"]),
+            (shipped_in_c, "native", NAMES),
+        )
+    )
+    assert found == wanted
+    assert max(map(abs, found[-1][11:14])) > 1.0
+
+
+def test_derivatives_of_the_array_are_those_of_its_elements(
+    folder: Path, shipped_in_c: Path, tmp_path: Path
+) -> None:
+    three = Fmu(folder / "plant_native_fmi3_arrays.fmu", tmp_path / "3", exchange=True)
+    two = Fmu(shipped_in_c / "plant_native.fmu", tmp_path / "2", exchange=True)
+    inputs = [v.name for v in two.description.modelVariables if v.causality == "input"]
+    states = [v.derivative.name for v in two.description.modelVariables if v.derivative]
+    knowns, outputs = [*states, *inputs], ["drift_X", *NAMES, "drift_Z"]
+    seeds = [1.0 + place for place in range(len(knowns))]
+    wanted = two.fmu.getDirectionalDerivative(
+        [two.refs[n] for n in outputs], [two.refs[n] for n in knowns], seeds
+    )
+
+    def call(name: str, unknowns: Sequence[str], given: Sequence[float], count: int) -> list[float]:
+        def refs(names: Sequence[str]) -> Any:
+            return (ctypes.c_uint32 * len(names))(*(three.refs[n] for n in names))
+
+        found = (ctypes.c_double * count)()
+        row = (ctypes.c_double * len(given))(*given)
+        sides = (refs(unknowns), len(unknowns), refs(knowns), len(knowns))
+        getattr(three.fmu, name)(three.fmu.component, *sides, row, len(given), found, count)
+        return list(found)
+
+    some = ["drift_X", "temperatures", "drift_Z"]
+    found = call("fmi3GetDirectionalDerivative", some, seeds, len(outputs))
+    assert found == list(wanted)
+    assert np.count_nonzero(found) > 5
+    weights = [2.0 - place for place in range(len(outputs))]
+    back = call("fmi3GetAdjointDerivative", some, weights, len(knowns))
+    assert np.dot(back, seeds) == pytest.approx(np.dot(weights, found), rel=1e-9)
+
+
+@pytest.mark.parametrize("name", ["compensator", "plant"])
+def test_the_description_has_one_variable(name: str, folder: Path) -> None:
+    path = folder / f"{name}_native_fmi3_arrays.fmu"
+    assert validate_fmu(str(path)) == []
+    description = fmpy.read_model_description(str(path))
+    known = {variable.name: variable for variable in description.modelVariables}
+    array = known["temperatures"]
+    assert not set(NAMES) & set(known)
+    assert array.shape == (11,)
+    assert ", ".join(NAMES) in array.description
+    assert (array.unit, float(array.min), float(array.max)) == ("degC", -60.0, 400.0)
+    if name == "compensator":
+        assert array.start.split() == ["20"] * 11
+    with ZipFile(path) as archive:
+        icons = ET.fromstring(archive.read("terminalsAndIcons/terminalsAndIcons.xml"))
+    terminal = next(t for t in icons.iter("Terminal") if t.get("name") == "temperatures")
+    assert [member.get("variableName") for member in terminal] == ["temperatures"]
+
+
+def test_too_few_numbers_are_refused_and_none_is_set(folder: Path, tmp_path: Path) -> None:
+    one = Fmu(folder / "compensator_native_fmi3_arrays.fmu", tmp_path)
+    for names, count in ((["temperatures"], 1), (["temperatures", "speed"], 11), (["speed"], 2)):
+        with pytest.raises(FMICallException):
+            one.put(names, [30.0] * count)
+    assert one.get(["temperatures", "speed"], 12) == [20.0] * 11 + [0.0]
+
+
+LINKED = {
+    "name": "both.fmu",
+    "fmu": ["plant.fmu", "compensator.fmu"],
+    "step_size": STEP_S,
+    "input": [["speed", "plant.fmu", "speed"]],
+    "auto_output": False,
+    "output": [["compensator.fmu", "dZ", "dZ"], ["plant.fmu", "drift_Z", "drift_Z"]],
+}
+RUN = """
+from fmpy import simulate_fmu
+from fmu_manipulation_toolbox.cli.fmucontainer import fmucontainer
+fmucontainer()
+found = simulate_fmu("both.fmu", stop_time=3600.0, output_interval=10.0,
+                     start_values={"speed": 6000.0})
+print(found["dZ"].tolist())
+"""
+
+
+@pytest.mark.long
+def test_another_tool_links_the_arrays(folder: Path, shipped_in_c: Path, tmp_path: Path) -> None:
+    needs("fmu-manipulation-toolbox")
+    found = []
+    for place, form, names in (
+        (folder, "native_fmi3_arrays", ["temperatures"]),
+        (shipped_in_c, "native", NAMES),
+    ):
+        own = tmp_path / form
+        own.mkdir()
+        for name in ("plant", "compensator"):
+            shutil.copy(place / f"{name}_{form}.fmu", own / f"{name}.fmu")
+        links = [["plant.fmu", name, "compensator.fmu", name] for name in names]
+        (own / "both.json").write_text(json.dumps({**LINKED, "link": links}))
+        options = ("-container", "both.json", "-fmi", "3" if place is folder else "2")
+        done = run(sys.executable, "-c", RUN, *options, folder=own)
+        assert done.returncode == 0, done.stderr
+        found.append(json.loads(done.stdout.splitlines()[-1]))
+    assert found[0] == found[1]
+    assert max(map(abs, found[0])) > 1.0
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ([], "--arrays: add --fmi 3"),
+        (["--native"], "--arrays: add --fmi 3"),
+        (["--can", "--fmi", "3"], "--arrays: not with --can"),
+    ],
+)
+def test_options_that_do_not_go_together_are_refused(
+    options: list[str], said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as stopped:
+        build_fmu.main(["--arrays", *options])
+    assert stopped.value.code == 2
+    assert capsys.readouterr().err == f"build_fmu.py: {said}\n"
+
+
+def test_another_variable_of_this_name_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    model = tmp_path / "model.json"
+    model.write_text(five_point_text().replace('"T3"', '"temperatures"'))
+    options = ["--fmi", "3", "--arrays", "--only", "compensator", "--out", str(tmp_path)]
+    assert build_fmu.main([*options, "--model", str(model)]) == 2
+    assert capsys.readouterr().err == "--arrays: there is a variable temperatures already\n"
