@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -16,12 +15,12 @@ from gap_finder.observations import Observations
 from gap_finder.report import MACHINE_AFTER, report_of
 from gap_finder.search import USUAL, Search
 from measurement.errors import BadInput
-from measurement.runs import Run, read_run
+from measurement.runs import Run
 from measurement.warm import named_warm
 from plant_model.drive import column_in
 from plant_model.effects import catalogue
 from plant_model.machine import Machine
-from plant_model.machine_file import machine_path, read_machine
+from plant_model.machine_file import machine_path
 from plant_model.machine_writer import write_machine
 from plant_model.sensors import column_of, displacement_names
 from scenarios.fmu_files import build_plant
@@ -34,56 +33,35 @@ GAP = "gap.json"
 FMUS = ("plant_before", "plant_after")
 
 
-@dataclass(frozen=True)
-class GapTask:
-    """What is asked of the gap finder.
+def run_find_gap(
+    machine: Machine,
+    source: str | Path,
+    runs: Sequence[Run],
+    holdout: Sequence[Run],
+    out: Path,
+    *,
+    search: Search = USUAL,
+    fmu: bool = True,
+    split_hours: float | None = None,
+    say: Callable[[str], None],
+) -> tuple[dict[str, Any], list[str]]:
+    """Find the gap and write the results folder; nothing is left of it if anything fails.
 
-    Attributes
+    Parameters
     ----------
-    machine : str
-        Machine file or shipped name.
-    runs, holdout : sequence of Path
-        Run files to calibrate on and to judge by; without *holdout* the last of *runs* is kept
-        back.
+    machine : Machine
+    source : str or Path
+        Machine file that it came from, or its shipped name.
+    runs, holdout : sequence of Run
+        To calibrate on and to judge by; without *holdout* the last of *runs* is kept back.
     out : Path
         Results folder.
     search : Search
         How to look for what is missing.
     fmu : bool
         Whether to build the plant FMUs and to co-simulate them.
-    split_hours : float or None
+    split_hours : float, optional
         Longer runs are cut into pieces of this length [h].
-    """
-
-    machine: str
-    runs: Sequence[Path]
-    holdout: Sequence[Path]
-    out: Path
-    search: Search = USUAL
-    fmu: bool = True
-    split_hours: float | None = None
-
-    def __post_init__(self) -> None:
-        """Refuse what cannot be searched for."""
-        search = self.search
-        for name in search.without:
-            if name not in catalogue():
-                raise BadInput("--without", "", f"{name} is not one of {', '.join(catalogue())}")
-        for option, value, low, high in (
-            ("--workers", search.workers, 1, 256),
-            ("--most", search.most, 1, 20),
-            ("--split-hours", self.split_hours, 0.5, 1000.0),
-        ):
-            if value is not None and not low <= value <= high:
-                raise BadInput(option, "", f"{value:g} is outside {low:g}..{high:g}")
-
-
-def run_find_gap(asked: GapTask, say: Callable[[str], None]) -> tuple[dict[str, Any], list[str]]:
-    """Find the gap and write the results folder; nothing is left of it if anything fails.
-
-    Parameters
-    ----------
-    asked : GapTask
     say : callable
         Told what is being done.
 
@@ -101,58 +79,74 @@ def run_find_gap(asked: GapTask, say: Callable[[str], None]) -> tuple[dict[str, 
     FmuError
         If a plant FMU fails.
     """
-    check_folder(asked.out)
-    machine = read_machine(asked.machine)
-    runs, unseen = _read(asked)
+    check_folder(out)
+    used, kept_back = _kept_back(runs, holdout, split=split_hours is not None)
+    every = [*used, *kept_back]
     say("looking for broken channels")
-    used, kept_back, faults = usable_runs(machine, runs, unseen)
-    if asked.split_hours is not None:
-        used, kept_back = _in_pieces(machine, used, kept_back, asked.split_hours)
-    judged, more = answer(machine, used, kept_back, asked.search, progress=say)
+    used, kept_back, faults = usable_runs(machine, used, kept_back)
+    if split_hours is not None:
+        used, kept_back = _in_pieces(machine, used, kept_back, split_hours)
+    judged, more = answer(machine, used, kept_back, search, progress=say)
     result = judged.found
     observed = [run.observed for run in judged.unseen.before]
     faults = sorted([*faults, *more], key=lambda fault: (fault.run, fault.channel, fault.start_s))
-    lacking = [*not_compared(machine, [*runs, *unseen]), *begun_warm([*runs, *unseen])]
-    with results_folder(asked.out) as folder:
+    lacking = [*not_compared(machine, every), *begun_warm(every)]
+    with results_folder(out) as folder:
         machines = (result.before.machine, result.after.machine)
         for which, name in zip(machines, (MACHINE_BEFORE, MACHINE_AFTER), strict=True):
-            write_machine(which, asked.machine, folder / name)
-        cosimulation = _cosimulated(result, observed, folder, say) if asked.fmu else None
+            write_machine(which, source, folder / name)
+        cosimulation = _cosimulated(result, observed, folder, say) if fmu else None
         table = report_of(judged, faults, cosimulation) | {"not_compared": lacking}
         facts = [
-            ("Machine", f"{machine.title} ({machine_path(asked.machine).name})"),
+            ("Machine", f"{machine.title} ({machine_path(source).name})"),
             ("Runs used", _named(used)),
             ("Never used", _named(kept_back)),
-            ("Not considered", ", ".join(asked.search.without) or "-"),
+            ("Not considered", ", ".join(search.without) or "-"),
             ("Sensors not compared", "; ".join(lacking) or "-"),
-            ("Seed", str(asked.search.seed)),
+            ("Seed", str(search.seed)),
         ]
         write_gap_page(judged, table, facts, folder)
         text = json.dumps(table, indent=1, allow_nan=False) + "\n"
         (folder / GAP).write_text(text, encoding="utf-8")
         write_table([], {"gap": GAP}, folder)
-    return table, [*five_lines(table), *lacking, f"report: {asked.out / PAGE}"]
+    return table, [*five_lines(table), *lacking, f"report: {out / PAGE}"]
 
 
-def _read(asked: GapTask) -> tuple[list[Run], list[Run]]:
+def check_search(search: Search, split_hours: float | None) -> None:
+    """Refuse what cannot be searched for, or pieces [h] of no use, before a run is read."""
+    for name in search.without:
+        if name not in catalogue():
+            raise BadInput("--without", "", f"{name} is not one of {', '.join(catalogue())}")
+    for option, value, low, high in (
+        ("--workers", search.workers, 1, 256),
+        ("--most", search.most, 1, 20),
+        ("--split-hours", split_hours, 0.5, 1000.0),
+    ):
+        if value is not None and not low <= value <= high:
+            raise BadInput(option, "", f"{value:g} is outside {low:g}..{high:g}")
+
+
+def _kept_back(
+    runs: Sequence[Run], unseen: Sequence[Run], *, split: bool
+) -> tuple[list[Run], list[Run]]:
     """Return the runs to calibrate on and those to judge by."""
-    runs = [read_run(path) for path in asked.runs]
-    unseen = [read_run(path) for path in asked.holdout]
-    if not unseen and asked.split_hours is None:
-        if len(runs) <= FEWEST_RUNS:
-            problem = f"{len(runs)} given; {FEWEST_RUNS + 1} or more are needed without --holdout"
+    used, kept_back = list(runs), list(unseen)
+    if not kept_back and not split:
+        if len(used) <= FEWEST_RUNS:
+            problem = f"{len(used)} given; {FEWEST_RUNS + 1} or more are needed without --holdout"
             raise BadInput("--runs", "", problem)
-        unseen = [runs.pop()]
+        kept_back = [used.pop()]
     known: dict[str, Run] = {}
-    for run in (*runs, *unseen):
+    for run in (*used, *kept_back):
         same = known.setdefault(run.sha256, run)
         if same is not run:
-            raise BadInput(run.path or run.name, "", f"is the same run as {same.path}")
+            problem = f"is the same run as {same.path or same.name}"
+            raise BadInput(run.path or run.name, "", problem)
     names = [run.name for run in known.values()]
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
         raise BadInput("--runs", "", f"{twice[0]} stands for more than one run")
-    return runs, unseen
+    return used, kept_back
 
 
 def _in_pieces(

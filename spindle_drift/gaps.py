@@ -11,10 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
+from gap_finder.calibrate import Progress, quiet
 from gap_finder.search import MOST, Search
-from measurement.runs import Run, write_run
-from plant_model.machine_writer import write_machine
-from scenarios.gap_runner import GAP, GapTask, run_find_gap
+from scenarios.gap_runner import GAP, check_search, run_find_gap
 from scenarios.outputs import guarding
 from spindle_drift._inputs import MachineLike, RunLike, as_runs
 from spindle_drift._plots import plot_bars
@@ -80,6 +79,7 @@ def find_gap(
     fmu: bool = False,
     split_hours: float | None = None,
     force: bool = False,
+    progress: Progress = quiet,
 ) -> Gap:
     """Say where a machine's model and measured runs disagree, and name what is missing.
 
@@ -111,6 +111,8 @@ def find_gap(
         ended.
     force : bool
         Whether *out* may hold other things.
+    progress : callable
+        Told what is being done.
 
     Returns
     -------
@@ -132,32 +134,24 @@ def find_gap(
     >>> sd.find_gap("jig_borer_lumps", runs, without=others, workers=1).verdict
     'none_missing'
     """
+    search = Search(tuple(without), most, not effects_only, seed, workers)
+    check_search(search, split_hours)
     given = as_machine(machine)
-    used, kept_back = as_runs(list(runs)), as_runs(list(holdout)) if len(holdout) else []
+    used, kept_back = as_runs(runs), as_runs(holdout) if len(holdout) else []
+    inputs = [run.path for run in (*used, *kept_back) if run.path is not None]
     with tempfile.TemporaryDirectory(prefix="spindle-drift-gap-") as work:
-        source = Path(work) / "machine.toml"
-        write_machine(given.model, given.source, source)
-        paths = [_file(run, Path(work)) for run in (*used, *kept_back)]
         folder = Path(out) if out is not None else Path(work) / "gap"
-        question = GapTask(
-            str(source),
-            paths[: len(used)],
-            paths[len(used) :],
-            folder,
-            Search(tuple(without), most, not effects_only, seed, workers),
-            fmu,
-            split_hours,
-        )
-        inputs = [run.path for run in (*used, *kept_back) if run.path is not None]
         with guarding("find-gap", inputs, force):
-            table, lines = run_find_gap(question, lambda text: None)
+            _, lines = run_find_gap(
+                *(given.model, given.source, used, kept_back, folder),
+                search=search,
+                fmu=fmu,
+                split_hours=split_hours,
+                say=progress,
+            )
         table = json.loads((folder / GAP).read_text(encoding="utf-8"))
         after = Machine(folder / table["machine"])
     shown = "\n".join(lines if out is not None else lines[:-1])
     names = [entry["name"] for entry in table["effects"]]
     kept = None if out is None else folder
     return Gap(table["verdict"], table["in_doubt"], names, shown, table, after, kept)
-
-
-def _file(run: Run, folder: Path) -> Path:
-    return write_run(run.frame, folder / f"{run.name}.csv")

@@ -6,7 +6,7 @@ import argparse
 import json
 from pathlib import Path
 
-from scenarios.arguments import add_json, add_parameters, add_results
+from scenarios.arguments import add_json, add_parameters, add_results, parameters_of
 from scenarios.outputs import FOLDER
 
 NAME = "find-gap"
@@ -47,20 +47,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Find the gap, write the folder, and say what was found."""
-    from gap_finder.search import Search
-    from scenarios.gap_runner import GapTask, run_find_gap
     from scenarios.progress import FIND_GAP, spoken
+    from spindle_drift.gaps import find_gap
 
-    asked = GapTask(
-        args.machine,
-        args.runs,
-        args.holdout or [],
-        args.out,
-        Search(args.without, args.most, not args.effects_only, args.seed, args.workers),
-        fmu=not args.no_fmu,
-        split_hours=args.split_hours,
-    )
     with spoken(args.quiet, FIND_GAP) as say:
-        table, lines = run_find_gap(asked, say)
-    print(json.dumps(table, indent=1) if args.json else "\n".join(lines))
+        found = find_gap(
+            **parameters_of(args, find_gap) | {"holdout": args.holdout or ()},
+            fmu=not args.no_fmu,
+            progress=say,
+        )
+    print(json.dumps(found.table, indent=1) if args.json else found.text)
     return 0
