@@ -17,7 +17,7 @@ from gap_finder.score import Fit, fit
 from gap_finder.search import Search
 from plant_model.integrate import IntegrationError
 from plant_model.machine import Machine
-from plant_model.parameters import ParameterError
+from plant_model.parameters import FloatArray, ParameterError
 
 MARGIN = 6.0
 """Score within which another hypothesis cannot be excluded: odds of one in twenty, set on no
@@ -68,22 +68,24 @@ class Hypothesis:
         """-2 log of the prior, sizes included, "nothing" being 0."""
         return sum(self.prior) + sum(one.size_cost() for one in self.additions)
 
-    def score(self, unit: float) -> float:
-        """Return the score; *unit* is what the best hypothesis leaves per run and channel.
+    def score(self, units: FloatArray) -> float:
+        """Return the score; *units* are what the best hypothesis leaves of each channel per run.
 
-        A model that follows the runs only with unlikely numbers pays for these as for what it
-        leaves: what calibration has absorbed is missing all the same.
+        A channel that no hypothesis follows says little of any of them. A model that follows the
+        runs only with unlikely numbers pays for these as for what it leaves: what calibration has
+        absorbed is missing all the same.
         """
-        return (self.fit.cost + self.fit.moved_cost) / unit + self.prior_cost
+        left = float(np.sum(self.fit.left / units)) + self.fit.moved_cost / float(units.mean())
+        return left + self.prior_cost
 
 
-def unit_of(nothing: Hypothesis, some: Iterable[Hypothesis]) -> float:
-    """Return what the best of some hypotheses leaves per run and channel [tolerances squared].
+def units_of(nothing: Hypothesis, some: Iterable[Hypothesis]) -> FloatArray:
+    """Return what the best of some hypotheses leaves of each channel per run, shape (C,).
 
-    Never less than the tolerance, nor than what laws are known to.
+    In squared tolerances; never less than the tolerance, nor than what laws are known to.
     """
-    least = min(one.fit.left_each for one in some)
-    return max(1.0, LAW * nothing.fit.left_each, least)
+    least = np.min([one.fit.left.mean(axis=0) for one in some], axis=0)
+    return np.asarray(np.maximum(np.maximum(1.0, least), LAW * nothing.fit.left.mean(axis=0)))
 
 
 @dataclass(frozen=True)
@@ -96,15 +98,15 @@ class Step:
         What it began with.
     tried : tuple of Hypothesis
         Fully scored, each with one more addition, the best first.
-    unit : float
-        What the best of all leaves per run and channel [tolerances squared].
+    units : array, shape (C,)
+        What the best of all leaves of each channel per run [tolerances squared].
     by_chance : float
         99 % quantile of how much the score falls where nothing more is missing.
     """
 
     baseline: Hypothesis
     tried: tuple[Hypothesis, ...]
-    unit: float
+    units: FloatArray
     by_chance: float
 
     @property
@@ -112,7 +114,7 @@ class Step:
         """How much the best lowers the score."""
         if not self.tried:
             return 0.0
-        return self.baseline.score(self.unit) - self.tried[0].score(self.unit)
+        return self.baseline.score(self.units) - self.tried[0].score(self.units)
 
     @property
     def is_taken(self) -> bool:
@@ -189,15 +191,15 @@ class Searching:
         worth = self._worth(best, tried)
         tried += self._scored(best, later, listed, sensitivities, worth=worth)
         if tried:
-            leader = min(tried, key=lambda one: one.score(unit_of(self.nothing, tried)))
+            leader = min(tried, key=lambda one: one.score(units_of(self.nothing, tried)))
             kind = leader.keys[-1].partition(":")[0]
             more = _other_drivers(leader, tried, listed)
             more += [one for one in proposed.places if one.key.partition(":")[0] == kind]
             worth = self._worth(best, tried)
             tried += self._scored(best, more, listed, sensitivities, like=leader, worth=worth)
-        unit = unit_of(self.nothing, [best, *tried])
-        tried.sort(key=lambda one: one.score(unit))
-        return Step(best, tuple(tried), unit, proposed.by_chance)
+        units = units_of(self.nothing, [best, *tried])
+        tried.sort(key=lambda one: one.score(units))
+        return Step(best, tuple(tried), units, proposed.by_chance)
 
     def _worth(self, best: Hypothesis, tried: Sequence[Hypothesis]) -> float:
         """Return the cost that a calibration must soon be below for the rest to be worth its time.
@@ -205,7 +207,7 @@ class Searching:
         Soon as good as half of what the best so far wins, or of what is asked for.
         """
         costs = [one.fit.calibration.cost for one in (best, *tried)]
-        wins = max(costs[0] - min(costs), PROOF * unit_of(self.nothing, [best, *tried]))
+        wins = max(costs[0] - min(costs), PROOF * units_of(self.nothing, [best, *tried]).mean())
         return costs[0] - wins / 2.0
 
     def _scored(
@@ -249,21 +251,21 @@ class Searching:
             of_last = [one for one in rivals.get(best.keys[last], ()) if len(one.keys) == last + 1]
             beside.append([one for one in of_last if rest <= set(one.keys)])
             others = [*fewer, *(one for some in beside for one in some)]
-            unit = unit_of(self.nothing, [best, *others])
-            better = min(others, key=lambda one: one.score(unit), default=best)
-            simpler = min(fewer, key=lambda one: one.score(unit), default=None)
-            if simpler is not None and simpler.score(unit) < best.score(unit) + PROOF:
+            units = units_of(self.nothing, [best, *others])
+            better = min(others, key=lambda one: one.score(units), default=best)
+            simpler = min(fewer, key=lambda one: one.score(units), default=None)
+            if simpler is not None and simpler.score(units) < best.score(units) + PROOF:
                 # Beside what came later, it is not proven any more.
                 best = simpler
                 continue
-            if last and better.score(unit) < best.score(unit) - 1e-6:
+            if last and better.score(units) < best.score(units) - 1e-6:
                 rivals.update({key: () for key in better.keys if key not in rivals})
                 best = better
                 continue
-            limit = best.score(unit) + MARGIN
-            ranked = [sorted(some, key=lambda one: one.score(unit)) for some in beside]
+            limit = best.score(units) + MARGIN
+            ranked = [sorted(some, key=lambda one: one.score(units)) for some in beside]
             return best, tuple(
-                tuple(one for one in some if one.score(unit) <= limit) for some in ranked
+                tuple(one for one in some if one.score(units) <= limit) for some in ranked
             )
 
     def _exchanged(

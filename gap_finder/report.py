@@ -116,8 +116,8 @@ def _runners_up(judged: Judged) -> list[dict[str, Any]]:
     if not steps:
         return []
     first = steps[0]
-    scores = np.array([0.0, *(one.score(first.unit) for one in first.tried)])
-    scores[0] = first.baseline.score(first.unit)
+    scores = np.array([0.0, *(one.score(first.units) for one in first.tried)])
+    scores[0] = first.baseline.score(first.units)
     odds = np.exp(-(scores - scores.min()) / 2.0)
     told = zip(first.tried, (odds / odds.sum())[1:].tolist(), strict=True)
     return [
@@ -232,8 +232,8 @@ def _in_place(one: Hypothesis, best: Hypothesis, place: int) -> str:
 def _probability(judged: Judged, place: int) -> float:
     """Return the probability of an addition among all that may stand in its place [1]."""
     search = judged.found.search
-    unit = search.steps[-1].unit
-    scores = [one.score(unit) for one in (search.best, *search.instead[place])]
+    units = search.steps[-1].units
+    scores = [one.score(units) for one in (search.best, *search.instead[place])]
     odds = np.exp(-(np.array(scores) - min(scores)) / 2.0)
     return float(odds[0] / odds.sum())
 

@@ -106,10 +106,15 @@ def _details(judged: Judged) -> dict[str, Any]:
                 "from": list(step.baseline.keys),
                 "fall": step.fall,
                 "by_chance": step.by_chance,
-                "unit": step.unit,
+                "unit": float(step.units.mean()),
+                "base": step.baseline.fit.left.sum(axis=0).tolist(),
+                "base_moved": step.baseline.fit.moved_cost,
+                "base_prior": step.baseline.prior_cost,
                 "tried": {
                     one.keys[-1]: {
                         "cost": one.fit.cost,
+                        "left": one.fit.left.sum(axis=0).tolist(),
+                        "runs": len(one.fit.left),
                         "moved": one.fit.moved_cost,
                         "prior": one.prior_cost,
                     }
