@@ -85,7 +85,7 @@ def units_of(nothing: Hypothesis, some: Iterable[Hypothesis]) -> FloatArray:
     In squared tolerances; never less than the tolerance, nor than what laws are known to.
     """
     least = np.min([one.fit.left.mean(axis=0) for one in some], axis=0)
-    return np.asarray(np.maximum(np.maximum(1.0, least), LAW * nothing.fit.left.mean(axis=0)))
+    return np.asarray(np.maximum(max(1.0, LAW * nothing.fit.left_each), least))
 
 
 @dataclass(frozen=True)
@@ -161,7 +161,7 @@ class Searching:
             if not step.is_taken:
                 break
             before, best = best, step.tried[0]
-            rivals[best.keys[-1]] = step.tried[1:]
+            rivals[best.keys[-1]] = step.tried
             best, instead = self._settled(best, rivals, sensitivities)
             if len(best.additions) >= self._search.most:
                 break
@@ -207,7 +207,8 @@ class Searching:
         Soon as good as half of what the best so far wins, or of what is asked for.
         """
         costs = [one.fit.calibration.cost for one in (best, *tried)]
-        wins = max(costs[0] - min(costs), PROOF * units_of(self.nothing, [best, *tried]).mean())
+        unit = float(units_of(self.nothing, [best, *tried]).mean())
+        wins = max(costs[0] - min(costs), PROOF * unit)
         return costs[0] - wins / 2.0
 
     def _scored(
@@ -234,32 +235,38 @@ class Searching:
         sensitivities: Sequence[RunSensitivities],
     ) -> tuple[Hypothesis, tuple[tuple[Hypothesis, ...], ...]]:
         """Go backward and swap until nothing lowers the score; say what stands beside it."""
+        seen = {frozenset(best.keys)}
         while True:
             last = len(best.additions) - 1
             fewer: list[Hypothesis] = []
             beside: list[list[Hypothesis]] = []
             for place in range(last):
                 self._progress(f"asking again for {best.keys[place]}")
-                some = rivals.get(best.keys[place], ())[:RIVALS]
-                some = tuple(one for one in some if one.keys[-1] not in best.keys)
+                some = rivals[best.keys[place]]
+                some = tuple(one for one in some if one.keys[-1] not in best.keys)[:RIVALS]
                 jobs = [self._exchanged(best, place, one, sensitivities) for one in (None, *some)]
                 gone, *swapped = [job.result() for job in jobs]
                 fewer += [gone] if gone else []
                 beside.append([one for one in swapped if one])
             # The last one's rivals were scored beside all others, unless these have changed since.
             rest = set(best.keys[:last])
-            of_last = [one for one in rivals.get(best.keys[last], ()) if len(one.keys) == last + 1]
-            beside.append([one for one in of_last if rest <= set(one.keys)])
+            of_last = [one for one in rivals[best.keys[last]] if len(one.keys) == last + 1]
+            beside.append([one for one in of_last if rest <= set(one.keys) != set(best.keys)])
             others = [*fewer, *(one for some in beside for one in some)]
             units = units_of(self.nothing, [best, *others])
-            better = min(others, key=lambda one: one.score(units), default=best)
             simpler = min(fewer, key=lambda one: one.score(units), default=None)
             if simpler is not None and simpler.score(units) < best.score(units) + PROOF:
                 # Beside what came later, it is not proven any more.
                 best = simpler
                 continue
+            fresh = [one for one in others if frozenset(one.keys) not in seen]
+            better = min(fresh, key=lambda one: one.score(units), default=best)
             if last and better.score(units) < best.score(units) - 1e-6:
-                rivals.update({key: () for key in better.keys if key not in rivals})
+                # What stood in the place of one addition stands in that of the other.
+                (before,) = set(best.keys) - set(better.keys)
+                (after,) = set(better.keys) - set(best.keys)
+                rivals.setdefault(after, rivals[before])
+                seen.add(frozenset(better.keys))
                 best = better
                 continue
             limit = best.score(units) + MARGIN

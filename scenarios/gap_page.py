@@ -85,7 +85,7 @@ def _round(step: Step) -> dict[str, Any]:
     return {
         "what": ", ".join(_title(key, begun.machine) for key in step.baseline.keys) or "nothing",
         "cost": begun.cost,
-        "score": step.baseline.score(step.unit),
+        "score": step.baseline.score(step.units),
         "by_chance": max(step.by_chance, 0.0),
         "rows": [
             {
@@ -93,7 +93,7 @@ def _round(step: Step) -> dict[str, Any]:
                 "cost": hypothesis.fit.cost,
                 "share": 1.0 - hypothesis.fit.cost / begun.cost,
                 "prior": hypothesis.prior_cost,
-                "score": hypothesis.score(step.unit),
+                "score": hypothesis.score(step.units),
             }
             for hypothesis in step.tried
         ],
