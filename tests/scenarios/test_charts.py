@@ -43,10 +43,6 @@ def test_thinning_of_steps_can_be_drawn_back(levels: list[tuple[int, int]]) -> N
     assert len(found) <= len(levels) + 1
 
 
-def test_short_curves_are_kept_whole() -> None:
-    assert kept(np.zeros(10), 10).tolist() == list(range(10))
-
-
 def test_minute_means_leave_gaps_and_make_no_last_minute_of_one_sample() -> None:
     time = np.arange(181.0)
     values = np.where((time >= 60) & (time < 120), np.nan, time)

@@ -34,16 +34,6 @@ def test_help_lists_every_command_and_is_quick() -> None:
         assert f"\n    {command} " in done.stdout
 
 
-def test_help_imports_nothing_heavy() -> None:
-    code = (
-        "import sys; from scenarios.cli import main; main(['--help']);"
-        "heavy = {'numpy', 'pandas', 'fmpy', 'jinja2', 'matplotlib', 'pydantic'};"
-        "print(sorted(heavy & set(sys.modules)))"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.splitlines()[-1] == "[]"
-
-
 def test_no_command_shows_the_help(capsys: pytest.CaptureFixture[str]) -> None:
     assert main([]) == 0
     assert "examples:" in capsys.readouterr().out

@@ -7,12 +7,10 @@ import threading
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 from measurement.errors import BadInput
 from scenarios.cosimulation import simulate
-from scenarios.fmu import FmuError
 from scenarios.fmu_file import read_description
 from scenarios.recording import Recording
 from scenarios.scenario import read_scenario
@@ -51,18 +49,6 @@ def test_the_loop_equals_the_one_by_hand(
     assert found["speed_rpm"].tolist() == speed
     for name, values in by_hand(steps, h, speed).items():
         assert found[name].to_numpy() == pytest.approx(values), name
-
-
-def test_a_reading_is_answered_one_step_later_and_seen_after_another(
-    tiny_scenario: Path, tiny_plant: Path, tiny_compensator: Path
-) -> None:
-    frame = run(tiny_scenario, tiny_plant, tiny_compensator).frame
-    wanted = -10.0 * (frame["T1_degC"].to_numpy() - 20.0)
-    assert frame["dX_um"].to_numpy()[1:] == pytest.approx(wanted[:-1])
-    assert frame["offset_X_um"].to_numpy()[2:] == pytest.approx(wanted[:-2])
-    assert frame["error_X_um"].to_numpy() == pytest.approx(
-        (frame["drift_X_um"] + frame["offset_X_um"]).to_numpy()
-    )
 
 
 def test_without_a_compensator_the_offsets_stay_zero(
@@ -148,25 +134,6 @@ def test_an_input_of_both_without_a_signal_has_the_plants_start_value(
     tiny_scenario.write_text(text)
     frame = run(tiny_scenario, tiny_plant, tiny_compensator).frame
     assert set(frame["tool_length_mm"]) == {70.0}
-
-
-def test_a_failing_step_is_one_line_with_time_and_cause(
-    tiny_scenario: Path, tiny_plant: Path, tiny_compensator: Path
-) -> None:
-    override = ("signals.speed", {"kind": "steps", "times_s": [0, 7], "values": [0, 9500]})
-    with pytest.raises(FmuError) as caught:
-        run(tiny_scenario, tiny_plant, tiny_compensator, override)
-    assert str(caught.value) == (
-        "plant FMU at 7 s: the step failed (discard): this plant bursts at 9000 r/min"
-    )
-
-
-def test_two_runs_in_one_process_are_equal(
-    tiny_scenario: Path, tiny_plant: Path, tiny_compensator: Path
-) -> None:
-    first, second = (run(tiny_scenario, tiny_plant, tiny_compensator) for _ in range(2))
-    assert first.frame.equals(second.frame)
-    assert np.isfinite(first.frame.to_numpy()).all()
 
 
 def test_what_is_no_fmu_is_refused_in_one_line(tmp_path: Path) -> None:

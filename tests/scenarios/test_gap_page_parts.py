@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from types import SimpleNamespace
-from typing import Any, cast
+from typing import cast
 
 import numpy as np
 import pandas as pd
@@ -108,9 +108,3 @@ def test_a_signature_is_what_the_effect_alone_adds(
     # Nothing else was wrong, so that the signature is what was left, but for noise.
     assert np.std(left - signature) < 0.1 * np.std(left)
     assert np.ptp(signature) == pytest.approx(15.0 * (16.0 / 20.0) ** 2, rel=0.02)
-
-
-def test_no_effect_no_chart(machine: Machine, observed: list[Observations]) -> None:
-    nothing: Any = SimpleNamespace(machine=machine)
-    found: Any = SimpleNamespace(before=nothing, after=nothing, observed=observed, keys=())
-    assert signature_charts(found) == []

@@ -76,15 +76,3 @@ def test_without_a_compiler_python_does_it_with_a_word(
     assert found == tmp_path / "plant.fmu"
     why = "no C compiler: CC names 'no-such-compiler', which cannot be found"
     assert capsys.readouterr().err == f"{found}: taken in Python: {why}\n"
-
-
-def test_both_give_the_same_recording(shipped_in_c: Path) -> None:
-    settings = [("duration_s", 3600), ("compensator.enabled", False), ("step_s", 5)]
-    case = read_scenario("random_speed", settings).cases[0]
-    python, native = (
-        simulate(case, shipped_in_c / file, None, quiet=True).frame
-        for file in ("plant.fmu", "plant_native.fmu")
-    )
-    assert list(python) == list(native)
-    assert python["drift_Z_um"].abs().max() > 1.0
-    assert np.max(np.abs(python.to_numpy() - native.to_numpy())) < 1e-8

@@ -204,19 +204,6 @@ def test_a_folder_is_replaced_by_the_same_command_only_and_never_with_an_input(
     assert sorted(path.name for path in tmp_path.iterdir()) == ["out"]
 
 
-def test_fit_with_a_forgotten_output_name_keeps_the_measurement(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    runs = [tmp_path / f"q{number}.csv" for number in (1, 2, 3)]
-    for run in runs:
-        run.write_bytes(TEXT)
-    assert main(["fit", *map(str, runs[1:]), "-o", str(runs[0])]) == 2
-    assert "q1.csv: exists and is no compensator file" in capsys.readouterr().err
-    assert main(["fit", *map(str, runs), "-o", str(runs[0])]) == 2
-    assert "q1.csv: is an input of this command" in capsys.readouterr().err
-    assert runs[0].read_bytes() == TEXT
-
-
 def test_a_pipe_as_an_input_is_refused_by_every_command_that_reads(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], never_run: list[str]
 ) -> None:

@@ -10,10 +10,13 @@ from scenarios.cosimulation import simulate
 from scenarios.scenario import read_scenario
 
 
-def test_a_probe_cycle_in_the_loop(shipped: Path) -> None:
+def test_a_probe_cycle_in_the_loop(shipped_in_c: Path) -> None:
     frames = {
         case.name: simulate(
-            case, shipped / "plant.fmu", shipped / "compensator.fmu", quiet=True
+            case,
+            shipped_in_c / "plant_native.fmu",
+            shipped_in_c / "compensator_native.fmu",
+            quiet=True,
         ).frame
         for case in read_scenario("probing", [("step_s", 10.0), ("duration_s", 21600.0)]).cases
     }

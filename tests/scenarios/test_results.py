@@ -61,15 +61,6 @@ def test_a_failure_half_way_leaves_what_was_there(tmp_path: Path) -> None:
     assert names(tmp_path) == ["results"]
 
 
-def test_results_are_replaced_by_results(tmp_path: Path) -> None:
-    target = tmp_path / "results"
-    for text in ("old", "new"):
-        with results_folder(target) as folder:
-            fill(folder, text)
-    assert (target / "new.txt").read_text() == "new"
-    assert names(tmp_path) == ["results"]
-
-
 def test_a_foreign_folder_or_a_file_is_refused(tmp_path: Path) -> None:
     (tmp_path / "thesis.tex").write_text("x")
     with pytest.raises(BadInput, match="holds files and no results"):

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from measurement.errors import BadInput
-from scenarios.signals import build, kinds
+from scenarios.signals import build
 from scenarios.signals.base import Setting
 
 TIMES = np.array([0.0, 1.0, 5.0, 9.0, 10.0, 11.0, 30.0])
@@ -22,20 +22,6 @@ def setting(folder: Path = Path(), seed: int = 1, place: str = "signals.speed") 
 
 def values(entry: object, times: np.ndarray = TIMES) -> list[float]:
     return list(build(entry, setting()).values(times, setting()))
-
-
-def test_every_kind_is_found_by_walking_the_folder() -> None:
-    assert set(kinds()) == {
-        "constant",
-        "first_order",
-        "ramp",
-        "random_steps",
-        "scaled",
-        "sine",
-        "steps",
-        "sum",
-        "table",
-    }
 
 
 def test_a_scaled_signal_is_a_factor_times_another() -> None:

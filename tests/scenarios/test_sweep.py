@@ -160,7 +160,8 @@ def test_a_killed_sweep_ends_with_its_workers_and_goes_on_and_comes_to_the_same(
         assert (tmp_path / "out" / name).read_bytes() == (tmp_path / "whole" / name).read_bytes()
 
 
-@pytest.mark.parametrize("workers", [pytest.param("1", marks=pytest.mark.long), "2"])
+@pytest.mark.long
+@pytest.mark.parametrize("workers", ["1", "2"])
 def test_an_interrupted_sweep_says_how_to_go_on(
     tiny_scenario: Path, tiny_folder: Path, closed: Path, tmp_path: Path, workers: str
 ) -> None:
