@@ -134,25 +134,6 @@ def test_commands_exist_with_their_options(line: str) -> None:
     check_command(line)
 
 
-@pytest.mark.parametrize(
-    "line",
-    [
-        "spindle-drift nope",
-        "spindle-drift run step_speed --nope",
-        "spindle-drift fit run.csv",
-        "make nope",
-        "python build_fmu.py --nope",
-        "python -m benchmarks.nope",
-        "rm -r x",
-    ],
-)
-def test_a_command_that_does_not_exist_is_found(
-    line: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    with pytest.raises((SystemExit, AssertionError, KeyError, argparse.ArgumentError)):
-        check_command(line)
-
-
 def test_commands_in_running_text_exist() -> None:
     known = set(cli.commands()) | {"COMMAND"}
     for page in PAGES:

@@ -53,12 +53,3 @@ def test_known_lags_and_factors_are_found(runs: list[Run]) -> None:
     assert left < 1e-6
     # Any other lags leave more.
     assert min(fitted(found, other)[1] for other in choices() if other != columns) > left
-
-
-def test_what_stands_still_is_left_out(runs: list[Run]) -> None:
-    frame = runs[0].frame.copy()
-    still = frame["time_s"] > 4 * 3600.0
-    frame.loc[still, "speed_rpm"] = 0.0
-    stopped = moments(Run("stopped", frame))
-    frame.loc[still, "disp_x_um"] += 100.0
-    assert moments(Run("stopped", frame)).square == pytest.approx(stopped.square)

@@ -14,7 +14,6 @@ from gap_finder.design import RunSensitivities
 from gap_finder.kinds.base import CalibratedRun, Change
 from gap_finder.kinds.conductance_with_motion import ConductanceWithMotion
 from gap_finder.kinds.heat_path import HeatPath
-from gap_finder.kinds.hidden_mass import HiddenMass
 from gap_finder.observations import Observations, observe
 from plant_model.machine import Machine
 from plant_model.machine_file import read_machine
@@ -44,22 +43,6 @@ def test_the_answers_are_those_of_simulating_every_path(run: CalibratedRun) -> N
     some = list(dict.fromkeys([*(paths[i] for i in chosen), *boundary]))
     told = path_answers(run.machine, run.observed, [*map(added, some)])
     assert_those_of_simulating(HeatPath, some, told, run)
-
-
-def test_the_answers_of_what_motion_adds_are_those_of_simulating_it(run: CalibratedRun) -> None:
-    paths = list(ConductanceWithMotion.all_of([run]))
-    chosen = np.random.default_rng(2).choice(len(paths), 24, replace=False)
-    some = [paths[i] for i in chosen]
-    told = path_answers(run.machine, run.observed, [*map(added, some)])
-    # What hardly shows need not be exact: between shaft and rotor it changes within a step.
-    assert_those_of_simulating(ConductanceWithMotion, some, told, run, 2e-3)
-    for one, same in zip(ConductanceWithMotion.answers(some, run), told, strict=True):
-        np.testing.assert_array_equal(one, same)
-
-
-def test_the_answers_of_masses_are_those_of_simulating_them(run: CalibratedRun) -> None:
-    masses = list(HiddenMass.all_of([run]))
-    assert_those_of_simulating(HiddenMass, masses, HiddenMass.answers(masses, run), run)
 
 
 def added(one: HeatPath | ConductanceWithMotion) -> AddedPath:

@@ -27,18 +27,6 @@ HOURS = {"down": 2.2, "stairs": 3.0, "stops": 2.1}
 """Of three hours each: how long its spectrum turns."""
 
 
-def test_the_hours_turned_are_counted_from_run_to_run(jig_borer_lumps: Machine) -> None:
-    effect = catalogue()["bearing_run_in"]
-    runs = [
-        one for one in observe(jig_borer_lumps, runs_of(jig_borer_lumps)) if one.run.name in HOURS
-    ]
-    drives = [(np.diff(one.drive.grid), one.drive.held) for one in runs]
-    carried = [entry["before"] for entry in effect.carried(jig_borer_lumps, "series", drives)]
-    turned = [HOURS[one.run.name] for one in runs]
-    np.testing.assert_allclose(carried, np.cumsum([0.0, *turned]), atol=0.02)
-    assert effect.carried(jig_borer_lumps, "run", drives) == []
-
-
 def test_every_run_has_the_hours_before_it_and_the_machine_those_of_all(
     jig_borer_lumps: Machine,
 ) -> None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -11,9 +9,8 @@ from gap_finder.candidates import with_effect
 from gap_finder.data_faults import WHOLE_RUN, need_readings, without_faults
 from gap_finder.observations import observe
 from measurement.errors import BadInput
-from measurement.runs import Run, read_run
+from measurement.runs import Run
 from plant_model.machine import Machine
-from plant_model.machine_file import read_machine
 from tests.gap_finder.conftest import runs_of
 
 
@@ -105,26 +102,3 @@ def test_runs_without_anything_to_compare_are_refused(jig_borer_lumps: Machine) 
     with pytest.raises(BadInput, match="no usable reading to compare"):
         need_readings(jig_borer_lumps, [Run("empty", empty)], "--holdout")
     need_readings(jig_borer_lumps, [run], "--holdout")
-
-
-@pytest.mark.real_data
-def test_the_lathe_s_broken_channels_are_found(lathe_runs: list[Path]) -> None:
-    names = ("20200615", "20200702", "20200706", "20200824", "20200907", "20200929")
-    runs = [read_run(path) for path in lathe_runs if path.stem in names]
-    _, faults = without_faults(read_machine("lathe"), runs)
-    found = {(fault.run, fault.channel, fault.kind) for fault in faults}
-    assert {run for run, channel, kind in found if (channel, kind) == ("PT10", "level_jump")} == {
-        "20200824",
-        "20200907",
-        "20200929",
-    }
-    assert ("20200706", WHOLE_RUN, "jump") in found
-    assert ("20200929", "disp_x", "frozen") in found
-    assert ("20200706", "disp_z", "saturated") in found or (
-        "20200706",
-        WHOLE_RUN,
-        "jump",
-    ) in found
-    assert ("20200907", "x_motor", "frozen") in found
-    known = {"PT10", "disp_x", "disp_z", WHOLE_RUN, "spindle_motor", "x_motor", "z_motor"}
-    assert {channel for _, channel, _ in found} <= known

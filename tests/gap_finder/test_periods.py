@@ -8,7 +8,7 @@ import pytest
 from gap_finder.candidates import candidates, with_effect
 from gap_finder.linearise import modelled, simulate_at
 from gap_finder.observations import observe
-from gap_finder.periods import PHASES, in_step, likely_periods, quick
+from gap_finder.periods import PHASES, in_step, quick
 from measurement.runs import Run
 from plant_model.effects import catalogue
 from plant_model.machine import Machine
@@ -54,17 +54,6 @@ def test_a_run_that_was_not_used_is_put_in_step(
     assert np.sum(after**2) < 0.2 * np.sum(before**2)
     assert in_step(jig_borer_lumps, observed) is observed
     assert len(PHASES) == 24
-
-
-def test_periods_come_strongest_first() -> None:
-    class Seen:
-        time_s = np.arange(0.0, 20000.0, 60.0)
-
-    terms = ((1.0, 9.0), (2.0, 21.0))
-    waves = [a * np.sin(2.0 * np.pi * Seen.time_s / (60.0 * p)) for a, p in terms]
-    found = likely_periods([Seen()], [sum(waves)], 5.0, 40.0)  # type: ignore[list-item,arg-type]
-    assert found[0] == pytest.approx(21.0, rel=0.03)
-    assert found[1] == pytest.approx(9.0, rel=0.03)
 
 
 def test_a_fault_may_begin_with_any_run(jig_borer_lumps: Machine) -> None:

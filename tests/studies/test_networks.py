@@ -93,11 +93,6 @@ def test_from_where_the_training_ends_scipy_gains_nothing(decay: float, seed: in
     assert further == pytest.approx(ended, rel=1e-3)
 
 
-def test_a_number_alone_is_one_hidden_layer() -> None:
-    fitted = BackPropagation.fit(bent_task(), hidden=7, iterations=2)
-    assert fitted.report()["nodes"] == [4, 7, 3]
-
-
 def test_bp_bends_where_a_line_cannot() -> None:
     task = bent_task()
     fitted = BackPropagation.fit(task, decay=1e-4)
@@ -117,15 +112,6 @@ def test_two_hidden_layers_as_in_the_time_series_study() -> None:
     fitted = BackPropagation.fit(bent_task(), hidden=(5, 5), iterations=3)
     assert fitted.report()["nodes"] == [4, 5, 5, 3]
     assert fitted.report()["weights_and_thresholds"] == 4 * 5 + 5 + 5 * 5 + 5 + 5 * 3 + 3
-
-
-def test_the_seed_decides() -> None:
-    task = bent_task()
-    first, again, other = (
-        BackPropagation.fit(task, seed=seed, iterations=5).training.theta for seed in (1, 1, 2)
-    )
-    assert np.array_equal(first, again)
-    assert not np.allclose(first, other)
 
 
 def test_ga_bp_4_10_3_trains_with_little_work_from_a_better_start(

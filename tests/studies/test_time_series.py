@@ -191,16 +191,6 @@ def test_one_step_ahead_beats_persistence_and_says_nothing_of_a_free_run() -> No
     assert free > 10 * ahead
 
 
-def test_probing_now_and_then_pulls_the_series_back() -> None:
-    fitted = AutoregressiveMovingAverage.fit(task_of([integrated_ar(0)]))
-    unseen = integrated_ar(6)
-    probed = np.full_like(unseen.targets, np.nan)
-    probed[::50] = unseen.targets[::50]
-    now_and_then = rms(unseen.targets - fitted.predict(unseen, probed))
-    always = rms(unseen.targets - fitted.predict(unseen, unseen.targets))
-    assert always < now_and_then < 0.5 * rms(unseen.targets - fitted.predict(unseen))
-
-
 def test_a_forecast_uses_no_measurement_of_its_own_row_or_later() -> None:
     fitted = AutoregressiveMovingAverage.fit(task_of([integrated_ar(0)]))
     unseen = integrated_ar(7, rows=200)

@@ -23,12 +23,6 @@ from tests.studies.fem.conftest import bar_table
 SHIPPED = tomllib.loads((Path(package.__file__).parent / "jig_borer.toml").read_text())
 
 
-def test_the_shipped_one_is_read_by_name_and_by_path(tmp_path: Path) -> None:
-    path = tmp_path / "mine.toml"
-    path.write_text((Path(package.__file__).parent / "jig_borer.toml").read_text())
-    assert read_description(path) == read_description("jig_borer")
-
-
 @pytest.mark.parametrize(
     ("text", "problem"),
     [

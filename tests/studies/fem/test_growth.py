@@ -88,13 +88,6 @@ def test_the_floating_bearing_carries_no_force(jig_borer: FiniteElementSpindle) 
     assert abs(jig_borer.growth_row @ behind) < 0.1 * (jig_borer.growth_row @ before)
 
 
-def test_steady_growth_over_speed(jig_borer: FiniteElementSpindle) -> None:
-    levels = [jig_borer.zss(n) for n in (0.0, 4000.0, 8000.0, 12000.0, 16000.0, 20000.0)]
-    assert levels[0] == pytest.approx(0.0, abs=1e-6)
-    assert np.all(np.diff(levels) > 0.0)
-    assert 20.0 < levels[-1] < 80.0
-
-
 def test_a_short_stop_is_followed(jig_borer: FiniteElementSpindle) -> None:
     time_s = np.arange(0.0, 4.0 * 3600.0, 60.0)
     speed = np.where((time_s > 7200.0) & (time_s < 7800.0), 0.0, 12000.0)

@@ -47,18 +47,6 @@ def test_a_manufactured_solution_is_met_with_second_order() -> None:
     assert errors[-1] < 1e-3
 
 
-def test_patch_a_linear_field_along_the_axis_is_exact() -> None:
-    mesh = MeshQuad.init_tensor(np.array([0.5, 0.8, 1.7, 2.0]), np.array([0.0, 0.1, 0.7, 1.0]))
-    basis = Basis(mesh, ElementQuad1(), intorder=4)
-    matrix = forms.conduction(basis, np.full(mesh.t.shape[1], 3.0))
-    linear = 20.0 + 5.0 * basis.doflocs[1]
-    inner, right, solution, kept = condense(
-        matrix, np.zeros(basis.N), x=linear.copy(), D=basis.get_dofs().flatten()
-    )
-    solution[kept] = spsolve(inner.tocsc(), right)
-    assert solution == pytest.approx(linear, abs=1e-11)
-
-
 def test_a_hollow_cylinder_conducts_by_its_logarithm() -> None:
     """Q = 2 pi k l dT / ln(r2 / r1) between fixed temperatures inside and outside."""
     mesh = MeshQuad.init_tensor(np.linspace(0.02, 0.05, 41), np.linspace(0.0, 0.1, 3))
