@@ -114,6 +114,20 @@ def test_what_is_known_ahead_is_what_stepping_gives(
         assert np.abs(one.pose - stepped.pose)[:, ::every].max() < 10.0 * within
 
 
+def test_a_finer_grid_has_the_same_inputs() -> None:
+    machine = read_machine("jig_borer_lumps")
+    drive = drive_from(machine, inputs_of("jig_borer_lumps"), 120.0)
+    fine = drive.refined(4)
+    np.testing.assert_allclose(fine.grid[::4], drive.grid)
+    assert np.all(np.diff(fine.grid) > 0.0)
+    for name, values in drive.first.items():
+        np.testing.assert_allclose(fine.first[name][::4], values)
+        np.testing.assert_allclose(fine.last[name][3::4], drive.last[name])
+        np.testing.assert_allclose(fine.first[name][1:4], fine.last[name][:3])
+    for name, values in drive.held.items():
+        np.testing.assert_array_equal(fine.held[name].reshape(-1, 4), values[:, None].repeat(4, 1))
+
+
 def test_sets_that_start_elsewhere_share_nothing() -> None:
     machine = with_effects(read_machine("jig_borer_lumps"), "sensor_offset")
     starts = np.full((2, len(machine.nodes)), 20.0)
