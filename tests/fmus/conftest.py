@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-import build_fmu
+from tests.conftest import built as build
+from tests.conftest import once
 from tests.fmus.models import five_point_text
 
 
@@ -30,10 +31,7 @@ class Built:
 
 
 @pytest.fixture(scope="session")
-def built(tmp_path_factory: pytest.TempPathFactory) -> Built:
+def built(shared: Path) -> Built:
     """The two FMUs with their reference results, as build_fmu.py makes them."""
-    folder = tmp_path_factory.mktemp("dist")
-    model = tmp_path_factory.mktemp("models") / "by_hand.json"
-    model.write_text(five_point_text())
-    assert build_fmu.main(["--model", str(model), "--out", str(folder)]) == 0
-    return Built(folder, model)
+    model = once(shared / "fmus.json", lambda new: new.write_text(five_point_text()))
+    return Built(once(shared / "fmus", lambda new: build(new, "--model", str(model))), model)

@@ -53,30 +53,6 @@ def test_gives_what_the_compensator_gives(built: Built) -> None:
     assert {row[9] for row in found} >= {0, 11, 21}
 
 
-def test_two_models_in_one_process_each_give_their_own_numbers(
-    built: Built, tmp_path: Path
-) -> None:
-    model = tmp_path / "other.json"
-    model.write_text(five_point_text(gain=3.0))
-    arguments = ["--only", "compensator", "--model", str(model), "--out", str(tmp_path)]
-    assert build_fmu.main(arguments) == 0
-    found = apart(
-        RUN
-        + """
-one, two = (started(opened(path)) for path in sys.argv[1:])
-rows = [[], []]
-for k in range(60):
-    rows[0] += steps(one, k, 1); rows[1] += steps(two, k, 1)
-show(rows)
-""",
-        built.compensator,
-        tmp_path / "compensator.fmu",
-    )
-    assert found[0] == _expected(five_point_text(), 60)
-    assert found[1] == _expected(five_point_text(gain=3.0), 60)
-    assert found[0] != found[1]
-
-
 POISON = """
 import sys, types
 import fmu_compensator.runtime.compensator as c, fmu_compensator.runtime.error_models.mlr as m

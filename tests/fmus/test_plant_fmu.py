@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import zipfile
 from html import unescape
-from pathlib import Path
 
 import fmpy
 import pytest
 
-import build_fmu
 from fmu_packaging.units import fmi_name
 from plant_model.fmi_slave import variable_name
 from plant_model.machine_file import read_machine
@@ -146,33 +144,3 @@ show([status, messages[-1][1].splitlines()[-1]])
     )
     assert found[0] == 2
     assert "speed: 1e+06 is not allowed: it must be 0 to 20000 rpm" in found[1]
-
-
-NOISE = """
-def noisy(seed):
-    fmu = opened(sys.argv[1])
-    fmu.setInteger([fmu.refs["noise_seed"]], [seed])
-    return started(fmu, ambient=21.0, coolant_inlet=20.0)
-"""
-
-
-def test_noise_belongs_to_its_seed(built: Built) -> None:
-    found = apart(
-        RUN + NOISE + "show([steps(noisy(seed), 0, 20) for seed in (0, 5, 5, 6)])", built.plant
-    )
-    assert found[1] == found[2]
-    assert found[1] != found[0]
-    assert found[1] != found[3]
-
-
-def test_what_the_host_has_imported_does_not_matter(built: Built) -> None:
-    code = RUN + "show(steps(started(opened(sys.argv[1]), ambient=21.0), 0, 80))"
-    poison = """
-import plant_model.stepper, plant_model.effects, plant_model.network
-def broken(*args, **kwargs): raise RuntimeError("the host's module ran")
-plant_model.stepper.PlantStepper.step = broken
-plant_model.effects.catalogue = broken
-plant_model.network.Network.heat = broken
-"""
-    root = Path(build_fmu.__file__).parent
-    assert apart(code, built.plant) == apart(code, built.plant, before=poison, path=root)

@@ -19,6 +19,8 @@ from fmu_packaging.native.compilers import (
     run_compiler,
     write_sources,
 )
+from tests.conftest import built, once
+from tests.fmus.models import five_point_text
 from tests.patience import PATIENCE_S
 
 HERE = Path(__file__).resolve().parent
@@ -28,6 +30,20 @@ SANITIZED = ("-g", "-O0", "-fsanitize=address,undefined", "-fno-sanitize-recover
 @pytest.fixture(scope="session", autouse=True)
 def compiled_here(compiler: tuple[str, ...]) -> None:
     """Nothing of this room runs without a compiler."""
+
+
+@pytest.fixture(scope="session")
+def by_hand(shared: Path) -> Path:
+    """A compensator file made by hand, by_hand.json, and beside it its FMUs of every form."""
+
+    def make(new: Path) -> None:
+        new.mkdir()
+        model = new / "by_hand.json"
+        model.write_text(five_point_text())
+        for form in ((), ("--native",), ("--fmi", "3"), ("--can",), ("--can", "high")):
+            built(new, *form, "--only", "compensator", "--model", str(model))
+
+    return once(shared / "by_hand", make)
 
 
 @dataclass(frozen=True)

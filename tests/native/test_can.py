@@ -31,22 +31,10 @@ from tests.native.can_bus import (
 )
 
 
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The FMU on the bus, and the one that the gateway steps."""
-    folder = tmp_path_factory.mktemp("dist")
-    model = folder / "by_hand.json"
-    model.write_text(five_point_text())
-    for options in (["--can"], ["--native", "--only", "compensator"]):
-        assert build_fmu.main([*options, "--model", str(model), "--out", str(folder)]) == 0
-    return folder
-
-
 @pytest.fixture
-def bench(folder: Path, tmp_path: Path) -> Bench:
-    return Bench(
-        BusNode(folder / "compensator_can.fmu", tmp_path), folder / "compensator_native.fmu"
-    )
+def bench(by_hand: Path, tmp_path: Path) -> Bench:
+    node = BusNode(by_hand / "compensator_can.fmu", tmp_path)
+    return Bench(node, by_hand / "compensator_native.fmu")
 
 
 def test_a_run_sends_the_gateway_s_frames(bench: Bench) -> None:
@@ -74,11 +62,11 @@ def test_without_a_machine_it_says_so(bench: Bench) -> None:
     assert {state for state, _ in bench.seen} == {0.0, 4.0}
 
 
-def test_a_state_goes_on_with_the_same_frames(folder: Path, bench: Bench, tmp_path: Path) -> None:
+def test_a_state_goes_on_with_the_same_frames(by_hand: Path, bench: Bench, tmp_path: Path) -> None:
     bench.run(50)
     fmu = bench.node.fmu
     data = fmu.serializeFMUState(fmu.getFMUState())
-    other = BusNode(folder / "compensator_can.fmu", tmp_path / "other")
+    other = BusNode(by_hand / "compensator_can.fmu", tmp_path / "other")
     other.fmu.setFMUState(other.fmu.deserializeFMUState(data))
     other.time_s, other.due_s = bench.node.time_s, bench.node.due_s
     assert other.send() == bench.node.send() != b""
@@ -137,16 +125,16 @@ simulate_fmu("bus.fmu", stop_time=2.0, output_interval=0.5)
 """
 
 
-def test_another_tool_links_two_by_their_terminals(folder: Path, tmp_path: Path) -> None:
+def test_another_tool_links_two_by_their_terminals(by_hand: Path, tmp_path: Path) -> None:
     needs("fmu-manipulation-toolbox")
     for name in ("a.fmu", "b.fmu"):
-        shutil.copy(folder / "compensator_can.fmu", tmp_path / name)
+        shutil.copy(by_hand / "compensator_can.fmu", tmp_path / name)
     (tmp_path / "bus.json").write_text(json.dumps(NESTED))
     options = ("-container", "bus.json", "-fmi", "3", "-datalog")
     done = run(sys.executable, "-c", RUN, *options, folder=tmp_path)
     assert done.returncode == 0, done.stderr
     log = pd.read_csv(tmp_path / "bus-datalog.csv", dtype=str)
-    alone = BusNode(folder / "compensator_can.fmu", tmp_path / "alone")
+    alone = BusNode(by_hand / "compensator_can.fmu", tmp_path / "alone")
     wanted = []
     while alone.due_s < 2.0:
         wanted.append(alone.send().hex().upper())
@@ -155,8 +143,8 @@ def test_another_tool_links_two_by_their_terminals(folder: Path, tmp_path: Path)
         assert list(sent[sent != sent.shift()])[: len(wanted)] == wanted
 
 
-def test_the_description_is_that_of_the_layered_standard(folder: Path) -> None:
-    path = folder / "compensator_can.fmu"
+def test_the_description_is_that_of_the_layered_standard(by_hand: Path) -> None:
+    path = by_hand / "compensator_can.fmu"
     assert validate_fmu(str(path)) == []
     with ZipFile(path) as archive:
         model, icons, manifest = (

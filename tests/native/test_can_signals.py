@@ -27,7 +27,6 @@ from gateway.dbc import DBC
 from gateway.mapping import read_database
 from gateway.node import GatewayNode, GatewaySettings
 from gateway.unit import CompensatorUnit
-from tests.fmus.models import five_point_text
 from tests.masters.conftest import needs, run
 from tests.native.can_bus import Machine
 from tests.native.test_can import RUN
@@ -38,16 +37,6 @@ FRAMES = ALL.unproven()
 """Those that are judged: signals need not prove that they are fresh."""
 CYCLE_S = FRAMES.closing(MACHINE).cycle_s
 DOWN = "CompensatorHeartbeat"
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("dist")
-    model = folder / "by_hand.json"
-    model.write_text(five_point_text())
-    for options in (["--can", "high"], ["--native", "--only", "compensator"]):
-        assert build_fmu.main([*options, "--model", str(model), "--out", str(folder)]) == 0
-    return folder
 
 
 class SignalNode:
@@ -180,8 +169,8 @@ class Bench:
 
 
 @pytest.fixture
-def bench(folder: Path, tmp_path: Path) -> Bench:
-    return Bench(folder, tmp_path)
+def bench(by_hand: Path, tmp_path: Path) -> Bench:
+    return Bench(by_hand, tmp_path)
 
 
 def test_it_sends_what_the_gateway_sends(bench: Bench) -> None:
@@ -205,8 +194,8 @@ def test_what_is_missing_out_of_range_or_late_counts_as_in_the_gateway(bench: Be
     assert len(bench.faults) > 5
 
 
-def test_offsets_are_those_of_the_plain_fmu(folder: Path, bench: Bench, tmp_path: Path) -> None:
-    path = folder / "compensator_native.fmu"
+def test_offsets_are_those_of_the_plain_fmu(by_hand: Path, bench: Bench, tmp_path: Path) -> None:
+    path = by_hand / "compensator_native.fmu"
     description = fmpy.read_model_description(str(path))
     refs = {v.name: v.valueReference for v in description.modelVariables}
     plain = FMU2Slave(
@@ -248,10 +237,10 @@ LINKED = {
 }
 
 
-def test_another_tool_asks_for_its_clocks(folder: Path, tmp_path: Path) -> None:
+def test_another_tool_asks_for_its_clocks(by_hand: Path, tmp_path: Path) -> None:
     needs("fmu-manipulation-toolbox")
     for name in ("a.fmu", "b.fmu"):
-        shutil.copy(folder / "compensator_can_high.fmu", tmp_path / name)
+        shutil.copy(by_hand / "compensator_can_high.fmu", tmp_path / name)
     (tmp_path / "bus.json").write_text(json.dumps(LINKED))
     options = ("-container", "bus.json", "-fmi", "3", "-datalog")
     done = run(sys.executable, "-c", RUN, *options, folder=tmp_path)
@@ -271,11 +260,11 @@ def test_a_host_that_steps_on_is_told(bench: Bench) -> None:
     assert len(node.receive(node.time_s, {})) == 1
 
 
-def test_a_state_goes_on_with_the_same_signals(folder: Path, bench: Bench, tmp_path: Path) -> None:
+def test_a_state_goes_on_with_the_same_signals(by_hand: Path, bench: Bench, tmp_path: Path) -> None:
     for count in range(1, 50):
         bench.cycle(count)
     data = bench.node.fmu.serializeFMUState(bench.node.fmu.getFMUState())
-    other = SignalNode(folder / "compensator_can_high.fmu", tmp_path / "other")
+    other = SignalNode(by_hand / "compensator_can_high.fmu", tmp_path / "other")
     other.fmu.setFMUState(other.fmu.deserializeFMUState(data))
     other.time_s = bench.node.time_s
     (sent,), (wanted,) = (node.receive(bench.node.due_s, {}) for node in (other, bench.node))
@@ -297,8 +286,8 @@ def test_what_belongs_to_a_clock_is_set_with_it(bench: Bench) -> None:
         node.fmu.getBinary([node.refs[f"{BUS}.{DOWN}_Clock"] + 1])
 
 
-def test_the_description_is_that_of_the_layered_standard(folder: Path) -> None:
-    path = folder / "compensator_can_high.fmu"
+def test_the_description_is_that_of_the_layered_standard(by_hand: Path) -> None:
+    path = by_hand / "compensator_can_high.fmu"
     assert validate_fmu(str(path)) == []
     with ZipFile(path) as archive:
         network = archive.read(f"extra/org.fmi-standard.fmi-ls-bus/{BUS}.dbc")

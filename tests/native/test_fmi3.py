@@ -12,9 +12,7 @@ import fmpy
 import pytest
 from fmpy.validation import validate_fmu
 
-import build_fmu
 from tests.fmu_packaging.apart import apart
-from tests.fmus.models import five_point_text
 from tests.native.test_fmu import RUN
 
 # The same steps in both; only the names of the functions differ.
@@ -39,35 +37,13 @@ def opened3(path):
 """
 
 
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Both forms of one compensator."""
-    folder = tmp_path_factory.mktemp("dist")
-    model = folder / "by_hand.json"
-    model.write_text(five_point_text())
-    for fmi in ("2", "3"):
-        arguments = [
-            *(["--native"] if fmi == "2" else []),
-            "--only",
-            "compensator",
-            "--fmi",
-            fmi,
-            "--model",
-            str(model),
-            "--out",
-            str(folder),
-        ]
-        assert build_fmu.main(arguments) == 0
-    return folder
+def test_validation_is_clean(by_hand: Path) -> None:
+    assert validate_fmu(str(by_hand / "compensator_native_fmi3.fmu")) == []
 
 
-def test_validation_is_clean(folder: Path) -> None:
-    assert validate_fmu(str(folder / "compensator_native_fmi3.fmu")) == []
-
-
-def test_variables_keep_their_value_references_and_the_time_comes_last(folder: Path) -> None:
+def test_variables_keep_their_value_references_and_the_time_comes_last(by_hand: Path) -> None:
     two, three = (
-        fmpy.read_model_description(str(folder / name)).modelVariables
+        fmpy.read_model_description(str(by_hand / name)).modelVariables
         for name in ("compensator_native.fmu", "compensator_native_fmi3.fmu")
     )
     names = ("name", "valueReference", "causality", "variability", "unit", "min", "max", "nominal")
@@ -77,10 +53,10 @@ def test_variables_keep_their_value_references_and_the_time_comes_last(folder: P
     assert three[-1].causality == "independent"
 
 
-def test_a_run_and_a_state_are_those_of_the_other_form(folder: Path) -> None:
+def test_a_run_and_a_state_are_those_of_the_other_form(by_hand: Path) -> None:
     expected = apart(
         RUN + "show(steps(started(opened(sys.argv[1])), 0, 200))",
-        folder / "compensator_native.fmu",
+        by_hand / "compensator_native.fmu",
     )
     found = apart(
         OPENED3
@@ -94,12 +70,12 @@ other.setFMUState(other.deserializeFMUState(data))
 assert other.getFloat64([other.refs["time"]]) == [60.0]
 show(rows + steps(other, 60, 140))
 """,
-        folder / "compensator_native_fmi3.fmu",
+        by_hand / "compensator_native_fmi3.fmu",
     )
     assert found == expected
 
 
-def test_what_cannot_be_done_is_refused(folder: Path) -> None:
+def test_what_cannot_be_done_is_refused(by_hand: Path) -> None:
     found = apart(
         OPENED3
         + RUN3
@@ -118,13 +94,13 @@ show([refused(fmu.getFloat64, [999]), refused(fmu.setFloat64, [fmu.refs["dX"]], 
       refused(fmu.getFloat32, [0]), refused(fmu.doStep, 0.0, 0.0),
       refused(fmu.deserializeFMUState, bytes(data)), refused(fmu.doStep, 0.0, 1.0)])
 """,
-        folder / "compensator_native_fmi3.fmu",
+        by_hand / "compensator_native_fmi3.fmu",
     )
     assert found == [3, 3, 3, 2, 3, 0]
 
 
-def test_the_sources_say_how_they_are_compiled(folder: Path) -> None:
-    with zipfile.ZipFile(folder / "compensator_native_fmi3.fmu") as archive:
+def test_the_sources_say_how_they_are_compiled(by_hand: Path) -> None:
+    with zipfile.ZipFile(by_hand / "compensator_native_fmi3.fmu") as archive:
         text = archive.read("sources/buildDescription.xml").decode()
         terminals = ET.fromstring(archive.read("terminalsAndIcons/terminalsAndIcons.xml"))
         notice = archive.read("documentation/licenses/fmi_headers.txt").decode()
@@ -142,8 +118,8 @@ def test_the_sources_say_how_they_are_compiled(folder: Path) -> None:
 
 
 @pytest.mark.long
-def test_fmpy_compiles_the_sources_into_the_same_numbers(folder: Path, tmp_path: Path) -> None:
-    built, path = folder / "compensator_native_fmi3.fmu", tmp_path / "bare.fmu"
+def test_fmpy_compiles_the_sources_into_the_same_numbers(by_hand: Path, tmp_path: Path) -> None:
+    built, path = by_hand / "compensator_native_fmi3.fmu", tmp_path / "bare.fmu"
     with zipfile.ZipFile(built) as given, zipfile.ZipFile(path, "w") as bare:
         for name in given.namelist():
             if not name.startswith("binaries/"):
@@ -153,9 +129,3 @@ def test_fmpy_compiles_the_sources_into_the_same_numbers(folder: Path, tmp_path:
     assert done.returncode == 0, done.stderr
     code = OPENED3 + RUN3 + "show(steps(opened3(sys.argv[1]), 0, 60))"
     assert apart(code, path) == apart(code, built)
-
-
-def test_fmi_3_means_the_form_in_c(folder: Path) -> None:
-    """The fixture builds with --fmi alone."""
-    flags = fmpy.read_model_description(str(folder / "compensator_native_fmi3.fmu")).coSimulation
-    assert not flags.needsExecutionTool
