@@ -1,7 +1,5 @@
-"""What a page is worth: ``python -m benchmarks.drawing --cells --time --truth 2 --mistakes 2``.
+"""What a page is worth: ``python -m benchmarks.drawing --truth 2 --mistakes 2``.
 
-``--cells``: half to three times the cells of the shipped pages, against the finest.
-``--time``: 8 h with rows every 10 s.
 ``--truth N``: N machines of the independent fine simulator of ``benchmarks.gap.truth``, drawn
 around the sections of the page `jig_borer` (masses and sections within 15 %, joints and
 films within a factor of 1.5), nothing missing. The page, with thermometers where that simulator has
@@ -21,23 +19,20 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-import numpy as np
-
+from benchmarks.gap.agree import never_moves
 from benchmarks.gap.around_page import PAGE, drawn_around, page_table
 from benchmarks.gap.case import CaseRun, TruthCase
 from benchmarks.gap.truth.case import simulate_case
 from benchmarks.gap.truth.told import as_told
 from gap_finder.calibrate import calibrate
 from gap_finder.observations import Observations, observe
-from gap_finder.regimes import RunResiduals, by_channel, gap_of, noise_of, residuals
+from gap_finder.regimes import RunResiduals, by_channel, gap_of, residuals
 from measurement.runs import Run
 from plant_model.drawing.expand import expanded
 from plant_model.machine import Machine
 from plant_model.machine_file import machine_from_table, machine_path, read_machine
 from plant_model.parameters import FloatArray
 from plant_model.sensors import displacement_names
-
-PAGES = ("jig_borer", "belt_spindle")
 
 
 def simulator_as_told(machine: Machine, case: TruthCase, run: CaseRun) -> float:
@@ -130,9 +125,7 @@ def against_truth(machine: Machine, seed: int) -> None:
     found = calibrate(machine, observed[:4], starts=1)
     took = time.process_time() - begun
     unseen = observed[4:]
-    still = np.concatenate([one.values - one.values[:1] for one in unseen])
-    noise = noise_of(machine, unseen[0].channels)
-    none = float(np.sqrt(np.nanmean((still / noise) ** 2)))
+    none = never_moves(machine, unseen)
     gaps = [
         gap_of(which, [residuals(which, one) for one in unseen])
         for which in (machine, found.machine)

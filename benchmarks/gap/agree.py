@@ -13,6 +13,7 @@ import argparse
 import sys
 import tempfile
 import time
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -21,14 +22,22 @@ from benchmarks.gap.case import TruthCase
 from benchmarks.gap.make import OWNERS_FILE
 from benchmarks.gap.truths import TRUTHS
 from gap_finder.calibrate import calibrate
-from gap_finder.observations import observe
+from gap_finder.observations import Observations, observe
 from gap_finder.regimes import by_channel, floor_of, gap_of, noise_of, residuals
 from measurement.files import write_atomically
 from measurement.runs import Run
+from plant_model.machine import Machine
 from plant_model.machine_file import read_machine
 
 FIRST = 500_000
 """Seeds that neither split has."""
+
+
+def never_moves(machine: Machine, observed: Sequence[Observations]) -> float:
+    """Return what a model that never moves leaves of runs, in noise units."""
+    still = np.concatenate([one.values - one.values[:1] for one in observed])
+    noise = noise_of(machine, observed[0].channels)
+    return float(np.sqrt(np.nanmean((still / noise) ** 2)))
 
 
 def agreement(name: str, seed: int, *, careless: bool, mistake: str = "") -> None:
@@ -47,8 +56,6 @@ def agreement(name: str, seed: int, *, careless: bool, mistake: str = "") -> Non
     found = calibrate(machine, observed[:4])
     took = time.process_time() - begun
     unseen = observed[4:]
-    noise = noise_of(machine, unseen[0].channels)
-    still = np.concatenate([one.values - one.values[:1] for one in unseen])
     left = [residuals(found.machine, one) for one in unseen]
     gaps = [
         gap_of(machine, [residuals(machine, one) for one in unseen]),
@@ -57,7 +64,7 @@ def agreement(name: str, seed: int, *, careless: bool, mistake: str = "") -> Non
     ]
     print(
         f"machine {seed}, {len(machine.nodes)} lumps: never moves"
-        f" {np.sqrt(np.nanmean((still / noise) ** 2)):.1f}, page as it stands {gaps[0]:.1f},"
+        f" {never_moves(machine, unseen):.1f}, page as it stands {gaps[0]:.1f},"
         f" calibrated {gaps[1]:.2f}, on the unseen run {gaps[2]:.2f}, noise"
         f" {floor_of(left):.2f}; simulated in {simulated:.0f} s, calibrated in {took:.0f} s"
     )
