@@ -2,12 +2,22 @@
 
 from __future__ import annotations
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from fmu_compensator.runtime.limits import Limits
 
 LIMITS = Limits(30.0, 2.0, 10.0, 5.0, (0.0, 100.0))
+
+
+@pytest.mark.parametrize("wanted", [float("nan"), float("inf"), float("-inf"), 1e300])
+@pytest.mark.parametrize("step", [0.5, 1e6])
+def test_nothing_wanted_moves_an_offset_past_its_limit(wanted: float, step: float) -> None:
+    after = LIMITS.slewed(29.0, wanted, step)
+    assert abs(after) <= 30.0
+    if wanted != wanted:
+        assert after == 29.0
 
 
 @given(st.floats(-30.0, 30.0), st.floats(-30.0, 30.0), st.floats(0, 100))
