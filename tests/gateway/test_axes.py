@@ -24,21 +24,6 @@ def follow(offset: AxisOffset, axis: ControlAxis, wanted_um: float, steps: int) 
     return moved
 
 
-def test_an_axis_goes_to_what_is_wanted_at_the_slew_and_stays() -> None:
-    offset, axis = AxisOffset(SLEW), ControlAxis()
-    moved = follow(offset, axis, -12.34, 20)
-    assert moved[:3] == pytest.approx([-1.0, -2.0, -3.0])
-    assert moved[-1] == pytest.approx(-12.34)
-
-
-def test_nothing_is_counted_while_the_control_takes_nothing() -> None:
-    offset, axis = AxisOffset(SLEW), ControlAxis(homed=False)
-    follow(offset, axis, 20.0, 50)
-    assert offset.counts == 0
-    axis.homed = True
-    assert follow(offset, axis, 20.0, 1) == pytest.approx([1.0])
-
-
 def test_switched_off_and_on_an_axis_stays_until_it_is_sent_somewhere() -> None:
     offset, axis = AxisOffset(SLEW), ControlAxis()
     follow(offset, axis, 30.0, 40)

@@ -319,17 +319,6 @@ def test_a_restart_with_the_state_goes_on_without_a_step(
     assert again.offsets == pytest.approx(held, abs=RESOLUTION_UM)
 
 
-def test_a_restart_long_after_starts_from_offsets_given_up(
-    bench: Bench, database: Database, new_unit: Callable[[], CompensatorUnit]
-) -> None:
-    bench.settle(WARM)
-    saved = Saved(bench.unit.time_s, bench.time_s, 600.0, bench.unit.slave.saved())
-    again = Bench(database, new_unit(), warm=saved)
-    again.wait(0.3)
-    assert again.last["valid"] == "invalid"
-    assert again.offsets != (0.0, 0.0, 0.0) or again.last["status"] == "zero_missing"
-
-
 def test_the_farewell_takes_every_offset_back(bench: Bench) -> None:
     bench.settle(WARM)
     bench.node.farewell()

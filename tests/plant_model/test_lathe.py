@@ -50,12 +50,6 @@ def test_it_warms_and_grows_about_as_measured(lathe: Machine) -> None:
     assert -70.0 < z.min() < -10.0
 
 
-def test_axes_and_spindle_warm_the_air_inside(lathe: Machine) -> None:
-    moving = warmed(lathe, 0.0, 5000.0)["TC05_degC"].iloc[-1]
-    turning = warmed(lathe, 2000.0, 5000.0)["TC05_degC"].iloc[-1]
-    assert 22.0 < moving < turning < 28.0
-
-
 def test_what_carries_the_probes_follows_the_hall_before_the_bed_does(lathe: Machine) -> None:
     time = np.arange(0.0, 3600.0 + 1.0, 60.0)
     hall = np.where(time < 60.0, 20.0, 30.0)
@@ -86,16 +80,6 @@ def test_x_rises_when_the_spindle_slows_down(lathe: Machine) -> None:
     # Nothing at once: X follows temperatures, not the speed itself.
     assert abs(difference[9060.0]) < 1.0
     assert 5.0 < difference[9000.0 + 3600.0] < 25.0
-
-
-def test_x_falls_at_first_where_the_hall_rises(lathe: Machine) -> None:
-    time = np.arange(0.0, 5 * 3600.0 + 1.0, 60.0)
-    hall = np.where(time < 60.0, 20.0, 30.0)
-    columns = {"time_s": time, "speed_rpm": 0.0, "feed_mm_min": 0.0, "TC08_degC": hall}
-    x = simulate(lathe, pd.DataFrame(columns)).run_frame().set_index("time_s")["disp_x_um"]
-    # As measured, some 2 um/K within half an hour; the bed takes it back over hours.
-    assert -30.0 < x[1800.0] < -10.0
-    assert x.iloc[-1] > x[3600.0] + 10.0
 
 
 @pytest.mark.real_data
