@@ -68,7 +68,12 @@ def in_array(variables: Sequence[Variable]) -> list[Variable]:
         depends_at_start=tuple(n for names in known for n in names) if known == at_start else None,
         elements=len(members),
     )
-    return [*variables[:first], array, *variables[first + len(members) :]]
+    gone = {member.name for member in members}
+    others = [
+        replace(v, depends=tuple(dict.fromkeys(NAME if n in gone else n for n in v.depends)))
+        for v in variables
+    ]
+    return [*others[:first], array, *others[first + len(members) :]]
 
 
 def array_source(variables: Sequence[Variable]) -> str:

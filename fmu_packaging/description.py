@@ -22,13 +22,12 @@ CAPABILITIES = {
     "canSerializeFMUstate": "true",
 }
 KINDS = {
-    "ModelExchange": {"providesDirectionalDerivative": "true"},
+    "ModelExchange": {},
     "CoSimulation": {
         "canHandleVariableCommunicationStepSize": "true",
         "canInterpolateInputs": "false",
         "maxOutputDerivativeOrder": "0",
         "canRunAsynchronuously": "false",
-        "providesDirectionalDerivative": "false",
     },
 }
 """What an FMU may be for, and what it can do there beside `CAPABILITIES`."""
@@ -54,6 +53,8 @@ class Program:
         A terminal of a bus; FMI 3.0 only.
     array : bool
         Whether the temperatures are one array; FMI 3.0 only.
+    derivatives : bool
+        Whether it gives directional derivatives and, in FMI 3.0, adjoint ones.
     """
 
     tool: str
@@ -63,6 +64,7 @@ class Program:
     categories: Mapping[str, str] = field(default_factory=lambda: DriftSlave.log_categories)
     bus: BusTerminal | SignalTerminal | None = None
     array: bool = False
+    derivatives: bool = False
 
 
 PYTHON = Program("pythonfmu", needs_host=True)
@@ -187,6 +189,7 @@ def _interface(root: ET.Element, kind: str, identity: Identity, program: Program
         "needsExecutionTool": number(program.needs_host),
         **CAPABILITIES,
         **KINDS[kind],
+        "providesDirectionalDerivative": number(program.derivatives),
     }
     element = ET.SubElement(root, kind, attributes)
     if program.sources:

@@ -42,12 +42,9 @@ CAPABILITIES = {
     "canSerializeFMUState": "true",
     "canBeInstantiatedOnlyOncePerProcess": "false",
 }
+DERIVATIVES = ("providesDirectionalDerivatives", "providesAdjointDerivatives")
 KINDS = {
-    "ModelExchange": {
-        "needsCompletedIntegratorStep": "true",
-        "providesDirectionalDerivatives": "true",
-        "providesAdjointDerivatives": "true",
-    },
+    "ModelExchange": {"needsCompletedIntegratorStep": "true"},
     "CoSimulation": {"canHandleVariableCommunicationStepSize": "true", "hasEventMode": "false"},
 }
 
@@ -85,8 +82,9 @@ def model_description3(
         references |= dict.fromkeys([ARRAY, *members], references[members[0]])
     root = head(identity, program, "3.0", "instantiationToken", token)
     attributes = {"needsExecutionTool": number(program.needs_host), **CAPABILITIES}
+    derived = dict.fromkeys(DERIVATIVES, number(program.derivatives))
     for kind in interfaces(variables):
-        facts = {"modelIdentifier": identity.name, **attributes, **KINDS[kind]}
+        facts = {"modelIdentifier": identity.name, **attributes, **KINDS[kind], **derived}
         if program.bus is not None and kind == "CoSimulation":
             facts["hasEventMode"] = "true"
         ET.SubElement(root, kind, facts)

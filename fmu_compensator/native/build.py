@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from fmu_compensator.native.generate import constants, data_sources, program
+from fmu_compensator.native.generate import constants, data_sources, is_linear, program
 from fmu_compensator.runtime.fmi_slave import MODEL_FILE
 from fmu_compensator.runtime.modelfile import parse_model
 from fmu_packaging.native.build import TWIN_OF, Native
@@ -38,6 +38,10 @@ def native_compensator(
         If the file or a variable has no counterpart in C.
     """
     model = parse_model(recipe.data[MODEL_FILE].decode(), MODEL_FILE)
+    known = tuple(model.sensors[place].name for place in model.chosen)
+    known += ("tool_length",) if model.geometry.needs_tool_length else ()
+    outputs = [variable for variable in slave_of(recipe).variables if variable.is_output]
+    derived = {v.name: replace(v, depends=known) for v in outputs} if is_linear(model) else {}
     other = next(variable for variable in slave_of(recipe).variables if variable.is_parameter)
 
     def data(variables: Sequence[Variable], guid: str) -> dict[str, str]:
@@ -47,6 +51,7 @@ def native_compensator(
         {**program(), "constants.h": constants(), **(exchanged or {})},
         data,
         MODEL_FILE,
-        {other.name: replace(other, description=NO_OTHER_FILE)},
+        {other.name: replace(other, description=NO_OTHER_FILE)} | derived,
         {TWIN_OF: twin_of.encode()},
+        derivatives=bool(derived),
     )

@@ -82,6 +82,7 @@ def data_sources(model: Model, variables: Sequence[Variable], name: str, guid: s
     roots = {key: tree.field(model.table.get(key), None) for key in ROOTS}
     found = kinds()
     chosen = ", ".join(map(str, model.chosen))
+    derived = "&compensator_derivatives" if is_linear(model) else "NULL"
     lines = [
         HEAD.format(what=f"the compensator file {model.name}"),
         '#include "model_data.h"\n\n#include <math.h>\n\n#include "compensator.h"\n',
@@ -98,6 +99,7 @@ def data_sources(model: Model, variables: Sequence[Variable], name: str, guid: s
         *tree.lines,
         *(f"const struct field model_{key} = {value};" for key, value in roots.items()),
         f"const bool model_corrects_itself = {_literal(model.new_error_model().corrects_itself)};",
+        f"const struct derivatives *const model_derivatives = {derived};",
         "",
         *(f"extern const struct error_model_kind {kind}_kind;" for kind in found),
         *_table("struct error_model_kind *const", "model_kinds", (f"&{k}_kind" for k in found)),
@@ -113,6 +115,11 @@ def data_sources(model: Model, variables: Sequence[Variable], name: str, guid: s
         f"const struct ports model_ports = {_ports(model, variables)};",
     ]
     return "\n".join(lines) + "\n"
+
+
+def is_linear(model: Model) -> bool:
+    """Return whether the offsets are linear in features of the temperatures, then a geometry."""
+    return model.new_error_model().linear
 
 
 def constants() -> str:

@@ -100,6 +100,8 @@ class Native:
         A sentence on what it can or cannot be used for; empty: nothing to say.
     bus : BusTerminal or SignalTerminal, optional
         The terminal of a bus that its program serves; FMI 3.0 only.
+    derivatives : bool
+        Whether its program gives derivatives.
     """
 
     program: Mapping[str, str]
@@ -109,6 +111,7 @@ class Native:
     documents: Mapping[str, bytes] = field(default_factory=dict)
     note: str = ""
     bus: BusTerminal | SignalTerminal | None = None
+    derivatives: bool = False
 
 
 def front(fmi: Fmi) -> dict[str, str]:
@@ -191,7 +194,8 @@ def native_package(
     """
     identity, slave = recipe.identity, slave_of(recipe)
     fixed = {**front(fmi), **native.program}
-    twin = Program("C99", False, (), dict(native.variables), CATEGORIES, native.bus, array)
+    own, has = dict(native.variables), native.derivatives
+    twin = Program("C99", False, (), own, CATEGORIES, native.bus, array, has)
     variables = described(slave, twin)
     shown = in_array(variables) if array else variables
     fixed |= {SOURCE: array_source(variables)} if array else {}

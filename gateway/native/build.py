@@ -74,16 +74,18 @@ def native_on_bus(
         # To the compensator's own C they are the inputs that they were.
         return native.data([inputs.get(variable.name, variable) for variable in variables], guid)
 
+    heard = {name: replace(v, depends=()) for name, v in native.variables.items()}
     shown = {name: _shown(variable) for name, variable in inputs.items()}
     network = {} if high else {database.path.name: database.path.read_bytes()}
     return replace(
         native,
         program={**native.program, NO_BUS: sources.pop("node.c"), **sources},
         data=data,
-        variables={**native.variables, **shown, **{signal.name: signal for signal in signals}},
+        variables={**heard, **shown, **{signal.name: signal for signal in signals}},
         documents={**native.documents, **network},
         note=NOTE.format(cut="high" if high else "low"),
         bus=terminal or TERMINAL,
+        derivatives=False,
     )
 
 

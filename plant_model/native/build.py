@@ -41,10 +41,12 @@ def native_plant(recipe: Recipe, twin_of: str = "") -> Native:
     except NoFormulaError as error:
         raise NativeError(f"--native: {error}") from None
     sources = {**program(), **machine_sources(machine, equations)}
-    more = continuous_variables(machine, equations) if is_continuous(equations) else {}
+    continuous = is_continuous(equations)
+    more = continuous_variables(machine, equations) if continuous else {}
 
     def data(variables: Sequence[Variable], guid: str) -> dict[str, str]:
         return {"model_data.c": variable_sources(variables, recipe.identity.name, guid)}
 
     documents = {TWIN_OF: twin_of.encode()}
-    return Native(sources, data, MACHINE_FILE, more, documents, note_on_exchange(equations))
+    note = note_on_exchange(equations)
+    return Native(sources, data, MACHINE_FILE, more, documents, note, derivatives=continuous)

@@ -144,6 +144,8 @@ def test_the_description_has_one_variable(name: str, folder: Path) -> None:
     assert (array.unit, float(array.min), float(array.max)) == ("degC", -60.0, 400.0)
     if name == "compensator":
         assert array.start.split() == ["20"] * 11
+        depends = {v.variable.name: v.dependencies for v in description.outputs}
+        assert depends["dZ"] == [array, known["tool_length"]]
     with ZipFile(path) as archive:
         icons = ET.fromstring(archive.read("terminalsAndIcons/terminalsAndIcons.xml"))
     terminal = next(t for t in icons.iter("Terminal") if t.get("name") == "temperatures")

@@ -6,14 +6,7 @@
 #include "constants.h"
 #include "numbers.h"
 
-/* The parts of the row of numbers. */
-struct parts {
-    double *reference;
-    struct sensor_memory *checks;
-    double *measured, *targets, *gaussian, *spare, *error_model;
-};
-
-static struct parts parts_of(const struct compensator *self, double *numbers)
+struct parts compensator_parts(const struct compensator *self, double *numbers)
 {
     struct parts parts;
     parts.reference = numbers;
@@ -39,7 +32,8 @@ void compensator_make(struct setup *setup, struct compensator *self)
     self->missed = setup_take(setup, targets, sizeof(double));
     self->axes = setup_take(setup, 3 * targets, sizeof(double));
     self->spread = setup_take(setup, 4, sizeof(double));
-    if (self->error_model == NULL || self->spread == NULL) {
+    self->moved = setup_take(setup, targets, sizeof(double));
+    if (self->error_model == NULL || self->moved == NULL) {
         setup_fail(setup, "the compiled-in file cannot be used", "error_model");
         return;
     }
@@ -76,7 +70,7 @@ void compensator_reset(
     struct output *output)
 {
     static const struct remembered nothing;
-    struct parts parts = parts_of(self, numbers);
+    struct parts parts = compensator_parts(self, numbers);
     *memory = nothing;
     memory->last_time = NAN;
     for (size_t axis = 0; axis < 3; axis++) {
@@ -364,7 +358,7 @@ void compensator_step(
     const struct compensator *self, struct remembered *memory, double *numbers,
     const struct input *input, struct output *output)
 {
-    struct parts parts = parts_of(self, numbers);
+    struct parts parts = compensator_parts(self, numbers);
     double step_s = isfinite(input->step_s) && input->step_s > 0.0 ? input->step_s : 0.0;
     step_s = step_s > COMPENSATOR_LONGEST_S ? COMPENSATOR_LONGEST_S : step_s;
     double elapsed_s = elapsed_since(memory, input->time_s, step_s);

@@ -20,6 +20,8 @@ struct input {
     const double *measured;     /* the targets with this sample; NULL: not measured [um, urad] */
 };
 
+#define REAL_OUTPUTS 9 /* which come first */
+
 /* The outputs have the names of the FMU's variables. */
 struct output {
     double dX, dY, dZ;             /* offsets to send [um] */
@@ -40,7 +42,17 @@ struct compensator {
     double *rises, *readings, *missed;            /* of one sample */
     double *axes;   /* how the drift along X, Y, Z follows from the targets; of the tool length */
     double *spread; /* root of a unit of variance along X, Y, Z [um], then that length [mm] */
+    double *moved;  /* of derivatives, a number a target */
 };
+
+/* The parts of the row of numbers. */
+struct parts {
+    double *reference;
+    struct sensor_memory *checks;
+    double *measured, *targets, *gaussian, *spare, *error_model;
+};
+
+struct parts compensator_parts(const struct compensator *self, double *numbers);
 
 /* What is remembered, beside the row of numbers: the reference of each chosen sensor, what its
    check remembers, the measured targets, the predicted ones, the states of Gaussian, spare and
@@ -60,6 +72,12 @@ void compensator_make(struct setup *setup, struct compensator *self);
 void compensator_reset(
     const struct compensator *self, struct remembered *memory, double *numbers,
     struct output *output);
+
+/* How the real outputs, in their order, follow from the temperatures, in the order of the file, and
+   the tool's length [mm], in the direction of seeds, after a step with that length. */
+void compensator_derive(
+    const struct compensator *self, const struct remembered *memory, double *numbers,
+    double tool_length, const double *seeds, double tool_seed, double found[REAL_OUTPUTS]);
 
 /* Takes in one sample and puts down the offsets at the end of the step. */
 void compensator_step(

@@ -8,6 +8,8 @@
 
 struct model {
     struct compensator compensator;
+    struct content *next; /* of derivatives: the step that comes, */
+    double *unit;         /* and a direction of one temperature */
 };
 
 struct content {

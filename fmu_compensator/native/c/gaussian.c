@@ -52,6 +52,7 @@ void gaussian_make(
     self->lanes = made(setup, tables * self->width * LANES);
     self->along = made(setup, tables * LANES);
     self->column = made(setup, self->width);
+    self->direction = made(setup, self->width);
     self->shares = made(setup, self->lags + 1);
     if (targets > LANES) {
         setup_fail(setup, "the compiled-in file predicts too many", "targets");
@@ -181,6 +182,27 @@ static void make_column(const struct gaussian *self, const double *features)
             self->column[i] -= self->along[k] * row[i];
         }
     }
+}
+
+double gaussian_derive(
+    const struct gaussian *self, double *state, const double *rises, double *moved)
+{
+    struct gaussian_state at = gaussian_state(self, state);
+    double along[LANES], total[LANES], *direction = self->direction;
+    for (size_t i = 0; i < self->width; i++) {
+        size_t lag = i / self->inputs;
+        direction[i] = (lag == 0 ? 1.0 : self->shares[lag - 1]) * rises[i % self->inputs];
+    }
+    make_column(self, at.features);
+    double variance = *at.novelty > 0.0 ? dot(self->column, direction, self->width) : 0.0;
+    along_probes(self, &at, along);
+    sums(at.probes, direction, self->width, total);
+    variance -= dot(along, total, LANES);
+    sums(at.weights, direction, self->width, total);
+    for (size_t target = 0; target < self->targets; target++) {
+        moved[target] += total[target];
+    }
+    return *at.left > 0.0 ? 2.0 * variance : 0.0;
 }
 
 /* Frees the last lane: all move by one, and the first, if it is in use, goes into the second. Two

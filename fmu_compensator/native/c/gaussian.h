@@ -21,6 +21,7 @@ struct gaussian {
     const double *usual, *constant, *spread, *lags_s, *weights, *seen;
     double *lanes;          /* seen, in lanes: a table for each LANES of its rows */
     double *along, *column; /* of the last sample */
+    double *direction;      /* of features */
     double *shares;         /* of the lags, then the elapsed time that they belong to */
 };
 
@@ -47,6 +48,11 @@ void gaussian_step(
 
 /* Conditions on a measurement at the last sample: what it is above the prediction [um, urad]. */
 void gaussian_take(const struct gaussian *self, double *state, const double *missed);
+
+/* Adds how what is added to the targets moves with the rises of the last sample, in a direction of
+   theirs [K]; returns how its variance does [1]. */
+double gaussian_derive(
+    const struct gaussian *self, double *state, const double *rises, double *moved);
 
 /* Variance of noise and walk over Sigma: what is left in conditions like training [1]. */
 double gaussian_usual_variance(const struct gaussian *self, double *state);

@@ -60,6 +60,29 @@ void geometry_drift(
     }
 }
 
+void geometry_derive(
+    const struct geometry *geometry, const double *targets, double tool_length_mm,
+    const double *moved, double tool_moved_mm, double drift[3])
+{
+    if (!geometry->needs_tool_length) {
+        geometry_drift(geometry, moved, 0.0, drift);
+        return;
+    }
+    double length = tool_length_mm * GEOMETRY_UM_PER_MM, longer = tool_moved_mm * GEOMETRY_UM_PER_MM;
+    double near = geometry->pure_rotation ? 0.0 : geometry->near_to_gauge_mm * GEOMETRY_UM_PER_MM;
+    double sum = 1.0, change = 0.0;
+    for (size_t axis = 0; axis < 2; axis++) {
+        double slope = tan(targets[1 + axis] * GEOMETRY_RAD_PER_URAD);
+        double more = (1.0 + slope * slope) * moved[1 + axis] * GEOMETRY_RAD_PER_URAD;
+        drift[axis] = longer * slope + (length - near) * more;
+        drift[axis] += geometry->pure_rotation ? 0.0 : moved[3 + axis];
+        sum += slope * slope;
+        change += slope * more;
+    }
+    double cosine = 1.0 / sqrt(sum);
+    drift[2] = longer - (longer + moved[0]) * cosine + (length + targets[0]) * cosine * change / sum;
+}
+
 void geometry_weights(
     const struct geometry *geometry, double tool_length_mm, size_t count, double *weights)
 {

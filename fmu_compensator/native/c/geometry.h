@@ -23,6 +23,11 @@ void geometry_make(struct setup *setup, const struct field *table, struct geomet
 void geometry_drift(
     const struct geometry *geometry, const double *targets, double tool_length_mm, double drift[3]);
 
+/* Puts down how the drift moves where targets and the tool's length move [mm]. */
+void geometry_derive(
+    const struct geometry *geometry, const double *targets, double tool_length_mm,
+    const double *moved, double tool_moved_mm, double drift[3]);
+
 /* Puts down how the drift follows from small targets: rows for X, Y, Z, each of count weights. */
 void geometry_weights(
     const struct geometry *geometry, double tool_length_mm, size_t count, double *weights);

@@ -5,6 +5,7 @@
 
 #include "content.h"
 #include "model_data.h"
+#include "numbers.h"
 #include "texts.h"
 
 /* A gap in the clock is time without a sample: see the Python twin, compensator.step. */
@@ -18,6 +19,8 @@ struct model *model_make(struct setup *setup, size_t *content_size)
         compensator_make(setup, &self->compensator);
         *content_size =
             sizeof(struct content) + self->compensator.numbers * sizeof(double);
+        self->next = setup_take(setup, 1, *content_size);
+        self->unit = setup_take(setup, model_sensor_count, sizeof(double));
     }
     return self;
 }
@@ -56,6 +59,55 @@ const char *model_step(
     compensator_step(&self->compensator, &all->remembered, all->numbers, &input, &all->output);
     return NULL;
 }
+
+/* The known are temperatures, speed and tool_length; the unknown the real outputs. */
+static size_t place(enum side side, size_t ref)
+{
+    const struct variable *variable = &model_variables[ref];
+    if (side == KNOWN) {
+        return ref <= model_ports.tool_length ? ref : NONE;
+    }
+    return variable->causality == OUTPUT && variable->kind == REAL
+               ? variable->offset / sizeof(double)
+               : NONE;
+}
+
+/* Of the step that comes, as long as the one that has been. */
+static const char *derive(
+    struct model *self, const void *content, const double *values, double time_s, enum side from,
+    const double *seeds, double *found, char problem[PROBLEM_LENGTH])
+{
+    const struct compensator *compensator = &self->compensator;
+    const struct content *now = content;
+    struct content *next = self->next;
+    size_t tool = model_ports.tool_length;
+    double step_s = time_s - now->remembered.last_time, moved[REAL_OUTPUTS];
+    struct input input = {time_s, step_s, values, values[model_ports.speed], values[tool], NULL};
+    (void)problem;
+    memset(found, 0, (from == KNOWN ? REAL_OUTPUTS : tool + 1) * sizeof *found);
+    if (!now->remembered.started || !(step_s > 0.0)) {
+        return NULL; /* Rises are yet to count from what comes. */
+    }
+    memcpy(next, content, sizeof *next + compensator->numbers * sizeof(double));
+    compensator_step(compensator, &next->remembered, next->numbers, &input, &next->output);
+    if (from == KNOWN) {
+        compensator_derive(
+            compensator, &next->remembered, next->numbers, values[tool], seeds, seeds[tool], found);
+        return NULL;
+    }
+    for (size_t known = 0; known <= tool; known++) {
+        size_t sensor = known < model_sensor_count ? known : 0;
+        self->unit[sensor] = known < model_sensor_count;
+        compensator_derive(
+            compensator, &next->remembered, next->numbers, values[tool], self->unit, known == tool,
+            moved);
+        self->unit[sensor] = 0.0;
+        found[known] = dot(seeds, moved, REAL_OUTPUTS);
+    }
+    return NULL;
+}
+
+const struct derivatives compensator_derivatives = {place, derive};
 
 void model_restored(struct model *self, const void *content, const double *values)
 {

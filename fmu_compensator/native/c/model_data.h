@@ -49,6 +49,7 @@ extern const struct limits model_limits;
 extern const struct field model_geometry;
 extern const struct field model_error_model;
 extern const bool model_corrects_itself; /* the error model takes measured targets its own way */
+extern const struct derivatives compensator_derivatives; /* where that is linear in its inputs */
 extern const struct field model_gaussian;
 extern const struct field model_spare; /* FIELD_NULL: the file has none */
 extern const struct error_model_kind *const model_kinds[];

@@ -191,22 +191,59 @@ static void fill(
     }
 }
 
+/* Whether a sensor is done without, or was in the sample before. */
+static bool involved(const struct spare *self, const struct spare_state *at, size_t place)
+{
+    return self->before[place] >= 0.0 || at->good_for[place] >= 0.0;
+}
+
+/* Whether other sensors are done without than in the sample before. */
+static bool has_changed(const struct spare *self, const struct spare_state *at)
+{
+    bool changed = false;
+    for (size_t place = 0; place < self->inputs; place++) {
+        changed = changed || (self->before[place] >= 0.0) != (at->good_for[place] >= 0.0);
+    }
+    return changed;
+}
+
+void spare_derive(const struct spare *self, double *state, double *readings)
+{
+    struct spare_state at = spare_state(self, state);
+    size_t count = count_broken(self, &at);
+    for (size_t i = 0; i < count; i++) {
+        readings[self->broken[i]] = 0.0;
+    }
+    for (size_t i = 0; i < count; i++) {
+        const double *row = self->precision + self->broken[i] * self->inputs;
+        self->moved[i] = 0.0 - dot(row, readings, self->inputs);
+    }
+    solve(self, count, self->moved);
+    for (size_t i = 0; i < count; i++) {
+        readings[self->broken[i]] = self->solved[i];
+    }
+    /* Where this sample came from elsewhere than the one before, that one was shown again. */
+    bool changed = has_changed(self, &at);
+    for (size_t place = 0; place < self->inputs; place++) {
+        if (changed && at.gap[place] != 0.0 && involved(self, &at, place)) {
+            readings[place] = 0.0;
+        }
+    }
+}
+
 /* Lets no reading step when it comes from elsewhere than in the sample before. */
 static void blend(
     const struct spare *self, const struct spare_state *at, double *used, double kept)
 {
-    bool changed = false;
+    bool changed = has_changed(self, at);
     if (*at->stopped != 0.0) {
         /* The offsets are elsewhere as well. */
         memset(at->gap, 0, self->inputs * sizeof(double));
         return;
     }
     for (size_t place = 0; place < self->inputs; place++) {
-        changed = changed || (self->before[place] >= 0.0) != (at->good_for[place] >= 0.0);
-    }
-    for (size_t place = 0; place < self->inputs; place++) {
         at->gap[place] *= kept;
-        if (changed && (self->before[place] >= 0.0 || at->good_for[place] >= 0.0)) {
+        if (changed && involved(self, at, place)) {
             at->gap[place] = at->last[place] - used[place];
         }
         used[place] += at->gap[place];

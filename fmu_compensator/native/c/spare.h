@@ -46,6 +46,9 @@ struct spare_state spare_state(const struct spare *self, double *state);
 /* Forgets everything. */
 void spare_reset(const struct spare *self, double *state);
 
+/* Makes a direction of all readings one of those that are used: broken sensors' follow the others. */
+void spare_derive(const struct spare *self, double *state, double *readings);
+
 /* Takes in one sample; returns whether it is possible to go on. */
 bool spare_step(const struct spare *self, double *state, const struct spare_sample *sample);
 

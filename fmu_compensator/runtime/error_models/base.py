@@ -21,6 +21,9 @@ class ErrorModel(ABC):
         Whether it gets better with measured targets at run time, every sample or now and then.
     corrects_itself : bool
         Whether it does so in a way of its own; else the Gaussian that stands on it does.
+    linear : bool
+        Whether a prediction is a constant and a weighted sum of this sample's inputs: then the FMU
+        in C gives derivatives.
     c_twin : str
         Its twin in C, where that is no file of the same name beside; empty: then ``--native``
         refuses it.
@@ -30,6 +33,7 @@ class ErrorModel(ABC):
 
     uses_measured: bool = False
     corrects_itself: bool = False
+    linear: ClassVar[bool] = False
     c_twin: ClassVar[str] = ""
     other_fits: ClassVar[tuple[str, ...]] = ()
 

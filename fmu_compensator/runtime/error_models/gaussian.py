@@ -17,6 +17,8 @@ class NoMean(ErrorModel):
         How many.
     """
 
+    linear = True
+
     def __init__(self, targets: int) -> None:
         self._targets = targets
 

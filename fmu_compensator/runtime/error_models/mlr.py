@@ -17,6 +17,8 @@ class MultipleLinearRegression(ErrorModel):
     coefficients : list of list of float, one row per target, one column per input [um/K, urad/K]
     """
 
+    linear = True
+
     def __init__(self, intercept: list[float], coefficients: list[list[float]]) -> None:
         self._predicted = _written_out(intercept, coefficients)
 

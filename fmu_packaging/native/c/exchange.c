@@ -1,15 +1,12 @@
-/* Model exchange: the host integrates the states of a model. */
+/* Model exchange, in which the host integrates the states of a model, and derivatives. */
 #include <math.h>
 #include <string.h>
 
 #include "instance.h"
 
-/* Returns why a call of model exchange cannot be made, NULL if it can. */
-static const char *refusal(const struct instance *self, int32_t first)
+/* Returns why a call cannot be made in this phase, NULL if it can. */
+static const char *phase_refusal(const struct instance *self, int32_t first)
 {
-    if (!self->exchange) {
-        return "this instance is for co-simulation";
-    }
     if (self->memory->phase < first) {
         return first == INITIALISING ? "the initialisation has not begun"
                                      : "the initialisation has not ended";
@@ -19,7 +16,13 @@ static const char *refusal(const struct instance *self, int32_t first)
                : NULL;
 }
 
-/* The same for a row with a value per state. */
+/* The same for a call of model exchange, */
+static const char *refusal(const struct instance *self, int32_t first)
+{
+    return self->exchange ? phase_refusal(self, first) : "this instance is for co-simulation";
+}
+
+/* and for a row with a value per state. */
 static const char *row_refusal(const struct instance *self, int32_t first, size_t count)
 {
     const char *problem = refusal(self, first);
@@ -136,16 +139,17 @@ const char *instance_complete(struct instance *self)
 
 const char *instance_begin_derivatives(struct instance *self)
 {
-    const char *problem = refusal(self, STEPPING);
+    const char *problem = model_derivatives == NULL ? "this FMU gives no derivatives"
+                                                    : phase_refusal(self, STEPPING);
     for (int i = 0; problem == NULL && i < 2; i++) {
-        memset(self->sides[i], 0, model_continuous->places[i] * sizeof(double));
+        memset(self->sides[i], 0, model_variable_count * sizeof(double));
     }
     return problem;
 }
 
 static const char *find_place(enum side side, size_t ref, size_t *place)
 {
-    *place = ref < model_variable_count ? model_continuous->place(side, ref) : NONE;
+    *place = ref < model_variable_count ? model_derivatives->place(side, ref) : NONE;
     return *place != NONE ? NULL
            : side == KNOWN ? "derivatives are by inputs and states"
                            : "derivatives are of outputs and derivatives of states";
@@ -164,9 +168,9 @@ const char *instance_seed(struct instance *self, enum side side, size_t ref, dou
 const char *instance_derive(struct instance *self, enum side from)
 {
     double *const *sides = self->sides;
-    return model_continuous->derive(
-        self->model, self->content, self->values, from, sides[from], sides[1 - from],
-        self->problem);
+    return model_derivatives->derive(
+        self->model, self->content, self->values, self->memory->time_s, from, sides[from],
+        sides[1 - from], self->problem);
 }
 
 const char *instance_get_derivative(

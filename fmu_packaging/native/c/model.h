@@ -57,8 +57,6 @@ const char *model_step(
 /* Takes note that another content has come, with the values that belong to it. */
 void model_restored(struct model *self, const void *content, const double *values);
 
-enum side { KNOWN, UNKNOWN };
-
 /* What model exchange needs of a model whose states are all continuous. Its functions say what is
    wrong, NULL for nothing. */
 struct continuous {
@@ -72,14 +70,6 @@ struct continuous {
     const char *(*show)(
         struct model *self, void *content, const double *values, double time_s,
         char problem[PROBLEM_LENGTH]);
-    /* Derivatives by what is known (inputs, states) of what is not (outputs, rates): forward a
-       direction among the known gives how the unknown change; backward weights of the unknown
-       give how their sum changes with each known. */
-    size_t places[2]; /* how many of each side there are */
-    size_t (*place)(enum side side, size_t ref); /* of a variable among them; NONE: not there */
-    const char *(*derive)(
-        struct model *self, const void *content, const double *values, enum side from,
-        const double *seeds, double *found, char problem[PROBLEM_LENGTH]);
     /* A solver's step has ended at a time: what is not continuous, and moves no state, goes on. */
     const char *(*complete)(
         struct model *self, void *content, const double *values, double time_s,
@@ -87,6 +77,20 @@ struct continuous {
 };
 
 extern const struct continuous *const model_continuous; /* NULL: for co-simulation only */
+
+enum side { KNOWN, UNKNOWN };
+
+/* Derivatives by what is known (inputs, states) of what is not (outputs, rates): forward a direction
+   among the known gives how the unknown change; backward weights of the unknown give how their sum
+   changes with each known. */
+struct derivatives {
+    size_t (*place)(enum side side, size_t ref); /* of a variable on its side; NONE: not there */
+    const char *(*derive)(
+        struct model *self, const void *content, const double *values, double time_s,
+        enum side from, const double *seeds, double *found, char problem[PROBLEM_LENGTH]);
+};
+
+extern const struct derivatives *const model_derivatives; /* NULL: there are none */
 
 /* Writes the text output. */
 void model_text(const void *content, char text[PROBLEM_LENGTH]);

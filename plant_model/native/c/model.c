@@ -175,9 +175,10 @@ static size_t place(enum side side, size_t ref)
 }
 
 static const char *derive(
-    struct model *self, const void *content, const double *values, enum side from,
+    struct model *self, const void *content, const double *values, double time_s, enum side from,
     const double *seeds, double *found, char problem[PROBLEM_LENGTH])
 {
+    (void)time_s;
     const struct plant_memory *memory = content;
     const double at[] = {memory->time_s, values[INPUTS]};
     const char *wrong = ready(self, values, problem);
@@ -193,9 +194,10 @@ static const char *derive(
 }
 
 static const struct continuous continuous = {
-    SIZE, offsetof(struct plant_memory, temperatures), machine_nominals, rates, show,
-    {GIVEN + SIZE, SIZE + OUTPUTS}, place, derive, complete};
+    SIZE, offsetof(struct plant_memory, temperatures), machine_nominals, rates, show, complete};
+static const struct derivatives derivatives = {place, derive};
 const struct continuous *const model_continuous = CONTINUOUS ? &continuous : NULL;
+const struct derivatives *const model_derivatives = CONTINUOUS ? &derivatives : NULL;
 
 void model_restored(struct model *self, const void *content, const double *values)
 {

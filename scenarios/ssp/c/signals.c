@@ -7,6 +7,7 @@
 
 const bool model_clock_may_jump = false;
 const struct continuous *const model_continuous = NULL;
+const struct derivatives *const model_derivatives = NULL;
 
 struct model {
     char nothing;

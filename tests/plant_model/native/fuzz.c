@@ -201,7 +201,7 @@ static fmi2Status call(fmi2Component *c)
     if (draw(6) == 0) {
         return states(*c);
     }
-    if (model_continuous != NULL && draw(2)) {
+    if (model_derivatives != NULL && draw(2)) {
         return exchanges(*c);
     }
     fmi2GetRealStatus(*c, fmi2LastSuccessfulTime, &now);

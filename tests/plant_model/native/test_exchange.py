@@ -299,3 +299,42 @@ def test_derivatives_are_those_of_differences_and_declared(
     assert worst < 1e-5
     assert all(apart_by < 1e-12 for apart_by in adjoint)
     assert mistaken == [3, 3, 3]
+
+
+STEPPED = """
+import numpy as np
+from fmpy.fmi3 import FMU3Slave
+stepped = (FMU2Slave if two else FMU3Slave)(
+    guid=description.guid, unzipDirectory=folder, instanceName="two",
+    modelIdentifier=description.coSimulation.modelIdentifier)
+stepped.instantiate()
+if two:
+    stepped.setupExperiment(startTime=100.0)
+stepped.enterInitializationMode(**({} if two else dict(startTime=100.0)))
+stepped.exitInitializationMode()
+set_(stepped, "speed", 3000.0)
+for k in range(20):
+    stepped.doStep(100.0 + 60.0 * k, 60.0)
+fmu = initialised()
+fmu.enterContinuousTimeMode()
+fmu.setTime(1300.0)
+set_(fmu, "speed", 3000.0)
+rates_of = [v for v in description.modelVariables if v.derivative is not None]
+at = [get(stepped, v.derivative.name) for v in rates_of]
+fmu.setContinuousStates((ctypes.c_double * states)(*at), states)
+unknowns = [v.valueReference for v in description.modelVariables if v.causality == "output"]
+unknowns += [v.valueReference for v in rates_of]
+inputs = [v for v in description.modelVariables if v.causality == "input"]
+knowns = [v.valueReference for v in [*inputs, *(v.derivative for v in rates_of)]]
+one, other = (np.array([f.getDirectionalDerivative(unknowns, [k], [1.0]) for k in knowns])
+              for f in (stepped, fmu))
+show([float(np.abs(one - other).max()), int((one != 0.0).sum())])
+"""
+
+
+def test_derivatives_are_the_same_in_a_co_simulation(
+    fmu_of: Callable[[Machine, Fmi], Path],
+) -> None:
+    worst, count = apart(OPENED + STEPPED, fmu_of(machine_of("lathe"), 2))
+    assert worst < 1e-12
+    assert count > 100

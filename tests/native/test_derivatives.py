@@ -1,0 +1,166 @@
+"""The compensator's derivatives beside differences of its steps, in every kind of step."""
+
+from __future__ import annotations
+
+import re
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from fmpy.validation import validate_fmu
+
+import build_fmu
+from fmu_compensator.runtime.modelfile import model_text
+from tests.fmu_packaging.apart import apart
+from tests.fmus.models import five_point_table
+from tests.native.made import made_model
+
+SHIPPED = Path("fmu_compensator/library/jig_borer.json")
+
+OPENED = """
+import ctypes
+import math
+import numpy as np
+from fmpy.fmi3 import FMU3Slave
+description = fmpy.read_model_description(sys.argv[1])
+two = description.fmiVersion == "2.0"
+kind = FMU2Slave if two else FMU3Slave
+fmu = kind(guid=description.guid, unzipDirectory=fmpy.extract(sys.argv[1]),
+           modelIdentifier=description.coSimulation.modelIdentifier, instanceName="one")
+fmu.instantiate(**(dict(callbacks=callbacks, loggingOn=True) if two else {}))
+if two:
+    fmu.setupExperiment(startTime=0.0)
+fmu.enterInitializationMode()
+fmu.exitInitializationMode()
+refs = {v.name: v.valueReference for v in description.modelVariables}
+reals = [v for v in description.modelVariables if v.type in ("Real", "Float64")]
+outs = [v.valueReference for v in reals if v.causality == "output"]
+knowns = [v.valueReference for v in reals if v.causality == "input" and "measured" not in v.name]
+get = lambda refs: np.array((fmu.getReal if two else fmu.getFloat64)(refs))
+put = fmu.setReal if two else fmu.setFloat64
+keep, back = ((fmu.getFMUstate, fmu.setFMUstate) if two else (fmu.getFMUState, fmu.setFMUState))
+forward = lambda: np.array([fmu.getDirectionalDerivative(outs, [k], [1.0]) for k in knowns]).T
+code = lambda: (fmu.getInteger if two else fmu.getInt32)([refs["status"]])[0]
+"""
+
+HELD = """
+STEP, LAST = 10.0, 150
+sensors = [v for v in knowns if v not in (refs["speed"], refs["tool_length"])]
+rng = np.random.default_rng(2)
+pace = rng.uniform(0.2, 1.0, len(sensors))
+def inputs(k):
+    values = 20.0 + 9.0 * pace * (1.0 - np.exp(-k * STEP / 900.0)) + 1e-3 * np.sin(k + pace)
+    values[1] = math.nan if 60 <= k < 75 else values[1]
+    return [*values, 3000.0, 120.0 if k < 110 else 1e5 if k < 120 else 90.0]
+def stepped(values, time):
+    put(knowns, list(map(float, values)))
+    fmu.doStep(time, STEP)
+    return get(outs)
+seen, count, adjoint, declared = {}, 0, 0.0, True
+told = {u.variable.valueReference: [k.valueReference for k in u.dependencies]
+        for u in description.outputs}
+told = np.array([[k in told[u] for k in knowns] for u in outs])
+for k in range(LAST):  # through a broken sensor, a tool that is too long, and measurements
+    values, time = np.array(inputs(k)), k * STEP
+    if measured := k % 40 == 20:
+        probed = [n for n in refs if n.startswith("measured_")]
+        put([refs[n] for n in probed], [1.0 + 0.1 * i for i in range(len(probed))])
+    fmu.setBoolean([refs["measured"]], [measured])
+    put(knowns, list(map(float, values)))
+    if k > 1:
+        found, state = forward(), keep()
+        declared &= bool((told | (found == 0.0)).all())
+        if not two:
+            weights = rng.normal(size=len(outs))
+            other = np.array(fmu.getAdjointDerivative(outs, knowns, weights.tolist(), len(knowns)))
+            size = 1e-12 + np.abs(weights) @ np.abs(found)
+            adjoint = max(adjoint, float((np.abs(other - weights @ found) / size).max()))
+        columns = []
+        for place, value in enumerate(values):
+            h = 1e-3 if place < len(sensors) else 1e-2
+            rows = []
+            for by in (-2 * h, -h, h, 2 * h):
+                back(state)
+                moved = values.copy()
+                moved[place] = value + by
+                rows.append(stepped(moved, time))
+            columns.append((8 * (rows[2] - rows[1]) - (rows[3] - rows[0])) / (12 * h))
+        back(state)
+        before = stepped(values, time)
+        by_differences = np.nan_to_num(np.array(columns).T)
+        off = np.abs(found - by_differences) / (1e-3 + np.abs(by_differences))
+        if code() == 4:
+            # The uncertainties' share of broken sensors counts as constant.
+            off[6:, knowns.index(refs["tool_length"])] = 0.0
+        # Where what is kept back of a drift is a share of nothing, its size has a kink.
+        off[6:9][np.abs(before[:3]) < 0.01] = 0.0
+        seen[code()] = max(seen.get(code(), 0.0), float(off.max()))
+        count += int((found != 0.0).sum())
+    else:
+        stepped(values, time)
+show([seen, count, adjoint, declared])
+"""
+
+
+def _text(name: str) -> str:
+    if name == "shipped":
+        return SHIPPED.read_text()
+    if name == "by hand":
+        table = five_point_table(4)
+        table["limits"]["share"] = 0.8
+        table["chosen"] = ["T1", "T2"]
+        return model_text(table)
+    return model_text(made_model("mlr", int(name)).table)
+
+
+@pytest.fixture(scope="module")
+def fmu_of(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str, int], Path]:
+    """Builds the C FMU of a compensator file."""
+
+    def build(name: str, fmi: int) -> Path:
+        folder = tmp_path_factory.mktemp("derived")
+        model = folder / "made.json"
+        model.write_text(_text(name))
+        arguments = ["--native", "--fmi", str(fmi), "--only", "compensator", "--model", str(model)]
+        assert build_fmu.main([*arguments, "--out", str(folder)]) == 0
+        return next(folder.glob("*.fmu"))
+
+    return build
+
+
+def flags_of(path: Path) -> list[str]:
+    """Return what an FMU says of its derivatives."""
+    with zipfile.ZipFile(path) as archive:
+        text = archive.read("modelDescription.xml").decode()
+    return re.findall(r'provides(?:Directional|Adjoint)Derivatives?="(\w+)"', text)
+
+
+# What each comes through, by status.
+CASES = {("shipped", 2): {"0", "2", "4", "12"}, ("by hand", 3): {"0"}, ("1", 3): {"0"}}
+
+
+@pytest.mark.parametrize(("name", "fmi"), CASES)
+def test_derivatives_are_those_of_differences(
+    name: str, fmi: int, fmu_of: Callable[[str, int], Path]
+) -> None:
+    path = fmu_of(name, fmi)
+    assert validate_fmu(str(path)) == []
+    assert flags_of(path) == ["true"] * (fmi - 1)
+    seen, count, adjoint, declared = apart(OPENED + HELD, path)
+    assert CASES[name, fmi] <= set(seen)
+    assert max(seen.values()) < 1e-5
+    assert count > 1000
+    assert adjoint < 1e-12
+    assert declared
+
+
+def test_an_error_model_that_is_not_linear_gives_none(tmp_path: Path) -> None:
+    model = tmp_path / "made.json"
+    model.write_text(model_text(made_model("vac", 0).table))
+    arguments = ["--native", "--fmi", "3", "--only", "compensator", "--model", str(model)]
+    assert build_fmu.main([*arguments, "--out", str(tmp_path)]) == 0
+    path = next(tmp_path.glob("*.fmu"))
+    assert flags_of(path) == ["false"] * 2
+    refused = "show([status_of(fmu.getDirectionalDerivative, outs[:1], knowns[:1], [1.0])])"
+    assert apart(OPENED + refused, path) == [3]
