@@ -19,6 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.results_page import tell
+from benchmarks.trust.questions import lathe_runs
 from fmu_compensator.fit.data import prepare
 from fmu_compensator.fit.fitting import compensator_text, fit_compensator
 from fmu_compensator.fit.training import Array
@@ -26,7 +27,7 @@ from fmu_compensator.runtime.compensator import SPARED, RunningCompensator
 from fmu_compensator.runtime.modelfile import Model, load_model, parse_model
 from measurement.drift import measured_drift
 from measurement.rig import Rig, default_rig, rig_from_table
-from measurement.runs import Run, read_run
+from measurement.runs import Run
 from plant_model.machine_file import read_machine
 from plant_model.simulate import simulate
 from scenarios.machine_inputs import inputs_of
@@ -161,7 +162,7 @@ def jig_borer_lines() -> Iterator[str]:
 
 def lathe_lines(folder: Path) -> Iterator[str]:
     """Yield the table's lines: what really broke on the lathe, in runs not learnt from."""
-    runs = [read_run(path) for path in sorted(folder.glob("2*.csv"))]
+    runs = lathe_runs(folder)
     rig = default_rig(runs[0], read_machine("jig_borer").rig)
     train = [run for run in runs if run.name < LEARNT]
     fitted = fit_compensator(train, rig, LATHE_MODEL, points="all")

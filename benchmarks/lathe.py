@@ -25,6 +25,7 @@ import numpy as np
 from tqdm import tqdm
 
 from benchmarks.results_page import put
+from benchmarks.trust.questions import lathe_runs
 from fmu_compensator.fit.columns import MeasuredColumns, targets_of
 from fmu_compensator.fit.contestants import contestants, held
 from fmu_compensator.fit.data import prepare
@@ -33,7 +34,7 @@ from fmu_compensator.fit.recipe import Recipe
 from fmu_compensator.fit.training import TrainingRun
 from measurement.faults import faults_text, find_faults, looked_over
 from measurement.rig import Rig
-from measurement.runs import Run, read_run
+from measurement.runs import Run
 from studies.fit.by_run import Block, NormalEquations
 from studies.fit.lagged import THIN_S, thinned
 
@@ -48,7 +49,7 @@ BASELINES = ("no_model", "persistence", PLAIN)
 @cache
 def runs_in(folder: Path) -> tuple[Run, ...]:
     """Return the folder's runs in order of their names, which are dates."""
-    return tuple(looked_over([read_run(path) for path in sorted(folder.glob("2*.csv"))]))
+    return tuple(looked_over(lathe_runs(folder)))
 
 
 def rig_of(runs: tuple[Run, ...]) -> Rig | MeasuredColumns:

@@ -22,6 +22,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.results_page import put
+from benchmarks.trust.questions import electric_pieces, lathe_runs
 from fmu_compensator.fit.fitting import compensator_text, fit_compensator
 from fmu_compensator.runtime.compensator import WAITING, RunningCompensator
 from fmu_compensator.runtime.modelfile import Model, parse_model
@@ -29,13 +30,11 @@ from measurement.drift import measured_drift
 from measurement.faults import GROSS, cleaned, find_faults
 from measurement.files import write_atomically
 from measurement.rig import Rig, rig_from_table
-from measurement.runs import Run, read_run
+from measurement.runs import Run
 from scenarios.probing import ProbedRun, Probing
 
 STEP_S = 60.0
 """Rows closer together are left out: a compensator's step is not what is judged here [s]."""
-PIECE_H = 6.0
-"""The electric spindle's record of 50 h is cut into pieces, each a warm restart [h]."""
 COUNTS = (1, 2, 4, 8)
 WHEN = (0.65,)
 """Limits, over the mean half width in the training runs [1]."""
@@ -64,7 +63,7 @@ class Line:
 
 def splits(data: Path) -> Iterator[Split]:
     """Yield the splits of the data sets that are there."""
-    lathe = [read_run(path) for path in sorted((data / "lathe").glob("2*.csv"))]
+    lathe = lathe_runs(data / "lathe")
     if lathe:
         axes = {"disp_x": {"axis": "X"}, "disp_z": {"axis": "Z"}}
         rig = rig_from_table({"kind": "direct", "axes": axes}, "rig")
@@ -74,13 +73,7 @@ def splits(data: Path) -> Iterator[Split]:
         yield Split("lathe, June and July, from August to October", late, early, rig)
     record = data / "electric_spindle" / "first_3000_min.csv"
     if record.is_file():
-        whole = read_run(record)
-        rows = round(PIECE_H * 3600.0 / float(np.median(np.diff(whole.time_s))))
-        pieces = [
-            Run(f"{whole.name}_{at}", whole.frame.iloc[at : at + rows].reset_index(drop=True))
-            for at in range(0, len(whole.frame) - rows // 2, rows)
-        ]
-        rig = rig_from_table({"kind": "direct", "axes": {"growth": {"axis": "Z"}}}, "rig")
+        pieces, rig = electric_pieces(record)
         half = len(pieces) // 2
         yield Split(
             "electric spindle, second half, from the first", pieces[:half], pieces[half:], rig

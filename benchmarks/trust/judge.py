@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.trust.one_idea import one_idea
+from benchmarks.trust.one_idea import TOOL_MM, one_idea
 from benchmarks.trust.questions import Question
 from fmu_compensator.driving import drive
 from fmu_compensator.fit.fitting import compensator_text, fit_compensator
@@ -22,7 +22,6 @@ PROTOTYPE = "one idea"
 """Ninety lines with rises, three lags and one scale a group, without anything around them."""
 HALF_WIDTHS = 3.0
 """A sample further off than so many half widths is badly wrong [1]."""
-TOOL_MM = 100.0
 
 
 @dataclass(frozen=True)

@@ -78,17 +78,22 @@ def lathe_questions(folder: Path) -> Iterator[Question]:
     yield split("all but the first six", places[6:])
 
 
-def electric_questions(record: Path) -> Iterator[Question]:
-    """Yield the halves of the electric spindle's record, each cut into runs of `PIECE_H` hours."""
-    if not record.is_file():
-        return
+def electric_pieces(record: Path) -> tuple[list[Run], Rig]:
+    """Return the electric spindle's record, cut into runs of `PIECE_H` hours, and its rig."""
     whole = read_run(record)
     rows = round(PIECE_H * 3600.0 / float(np.median(np.diff(whole.time_s))))
     pieces = [
         Run(f"{whole.name}_{at}", whole.frame.iloc[at : at + rows].reset_index(drop=True))
         for at in range(0, len(whole.frame) - rows // 2, rows)
     ]
-    axis = rig_from_table({"kind": "direct", "axes": {"growth": {"axis": "Z"}}}, "rig")
+    return pieces, rig_from_table({"kind": "direct", "axes": {"growth": {"axis": "Z"}}}, "rig")
+
+
+def electric_questions(record: Path) -> Iterator[Question]:
+    """Yield the halves of the electric spindle's record, and every other piece of it."""
+    if not record.is_file():
+        return
+    pieces, axis = electric_pieces(record)
     half = len(pieces) // 2
     yield Question("electric spindle", "the second half", True, pieces[:half], pieces[half:], axis)
     yield Question("electric spindle", "the first half", True, pieces[half:], pieces[:half], axis)

@@ -15,8 +15,8 @@ from fmu_compensator.fit.training import Array, TrainingRun
 from studies.fit.by_run import FEWEST_ROWS
 from studies.fit.evidence import Posterior, posterior
 from studies.fit.lagged import THIN_S, lagged, thinned
+from studies.fit.thermal_states import LAGS_S
 
-LAG_S = 2400.0  # the single one of `thermal_states`
 CENTRES = 40
 """A step at run time costs as much as there are centres [1]."""
 LENGTHS = (0.5, 1.0, 2.0)
@@ -88,7 +88,7 @@ class GaussianProcess(FittedModel):
         refuse_unknown("gp", options, ("centres",))
         wanted = whole("gp", "centres", centres, 1, 500)
         refuse_poor(task, FEWEST_ROWS)
-        lags = (LAG_S,)
+        lags = LAGS_S[0]
         rows, targets = [], []
         for run in task.runs:
             kept = thinned(run, THIN_S)
