@@ -159,18 +159,6 @@ def test_offsets_are_those_of_the_fmu(
     np.testing.assert_array_equal(codes, theirs["status_1"])
 
 
-def test_a_compensator_leaves_less_than_there_was(
-    fitted: sd.Compensator, runs: list[sd.Run]
-) -> None:
-    found = fitted.judge(runs[2])
-    for axis in "XYZ":
-        left, before = (
-            found[f"error_{axis}_um"].abs().mean(),
-            found[f"drift_{axis}_um"].abs().mean(),
-        )
-        assert left < 0.5 * before
-
-
 def test_a_missing_thermometer_is_refused_and_an_unused_one_is_not(
     fitted: sd.Compensator, runs: list[sd.Run]
 ) -> None:

@@ -14,7 +14,6 @@ from fmu_compensator.driving import drive
 from fmu_compensator.fit.data import prepare
 from fmu_compensator.fit.fitting import compensator_text, fit_compensator
 from fmu_compensator.fit.points import choose_points, on_grid
-from fmu_compensator.runtime.compensator import RunningCompensator
 from fmu_compensator.runtime.modelfile import parse_model
 from measurement.errors import BadInput
 from measurement.rig import DirectRig, FivePointRig
@@ -54,21 +53,6 @@ def test_what_is_promised_is_what_runs_left_out_show(rig: FivePointRig, model: s
     miss = np.sqrt(np.nanmean((driven.error / driven.half_width) ** 2, axis=0))
     assert figures["unseen"]["by_run"][0]["miss"] == pytest.approx(miss.tolist(), rel=1e-4)
     assert fit_compensator(RUNS[:2], rig, model)["provenance"]["figures"]["unseen"] is None
-
-
-def test_the_file_compensates_an_unseen_run(rig: FivePointRig) -> None:
-    table = fit_compensator(RUNS, rig, "mlr")
-    model = parse_model(compensator_text(table), "fitted")
-    compensator = RunningCompensator(model)
-    unseen = make_run("new", 17, step_s=5.0)
-    readings = unseen.frame[[f"{sensor.name}_degC" for sensor in model.sensors]].to_numpy()
-    statuses, left = set(), []
-    for time, row, drift in zip(unseen.time_s, readings, -unseen.frame["S5_um"], strict=True):
-        output = compensator.step(time, 5.0, row.tolist(), 0.0, 150.0)
-        statuses.add(output.status)
-        left.append(output.dZ - drift)
-    assert statuses <= {0, 2}
-    assert np.sqrt(np.mean(np.square(left))) < 0.3
 
 
 def test_sampling_does_not_change_what_a_run_counts(direct_rig: DirectRig) -> None:

@@ -118,7 +118,7 @@ def test_a_state_that_is_old_in_the_machines_time_is_no_proof(
 # Frames of different cycles
 
 
-@pytest.mark.parametrize(("behind", "place"), [(1, 1), (15, 5), (16, 1), (240, 5), (241, 1)])
+@pytest.mark.parametrize(("behind", "place"), [(1, 1), (16, 1), (240, 5)])
 def test_a_frame_that_is_late_for_good_is_noticed(bench: Bench, behind: int, place: int) -> None:
     bench.settle(WARM)
     kept: list[can.Message] = []

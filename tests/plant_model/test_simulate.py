@@ -12,9 +12,9 @@ import plant_model.simulate as simulate_module
 from plant_model.drive import DriveError, drive_from
 from plant_model.machine import Machine
 from plant_model.machine_file import read_machine
-from plant_model.parameters import FloatArray, ParameterError
+from plant_model.parameters import ParameterError
 from plant_model.simulate import simulate
-from tests.plant_model.conftest import inputs_over, with_effects
+from tests.plant_model.conftest import inputs_over
 
 STEP_SPECTRUM = [4000, 6000, 8000, 10000, 12000, 9000, 12000, 12000]
 
@@ -45,33 +45,6 @@ def test_settling_takes_the_studies_hours(name: str) -> None:
     elongation = -simulate(read_machine(name), inputs).readings["S5"][0]
     settled = np.flatnonzero(np.abs(elongation / elongation[-1] - 1.0) > 0.03)[-1]
     assert 200.0 < inputs["time_s"][settled] / 60.0 < 450.0
-
-
-def test_sets_with_the_same_network_are_solved_once(
-    jig_borer_lumps: Machine, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    machine = with_effects(jig_borer_lumps, "column_bending")
-    inputs = inputs_over(0.5)
-    solved: set[int] = set()
-    eigh = np.linalg.eigh
-
-    def counted(matrix: FloatArray) -> tuple[FloatArray, FloatArray]:
-        solved.add(len(matrix))
-        return eigh(matrix)
-
-    monkeypatch.setattr(np.linalg, "eigh", counted)
-    bar = machine.parameters["nodes.test_bar.capacity"]
-    for name, values, matrices in (
-        ("effects.column_bending.tilt", (4.0, 5.0, 9.0), 1),
-        ("nodes.test_bar.capacity", (bar.value, bar.value, bar.high), 2),
-    ):
-        solved.clear()
-        together = simulate(machine, inputs, {name: np.array(values)})
-        assert solved == {matrices}
-        for i, value in enumerate(values):
-            alone = simulate(machine, inputs, {name: value})
-            np.testing.assert_array_equal(together.temperatures[i], alone.temperatures[0])
-            np.testing.assert_array_equal(together.pose[i], alone.pose[0])
 
 
 def test_sets_in_turns_equal_all_at_once(

@@ -105,18 +105,6 @@ def test_the_percentiles_over_time_are_those_of_the_cases(sweep: Any, tmp_path: 
         assert last[f"drift_X_p{percentile}_um"] == pytest.approx(expected, abs=1e-3)
 
 
-def test_one_case_is_what_run_gives(
-    sweep: Any, tiny_scenario: Path, tiny_folder: Path, tmp_path: Path
-) -> None:
-    sweep("out")
-    words = ["--fmu-dir", str(tiny_folder), "--out", str(tmp_path / "run"), "--quiet"]
-    assert main(["run", str(tiny_scenario), *words]) == 0
-    run = json.loads((tmp_path / "run" / "table.json").read_text())["table"][0]["rows"][1]["axes"]
-    table = pd.read_csv(tmp_path / "out" / "sweep.csv").set_index("axis")
-    for axis, row in run.items():
-        assert table.loc[axis, "after_mean_um"] == pytest.approx(row["after_mean_um"], abs=1e-6)
-
-
 def test_any_number_of_workers_gives_the_same_files(sweep: Any, tmp_path: Path) -> None:
     for workers in (1, 2):
         sweep(str(workers), "gain=1e-3..2e-3", "tool_length=1,2", workers=workers, repeat=3)
