@@ -137,7 +137,7 @@ def test_sets_that_start_elsewhere_share_nothing() -> None:
     assert np.all(found.temperatures[1, -1] > found.temperatures[0, -1])
 
 
-@pytest.mark.parametrize("key", ["", "natural_convection", "tool_heating", "bearing_stick_slip"])
+@pytest.mark.parametrize("key", ["", "tool_heating", "bearing_stick_slip"])
 @pytest.mark.parametrize("name", ["jig_borer_lumps", "lathe"])
 def test_runs_side_by_side_read_as_each_would_alone(name: str, key: str) -> None:
     """Runs of unlike lengths and speeds, stepped in parts and sought at instants of their own."""

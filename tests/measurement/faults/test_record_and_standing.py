@@ -124,6 +124,7 @@ def test_all_temperatures_jumping_at_once_is_a_seam() -> None:
     assert found(warm_up(time_s=time, **jumped)) == [("pause", "time_s")]  # heat had time to flow
 
 
+@pytest.mark.long
 @pytest.mark.real_data
 def test_the_known_faults_of_the_measured_runs(
     lathe_runs: list[Path], electric_spindle_run: Path
