@@ -184,7 +184,10 @@ def limits_of(fmu: Path) -> dict[str, float]:
     """
     try:
         with zipfile.ZipFile(fmu) as archive:
-            table = json.loads(archive.read(f"resources/{MODEL_FILE}"))
+            # In C the model is compiled in, and lies beside as a document where it is not left out.
+            inside = f"resources/{MODEL_FILE}" in archive.namelist()
+            folder = "resources" if inside else "documentation"
+            table = json.loads(archive.read(f"{folder}/{MODEL_FILE}"))
         limits = table["limits"].items()
     except (OSError, KeyError, ValueError, TypeError, AttributeError, zipfile.BadZipFile):
         return {}

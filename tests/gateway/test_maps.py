@@ -15,7 +15,7 @@ import pytest
 
 from gateway.codec import Sender, Value
 from gateway.database import COMPENSATOR, MACHINE, Database, key_of
-from gateway.mapcheck import problems_of
+from gateway.mapcheck import limits_of, problems_of
 from gateway.mapfile import MAPS, map_path
 from gateway.mapping import read_mapping
 from gateway.node import GatewaySettings
@@ -156,6 +156,12 @@ def test_the_pages_that_the_gateway_sends_are_the_builders(builder: Database) ->
         found |= control.read(message)
     assert {found[f"Tmp{n:02d}"] for n in range(1, 12)} == {20.0 + n for n in range(1, 12)}
     assert found["OpMode"] == 2
+
+
+def test_the_limits_of_a_compensator_are_known_in_either_form(shipped_in_c: Path) -> None:
+    limits = limits_of(shipped_in_c / "compensator.fmu")
+    assert limits["offset_um"] > 0.0
+    assert limits_of(shipped_in_c / "compensator_native.fmu") == limits
 
 
 def test_a_builders_machine_is_compensated(wire: Wire, builder: Database, quick_fmu: Path) -> None:
