@@ -16,8 +16,17 @@ from pathlib import Path
 
 import fmpy
 
-# Contracted multiply-adds round once where the Python twin rounds twice.
-STRICT = ("-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-ffp-contract=off")
+# Contracted multiply-adds round once where the Python twin rounds twice. The headers of FMI 3.0
+# declare two functions without their parameters.
+STRICT = (
+    "-std=c99",
+    "-Wall",
+    "-Wextra",
+    "-Wpedantic",
+    "-Werror",
+    "-Wno-strict-prototypes",
+    "-ffp-contract=off",
+)
 OWN = ("gcc", "clang", "cc")
 FOR_WINDOWS = "x86_64-w64-mingw32-gcc"
 FOR_AARCH64 = "aarch64-linux-gnu-gcc"
@@ -31,14 +40,12 @@ LIBRARY_FOR_WINDOWS = (
     "-D__USE_MINGW_ANSI_STDIO=1",
     "-Wl,--no-insert-timestamp",
 )
-# A module without a main, whose FMI functions are there to be called. FMI's headers declare two
-# functions without their parameters.
+# A module without a main, whose FMI functions are there to be called.
 LIBRARY_FOR_WEB = (
     "-O2",
     "-s",
     "-mexec-model=reactor",
     "-fno-sanitize=undefined",
-    "-Wno-strict-prototypes",
     "-Wl,--export-dynamic",
     "-Wl,--export=memory_take",
 )

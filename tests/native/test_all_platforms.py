@@ -102,6 +102,14 @@ def test_the_library_for_linux_runs_with_an_old_c_library(
 
 
 @pytest.mark.long
+def test_ziglang_takes_the_headers_of_fmi_3(
+    for_all: Mapping[str, Compiler], tmp_path: Path
+) -> None:
+    made = package(tmp_path, [for_all["x86_64-linux"]], 3)
+    assert [name for name in made.files if name.startswith("binaries/x86_64-linux/")]
+
+
+@pytest.mark.long
 @pytest.mark.parametrize("fmi", [2, 3])
 def test_what_is_left_out_is_not_there(tmp_path: Path, fmi: Fmi) -> None:
     here = compilers()[:1]
