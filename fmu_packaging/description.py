@@ -327,10 +327,11 @@ def _structure(variables: Sequence[Variable]) -> ET.Element:
 
     In a co-simulation outputs are computed in a step from inputs held during it, so at a
     communication point no output depends on an input. In model exchange, and before the first step,
-    each depends on what its variable declares.
+    each depends on what its variable declares. Parameters are among the known at the start only.
     """
     structure = ET.Element("ModelStructure")
     positions = {variable.name: number for number, variable in enumerate(variables, start=1)}
+    known = {v.name: positions[v.name] for v in variables if not v.is_parameter}
     for tag, unknowns in {
         "Outputs": [variable for variable in variables if variable.is_output],
         "Derivatives": [variable for variable in variables if variable.derivative_of is not None],
@@ -339,7 +340,8 @@ def _structure(variables: Sequence[Variable]) -> ET.Element:
         group = ET.SubElement(structure, tag) if unknowns else structure
         for variable in unknowns:
             attributes = {"index": str(positions[variable.name])}
-            attributes |= dependencies(variable, positions, at_start=tag == "InitialUnknowns")
+            start = tag == "InitialUnknowns"
+            attributes |= dependencies(variable, positions if start else known, at_start=start)
             ET.SubElement(group, "Unknown", attributes)
     return structure
 

@@ -201,7 +201,7 @@ def _time(reference: int) -> ET.Element:
 
 
 def _structure(variables: Sequence[Variable], references: Mapping[str, int]) -> ET.Element:
-    """Return the ModelStructure; its dependencies are those of the FMI 2.0 form."""
+    """Return the ModelStructure; parameters are always among what is known."""
     structure = ET.Element("ModelStructure")
     for tag, unknowns in {
         "Output": [variable for variable in variables if variable.is_output],

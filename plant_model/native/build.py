@@ -37,12 +37,13 @@ def native_plant(recipe: Recipe, twin_of: str = "") -> Native:
     """
     machine = Machine.from_dict(json.loads(recipe.data[MACHINE_FILE]))
     try:
-        equations = equations_of(machine, tunable_of(machine))
+        tunable = tunable_of(machine)
+        equations = equations_of(machine, tunable)
     except NoFormulaError as error:
         raise NativeError(f"--native: {error}") from None
     sources = {**program(), **machine_sources(machine, equations)}
     continuous = is_continuous(equations)
-    more = continuous_variables(machine, equations) if continuous else {}
+    more = continuous_variables(machine, equations, tunable) if continuous else {}
 
     def data(variables: Sequence[Variable], guid: str) -> dict[str, str]:
         return {"model_data.c": variable_sources(variables, recipe.identity.name, guid)}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -29,10 +30,10 @@ def nominals(equations: Equations) -> list[float]:
 
 
 def derivatives_of(equations: Equations) -> dict[str, list[Any]]:
-    """Return the derivatives of rates and outputs by inputs and states, forward and backward.
+    """Return the derivatives of rates and outputs by what is known, forward and backward.
 
     Among the known the inputs come first, then the tool's length, the offsets (on which nothing
-    depends at once) and the states.
+    depends at once), the states and the parameters.
     """
     cells = [*equations.slopes, *shown(equations)]
     inputs, nodes = equations.input_count, len(equations.heat)
@@ -40,6 +41,8 @@ def derivatives_of(equations: Equations) -> dict[str, list[Any]]:
     knowns = {("u", place): place for place in range(inputs)} | {("w", 1): inputs}
     knowns |= {("T", place): given + place for place in range(nodes)}
     knowns |= {("x", place): given + nodes + place for place in range(len(equations.scales))}
+    parameters = given + nodes + len(equations.scales)
+    knowns |= {("p", place): parameters + place for place in range(equations.parameter_count)}
     return {"forward": forward(cells, knowns), "backward": backward(cells, knowns)}
 
 
@@ -54,7 +57,9 @@ def note_on_exchange(equations: Equations) -> str:
     )
 
 
-def continuous_variables(machine: Machine, equations: Equations) -> dict[str, Variable]:
+def continuous_variables(
+    machine: Machine, equations: Equations, tunable: Sequence[str]
+) -> dict[str, Variable]:
     """Return what model exchange adds to an FMU's variables, by name.
 
     These are states and derivatives; outputs and derivatives say what they depend on.
@@ -64,12 +69,15 @@ def continuous_variables(machine: Machine, equations: Equations) -> dict[str, Va
     machine : Machine
     equations : Equations
         Its own, all of whose states are continuous.
+    tunable : sequence of str
+        The parameters that they keep as symbols.
     """
     states = _states(machine, equations)
     names = {("T", place): state.name for place, state in enumerate(states[: len(machine.nodes)])}
     names |= {("x", place): state.name for place, state in enumerate(states[len(machine.nodes) :])}
     names |= {("u", place): entry.name for place, entry in enumerate(machine.inputs)}
     names |= {("w", 0): TIME, ("w", 1): TOOL_LENGTH}
+    names |= {("p", place): variable_name(name) for place, name in enumerate(tunable)}
 
     def known(cell: Any) -> tuple[str, ...]:
         return tuple(sorted({names[symbol] for symbol in symbols_of(cell) if symbol in names}))

@@ -100,7 +100,7 @@ class Equations:
     decay, time_constants, scales : own states
     target, settled, first : own states
     outputs : sensors, then drift in X, Y, Z
-    input_count : int
+    input_count, parameter_count : int
     levels : inputs, by place, that conductances depend on
     one_way : bool
         Whether heat flows one way between nodes.
@@ -123,6 +123,7 @@ class Equations:
     first: Cells
     outputs: Cells
     input_count: int
+    parameter_count: int
     levels: list[int]
     one_way: bool
     lagging: list[int]
@@ -215,6 +216,7 @@ class _Tracer:
             first=_flat(network.start_states(at_end, self.inputs)),
             outputs=self._outputs(slices),
             input_count=len(self.names),
+            parameter_count=len(self.tunable),
             levels=[self.names.index(name) for name in network.conductance_inputs],
             one_way=bool(network.one_way),
             lagging=self._of_kind(slices, "lags"),

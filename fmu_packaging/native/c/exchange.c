@@ -151,7 +151,7 @@ static const char *find_place(enum side side, size_t ref, size_t *place)
 {
     *place = ref < model_variable_count ? model_derivatives->place(side, ref) : NONE;
     return *place != NONE ? NULL
-           : side == KNOWN ? "derivatives are by inputs and states"
+           : side == KNOWN ? "derivatives are by inputs, states and parameters"
                            : "derivatives are of outputs and derivatives of states";
 }
 

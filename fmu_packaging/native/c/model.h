@@ -80,7 +80,7 @@ extern const struct continuous *const model_continuous; /* NULL: for co-simulati
 
 enum side { KNOWN, UNKNOWN };
 
-/* Derivatives by what is known (inputs, states) of what is not (outputs, rates): forward a direction
+/* Derivatives by what is known (inputs, states, parameters) of what is not (outputs, rates): forward a direction
    among the known gives how the unknown change; backward weights of the unknown give how their sum
    changes with each known. */
 struct derivatives {

@@ -156,7 +156,7 @@ static const char *complete(
     return wrong;
 }
 
-/* The known are what can be set between steps, then the states; the unknown rates, then outputs. */
+/* The known are inputs, then states, then parameters; the unknown rates, then outputs. */
 static size_t place(enum side side, size_t ref)
 {
     const struct variable *variable = &model_variables[ref];
@@ -164,7 +164,11 @@ static size_t place(enum side side, size_t ref)
     size_t states = offsetof(struct plant_memory, temperatures), offset = variable->offset;
     if (side == KNOWN) {
         bool is_state = variable->causality == OUTPUT && offset < outputs;
-        return ref < GIVEN ? ref : is_state ? GIVEN + (offset - states) / sizeof(double) : NONE;
+        size_t tuned = ref - (FIRST_PARAMETER + 1 + RISES);
+        return ref < GIVEN       ? ref
+               : is_state        ? GIVEN + (offset - states) / sizeof(double)
+               : tuned < TUNABLE ? GIVEN + SIZE + tuned
+                                 : NONE;
     }
     if (variable->causality == DERIVATIVE) {
         return offset;
@@ -187,7 +191,8 @@ static const char *derive(
             self->plant.k, values, memory->temperatures, memory->states, memory->start, at, seeds,
             found);
     }
-    for (size_t i = 0; wrong == NULL && i < (from == KNOWN ? SIZE + OUTPUTS : GIVEN + SIZE); i++) {
+    size_t count = from == KNOWN ? SIZE + OUTPUTS : GIVEN + SIZE + TUNABLE;
+    for (size_t i = 0; wrong == NULL && i < count; i++) {
         wrong = isfinite(found[i]) ? NULL : "a derivative is not finite";
     }
     return wrong;

@@ -338,3 +338,70 @@ def test_derivatives_are_the_same_in_a_co_simulation(
     worst, count = apart(OPENED + STEPPED, fmu_of(machine_of("lathe"), 2))
     assert worst < 1e-12
     assert count > 100
+
+
+TUNED = """
+import numpy as np
+unknowns = [v for v in description.modelVariables
+            if v.causality == "output" or v.derivative is not None]
+of_state = [v.derivative for v in unknowns if v.derivative is not None]
+parameters = [v for v in description.modelVariables if v.causality == "parameter"
+              and v.type in ("Real", "Float64") and "start_rise" not in v.name]
+refs = [v.valueReference for v in unknowns]
+rng = np.random.default_rng(5)
+def inside(v):
+    # Off the ends of the range, where an effect is not there.
+    return 0.9 * float(v.start) + 0.05 * (float(v.min) + float(v.max))
+at = {v.name: inside(v) for v in parameters}
+offsets = rng.uniform(0.5, 9.0, states)
+own = np.array([v.name.startswith("effects.") for v in of_state])
+offsets[own] = rng.uniform(0.1, 0.4, own.sum()) - 0.0
+fmu = opened()
+def values(changed):
+    fmu.reset()
+    if two:
+        fmu.setupExperiment(startTime=100.0)
+    for name, value in (at | changed).items():
+        set_(fmu, name, value)
+    fmu.enterInitializationMode(**({} if two else dict(startTime=100.0)))
+    fmu.exitInitializationMode()
+    fmu.enterContinuousTimeMode()
+    set_(fmu, "speed", 3000.0)
+    fmu.setTime(5000.0)
+    fmu.setContinuousStates((ctypes.c_double * states)(*(20.0 * ~own + offsets)), states)
+    return np.array((fmu.getReal if two else fmu.getFloat64)(refs))
+def slope(v):
+    h = 1e-3 * abs(at[v.name])
+    near, far = (values({v.name: at[v.name] + by}) - values({v.name: at[v.name] - by})
+                 for by in (h, 2 * h))
+    return (8 * near - far) / (12 * h)
+by_differences = np.array([slope(v) for v in parameters]).T
+values({})
+found = np.array([fmu.getDirectionalDerivative(refs, [v.valueReference], [1.0])
+                  for v in parameters]).T
+size = np.abs(by_differences).max(axis=0)
+worst = np.abs(found - by_differences).max(axis=0) / np.where(size > 0.0, size, 1.0)
+told = {u.variable.name: u.dependencies for u in [*description.outputs, *description.derivatives]}
+told = np.array([[v in told[u.name] for v in parameters] for u in unknowns])
+said = [float(worst.max()), parameters[int(worst.argmax())].name, int((found != 0.0).sum()),
+        bool((told | (found == 0.0)).all()) if not two else not told.any()]
+if not two:
+    weights = rng.normal(size=len(unknowns))
+    known = [v.valueReference for v in parameters]
+    back = np.array(fmu.getAdjointDerivative(refs, known, weights.tolist(), len(known)))
+    scale = 1e-12 + np.abs(weights) @ np.abs(found)
+    said.append(float((np.abs(back - weights @ found) / scale).max()))
+show(said)
+"""
+
+
+@pytest.mark.parametrize(("name", "fmi"), PAIRS)
+def test_derivatives_by_parameters_are_those_of_differences(
+    name: str, fmi: Fmi, fmu_of: Callable[[Machine, Fmi], Path]
+) -> None:
+    path = fmu_of(machine_of(name), fmi)
+    worst, where, count, declared, *adjoint = apart(OPENED + TUNED, path)
+    assert worst < 1e-5, where
+    assert count > 20
+    assert declared
+    assert all(apart_by < 1e-12 for apart_by in adjoint)

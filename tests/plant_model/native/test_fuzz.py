@@ -35,7 +35,7 @@ def test_fuzzed_calls_are_clean(
     equations = equations_of(machine, tunable_of(machine))
     assert is_continuous(equations) != whole
     known = {variable.name: variable for variable in variables(machine)}
-    known |= {} if whole else continuous_variables(machine, equations)
+    known |= {} if whole else continuous_variables(machine, equations, tunable_of(machine))
     sources = {**front(2), **program(), **machine_sources(machine, equations)}
     sources["model_data.c"] = variable_sources(list(known.values()), "fuzz", "{0}")
     fuzz(sources, calls, compiler, tmp_path)
