@@ -105,7 +105,6 @@ def test_the_percentiles_over_time_are_those_of_the_cases(sweep: Any, tmp_path: 
         assert last[f"drift_X_p{percentile}_um"] == pytest.approx(expected, abs=1e-3)
 
 
-@pytest.mark.long
 def test_any_number_of_workers_gives_the_same_files(sweep: Any, tmp_path: Path) -> None:
     for workers in (1, 2):
         sweep(str(workers), "gain=1e-3..2e-3", "tool_length=1,2", workers=workers, repeat=3)
