@@ -150,11 +150,14 @@ def _functions(equations: Equations) -> tuple[list[str], int, int]:
             first,
         ),
     ]
+    # The largest of all, which no controller asks for.
+    made.append("#ifndef NO_HEAP")
     for name, found in derivatives_of(equations).items():
         head = f"void equations_{name}({k}, {u}, {rows}, const double *s, const double *w, "
         made.append(
             function(f"{head}const double *d, double *found)", _places([("found", found)]), first)
         )
+    made.append("#endif\n")
     made.append(stage_function(f"void equations_held({k}, {u}, double *h)", of_inputs, first))
     made.append(
         stage_function("void equations_prepare(const double *p, double *k)", of_parameters, [])

@@ -19,8 +19,10 @@ struct model *model_make(struct setup *setup, size_t *content_size)
         compensator_make(setup, &self->compensator);
         *content_size =
             sizeof(struct content) + self->compensator.numbers * sizeof(double);
-        self->next = setup_take(setup, 1, *content_size);
-        self->unit = setup_take(setup, model_sensor_count, sizeof(double));
+        if (model_derivatives != NULL) {
+            self->next = setup_take(setup, 1, *content_size);
+            self->unit = setup_take(setup, model_sensor_count, sizeof(double));
+        }
     }
     return self;
 }

@@ -80,9 +80,9 @@ extern const struct continuous *const model_continuous; /* NULL: for co-simulati
 
 enum side { KNOWN, UNKNOWN };
 
-/* Derivatives by what is known (inputs, states, parameters) of what is not (outputs, rates): forward a direction
-   among the known gives how the unknown change; backward weights of the unknown give how their sum
-   changes with each known. */
+/* Derivatives by what is known (inputs, states, parameters) of what is not (outputs, rates):
+   forward a direction among the known gives how the unknown change; backward weights of the unknown
+   give how their sum changes with each known. */
 struct derivatives {
     size_t (*place)(enum side side, size_t ref); /* of a variable on its side; NONE: not there */
     const char *(*derive)(

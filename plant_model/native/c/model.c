@@ -156,6 +156,9 @@ static const char *complete(
     return wrong;
 }
 
+#ifdef NO_HEAP /* a controller asks for none */
+const struct derivatives *const model_derivatives = NULL;
+#else
 /* The known are inputs, then states, then parameters; the unknown rates, then outputs. */
 static size_t place(enum side side, size_t ref)
 {
@@ -198,11 +201,13 @@ static const char *derive(
     return wrong;
 }
 
+static const struct derivatives derivatives = {place, derive};
+const struct derivatives *const model_derivatives = CONTINUOUS ? &derivatives : NULL;
+#endif
+
 static const struct continuous continuous = {
     SIZE, offsetof(struct plant_memory, temperatures), machine_nominals, rates, show, complete};
-static const struct derivatives derivatives = {place, derive};
 const struct continuous *const model_continuous = CONTINUOUS ? &continuous : NULL;
-const struct derivatives *const model_derivatives = CONTINUOUS ? &derivatives : NULL;
 
 void model_restored(struct model *self, const void *content, const double *values)
 {
