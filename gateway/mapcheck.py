@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import json
-import zipfile
 from collections.abc import Collection, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fmpy import read_model_description
 
-from fmu_compensator.runtime.fmi_slave import MODEL_FILE
 from gateway.database import COMPENSATOR, CYCLE, MACHINE, OFFSETS, Database
 from gateway.mapped_signals import own_signals
 from gateway.proof import CHALLENGE, ECHO, PROOF
 from gateway.protection import PROFILE_1
 from measurement.errors import BadInput, one_line
 from measurement.rig import AXES
+from scenarios.fmu_file import compensator_file
 from scenarios.wiring import PROBED
 
 if TYPE_CHECKING:
@@ -183,12 +182,7 @@ def limits_of(fmu: Path) -> dict[str, float]:
         The compensator.
     """
     try:
-        with zipfile.ZipFile(fmu) as archive:
-            # In C the model is compiled in, and lies beside as a document where it is not left out.
-            inside = f"resources/{MODEL_FILE}" in archive.namelist()
-            folder = "resources" if inside else "documentation"
-            table = json.loads(archive.read(f"{folder}/{MODEL_FILE}"))
-        limits = table["limits"].items()
-    except (OSError, KeyError, ValueError, TypeError, AttributeError, zipfile.BadZipFile):
+        limits = json.loads(compensator_file(fmu) or "")["limits"].items()
+    except (KeyError, ValueError, TypeError, AttributeError):
         return {}
     return {name: float(value) for name, value in limits if isinstance(value, int | float)}

@@ -8,9 +8,13 @@ from typing import Any
 
 import fmpy
 
+from fmu_compensator.runtime.fmi_slave import MODEL_FILE
 from measurement.errors import BadInput, one_line
 from measurement.files import sha256_of
 from scenarios.unpacking import Unpacked
+
+MODELS = (f"resources/{MODEL_FILE}", f"documentation/{MODEL_FILE}")
+"""Where a compensator's FMU holds its file: in Python, and in C, which has it compiled in, too."""
 
 
 class FmuFile:
@@ -88,6 +92,21 @@ def member(fmu: Path, *names: str) -> bytes | None:
             there = set(archive.namelist())
             return next((archive.read(name) for name in names if name in there), None)
     except (OSError, zipfile.BadZipFile):
+        return None
+
+
+def compensator_file(fmu: Path) -> str | None:
+    """Return the text of the compensator file in an FMU; None if it holds none that can be read.
+
+    Parameters
+    ----------
+    fmu : Path
+        In Python or in C.
+    """
+    data = member(fmu, *MODELS)
+    try:
+        return None if data is None else data.decode("utf-8")
+    except UnicodeDecodeError:
         return None
 
 

@@ -25,14 +25,13 @@ from measurement.rig import AXES, FivePointRig, Rig, rig_from_table
 from measurement.runs import Run
 from scenarios.charts import Chart
 from scenarios.fmu import Port, Slave, alone
-from scenarios.fmu_file import member, read_description
+from scenarios.fmu_file import compensator_file, read_description
 from scenarios.probe_cycle import ProbeInputs
 from scenarios.probing import ProbedRun, Probing
 from scenarios.recording import Event, FmuFacts, facts_of
 from scenarios.views import before_and_after
 from scenarios.wiring import PROBED, TOOL_LENGTH
 
-MODELS = (f"resources/{MODEL_FILE}", f"documentation/{MODEL_FILE}")  # in Python, in C
 LABEL = "Compensated"
 LABEL_PROBED = "Compensated, with probes"
 LABEL_HELD = "Last probe held"
@@ -87,11 +86,11 @@ def model_of(fmu: Path) -> Model:
     ModelFileError
         If it cannot be used.
     """
-    data = member(fmu, *MODELS)
-    if data is None:
+    text = compensator_file(fmu)
+    if text is None:
         problem = "holds no compensator file, so nothing says what its offsets stand for"
         raise BadInput(fmu, "", problem)
-    return parse_model(data.decode("utf-8", "replace"), f"{fmu}: {MODEL_FILE}")
+    return parse_model(text, f"{fmu}: {MODEL_FILE}")
 
 
 def rig_of_model(model: Model, machine_rig: FivePointRig | None = None) -> Rig:

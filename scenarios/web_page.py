@@ -19,8 +19,7 @@ from fmu_packaging.variables import Variable
 from measurement.errors import BadInput
 from plant_model.machine import Machine
 from scenarios.building import compensator_recipe, native_of, plant_recipe
-from scenarios.fmu_file import member
-from scenarios.replay import MODELS
+from scenarios.fmu_file import MODELS, member
 from scenarios.report import STATES, state_of, write_page
 from scenarios.views import MACHINES
 from scenarios.wiring import TOOL_LENGTH, Variables, Wiring, shared_starts, wire
