@@ -28,12 +28,9 @@ QUESTIONS = {
 }
 """What is asked; a belt's power only if it is said."""
 
-USUAL_RUNNING, HOTTEST = 45.0, 120.0
-"""Where the search for a bearing's temperature begins, and the hottest that a page may say
-[degC]."""
-
 HALVINGS = 12
-"""Steps of it at most: the temperature is within a degree after six or seven."""
+"""Steps of the search for a bearing's temperature at most: it is within a degree after six or
+seven."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -120,19 +117,21 @@ def _running(answers: Answers, columns: Columns | None, path: Path) -> dict[str,
     """
     import tomllib
 
-    from plant_model.checks import bearing_temperatures
+    from plant_model.checks import HOT, bearing_temperatures
+    from plant_model.drawing.class_values import CLASS_VALUES
     from plant_model.drawing.expand import expanded
     from plant_model.drawing.new_page import BEARINGS, page_text
     from plant_model.machine_file import machine_from_table
 
-    running = dict.fromkeys(BEARINGS, USUAL_RUNNING)
+    running = dict.fromkeys(BEARINGS, CLASS_VALUES["running_temperature"].value)
     for _ in range(HALVINGS):
         table = tomllib.loads(page_text(answers, columns, running))
         warm = bearing_temperatures(machine_from_table(expanded(table, path), path))
-        closer = {name: round((running[name] + warm[name]) / 2.0) for name in running}
+        halfway = {name: (running[name] + warm[name]) / 2.0 for name in running}
+        closer = {name: min(float(round(value)), HOT) for name, value in halfway.items()}
         if closer == running:
             break
-        running = {name: min(float(value), HOTTEST) for name, value in closer.items()}
+        running = closer
     return running
 
 
