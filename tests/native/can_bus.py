@@ -6,11 +6,15 @@ times; what the two send must be the same bytes.
 
 from __future__ import annotations
 
+import json
+import shutil
 import struct
+import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from math import exp, inf, nan, sin
 from pathlib import Path
+from typing import Any
 
 import can
 import fmpy
@@ -22,11 +26,18 @@ from gateway.dbc import DBC
 from gateway.mapping import read_database
 from gateway.node import GatewayNode, GatewaySettings
 from gateway.unit import CompensatorUnit
+from tests.masters.conftest import needs, run
 
 TRANSMIT, CONFIRM, FORMAT_ERROR, CONFIGURATION = 0x10, 0x20, 0x01, 0x40
 CHANGED = 2
 Operation = tuple[int, bytes]
 """Code and content."""
+NESTED = """
+from fmpy import simulate_fmu
+from fmu_manipulation_toolbox.cli.fmucontainer import fmucontainer
+fmucontainer()
+simulate_fmu("bus.fmu", stop_time=2.0, output_interval=0.5)
+"""
 
 
 def transmitted(frame_id: int, data: bytes) -> bytes:
@@ -47,22 +58,48 @@ def frame_of(content: bytes) -> tuple[int, bytes]:
     return frame_id, content[8:]
 
 
+def opened(path: Path, folder: Path) -> tuple[Any, FMU3Slave]:
+    """Return an FMU's description, and an instance in its first event mode."""
+    description = fmpy.read_model_description(str(path))
+    fmu = FMU3Slave(
+        guid=description.guid,
+        unzipDirectory=fmpy.extract(str(path), str(folder)),
+        modelIdentifier=description.coSimulation.modelIdentifier,
+        instanceName="node",
+    )
+    fmu.instantiate(eventModeUsed=True, loggingOn=True)
+    fmu.enterInitializationMode()
+    fmu.exitInitializationMode()
+    return description, fmu
+
+
+def log_of_two(fmu: Path, folder: Path, *link: str) -> Path:
+    """Let another tool link an FMU with itself, by two names, and simulate both; return its log."""
+    needs("fmu-manipulation-toolbox")
+    for name in ("a.fmu", "b.fmu"):
+        shutil.copy(fmu, folder / name)
+    start, end = link
+    nested = {
+        "name": "bus.fmu",
+        "fmu": ["a.fmu", "b.fmu"],
+        "step_size": 0.01,
+        "link": [["a.fmu", start, "b.fmu", end]],
+        "auto_output": False,
+        "output": [["a.fmu", "status", "status"]],
+    }
+    (folder / "bus.json").write_text(json.dumps(nested))
+    options = ("-container", "bus.json", "-fmi", "3", "-datalog")
+    done = run(sys.executable, "-c", NESTED, *options, folder=folder)
+    assert done.returncode == 0, done.stderr
+    return folder / "bus-datalog.csv"
+
+
 class BusNode:
     """The FMU: bus operations in and out, at any time."""
 
     def __init__(self, path: Path, folder: Path) -> None:
-        description = fmpy.read_model_description(str(path))
+        description, self.fmu = opened(path, folder)
         self.refs = {v.name: v.valueReference for v in description.modelVariables}
-        fmpy.extract(str(path), str(folder))
-        self.fmu = FMU3Slave(
-            guid=description.guid,
-            unzipDirectory=str(folder),
-            modelIdentifier=description.coSimulation.modelIdentifier,
-            instanceName="node",
-        )
-        self.fmu.instantiate(eventModeUsed=True, loggingOn=True)
-        self.fmu.enterInitializationMode()
-        self.fmu.exitInitializationMode()
         self.time_s, self.due_s = 0.0, inf
         self._ask()
         self.fmu.enterStepMode()

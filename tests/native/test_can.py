@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import json
-import shutil
 import struct
-import sys
 from pathlib import Path
 from random import Random
 from xml.etree import ElementTree as ET
@@ -17,7 +14,6 @@ from fmpy.validation import validate_fmu
 
 import build_fmu
 from tests.fmus.models import five_point_text
-from tests.masters.conftest import needs, run
 from tests.native.can_bus import (
     CONFIGURATION,
     CONFIRM,
@@ -26,6 +22,7 @@ from tests.native.can_bus import (
     TRANSMIT,
     Bench,
     BusNode,
+    log_of_two,
     operations,
     transmitted,
 )
@@ -109,32 +106,10 @@ def test_other_operations_change_nothing_and_what_is_none_comes_back(bench: Benc
     assert {code for code, _ in sent} == {TRANSMIT, FORMAT_ERROR}
 
 
-NESTED = {
-    "name": "bus.fmu",
-    "fmu": ["a.fmu", "b.fmu"],
-    "step_size": 0.01,
-    "link": [["a.fmu", "CAN", "b.fmu", "CAN"]],
-    "auto_output": False,
-    "output": [["a.fmu", "status", "status"]],
-}
-RUN = """
-from fmpy import simulate_fmu
-from fmu_manipulation_toolbox.cli.fmucontainer import fmucontainer
-fmucontainer()
-simulate_fmu("bus.fmu", stop_time=2.0, output_interval=0.5)
-"""
-
-
 def test_another_tool_links_two_by_their_terminals(by_hand: Path, tmp_path: Path) -> None:
-    needs("fmu-manipulation-toolbox")
-    for name in ("a.fmu", "b.fmu"):
-        shutil.copy(by_hand / "compensator_can.fmu", tmp_path / name)
-    (tmp_path / "bus.json").write_text(json.dumps(NESTED))
-    options = ("-container", "bus.json", "-fmi", "3", "-datalog")
-    done = run(sys.executable, "-c", RUN, *options, folder=tmp_path)
-    assert done.returncode == 0, done.stderr
-    log = pd.read_csv(tmp_path / "bus-datalog.csv", dtype=str)
-    alone = BusNode(by_hand / "compensator_can.fmu", tmp_path / "alone")
+    fmu = by_hand / "compensator_can.fmu"
+    log = pd.read_csv(log_of_two(fmu, tmp_path, "CAN", "CAN"), dtype=str)
+    alone = BusNode(fmu, tmp_path / "alone")
     wanted = []
     while alone.due_s < 2.0:
         wanted.append(alone.send().hex().upper())

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import shutil
-import sys
 from collections.abc import Mapping
 from math import isnan
 from pathlib import Path
@@ -17,7 +14,6 @@ import pandas as pd
 import pytest
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave
-from fmpy.fmi3 import FMU3Slave
 from fmpy.validation import validate_fmu
 
 import build_fmu
@@ -27,9 +23,7 @@ from gateway.dbc import DBC
 from gateway.mapping import read_database
 from gateway.node import GatewayNode, GatewaySettings
 from gateway.unit import CompensatorUnit
-from tests.masters.conftest import needs, run
-from tests.native.can_bus import Machine
-from tests.native.test_can import RUN
+from tests.native.can_bus import Machine, log_of_two, opened
 
 BUS = "spindle_drift"
 ALL = read_database(DBC)
@@ -43,23 +37,13 @@ class SignalNode:
     """A host with event mode: sets signals and their clocks, and reads those that tick."""
 
     def __init__(self, path: Path, folder: Path) -> None:
-        description = fmpy.read_model_description(str(path))
+        description, self.fmu = opened(path, folder)
         self.refs = {v.name: v.valueReference for v in description.modelVariables}
         self.sent_frames = {
             v.name: [s.name for s in description.modelVariables if s.clocks == [v]]
             for v in description.modelVariables
             if v.type == "Clock" and v.causality == "output"
         }
-        fmpy.extract(str(path), str(folder))
-        self.fmu = FMU3Slave(
-            guid=description.guid,
-            unzipDirectory=str(folder),
-            modelIdentifier=description.coSimulation.modelIdentifier,
-            instanceName="node",
-        )
-        self.fmu.instantiate(eventModeUsed=True, loggingOn=True)
-        self.fmu.enterInitializationMode()
-        self.fmu.exitInitializationMode()
         self.time_s, self.due_s, self.needed = 0.0, 0.0, False
         self.sent = self.events()
 
@@ -227,25 +211,9 @@ def test_offsets_are_those_of_the_plain_fmu(by_hand: Path, bench: Bench, tmp_pat
     assert max(map(abs, found)) > 0.05
 
 
-LINKED = {
-    "name": "bus.fmu",
-    "fmu": ["a.fmu", "b.fmu"],
-    "step_size": 0.01,
-    "link": [["a.fmu", f"{BUS}.{DOWN}_Clock", "b.fmu", f"{BUS}.MachineHeartbeat_Clock"]],
-    "auto_output": False,
-    "output": [["a.fmu", "status", "status"]],
-}
-
-
 def test_another_tool_asks_for_its_clocks(by_hand: Path, tmp_path: Path) -> None:
-    needs("fmu-manipulation-toolbox")
-    for name in ("a.fmu", "b.fmu"):
-        shutil.copy(by_hand / "compensator_can_high.fmu", tmp_path / name)
-    (tmp_path / "bus.json").write_text(json.dumps(LINKED))
-    options = ("-container", "bus.json", "-fmi", "3", "-datalog")
-    done = run(sys.executable, "-c", RUN, *options, folder=tmp_path)
-    assert done.returncode == 0, done.stderr
-    log = pd.read_csv(tmp_path / "bus-datalog.csv")
+    clocks = (f"{BUS}.{DOWN}_Clock", f"{BUS}.MachineHeartbeat_Clock")
+    log = pd.read_csv(log_of_two(by_hand / "compensator_can_high.fmu", tmp_path, *clocks))
     ticks = log["time"][log[f"a.{BUS}.{DOWN}_Clock"] == 1]
     assert list(ticks) == pytest.approx([CYCLE_S * count for count in range(len(ticks))], abs=0.011)
     assert len(ticks) >= 20
