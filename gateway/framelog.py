@@ -91,6 +91,10 @@ class FrameLog:
         if self._writer is None and not self._open_again():
             self._lost += 1
             return
+        if self.path.suffix.lower() == ".asc":
+            # Received frames carry the kernel's time and may be older than the first one sent;
+            # the writer does not take its start off what is older than that.
+            message.timestamp = max(message.timestamp, self._writer.started)
         try:
             self._writer.on_message_received(message)
         except (OSError, ValueError) as error:

@@ -9,6 +9,7 @@ import time
 from pathlib import Path
 
 import can
+import numpy as np
 import pytest
 
 from gateway import background, framelog
@@ -79,6 +80,18 @@ def test_a_channel_may_have_any_name(tmp_path: Path, ending: str) -> None:
         log.write(message)
     log.close()
     assert numbers(path) == [0, 1, 2, 3]
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+def test_a_frame_older_than_the_first_keeps_its_day(tmp_path: Path, ending: str) -> None:
+    path = tmp_path / f"frames{ending}"
+    log = FrameLog(path)
+    for number in (1, 0, 2):  # the kernel stamped one before this process sent its first
+        log.write(frame(number))
+    log.close()
+    with can.LogReader(str(path)) as reader:
+        times = [message.timestamp for message in reader]
+    assert np.diff(times) == pytest.approx([0.0, 1.0])
 
 
 def test_half_a_line_at_the_end_is_cut_off(tmp_path: Path) -> None:
