@@ -94,11 +94,11 @@ def drawn() -> dict[str, float]:
 
 
 @contextmanager
-def drawn_around(what: str) -> Iterator[None]:
-    """Let the fine simulator draw its machines around the ``page`` or, as usual, the ``lumps``."""
+def drawn_around_page() -> Iterator[None]:
+    """Let the fine simulator draw its machines around the page, not around the machine in lumps."""
     before = dict(parameters.TABLE)
     try:
-        for name, value in drawn().items() if what == "page" else ():
+        for name, value in drawn().items():
             parameters.TABLE[name] = (value, before[name][1])
         yield
     finally:
@@ -107,7 +107,7 @@ def drawn_around(what: str) -> Iterator[None]:
 
 def simulate_around_page(case: TruthCase) -> tuple[list[CaseRun], list[Any]]:
     """Return what `simulate_case` returns, of a machine around the page."""
-    with drawn_around("page"):
+    with drawn_around_page():
         return simulate_case(case)
 
 

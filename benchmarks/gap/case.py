@@ -36,8 +36,6 @@ class TruthCase:
         Effects, their size by name or in their own unit, and their sensor ("" to draw it).
     resolution : float
         Of the machine's cells.
-    noise : float
-        Times the usual noise of all sensors.
     mistake : str
         In the file of the machine's owner, where a truth has one; "" for none.
     careless : bool
@@ -48,7 +46,6 @@ class TruthCase:
     hidden: tuple[tuple[str, str | float, str], ...] = ()
     resolution: float = 1.0
     runs: tuple[str, ...] = RUNS
-    noise: float = 1.0
     mistake: str = ""
     careless: bool = True
 
@@ -205,7 +202,7 @@ class Bench:
         self._hall = {name: float(of_hall.uniform(*ends)) for name, ends in shop.hall.items()}
         self._period = float(of_hall.choice(PERIODS))
         self._families = shop.families(of_hall)
-        self._meter = _Meter(shop, case.stream(shop.streams[1]), case.noise)
+        self._meter = _Meter(shop, case.stream(shop.streams[1]))
         self.march = shop.march(shop.machine(case), acting)
 
     def run(self, number: int) -> CaseRun:
@@ -245,15 +242,15 @@ class Bench:
 class _Meter:
     """A case's instruments: noise, resolution, small constant errors of thermometers."""
 
-    def __init__(self, shop: Shop, chance: np.random.Generator, times: float) -> None:
+    def __init__(self, shop: Shop, chance: np.random.Generator) -> None:
         self._warm = [name for name in shop.columns if name.endswith("_degC")]
         self._moved = [name for name in shop.columns if name.endswith("_um")]
         how, count = shop.instruments, len(self._warm)
-        noise = times * chance.uniform(*how.noise_K, count)
+        noise = chance.uniform(*how.noise_K, count)
         most = 2.5 * how.error_K
         errors = np.clip(how.error_K * chance.standard_normal(count), -most, most)
         self._error = dict(zip(self._warm, errors, strict=True))
-        moved = times * chance.uniform(*how.noise_um, len(self._moved))
+        moved = chance.uniform(*how.noise_um, len(self._moved))
         self._noise = dict(zip([*self._warm, *self._moved], [*noise, *moved], strict=True))
 
     def shown(self, exact: pd.DataFrame, chance: np.random.Generator) -> pd.DataFrame:

@@ -1,25 +1,18 @@
-"""Write the cases: ``python -m benchmarks.gap.make --split development --cases 50 --out DIR``.
+"""Cases as files.
 
 ``DIR/cases/NNNN/`` holds run_1.csv to run_4.csv and holdout.csv, the machine's file as its owner
-writes it where the truth (``--truth``) has an owner, and nothing about what is hidden;
+writes it where the simulator has an owner, and nothing about what is hidden;
 ``DIR/answers/NNNN.json`` holds that. A case whose answer is there is not made again.
 """
 
 from __future__ import annotations
 
-import argparse
 import json
-import os
-import sys
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 from typing import Any
 
-from tqdm import tqdm
-
-from benchmarks.gap.hidden import SIZES
-from benchmarks.gap.plan import KINDS, SPLITS, Planned, plan
-from benchmarks.gap.truths import TRUTHS, USUAL
+from benchmarks.gap.plan import Planned
+from benchmarks.gap.truths import TRUTHS
 from measurement.files import write_atomically
 from measurement.runs import write_run
 
@@ -72,41 +65,3 @@ def write_case(planned: Planned, out: Path) -> Path:
     }
     # The answer comes last: where it stands, the case is whole.
     return write_atomically(answer, json.dumps(table, indent=1) + "\n")
-
-
-def main(arguments: list[str] | None = None) -> int:
-    """Write the cases asked for, on all cores, with a progress bar."""
-    parser = argparse.ArgumentParser(prog="benchmarks.gap.make", description=__doc__)
-    parser.add_argument("--split", choices=SPLITS, required=True)
-    parser.add_argument("--truth", choices=TRUTHS, default=USUAL, help=f"simulator ({USUAL})")
-    parser.add_argument("--cases", type=int, required=True, help="how many")
-    parser.add_argument("--out", type=Path, required=True, help="folder to write into")
-    parser.add_argument("--kind", choices=KINDS, help="only cases of this kind")
-    parser.add_argument("--effect", help="only cases with this effect")
-    parser.add_argument("--size", choices=SIZES, help="only cases with an effect of this size")
-    parser.add_argument("--workers", type=int, default=os.cpu_count(), help="processes")
-    args = parser.parse_args(arguments)
-    try:
-        cases = plan(
-            args.split,
-            args.cases,
-            kind=args.kind,
-            effect=args.effect,
-            size=args.size,
-            truth=args.truth,
-        )
-    except ValueError as error:
-        parser.error(str(error))
-    if args.workers <= 1:
-        for planned in tqdm(cases, unit="case"):
-            write_case(planned, args.out)
-        return 0
-    with ProcessPoolExecutor(args.workers) as pool:
-        jobs = [pool.submit(write_case, planned, args.out) for planned in cases]
-        for job in tqdm(as_completed(jobs), total=len(jobs), unit="case"):
-            job.result()
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

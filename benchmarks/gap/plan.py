@@ -81,9 +81,7 @@ class Planned:
     @property
     def files(self) -> str:
         """Name of its runs' folder; a case with its effect deleted has the same runs."""
-        noise = f"noise{self.case.noise:g}" if self.case.noise != 1.0 else ""
-        empty = EMPTY if self.kind == EMPTY else ""
-        return "_".join(filter(None, (f"{self.number:04d}", noise, empty)))
+        return f"{self.number:04d}_{EMPTY}" if self.kind == EMPTY else f"{self.number:04d}"
 
     def emptied(self) -> Planned:
         """Return the same machine and runs with nothing hidden.
@@ -123,13 +121,12 @@ def trials(
     kinds: Collection[str] = TRIALS,
     effect: str | None = None,
     size: str | None = None,
-    noise: float = 1.0,
     truth: str = USUAL,
 ) -> list[list[Planned]]:
     """Return what is asked of the gap finder in *count* cases of a split, gathered by case.
 
     A case with one effect that is not weak is asked for twice: the second time the gap finder does
-    not know the effect. *noise* is times the usual noise of all sensors; nothing else changes.
+    not know the effect.
 
     Raises
     ------
@@ -137,8 +134,7 @@ def trials(
         If there are no such cases.
     """
     wanted = (one for one in _cases(split, truth) if _holds(one, effect, size))
-    noisy = (replace(one, case=replace(one.case, noise=noise)) for one in wanted)
-    asked = (_asked(one, kinds) for one in noisy)
+    asked = (_asked(one, kinds) for one in wanted)
     found = list(islice(filter(None, asked), count))
     if not found:
         raise ValueError("no case is of that kind")

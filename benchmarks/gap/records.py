@@ -51,11 +51,6 @@ class Record:
         return str(self.table["kind"])
 
     @property
-    def noise(self) -> float:
-        """Times the usual noise of all sensors."""
-        return _place(self.table)[1]
-
-    @property
     def simulator(self) -> str:
         """Name of the truth that made its runs."""
         return str(self.table.get("simulator", USUAL))
@@ -119,14 +114,12 @@ class Record:
         return float((gap["before"] - gap["after"]) / (gap["before"] - self.empty))
 
 
-def read_records(folder: Path, beside: Path | None = None) -> list[Record]:
+def read_records(folder: Path) -> list[Record]:
     """Return the records of a folder, in order.
 
     Parameters
     ----------
     folder : Path
-    beside : Path, optional
-        Folder that holds the records with nothing hidden, if it is another one.
 
     Raises
     ------
@@ -135,20 +128,16 @@ def read_records(folder: Path, beside: Path | None = None) -> list[Record]:
     """
     tables = _read_all(folder)
     empty = {
-        _place(table): float(table["answer"]["gap"]["holdout"]["before"])
-        for table in (_read_all(beside) if beside else tables)
+        table["number"]: float(table["answer"]["gap"]["holdout"]["before"])
+        for table in tables
         if table["kind"] in (EMPTY, "none")
     }
     middle = statistics.median(empty.values()) if empty else float("nan")
     return [
-        Record(table, empty.get(_place(table), middle), _place(table) in empty)
+        Record(table, empty.get(table["number"], middle), table["number"] in empty)
         for table in tables
         if table["kind"] != EMPTY
     ]
-
-
-def _place(table: dict[str, Any]) -> tuple[int, float]:
-    return int(table["number"]), float(table.get("noise", 1.0))
 
 
 def _read_all(folder: Path) -> list[dict[str, Any]]:

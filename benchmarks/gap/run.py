@@ -1,9 +1,9 @@
 """Ask the gap finder about many cases: ``python -m benchmarks.gap.run --split reported --out D``.
 
 ``D/records/`` gets one JSON file for each question, written whole; a question whose record is
-there is not asked again, so a run that was stopped goes on where it was. ``D/cases`` and
-``D/answers`` are those of ``benchmarks.gap.make``. The gap finder sees a case's runs only; what is
-hidden is put beside its answer afterwards. ``python -m benchmarks.gap.table D`` makes the tables.
+there is not asked again, so a run that was stopped goes on where it was. ``D/cases`` holds the
+cases, ``D/answers`` what is hidden in them. The gap finder sees a case's runs only; what is hidden
+is put beside its answer afterwards. ``python -m benchmarks.gap.table D`` makes the tables.
 """
 
 from __future__ import annotations
@@ -46,27 +46,22 @@ def ask_case(asked: list[Planned], out: Path, split: str, *, empty: bool) -> Non
         questions.insert(0, asked[0].emptied())
     for planned in questions:
         if not record_path(planned, out).exists():
-            runs = _runs(planned, out)
+            answer = json.loads(write_case(planned, out).read_text())
+            runs = case_folder(planned, out)
             told = ask_empty(runs) if planned.kind == EMPTY else ask(runs, planned.without)
-            _write(planned, out, split, told)
+            _write(planned, out, split, answer, told)
 
 
-def _runs(planned: Planned, out: Path) -> Path:
-    """Return the folder of a case's runs, which are made if they are not there."""
-    write_case(planned, out)
-    return case_folder(planned, out)
-
-
-def _write(planned: Planned, out: Path, split: str, told: dict[str, Any]) -> None:
+def _write(
+    planned: Planned, out: Path, split: str, answer: dict[str, Any], told: dict[str, Any]
+) -> None:
     """Write what was said beside what is true."""
-    answer = json.loads(write_case(planned, out).read_text())
     record = {
         "name": planned.name,
         "simulator": planned.truth,
         "number": planned.number,
         "split": split,
         "kind": planned.kind,
-        "noise": planned.case.noise,
         "without": list(planned.without),
         "truth": answer["effects"],
         "mistakes": answer["mistakes"],
@@ -81,8 +76,6 @@ def main(arguments: list[str] | None = None) -> int:
     args = _parser().parse_args(arguments)
     if args.cases < 1 or args.workers < 1:
         _parser().error("--cases and --workers: 1 or more")
-    if not 0.0 <= args.noise <= 100.0:
-        _parser().error(f"--noise: {args.noise:g} is outside 0..100")
     try:
         cases = (
             balanced(args.split, args.each, args.truth)
@@ -93,7 +86,6 @@ def main(arguments: list[str] | None = None) -> int:
                 kinds=args.kind or TRIALS,
                 effect=args.effect,
                 size=args.size,
-                noise=args.noise,
                 truth=args.truth,
             )
         )
@@ -147,7 +139,6 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--effect", help="only cases with this effect")
     parser.add_argument("--size", choices=SIZES, help="only cases with an effect of this size")
     parser.add_argument("--numbers", nargs="+", type=int, metavar="N", help="only these cases")
-    parser.add_argument("--noise", type=float, default=1.0, help="times the usual noise (1)")
     parser.add_argument("--workers", type=int, default=os.cpu_count(), help="processes")
     parser.add_argument(
         "--no-empty", action="store_true", help="do not calibrate the same machine and runs empty"

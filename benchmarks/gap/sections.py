@@ -8,7 +8,6 @@ from functools import partial
 
 from statsmodels.stats.proportion import proportion_confint
 
-from benchmarks.gap.amplitudes import amplitude_found
 from benchmarks.gap.hidden import SIZES
 from benchmarks.gap.outcome import (
     BOTH,
@@ -27,9 +26,7 @@ from benchmarks.gap.outcome import (
     WRONG,
     tally,
 )
-from benchmarks.gap.plan import DELETED_SIZES
 from benchmarks.gap.records import CLASSES, STRONG, VISIBLE, Record
-from benchmarks.gap.truths import USUAL
 from benchmarks.results_page import as_table
 
 CLOSED = 0.8
@@ -250,75 +247,6 @@ def pairs(records: Sequence[Record]) -> str:
 
     rows = {f"Pairs, {c}": [r for r in some if r.strength == c] for c in CLASSES}
     return _counts(rows | {"Pairs": some}, PAIR_OUTCOMES, {"at least one": one_or_both})
-
-
-def against_noise(records: Sequence[Record]) -> str:
-    """Return what is said at each noise of the sensors, of single effects that are not weak."""
-    levels = sorted({one.noise for one in records})
-    if len(levels) < 2:
-        return "All questions were asked at the usual noise (`--noise` asks at another)."
-    rows = []
-    for level in levels:
-        some = [one for one in records if one.noise == level]
-        none = of_kind(some, "none")
-        single = [r for r in of_kind(some, "effect") if r.truth[0]["size"] in DELETED_SIZES]
-        counts = tally([one.outcome for one in single], OUTCOMES).values()
-        cells = [str(n) if n else "" for n in counts]
-        right = share(len(with_outcome(single, RIGHT)), len(single))
-        false = share(len(with_outcome(none, NAMED)), len(none))
-        rows.append([f"{level:g}", str(len(single)), *cells, right, false])
-    head = ["Noise, times the usual", "Cases", *OUTCOMES, "right", "nothing missing: falsely named"]
-    return markdown(head, rows)
-
-
-def gaps(records: Sequence[Record]) -> str:
-    """Return how far the gap on the held-out run shrank, in units of sensor noise."""
-    rows: dict[str, list[Record]] = {
-        f"Named right, {c}": [r for r in named_right(records) if r.strength == c]
-        for c in CLASSES[:2]
-    }
-    single = [r for r in of_kind(records, "effect") if r.ratio >= VISIBLE]
-    rows["Any answer, strong"] = [r for r in single if r.strength == "strong"]
-    rows["Any answer, visible"] = [r for r in single if r.strength == "visible"]
-    body = [
-        [
-            name,
-            str(len(some)),
-            *(
-                median([r.answer["gap"]["holdout"][key] for r in some])
-                for key in ("before", "after")
-            ),
-            median([r.empty for r in some]),
-            median([100.0 * r.closed for r in some], "{:.0f} %"),
-            share(sum(r.closed >= CLOSED for r in some), len(some)),
-        ]
-        for name, some in rows.items()
-    ]
-    head = ["Medians", "Cases", "before", "after", "nothing hidden", "closed", "80 % or more"]
-    return markdown(head, body)
-
-
-def amplitudes(records: Sequence[Record]) -> str:
-    """Return how well sizes are found, of effects that were named right.
-
-    Of the jig borer only: the other simulators mean something else by many of them.
-    """
-    found = [
-        amplitude_found(one.truth[0], one.answer)
-        for one in with_outcome(of_kind(records, "effect"), RIGHT)
-        if one.simulator == USUAL
-    ]
-    known = [one for one in found if one is not None]
-    rows = []
-    for name in sorted({one.name for one in known}):
-        some = [one for one in known if one.name == name]
-        errors = ", ".join(f"{100.0 * one.error:+.0f} %" for one in some)
-        rows.append([f"`{name}` {some[0].parameter}", str(len(some)), errors])
-    everything = [abs(100.0 * one.error) for one in known]
-    rows.append(["All: median, without sign", str(len(known)), median(everything, "{:.0f} %")])
-    inside = share(sum(one.inside for one in known), len(known))
-    rows.append(["All: true value within the interval given", str(len(known)), inside])
-    return markdown(["Amplitude", "Cases", "Found over true, minus one"], rows)
 
 
 def false_names(records: Sequence[Record]) -> str:

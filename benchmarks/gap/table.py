@@ -27,8 +27,6 @@ TABLES: dict[str, Callable[[Sequence[Record]], str]] = {
     "Nothing of the catalogue missing": sections.open_set,
     "Two effects missing": sections.pairs,
     "A mistake in the machine's file": sections.mistakes,
-    "The gap on the held-out run": sections.gaps,
-    "Amplitudes of effects named right": sections.amplitudes,
     "Every wrong name": sections.false_names,
 }
 
@@ -36,7 +34,6 @@ TABLES: dict[str, Callable[[Sequence[Record]], str]] = {
 def text_of(records: Sequence[Record]) -> str:
     """Return all tables."""
     tables = [one.table for one in records]
-    usual = at_usual_noise(records)
     splits = sorted({one["split"] for one in tables})
     versions = sorted({one["finder"] for one in tables})
     empty = sum(one.matched for one in records)
@@ -45,14 +42,8 @@ def text_of(records: Sequence[Record]) -> str:
         f"{len({one['number'] for one in tables})} cases; {empty} of them beside the same machine "
         f"and runs with nothing hidden. Fingerprint of the gap finder: {', '.join(versions)}."
     ]
-    parts += [f"### {title}\n\n{table(usual)}" for title, table in TABLES.items()]
-    parts.append(f"### Against noise\n\n{sections.against_noise(records)}")
+    parts += [f"### {title}\n\n{table(records)}" for title, table in TABLES.items()]
     return "\n\n".join(parts) + "\n"
-
-
-def at_usual_noise(records: Sequence[Record]) -> list[Record]:
-    """Return the records whose sensors have their usual noise; all if there are none."""
-    return [one for one in records if one.noise == 1.0] or list(records)
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -70,7 +61,7 @@ def main(arguments: list[str] | None = None) -> int:
         read = [read_records(one / RECORDS) for one in (args.folder, *(args.beside or ()))]
     except BadInput as error:
         parser.error(str(error))
-    text = sections.by_simulator(list(map(at_usual_noise, read))) if args.beside else text_of(*read)
+    text = sections.by_simulator(read) if args.beside else text_of(*read)
     print(text)
     if args.docs:
         put("simulators", text, PAGE)

@@ -55,22 +55,20 @@ class Folder:
         told: dict[str, Any],
         *,
         empty: float | None = None,
-        noise: float = 1.0,
     ) -> None:
         """Add a record, and that of the same machine and runs with nothing hidden."""
         self.written += 1
-        self._write(kind, truth, told, f"{self.written:04d}", noise)
+        self._write(kind, truth, told, f"{self.written:04d}")
         if empty is not None:
             gap = answer(gap=(empty, empty))
-            self._write("empty", [], gap, f"{self.written:04d}_empty", noise)
+            self._write("empty", [], gap, f"{self.written:04d}_empty")
 
-    def _write(self, kind: str, truth: Any, told: Any, name: str, noise: float) -> None:
+    def _write(self, kind: str, truth: Any, told: Any, name: str) -> None:
         table = {
             "name": name,
             "number": self.written,
             "split": "development",
             "kind": kind,
-            "noise": noise,
             "without": [],
             "truth": truth,
             "finder": "0123456789ab",

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +11,6 @@ import pytest
 
 from benchmarks.gap import run
 from benchmarks.gap.plan import DELETED_SIZES, balanced, plan, trials
-from benchmarks.gap.truth.case import simulate_case
 
 ARGUMENTS = ["--split", "development", "--workers", "1"]
 
@@ -52,21 +50,6 @@ def test_single_effects_that_are_not_weak_are_also_deleted() -> None:
         assert (one.name, one.files) == (f"{number:04d}_deleted", f"{number:04d}")
     # What is asked besides changes no case.
     assert [case[0] for case in trials("reported", 143)] == plan("reported", 143)
-
-
-def test_noise_is_all_that_changes() -> None:
-    ((usual,),) = trials("development", 1, kinds=["pair"])
-    ((noisy,),) = trials("development", 1, kinds=["pair"], noise=3.0)
-    assert (usual.files, noisy.files) == (f"{usual.number:04d}", f"{usual.number:04d}_noise3")
-    assert noisy.emptied().files == f"{usual.number:04d}_noise3_empty"
-    frames, exact = [], []
-    for one in (usual, noisy):
-        (run_1,), _ = simulate_case(replace(one.case, runs=("run_1",), resolution=0.5))
-        frames.append(run_1.frame)
-        exact.append(run_1.exact)
-    assert exact[0].equals(exact[1])
-    spread = [(frame["T8_degC"] - exact[0]["T8_degC"]).std() for frame in frames]
-    assert spread[1] == pytest.approx(3.0 * spread[0], rel=0.1)
 
 
 def test_records_hold_question_truth_and_answer(

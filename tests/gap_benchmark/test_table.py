@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from benchmarks.gap import sections, table
-from benchmarks.gap.amplitudes import amplitude_found
 from benchmarks.gap.outcome import groups_of, outcome
 from benchmarks.gap.records import read_records
 from tests.gap_benchmark.made_up import THERMOMETER, Folder, added, answer, hidden
@@ -148,16 +147,6 @@ def test_the_figures_that_are_asked_for(records: Folder) -> None:
     assert sure.startswith("2 of 3 (67 %)")
     assert cells["... and is in doubt"].startswith("0 of 1")
     assert cells["Processor seconds a case: median"].strip(" |") == "45"
-
-
-def test_amplitudes_are_compared_in_the_catalogues_unit(records: Folder) -> None:
-    first = read_records(records.folder)[0]
-    found = amplitude_found(first.truth[0], first.answer)
-    assert found is not None
-    assert found.error == pytest.approx(0.1)
-    assert found.inside
-    assert "| `windage` power | 1 | +10 % |" in sections.amplitudes(read_records(records.folder))
-    assert amplitude_found(hidden("radiation"), first.answer) is None
 
 
 def test_the_command_writes_tables(

@@ -8,10 +8,9 @@ from typing import Any
 
 import pytest
 
-from benchmarks.gap import sections, table
+from benchmarks.gap import table
 from benchmarks.gap.outcome import groups_of, outcome, outcome_of_mistake
 from benchmarks.gap.plan import plan, trials
-from benchmarks.gap.records import read_records
 from benchmarks.gap.truths import TRUTHS
 from tests.gap_benchmark.made_up import Folder, added, answer, hidden
 
@@ -104,5 +103,3 @@ def test_the_figures_of_several_simulators_stand_side_by_side(
     assert "1 of 1 (100 %)" in strong.split("|")[3]
     assert "1 of 2 (50 %)" in strong.split("|")[4]
     assert "| Questions |  | 1 | 2 |" in rows
-    records = read_records(tmp_path / "belt" / "records")
-    assert "windage" not in sections.amplitudes(records)

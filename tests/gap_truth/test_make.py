@@ -1,4 +1,4 @@
-"""The command that writes cases."""
+"""What the plan holds, and cases written as files."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 
 from benchmarks.gap.hidden import SIZES
-from benchmarks.gap.make import main
+from benchmarks.gap.make import case_folder, write_case
 from benchmarks.gap.plan import SPLITS, plan
 from benchmarks.gap.truths import TRUTHS
 
@@ -30,21 +30,18 @@ def test_the_splits_share_nothing() -> None:
 
 
 def test_cases_are_written_resumed_and_say_nothing(tmp_path: Path) -> None:
-    arguments = ["--split", "development", "--cases", "1", "--out", str(tmp_path)]
-    arguments += ["--kind", "effect", "--workers", "1"]
-    assert main(arguments) == 0
-    (answer,) = (tmp_path / "answers").glob("*.json")
-    table = json.loads(answer.read_text())
-    folder = tmp_path / "cases" / answer.stem
+    (planned,) = plan("development", 1, kind="effect")
+    answer = write_case(planned, tmp_path)
+    (effect,) = json.loads(answer.read_text())["effects"]
+    folder = case_folder(planned, tmp_path)
     files = sorted(path.name for path in folder.iterdir())
     assert files == ["holdout.csv", "run_1.csv", "run_2.csv", "run_3.csv", "run_4.csv"]
-    name = table["effects"][0]["name"]
-    assert name in CATALOGUE
-    assert all(name not in path.read_text() for path in folder.iterdir())
+    assert effect["name"] in CATALOGUE
+    assert all(effect["name"] not in path.read_text() for path in folder.iterdir())
     before = (folder / "run_1.csv").read_bytes()
     (folder / "run_1.csv").write_text("kept")
-    assert main(arguments) == 0
+    write_case(planned, tmp_path)
     assert (folder / "run_1.csv").read_text() == "kept"
     answer.unlink()
-    assert main(arguments) == 0
+    write_case(planned, tmp_path)
     assert (folder / "run_1.csv").read_bytes() == before
