@@ -7,6 +7,7 @@ parameter's entry in the docstring.
 from __future__ import annotations
 
 import argparse
+import ast
 import inspect
 import re
 from collections.abc import Callable, Mapping
@@ -68,7 +69,8 @@ def add_parameters(
         if isinstance(argument.get("metavar"), str):
             argument["help"] = argument["help"].replace(f" [{unit}]", "")
         if re.fullmatch(r"\{[^}]*\}(, optional)?", kind) and "metavar" not in argument:
-            argument["choices"] = tuple(re.findall(r'"([^"]+)"', kind))
+            choices = ast.literal_eval(f"[{kind[1 : kind.index('}')]}]")
+            argument |= {"choices": choices, "type": type(choices[0])}
         if argument["default"] is parameter.empty:
             argument["default"] = None
         if argument["default"] and "default" not in argument["help"]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import zipfile
+from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
@@ -110,12 +111,14 @@ def compensator_file(fmu: Path) -> str | None:
         return None
 
 
-def read_description(path: Path) -> Any:
+def read_description(path: Path, versions: Collection[str] = ("2.0",)) -> Any:
     """Return the model description of an FMU.
 
     Parameters
     ----------
     path : Path
+    versions : collection of str
+        Of FMI, that are taken.
 
     Returns
     -------
@@ -125,7 +128,7 @@ def read_description(path: Path) -> Any:
     Raises
     ------
     BadInput
-        If the file is no FMU for co-simulation by FMI 2.0.
+        If the file is no FMU for co-simulation by one of them.
     """
     if not path.is_file():
         raise BadInput(path, "", "there is no such file")
@@ -133,6 +136,7 @@ def read_description(path: Path) -> Any:
         description = fmpy.read_model_description(str(path), validate=False)
     except Exception as error:  # fmpy raises whatever its zip and XML readers raise
         raise BadInput(path, "", f"is not an FMU: {one_line(error)[:200]}") from None
-    if description.fmiVersion != "2.0" or description.coSimulation is None:
-        raise BadInput(path, "", "is not an FMU for co-simulation by FMI 2.0")
+    if description.fmiVersion not in versions or description.coSimulation is None:
+        taken = " or ".join(versions)
+        raise BadInput(path, "", f"is not an FMU for co-simulation by FMI {taken}")
     return description

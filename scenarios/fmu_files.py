@@ -8,11 +8,14 @@ import re
 import sys
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from measurement.errors import BadInput
 from measurement.errors import near as offered
 from scenarios.fmu_file import member
+
+if TYPE_CHECKING:
+    from fmu_packaging.native.build import Fmi
 
 SHIPPED = ("plant", "compensator")
 
@@ -26,6 +29,7 @@ def find_fmu(
     quiet: bool = False,
     native: bool = False,
     everywhere: bool = False,
+    fmi: Fmi = 2,
 ) -> Path:
     """Return the FMU that a scenario or a command line names.
 
@@ -48,6 +52,8 @@ def find_fmu(
         path always means that very FMU.
     everywhere : bool
         If the twin has to be built, build it for all platforms that there is a compiler for.
+    fmi : {2, 3}
+        Version of FMI, of the twin.
 
     Raises
     ------
@@ -70,7 +76,7 @@ def find_fmu(
             found, means_itself = build_plant(str(found), work), False
         if not native or means_itself:
             return found
-        return native_twin(found, work, quiet=quiet, everywhere=everywhere)
+        return native_twin(found, work, quiet=quiet, everywhere=everywhere, fmi=fmi)
     known = [path.name for path in fmu_dir.glob("*.fmu")] if fmu_dir.is_dir() else []
     problem = f"there is no such file, here or in {fmu_dir}{offered(name, known)}"
     raise BadInput(name, "", problem)
@@ -119,7 +125,9 @@ def build_plant(machine: str, work: Path, name: str = "plant") -> Path:
     return _written(recipe, work)
 
 
-def native_twin(fmu: Path, work: Path, *, quiet: bool = False, everywhere: bool = False) -> Path:
+def native_twin(
+    fmu: Path, work: Path, *, quiet: bool = False, everywhere: bool = False, fmi: Fmi = 2
+) -> Path:
     """Return the twin in C of a plant or a compensator FMU, or the FMU itself where there is none.
 
     Parameters
@@ -133,11 +141,13 @@ def native_twin(fmu: Path, work: Path, *, quiet: bool = False, everywhere: bool 
         Do not say why there is none.
     everywhere : bool
         Build it for all platforms that there is a compiler for.
+    fmi : {2, 3}
+        Its version of FMI.
     """
     from fmu_packaging.native.build import TWIN_OF, native_package
     from fmu_packaging.native.compilers import CompileError, NativeError, compilers
 
-    guid, name = _guid(fmu), f"{fmu.stem}_native"
+    guid, name = _guid(fmu), f"{fmu.stem}_native{'_fmi3' if fmi == 3 else ''}"
     for known in (fmu.with_name(f"{name}.fmu"), work / f"{name}.fmu"):
         if guid is not None and member(known, f"documentation/{TWIN_OF}") == guid:
             return known
@@ -145,7 +155,7 @@ def native_twin(fmu: Path, work: Path, *, quiet: bool = False, everywhere: bool 
         made = _native_parts(fmu, name, (guid or b"").decode(), work)
         if made is None:
             return fmu
-        package = native_package(*made, compilers()[: None if everywhere else 1])
+        package = native_package(*made, compilers()[: None if everywhere else 1], fmi)
     except (CompileError, NativeError) as error:
         if not quiet:
             why = str(error).splitlines()[0].removeprefix("--native: ")

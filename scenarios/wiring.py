@@ -22,6 +22,9 @@ COMPENSATOR_OUTPUTS = {
     "status": "Integer",
 }
 
+KINDS = {"Float64": "Real", "Int32": "Integer"}
+"""What types of FMI 3.0 are in FMI 2.0, where they have another name."""
+
 PROBED = "measured"
 """How the inputs begin that a compensator takes from a probe; without one they stay open."""
 
@@ -53,7 +56,7 @@ def names_of(variables: Variables, causality: str, kind: str = "Real") -> list[s
     return [
         name
         for name, variable in variables.items()
-        if variable.causality == causality and variable.type == kind
+        if variable.causality == causality and KINDS.get(variable.type, variable.type) == kind
     ]
 
 
@@ -141,7 +144,8 @@ def parameter_kind(
     if too_low or (high is not None and value > float(high)):
         problem = f"{shown(value)} is not allowed: the {role} FMU takes {low} to {high}"
         raise BadInput(source, f"{place}.{name}", problem)
-    kind: str = variable.type if variable.type in ("Real", "Boolean") else "Integer"
+    kind: str = KINDS.get(variable.type, variable.type)
+    kind = kind if kind in ("Real", "Boolean") else "Integer"
     if kind != "Real" and value != int(value):
         raise BadInput(source, f"{place}.{name}", f"{shown(value)} is not a whole number")
     return kind

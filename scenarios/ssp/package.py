@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 from fmpy import read_model_description
 
+from fmu_packaging.native.build import Fmi
 from fmu_packaging.native.compilers import Compiler
 from fmu_packaging.package import PINNED_TIME
 from fmu_packaging.units import own_name
@@ -21,7 +22,7 @@ from scenarios.fmu_file import read_description
 from scenarios.scenario import Case, Scenario
 from scenarios.signals.base import FloatArray
 from scenarios.ssp.signals import signals_fmu
-from scenarios.ssp.structure import Component, Connection, structure
+from scenarios.ssp.structure import Component, Connection, Ssp, structure
 from scenarios.wiring import TOOL_LENGTH, Variables, check_role, parameter_kind, wire
 
 
@@ -54,6 +55,7 @@ def ssp_bytes(
     plant_fmu: Path,
     compensator_fmu: Path | None,
     compilers: Sequence[Compiler] = (),
+    ssp: Ssp = 1,
 ) -> bytes:
     """Return the ``.ssp`` of a case: its FMUs, one more that plays its signals, the connections.
 
@@ -65,7 +67,10 @@ def ssp_bytes(
     compensator_fmu : Path or None
         None leaves the offsets at zero.
     compilers : sequence of Compiler
-        What plays the signals is made in C with each; without one it is in Python.
+        What plays the signals is made in C with each, by FMI 3.0 if that is the plant's; without
+        one it is in Python.
+    ssp : {1, 2}
+        Version of SSP; FMUs of FMI 3.0 need the second.
 
     Raises
     ------
@@ -82,7 +87,7 @@ def ssp_bytes(
         )
     fmus = {"plant": plant_fmu} | ({"compensator": compensator_fmu} if compensator_fmu else {})
     files = {name: read_bytes(path) for name, path in fmus.items()}
-    parts = {name: _component(name, path) for name, path in fmus.items()}
+    parts = {name: _component(name, path, ssp) for name, path in fmus.items()}
     plant = parts["plant"].variables
     others = parts["compensator"].variables if "compensator" in parts else None
     time_s: FloatArray = np.arange(case.settings.steps + 1) * case.settings.step_s
@@ -99,7 +104,8 @@ def ssp_bytes(
         parts["compensator"] = replace(parts["compensator"], starts={TOOL_LENGTH: blind})
     if signals:
         columns = {_column(name, plant, others): values for name, values in signals.items()}
-        files["signals"] = signals_fmu(case, time_s, columns, compilers).zipped()
+        fmi: Fmi = 3 if parts["plant"].description.fmiVersion == "3.0" else 2
+        files["signals"] = signals_fmu(case, time_s, columns, compilers, fmi).zipped()
         description = read_model_description(io.BytesIO(files["signals"]))
         parts["signals"] = Component("signals", description)
     connections = [
@@ -108,13 +114,20 @@ def ssp_bytes(
         Connection("signals", "plant", wiring.driven),
         Connection("signals", "compensator", told),
     ]
-    return _zipped(
-        case, list(parts.values()), [wires for wires in connections if wires.names], files
+    settings = case.settings
+    text = structure(
+        f"{settings.name}: {case.title}",
+        list(parts.values()),
+        [wires for wires in connections if wires.names],
+        settings.duration_s,
+        settings.step_s,
+        ssp,
     )
+    return _zipped(text, files)
 
 
-def _component(name: str, path: Path) -> Component:
-    component = Component(name, read_description(path))
+def _component(name: str, path: Path, ssp: Ssp) -> Component:
+    component = Component(name, read_description(path, ("2.0", "3.0")[:ssp]))
     check_role(name, component.variables, path)
     return component
 
@@ -133,15 +146,7 @@ def _column(name: str, plant: Variables, compensator: Variables | None) -> str:
     return f"{name}_{own_name(variable.unit or '1')}"
 
 
-def _zipped(
-    case: Case,
-    components: Sequence[Component],
-    connections: Sequence[Connection],
-    fmus: Mapping[str, bytes],
-) -> bytes:
-    settings = case.settings
-    title = f"{settings.name}: {case.title}"
-    text = structure(title, components, connections, settings.duration_s, settings.step_s)
+def _zipped(text: bytes, fmus: Mapping[str, bytes]) -> bytes:
     files = {"SystemStructure.ssd": text}
     files |= {f"resources/{name}.fmu": data for name, data in fmus.items()}
     stream = io.BytesIO()

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from fmu_packaging.description import Identity
 from fmu_packaging.documentation import Page
-from fmu_packaging.native.build import Native, native_package
+from fmu_packaging.native.build import Fmi, Native, native_package
 from fmu_packaging.native.compilers import Compiler
 from fmu_packaging.package import Package, Recipe, build
 from fmu_packaging.variables import Variable
@@ -40,6 +40,7 @@ def signals_fmu(
     time_s: FloatArray,
     columns: Mapping[str, FloatArray],
     compilers: Sequence[Compiler] = (),
+    fmi: Fmi = 2,
 ) -> Package:
     """Return the FMU that plays signals.
 
@@ -53,6 +54,8 @@ def signals_fmu(
         The values that hold from each point on, by ``name_unit``; shape (points,).
     compilers : sequence of Compiler
         Makes the FMU in C with each; without one it is in Python.
+    fmi : {2, 3}
+        Version of FMI, of an FMU in C.
 
     Raises
     ------
@@ -92,7 +95,7 @@ def signals_fmu(
     def data(variables: Sequence[Variable], guid: str) -> dict[str, str]:
         return {"model_data.c": data_source(variables, identity.name, guid, time_s, columns)}
 
-    return native_package(recipe, Native(sources, data, SIGNALS_FILE), compilers)
+    return native_package(recipe, Native(sources, data, SIGNALS_FILE), compilers, fmi)
 
 
 def data_source(

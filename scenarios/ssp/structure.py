@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Literal
 from xml.etree import ElementTree as ET
 
 from fmu_packaging.units import BASES
@@ -18,6 +18,7 @@ NAMESPACES = {
 }
 FMU = "application/x-fmu-sharedlibrary"
 OSP = "com.opensimulationplatform"
+Ssp = Literal[1, 2]
 
 
 @dataclass(frozen=True)
@@ -59,11 +60,12 @@ def structure(
     connections: Sequence[Connection],
     stop_s: float,
     step_s: float,
+    ssp: Ssp = 1,
 ) -> bytes:
     """Return the text of ``SystemStructure.ssd``.
 
     Every component shows its outputs and its connected inputs as connectors with type and unit. The
-    step stands in the annotation that libcosim reads; SSP 1.0 itself has no place for it.
+    step stands in the annotation that libcosim reads; SSP itself has no place for it.
 
     Parameters
     ----------
@@ -72,15 +74,17 @@ def structure(
     connections : sequence of Connection
     stop_s, step_s : float
         The default experiment [s].
+    ssp : {1, 2}
+        Version of SSP; the first knows no FMU of FMI 3.0.
     """
     for prefix, address in NAMESPACES.items():
         ET.register_namespace(prefix, address)
-    facts = {"name": title, "version": "1.0", "generationTool": f"{PROGRAM} {version()}"}
+    facts = {"name": title, "version": f"{ssp}.0", "generationTool": f"{PROGRAM} {version()}"}
     root = ET.Element(_tag("ssd:SystemStructureDescription"), facts)
     system = _inside(root, "ssd:System", name="system")
     elements = _inside(system, "ssd:Elements")
     for component in components:
-        _component(elements, component, connections)
+        _component(elements, component, connections, ssp)
     wires = _inside(system, "ssd:Connections")
     for connection in connections:
         for name in connection.names:
@@ -111,7 +115,7 @@ def _inside(parent: ET.Element, tag: str, **attributes: str) -> ET.Element:
 
 
 def _component(
-    elements: ET.Element, component: Component, connections: Iterable[Connection]
+    elements: ET.Element, component: Component, connections: Iterable[Connection], ssp: Ssp
 ) -> None:
     name = component.name
     element = _inside(
@@ -131,7 +135,7 @@ def _component(
         return
     binding = _inside(_inside(element, "ssd:ParameterBindings"), "ssd:ParameterBinding")
     values = _inside(binding, "ssd:ParameterValues")
-    table = _inside(values, "ssv:ParameterSet", version="1.0", name="scenario")
+    table = _inside(values, "ssv:ParameterSet", version=f"{ssp}.0", name="scenario")
     parameters = _inside(table, "ssv:Parameters")
     for entry, value in component.starts.items():
         parameter = _inside(parameters, "ssv:Parameter", name=entry)

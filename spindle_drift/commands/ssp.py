@@ -2,7 +2,7 @@
 
 The file holds both FMUs, one more that plays the scenario's signals, and SystemStructure.ssd with
 the connections by equal names, the plant's parameters and the step. Where a C compiler is, all of
-them are in C.
+them are in C; with --ssp 2 they are of FMI 3.0 then.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ WRITES = {"out": SSP}
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's arguments."""
-    from scenarios.ssp.package import case_of
+    from scenarios.ssp.package import case_of, ssp_bytes
     from spindle_drift._options import add_scenario
 
     add_scenario(parser)
@@ -33,6 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "-o", "--out", type=Path, metavar="FILE", help="the .ssp file (dist/<scenario>.ssp)"
     )
     add_parameters(parser, case_of, variant={"metavar": "NAME"})
+    add_parameters(parser, ssp_bytes, "ssp")
     add_json(parser, "say what was written as JSON")
 
 
@@ -55,7 +56,15 @@ def run(args: argparse.Namespace) -> int:
         check_output(out, SSP)
     with tempfile.TemporaryDirectory(prefix="spindle-drift-built-") as work:
         found = [
-            find_fmu(name, args.fmu_dir, near, Path(work), native=True, everywhere=True)
+            find_fmu(
+                name,
+                args.fmu_dir,
+                near,
+                Path(work),
+                native=True,
+                everywhere=True,
+                fmi=2 if args.ssp == 1 else 3,
+            )
             for name in (
                 args.plant or settings.plant.fmu,
                 *([args.compensator or settings.compensator.fmu] * settings.compensator.enabled),
@@ -63,7 +72,7 @@ def run(args: argparse.Namespace) -> int:
         ]
         # What plays the signals needs no Python if the others do not.
         made = _compilers() if all(map(needs_no_host, found)) else []
-        data = ssp_bytes(case, found[0], found[1] if len(found) > 1 else None, made)
+        data = ssp_bytes(case, found[0], found[1] if len(found) > 1 else None, made, args.ssp)
     write_atomically(out, data)
     if args.json:
         print(json.dumps(_facts(out, case.name, settings, data)))

@@ -6,10 +6,24 @@ from pathlib import Path
 
 import pandas as pd
 
-from tests.masters.conftest import agree, example
+from scenarios.cli import main
+from tests.masters.conftest import SCENARIO, SETTINGS, STEP_S, STOP_S, VARIANT, agree, example
 
 
 def test_the_coupled_fmus(
     plant: Path, compensator: Path, signals: Path, reference: pd.DataFrame, tmp_path: Path
 ) -> None:
     agree(example("in_fmpy.py", plant, compensator, signals, folder=tmp_path), reference)
+
+
+def test_an_ssp_of_version_2(
+    shipped_in_fmi3: Path, reference: pd.DataFrame, tmp_path: Path
+) -> None:
+    out = tmp_path / "two.ssp"
+    fmus = [
+        f"--{role}={shipped_in_fmi3}/{role}_native_fmi3.fmu" for role in ("plant", "compensator")
+    ]
+    settings = [f"--set={key}={value}" for key, value in SETTINGS.items()]
+    arguments = ["ssp", SCENARIO, "--ssp", "2", "--variant", VARIANT, "-o", str(out)]
+    assert main([*arguments, *fmus, *settings]) == 0
+    agree(example("ssp_in_fmpy.py", out, STEP_S, STOP_S, folder=tmp_path), reference)

@@ -6,14 +6,17 @@ import io
 import json
 import zipfile
 from pathlib import Path
+from xml.etree import ElementTree
 
 import fmpy
 import numpy as np
 import pandas as pd
 import pytest
+import xmlschema
 from fmpy import simulate_fmu
 from fmpy.ssp.ssd import Component, SystemStructureDescription, read_ssd
 from fmpy.validation import validate_fmu
+from pyssp_standard.standard import ModelicaStandard
 
 from fmu_packaging.native.compilers import Compiler
 from measurement.errors import BadInput
@@ -22,6 +25,7 @@ from scenarios.cli import main
 from scenarios.scenario import read_scenario
 from scenarios.ssp.package import ssp_bytes
 from scenarios.ssp.signals import table_text
+from scenarios.ssp.structure import NAMESPACES
 from tests.scenarios.tiny_fmus import COMPENSATOR, build_tiny
 
 
@@ -121,6 +125,23 @@ def plays_the_scenario(path: Path) -> None:
         wanted = np.where(result["time"] < 10.0 - 1e-6, 1000.0, 2000.0)
         assert result["speed"].tolist() == wanted.tolist()
         assert set(result["tool_length"]) == {100.0}
+
+
+def test_version_2_is_valid_by_its_schema(
+    tiny_scenario: Path, tiny_folder: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "a.ssp"
+    arguments = ["ssp", str(tiny_scenario), "--fmu-dir", str(tiny_folder), "-o", str(out)]
+    assert main([*arguments, "--ssp", "2", "--set", "plant.parameters.gain=0.5"]) == 0
+    with zipfile.ZipFile(out) as archive:
+        text = archive.read("SystemStructure.ssd").decode()
+    assert text.count('version="2.0"') == 2
+    schemas = ModelicaStandard.schemas
+    xmlschema.validate(text, str(schemas["ssd2"]))
+    table = ElementTree.fromstring(text).find(f".//{{{NAMESPACES['ssv']}}}ParameterSet")
+    xmlschema.validate(table, str(schemas["ssv2"]))
+    with pytest.raises(xmlschema.XMLSchemaException):
+        xmlschema.validate(text, str(schemas["ssd"]))
 
 
 def test_parameters_and_the_seed_are_start_values(
