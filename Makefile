@@ -66,7 +66,7 @@ docs: $(STAMP)
 	cd docs/notebooks && PATH="$(CURDIR)/$(BIN):$$PATH" NO_MKDOCS_2_WARNING=1 mkdocs build --quiet -f ../../mkdocs.yml
 
 bench: $(STAMP)
-	$(BIN)/python -m benchmarks.step_cost
+	$(BIN)/python -m benchmarks.peers
 	$(BIN)/python tests/gateway/on_vcan.py python -m benchmarks.gateway_latency
 	$(BIN)/python -m benchmarks.gateway_faults
 

@@ -6,7 +6,7 @@ on, and as many steps as it can afford: with all effects a step of the plant in 
 30 ms. The compensator: random files of every error model, readings that are missing, infinite,
 absurd, jumped and stale, a clock that jumps, tools and speeds that cannot be; under the address and
 undefined-behaviour sanitizers. The machines, files and faults are those of the tests, with other
-random numbers. Ctrl-C ends a comparison early; what was compared until then is told.
+random numbers.
 ``python -m benchmarks.native_agreement``
 """
 
@@ -17,12 +17,12 @@ import sys
 import tempfile
 from collections import Counter
 from collections.abc import Callable, Iterator
-from contextlib import suppress
-from dataclasses import dataclass, field
 from math import isfinite, isnan, nan
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
+import pandas as pd
 
 from fmu_compensator.runtime.compensator import RunningCompensator
 from fmu_compensator.runtime.modelfile import Model
@@ -53,25 +53,18 @@ NO_MACHINE = 1000.0
 displacements are small differences of large growths, and rounding shows."""
 
 
-@dataclass
-class Tally:
-    """What a kind of plant or compensator came to.
+class Case(NamedTuple):
+    """What a case came to: the largest difference, and whether both sides ended it with a refusal.
 
-    A case *ended* where both refused a step, and was *burnt* where a lump got too hot to compare.
+    It was *burnt* where a lump got too hot to compare.
     """
 
-    steps: int = 0
-    cases: int = 0
-    worst: float = 0.0
-    beyond: list[str] = field(default_factory=list)
-    ended: int = 0
-    burnt: int = 0
-
-    def add(self, steps: int, worst: float, name: str) -> None:
-        self.steps, self.cases = self.steps + steps, self.cases + 1
-        self.worst = max(self.worst, worst)
-        if not worst < CLOSE:
-            self.beyond.append(f"{name}: {worst:.1e}")
+    of: str
+    name: str
+    steps: int
+    largest: float
+    refused: bool = False
+    burnt: bool = False
 
 
 def numbers_of(machine: Machine, rng: np.random.Generator, share_on: float) -> dict[str, float]:
@@ -86,35 +79,32 @@ def numbers_of(machine: Machine, rng: np.random.Generator, share_on: float) -> d
     return found | values_of(machine, rng, share_on)
 
 
-def plants(steps: int, folder: Path, effects: Counter[str]) -> Iterator[tuple[str, Tally]]:
+def plants(steps: int, folder: Path, effects: Counter[str]) -> Iterator[Case]:
     """Compare plants until there are enough steps, and count in how many cases an effect was on."""
     machines = [with_all_effects(machine) for machine in MACHINES]
     for machine in machines:
         (folder / machine.name).mkdir()
     command = compilers()[0].command
     libraries = [core_of(machine, command, folder / machine.name) for machine in machines]
-    tallies, case = [Tally() for _ in machines], 0
-    with suppress(KeyboardInterrupt):
-        while sum(tally.steps for tally in tallies) < steps:
-            place = case % len(machines)
-            share = list(SHARES)[case // len(machines) % len(SHARES)]
-            machine, count = machines[place], SHARES[share]
-            rng = np.random.default_rng([SEED, case])
-            values = numbers_of(machine, rng, share)
-            python, core, inputs = started(machine, libraries[place], values, rng)
-            found, burnt = [], False
-            for one in differences(machine, python, core, rng, inputs, count):
-                found.append(one)
-                burnt = hottest(python) > NO_MACHINE
-                if burnt:
-                    break
-            name = f"case {case}, {share:g} of the effects on"
-            tallies[place].add(len(found), max(found, default=0.0), name)
-            tallies[place].ended += len(found) < count and not burnt
-            tallies[place].burnt += burnt
-            effects.update({key.partition(":")[0] for key in machine.effects if is_on(key, values)})
-            case += 1
-    yield from zip((machine.name for machine in machines), tallies, strict=True)
+    done = case = 0
+    while done < steps:
+        place = case % len(machines)
+        share = list(SHARES)[case // len(machines) % len(SHARES)]
+        machine, count = machines[place], SHARES[share]
+        rng = np.random.default_rng([SEED, case])
+        values = numbers_of(machine, rng, share)
+        python, core, inputs = started(machine, libraries[place], values, rng)
+        found, burnt = [], False
+        for one in differences(machine, python, core, rng, inputs, count):
+            found.append(one)
+            burnt = hottest(python) > NO_MACHINE
+            if burnt:
+                break
+        refused = len(found) < count and not burnt
+        name = f"case {case}, {share:g} of the effects on"
+        yield Case(machine.name, name, len(found), max(found, default=0.0), refused, burnt)
+        effects.update({key.partition(":")[0] for key in machine.effects if is_on(key, values)})
+        done, case = done + len(found), case + 1
 
 
 def hottest(plant: PlantStepper) -> float:
@@ -129,17 +119,13 @@ def is_on(key: str, values: dict[str, float]) -> bool:
     return values[f"effects.{key}.{effect.amplitude}"] != effect.off
 
 
-def compensators(steps: int, folder: Path) -> Iterator[tuple[str, Tally]]:
+def compensators(steps: int, folder: Path) -> Iterator[Case]:
     """Compare compensators until there are enough samples."""
     driver_of = drivers(compilers()[0].command, folder)
-    tallies = {kind: Tally() for kind in sorted(MADE)}
-    seed = 1000  # beyond those of the tests
-    with suppress(KeyboardInterrupt):
-        while sum(tally.steps for tally in tallies.values()) < steps:
-            for kind, tally in tallies.items():
-                tally.add(SAMPLES, compared(kind, seed, driver_of), f"{kind} {seed}")
-            seed += 1
-    yield from tallies.items()
+    for turn in range(-(-steps // (SAMPLES * len(MADE)))):
+        seed = 1000 + turn  # beyond those of the tests
+        for kind in sorted(MADE):
+            yield Case(kind, f"{kind} {seed}", SAMPLES, compared(kind, seed, driver_of))
 
 
 def compared(kind: str, seed: int, driver_of: Callable[[Model], Driver]) -> float:
@@ -170,41 +156,31 @@ def apart(parts: list[str], output: tuple[object, ...]) -> float:
     return worst
 
 
-def show(title: str, unit: str, rows: Iterator[tuple[str, Tally]]) -> bool:
+def show(title: str, cases: Iterator[Case]) -> bool:
     """Print a table; return whether everything agreed."""
-    print(f"{title:16}{'cases':>7}{'steps':>10}  largest difference [{unit}]", flush=True)
-    found = dict(rows)
-    for name, tally in found.items():
-        ended = f", both refused a step in {tally.ended} cases" if tally.ended else ""
-        if tally.burnt:
-            ended += f", left off above {NO_MACHINE:g} degC in {tally.burnt}"
-        print(f"{name:16}{tally.cases:7}{tally.steps:10}  {tally.worst:.1e}{ended}")
-    beyond = [line for tally in found.values() for line in tally.beyond]
-    steps = sum(tally.steps for tally in found.values())
-    print(f"{'all':16}{'':7}{steps:10}  {len(beyond)} cases beyond {CLOSE:g}\n")
-    for line in beyond[:10]:
-        print(f"  {line}")
-    return not beyond
+    found = pd.DataFrame(cases)
+    beyond = found[~(found.largest < CLOSE)]
+    sums = {column: (column, "sum") for column in ("steps", "refused", "burnt")}
+    table = found.groupby("of").agg(cases=("name", "size"), largest=("largest", "max"), **sums)
+    print(f"{title}\n{table.rename_axis(None)}")
+    print(f"{found.steps.sum()} steps, {len(beyond)} cases beyond {CLOSE:g}\n")
+    for case in beyond.head(10).itertuples():
+        print(f"  {case.name}: {case.largest:.1e}")
+    return beyond.empty
 
 
 def main() -> int:
     """Compare, and print two tables; return 1 if anything differs."""
     parser = argparse.ArgumentParser("benchmarks.native_agreement", description=__doc__)
     parser.add_argument("--steps", type=int, default=1_000_000, help="of each kind (1000000)")
-    parser.add_argument("--only", choices=("plant", "compensator"))
     given = parser.parse_args()
-    agreed, effects = True, Counter[str]()
+    effects = Counter[str]()
     with tempfile.TemporaryDirectory(prefix="native_agreement_") as name:
-        for kind in ("plant", "compensator"):
-            (Path(name) / kind).mkdir()
-        if given.only != "compensator":
-            rows = plants(given.steps, Path(name) / "plant", effects)
-            agreed &= show("plant", "um, degC, K", rows)
-            least = min((effects[key], key) for key in catalogue())
-            print(f"{len(effects)} effects, each on in {least[0]} cases or more\n")
-        if given.only != "plant":
-            rows = compensators(given.steps, Path(name) / "compensator")
-            agreed &= show("compensator", "1", rows)
+        folder = Path(name)
+        agreed = show("plant [um, degC, K]", plants(given.steps, folder, effects))
+        least = min(effects[name] for name in catalogue())
+        print(f"{len(effects)} effects, each on in {least} cases or more\n")
+        agreed &= show("compensator", compensators(given.steps, folder))
     return 0 if agreed else 1
 
 

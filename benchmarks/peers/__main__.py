@@ -1,8 +1,9 @@
-"""One linear regression as an FMU by several tools, side by side: step, loading, size.
+"""FMUs side by side: a linear regression by several tools, and this project's; step, loading, size.
 
-Eleven temperatures in, three offsets out. All are driven by the same loop (inputs set, step,
-outputs got, by ctypes) and take turns; a ratio is the median over the turns. Times are the
-processor's.
+The regression takes eleven temperatures and gives three offsets. Beside the compensator and the
+plant stand FMUs of the same variables whose step is empty, on this project's base class and as
+pythonfmu alone would have them. All are driven by the same loop (inputs set, step, outputs got, by
+ctypes) and take turns; a ratio is the median over the turns. Times are the processor's.
 ``python -m benchmarks.peers``; pythonfmu3 comes with ``pip install .[benchmarks]``.
 """
 
@@ -11,6 +12,8 @@ from __future__ import annotations
 import argparse
 import ctypes
 import importlib.util
+import json
+import shutil
 import statistics
 import subprocess
 import sys
@@ -20,7 +23,7 @@ import warnings
 import zipfile
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, replace
 from importlib.metadata import version
 from multiprocessing import get_context
 from pathlib import Path
@@ -31,12 +34,14 @@ from fmpy.fmi2 import FMU2Slave
 from fmpy.fmi3 import FMU3Slave
 
 import build_fmu
+from benchmarks.peers.empty_slave import VARIABLES_FILE
 from benchmarks.peers.in_pythonfmu import INPUTS, OUTPUTS
 from benchmarks.results_page import as_table, put
 from fmu_compensator.native.build import native_compensator
 from fmu_packaging.native.build import HEADERS, native_package
 from fmu_packaging.native.compilers import compilers
-from fmu_packaging.package import build
+from fmu_packaging.package import Package, Recipe, build
+from plant_model.machine_file import read_machine
 
 HERE = Path(__file__).resolve().parent
 BASELINE = "by hand, in C"
@@ -57,13 +62,16 @@ class Peer:
     ----------
     title : str
     path : Path
+    changing : str
+        The input that is another in every step; the others stay.
     regression : bool
         Whether it is the regression and nothing else, so that its outputs are known.
     """
 
     title: str
     path: Path
-    regression: bool = True
+    changing: str = "T1"
+    regression: bool = False
 
 
 def by_hand(folder: Path) -> Path:
@@ -84,22 +92,45 @@ def by_hand(folder: Path) -> Path:
     return path
 
 
-def built_by(module: str, script: str, folder: Path) -> Path:
-    """Return what the builder of pythonfmu or of pythonfmu3 makes of a script."""
+def built_by(module: str, script: str, folder: Path, variables: bytes = b"[]") -> Path:
+    """Return what the builder of pythonfmu or of pythonfmu3 makes of a script and *variables*."""
     builder = importlib.import_module(f"{module}.builder").FmuBuilder
     made = getattr(builder, "build_FMU")  # noqa: B009 - two packages, one name
-    copied = folder / module / f"{module}_regression.py"
-    copied.parent.mkdir()
-    copied.write_text((HERE / script).read_text("utf-8"), "utf-8")
+    name = f"{module}_{Path(script).stem}"
+    work = folder / name
+    work.mkdir()
+    copied = Path(shutil.copy(HERE / script, work / f"{name}.py"))
+    (work / VARIABLES_FILE).write_bytes(variables)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        path = Path(made(copied, dest=copied.parent))
-    return path.rename(folder / f"{module}.fmu")  # both call theirs after the class
+        path = Path(made(copied, dest=work, project_files=[work / VARIABLES_FILE]))
+    return path.rename(folder / f"{name}.fmu")  # both call theirs after the class
+
+
+def written(package: Package, path: Path) -> Path:
+    """Write an FMU."""
+    path.write_bytes(package.zipped())
+    return path
+
+
+def emptied(recipe: Recipe, variables: bytes) -> Package:
+    """Return an FMU with the same variables on this project's base class, and an empty step."""
+    return build(
+        replace(
+            recipe,
+            module="benchmarks.peers.empty_slave",
+            slave="EmptySlave",
+            roots=("benchmarks", "fmu_packaging"),
+            whole=(),
+            third_party={},
+            data={VARIABLES_FILE: variables},
+        )
+    )
 
 
 def peers(folder: Path, model: Path) -> tuple[list[Peer], list[str]]:
     """Return the FMUs that can be made here, and what cannot."""
-    found, missing = [Peer(BASELINE, by_hand(folder))], []
+    found, missing = [Peer(BASELINE, by_hand(folder), regression=True)], []
     for module, script, fmi in (
         ("pythonfmu", "in_pythonfmu.py", "2.0"),
         ("pythonfmu3", "in_pythonfmu3.py", "3.0"),
@@ -108,17 +139,27 @@ def peers(folder: Path, model: Path) -> tuple[list[Peer], list[str]]:
             missing.append(f"{module} is not installed: pip install .[benchmarks]")
             continue
         title = f"{module} {version(module)}, FMI {fmi}"
-        found.append(Peer(title, built_by(module, script, folder)))
-    for title, native in (("this compensator, in C", True), ("this compensator, in Python", False)):
-        name = "compensator_native" if native else "compensator"
-        path = folder / f"{name}.fmu"
-        recipe, _ = build_fmu.compensator_recipe(model, name, native=native)
-        if native:
-            made = native_package(recipe, native_compensator(recipe), compilers()[:1])
-        else:
-            made = build(recipe)
-        path.write_bytes(made.zipped())
-        found.append(Peer(title, path, regression=False))
+        found.append(Peer(title, built_by(module, script, folder), regression=True))
+    recipe, _ = build_fmu.compensator_recipe(model, "compensator_native", native=True)
+    native = native_package(recipe, native_compensator(recipe), compilers()[:1])
+    found.append(Peer("this compensator, in C", written(native, folder / "in_c.fmu")))
+    compensator, _ = build_fmu.compensator_recipe(model, "compensator")
+    plant, _ = build_fmu.plant_recipe(read_machine(build_fmu.DEFAULT_MACHINE), "plant")
+    for label, recipe, changing in (
+        ("compensator", compensator, "T1"),
+        ("plant", plant, "ambient"),
+    ):
+        package = build(recipe)
+        variables = json.dumps([asdict(one) for one in package.slave.variables]).encode()
+        empty = emptied(recipe, variables)
+        made = {
+            "in Python": written(package, folder / f"{label}.fmu"),
+            "its variables, empty": written(empty, folder / f"empty_{label}.fmu"),
+        }
+        if label == "compensator":
+            plain = built_by("pythonfmu", "plain_slave.py", folder, variables)
+            made["its variables, empty, by pythonfmu"] = plain
+        found += [Peer(f"this {label}, {how}", path, changing) for how, path in made.items()]
     return found, missing
 
 
@@ -139,20 +180,21 @@ def loaded(peer: Peer, folder: Path) -> tuple[Callable[[int], None], Callable[[]
         fmu.setupExperiment(startTime=0.0)
     fmu.enterInitializationMode()
     reals = [v for v in description.modelVariables if v.type in ("Real", "Float64")]
+    given, shown = ([v for v in reals if v.causality == way] for way in ("input", "output"))
+    place = [v.name for v in given].index(peer.changing)
     blocks = []
-    for causality in ("input", "output"):
-        some = [v for v in reals if v.causality == causality]
+    for some in (given, shown):
         refs = (ctypes.c_uint * len(some))(*(v.valueReference for v in some))
         start = (float(v.start or 0.0) for v in some)
         blocks.append((refs, len(some), (ctypes.c_double * len(some))(*start)))
-    (inputs, count, given), (outputs, many, shown) = blocks
+    (inputs, count, sent), (outputs, many, got) = blocks
     if fmi == 2:
-        send = (fmu.fmi2SetReal, (fmu.component, inputs, count, given))
-        read = (fmu.fmi2GetReal, (fmu.component, outputs, many, shown))
+        send = (fmu.fmi2SetReal, (fmu.component, inputs, count, sent))
+        read = (fmu.fmi2GetReal, (fmu.component, outputs, many, got))
         do_step, tail = fmu.fmi2DoStep, (1,)
     else:
-        send = (fmu.fmi3SetFloat64, (fmu.component, inputs, count, given, count))
-        read = (fmu.fmi3GetFloat64, (fmu.component, outputs, many, shown, many))
+        send = (fmu.fmi3SetFloat64, (fmu.component, inputs, count, sent, count))
+        read = (fmu.fmi3GetFloat64, (fmu.component, outputs, many, got, many))
         flags = [ctypes.c_bool() for _ in range(3)]
         last = ctypes.c_double()
         pointers = [ctypes.byref(one) for one in (*flags, last)]
@@ -161,12 +203,12 @@ def loaded(peer: Peer, folder: Path) -> tuple[Callable[[int], None], Callable[[]
     fmu.exitInitializationMode()
 
     def step(k: int) -> None:
-        given[0] = 21.0 + 1e-6 * k
+        sent[place] = 21.0 + 1e-6 * k
         send[0](*send[1])
         do_step(fmu.component, float(k), 1.0, *tail)
         read[0](*read[1])
 
-    return step, lambda: list(shown)
+    return step, lambda: list(got)
 
 
 def timed(peer: Peer, folder: Path, steps: int) -> tuple[float, float]:
@@ -215,9 +257,9 @@ def measure(steps: int, repeats: int, model: Path) -> tuple[str, list[str]]:
 
 def check(outputs: list[float], steps: int) -> None:
     """Raise ValueError unless the outputs are those of the regression."""
-    first = 21.0 + 1e-6 * (steps - 1)
+    changed = 21.0 + 1e-6 * (steps - 1)
     for k, value in enumerate(outputs):
-        wanted = 0.1 * (k + 1) * first
+        wanted = (0.1 * (k + 1) + 0.01) * changed
         if abs(value - wanted) > 1e-9:
             raise ValueError(f"y{k} is {value}, not {wanted}")
 
