@@ -3,52 +3,47 @@
 from __future__ import annotations
 
 import argparse
-import contextlib
 import math
 import sys
 import time
 from collections.abc import Callable, Iterator
+from functools import partial
 
 import numpy as np
 
 import benchmarks.gateway_faults.old  # noqa: F401  (registers its classes)
 from benchmarks.gateway_faults.classes import FAULTS, MASQUERADE, cycles
-from benchmarks.gateway_faults.harness import Episode, Outcome, Wire
-from benchmarks.gateway_faults.states import BOTH, RESTARTS
+from benchmarks.gateway_faults.harness import Episode, Outcome
+from benchmarks.gateway_faults.states import RESTARTS
+from gateway.database import Database
 from gateway.mapping import read_database
 from gateway.node import GatewaySettings
 
 ON_THE_MACHINES_CLOCK = ("gateway stopped, then goes on", "machine's clock stands, step 0")
 HEAD = f"{'':52}{'episodes':>9}{'noticed':>9}{'answers':>9}{'unsafe':>8}{'valid again':>13}"
-Play = Callable[[Wire, np.random.Generator], Outcome]
+Play = Callable[[Database, np.random.Generator], Outcome]
 
 
 def plays() -> Iterator[tuple[str, Play]]:
     """Yield every class of faults: its name, and what plays an episode of it."""
     for name, fault in FAULTS.items():
-        yield name, lambda wire, rng, fault=fault: _play(wire, rng, fault, GatewaySettings())
+        yield name, partial(_play, fault=fault)
+    machine = GatewaySettings(machine_clock=True)
     for name in ON_THE_MACHINES_CLOCK:
-        settings, fault = GatewaySettings(machine_clock=True), FAULTS[name]
         yield (
             f"{name} (--clock machine)",
-            lambda wire, rng, fault=fault, settings=settings: _play(wire, rng, fault, settings),
+            partial(_play, fault=FAULTS[name], settings=machine),
         )
-    for name, restart in RESTARTS.items():
-        yield (
-            f"started in a warm-up, {name}",
-            lambda wire, rng, restart=restart: restart(wire, rng).outcome,
-        )
-    for name, restarts in BOTH.items():
-        yield name, lambda wire, rng, restarts=restarts: restarts(wire, rng).finish()
+    yield from RESTARTS.items()
 
 
 def _play(
-    wire: Wire,
+    database: Database,
     rng: np.random.Generator,
     fault: Callable[[Episode], None],
-    settings: GatewaySettings,
+    settings: GatewaySettings | None = None,
 ) -> Outcome:
-    episode = Episode(wire, rng, settings)
+    episode = Episode(database, rng, settings)
     episode.settle()
     fault(episode)
     return episode.finish()
@@ -88,35 +83,31 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--episodes", type=int, default=20, help="of each class (20)")
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--interface", help="a bus of python-can's; none: from hand to hand")
-    parser.add_argument("--channel", default="vcan0")
     parser.add_argument(
         "--without-proof", action="store_true", help="a machine that cannot prove its cycles"
     )
     args = parser.parse_args()
     database = read_database()
     database = database.unproven() if args.without_proof else database
-    settings = {"interface": args.interface, "channel": args.channel} if args.interface else {}
     begun = time.monotonic()
+
+    def played(play: Play, number: int) -> list[Outcome]:
+        rng = np.random.default_rng([args.seed, number])
+        return [play(database, rng) for _ in range(args.episodes)]
+
     everything: list[Outcome] = []
-    with contextlib.closing(Wire(settings, database)) as wire:
-        print(HEAD)
-        for number, (name, play) in enumerate(plays()):
-            rng = np.random.default_rng([args.seed, number])
-            outcomes = [play(wire, rng) for _ in range(args.episodes)]
-            everything += outcomes
-            print(row(name, outcomes), flush=True)
-        print(row("all", everything))
-        rng = np.random.default_rng([args.seed, 2000])
-        quiet = [_play(wire, rng, _nothing, GatewaySettings()) for _ in range(args.episodes)]
-        print(f"\n{availability(quiet, everything)}")
-        print("\nNot among them: what only authentication could tell from the truth")
-        for number, (name, fault) in enumerate(MASQUERADE.items()):
-            rng = np.random.default_rng([args.seed, 1000 + number])
-            outcomes = [_play(wire, rng, fault, GatewaySettings()) for _ in range(args.episodes)]
-            print(row(name, outcomes), flush=True)
-    where = f"{args.interface} {args.channel}" if args.interface else "no bus"
-    print(f"\nseed {args.seed}, {where}, {time.monotonic() - begun:.0f} s")
+    print(HEAD)
+    for number, (name, play) in enumerate(plays()):
+        outcomes = played(play, number)
+        everything += outcomes
+        print(row(name, outcomes), flush=True)
+    print(row("all", everything))
+    quiet = played(partial(_play, fault=_nothing), 2000)
+    print(f"\n{availability(quiet, everything)}")
+    print("\nNot among them: what only authentication could tell from the truth")
+    for number, (name, fault) in enumerate(MASQUERADE.items(), 1000):
+        print(row(name, played(partial(_play, fault=fault), number)), flush=True)
+    print(f"\nseed {args.seed}, {time.monotonic() - begun:.0f} s")
     print("without a proof of freshness" if args.without_proof else "with a proof of freshness")
     return 1 if any(outcome.unsafe for outcome in everything) else 0
 

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from math import isfinite
-from typing import Any
 
 import can
 import numpy as np
 
 from gateway.codec import Sender, Value, decode
 from gateway.database import COMPENSATOR, MACHINE, Database
-from gateway.link import Link
 from gateway.node import GatewayNode, GatewaySettings
 from gateway.state import Saved
 
@@ -78,72 +75,13 @@ class Outcome:
         return self.back_s < np.inf
 
 
-@dataclass
-class Wire:
-    """A bus between machine and gateway: none at all, or one of python-can's.
-
-    Attributes
-    ----------
-    settings : dict
-        For ``can.Bus``; empty: messages go from hand to hand.
-    """
-
-    settings: dict[str, Any]
-    database: Database
-    _ends: list[Any] = field(default_factory=list)
-
-    def __post_init__(self) -> None:
-        """Open both ends."""
-        if self.settings:
-            ids = [frame.frame_id for frame in self.database.frames]
-            link = Link(self.settings["interface"], self.settings["channel"], ids)
-            link.open()
-            self._ends = [can.Bus(**self.settings), link]
-
-    def to_gateway(self, messages: Messages) -> list[tuple[can.Message, float]]:
-        """Return what arrives, each with the time that it waited [s]."""
-        if not self._ends:
-            return [(message, 0.0) for message in messages]
-        bus, link = self._ends
-        found = []
-        for message in messages:
-            bus.send(message)
-            until = time.monotonic() + 1.0
-            while (got := link.receive(0.2)) is None and time.monotonic() < until:
-                pass
-            if got is not None:
-                found.append((got, link.waited_s))
-        return found
-
-    def to_machine(self, messages: Iterable[can.Message]) -> Messages:
-        """Return what the control hears."""
-        if not self._ends:
-            return list(messages)
-        bus, link = self._ends
-        sent = list(messages)
-        link.send(sent)
-        found: Messages = []
-        until = time.monotonic() + 1.0
-        while len(found) < len(sent) and time.monotonic() < until:
-            message = bus.recv(0.2)
-            if message is not None:
-                found.append(message)
-        return found
-
-    def close(self) -> None:
-        """Leave the bus."""
-        if self._ends:
-            self._ends[0].shutdown()
-            self._ends[1].close()
-
-
 class Episode:
     """A machine that runs, a gateway that answers, and the truth about both.
 
     Parameters
     ----------
-    wire : Wire
-        Between them.
+    database : Database
+        The frames between them.
     rng : Generator
         Makes readings and faults.
     settings : GatewaySettings, optional
@@ -156,14 +94,14 @@ class Episode:
 
     def __init__(
         self,
-        wire: Wire,
+        database: Database,
         rng: np.random.Generator,
         settings: GatewaySettings | None = None,
         warm: Saved | None = None,
         *,
         cold: bool = True,
     ) -> None:
-        self.wire, self.rng, self.database = wire, rng, wire.database
+        self.database, self.rng = database, rng
         self.settings, self.cold = settings or GatewaySettings(), cold
         self.reference_known = cold or warm is not None
         self.now = 1000.0
@@ -226,9 +164,9 @@ class Episode:
         self.give(self.background(change(self.messages(**more))))
 
     def give(self, messages: Messages, waited_s: float = 0.0) -> None:
-        """Hand messages over the bus to the gateway."""
-        for message, waited in self.wire.to_gateway(messages):
-            self.node.handle(message, self.now, max(waited, waited_s))
+        """Hand messages to the gateway."""
+        for message in messages:
+            self.node.handle(message, self.now, waited_s)
 
     def wait(self, seconds: float) -> None:
         """Let time go by; the gateway does what is due."""
@@ -271,7 +209,7 @@ class Episode:
     def _answer(self, messages: Iterable[can.Message]) -> None:
         frames = {frame.frame_id: frame for frame in self.database.of(COMPENSATOR)}
         values: dict[str, float] = {}
-        for message in self.wire.to_machine(messages):
+        for message in messages:
             frame = frames.get(message.arbitration_id)
             if frame is not None and len(message.data) == frame.message.length:
                 values |= decode(frame, message.data).values

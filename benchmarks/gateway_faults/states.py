@@ -4,35 +4,39 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
-from benchmarks.gateway_faults.harness import Episode, Wire
+from benchmarks.gateway_faults.harness import Episode, Outcome
+from gateway.database import Database
 from gateway.state import OLDEST_S, Saved, StateFile
 
 FMU = "an FMU"
 
 
-def _episode(wire: Wire, rng: np.random.Generator, age_s: float | None, fmu: str = FMU) -> Episode:
+def _warm(
+    database: Database, rng: np.random.Generator, age_s: float | None, fmu: str = FMU
+) -> Outcome:
     """A gateway that is started in a warm-up, beside a state of an age, or none."""
     with tempfile.TemporaryDirectory() as folder:
         store = StateFile(Path(folder) / "state.json", FMU, lambda: 1e9)
         if age_s is not None:
             store.write(1e9 - age_s, 100.0, 50.0, b"state")
         saved, _ = StateFile(store.path, fmu, lambda: 1e9).read()
-    episode = Episode(wire, rng, warm=saved, cold=False)
+    episode = Episode(database, rng, warm=saved, cold=False)
     # Whether a state may be used is what is asked here; the bench knows the answer.
     episode.reference_known = age_s is not None and 0.0 <= age_s <= OLDEST_S and fmu == FMU
     episode.begin()
     for _ in range(int(rng.integers(5, 40))):
         episode.cycle()
-    return episode
+    return episode.outcome
 
 
-def _looks_young(wire: Wire, rng: np.random.Generator, *, machine_anew: bool) -> Episode:
+def _looks_young(database: Database, rng: np.random.Generator, *, machine_anew: bool) -> Outcome:
     """A computer without a clock battery: hours went by, and the state is of two seconds ago."""
-    episode = Episode(wire, rng, cold=False)
+    episode = Episode(database, rng, cold=False)
     gone_s = float(rng.uniform(1.2, 10.0)) * OLDEST_S
     then_s = episode.time_s
     episode.start_gateway(_restored(100.0, then_s, float(rng.uniform(0.0, 60.0))))
@@ -41,7 +45,7 @@ def _looks_young(wire: Wire, rng: np.random.Generator, *, machine_anew: bool) ->
     episode.begin()
     for _ in range(40):
         episode.cycle()
-    return episode
+    return episode.outcome
 
 
 def _restored(time_s: float, machine_time_s: float, age_s: float) -> Saved | None:
@@ -52,9 +56,9 @@ def _restored(time_s: float, machine_time_s: float, age_s: float) -> Saved | Non
         return store.read()[0]
 
 
-def _either_side(wire: Wire, rng: np.random.Generator) -> Episode:
+def _either_side(database: Database, rng: np.random.Generator) -> Outcome:
     """Gateway and machine start anew in any order, with the gateway's state of a moment ago."""
-    episode = Episode(wire, rng)
+    episode = Episode(database, rng)
     episode.settle()
     for _ in range(int(rng.integers(1, 5))):
         for _ in range(int(rng.integers(0, 30))):
@@ -71,19 +75,20 @@ def _either_side(wire: Wire, rng: np.random.Generator) -> Episode:
         episode.start_gateway(_restored(*saved, away_s) if begun else None)
         if rng.random() < 0.3:
             episode.start_machine(episode.time_s)
-    return episode
+    return episode.finish()
 
 
-RESTARTS: dict[str, Callable[[Wire, np.random.Generator], Episode]] = {
-    "no state": lambda wire, rng: _episode(wire, rng, None),
-    "state too old": lambda wire, rng: _episode(wire, rng, float(rng.uniform(3601, 1e6))),
-    "state from the future": lambda wire, rng: _episode(wire, rng, -float(rng.uniform(1, 1e6))),
-    "state of another FMU": lambda wire, rng: _episode(wire, rng, 10.0, "another"),
-    "a state that looks young": lambda wire, rng: _looks_young(wire, rng, machine_anew=False),
-    "a state that looks young, machine anew": (
-        lambda wire, rng: _looks_young(wire, rng, machine_anew=True)
+WARM = "started in a warm-up, "
+RESTARTS: dict[str, Callable[[Database, np.random.Generator], Outcome]] = {
+    WARM + "no state": lambda database, rng: _warm(database, rng, None),
+    WARM + "state too old": lambda database, rng: _warm(
+        database, rng, float(rng.uniform(3601, 1e6))
     ),
-}
-BOTH: dict[str, Callable[[Wire, np.random.Generator], Episode]] = {
+    WARM + "state from the future": lambda database, rng: _warm(
+        database, rng, -float(rng.uniform(1, 1e6))
+    ),
+    WARM + "state of another FMU": lambda database, rng: _warm(database, rng, 10.0, "another"),
+    WARM + "a state that looks young": partial(_looks_young, machine_anew=False),
+    WARM + "a state that looks young, machine anew": partial(_looks_young, machine_anew=True),
     "restarts of either side": _either_side,
 }

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from benchmarks.gateway_faults.__main__ import Play, plays
-from benchmarks.gateway_faults.harness import Wire
 from gateway.database import Database
 from gateway.judging import Rival
 from gateway.node import GatewayNode
@@ -26,7 +25,7 @@ Patch = Callable[[pytest.MonkeyPatch], None]
 def outcomes(database: Database, play: Play, episodes: int) -> tuple[int, int]:
     """Return in how many episodes the fault was noticed, and how many answers were unsafe."""
     rng = np.random.default_rng(7)
-    found = [play(Wire({}, database), rng) for _ in range(episodes)]
+    found = [play(database, rng) for _ in range(episodes)]
     assert all(outcome.answers > 0 for outcome in found)
     return sum(outcome.noticed for outcome in found), sum(outcome.unsafe for outcome in found)
 
