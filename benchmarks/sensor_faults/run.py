@@ -8,13 +8,11 @@ which the thresholds were set. Without the measured data the simulated runs alon
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from tqdm import tqdm
@@ -25,7 +23,6 @@ from benchmarks.sensor_faults.plain import plain_faults
 from benchmarks.sensor_faults.sources import Group, is_known, is_sound, report, setting
 from measurement.faults import GROSS, LEVELS, Fault, find_faults, unusable
 from measurement.faults.series import lengths_of
-from measurement.files import write_atomically
 from measurement.runs import FloatArray, Run
 
 GRAVE = (*GROSS, *LEVELS)
@@ -33,8 +30,6 @@ MOVED = {"degC": 2.0, "um": 5.0}
 """A standstill is planted where the reading would have moved by this much [K, um]: else nothing is
 wrong with it."""
 TRIES = 40
-TIMES = 1
-"""So often each fault is planted in each group of runs, every time elsewhere [1]."""
 Detector = Callable[[Sequence[Run]], list[Fault]]
 
 
@@ -64,10 +59,10 @@ def grave(faults: Sequence[Fault]) -> list[Fault]:
 
 
 def breaks(
-    group: Group, rng: np.random.Generator, only: str = ""
+    group: Group, rng: np.random.Generator
 ) -> Iterator[tuple[Breakage, int, str, Run, tuple[float, float]]]:
-    """Yield every breakage planted in a group, `TIMES` each: run, column, and when."""
-    for how in (how for how in BREAKAGES for _ in range(TIMES) if only in how.name):
+    """Yield every breakage planted in a group: run, column, and when."""
+    for how in BREAKAGES:
         for _ in range(TRIES):
             place = int(rng.integers(len(group)))
             run = group[place]
@@ -106,12 +101,10 @@ def judge(
 
 @dataclass
 class Count:
-    """Everything that was counted and said, by source, row and detector."""
+    """Everything that was counted, by source, row and detector."""
 
     detectors: dict[str, Detector]
-    only: str = ""
     tallies: dict[tuple[str, str, str], Tally] = field(default_factory=lambda: defaultdict(Tally))
-    said: list[str] = field(default_factory=list)
 
     def healthy(self, source: str, group: Group, rng: np.random.Generator) -> None:
         """Count the alarms in runs that are sound: all as recorded, one run of them in odd ways."""
@@ -131,12 +124,10 @@ class Count:
             tally = self.tallies[source, f"healthy: {how}", name]
             tally.cases += len(places)
             tally.alarms += len(alarms)
-            if name == "detector":
-                self.said += [f"alarm: {source}, {how}: {one.line()}" for one in alarms]
 
     def broken(self, source: str, group: Group, rng: np.random.Generator) -> None:
         """Count what is found of faults planted one at a time."""
-        for breakage, place, column, broken, span in breaks(group, rng, self.only):
+        for breakage, place, column, broken, span in breaks(group, rng):
             for context, runs, at in _contexts(group, place, broken):
                 for name, detector in self.detectors.items():
                     tally = self.tallies[f"{source}, {context}", breakage.name, name]
@@ -145,10 +136,6 @@ class Count:
                     tally.found += seen
                     if seen:
                         tally.lost_min.append(lost)
-                    elif name == "detector":
-                        start, end = (f"{one / 60:.0f}" for one in span)
-                        where = f"{runs[at].name}, {column}, {start} to {end} min"
-                        self.said.append(f"miss: {source}, {context}, {breakage.name}: {where}")
 
 
 def _contexts(group: Group, place: int, changed: Run) -> Iterator[tuple[str, Group, int]]:
@@ -200,10 +187,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--spindle", type=Path, metavar="FILE", help="electric spindle record")
     parser.add_argument("--cases", type=int, default=8, help="simulated machines (default: 8)")
     parser.add_argument("--seed", type=int, default=0, help="of machines and faults")
-    parser.add_argument("--only", default="", metavar="WORD", help="plant only faults named so")
-    parser.add_argument("--said", action="store_true", help="print every alarm and every miss")
     parser.add_argument("--write", action="store_true", help="also write docs/results.md")
-    parser.add_argument("--json", type=Path, metavar="FILE", help="also write the counts here")
     args = parser.parse_args(arguments)
     first = 1_000_000 + 1000 * args.seed if args.part == "report" else 1000 * args.seed
     groups = list(
@@ -211,21 +195,12 @@ def main(arguments: list[str] | None = None) -> int:
         if args.part == "setting"
         else report(args.lathe, args.spindle, args.cases, first)
     )
-    count = Count({"detector": find_faults, "plain": plain_faults}, args.only)
+    count = Count({"detector": find_faults, "plain": plain_faults})
     for number, (source, group) in enumerate(tqdm(groups, unit="group", disable=None)):
         rng = np.random.default_rng([args.seed, number])
         count.healthy(source, group, rng)
         count.broken(source, group, rng)
-    if args.said:
-        print("\n".join(count.said), "\n")
-    text = tables(count.tallies)
-    tell("sensor_faults", text, write=args.write)
-    if args.json:
-        table: list[dict[str, Any]] = [
-            {"source": key[0], "what": key[1], "by": key[2], **tally.__dict__}
-            for key, tally in count.tallies.items()
-        ]
-        write_atomically(args.json, json.dumps(table, indent=1) + "\n")
+    tell("sensor_faults", tables(count.tallies), write=args.write)
     return 0
 
 

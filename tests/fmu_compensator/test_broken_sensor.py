@@ -9,20 +9,23 @@ from benchmarks.broken_sensor import (
     BREAKS_S,
     FAULTS,
     broken,
-    drive,
     jig_borer,
+    judge,
     without_spare,
 )
+from fmu_compensator.driving import inputs_of
 from fmu_compensator.runtime.compensator import OK, SPARED, RunningCompensator
+from measurement.runs import Run
 
 
 @pytest.mark.parametrize(("place", "fault"), list(zip((0, 6, 8), FAULTS, strict=True)))
 def test_going_on_leaves_less_than_giving_up(place: int, fault: str) -> None:
-    model, run, readings, drift = jig_borer()
-    faulty = broken(run, readings, place, fault)
-    good = drive(model, run, readings, drift, BREAKS_S)
-    on = drive(model, run, faulty, drift, BREAKS_S)
-    held = drive(without_spare(model), run, faulty, drift, BREAKS_S)
+    model, run, rig = jig_borer()
+    late = run.time_s >= BREAKS_S
+    faulty = broken(run, f"{model.sensors[place].name}_degC", fault)
+    good = judge(model, run, run, rig, late)
+    on = judge(model, faulty, run, rig, late)
+    held = judge(without_spare(model), faulty, run, rig, late)
     assert on.spared.mean() > 0.9
     assert not held.spared.any()
     assert not good.spared.any()
@@ -34,7 +37,8 @@ def test_going_on_leaves_less_than_giving_up(place: int, fault: str) -> None:
 
 
 def test_no_offset_steps_further_than_the_slew_when_sensors_break_and_return() -> None:
-    model, _, readings, _ = jig_borer()
+    model, run, _ = jig_borer()
+    readings, _ = inputs_of(model, run)
     compensator = RunningCompensator(model)
     offset, seen, texts = np.zeros(3), set(), set()
     for row, values in enumerate(readings[:500].tolist()):
@@ -62,17 +66,18 @@ def test_no_offset_steps_further_than_the_slew_when_sensors_break_and_return() -
 
 
 def test_it_starts_without_a_sensor_and_takes_it_in_when_it_reads() -> None:
-    model, run, readings, drift = jig_borer()
-    faulty = readings.copy()
+    model, run, rig = jig_borer()
     returns = 360  # after three hours
-    faulty[:returns, 6] = float("nan")
-    good = drive(model, run, readings, drift, BREAKS_S)
-    on = drive(model, run, faulty, drift, BREAKS_S)
+    column = f"{model.sensors[6].name}_degC"
+    frame = run.frame.copy()
+    frame.loc[: returns - 1, column] = float("nan")
+    faulty, late = Run(run.name, frame), run.time_s >= BREAKS_S
+    good, on = (judge(model, shown, run, rig, late) for shown in (run, faulty))
     for axis in range(3):
         assert on.rmse(axis) < good.rmse(axis) + 2.0
     compensator = RunningCompensator(model)
     told, offset = [], np.zeros(3)
-    for row, values in enumerate(faulty[: returns + 40].tolist()):
+    for row, values in enumerate(inputs_of(model, faulty)[0][: returns + 40].tolist()):
         output = compensator.step(30.0 * row, 30.0, values, 6000.0, 100.0)
         told.append(output.status)
         now = np.array(output[:3])
@@ -90,14 +95,15 @@ def test_it_starts_without_a_sensor_and_takes_it_in_when_it_reads() -> None:
 
 
 def test_it_starts_without_three_sensors_and_not_without_all() -> None:
-    model, run, readings, drift = jig_borer()
-    faulty = readings.copy()
-    faulty[:, [0, 2, 6]] = float("nan")
-    good, on = (drive(model, run, shown, drift, BREAKS_S) for shown in (readings, faulty))
+    model, run, rig = jig_borer()
+    columns = [f"{model.sensors[place].name}_degC" for place in (0, 2, 6)]
+    faulty = Run(run.name, run.frame.assign(**dict.fromkeys(columns, np.nan)))
+    late = run.time_s >= BREAKS_S
+    good, on = (judge(model, shown, run, rig, late) for shown in (run, faulty))
     assert on.spared.all()
     for axis in range(3):
         assert on.rmse(axis) < good.rmse(axis) + 2.0
     compensator = RunningCompensator(model)
     for row in range(20):
-        nothing = [float("nan")] * readings.shape[1]
+        nothing = [float("nan")] * len(model.sensors)
         assert compensator.step(30.0 * row, 30.0, nothing, 6000.0, 100.0).status == 1
