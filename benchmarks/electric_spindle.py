@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.results_page import tell
+from benchmarks.results_page import as_table, tell
 from fmu_compensator.fit.columns import targets_of
 from fmu_compensator.fit.contestants import contestants, held
 from fmu_compensator.fit.data import prepare
@@ -39,17 +39,17 @@ def main() -> int:
     cut = int(args.share * len(whole.frame))
     first = Run(f"{whole.name}_first_part", whole.frame.iloc[:cut])
     print(f"{cut} of {len(whole.frame)} samples learnt from, the rest judged [um]")
-    lines = ["| Model | RMSE | max | eta [%] |", "|" + " --- |" * 4]
+    rows: list[list[str]] = []
     for entrant in contestants(args.models.split(",")):
         try:
-            lines += _judge(entrant, first, whole, cut)
+            rows += _judge(entrant, first, whole, cut)
         except BadInput as refusal:
-            lines.append(f"| {entrant.title} | left out: {refusal} | | |")
-    tell("electric_spindle", "\n".join(lines), write=args.write)
+            rows.append([entrant.title, f"left out: {refusal}", "", ""])
+    tell("electric_spindle", as_table(["Model", "RMSE", "max", "eta [%]"], rows), write=args.write)
     return 0
 
 
-def _judge(entrant: Any, first: Run, whole: Run, cut: int) -> Iterator[str]:
+def _judge(entrant: Any, first: Run, whole: Run, cut: int) -> Iterator[list[str]]:
     form = entrant.recipe.input_form if entrant.recipe else "rise"
     rig = targets_of([whole], None)
     train = prepare([first], rig, form)
@@ -68,11 +68,11 @@ def _judge(entrant: Any, first: Run, whole: Run, cut: int) -> Iterator[str]:
         yield _row(entrant.title + ", one step", rows, fitted.predict(rows, rows.targets), cut)
 
 
-def _row(title: str, rows: Any, predicted: Any, cut: int) -> str:
+def _row(title: str, rows: Any, predicted: Any, cut: int) -> list[str]:
     judged = rows.known & (np.arange(len(rows.time_s)) >= cut)
     figures = figures_of_merit(rows.targets[judged, 0], predicted[judged, 0])
     cells = (f"{figures['rmse']:.2f}", f"{figures['max_abs']:.2f}", f"{100 * figures['eta']:.1f}")
-    return f"| {title} | {' | '.join(cells)} |"
+    return [title, *cells]
 
 
 if __name__ == "__main__":

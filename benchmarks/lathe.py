@@ -14,8 +14,6 @@ A choice within a model (points, lags, penalties) is made anew for each left-out
 from __future__ import annotations
 
 import argparse
-import json
-import sys
 from concurrent.futures import ProcessPoolExecutor
 from functools import cache, partial
 from pathlib import Path
@@ -24,7 +22,7 @@ from typing import Any
 import numpy as np
 from tqdm import tqdm
 
-from benchmarks.results_page import put
+from benchmarks.results_page import as_table, tell
 from benchmarks.trust.questions import lathe_runs
 from fmu_compensator.fit.columns import MeasuredColumns, targets_of
 from fmu_compensator.fit.contestants import contestants, held
@@ -141,7 +139,6 @@ def main() -> int:
     parser.add_argument("data", type=Path, help="folder of the run files")
     parser.add_argument("--models", default="mlr,arx,ne,bp,thermal_states")
     parser.add_argument("--jobs", type=int, default=2, help="processes (default: 2)")
-    parser.add_argument("--json", type=Path, metavar="FILE", help="also write every run's errors")
     parser.add_argument("--write", action="store_true", help="also write docs/results.md")
     args = parser.parse_args()
     runs = runs_in(args.data)
@@ -149,36 +146,27 @@ def main() -> int:
         print(f"{args.data}: holds {len(runs)} runs named by date; two or more are needed")
         return 2
     print(f"{len(runs)} runs. What is wrong with them:\n{faults_text(find_faults(runs))}\n")
-    names = list(prepare(runs[:1], rig_of(runs)).targets)
-    targets = [f"{name}_um" for name in names]
+    targets = [f"{name}_um" for name in prepare(runs[:1], rig_of(runs)).targets]
     heads = [f"{name} {kind}" for name in targets for kind in ("unseen", "100 given")]
-    heads = ["Model", *heads, "both, 100 given"]
-    lines = [f"| {' | '.join(heads)} |", "|" + " --- |" * len(heads)]
-    print("Median RMSE over the left-out runs [um]\n\n" + "\n".join(lines))
-    results = {}
+    rows = []
     with ProcessPoolExecutor(args.jobs) as pool:
         for name in [*BASELINES, *args.models.split(",")]:
             work = pool.map(partial(judge, args.data, name), range(len(runs)))
             found = list(tqdm(work, total=len(runs), desc=name, disable=None, leave=False))
-            results[name] = found
-            lines.append(_line(name, found, len(targets)))
-            print(lines[-1])
-            sys.stdout.flush()
-    if args.json:
-        args.json.write_text(json.dumps({"targets": targets, "models": results}, indent=1))
-    if args.write:
-        put("lathe", "\n".join(lines))
+            rows.append(_row(name, found, len(targets)))
+    print("Median RMSE over the left-out runs [um]\n")
+    tell("lathe", as_table(["Model", *heads, "both, 100 given"], rows), write=args.write)
     return 0
 
 
-def _line(name: str, found: list[dict[str, Any]], targets: int) -> str:
+def _row(name: str, found: list[dict[str, Any]], targets: int) -> list[str]:
     unseen = np.median([one["unseen"] for one in found], axis=0)
     given = np.array([one["first_100_given"] for one in found])
     # The competition's figure is one RMSE over both axes.
     both = float(np.median(np.sqrt(np.mean(given**2, axis=1))))
     middle = np.median(given, axis=0)
     cells = [f"{figure:.2f}" for k in range(targets) for figure in (unseen[k], middle[k])]
-    return f"| `{name}` | {' | '.join(cells)} | {both:.2f} |"
+    return [f"`{name}`", *cells, f"{both:.2f}"]
 
 
 if __name__ == "__main__":

@@ -20,7 +20,7 @@ from pathlib import Path
 import numpy as np
 from tqdm import tqdm
 
-from benchmarks.results_page import tell
+from benchmarks.results_page import as_table, tell
 from benchmarks.trust.questions import (
     Question,
     electric_questions,
@@ -127,45 +127,35 @@ def _moved(run: Run, question: Question, factor: float) -> Run:
 
 def page(answers: Sequence[Answer]) -> str:
     """Return the tables."""
-    lines = [
-        "Reports on runs left out, one log a split; a count for each verdict on a run:",
-        "",
-        "| Data | Log | | runs | " + " | ".join(VERDICTS) + " | the log |",
-        "| --- | --- | --- | --- |" + " --- |" * (len(VERDICTS) + 1),
-    ]
+    reports = []
     for one in answers:
         counts = Counter(run.verdict for run in one.report.runs)
-        cells = [str(counts[name] or "") for name in VERDICTS]
         kind = "unlike" if one.question.unlike else "like"
-        head = f"| {one.question.data} | {one.question.name} | {kind} | {len(one.report.runs)} "
-        lines.append(head + "| " + " | ".join(cells) + f" | {one.report.verdict} |")
+        head = [one.question.data, one.question.name, kind, str(len(one.report.runs))]
+        reports.append([*head, *(str(counts[name] or "") for name in VERDICTS), one.report.verdict])
     like = [one for one in answers if not one.question.unlike]
-    lines += [
-        "",
-        "Planted in the like runs in which no thermometer was called wrong. A thermometer in use, "
-        "drawn at random, wanders evenly to so many kelvin by the run's end:",
-        "",
-        "| Data | wanders by | runs | found | the right one | a wrong one |",
-        "| --- | --- | --- | --- | --- | --- |",
-    ]
+    wandered = []
     for data in dict.fromkeys(one.question.data for one in like):
         here = [one for one in like if one.question.data == data]
         count = sum(run.verdict != SENSOR for one in here for run in one.report.runs)
         for size in WANDERS_K:
             sums = np.sum([one.wanders[size] for one in here], axis=0)
             cells = [str(int(value)) for value in sums]
-            lines.append(f"| {data} | {size:g} K | {count} | {' | '.join(cells)} |")
-    lines += [
-        "",
-        "And the machine moves so many times as far as it did, in every run of the log:",
-        "",
-        "| Data | Log | " + " | ".join(f"{factor:g} times" for factor in MOVES) + " |",
-        "| --- | --- |" + " --- |" * len(MOVES),
-    ]
-    for one in like:
-        cells = [one.moves[factor] for factor in MOVES]
-        lines.append(f"| {one.question.data} | {one.question.name} | {' | '.join(cells)} |")
-    return "\n".join(lines) + "\n"
+            wandered.append([data, f"{size:g} K", str(count), *cells])
+    moved = [[one.question.data, one.question.name, *one.moves.values()] for one in like]
+    return "\n\n".join(
+        [
+            "Reports on runs left out, one log a split; a count for each verdict on a run:",
+            as_table(["Data", "Log", "", "runs", *VERDICTS, "the log"], reports),
+            "Planted in the like runs in which no thermometer was called wrong. A thermometer in "
+            "use, drawn at random, wanders evenly to so many kelvin by the run's end:",
+            as_table(
+                ["Data", "wanders by", "runs", "found", "the right one", "a wrong one"], wandered
+            ),
+            "And the machine moves so many times as far as it did, in every run of the log:",
+            as_table(["Data", "Log", *(f"{factor:g} times" for factor in MOVES)], moved),
+        ]
+    )
 
 
 def main() -> int:

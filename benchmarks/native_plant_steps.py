@@ -19,7 +19,7 @@ from pathlib import Path
 import fmpy
 
 import build_fmu
-from benchmarks.results_page import tell
+from benchmarks.results_page import as_table, tell
 from fmu_packaging.native.build import HEADERS, native_package
 from fmu_packaging.native.compilers import STRICT, compilers, run_compiler
 from plant_model.effects import catalogue
@@ -42,6 +42,10 @@ MOST_TIMES_MEDIAN = 3.0
 MOST_TIMES_EMPTY = {"page of 95": 60.0, "24 lumps, 3 effects": 100.0}
 """Targets of a step at another speed, times an empty one, at any length of step."""
 
+HEAD = (
+    *("machine", "step", "speed stays [us]", "changes [us]", "worst [us]"),
+    *("worst / median", "changes / empty"),
+)
 EFFECTS = ("natural_convection", "radiation", "viscosity_temperature")
 
 
@@ -120,11 +124,7 @@ def main() -> None:
     parser.add_argument("--runs", type=int, default=300)
     parser.add_argument("--write", action="store_true", help="also write docs/results.md")
     given = parser.parse_args()
-    lines = [
-        "| machine | step | speed stays [us] | changes [us] | worst [us] | worst / median"
-        " | changes / empty |",
-        "|" + " --- |" * 7,
-    ]
+    rows = []
     worst: dict[str, list[float]] = {}
     empty: dict[str, list[float]] = {}
     with tempfile.TemporaryDirectory() as name:
@@ -140,12 +140,13 @@ def main() -> None:
                 changes = statistics.median(found.each[-CHANGES:])
                 worst.setdefault(label, []).append(found.times_median)
                 empty.setdefault(label, []).append(changes / idle)
-                costs = (ns / 1e3 for ns in (stays, changes, max(found.each)))
-                lines.append(
-                    f"| {label} | {step_s:g} s | {' | '.join(f'{us:.2f}' for us in costs)} |"
-                    f" {found.times_median:.2f} | {changes / idle:.0f} |"
-                )
-    lines += [f"\nAn empty step takes {idle:.1f} ns. Targets, at any length of step:\n"]
+                costs = [f"{ns / 1e3:.2f}" for ns in (stays, changes, max(found.each))]
+                ratios = [f"{found.times_median:.2f}", f"{changes / idle:.0f}"]
+                rows.append([label, f"{step_s:g} s", *costs, *ratios])
+    lines = [
+        as_table(HEAD, rows),
+        f"\nAn empty step takes {idle:.1f} ns. Targets, at any length of step:\n",
+    ]
     lines += [
         _verdict(f"{label}, worst / median", ratios, MOST_TIMES_MEDIAN)
         for label, ratios in worst.items()

@@ -1,6 +1,6 @@
 """What probe cycles bring: error against probes a run, on runs that a compensator never saw.
 
-    python -m benchmarks.probing DATA [--model gaussian] [--json FILE] [--write]
+    python -m benchmarks.probing DATA [--model gaussian] [--write]
 
 DATA holds ``lathe`` and ``electric_spindle``. A compensator is fitted to some runs and driven
 through the others; at a probe it is given the run's own measured drift, with 0.5 um of noise.
@@ -12,8 +12,6 @@ any model. Nothing is fitted or chosen on the judged runs; a limit comes from th
 from __future__ import annotations
 
 import argparse
-import json
-import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,14 +19,13 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.results_page import put
+from benchmarks.results_page import as_table, tell
 from benchmarks.trust.questions import electric_pieces, lathe_runs
 from fmu_compensator.fit.fitting import compensator_text, fit_compensator
 from fmu_compensator.runtime.compensator import WAITING, RunningCompensator
 from fmu_compensator.runtime.modelfile import Model, parse_model
 from measurement.drift import measured_drift
 from measurement.faults import GROSS, cleaned, find_faults
-from measurement.files import write_atomically
 from measurement.rig import Rig, rig_from_table
 from measurement.runs import Run
 from scenarios.probing import ProbedRun, Probing
@@ -185,23 +182,19 @@ def _rms(values: np.ndarray) -> float:
 def table_text(split: Split, kind: str, lines: Sequence[Line]) -> str:
     """Return a split's table, in Markdown."""
     axes = list(lines[0].error)
-    head = "".join(f" {axis} [µm] | {axis} held [µm] | {axis} inside |" for axis in axes)
-    text = [
-        f"### {split.name[0].upper()}{split.name[1:]}",
-        "",
-        f"`{kind}`, {len(split.train)} runs learnt from, {len(split.judged)} judged.",
-        "",
-        f"| | probes a run |{head}",
-        f"| --- | --- |{' --- |' * (3 * len(axes))}",
-    ]
+    head = ["", "probes a run"]
+    head += [f"{axis}{what}" for axis in axes for what in (" [µm]", " held [µm]", " inside")]
+    rows = []
     for line in lines:
-        cells = ""
+        cells = [line.way, f"{line.probes:.1f}"]
         for axis in axes:
-            held = f"{line.held[axis]:.1f}" if line.probes else ""
-            inside = f"{100 * line.coverage[axis]:.0f} %" if line.coverage else ""
-            cells += f" {line.error[axis]:.1f} | {held} | {inside} |"
-        text.append(f"| {line.way} | {line.probes:.1f} |{cells}")
-    return "\n".join([*text, ""])
+            cells.append(f"{line.error[axis]:.1f}")
+            cells.append(f"{line.held[axis]:.1f}" if line.probes else "")
+            cells.append(f"{100 * line.coverage[axis]:.0f} %" if line.coverage else "")
+        rows.append(cells)
+    title = f"### {split.name[0].upper()}{split.name[1:]}"
+    count = f"`{kind}`, {len(split.train)} runs learnt from, {len(split.judged)} judged."
+    return f"{title}\n\n{count}\n\n{as_table(head, rows)}\n"
 
 
 def main() -> int:
@@ -209,27 +202,19 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("data", type=Path)
     parser.add_argument("--model", default="gaussian")
-    parser.add_argument("--json", type=Path, metavar="FILE")
     parser.add_argument("--write", action="store_true", help="also write docs/results.md")
     args = parser.parse_args()
-    texts, results = [], []
+    texts = []
     for split in splits(args.data):
         # The slew limit of a control has no part in the model's error.
         limits = {"slew_um_per_s": 1000.0}
         table = fit_compensator(split.train, split.rig, args.model, limits=limits)
         model = parse_model(compensator_text(table), split.name)
-        lines = judge(split, model)
-        texts.append(table_text(split, args.model, lines))
-        results.append({"split": split.name, "lines": [vars(line) for line in lines]})
-        print(texts[-1])
-        sys.stdout.flush()
+        texts.append(table_text(split, args.model, judge(split, model)))
     if not texts:
         print(f"{args.data}: holds neither lathe nor electric_spindle")
         return 2
-    if args.json:
-        write_atomically(args.json, json.dumps(results, indent=1))
-    if args.write:
-        put("probing", "\n".join(texts))
+    tell("probing", "\n".join(texts), write=args.write)
     return 0
 
 

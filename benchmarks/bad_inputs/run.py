@@ -18,7 +18,7 @@ from tqdm import tqdm
 
 from benchmarks.bad_inputs.case import Answer, BadInputCase, ask
 from benchmarks.bad_inputs.cases import GROUPS
-from benchmarks.results_page import put
+from benchmarks.results_page import as_table, put
 from fmu_compensator.fit.fitting import compensator_text, fit_compensator
 from fmu_packaging.package import build
 from fmu_packaging.publish import publish
@@ -81,12 +81,7 @@ def tables(found: dict[str, list[Answer]], shown: int = 10**6) -> str:
     kept = sum(not answer.problem for answer in everything)
     lines = [f"{kept} of {len(everything)} keep all of it.", ""]
     for name, group in found.items():
-        lines += [
-            f"### {name}",
-            "",
-            "| What is wrong | Command | What is said |",
-            "| --- | --- | --- |",
-        ]
+        rows = []
         first = group[:shown]
         for answer in first + [answer for answer in group[shown:] if answer.problem]:
             case = answer.case
@@ -94,8 +89,9 @@ def tables(found: dict[str, list[Answer]], shown: int = 10**6) -> str:
             line = line.replace(f"{ROOT}/", "").replace("|", "\\|")
             said = answer.problem.replace("|", "\\|") if answer.problem else line
             mark = "**not kept**: " if answer.problem else ""
-            lines.append(f"| {case.title} | `{case.command.format(dist='dist')}` | {mark}{said} |")
-        lines.append("")
+            rows.append([case.title, f"`{case.command.format(dist='dist')}`", mark + said])
+        table = as_table(["What is wrong", "Command", "What is said"], rows)
+        lines += [f"### {name}", "", table, ""]
     return "\n".join(lines)
 
 

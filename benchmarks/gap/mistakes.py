@@ -27,6 +27,7 @@ from tqdm import tqdm  # noqa: E402
 
 from benchmarks.gap.clock import clocked  # noqa: E402
 from benchmarks.gap.outcome import NONE, RIGHT, named_in, outcome_of_mistake  # noqa: E402
+from benchmarks.results_page import as_table  # noqa: E402
 from gap_finder.find import answer  # noqa: E402
 from gap_finder.kinds.base import Change  # noqa: E402
 from gap_finder.kinds.coarse_part import CoarsePart  # noqa: E402
@@ -181,17 +182,16 @@ def main(arguments: list[str] | None = None) -> int:
     for mistake in tqdm(chosen, unit="mistake"):
         answers.append(asked(mistake, given, args.seed))
         write_atomically(args.out / "mistakes.json", json.dumps(answers, indent=1) + "\n")
-    print("| Mistake | Named | | Gap before | after | CPU [s] |")
-    print("| --- | --- | --- | ---: | ---: | ---: |")
+    rows = []
     for one in answers:
         said = (
             "; ".join(f"{name} {_words(place)}" for name, place in one["named"]) or one["verdict"]
         )
         more = f" (or {len(one['or_else'])} more)" if one["or_else"] else ""
-        print(
-            f"| {one['kind']} {_words(one['place'])} | {said}{more} | {one['outcome']} "
-            f"| {one['gap']['before']:.2f} | {one['gap']['after']:.2f} | {one['seconds']:.0f} |"
-        )
+        gaps = [f"{one['gap'][when]:.2f}" for when in ("before", "after")]
+        made = f"{one['kind']} {_words(one['place'])}"
+        rows.append([made, said + more, one["outcome"], *gaps, f"{one['seconds']:.0f}"])
+    print(as_table(["Mistake", "Named", "", "Gap before", "after", "CPU [s]"], rows))
     return 0
 
 

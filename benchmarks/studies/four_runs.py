@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from itertools import repeat
 
 import numpy as np
 
 from benchmarks.results_page import as_table
 from benchmarks.studies.machines import shipped_runs, truth
+from fmu_compensator.driving import answers, inputs_of
 from fmu_compensator.fit.fitting import compensator_text, fit_compensator
-from fmu_compensator.runtime.compensator import RunningCompensator
-from fmu_compensator.runtime.modelfile import parse_model
+from fmu_compensator.runtime.modelfile import Model, parse_model
 from measurement.drift import measured_drift
 from measurement.rig import FivePointRig
 from measurement.runs import Run
@@ -46,18 +46,20 @@ def interval_table(rows: Sequence[Sequence[str]]) -> str:
 
 
 def _run(
-    model: Any, unseen: Sequence[Run], rig: FivePointRig, tool: float
+    model: Model, unseen: Sequence[Run], rig: FivePointRig, tool: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return what the compensator leaves of the unseen runs' drift, and its half widths [um]."""
     left, widths = [], []
     for run in unseen:
-        compensator = RunningCompensator(model)
-        columns = [f"{sensor.name}_degC" for sensor in model.sensors]
-        readings, speed = run.frame[columns].to_numpy(), run.frame["speed_rpm"].to_numpy()
-        drift = measured_drift(run, rig, tool, "rise").to_numpy()
-        step = float(np.median(np.diff(run.time_s)))
-        for k, time in enumerate(run.time_s):
-            out = compensator.step(time, step, readings[k].tolist(), float(speed[k]), tool)
-            left.append(drift[k] + out[:3])
-            widths.append(out[6:9])
-    return np.array(left), np.array(widths)
+        outputs = sent(model, run, tool)
+        left.append(measured_drift(run, rig, tool, "rise").to_numpy() + outputs[:, :3])
+        widths.append(outputs[:, 6:9])
+    return np.concatenate(left), np.concatenate(widths)
+
+
+def sent(model: Model, run: Run, tool: float) -> np.ndarray:
+    """Return a row of numbers that a compensator sends for every row of a run, evenly spaced."""
+    readings, speed = inputs_of(model, run)
+    step = float(np.median(np.diff(run.time_s)))
+    inputs = zip(run.time_s, repeat(step), readings, speed, repeat(None))
+    return np.array([output[:9] for output in answers(model, inputs, tool)])

@@ -18,6 +18,7 @@ import numpy as np
 import pandas as pd
 
 from benchmarks.results_page import as_table
+from benchmarks.studies.four_runs import sent
 from benchmarks.studies.machines import Pair, truth
 from benchmarks.studies.tables import shown_range
 from fmu_compensator.fit.columns import MeasuredColumns
@@ -25,7 +26,6 @@ from fmu_compensator.fit.data import prepare
 from fmu_compensator.fit.error_models.base import FittedModel
 from fmu_compensator.fit.fitting import compensator_text, fit_compensator
 from fmu_compensator.fit.recipe import Recipe
-from fmu_compensator.runtime.compensator import RunningCompensator
 from fmu_compensator.runtime.modelfile import parse_model
 from measurement.drift import measured_drift
 from measurement.figures import figures_of_merit
@@ -202,26 +202,12 @@ def _workpieces(machine: str, seed: int) -> tuple[Any, ...]:
         scenario = _scenario(((0.0, speed), STOP), hall)
         pair = truth(machine).record(scenario, False, 1000 * seed + 20 + number)
         drift = measured_drift(pair.exact, rig, TOOL_MM, "rise").to_numpy()
-        left = drift + _offsets(RunningCompensator(model), pair.measured.frame)
+        left = drift + sent(model, pair.measured, TOOL_MM)[:, :3]
         rows = np.searchsorted(pair.exact.time_s, 60.0 * np.array(CUT_MIN) - 1e-6)
         # The first workpiece of a group is the reference.
         sizes = [errors[rows][1:] - errors[rows][0] for errors in (drift, left)]
         found.append(tuple(tuple(np.abs(size[:, [0, 2]]).mean(axis=0).tolist()) for size in sizes))
     return tuple(found)
-
-
-def _offsets(compensator: RunningCompensator, frame: pd.DataFrame) -> np.ndarray:
-    """Return the offsets that a compensator gives along a run, shape (n, 3) [um]."""
-    names = [f"{sensor.name}_degC" for sensor in compensator.model.sensors]
-    readings, speed = frame[names].to_numpy(), frame["speed_rpm"].to_numpy()
-    time = frame["time_s"].to_numpy()
-    step = float(time[1] - time[0])
-    return np.array(
-        [
-            compensator.step(t, step, readings[k].tolist(), float(speed[k]), TOOL_MM)[:3]
-            for k, t in enumerate(time)
-        ]
-    )
 
 
 def hybrid_table(found: Sequence[Hybrid]) -> str:
