@@ -17,7 +17,7 @@ from measurement.importing.text_tables import cells_of, decimal_mark, decoded
 
 Cell = str | float | int | bool | dt.date | dt.time | dt.timedelta | None
 
-NUMBER = re.compile(r"\s*[+-]?(?:\d+(?:[.,]\d*)*|[.,]\d+)(?:[eE][+-]?\d+)?\s*")
+NUMBER = re.compile(r"\s*[+-]? *(?:\d+(?:[.,]\d*)*|[.,]\d+)(?:[eE][+-]?\d+)?\s*")
 CLOCK = re.compile(
     r"\s*\d{1,4}(?:[-./:]\d{1,2}\b|[-./ ]+[A-Za-zä]{3,9}[-./ ,]+\d{2}).*|\s*\d+ ?d \d+:\d+.*"
 )
@@ -31,7 +31,7 @@ MISSING = frozenset(
 """What recorders write where there is no value, in small letters."""
 EXCEL = (".xlsx", ".xlsm", ".xlsb", ".xls", ".ods")
 LOGS = (".tdms", ".mf4", ".mdf")
-TEXTS = (".csv", ".txt", ".tsv", ".dat")
+TEXTS = (".csv", ".txt", ".tsv", ".dat", ".lvm")
 HEADER_WITHIN = 100
 """Lines among which the header is looked for."""
 
@@ -99,11 +99,17 @@ def read_sheets(path: Path) -> list[Sheet]:
         found = read_log(path)
     else:
         text = decoded(data, path)
+        from measurement.importing.lvm import BEGIN, read_lvm
+
+        if text.startswith(BEGIN):
+            return read_lvm(path, text)
         rows: list[list[Cell]] = [list(row) for row in cells_of(text, path)]
         found = [_sheet(path, "", rows)]
     if not found:
         raise BadInput(path, "", "holds no table with a header and data rows")
-    return found
+    from measurement.importing.long_tables import by_signal
+
+    return [part for sheet in found for part in by_signal(sheet)]
 
 
 def _workbook(path: Path) -> list[Sheet]:
@@ -147,15 +153,19 @@ def _sheet(path: Path, title: str, rows: list[list[Cell]]) -> Sheet:
         If there is none, or a row does not fit it.
     """
     place = f"{title}, " if title else ""
-    fewest = min(2, _usual_filled(rows))
-    data = [i for i, row in enumerate(rows[:HEADER_WITHIN]) if _is_data(row, fewest)]
-    first = next((i for i in data if i > 0), None)
+    fewest, usual = min(2, _usual_filled(rows)), _usual_length(rows[len(rows) // 2 :])
+    numeric = _numeric_columns(rows)
+    data = [i for i, row in enumerate(rows[:HEADER_WITHIN]) if _is_data(row, numeric, fewest)]
+    first = next((i for i in data if i > 0 and len(rows[i]) == usual), None)
     if data and data[0] == 0:
         raise BadInput(path, f"{place}row 1", "holds numbers; a header with names must stand first")
     if first is None:
         problem = f"no row of numbers in the first {HEADER_WITHIN} rows"
         raise BadInput(path, title, f"holds no table: {problem}")
     headings, width, skipped = _headings(path, rows, first, place)
+    above = max(i for i in range(first) if _filled(rows[i]))
+    if above in data:
+        raise _wrong_width(path, f"{place}row {above + 1}", len(rows[above]), usual)
     lines = "1 line" if skipped == 1 else f"{skipped} lines"
     notes = [f"{lines} before the header: skipped"] if skipped else []
     kept = [(number, row) for number, row in enumerate(rows[first:], first + 1) if _filled(row)]
@@ -233,8 +243,11 @@ def _check_widths(
             notes.append(f"the last row ({number}) is cut off and left out")
             kept.pop()
             return
-        problem = f"has {len(row)} cells; the others have {usual}"
-        raise BadInput(path, f"{place}row {number}", problem)
+        raise _wrong_width(path, f"{place}row {number}", len(row), usual)
+
+
+def _wrong_width(path: Path, place: str, cells: int, usual: int) -> BadInput:
+    return BadInput(path, place, f"has {cells} cells; the others have {usual}")
 
 
 def _usual_length(rows: Sequence[Sequence[Cell]]) -> int:
@@ -285,12 +298,22 @@ def _usual_filled(rows: Sequence[Sequence[Cell]]) -> int:
     return counts.most_common(1)[0][0] if counts else 0
 
 
-def _is_data(row: Sequence[Cell], fewest: int) -> bool:
-    """Return whether a row holds values: enough cells, most of them numbers or times."""
-    filled = [cell for cell in row if cell is not None and str(cell).strip()]
-    values = [cell for cell in filled if _is_value(cell)]
-    spoken = [cell for cell in filled if not _is_missing(cell)]
-    return len(filled) >= fewest and len(values) >= 1 and len(values) >= 0.6 * max(len(spoken), 1)
+def _numeric_columns(rows: Sequence[Sequence[Cell]]) -> set[int]:
+    """Return which columns hold numbers or times in most rows of the second half."""
+    later = [row for row in rows[len(rows) // 2 :] if _filled(row)][:HEADER_WITHIN]
+    said = [(at, cell) for row in later for at, cell in enumerate(row) if not _is_missing(cell)]
+    spoken, values = Counter(at for at, _ in said), Counter(at for at, c in said if _is_value(c))
+    return {at for at, count in spoken.items() if 2 * values[at] > count}
+
+
+def _is_data(row: Sequence[Cell], numeric: set[int], fewest: int) -> bool:
+    """Return whether a row holds values: enough cells, and numbers or times in most columns that
+    have them further down.
+    """
+    filled = [cell for cell in row if not _is_blank(cell)]
+    said = [cell for at, cell in enumerate(row) if at in numeric and not _is_missing(cell)]
+    values = sum(_is_value(cell) for cell in said)
+    return len(filled) >= fewest and 2 * values > len(said)
 
 
 def _is_value(cell: Any) -> bool:

@@ -11,7 +11,7 @@ from measurement.importing.sheets import Cell
 
 DAY_S = 86400.0
 _OF_DAY = re.compile(
-    r"(?:(?P<d>\d+)\s*d\s*)?(?P<h>\d{1,3}):(?P<m>\d{2})(?::(?P<s>\d{2})(?:[.,](?P<part>\d+))?)?"
+    r"(?:(?P<d>\d+)\s*d\s*)?(?P<h>\d{1,3}):(?P<m>\d{2})(?::(?P<s>\d{2})(?:[.,:](?P<part>\d+))?)?"
     r"\s*(?P<half>[AaPp][Mm])?"
 )
 _ZONE = re.compile(r"\s*(?:(?P<utc>Z|UTC|GMT)|(?P<sign>[+-])(?P<h>\d{2}):?(?P<m>\d{2})?)$")

@@ -16,10 +16,10 @@ ONE_COLUMN = "\0"
 """What separates the cells of one column: nothing that a text holds."""
 HEAD_LINES = 400
 """So many lines are looked at to find the separator."""
-_DECIMAL_COMMA = re.compile(r"\s*[+-]?\d+,\d+(?:[eE][+-]?\d+)?\s*")
-_DECIMAL_POINT = re.compile(r"\s*[+-]?\d*\.\d+(?:[eE][+-]?\d+)?\s*")
-_ONE_NUMBER = re.compile(r"\s*[+-]?\d+(?:[.,]\d*)?(?:[eE][+-]?\d+)?\s*")
-_THOUSANDS = re.compile(r"\s*[+-]?\d{1,3}(?:\.\d{3})+,\d+\s*")
+_DECIMAL_COMMA = re.compile(r"\s*[+-]? *\d+,\d+(?:[eE][+-]?\d+)?\s*")
+_DECIMAL_POINT = re.compile(r"\s*[+-]? *\d*\.\d+(?:[eE][+-]?\d+)?\s*")
+_ONE_NUMBER = re.compile(r"\s*[+-]? *\d+(?:[.,]\d*)?(?:[eE][+-]?\d+)?\s*")
+_THOUSANDS = re.compile(r"\s*[+-]? *\d{1,3}(?:\.\d{3})+,\d+\s*")
 
 
 def decoded(data: bytes, path: Path) -> str:

@@ -55,7 +55,7 @@ def number_of(cell: Cell, sheet: Sheet) -> float | None:
     if sheet.thousands:
         text = text.replace(sheet.thousands, "")
     try:
-        return float(text.replace(sheet.decimal, "."))
+        return float(text.replace(sheet.decimal, ".").replace(" ", ""))
     except ValueError:
         return None
 

@@ -94,8 +94,12 @@ def run(args: argparse.Namespace) -> int:
         return 0
     print(table_text(found, written))
     new = {} if source is None else _not_in(mapping.columns, found)
+    alike: dict[str, list[str]] = {}
     for header, text in found.hints.items():
-        print(f"left out: {header}: {text}", file=sys.stderr)
+        alike.setdefault(text.replace(header, "NAME"), []).append(header)
+    for text, headers in alike.items():
+        said = text if len(headers) > 1 else found.hints[headers[0]]
+        print(f"left out: {', '.join(headers)}: {said}", file=sys.stderr)
     for header, text in found.asks.items():
         print(f"asked: {header}: {text}", file=sys.stderr)
     for column, text in found.doubts:

@@ -54,6 +54,10 @@ TEXTS = {
     "local times": table(stamps(LOCAL)),
     "local times with milliseconds": table(stamps("%d.%m.%Y %H:%M:%S,250")),
     "ISO": table(stamps(ISO), clock="timestamp"),
+    "colons before milliseconds": table(stamps("%d.%m.%Y %H:%M:%S:250")),
+    "signs apart from numbers": SECONDS.replace(";2", ";+    2").replace(";-", ";-   "),
+    "settings of the recorder with numbers": "Intervall;60s\nKanal;Name;Art;Spanne;0;100;C\n"
+    + SECONDS,
     "ISO with a zone": table(stamps(ISO + "+01:00"), clock="timestamp"),
     "ISO, universal": table(stamps(ISO + "Z"), clock="timestamp"),
     "month first": table(stamps("%m/%d/%Y %I:%M:%S %p", 40, 60.0), clock="Date/Time"),
@@ -237,3 +241,60 @@ def test_a_unit_for_many_leaves_time_and_other_quantities_alone(tmp_path: Path) 
     (tmp_path / "log.csv").write_text(text, encoding="utf-8")
     (run,) = import_files([tmp_path / "log.csv"], units={"*": "degC"}).runs
     assert list(run.frame) == ["time_s", "T1_degC", "T2_degC", "speed_rpm", "z_um", "q_degC"]
+
+
+@pytest.mark.parametrize("clock", ["One", "Multi", "No"])
+def test_lvm(clock: str, tmp_path: Path) -> None:
+    units = ["°C", "degC", "°C", "1/min", "µm"]
+    names = [header.partition(" [")[0].partition(" (")[0] for header in HEADER]
+    values, times = signals(), [f"{float(time):.6f}" for time in elapsed()]
+    columns = list(zip(names, values.T, strict=True))
+    lines = []
+    for row, time in enumerate(times):
+        told = [f"{column[row]:g}" for _, column in columns]
+        firsts = {"One": [time], "No": [""], "Multi": []}[clock]
+        cells = [cell for value in told for cell in (time, value)] if clock == "Multi" else told
+        lines.append([*firsts, *cells])
+    labels = ["X_Value", *names]
+    if clock == "Multi":
+        labels = [label for name in names for label in ("X_Value", name)]
+    of_file = {"Separator": "Tab", "Decimal_Separator": ",", "X_Columns": clock}
+    of_file |= {"Time_Pref": "Relative"}
+    of_segment = {"Channels": ["5"], "Samples": ["40"] * 5, "Date": ["2026/03/02"] * 5}
+    of_segment |= {"Time": ["07:15:00,25"] * 5, "Y_Unit_Label": units, "Delta_X": ["60,0"] * 5}
+    end = "***End_of_Header***\t"
+    rows = [["LabVIEW Measurement\t"], *map(list, of_file.items()), [end], []]
+    rows += [[key, *cells] for key, cells in of_segment.items()] + [[end], [*labels, "Comment"]]
+    text = "\n".join("\t".join(row) for row in rows) + "\n"
+    text += "\n".join("\t".join(row).replace(".", ",") for row in lines) + "\n"
+    path = tmp_path / "log.lvm"
+    path.write_text(text, encoding="utf-8")
+    found = imported(path)
+    check(found)
+    assert found.pieces[0].starts == "2026-03-02 07:15:00"
+
+
+def test_an_lvm_file_of_two_segments_is_two_tables(tmp_path: Path) -> None:
+    def segment(time: str) -> str:
+        rows = "".join(f"{n:.6f}\t{20 + n}\n" for n in range(5))
+        head = f"Channels\t1\nDate\t2026/03/02\nTime\t{time}\nY_Unit_Label\tdegC\n"
+        return f"{head}***End_of_Header***\t\nX_Value\tT1\tComment\n{rows}\n"
+
+    path = tmp_path / "log.lvm"
+    head = "LabVIEW Measurement\t\nSeparator\tTab\n***End_of_Header***\n\n"
+    path.write_text(head + segment("07:15:00") + segment("07:16:00"))
+    (run,) = imported(path).runs
+    assert run.time_s.tolist() == [*range(5), *range(60, 65)]
+    assert run.frame["T1_degC"].tolist() == [20, 21, 22, 23, 24] * 2
+
+
+def test_a_table_with_a_row_for_each_value(tmp_path: Path) -> None:
+    lines = ["timestamp;tag;value;unit;quality"]
+    units = ["°C", "degC", "°C", "1/min", "µm"]
+    for time, row in zip(stamps(LOCAL), signals(), strict=True):
+        for header, value, unit in zip(HEADER, row, units, strict=True):
+            name = header.partition(" [")[0].partition(" (")[0]
+            lines.append(f"{time};{name};{german(value)};{unit};GOOD")
+    path = tmp_path / "export.csv"
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    check(imported(path))

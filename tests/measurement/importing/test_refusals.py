@@ -46,6 +46,7 @@ CASES = {
     ),
     "a cell too many": Bad((changed(9, ";6000", ";6000;1"),), "row 9: has 7 cells; the others"),
     "a cell too few": Bad((changed(9, ";6000", ""),), "row 9: has 5 cells; the others have 6"),
+    "the first row cut": Bad((changed(2, ";0;", ";"),), "row 2: has 5 cells; the others have 6"),
     "decimal commas between commas": Bad(
         ("t [s],T1 [°C]\n0,5,21,3\n1,5,21,4\n2,5,21,5\n",), "decimal commas need another separator"
     ),

@@ -1,0 +1,51 @@
+"""Tables with a row for each value, as historians export them: time, name of the signal, value."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+
+from measurement.importing.headers import heading
+from measurement.importing.sheets import Sheet
+
+_NAME = re.compile(
+    r"tag|tag[ _]?name|name|channel|signal|variable|sensor|point|item|kanal|messstelle|parameter"
+    r"|metric|field|series|quantity",
+    re.IGNORECASE,
+)
+_VALUE = re.compile(r"_?value|wert|messwert|reading", re.IGNORECASE)
+_UNIT = re.compile(r"units?|einheit|eng(ineering)?[ _]?units?", re.IGNORECASE)
+
+
+def by_signal(sheet: Sheet) -> list[Sheet]:
+    """Return a sheet for each signal of a table with a row for each value; any other as it is.
+
+    Parameters
+    ----------
+    sheet : Sheet
+    """
+    names = [entry.name.strip() for entry in sheet.headings]
+    signals = [at for at, name in enumerate(names) if _NAME.fullmatch(name)]
+    values = [at for at, name in enumerate(names) if _VALUE.fullmatch(name)]
+    units = [at for at, name in enumerate(names) if _UNIT.fullmatch(name)]
+    clock = [at for at, entry in enumerate(sheet.headings) if entry.is_time]
+    if len(signals) != 1 or len(values) != 1 or not clock:
+        return [sheet]
+    rows: dict[str, list[int]] = {}
+    for row, name in enumerate(sheet.columns[signals[0]]):
+        rows.setdefault(str(name).strip(), []).append(row)
+    found: list[Sheet] = []
+    for name, kept in rows.items():
+        unit = str(sheet.columns[units[0]][kept[0]] or "") if units else ""
+        value = heading(name, unit or sheet.headings[values[0]].unit)
+        found.append(
+            replace(
+                sheet,
+                title=f"{sheet.title}, {name}" if sheet.title else name,
+                headings=(*(sheet.headings[at] for at in clock), value),
+                columns=[[sheet.columns[at][row] for row in kept] for at in (*clock, values[0])],
+                rows=[sheet.rows[row] for row in kept],
+                notes=sheet.notes if not found else (),
+            )
+        )
+    return found

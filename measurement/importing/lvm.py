@@ -1,0 +1,94 @@
+"""LabVIEW's measurement files (``.lvm``): a header for the file, and one for each segment."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from measurement.errors import BadInput
+from measurement.importing.headers import Heading, heading
+from measurement.importing.logs import CLOCK, sheet_of
+from measurement.importing.sheets import Cell, Sheet
+from measurement.importing.stamps import seconds_of_date
+
+BEGIN = "LabVIEW Measurement"
+END = re.compile(r"^\*\*\*End_of_Header\*\*\*.*\n", re.MULTILINE)
+SINCE_1904_S = 2_082_844_800.0
+"""From LabVIEW's zero of time to 1970 [s]."""
+CLOCK_NAME, COMMENT = "X_Value", "Comment"
+Facts = dict[str, list[str]]
+
+
+def read_lvm(path: Path, text: str) -> list[Sheet]:
+    """Read the channels of all segments; those with a clock of their own are a sheet.
+
+    Parameters
+    ----------
+    path : Path
+    text : str
+        The file's, which begins with `BEGIN`.
+
+    Raises
+    ------
+    BadInput
+        If a header does not end, or a row does not fit it.
+    """
+    head, *rest = END.split(text)
+    mark = "," if "Separator,Comma" in head else "\t"
+    file_facts = _facts(head, mark)
+    if len(rest) < 2:
+        raise BadInput(path, "", "holds no segment with a header and rows")
+    found: list[Sheet] = []
+    told = rest[0]
+    for number, block in enumerate(rest[1:], 1):
+        body, _, following = block.partition("\nChannels" + mark)
+        found += _segment(path, f"segment {number}", body, file_facts | _facts(told, mark), mark)
+        told = "Channels" + mark + following
+    return found
+
+
+def _facts(head: str, mark: str) -> Facts:
+    cells = [[cell.strip() for cell in line.split(mark)] for line in head.split("\n")]
+    return {key: values for key, *values in cells if key}
+
+
+def _segment(path: Path, title: str, body: str, facts: Facts, mark: str) -> Iterator[Sheet]:
+    names, *lines = [line.split(mark) for line in body.split("\n") if line.strip()]
+    decimal = facts.get("Decimal_Separator", ["."])[0]
+    columns: list[list[Cell]] = [[] for _ in names]
+    for row in lines:
+        if len(row) > len(names):
+            raise BadInput(path, title, f"a row has {len(row)} cells, its header {len(names)}")
+        for at, column in enumerate(columns):
+            cell = row[at].strip().replace(decimal, ".") if at < len(row) else ""
+            column.append(cell or None)
+    start = facts.get("Date", [""])[0].replace("/", "-")
+    zero = seconds_of_date(f"{start} {facts.get('Time', [''])[0].replace(decimal, '.')}", True)
+    if facts.get("Time_Pref", [""])[0] == "Absolute":
+        zero = -SINCE_1904_S
+    by_clock: dict[bytes, dict[Heading, list[Cell]]] = {}
+    times, channel = np.arange(len(lines), dtype=np.float64), 0
+    for name, cells in zip(names, columns, strict=True):
+        if name.strip() == CLOCK_NAME:
+            told = [cell for cell in cells if cell is not None]
+            step = float(_of(facts, "Delta_X", channel, "1").replace(decimal, "."))
+            first = float(_of(facts, "X0", channel, "0").replace(decimal, "."))
+            times = np.array(told, dtype=np.float64) if told else times * step + first
+            continue
+        if name.strip() == COMMENT:
+            continue
+        named = heading(name.strip(), _of(facts, "Y_Unit_Label", channel, ""))
+        channel += 1
+        key = times.tobytes()
+        clock: list[Cell] = list((times + (zero or 0.0)).tolist())
+        by_clock.setdefault(key, {CLOCK: clock})[named] = cells[: len(times)]
+    for number, held in enumerate(by_clock.values(), 1):
+        yield sheet_of(path, title if len(by_clock) == 1 else f"{title}.{number}", held)
+
+
+def _of(facts: Facts, key: str, channel: int, otherwise: str) -> str:
+    values = facts.get(key, [])
+    return values[channel] if channel < len(values) and values[channel] else otherwise
