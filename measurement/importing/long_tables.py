@@ -5,8 +5,9 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 
+from measurement.errors import BadInput
 from measurement.importing.headers import heading
-from measurement.importing.sheets import Sheet
+from measurement.importing.sheets import Sheet, is_missing
 
 _NAME = re.compile(
     r"tag|tag[ _]?name|name|channel|signal|variable|sensor|point|item|kanal|messstelle|parameter"
@@ -23,6 +24,11 @@ def by_signal(sheet: Sheet) -> list[Sheet]:
     Parameters
     ----------
     sheet : Sheet
+
+    Raises
+    ------
+    BadInput
+        For a value without the name of its signal.
     """
     names = [entry.name.strip() for entry in sheet.headings]
     signals = [at for at, name in enumerate(names) if _NAME.fullmatch(name)]
@@ -33,6 +39,11 @@ def by_signal(sheet: Sheet) -> list[Sheet]:
         return [sheet]
     rows: dict[str, list[int]] = {}
     for row, name in enumerate(sheet.columns[signals[0]]):
+        if is_missing(name):
+            place = f"row {sheet.rows[row]}, column {sheet.headings[signals[0]].text}"
+            raise BadInput(
+                sheet.where, place, "is missing; every value needs the name of its signal"
+            )
         rows.setdefault(str(name).strip(), []).append(row)
     found: list[Sheet] = []
     for name, kept in rows.items():

@@ -44,8 +44,12 @@ def read_lvm(path: Path, text: str) -> list[Sheet]:
     found: list[Sheet] = []
     told = rest[0]
     for number, block in enumerate(rest[1:], 1):
+        title = f"segment {number}"
         body, _, following = block.partition("\nChannels" + mark)
-        found += _segment(path, f"segment {number}", body, file_facts | _facts(told, mark), mark)
+        try:
+            found += _segment(path, title, body, file_facts | _facts(told, mark), mark)
+        except ValueError as error:
+            raise BadInput(path, title, f"its clock cannot be read: {error}") from None
         told = "Channels" + mark + following
     return found
 
@@ -56,7 +60,9 @@ def _facts(head: str, mark: str) -> Facts:
 
 
 def _segment(path: Path, title: str, body: str, facts: Facts, mark: str) -> Iterator[Sheet]:
-    names, *lines = [line.split(mark) for line in body.split("\n") if line.strip()]
+    names, *lines = [line.split(mark) for line in body.split("\n") if line.strip()] or [[]]
+    if not lines:
+        return
     decimal = facts.get("Decimal_Separator", ["."])[0]
     columns: list[list[Cell]] = [[] for _ in names]
     for row in lines:

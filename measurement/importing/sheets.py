@@ -102,9 +102,10 @@ def read_sheets(path: Path) -> list[Sheet]:
         from measurement.importing.lvm import BEGIN, read_lvm
 
         if text.startswith(BEGIN):
-            return read_lvm(path, text)
-        rows: list[list[Cell]] = [list(row) for row in cells_of(text, path)]
-        found = [_sheet(path, "", rows)]
+            found = read_lvm(path, text)
+        else:
+            rows: list[list[Cell]] = [list(row) for row in cells_of(text, path)]
+            found = [_sheet(path, "", rows)]
     if not found:
         raise BadInput(path, "", "holds no table with a header and data rows")
     from measurement.importing.long_tables import by_signal

@@ -15,6 +15,11 @@ SECONDS = table(elapsed(), clock="Zeit [s]")
 LINES = SECONDS.split("\n")
 LOCAL = table(stamps("%d.%m.%Y %H:%M:%S"))
 
+LVM = (
+    "LabVIEW Measurement\t\nSeparator\tTab\n***End_of_Header***\n\nChannels\t1\n"
+    "Y_Unit_Label\tdegC\n***End_of_Header***\nX_Value\tT1\tComment\n"
+)
+
 
 class Bad(NamedTuple):
     """What is in the files, and what the refusal says after the file's name."""
@@ -46,6 +51,21 @@ CASES = {
     ),
     "a cell too many": Bad((changed(9, ";6000", ";6000;1"),), "row 9: has 7 cells; the others"),
     "a cell too few": Bad((changed(9, ";6000", ""),), "row 9: has 5 cells; the others have 6"),
+    "a value without a name": Bad(
+        ("time [s];tag;value\n0;T1;21,5\n0;;21,5\n1;T1;21,6\n",),
+        "row 3, column tag: is missing; every value needs the name of its signal",
+    ),
+    "lvm cut in its header": Bad(
+        ("LabVIEW Measurement\t\nSeparator\tTab\n***End_of_Header***\nChannels\t1\n",),
+        "holds no segment with a header and rows",
+    ),
+    "lvm without a row": Bad((LVM,), "holds no table with a header and data rows"),
+    "lvm with a word for a time": Bad(
+        (f"{LVM}0.0\t21\nnoon\t22\n",), "segment 1: its clock cannot be read"
+    ),
+    "lvm with a row too wide": Bad(
+        (f"{LVM}0.0\t21\t\t5\t7\n",), "segment 1: a row has 5 cells, its header 3"
+    ),
     "the first row cut": Bad((changed(2, ";0;", ";"),), "row 2: has 5 cells; the others have 6"),
     "decimal commas between commas": Bad(
         ("t [s],T1 [°C]\n0,5,21,3\n1,5,21,4\n2,5,21,5\n",), "decimal commas need another separator"
