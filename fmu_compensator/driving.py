@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fmu_compensator.fit.training import Array
+from fmu_compensator.fit.training import GRID_S, Array
 from fmu_compensator.runtime.compensator import WAITING, Output, RunningCompensator
 from fmu_compensator.runtime.modelfile import Model
 from measurement.drift import counted, measured_drift
@@ -17,9 +17,6 @@ from measurement.faults.checks.missing import SLOWER
 from measurement.resampling import GAP_INTERVALS
 from measurement.rig import AXES, Rig
 from measurement.runs import Run
-
-STEP_S = 60.0
-"""Rows closer together tell nothing more of drift [s]."""
 
 
 @dataclass(frozen=True)
@@ -101,7 +98,7 @@ def drive(
     """
     rows = _rows(run.time_s)
     time_s = run.time_s[rows]
-    steps = np.diff(time_s, prepend=time_s[0] - STEP_S)
+    steps = np.diff(time_s, prepend=time_s[0] - GRID_S)
     probes = _probes(model, left, rig, rows, probe_every_s)
     readings, speed = inputs_of(model, run)
     inputs = zip(time_s, steps, readings[rows], speed[rows], probes, strict=True)
@@ -231,7 +228,7 @@ def _probes(
 def _rows(time_s: Array) -> list[int]:
     kept, last = [], -np.inf
     for row, time in enumerate(time_s):
-        if time - last >= STEP_S * 0.99:
+        if time - last >= GRID_S * 0.99:
             kept.append(row)
             last = time
     return kept

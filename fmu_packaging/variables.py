@@ -11,6 +11,8 @@ Causality: TypeAlias = Literal["input", "output", "parameter", "local"]
 Variability: TypeAlias = Literal["continuous", "discrete", "fixed", "tunable"]
 
 ZERO: dict[str, Value] = {"real": 0.0, "integer": 0, "boolean": False, "string": ""}
+START_DEGC, START_TOOL_MM = 20.0, 150.0
+"""Start values of a temperature and of a tool's length, in both FMUs [degC, mm]."""
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from fmu_compensator.monitoring import Report
-from fmu_compensator.monitoring.drift import UNUSUAL, AxisError
+from fmu_compensator.monitoring.drift import AxisError
 from fmu_compensator.monitoring.monitor import CHANGED, FITS, NOT_MEASURED, OUTSIDE, SENSOR
 from scenarios.figures import PANEL_IN, WIDTH_IN, saved
 
@@ -44,11 +44,11 @@ def draw_monitor(report: Report, path: Path) -> None:
     panels = figure.subplots(max(len(axes), 1), 1, sharex=True, squeeze=False)[:, 0]
     used = []
     for panel, axis in zip(panels, axes, strict=False):
-        bound = UNUSUAL
+        bound = 1.0
         for place, run in enumerate(report.runs):
             for error in run.errors:
                 if error.axis == axis:
-                    bound = max(error.bound, UNUSUAL)
+                    bound = error.bound
                     panel.plot(place, error.miss, "o", color=COLOURS[run.verdict])
                     used.append(run.verdict)
                     panel.annotate(

@@ -17,8 +17,6 @@ from fmu_compensator.runtime.modelfile import Model
 from measurement.rig import Rig
 from measurement.runs import Run
 
-HOURLY_S = 3600.0
-
 
 def advice(
     model: Model, runs: Sequence[Run], left: Sequence[Run], rig: Rig, tool_length_mm: float
@@ -54,8 +52,7 @@ def advice(
     if named is not None:
         lines.append(named)
     probed = [
-        drive(model, run, clean, rig, tool_length_mm, probe_every_s=HOURLY_S)
-        for run, clean in pairs
+        drive(model, run, clean, rig, tool_length_mm, probe_every_s=3600.0) for run, clean in pairs
     ]
     before = by_axis([left_of(record, run.name) for record, run in zip(driven, runs, strict=True)])
     after = by_axis([left_of(record, run.name) for record, run in zip(probed, runs, strict=True)])

@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 from scipy.cluster.hierarchy import fcluster, linkage
 
 Array = NDArray[np.float64]
-ROUNDS, SETTLED = 300, 1e-7
 
 
 def centroid_linkage(series: Array) -> Array:
@@ -78,7 +77,7 @@ class FuzzyClusters:
 
 
 def fuzzy_c_means(
-    series: Array, clusters: int, *, fuzziness: float = 2.0, seed: int = 0
+    series: Array, clusters: int, *, fuzziness: float = 2.0, seed: int = 0, rounds: int = 300
 ) -> FuzzyClusters:
     r"""Return a fuzzy partition of the columns.
 
@@ -98,6 +97,8 @@ def fuzzy_c_means(
         m in the equation, above 1; towards 1 the partition gets hard.
     seed : int
         Of the random start.
+    rounds : int
+        At most; it is done when nothing changes.
     """
     points = series.T
     if not 1 <= clusters <= len(points):
@@ -112,17 +113,16 @@ def fuzzy_c_means(
         chosen.append(int(np.argmax(away)))
     centres = points[chosen].astype(float)
     membership = np.zeros((len(points), clusters))
-    for _ in range(ROUNDS):
+    for _ in range(rounds):
         distance = np.linalg.norm(points[:, None, :] - centres[None, :, :], axis=2)
         # A point on a centre belongs there alone; the floor keeps the quotients finite.
         closeness = np.maximum(distance, 1e-12) ** (-2.0 / (fuzziness - 1.0))
         updated = closeness / closeness.sum(axis=1, keepdims=True)
         weights = updated**fuzziness
         centres = weights.T @ points / weights.sum(axis=0)[:, None]
-        if np.abs(updated - membership).max() < SETTLED:
-            membership = updated
+        settled, membership = np.allclose(updated, membership), updated
+        if settled:
             break
-        membership = updated
     return FuzzyClusters(membership, centres)
 
 

@@ -10,11 +10,11 @@ import numpy as np
 from fmu_compensator.fit.data import PreparedRun
 
 LIKE, UNLIKE = "like", "unlike"
-LIKE_FOLDS = 5
-FEWEST_RUNS = 3
-"""With fewer runs nothing is left to learn from and to judge on."""
-EXTREME = 1.0 / 3.0
-"""Share of the runs at either end of a condition that are left out together [1]."""
+FOLDS = 5
+"""Parts of the runs that are left out in turn, each like the rest: as is usual, set on no data."""
+THIRDS = 3
+"""Parts of the runs along a condition, of which the first and the last are left out in turn; with
+fewer runs nothing is left to learn from and to judge on."""
 
 
 @dataclass(frozen=True)
@@ -44,15 +44,15 @@ def folds_of(runs: Sequence[PreparedRun]) -> list[Fold]:
     speed, rise of temperature, and the order in which the runs are given.
     """
     count = len(runs)
-    if count < FEWEST_RUNS:
+    if count < THIRDS:
         return []
     found = []
-    for first in range(min(count, LIKE_FOLDS)):
-        places = tuple(range(first, count, LIKE_FOLDS))
+    for first in range(min(count, FOLDS)):
+        places = tuple(range(first, count, FOLDS))
         names = [runs[place].name for place in places]
-        name = names[0] if len(names) == 1 else f"{names[0]} and every {LIKE_FOLDS}th from there"
+        name = names[0] if len(names) == 1 else f"{names[0]} and every {FOLDS}th from there"
         found.append(Fold(name, LIKE, places))
-    size = max(round(count * EXTREME), 1)
+    size = round(count / THIRDS)
     taken: list[tuple[int, ...]] = []
     for low, high, values in _conditions(runs):
         if not np.isfinite(values).all() or np.ptp(values) == 0.0:

@@ -31,8 +31,6 @@ from measurement.rig import Rig
 from measurement.runs import Run
 from measurement.units import column, split_column
 
-FEWEST_FINITE = 0.5
-"""A sensor with a smaller share of readings in some run counts as missing there [1]."""
 MEDIAN_ROWS = 15
 """Rows of a running median, after which noise hardly shows [1]."""
 
@@ -252,7 +250,7 @@ def _mostly_there(run: Run, name: str) -> bool:
     if name not in run.frame:
         return False
     values = bridged(run.time_s, run.frame[name].to_numpy(float))
-    return bool(np.isfinite(values).mean() > FEWEST_FINITE)
+    return bool(np.isfinite(values).mean() > 0.5)
 
 
 def bridged(time_s: Array, values: Array) -> Array:
@@ -363,7 +361,7 @@ def _candidates(
 def _unfit(values: Array, is_broken: bool, input_form: str) -> str:
     """Return why a sensor cannot be chosen because of one run; nothing where it can."""
     there = np.isfinite(values)
-    if is_broken and there.mean() <= FEWEST_FINITE:
+    if is_broken and there.mean() <= 0.5:
         return "broken for most of"
     if is_broken and input_form == "rise" and not there[0]:
         return "broken at the start of"

@@ -33,8 +33,6 @@ from measurement.warm import cold_starts
 from measurement.workers import workers
 
 USUAL_MODEL = "gaussian"
-FREE_SLEW = 1000.0
-"""Runs left out are judged without waiting for the axes to move [um/s]."""
 JUDGED_TOOL_MM = 100.0
 """At this tool length, or the nearest that is allowed, runs left out are judged [mm]."""
 
@@ -264,8 +262,7 @@ class _Bench:
 
     def judged(self, table: dict[str, Any], places: Sequence[int]) -> list[RunLeft]:
         """Return what a compensator leaves of some of the runs."""
-        free = {**table, "limits": {**table["limits"], "slew_um_per_s": FREE_SLEW}}
-        model = parse_model(compensator_text(free), "fit")
+        model = parse_model(compensator_text(table), "fit")
         tool = JUDGED_TOOL_MM
         if isinstance(model.geometry, FivePoint):
             tool = model.limits.nearest_tool(tool)

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import t as student
 
+from fmu_compensator.fit.conditions import FOLDS
 from fmu_compensator.fit.data import Prepared, PreparedRun, first_valid
 from fmu_compensator.fit.error_models.base import FittedModel
 from fmu_compensator.fit.gaussian import (
@@ -32,9 +33,6 @@ DEVIATIONS = float(student.ppf(0.5 + COVERAGE / 2.0, DEGREES))
 """Half width of the interval in standard deviations [1]."""
 RMS_OF_HALF_WIDTH = math.sqrt(DEGREES / (DEGREES - 2.0)) / DEVIATIONS
 """Root mean square of what an interval promises to be left, over its half width [1]."""
-PARTS = 5
-"""Of the runs, each predicted by a mean function fitted to the others, so that the Gaussian learns
-what it leaves in runs that it did not see."""
 FEWEST_FOR_PARTS = 4
 """With fewer runs a mean function of the others is too unlike the one that is installed: on two
 runs of the simulated jig borer it did worse than no compensation. What it left of its own runs is
@@ -103,11 +101,12 @@ class Installed:
         fitted = recipe.fit(prepared, runs, chosen)
         rows = [run.history(chosen) for run in runs]
         missed = [run.targets - fitted.predict(run) for run in rows]
+        # A mean function fitted to other runs shows the Gaussian what it leaves in unseen ones.
         if len(runs) >= FEWEST_FOR_PARTS:
-            for part in range(PARTS):
-                others = [run for at, run in enumerate(runs) if at % PARTS != part]
+            for part in range(FOLDS):
+                others = [run for at, run in enumerate(runs) if at % FOLDS != part]
                 by_others = recipe.fit(prepared, others, chosen)
-                for at in range(part, len(runs), PARTS):
+                for at in range(part, len(runs), FOLDS):
                     missed[at] = rows[at].targets - by_others.predict(rows[at])
         usual, constant, settled_h = None, np.zeros(len(prepared.targets)), 0.0
         if recipe.input_form == "absolute":

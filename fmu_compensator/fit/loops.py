@@ -15,7 +15,6 @@ from fmu_compensator.fit.training import Array
 
 MOST = 0.25
 """Lags up to this share of the shortest run are tried, either way [1]; the rest is judged on."""
-TINY = 1e-12  # [K^2], of a temperature that stands still
 
 
 @dataclass(frozen=True)
@@ -62,7 +61,7 @@ def loop_of(rises: Sequence[Array], drifts: Sequence[Array], step_s: float) -> L
         parts = [rise_of_run[most - lag : len(rise_of_run) - most - lag] for rise_of_run in padded]
         rise = np.concatenate(parts)
         away, off = rise - rise.mean(), drift - drift.mean()
-        rate = float(away @ off) / max(float(away @ away), TINY)
+        rate = float(away @ off) / max(float(away @ away), np.finfo(float).tiny)
         found[lag] = float(np.sqrt(np.mean((off - rate * away) ** 2))), rate
     best = min(found, key=lambda lag: found[lag][0])
     rms, rate = found[best]

@@ -18,12 +18,10 @@ from fmu_compensator.fit.incidence import (
     groups,
     relational_degree,
 )
-from fmu_compensator.fit.training import Array
+from fmu_compensator.fit.training import GRID_S, Array
 from measurement.errors import BadInput, shown
 from measurement.rig import axis_of
 
-GRID_S = 60.0
-"""Degrees of incidence sum samples, so all runs are put on this one time grid first [s]."""
 NEAR_CONSTANT_K = 0.3
 """A sensor that moves by less, noise left out, carries no news [K]."""
 GROWTH = "growth"
@@ -247,7 +245,10 @@ def target_place(targets: Sequence[str], target: str, source: str) -> int:
 
 
 def on_grid(run: PreparedRun, candidates: Sequence[int]) -> tuple[Array, Array]:
-    """Return a run's temperatures and targets, evenly sampled where they were measured."""
+    """Return a run's temperatures and targets, evenly sampled where they were measured.
+
+    Degrees of incidence sum samples, so all runs are put on one grid.
+    """
     rows = run.usable & np.isfinite(run.targets).all(axis=1)
     if rows.sum() < 2:
         raise BadInput(run.name, "", "has fewer than 2 rows with all displacements")

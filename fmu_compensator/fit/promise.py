@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from fmu_compensator.driving import Driven, drive
-from fmu_compensator.fit.conditions import EXTREME, LIKE, UNLIKE, Fold
+from fmu_compensator.fit.conditions import LIKE, THIRDS, UNLIKE, Fold
 from fmu_compensator.fit.gaussian import DEGREES
 from fmu_compensator.fit.installed import RMS_OF_HALF_WIDTH
 from fmu_compensator.runtime.compensator import UNTRAINED
@@ -166,9 +166,7 @@ def promise(records: Sequence[RunLeft]) -> dict[str, Any] | None:
         by_fold = {record.fold.name: record.fold for record in here if record.fold is not None}
         runs = {record.run for record in here}
         # The folds of a condition overlap those of the next: they are thirds of the runs.
-        found[f"{kind}_behind"] = (
-            len(runs) if kind == LIKE else min(len(runs), round(1.0 / EXTREME))
-        )
+        found[f"{kind}_behind"] = len(runs) if kind == LIKE else min(len(runs), THIRDS)
         found[f"{kind}_folds"] = [
             {"left_out": name, "runs": len(fold.out), "ratio_to_none": _ratio(here, fold)}
             for name, fold in by_fold.items()

@@ -10,29 +10,26 @@ import numpy as np
 
 from fmu_compensator.fit.data import PreparedRun
 from fmu_compensator.fit.training import Array, TrainingRun
+from fmu_compensator.runtime.checks import SPAN_S
 from fmu_compensator.runtime.geometry import LONGEST_TOOL_MM, FivePoint, Geometry
 from measurement.errors import BadInput
 from measurement.faults.series import longest_unchanged
+from measurement.units import UNITS
 
 PLAUSIBLE_MARGIN_K = 25.0
-"""A reading may lie this far outside what training saw: a hotter hall, a longer day [K]."""
-LOWEST_DEGC, HIGHEST_DEGC = -60.0, 400.0
-RATE_SPAN_S = 300.0
-"""Rates of change are taken over this span, in which noise and quantisation hardly count [s]."""
+"""A reading may lie this far outside what training saw: a hotter hall, a longer day [K]. A
+judgement, set on no data."""
+TIMES = 3.0
+"""A change or a jump of a reading, or an offset, is believed up to so many times the largest that
+training saw [1]. A judgement; docs/results.md reports broken sensors under it."""
+STANDS_TIMES = 5.0
+"""The same for a standstill [1]: at 3, thermometers of four sound runs of the lathe were stale in 1
+to 8 % of the time."""
 RATE_QUANTILE = 0.999
 """Faster changes than all but one in a thousand are taken for faults in the training data [1]."""
-RATE_MARGIN, LOWEST_RATE = 3.0, 0.05
-"""Factor on the fastest change seen [1]; the second is 3 K a minute, which a cooler that switches
-on or a door that opens can bring to any thermometer, whatever training saw [K/s]."""
-NOISE_MARGIN, LOWEST_NOISE_K = 3.0, 0.5
-"""The same for the largest jump between two samples [1], [K]."""
-STALE_MARGIN, SHORTEST_STALE_S, LONGEST_STALE_S = 5.0, 900.0, 7200.0
-"""Factor on the longest standstill of a reading seen [1]; a limit is at least the second [s]. A
-sensor that stood still for longer than the third in training is too coarse to be watched [s]."""
-TRAINED_MARGIN, SMALLEST_TRAINED_MARGIN_K = 0.05, 0.3
-"""The trained range is widened by this share of itself [1], at least by the second [K]."""
-OFFSET_MARGIN, SMALLEST_OFFSET_UM = 2.0, 20.0
-"""Factor on the largest drift seen, at the longest tool [1]; at least the second [um]."""
+LOWEST_RATE, LOWEST_NOISE_K, SHORTEST_STALE_S, SMALLEST_OFFSET_UM = 0.05, 0.5, 900.0, 20.0
+"""Least limits, whatever training saw: 3 K a minute, which a cooler that switches on or a door that
+opens can bring to any thermometer [K/s]; the others are judgements, set on no data [K, s, um]."""
 DEFAULT_LIMITS = {"slew_um_per_s": 1.0, "hold_s": 300.0, "recover_s": 10.0, "share": 1.0}
 """1 um/s is what a well-known control tracks thermal offsets at."""
 
@@ -52,22 +49,20 @@ def sensor_table(name: str, runs: Sequence[PreparedRun], index: int) -> dict[str
     readings = [run.readings[:, index] for run in runs]
     low, high = _extremes(readings)
     trained_low, trained_high = _extremes([run.inputs[:, index] for run in runs])
-    margin = max(TRAINED_MARGIN * (trained_high - trained_low), SMALLEST_TRAINED_MARGIN_K)
     still = max(
         max(longest_unchanged(run.time_s, values), _interval(run.time_s, values))
         for run, values in zip(runs, readings, strict=True)
     )
-    stale = max(STALE_MARGIN * still, SHORTEST_STALE_S) if still <= LONGEST_STALE_S else None
     return {
         "name": name,
         "unit": "degC",
-        "low": max(math.floor(low - PLAUSIBLE_MARGIN_K), LOWEST_DEGC),
-        "high": min(math.ceil(high + PLAUSIBLE_MARGIN_K), HIGHEST_DEGC),
-        "rate_per_s": _rounded(max(RATE_MARGIN * _fastest(runs, readings), LOWEST_RATE)),
-        "noise": _rounded(max(NOISE_MARGIN * _largest_jump(readings), LOWEST_NOISE_K)),
-        "stale_after_s": None if stale is None else math.ceil(stale),
-        "trained_low": _rounded(trained_low - margin),
-        "trained_high": _rounded(trained_high + margin),
+        "low": max(math.floor(low - PLAUSIBLE_MARGIN_K), UNITS["degC"].low),
+        "high": min(math.ceil(high + PLAUSIBLE_MARGIN_K), UNITS["degC"].high),
+        "rate_per_s": _rounded(max(TIMES * _fastest(runs, readings), LOWEST_RATE)),
+        "noise": _rounded(max(TIMES * _largest_jump(readings), LOWEST_NOISE_K)),
+        "stale_after_s": math.ceil(max(STANDS_TIMES * still, SHORTEST_STALE_S)),
+        "trained_low": _rounded(trained_low),
+        "trained_high": _rounded(trained_high),
     }
 
 
@@ -109,7 +104,7 @@ def limits_table(
         for targets in _corners(run.targets)
         for value in geometry.drift(targets, high)
     )
-    offset = max(OFFSET_MARGIN * largest, SMALLEST_OFFSET_UM)
+    offset = max(TIMES * largest, SMALLEST_OFFSET_UM)
     # Rounded up to whole 5 um: a limit is a setting that people read.
     limits = {"offset_um": 5.0 * math.ceil(offset / 5.0), **DEFAULT_LIMITS, **given}
     return {**limits, "tool_length_mm": [low, high]}
@@ -145,19 +140,19 @@ def _interval(time_s: Array, values: Array) -> float:
 
 
 def _fastest(runs: Sequence[PreparedRun], readings: Sequence[Array]) -> float:
-    """Return the fastest change over `RATE_SPAN_S`, outliers left out [K/s]."""
+    """Return the fastest change over `SPAN_S`, outliers left out [K/s]."""
     rates = []
     for run, values in zip(runs, readings, strict=True):
         there = np.isfinite(values)
         time = run.time_s[there]
         if len(time) < 2:
             continue
-        if time[-1] - time[0] <= RATE_SPAN_S:
-            rates.append(np.array([abs(values[there][-1] - values[there][0]) / RATE_SPAN_S]))
+        if time[-1] - time[0] <= SPAN_S:
+            rates.append(np.array([abs(values[there][-1] - values[there][0]) / SPAN_S]))
             continue
-        start = np.arange(time[0], time[-1] - RATE_SPAN_S, RATE_SPAN_S / 5)
-        change = np.interp(start + RATE_SPAN_S, time, values[there])
-        rates.append(np.abs(change - np.interp(start, time, values[there])) / RATE_SPAN_S)
+        start = np.arange(time[0], time[-1] - SPAN_S, SPAN_S / 5)
+        change = np.interp(start + SPAN_S, time, values[there])
+        rates.append(np.abs(change - np.interp(start, time, values[there])) / SPAN_S)
     return float(np.quantile(np.concatenate(rates), RATE_QUANTILE)) if rates else 0.0
 
 

@@ -9,9 +9,6 @@ import numpy as np
 
 from measurement.runs import Run
 
-MARGIN = 0.1
-"""A condition counts as new if it is further outside than this share of the training's range."""
-
 
 @dataclass(frozen=True)
 class Condition:
@@ -36,8 +33,7 @@ class Condition:
     @property
     def is_new(self) -> bool:
         """Whether training saw nothing like it."""
-        margin = MARGIN * (self.high - self.low)
-        return not self.low - margin <= self.value <= self.high + margin
+        return not self.low <= self.value <= self.high
 
     @property
     def text(self) -> str:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from fmu_compensator.fit.data import PreparedRun
+from fmu_compensator.fit.gaussian import spread_rows
 from fmu_compensator.fit.installed import Installed
 from fmu_compensator.fit.training import Array, TrainingRun
 
@@ -16,15 +17,8 @@ NOISE_K = 0.05
 """No thermometer is believed to agree with the others better than this [K]."""
 STRENGTHS = np.logspace(-6.0, 1.0, 22)
 """Shares of the mean variance that are tried as the variance of what is a sensor's own [1]."""
-MOST_SENSORS = 200
-"""With more chosen sensors the file would be all precision matrix."""
-MOST_ROWS = 120
 MEMORIES_H = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0)
 """How long what is a sensor's own may stay alike [h]."""
-PACE_H = 0.25
-"""Rows this far apart are looked at for it [h]."""
-MOST_RUNS = 8
-"""So many runs, evenly chosen, tell how far an error of a reading moves the drift."""
 
 
 @dataclass(frozen=True)
@@ -47,17 +41,15 @@ class Rises:
 
     @classmethod
     def of(cls, run: PreparedRun, chosen: Sequence[int]) -> Rises | None:
-        """Return at most about `MOST_ROWS` of the rows with all chosen temperatures."""
+        """Return up to `MOST_ROWS` of the rows with all chosen temperatures, and the first."""
         columns = list(chosen)
-        there = np.flatnonzero(np.isfinite(run.inputs[:, columns]).all(axis=1))
-        if len(there) < 2:
+        there = np.isfinite(run.inputs[:, columns]).all(axis=1)
+        if there.sum() < 2:
             return None
-        kept = np.zeros(len(there), dtype=bool)
-        kept[:: max(len(there) // MOST_ROWS, 1)] = True
-        values = run.temperatures[there][:, columns]
-        rows = run.history(columns).at(kept)
+        values, rows = run.temperatures[there][:, columns], run.history(columns)
         hours = (rows.time_s - rows.time_s[0]) / 3600.0
-        return cls(hours, (values - values[0])[kept], rows)
+        kept = np.isin(np.arange(len(hours)), [0, *spread_rows(hours, np.isfinite(hours))])
+        return cls(hours[kept], (values - values[0])[kept], rows.at(kept))
 
 
 def precision(runs: Sequence[Array], strength: float) -> Array:
@@ -106,8 +98,7 @@ def best_strength(runs: Sequence[Array]) -> float:
 def spare_table(runs: Sequence[PreparedRun], installed: Installed) -> dict[str, Any] | None:
     """Return the file's table; None where one sensor cannot be told from others.
 
-    That is with one run, as nothing is left to try it on, with one sensor, and with more than
-    `MOST_SENSORS`.
+    That is with one run, as nothing is left to try it on, and with one sensor.
 
     Parameters
     ----------
@@ -118,7 +109,7 @@ def spare_table(runs: Sequence[PreparedRun], installed: Installed) -> dict[str, 
     """
     chosen = installed.chosen
     records = [record for record in (Rises.of(run, chosen) for run in runs) if record is not None]
-    if len(records) < 2 or not 2 <= len(chosen) <= MOST_SENSORS:
+    if len(records) < 2 or len(chosen) < 2:
         return None
     rises = [record.values for record in records]
     strength = best_strength(rises)
@@ -164,24 +155,11 @@ def likeliest_memory(series: Sequence[tuple[Array, Array]]) -> float:
     return max(MEMORIES_H, key=likelihood)
 
 
-def rows_apart(hours: Array) -> list[int]:
-    """Return rows that are at least `PACE_H` apart."""
-    kept = [0]
-    for row, hour in enumerate(hours):
-        if hour - hours[kept[-1]] >= PACE_H:
-            kept.append(row)
-    return kept
-
-
 def _series(
     records: Sequence[Rises], errors: Sequence[Array], variance: Array
 ) -> list[tuple[Array, Array]]:
     size = np.sqrt(np.maximum(variance, NOISE_K**2))
-    found = []
-    for record, error in zip(records, errors, strict=True):
-        kept = rows_apart(record.hours)
-        found.append((record.hours[kept], error[kept] / size))
-    return [(hours, values) for hours, values in found if len(hours) > 1]
+    return [(record.hours, error / size) for record, error in zip(records, errors, strict=True)]
 
 
 def _sensitivity(records: Sequence[Rises], errors: Sequence[Array], installed: Installed) -> Array:
@@ -190,11 +168,10 @@ def _sensitivity(records: Sequence[Rises], errors: Sequence[Array], installed: I
     By what is installed itself, memory and all: root mean square of the targets' change over that
     of the error.
     """
-    few = np.unique(np.linspace(0, len(records) - 1, MOST_RUNS).astype(int))
     count, targets = errors[0].shape[1], len(installed.constant)
     change, wrong, along = np.zeros((targets, count)), np.zeros(count), np.zeros((targets, count))
-    for place in few:
-        rows, error, rises = records[place].rows, errors[place], records[place].values
+    for record, error in zip(records, errors, strict=True):
+        rows, rises = record.rows, record.values
         usual = installed.values(rows, rises)
         for sensor in range(count):
             off = np.zeros_like(error)

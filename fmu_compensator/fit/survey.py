@@ -16,7 +16,6 @@ from fmu_compensator.fit.data import moved_by, prepare
 from fmu_compensator.fit.incidence import AS_READ, groups, relational_degree
 from fmu_compensator.fit.loops import Loop, loop_of
 from fmu_compensator.fit.points import (
-    GRID_S,
     GROUPINGS,
     GROWTH,
     NEAR_CONSTANT_K,
@@ -26,7 +25,7 @@ from fmu_compensator.fit.points import (
     refuse_grey,
     target_place,
 )
-from fmu_compensator.fit.training import Array
+from fmu_compensator.fit.training import GRID_S, Array
 from measurement.errors import BadInput, shown
 from measurement.rig import Rig
 from measurement.runs import Run

@@ -8,6 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+GRID_S = 60.0
+"""Rows closer together tell nothing more of drift [s]: a judgement, set on no data."""
 
 
 @dataclass(frozen=True)

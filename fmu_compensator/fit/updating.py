@@ -22,10 +22,6 @@ from measurement.faults import cleaned, find_faults, looked_over
 from measurement.rig import Rig, rig_from_table
 from measurement.runs import Run
 
-FEWEST_RUNS = 2
-"""An update keeps the scales, and one run alone does not say how runs differ: on the simulated jig
-borer the update of such a fit was worse than none."""
-
 
 def update_compensator(
     model: Model, runs: Sequence[Run], *, created: str | None = None
@@ -97,7 +93,9 @@ def _rig(model: Model) -> Rig:
 
 def _check_new(model: Model, runs: Sequence[Run], rig: Rig) -> None:
     known = {run["sha256"]: run["name"] for run in model.provenance["runs"]}
-    if len(known) < FEWEST_RUNS:
+    # An update keeps the scales, and one run alone does not say how runs differ: on the simulated
+    # jig borer the update of such a fit was worse than none.
+    if len(known) < 2:
         problem = f"{len(known)} run stands behind it, too few for its scales: fit all runs anew"
         raise BadInput(model.source, "provenance.runs", problem)
     for run in runs:

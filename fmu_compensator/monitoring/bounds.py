@@ -9,8 +9,6 @@ from scipy.stats import t as student
 
 RISK = 0.01
 """Share of runs like the training whose figure may pass its bound [1]."""
-FEWEST = 3
-SMALLEST = 1e-6
 
 
 def upper_bound(values: Sequence[float], risk: float = RISK) -> float:
@@ -20,12 +18,12 @@ def upper_bound(values: Sequence[float], risk: float = RISK) -> float:
 
     with m and s the mean and the standard deviation of the logarithms: the one-sided prediction
     bound of a log-normal figure. It is never below the largest of the figures themselves. With
-    fewer than three it is infinite: nothing is known of how they vary.
+    fewer than two it is infinite: nothing is known of how they vary.
     """
-    known = np.asarray([value for value in values if np.isfinite(value)])
-    if len(known) < FEWEST:
+    known = np.asarray([value for value in values if np.isfinite(value) and value > 0.0])
+    if len(known) < 2:
         return float("inf")
-    logs = np.log(np.maximum(known, SMALLEST))
+    logs = np.log(known)
     count = len(logs)
     beyond = float(student.ppf(1.0 - risk, count - 1)) * float(logs.std(ddof=1))
     return max(float(np.exp(logs.mean() + beyond * np.sqrt(1.0 + 1.0 / count))), float(known.max()))

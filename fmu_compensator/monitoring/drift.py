@@ -10,16 +10,13 @@ import numpy as np
 from scipy.stats import t as student
 
 from fmu_compensator.driving import Driven
+from fmu_compensator.fit.installed import COVERAGE
 from fmu_compensator.fit.training import Array
-from fmu_compensator.monitoring.bounds import FEWEST, upper_bound
+from fmu_compensator.monitoring.bounds import upper_bound
 from measurement.rig import AXES
 
 FEWEST_ROWS = 3
-"""With fewer measurements a run says nothing of its drift [1]."""
-CONFIDENCE = 0.95
-"""Of the range of a gain [1]."""
-UNUSUAL = 1.0
-"""An error as large as the half width, root mean square, is never called unusual below this [1]."""
+"""With fewer measurements a run says nothing of its drift [1]: a judgement, set on no data."""
 
 
 @dataclass(frozen=True)
@@ -51,20 +48,20 @@ class AxisError:
     @property
     def is_unusual(self) -> bool:
         """Whether no run like the training should miss so much."""
-        return bool(self.miss > max(self.bound, UNUSUAL))
+        return bool(self.miss > self.bound)
 
 
 def bounds_of(figures: Mapping[str, Any]) -> dict[str, float]:
     """Return how much a run like the training may miss, by axis, from the file's figures.
 
-    A file that says nothing of it leaves the bound at `UNUSUAL` alone.
+    That is never below the promised half width, and no more where the file says nothing of it.
     """
     told = (figures.get("unseen") or {}).get("by_run") or []
     found: dict[str, float] = {}
     for place, axis in enumerate(AXES):
         misses = [row["miss"][place] for row in told if row["miss"][place] is not None]
         bound = upper_bound(misses)
-        found[axis] = bound if len(misses) >= FEWEST else UNUSUAL
+        found[axis] = max(bound, 1.0) if np.isfinite(bound) else 1.0
     return found
 
 
@@ -105,12 +102,12 @@ class Gain:
 
 
 def gain_of(axis: str, runs: Sequence[AxisError]) -> Gain | None:
-    """Return the mean gain of an axis and its 95 % range; None from fewer than three runs."""
+    """Return the mean gain of an axis and its 90 % range; None from fewer than two runs."""
     gains = np.array([error.gain for error in runs if np.isfinite(error.gain)])
-    if len(gains) < FEWEST:
+    if len(gains) < 2:
         return None
     spread = float(gains.std(ddof=1)) / np.sqrt(len(gains))
-    half = float(student.ppf(0.5 + CONFIDENCE / 2.0, len(gains) - 1)) * spread
+    half = float(student.ppf(0.5 + COVERAGE / 2.0, len(gains) - 1)) * spread
     mean = float(gains.mean())
     return Gain(axis, mean, mean - half, mean + half)
 

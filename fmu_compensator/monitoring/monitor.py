@@ -19,7 +19,7 @@ from fmu_compensator.driving import Driven, drive
 from fmu_compensator.fit.run_conditions import Condition, conditions_of
 from fmu_compensator.monitoring.bounds import RISK
 from fmu_compensator.monitoring.drift import AxisError, Gain, axis_errors, bounds_of, gain_of
-from fmu_compensator.monitoring.sensors import Agreement, Astray
+from fmu_compensator.monitoring.sensors import WORTH_SHARE, Agreement, Astray
 from fmu_compensator.runtime.compensator import HOLDING, SPARED, UNTRAINED
 from fmu_compensator.runtime.modelfile import Model
 from measurement.doubts import doubt_lines
@@ -54,12 +54,6 @@ ADVICE = {
 }
 OUTSIDE_SHARE = 0.25
 """From this share of samples with status 2 on, a run counts as outside training [1]."""
-FAULT_SHARE = 0.05
-"""A thermometer that is broken for a smaller share of a run is not worth a verdict [1]."""
-SHORT_SHARE = 0.1
-"""A log that is shorter than this share of the shortest training run says nothing of a run [1]."""
-CHANCE = 0.01
-"""More unusual runs than come by chance: the probability of so many is below this [1]."""
 
 
 @dataclass(frozen=True)
@@ -216,7 +210,7 @@ def _worth_saying(
         column
         for column in columns
         if sum(fault.end_s - fault.start_s for fault in harmful if fault.column == column)
-        >= FAULT_SHARE * whole
+        >= WORTH_SHARE * whole
     }
     return [fault for fault in harmful if fault.column in lasting]
 
@@ -242,7 +236,7 @@ def _run_report(
         reasons += [
             f"{error.axis}: {error.left:.1f} um are left of {error.none:.1f} um, "
             f"{error.miss:.1f} times the promised half width; "
-            f"up to {max(error.bound, 1.0):.1f} is usual"
+            f"up to {error.bound:.1f} is usual"
             for error in unusual
         ]
     new = [condition.text for condition in conditions if condition.is_new]
@@ -255,7 +249,7 @@ def _run_report(
     if faults:
         verdict, sensor = SENSOR, faults[0].column.rsplit("_", 1)[0]
         reasons = [*(fault.line() for fault in faults), *reasons]
-    elif never is not None or len(broken) >= FAULT_SHARE * len(driven.outputs):
+    elif never is not None or len(broken) >= WORTH_SHARE * len(driven.outputs):
         said = broken[-1] if never is None else never
         verdict = SENSOR
         sensor = sensors[said.status_sensor - 1] if said.status_sensor else None
@@ -287,7 +281,7 @@ def _too_short(run: Run, conditions: Sequence[Condition]) -> str:
     trained = next(
         (condition.low * 3600.0 for condition in conditions if condition.unit == "h"), 0.0
     )
-    if rows >= FEWEST_SAMPLES and seconds >= SHORT_SHARE * trained:
+    if rows >= FEWEST_SAMPLES and seconds >= WORTH_SHARE * trained:
         return ""
     return f"{rows} rows in {seconds / 60.0:.1f} min (training: {trained / 60.0:.0f} min or more)"
 
@@ -313,7 +307,7 @@ def _report(runs: Sequence[RunReport]) -> Report:
     verdict = next(name for name in VERDICTS if of[name])
     if verdict == CHANGED:
         judged = sum(bool(run.errors) for run in runs)
-        if _chance(len(of[CHANGED]), judged) > CHANCE:
+        if _chance(len(of[CHANGED]), judged) > RISK:
             verdict = OUTSIDE if of[OUTSIDE] else UNUSUAL
     elif verdict == NOT_MEASURED and of[FITS]:
         verdict = FITS

@@ -10,18 +10,16 @@ from numpy.typing import NDArray
 from scipy.stats import t as student
 
 from fmu_compensator.fit.data import bridged
-from fmu_compensator.fit.gaussian import DEGREES
-from fmu_compensator.fit.spare import MOST_ROWS
+from fmu_compensator.fit.gaussian import DEGREES, MOST_ROWS
+from fmu_compensator.fit.spare import NOISE_K
 from fmu_compensator.fit.training import Array
 from fmu_compensator.monitoring.bounds import RISK
 from fmu_compensator.runtime.modelfile import Model
 from measurement.runs import Run
 
-SHARE = 0.9
-"""What this share of a run's samples stays below counts [1]: a thermometer that goes astray
-half-way does."""
-SMALLEST_K = 1.0
-"""A thermometer that is off by less is not called broken [K]."""
+WORTH_SHARE = 0.1
+"""A smaller share of a run is not worth a verdict [1]: of the samples in which a thermometer is
+broken or astray, or of the shortest training run. Set on no data; docs/lifecycle.md reports it."""
 
 
 @dataclass(frozen=True)
@@ -80,9 +78,9 @@ class Agreement:
         covariance = np.linalg.inv(self._precision)
         known = np.linalg.inv(covariance[np.ix_(places, places)])
         own = np.diag(known)
-        off = np.quantile(np.abs(rises[:, places] @ known / own), SHARE, axis=0)
+        off = np.quantile(np.abs(rises[:, places] @ known / own), 1.0 - WORTH_SHARE, axis=0)
         far = float(student.ppf(1.0 - RISK / (2.0 * len(places)), DEGREES))
-        return off, np.maximum(far * np.sqrt(self._growth[places] / own), SMALLEST_K)
+        return off, far * np.sqrt(np.maximum(self._growth[places] / own, NOISE_K**2))
 
 
 def _rises(run: Run, sensors: Sequence[str]) -> Array | None:

@@ -31,7 +31,6 @@ ERROR_MODELS = "error_models"
 KIND = re.compile(r"^const struct error_model_kind (\w+)_kind\b", re.MULTILINE)
 ROOTS = ("geometry", "error_model", "gaussian", "spare")  # the file's tables that C reads
 TEXT_OUTPUT = "status_text"
-NUMBERS_PER_LINE = 6
 HEAD = "/* Made by spindle-drift from {what}; not to be edited. */\n"
 
 
@@ -129,7 +128,7 @@ def is_linear(model: Model) -> bool:
 def constants() -> str:
     """Return ``constants.h``: the runtime's numbers in capitals that the C program names.
 
-    ``RETURN_S`` of the module ``checks`` is ``CHECKS_RETURN_S`` here.
+    ``SPAN_S`` of the module ``checks`` is ``CHECKS_SPAN_S`` here.
     """
     words = set(re.findall(r"\b[A-Z][A-Z0-9_]+\b", "\n".join(program().values())))
     lines = [
@@ -192,11 +191,7 @@ class _Tree:
         return self._items(label, "FIELD_LIST", [self.field(item, None) for item in value])
 
     def _numbers(self, label: str, form: str, count: int, numbers: Sequence[float]) -> str:
-        rows = [
-            ", ".join(_literal(float(number)) for number in numbers[at : at + NUMBERS_PER_LINE])
-            for at in range(0, len(numbers), NUMBERS_PER_LINE)
-        ]
-        place = self._new("static const double", rows)
+        place = self._new("static const double", [_literal(float(one)) for one in numbers])
         return f"{{{label}, {form}, {count}, {place}, NULL, NULL}}"
 
     def _items(self, label: str, form: str, items: list[str]) -> str:

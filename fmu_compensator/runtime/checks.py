@@ -14,8 +14,9 @@ from typing import Any
 from fmu_compensator.runtime.fields import Fields
 
 MISSING, IMPLAUSIBLE, TOO_FAST, STALE = 1, 2, 3, 4
-RETURN_S = 300.0
-"""A reading that jumped away may come back to where real warming took it in this time [s]."""
+SPAN_S = 300.0
+"""Rates of change are taken over this span, in which noise and quantisation hardly count; a reading
+that jumped away may come back to where real warming took it in it [s]."""
 ALIVE_AFTER = 20
 """A sensor whose reading has changed so often is alive: its standing still means something."""
 
@@ -87,7 +88,7 @@ class SensorCheck:
     last good one: the sensor's noise plus its rate limit times the time between them. Noise is a
     term of its own because a quantised sensor shows its whole step in an arbitrarily short time.
     A reading that was *seen* to jump out of the corridor must come back to it: the corridor stops
-    widening after `RETURN_S`, or a shifted sensor would be trusted again after a while. After a
+    widening after `SPAN_S`, or a shifted sensor would be trusted again after a while. After a
     gap without readings it keeps widening, because nothing speaks against a slow change.
 
     A live sensor never stands still: noise moves it. So one that does is stale, but only after
@@ -151,7 +152,7 @@ class SensorCheck:
         away = allowed = 0.0
         if self._good is not None:
             if self._jumped_after is not None:
-                span = min(span, max(RETURN_S, self._jumped_after))
+                span = min(span, max(SPAN_S, self._jumped_after))
             away, allowed = abs(value - self._good), sensor.noise + sensor.rate_per_s * span
             if away > allowed and self._jumped_after is None:
                 self._jumped_after = self._since_good

@@ -9,7 +9,9 @@ from statistics import median
 from typing import Any, NamedTuple
 
 from fmu_compensator.runtime.checks import IMPLAUSIBLE, MISSING, Fault, SensorCheck
-from fmu_compensator.runtime.modelfile import Model
+from fmu_compensator.runtime.fields import LARGEST
+from fmu_compensator.runtime.gaussian import NAMED
+from fmu_compensator.runtime.modelfile import FORMAT, Model
 from fmu_compensator.runtime.prediction import Prediction, three
 from fmu_compensator.runtime.spare import Spare, Starts
 
@@ -25,10 +27,6 @@ STATUS_TEXTS = {
     RAMPING: "ramping the offsets to zero",
     AT_ZERO: "offsets are zero",
 }
-LONGEST_S = 1e9  # a longer step is as good as this one, and sums of it stay finite
-FORMAT = 3
-ALSO = 3
-"""So many broken sensors are named beside the newest; odd, for C: its outputs have no gaps."""
 
 
 class Output(NamedTuple):
@@ -169,7 +167,7 @@ class RunningCompensator:
             raise ValueError(f"{len(measured)} measured targets were given, the file has {count}")
         if not (isfinite(step_s) and step_s > 0.0):
             step_s = 0.0
-        step_s = min(step_s, LONGEST_S)
+        step_s = min(step_s, LARGEST)
         elapsed = self._elapsed(time_s, step_s)
         readings = [temperatures[index] for index in self.model.chosen]
         fault = self._look(readings, elapsed, tool_length)
@@ -193,7 +191,7 @@ class RunningCompensator:
         last, self._last_time = self._last_time, time_s if isfinite(time_s) else None
         if last is None or not isfinite(time_s) or time_s < last:
             return step_s
-        return min(time_s - last, LONGEST_S)
+        return min(time_s - last, LARGEST)
 
     def _look(self, readings: list[float], elapsed_s: float, tool_length: float) -> Fault | None:
         """Return the first fault; every sensor is looked at, so that none loses count of time.
@@ -315,7 +313,7 @@ class RunningCompensator:
         """Return the newest fault, with the names of further broken sensors."""
         assert self._spare is not None
         broken = [self.model.chosen[place] for place in self._spare.broken]
-        others = [index for index in broken if index + 1 != fault.sensor][:ALSO]
+        others = [index for index in broken if index + 1 != fault.sensor][:NAMED]
         if not others:
             return fault
         names = ", ".join(self.model.sensors[index].name for index in others)

@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
-LARGEST_NUMBER = 1e6
-"""Of an error model's numbers [um/K, urad/K, um, K]; six orders above any spindle, so that products
-with it stay finite."""
+LARGEST = 1e9
+"""No number of a file counts for more, no time and no reading: sums and products stay finite."""
 
 
 class ModelFileError(ValueError):
@@ -234,16 +233,16 @@ class Fields:
             raise self._wrong(key, value, "one of " + ", ".join(allowed))
         return value
 
-    def items(self, key: str, fewest: int, most: int, what: str) -> list[Any]:
+    def items(self, key: str, what: str, fewest: int = 0, most: int | None = None) -> list[Any]:
         """Return a list with a number of items between *fewest* and *most*.
 
         Parameters
         ----------
         key : str
-        fewest, most : int
-            Both allowed.
         what : str
             What the items are, in the plural, for the refusal.
+        fewest, most : int
+            Both allowed; without *most* the size of the file is the limit.
 
         Raises
         ------
@@ -251,34 +250,34 @@ class Fields:
             If it is missing, no list, or of another length.
         """
         value = self.raw(key)
-        if not isinstance(value, list) or not fewest <= len(value) <= most:
-            count = f"{fewest}" if fewest == most else f"{fewest} to {most}"
-            raise self._wrong(key, value, f"a list of {count} {what}")
-        return value
+        count = len(value) if isinstance(value, list) else -1
+        if count < fewest or (most is not None and count > most):
+            number = f"{fewest} " if fewest == most else f"at least {fewest} " if fewest else ""
+            raise self._wrong(key, value, f"a list of {number}{what}")
+        return list(value)
 
-    def names(self, key: str, most: int) -> list[str]:
-        """Return a list of different names.
+    def names(self, key: str) -> list[str]:
+        """Return a list of different names, at least one.
 
         Parameters
         ----------
         key : str
-        most : int
-            Names; one at least is needed.
 
         Raises
         ------
         ModelFileError
             If it is missing, no list of names, or one stands in it twice.
         """
-        values = self.items(key, 1, most, "names")
+        values, before = self.items(key, "names", 1), set()
         for index, value in enumerate(values):
             if not is_name(value):
                 raise self._wrong(f"{key}.{index}", value, "a name")
-            if value in values[:index]:
+            if value in before:
                 raise self._wrong(f"{key}.{index}", value, "different from the names before it")
+            before.add(value)
         return values
 
-    def numbers(self, key: str, length: int, limit: float) -> list[float]:
+    def numbers(self, key: str, length: int, limit: float = LARGEST) -> list[float]:
         """Return a list of *length* numbers within plus and minus *limit*.
 
         Parameters
@@ -289,10 +288,12 @@ class Fields:
         limit : float
             Largest absolute value.
         """
-        values = self.items(key, length, length, "numbers")
+        values = self.items(key, "numbers", length, length)
         return [self._as_number(f"{key}.{i}", v, -limit, limit) for i, v in enumerate(values)]
 
-    def matrix(self, key: str, rows: int, columns: int, limit: float) -> list[list[float]]:
+    def matrix(
+        self, key: str, rows: int, columns: int, limit: float = LARGEST
+    ) -> list[list[float]]:
         """Return *rows* lists of *columns* numbers within plus and minus *limit*.
 
         Parameters
@@ -303,7 +304,7 @@ class Fields:
         limit : float
             Largest absolute value.
         """
-        values = self.items(key, rows, rows, "lists of numbers")
+        values = self.items(key, "lists of numbers", rows, rows)
         by_row = {str(row): value for row, value in enumerate(values)}
         table = Fields(by_row, self.source, self._below(key))
         return [table.numbers(row, columns, limit) for row in by_row]
@@ -326,18 +327,9 @@ class Fields:
         """
         return None if self.raw(key) is None else self.table(key)
 
-    def tables(self, key: str, fewest: int, most: int, what: str) -> list[Fields]:
-        """Return the tables of a list.
-
-        Parameters
-        ----------
-        key : str
-        fewest, most : int
-            Both allowed.
-        what : str
-            What the tables are, in the plural, for the refusal.
-        """
-        values = self.items(key, fewest, most, what)
+    def tables(self, key: str, what: str, fewest: int = 0, most: int | None = None) -> list[Fields]:
+        """Return the tables of a list; for the rest see `items`."""
+        values = self.items(key, what, fewest, most)
         place = self._below(key)
         return [Fields(value, self.source, f"{place}.{i}") for i, value in enumerate(values)]
 

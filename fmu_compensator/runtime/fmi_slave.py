@@ -6,10 +6,11 @@ from collections.abc import Sequence
 from typing import Any, ClassVar
 
 from fmu_compensator.runtime.compensator import HOLDING, STATUS_TEXTS, WAITING, RunningCompensator
+from fmu_compensator.runtime.geometry import LONGEST_TOOL_MM
 from fmu_compensator.runtime.modelfile import Model, ModelFileError, load_model, parse_model
 from fmu_compensator.runtime.prediction import NOT_KNOWN
 from fmu_packaging.slave import DriftSlave, FmuError
-from fmu_packaging.variables import Variable
+from fmu_packaging.variables import START_DEGC, START_TOOL_MM, Variable
 
 MODEL_FILE = "compensator.json"
 """The bundled compensator file, in the FMU's resources."""
@@ -20,10 +21,8 @@ MEASURED = "measured"
 HALF_WIDTHS = ("dX_uncertainty", "dY_uncertainty", "dZ_uncertainty")
 REALS = ("dX", "dY", "dZ", "elongation", "yaw", "pitch", *HALF_WIDTHS)
 """In the order of the compensator's `Output`."""
-USUAL_TEMPERATURE, USUAL_TOOL = 20.0, 150.0  # start values [degC, mm]
 CAUSES = ("missing", "outside its plausible range", "changing too fast", "stale")
 """The last digit of a status above ten, from 1 on."""
-WIDEST_UM, LONGEST_MM = 1e5, 2000.0  # what any compensator file may ask for
 
 
 def status_meanings() -> dict[int, str]:
@@ -134,7 +133,7 @@ def variables(model: Model) -> list[Variable]:
             low=-60.0,
             high=400.0,
             nominal=20.0,
-            start=USUAL_TEMPERATURE,
+            start=START_DEGC,
         )
         for sensor in model.sensors
     ]
@@ -155,10 +154,10 @@ def variables(model: Model) -> list[Variable]:
             "input",
             f"From the gauge line to the tool tip; the bundled file allows {low:g} to {high:g} mm",
             unit="mm",
-            low=-LONGEST_MM,
-            high=LONGEST_MM,
+            low=-LONGEST_TOOL_MM,
+            high=LONGEST_TOOL_MM,
             nominal=100.0,
-            start=min(max(USUAL_TOOL, low), high),
+            start=min(max(START_TOOL_MM, low), high),
         ),
     ]
     declared += _measured_inputs(model)
@@ -262,7 +261,7 @@ def _half_widths(model: Model) -> list[Variable]:
     ]
 
 
-def _output(name: str, description: str, unit: str, low: float = -WIDEST_UM) -> Variable:
+def _output(name: str, description: str, unit: str, low: float = -1e5) -> Variable:
     return Variable(
         name,
         "real",
@@ -270,7 +269,7 @@ def _output(name: str, description: str, unit: str, low: float = -WIDEST_UM) -> 
         description,
         unit=unit,
         low=low,
-        high=WIDEST_UM,
+        high=1e5,
         nominal=10.0,
         depends_at_start=(),
     )

@@ -7,16 +7,16 @@ from itertools import cycle
 from math import sqrt
 from operator import mul
 
-from fmu_compensator.runtime.fields import LARGEST_NUMBER, Fields
+from fmu_compensator.runtime.fields import LARGEST, Fields
 from fmu_compensator.runtime.lags import checked_state, share, taus
 
-MOST_DIRECTIONS = 1000
 MOST_PROBES = 8
 """So many rows hold how far all measurements narrow the interval; what they said stays."""
 FURTHEST = 2.0
 """A measurement that is off by more half widths must be confirmed by the next one [1]."""
-CULPRITS, CULPRIT_SHARE = 3, 0.15
-"""Up to so many sensors are named where inputs are new, each with this share of the novelty [1]."""
+NAMED = 3
+"""A status text names so many sensors beside the newest broken one, or where inputs are new; odd,
+for C: its outputs have no gaps."""
 OF_START, OF_FIXED = "start", "fixed"
 
 
@@ -98,27 +98,27 @@ class Gaussian:
         """
         lags_s = taus(fields, "lags_s")
         width = inputs * (1 + len(lags_s))
-        rows = len(fields.items("seen", 0, MOST_DIRECTIONS, "lists of numbers"))
+        rows = len(fields.items("seen", "lists of numbers"))
         reference = fields.choice("reference", (OF_START, OF_FIXED))
-        spread = fields.numbers("spread", targets, LARGEST_NUMBER)
+        spread = fields.numbers("spread", targets)
         for place, value in enumerate(spread):
             if not value > 0.0:
                 raise fields.refusal(f"spread.{place}", f"{value:g} is not allowed: above 0")
         model = cls(
             reference,
             fields.numbers("usual", inputs, 1e4) if reference == OF_FIXED else [0.0] * inputs,
-            fields.numbers("constant", targets, LARGEST_NUMBER),
-            fields.number("settled_h", 0.0, LARGEST_NUMBER),
+            fields.numbers("constant", targets),
+            fields.number("settled_h", 0.0, LARGEST),
             lags_s,
-            fields.matrix("weights", targets, width, LARGEST_NUMBER),
-            fields.number("scale", 0.0, LARGEST_NUMBER**2),
-            fields.matrix("seen", rows, width, LARGEST_NUMBER) if rows else [],
-            fields.number("walk_per_h", 0.0, LARGEST_NUMBER),
+            fields.matrix("weights", targets, width),
+            fields.number("scale", 0.0, LARGEST),
+            fields.matrix("seen", rows, width) if rows else [],
+            fields.number("walk_per_h", 0.0, LARGEST),
             spread,
             fields.number("deviations", 0.0, 1e3),
             fields.number("coverage", 0.01, 0.9999),
         )
-        fields.number("rows", 0.0, 1e9)  # for `update`
+        fields.number("rows", 0.0, LARGEST)  # for `update`
         fields.done()
         return model
 
@@ -240,7 +240,10 @@ class Gaussian:
         self._probes.append([value / root for value in (*column, walk)])
 
     def culprits(self) -> list[int]:
-        """Return the places of the inputs that make the last sample new, the worst first."""
+        """Return the places of the inputs that make the last sample new, the worst first.
+
+        As many as bring half of the novelty together, at most `NAMED`.
+        """
         shares = [self._scale * value for value in self._features]
         for row in self._seen:
             along = sum(map(mul, row, self._features))
@@ -248,9 +251,13 @@ class Gaussian:
         parts = [0.0] * self._inputs
         for place, (value, feature) in enumerate(zip(shares, self._features, strict=True)):
             parts[place % self._inputs] += value * feature
-        order = sorted(range(self._inputs), key=lambda place: -parts[place])
-        named = [n for n in order[:CULPRITS] if parts[n] >= CULPRIT_SHARE * self.novelty]
-        return named or order[:1]
+        named, left = [], 0.5 * self.novelty
+        for place in sorted(range(self._inputs), key=lambda place: -parts[place])[:NAMED]:
+            named.append(place)
+            left -= parts[place]
+            if left <= 0.0:
+                break
+        return named
 
     def axis_deviation(self, weights: Sequence[float]) -> float:
         """Return the root of what a unit of ``variance`` is along an axis [um].

@@ -5,11 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import expm1, isfinite
 
-from fmu_compensator.runtime.fields import LARGEST_NUMBER, Fields
-
-SHORTEST_S, LONGEST_S = 1.0, 1e7
-MOST_LAGS = 20
-FASTEST_RPM = 1e6  # no spindle turns faster, and powers of it stay finite
+from fmu_compensator.runtime.fields import LARGEST, Fields
 
 
 def share(elapsed_s: float, tau_s: float) -> float:
@@ -35,10 +31,10 @@ def known_speed(speed: float, last: float) -> float:
     last : float
         The last speed that was known [rpm].
     """
-    return abs(speed) if abs(speed) <= FASTEST_RPM else last
+    return abs(speed) if abs(speed) <= LARGEST else last
 
 
-def taus(fields: Fields, key: str) -> list[float]:
+def taus(fields: Fields, key: str, count: int | None = None) -> list[float]:
     """Return a list of time constants [s].
 
     Parameters
@@ -47,18 +43,20 @@ def taus(fields: Fields, key: str) -> list[float]:
         The table that holds the list.
     key : str
         The list's name.
+    count : int, optional
+        How many there must be.
 
     Raises
     ------
     ModelFileError
-        If one is out of range.
+        If one is not above 0.
     """
-    count = len(fields.items(key, 0, MOST_LAGS, "time constants"))
-    values = fields.numbers(key, count, LONGEST_S)
+    if count is None:
+        count = len(fields.items(key, "time constants"))
+    values = fields.numbers(key, count)
     for index, value in enumerate(values):
-        if value < SHORTEST_S:
-            place = f"{key}.{index}"
-            raise fields.refusal(place, f"{value:g} is not allowed: at least {SHORTEST_S:g} s")
+        if not value > 0.0:
+            raise fields.refusal(f"{key}.{index}", f"{value:g} is not allowed: above 0 s")
     return values
 
 
@@ -101,7 +99,7 @@ def matrices_by_lag(
     lags, targets, columns : int
         Matrices there must be, and rows and columns of each.
     """
-    matrices = fields.items(key, lags, lags, "matrices")
+    matrices = fields.items(key, "matrices", lags, lags)
     place = f"{fields.place}.{key}" if fields.place else key
     table = Fields({str(lag): one for lag, one in enumerate(matrices)}, fields.source, place)
-    return [table.matrix(str(lag), targets, columns, LARGEST_NUMBER) for lag in range(lags)]
+    return [table.matrix(str(lag), targets, columns) for lag in range(lags)]

@@ -15,7 +15,7 @@ from typing import Any
 from fmu_compensator.runtime.checks import Sensor
 from fmu_compensator.runtime.error_models import error_models, shipped_error_models
 from fmu_compensator.runtime.error_models.base import ErrorModel
-from fmu_compensator.runtime.fields import Fields, ModelFileError
+from fmu_compensator.runtime.fields import LARGEST, Fields, ModelFileError
 from fmu_compensator.runtime.gaussian import Gaussian
 from fmu_compensator.runtime.geometry import Geometry, geometry_from_fields
 from fmu_compensator.runtime.limits import Limits
@@ -33,7 +33,6 @@ FORMAT = 3
 """1 and 2 held an error model and layers around it; 3 holds one Gaussian."""
 KIND = "spindle-drift compensator"
 LARGEST_FILE = 4_000_000  # bytes; a large network is a few hundred thousand
-MOST_SENSORS = 500
 INPUT_FORMS = ("rise", "absolute", "level")
 
 
@@ -183,7 +182,7 @@ def model_text(table: dict[str, Any], source: str = "compensator file") -> str:
 def _model(table: object, source: str) -> Model:
     fields = Fields(table, source)
     fields.choice("kind", (KIND,))
-    number = fields.integer("format", 1, 10**9)
+    number = fields.integer("format", 1, int(LARGEST))
     if number > FORMAT:
         raise fields.refusal(
             "format", f"the file was written by a newer version; this one reads format {FORMAT}"
@@ -225,18 +224,18 @@ def _spare(fields: Fields, inputs: int, targets: int) -> Spare | None:
 
 
 def _sensors(fields: Fields) -> tuple[Sensor, ...]:
-    sensors: list[Sensor] = []
-    for table in fields.tables("sensors", 1, MOST_SENSORS, "sensors"):
+    sensors: dict[str, Sensor] = {}
+    for table in fields.tables("sensors", "sensors", 1):
         sensor = Sensor.from_fields(table)
-        if sensor.name in [other.name for other in sensors]:
+        if sensor.name in sensors:
             raise table.refusal("name", f"'{sensor.name}' is not allowed: another sensor has it")
-        sensors.append(sensor)
-    return tuple(sensors)
+        sensors[sensor.name] = sensor
+    return tuple(sensors.values())
 
 
 def _chosen(fields: Fields, sensors: tuple[Sensor, ...]) -> tuple[int, ...]:
     known = [sensor.name for sensor in sensors]
-    chosen = fields.names("chosen", len(known))
+    chosen = fields.names("chosen")
     for index, name in enumerate(chosen):
         if name not in known:
             place = f"chosen.{index}"
@@ -249,7 +248,7 @@ def _error_model(fields: Fields, inputs: int, geometry: Geometry) -> ErrorModel:
     if fields.raw("kind") not in [*known]:  # plug-ins are looked for where one is needed only
         known = error_models()
     kind = fields.choice("kind", tuple(known))
-    if tuple(fields.names("targets", 100)) != geometry.targets:
+    if tuple(fields.names("targets")) != geometry.targets:
         raise fields.refusal("targets", f"must be {', '.join(geometry.targets)} for this geometry")
     model = known[kind].from_fields(fields, inputs, len(geometry.targets))
     fields.done()
@@ -257,14 +256,14 @@ def _error_model(fields: Fields, inputs: int, geometry: Geometry) -> ErrorModel:
 
 
 def _provenance(fields: Fields) -> dict[str, Any]:
-    for run in fields.tables("runs", 0, 100_000, "runs"):
+    for run in fields.tables("runs", "runs"):
         run.text("name")
         digest = run.text("sha256")
         if len(digest) != 64 or not set(digest) <= set("0123456789abcdef"):
             raise run.refusal("sha256", f"'{digest[:20]}' is not allowed: must be 64 hex digits")
-        run.integer("rows", 0, 10**9)
+        run.integer("rows", 0, int(LARGEST))
         run.done()
-    for index, note in enumerate(fields.items("notes", 0, 10_000, "texts")):
+    for index, note in enumerate(fields.items("notes", "texts")):
         if not isinstance(note, str):
             raise fields.refusal(f"notes.{index}", "must be a text")
     fields.table("options").keys()

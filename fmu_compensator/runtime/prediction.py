@@ -7,10 +7,10 @@ from math import isfinite, sqrt
 from operator import add
 from typing import Any
 
+from fmu_compensator.runtime.fields import LARGEST
 from fmu_compensator.runtime.modelfile import Model
 from fmu_compensator.runtime.spare import Spare
 
-LARGEST = 1e6  # of a measured target [um, urad]; six orders above any spindle
 NOT_KNOWN = -1.0
 """What stands for a half width of an axis that is not measured, or before the first sample [um]."""
 Three = tuple[float, float, float]

@@ -7,7 +7,7 @@ from math import exp, expm1, sqrt
 from operator import mul
 from typing import NamedTuple
 
-from fmu_compensator.runtime.fields import Fields
+from fmu_compensator.runtime.fields import LARGEST, Fields
 from fmu_compensator.runtime.lags import checked_state
 
 BLEND_S = 120.0
@@ -16,8 +16,6 @@ FRESH = 0.1
 """A sensor that has stood still for a larger share of what makes it stale tells nothing new [1]."""
 START_AFTER_S = 60.0
 """A sensor that does not answer for so long is not waited for: sensors come on line one by one."""
-MOST_S = 1e9
-LARGEST = 1e9
 
 
 class Starts(NamedTuple):
@@ -91,9 +89,9 @@ class Spare:
         ModelFileError
             For the first field that is missing or out of range.
         """
-        precision = fields.matrix("precision", inputs, inputs, LARGEST)
+        precision = fields.matrix("precision", inputs, inputs)
         _check_precision(fields, precision)
-        growth = _not_negative(fields, "growth", inputs, LARGEST)
+        growth = _not_negative(fields, "growth", inputs)
         spare = cls(
             precision,
             growth,
@@ -101,8 +99,8 @@ class Spare:
             None
             if fields.raw("usual_start") is None
             else fields.numbers("usual_start", inputs, 1e4),
-            fields.matrix("sensitivity", targets, inputs, 1e6),
-            fields.matrix("usual", targets, targets, 1e12),
+            fields.matrix("sensitivity", targets, inputs),
+            fields.matrix("usual", targets, targets),
         )
         fields.done()
         return spare
@@ -161,7 +159,7 @@ class Spare:
         """
         if not self._started:
             return self._start(readings, bad, elapsed_s, axes, starts)
-        self._clock = min(self._clock + elapsed_s, MOST_S)
+        self._clock = min(self._clock + elapsed_s, LARGEST)
         self.quiet = False
         before = list(self._good_for)
         self._count(bad, elapsed_s, recover_s)
@@ -187,7 +185,7 @@ class Spare:
 
     def go_on(self, readings: list[float], idle: float, elapsed_s: float) -> None:
         """Take in a sample without a bad reading while `quiet`: the readings are to be used."""
-        self._clock = min(self._clock + elapsed_s, MOST_S)
+        self._clock = min(self._clock + elapsed_s, LARGEST)
         self._compare(readings, idle)
         self._last = readings
 
@@ -207,7 +205,7 @@ class Spare:
             self._last = list(readings)
             return self._last
         if starts is None or self._clock < START_AFTER_S:
-            self._clock = min(self._clock + elapsed_s, MOST_S)
+            self._clock = min(self._clock + elapsed_s, LARGEST)
             return None
         good_for = [0.0 if place in bad else -1.0 for place in range(len(readings))]
         waited, self._clock = self._clock, 0.0
@@ -391,8 +389,8 @@ class Spare:
         )
 
 
-def _not_negative(fields: Fields, key: str, length: int, limit: float) -> list[float]:
-    values = fields.numbers(key, length, limit)
+def _not_negative(fields: Fields, key: str, length: int) -> list[float]:
+    values = fields.numbers(key, length)
     for index, value in enumerate(values):
         if value < 0.0:
             raise fields.refusal(f"{key}.{index}", f"{value:g} is not allowed: at least 0")

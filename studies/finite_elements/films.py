@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.constants import g
 
 from studies.finite_elements.description import Bearings
 
 AIR_CONDUCTIVITY = 0.026  # W/(m K)
 AIR_VISCOSITY = 16e-6  # m2/s
 AIR_PRANDTL = 0.701
-GRAVITY = 9.81  # m/s2
 USUAL_RISE = 5.0
 """Temperature rise of a spindle's surface that natural convection is linearised at [K]."""
 MEAN_KELVIN = 298.0
@@ -44,7 +44,7 @@ def still_film(diameter_m: float) -> float:
     -----
     Nu = 0.53 (Gr Pr)^(1/4), McAdams' law for cylinders in still air, at the usual rise.
     """
-    grashof = GRAVITY * USUAL_RISE * diameter_m**3 / (MEAN_KELVIN * AIR_VISCOSITY**2)
+    grashof = g * USUAL_RISE * diameter_m**3 / (MEAN_KELVIN * AIR_VISCOSITY**2)
     nusselt = 0.53 * (grashof * AIR_PRANDTL) ** 0.25
     return float(nusselt * AIR_CONDUCTIVITY / diameter_m + RADIATION)
 

@@ -14,22 +14,24 @@ from statsmodels.tsa.arima.estimators.innovations import innovations_mle
 from statsmodels.tsa.stattools import acf, adfuller, pacf
 
 from fmu_compensator.fit.error_models.base import FittedModel, Task
-from fmu_compensator.fit.error_models.options import refuse_poor, refuse_unknown, whole, within
+from fmu_compensator.fit.error_models.options import (
+    FEWEST_ROWS,
+    refuse_poor,
+    refuse_unknown,
+    whole,
+    within,
+)
 from fmu_compensator.fit.training import Array, TrainingRun
+from fmu_compensator.runtime.fields import LARGEST
 from measurement.errors import BadInput
 from studies.fit.arx import step_counts, usual_step
-from studies.runtime.arma import FURTHEST
 
 MOST_DIFFERENCES = 2
 """A judgement, set on no data: each difference amplifies a sensor's noise."""
 SIGNIFICANCE = 0.05  # of the ADF test, as is usual
-FEWEST_ROWS = 60
-"""A judgement, set on no data."""
 LARGEST_ORDER = 3
 """Of p and of q, which the option ``order`` may lower: a judgement, set on no data. The study's own
 are lost from its text."""
-LAGS = 20
-"""So many autocorrelations are reported."""
 
 
 @dataclass(frozen=True)
@@ -101,7 +103,7 @@ class AutoregressiveMovingAverage(FittedModel):
             For an unknown option or value, too few rows, or constant columns.
         """
         refuse_unknown("arma", options, ("step_s", "order"))
-        refuse_poor(task, FEWEST_ROWS)
+        refuse_poor(task)
         step = usual_step(task) if step_s is None else within("arma", "step_s", step_s, 0.1, 1e5)
         largest = whole("arma", "order", order, 1, LARGEST_ORDER)
         pieces = [piece for run in task.runs for piece in _even(run, step)]
@@ -172,9 +174,7 @@ def _run_through(one: Series, counts: list[int], known: Any, measured: Array | N
             here = waiting if tick == 0 else None
             expected = float(one.ar @ w_past + one.ma @ e_past)
             w = expected
-            level = float(
-                np.clip(one.mean + one.scale * expected + sum(lower), -FURTHEST, FURTHEST)
-            )
+            level = float(np.clip(one.mean + one.scale * expected + sum(lower), -LARGEST, LARGEST))
             if here is not None:
                 if synced or d == 0:
                     w = (here - sum(lower) - one.mean) / one.scale
@@ -187,7 +187,7 @@ def _run_through(one: Series, counts: list[int], known: Any, measured: Array | N
             e_past = np.concatenate([[w - expected], e_past])[: len(one.ma)]
             synced, waiting = here is not None, None if tick == 0 else waiting
             ahead = one.mean + one.scale * float(one.ar @ w_past + one.ma @ e_past)
-            held = float(np.clip(ahead + sum(lower), -FURTHEST, FURTHEST))
+            held = float(np.clip(ahead + sum(lower), -LARGEST, LARGEST))
         predicted[k] = held
     return predicted
 
@@ -244,10 +244,10 @@ def correlations(z: Array) -> dict[str, Any]:
     AR(p); where both tail away it is ARMA. ``white_noise_95`` is the size below which 95 % of those
     of white noise lie, 1.96 / sqrt(n).
     """
-    lags = min(LAGS, len(z) // 4)
+    partial = pacf(z, method="ywm")  # as many lags as statsmodels takes
     return {
-        "acf": np.round(acf(z, nlags=lags), 4).tolist(),
-        "pacf": np.round(pacf(z, nlags=lags, method="ywm"), 4).tolist(),
+        "acf": np.round(acf(z, nlags=len(partial) - 1), 4).tolist(),
+        "pacf": np.round(partial, 4).tolist(),
         "white_noise_95": round(1.96 / float(np.sqrt(len(z))), 4),
     }
 

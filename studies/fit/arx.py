@@ -9,13 +9,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmu_compensator.fit.error_models.base import FittedModel, Task
-from fmu_compensator.fit.error_models.options import refuse_poor, refuse_unknown, within
+from fmu_compensator.fit.error_models.options import (
+    FEWEST_ROWS,
+    refuse_poor,
+    refuse_unknown,
+    within,
+)
 from fmu_compensator.fit.training import Array, TrainingRun
 from fmu_compensator.runtime.ticks import ticks
 from measurement.errors import BadInput, shown
 from studies.fit.by_run import (
-    FEWEST_ROWS,
     FEWEST_TO_LEAVE_OUT,
+    RIDGE,
     Block,
     NormalEquations,
     Solution,
@@ -23,7 +28,6 @@ from studies.fit.by_run import (
 
 MEMORIES_S = (0.0, 600.0, 1800.0, 3600.0, 7200.0, 14_400.0)
 """Time constants of the pole to choose from [s]; 0 is a map without memory."""
-PENALTY = 1e-5  # of squared coefficients at unit size, per run: for rounding only
 THIN_TO = 120
 """Rows of a run that the pole is chosen by: neighbours in a drift of hours say the same."""
 SHORTEST_STEP_S = 10.0
@@ -111,7 +115,7 @@ class AutoregressiveExogenous(FittedModel):
         if lags not in LAGS or isinstance(lags, bool):
             allowed = ", ".join(map(str, LAGS))
             raise BadInput("arx", "lags", f"{shown(lags)} is not allowed: {allowed}")
-        refuse_poor(task, FEWEST_ROWS)
+        refuse_poor(task)
         step = usual_step(task) if step_s is None else within("arx", "step_s", step_s, 0.1, 1e5)
         fit = _by_simulation if estimator == "simulation" else _by_prediction
         constant = task.input_form != "rise"
@@ -217,7 +221,7 @@ def _by_simulation(
             if len(rows):
                 hours = (run.time_s[rows] - run.time_s[0]) / 3600.0
                 blocks.append(Block(hours, x[rows], run.targets[rows][:, [target]]))
-        solution = NormalEquations(blocks, 0.0).solve(0, PENALTY, robust=False)
+        solution = NormalEquations(blocks, 0.0).solve(0, RIDGE, robust=False)
         score = (
             solution.score
             if len(blocks) >= FEWEST_TO_LEAVE_OUT

@@ -9,7 +9,6 @@ import numpy as np
 
 from fmu_compensator.fit.error_models.base import Task
 from fmu_compensator.fit.error_models.options import refuse_poor, refuse_unknown
-from studies.fit.by_run import FEWEST_ROWS
 from studies.fit.evidence import SAMPLES_PER_RUN, posterior
 from studies.fit.lagged import blocks_of, start_range
 from studies.fit.thermal_states import ThermalStates, checked_lags
@@ -45,7 +44,7 @@ class Bayes(ThermalStates):
             For an unknown option or value, too few rows, or constant columns.
         """
         refuse_unknown("bayes", options, ("lags_s",))
-        refuse_poor(task, FEWEST_ROWS)
+        refuse_poor(task)
         sets = LAGS_S if lags_s is None else (checked_lags("bayes", lags_s),)
         inputs = len(task.input_names)
         found = []

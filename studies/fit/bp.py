@@ -9,7 +9,13 @@ from typing import Any, ClassVar
 import numpy as np
 
 from fmu_compensator.fit.error_models.base import FittedModel, Task
-from fmu_compensator.fit.error_models.options import refuse_poor, refuse_unknown, whole, within
+from fmu_compensator.fit.error_models.options import (
+    FEWEST_ROWS,
+    refuse_poor,
+    refuse_unknown,
+    whole,
+    within,
+)
 from fmu_compensator.fit.training import Array, TrainingRun
 from measurement.errors import BadInput
 from studies.fit.network_training import (
@@ -26,9 +32,6 @@ slow drift say the same. The option ``rows`` sets another number; 0 keeps every 
 HIDDEN, ITERATIONS, GOAL, DECAY = (10,), 200, 1e-3, 1e-3
 """The jig-borer study has one hidden layer of 10. The rest are judgements, set on no data;
 docs/studies.md has rows with DECAY and without."""
-FEWEST_ROWS = 50
-"""A judgement, set on no data."""
-SHOWN = 300  # points of a convergence curve that a report keeps
 
 
 @dataclass(frozen=True)
@@ -56,7 +59,7 @@ class Samples:
     @classmethod
     def of(cls, task: Task, rows: int) -> Samples:
         """Return the samples of a task, thinned to about so many rows; 0 keeps all."""
-        refuse_poor(task, FEWEST_ROWS)
+        refuse_poor(task)
         runs = [run.at(run.known) for run in task.runs]
         step = max(1, -(-sum(len(run.time_s) for run in runs) // rows)) if rows else 1
         x0, x1 = scaling([run.inputs for run in runs])
@@ -181,7 +184,7 @@ class BackPropagation(FittedModel):
             "weights_and_thresholds": self.shape.size,
             "iterations": len(self.training.curve) - 1,
             "goal_reached_at": self.training.reached,
-            "curve": [float(f"{value:.4g}") for value in self.training.curve[:SHOWN]],
+            "curve": [float(f"{value:.4g}") for value in self.training.curve],
             **self._diagnostics,
         }
 

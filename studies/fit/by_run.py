@@ -17,13 +17,13 @@ from scipy.linalg import solve_triangular
 
 from fmu_compensator.fit.training import Array
 
-FEWEST_ROWS = 30
-"""With fewer rows no model of a run's drift is fitted [1]: a quarter of an hour at 30 s."""
 FEWEST_TO_LEAVE_OUT, FEWEST_TO_DISTRUST = 3, 4
 """Runs of which one can be left out to choose by, and of which one can be told to be the odd one
 [1]."""
 ROUNDS = 3
 """Of trust in the runs and solution in turn [1]."""
+RIDGE = 1e-6
+"""Weight of squared coefficients, of the mean of the diagonal: for rounding only [1]."""
 FAINTEST = 1e-7
 """A direction in which all runs together are fainter than this, at unit size of the features, is
 left out: the smallest penalty in use is a hundred times stronger there [1]."""

@@ -17,7 +17,6 @@ from measurement.errors import BadInput, shown
 from studies.finite_elements import FiniteElementSpindle, read_description
 from studies.finite_elements.films import friction_heat
 from studies.finite_elements.reduce import ReducedRegime, ReducedSpindle
-from studies.fit.by_run import FEWEST_ROWS
 from studies.fit.lagged import held_speed, thinned
 
 SPEEDS = (0.0, 0.06, 0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1.0)
@@ -314,7 +313,7 @@ class _Identification:
 
 def _top_speed(task: Task) -> float:
     """Return the highest speed [r/min]; refuse runs that can carry no model."""
-    refuse_poor(task, FEWEST_ROWS)
+    refuse_poor(task)
     for run in task.runs:
         if not np.isfinite(run.speed).any():
             raise BadInput(run.name, "speed_rpm", "is missing: it drives the finite-element model")

@@ -12,13 +12,10 @@ from sklearn.kernel_approximation import Nystroem
 from fmu_compensator.fit.error_models.base import FittedModel, Task
 from fmu_compensator.fit.error_models.options import refuse_poor, refuse_unknown, whole
 from fmu_compensator.fit.training import Array, TrainingRun
-from studies.fit.by_run import FEWEST_ROWS
 from studies.fit.evidence import Posterior, posterior
 from studies.fit.lagged import THIN_S, lagged, thinned
 from studies.fit.thermal_states import LAGS_S
 
-CENTRES = 40
-"""A step at run time costs as much as there are centres [1]."""
 LENGTHS = (0.5, 1.0, 2.0)
 """Lengths of the Gaussian kernel that are tried, of the median distance of two samples [1]."""
 BUMPS = (0.0, 0.3, 1.0, 3.0)
@@ -70,7 +67,7 @@ class GaussianProcess(FittedModel):
         self._diagnostics = diagnostics
 
     @classmethod
-    def fit(cls, task: Task, *, centres: int = CENTRES, **options: Any) -> GaussianProcess:
+    def fit(cls, task: Task, *, centres: int = 40, **options: Any) -> GaussianProcess:
         """Return the process fitted to the task's runs.
 
         Parameters
@@ -78,7 +75,7 @@ class GaussianProcess(FittedModel):
         task : Task
             Runs and names.
         centres : int
-            Number of bumps.
+            Number of bumps: a step at run time costs as much.
 
         Raises
         ------
@@ -87,7 +84,7 @@ class GaussianProcess(FittedModel):
         """
         refuse_unknown("gp", options, ("centres",))
         wanted = whole("gp", "centres", centres, 1, 500)
-        refuse_poor(task, FEWEST_ROWS)
+        refuse_poor(task)
         lags = LAGS_S[0]
         rows, targets = [], []
         for run in task.runs:

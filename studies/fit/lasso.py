@@ -12,8 +12,8 @@ from fmu_compensator.fit.error_models.base import Task
 from fmu_compensator.fit.error_models.options import refuse_poor, refuse_unknown
 from fmu_compensator.fit.training import Array
 from studies.fit.by_run import (
-    FEWEST_ROWS,
     FEWEST_TO_LEAVE_OUT,
+    RIDGE,
     Block,
     NormalEquations,
     Solution,
@@ -32,7 +32,6 @@ PENALTIES = tuple(float(value) for value in np.logspace(-0.5, -4.5, 17))
 """Of the largest penalty, beyond which no input is left [1]."""
 WITHOUT_CHOICE = 1e-2
 """For one run alone, where nothing can choose: a judgement, set on no data."""
-RIDGE = 1e-6  # keeps inputs that copy each other from making the path jump
 
 
 class Lasso(ThermalStates):
@@ -73,7 +72,7 @@ class Lasso(ThermalStates):
         (scikit-learn), every run counting as one.
         """
         refuse_unknown("lasso", options, ("lags_s", "penalty"))
-        refuse_poor(task, FEWEST_ROWS)
+        refuse_poor(task)
         lag_sets = LAGS_S if lags_s is None else (checked_lags("lasso", lags_s),)
         shares = PENALTIES if penalty is None else (checked_penalty("lasso", penalty, 1.0),)
         if len(task.runs) < FEWEST_TO_LEAVE_OUT:

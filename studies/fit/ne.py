@@ -12,16 +12,14 @@ from fmu_compensator.fit.error_models.options import refuse_poor, refuse_unknown
 from fmu_compensator.fit.training import Array, TrainingRun, row_weights
 from measurement.errors import BadInput, shown
 from studies.finite_elements import FiniteElementSpindle, read_description
-from studies.fit.by_run import FEWEST_ROWS
+from studies.fit.by_run import RIDGE
 from studies.fit.lagged import THIN_S, held_speed, lagged
 
-MOST_KNOTS = 5
 SHORTEST_TAU_S, LONGEST_TAU_S = 60.0, 36_000.0
 """A minute to ten hours: a judgement, set on no data [s]."""
 RATIOS = (0.5, 1.0, 2.0)
 """Of the time constant at standstill to the one while turning: air no longer stirred cools less, a
 coolant that runs on cools as before."""
-RIDGE = 1e-6  # of the mean of the diagonal: for rounding only
 STEADY = ("fitted", "fem")
 ROOM_DEGC = 20.0  # the standard reference temperature, ISO 1
 TAU_OF = ("mass_kg", "specific_heat", "film", "surface_m2")
@@ -55,7 +53,7 @@ class NaturalExponential(FittedModel):
         cls,
         task: Task,
         *,
-        knots: int = MOST_KNOTS,
+        knots: int = 5,
         tau_s: float | str | None = None,
         steady: str = "fitted",
         description: str = "jig_borer",
@@ -96,7 +94,7 @@ class NaturalExponential(FittedModel):
         if steady not in STEADY:
             problem = f"{shown(steady)} is not allowed: {', '.join(STEADY)}"
             raise BadInput("ne", "steady", problem)
-        refuse_poor(task, FEWEST_ROWS)
+        refuse_poor(task)
         given = dict(zip(TAU_OF, (mass_kg, specific_heat, film, surface_m2), strict=True))
         for run in task.runs:
             if not np.isfinite(run.speed).any():

@@ -13,7 +13,7 @@ from fmu_compensator.fit.error_models.base import FittedModel, Task
 from fmu_compensator.fit.error_models.options import refuse_poor, refuse_unknown, within
 from fmu_compensator.fit.training import Array, TrainingRun
 from measurement.errors import BadInput
-from studies.fit.by_run import FEWEST_ROWS, FEWEST_TO_LEAVE_OUT, NormalEquations, Solution
+from studies.fit.by_run import FEWEST_TO_LEAVE_OUT, NormalEquations, Solution
 from studies.fit.lagged import blocks_of, features, start_range
 
 LAGS_S = ((2400.0,), (600.0, 2400.0), (600.0, 2400.0, 9600.0))
@@ -129,7 +129,7 @@ class ThermalStates(FittedModel):
         """
         kind = cls.__module__.rpartition(".")[2]
         refuse_unknown(kind, options, OPTIONS)
-        refuse_poor(task, FEWEST_ROWS)
+        refuse_poor(task)
         choices: _Choices = (
             LAGS_S if lags_s is None else (checked_lags(kind, lags_s),),
             (True, False) if levels is None and task.input_form != "rise" else (bool(levels),),

@@ -11,10 +11,15 @@ from scipy.optimize import nnls
 
 from fmu_compensator.fit import error_models
 from fmu_compensator.fit.error_models.base import FittedModel, Task
-from fmu_compensator.fit.error_models.options import refuse_poor, refuse_unknown, within
+from fmu_compensator.fit.error_models.options import (
+    FEWEST_ROWS,
+    refuse_poor,
+    refuse_unknown,
+    within,
+)
 from fmu_compensator.fit.training import Array, TrainingRun
 from measurement.errors import BadInput, shown
-from studies.fit.by_run import FEWEST_ROWS, FEWEST_TO_LEAVE_OUT
+from studies.fit.by_run import FEWEST_TO_LEAVE_OUT
 from studies.runtime.vac import CONDITIONS, SAME_SPEED_SHARE, STILL_RPM
 
 COMBINATIONS = ("cosine", "least_squares", "adaptive")
@@ -24,8 +29,6 @@ SETTLE_S, BLEND_S, MEMORY_S = 3600.0, 600.0, 3600.0
 """How long a change of speed counts, in which time weights pass over, and how long an error is
 remembered [s]: a judgement, set on no data."""
 MOST_FOLDS = 3  # for time: each trains every part anew
-FEWEST_ROWS_TO_WEIGH = 50
-"""A judgement, set on no data; the study's test has 76."""
 
 
 class VectorAngleCosine(FittedModel):
@@ -110,7 +113,7 @@ class VectorAngleCosine(FittedModel):
         if combination not in COMBINATIONS:
             problem = f"{shown(combination)} is not allowed: {', '.join(COMBINATIONS)}"
             raise BadInput("vac", "combination", problem)
-        refuse_poor(task, FEWEST_ROWS_TO_WEIGH)
+        refuse_poor(task)
         kinds = _constituents(models, task)
         within("vac", "seed", seed, 0, 2**31)
         given = _part_options(parts, kinds, seed)

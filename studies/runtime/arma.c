@@ -76,7 +76,7 @@ static void reset(const struct error_model *model, double *state)
 
 static double limited(double value)
 {
-    return clamped(value, -ARMA_FURTHEST, ARMA_FURTHEST);
+    return clamped(value, -FIELDS_LARGEST, FIELDS_LARGEST);
 }
 
 static double forecast(const struct series *one, const struct memory *memory)

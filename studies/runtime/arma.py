@@ -5,13 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from fmu_compensator.runtime.error_models.base import ErrorModel
-from fmu_compensator.runtime.fields import Fields
+from fmu_compensator.runtime.fields import LARGEST, Fields
 from fmu_compensator.runtime.lags import checked_state
 from fmu_compensator.runtime.ticks import ticks
-
-LARGEST = 1e9
-FURTHEST = 1e9  # where a forecast that runs away is stopped [um, urad]
-MOST_ORDER = 20
 
 
 class Series:
@@ -48,7 +44,7 @@ class Series:
         mean = fields.number("mean", -LARGEST, LARGEST)
         parts = []
         for key in ("ar", "ma"):
-            count = len(fields.items(key, 0, MOST_ORDER, "numbers"))
+            count = len(fields.items(key, "numbers"))
             parts.append(fields.numbers(key, count, 100.0))
         fields.done()
         return cls(differences, mean, scale, *parts)
@@ -64,7 +60,7 @@ class Series:
         value = self.mean + self.scale * w
         for tail in self.tails:
             value += tail
-        return min(max(value, -FURTHEST), FURTHEST)
+        return min(max(value, -LARGEST), LARGEST)
 
     def take(self, measured: float | None) -> None:
         """Go one step on: with what was measured at it, or with the forecast."""
@@ -79,15 +75,15 @@ class Series:
         self._advance(w, w - expected, reached, measured is not None)
 
     def _advance(self, w: float, error: float, reached: float, measured: bool) -> None:
-        rate = min(max(self.mean + self.scale * w, -FURTHEST), FURTHEST)
+        rate = min(max(self.mean + self.scale * w, -LARGEST), LARGEST)
         if len(self.tails) == 2:
-            self.tails[1] = min(max(self.tails[1] + rate, -FURTHEST), FURTHEST)
+            self.tails[1] = min(max(self.tails[1] + rate, -LARGEST), LARGEST)
         if self.tails:
             self.tails[0] = reached
         if self.past:
-            self.past = [min(max(w, -FURTHEST), FURTHEST), *self.past[:-1]]
+            self.past = [min(max(w, -LARGEST), LARGEST), *self.past[:-1]]
         if self.errors:
-            self.errors = [min(max(error, -FURTHEST), FURTHEST), *self.errors[:-1]]
+            self.errors = [min(max(error, -LARGEST), LARGEST), *self.errors[:-1]]
         self.synced = float(measured)
 
     def state(self) -> list[float]:
@@ -125,7 +121,7 @@ class AutoregressiveMovingAverage(ErrorModel):
     @classmethod
     def from_fields(cls, fields: Fields, inputs: int, targets: int) -> AutoregressiveMovingAverage:
         """Return the model that the file's numbers describe."""
-        tables = fields.tables("series", targets, targets, "series")
+        tables = fields.tables("series", "series", targets, targets)
         return cls(fields.number("step_s", 0.1, 1e5), [Series.from_fields(one) for one in tables])
 
     def predict(

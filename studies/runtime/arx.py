@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from fmu_compensator.runtime.error_models.base import ErrorModel
-from fmu_compensator.runtime.fields import LARGEST_NUMBER, Fields
+from fmu_compensator.runtime.fields import Fields
 from fmu_compensator.runtime.lags import checked_state
 from fmu_compensator.runtime.ticks import ticks
 
@@ -57,9 +57,9 @@ class AutoregressiveExogenous(ErrorModel):
         return cls(
             fields.number("step_s", 0.1, 1e5),
             pole,
-            fields.matrix("now", targets, inputs, LARGEST_NUMBER),
-            fields.matrix("before", targets, inputs, LARGEST_NUMBER),
-            fields.numbers("constant", targets, LARGEST_NUMBER),
+            fields.matrix("now", targets, inputs),
+            fields.matrix("before", targets, inputs),
+            fields.numbers("constant", targets),
         )
 
     def predict(

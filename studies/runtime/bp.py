@@ -8,8 +8,6 @@ from math import tanh
 from fmu_compensator.runtime.error_models.base import ErrorModel
 from fmu_compensator.runtime.fields import Fields
 
-LARGEST = 1e9
-MOST_LAYERS, MOST_NODES = 6, 500
 Layer = tuple[list[list[float]], list[float]]
 
 
@@ -56,20 +54,20 @@ class NeuralNetwork:
         """
         layers: list[Layer] = []
         width = inputs
-        tables = fields.tables("layers", 1, MOST_LAYERS, "layers")
+        tables = fields.tables("layers", "layers", 1)
         for number, table in enumerate(tables, 1):
-            nodes = len(table.items("biases", 1, MOST_NODES, "numbers"))
+            nodes = len(table.items("biases", "numbers", 1))
             if number == len(tables) and nodes != outputs:
                 raise table.refusal("biases", f"{nodes} are not allowed: must be {outputs}")
-            weights = table.matrix("weights", nodes, width, LARGEST)
-            layers.append((weights, table.numbers("biases", nodes, LARGEST)))
+            weights = table.matrix("weights", nodes, width)
+            layers.append((weights, table.numbers("biases", nodes)))
             table.done()
             width = nodes
         return cls(
-            fields.numbers("input_middle", inputs, LARGEST),
+            fields.numbers("input_middle", inputs),
             _halves(fields, "input_half", inputs),
             layers,
-            fields.numbers("output_middle", outputs, LARGEST),
+            fields.numbers("output_middle", outputs),
             _halves(fields, "output_half", outputs),
         )
 
@@ -128,7 +126,7 @@ class BackPropagation(ErrorModel):
 
 
 def _halves(fields: Fields, key: str, count: int) -> list[float]:
-    values = fields.numbers(key, count, LARGEST)
+    values = fields.numbers(key, count)
     for index, value in enumerate(values):
         if value < 1e-9:
             raise fields.refusal(f"{key}.{index}", f"{value:g} is not allowed: above 1e-9")

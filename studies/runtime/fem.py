@@ -8,13 +8,8 @@ from math import exp, expm1
 from typing import NamedTuple
 
 from fmu_compensator.runtime.error_models.base import ErrorModel
-from fmu_compensator.runtime.fields import Fields
+from fmu_compensator.runtime.fields import LARGEST, Fields
 from fmu_compensator.runtime.lags import checked_state, known_speed
-
-MOST_STATES, MOST_REGIMES, MOST_SOURCES, MOST_OUTSIDE = 40, 40, 20, 5
-LARGEST = 1e9
-LARGEST_SPEED = 1e6  # r/min
-FASTEST, SLOWEST = 1e3, 1e-12  # 1/s
 
 
 class Source(NamedTuple):
@@ -92,33 +87,33 @@ class FiniteElementModel(ErrorModel):
     @classmethod
     def from_fields(cls, fields: Fields, inputs: int, targets: int) -> FiniteElementModel:
         """Return the model that the file's numbers describe."""
-        states = fields.integer("states", 1, MOST_STATES)
-        outside = fields.items("outside_inputs", 0, MOST_OUTSIDE, "numbers of inputs")
+        states = fields.integer("states", 1, int(LARGEST))
+        outside = fields.items("outside_inputs", "numbers of inputs")
         for index, value in enumerate(outside):
             if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value < inputs:
                 raise fields.refusal(f"outside_inputs.{index}", f"must be from 0 to {inputs - 1}")
         speeds, regimes = [], []
-        for table in fields.tables("regimes", 1, MOST_REGIMES, "regimes"):
-            speeds.append(table.number("speed", 0.0, LARGEST_SPEED))
+        for table in fields.tables("regimes", "regimes", 1):
+            speeds.append(table.number("speed", 0.0, LARGEST))
             if len(speeds) > 1 and speeds[-1] <= speeds[-2]:
                 raise table.refusal("speed", f"must be above {speeds[-2]:g}, the one before")
-            rates = table.numbers("rates", states, FASTEST)
+            rates = table.numbers("rates", states)
             for index, rate in enumerate(rates):
-                if rate < SLOWEST:
+                if not rate > 0.0:
                     raise table.refusal(f"rates.{index}", f"{rate:g} must be above 0")
             regimes.append(
                 RegimeModes(
                     rates,
                     table.matrix("vectors", states, states, 2.0),
-                    table.matrix("outside", len(outside), states, LARGEST),
+                    table.matrix("outside", len(outside), states),
                 )
             )
             table.done()
         sources, entries = [], []
-        for table in fields.tables("sources", 1, MOST_SOURCES, "sources"):
+        for table in fields.tables("sources", "sources", 1):
             numbers = [table.number(name, 0.0, LARGEST) for name in Source._fields]
             sources.append(Source(*numbers))
-            entries.append(table.numbers("entry", states, LARGEST))
+            entries.append(table.numbers("entry", states))
             table.done()
         width = states * (len(sources) + len(outside))
         return cls(
@@ -127,8 +122,8 @@ class FiniteElementModel(ErrorModel):
             sources,
             entries,
             outside,
-            fields.numbers("intercept", targets, LARGEST),
-            fields.matrix("outputs", targets, width, LARGEST),
+            fields.numbers("intercept", targets),
+            fields.matrix("outputs", targets, width),
         )
 
     def predict(

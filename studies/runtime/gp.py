@@ -7,10 +7,8 @@ from math import exp
 from operator import mul
 
 from fmu_compensator.runtime.error_models.base import ErrorModel
-from fmu_compensator.runtime.fields import LARGEST_NUMBER, Fields
+from fmu_compensator.runtime.fields import Fields
 from fmu_compensator.runtime.lags import checked_state, share, taus
-
-MOST_CENTRES = 500
 
 
 class GaussianProcess(ErrorModel):
@@ -55,14 +53,14 @@ class GaussianProcess(ErrorModel):
         """Return the model that the file's numbers describe."""
         lags_s = taus(fields, "lags_s")
         width = inputs * (1 + len(lags_s))
-        count = len(fields.items("centres", 1, MOST_CENTRES, "lists of numbers"))
+        count = len(fields.items("centres", "lists of numbers", 1))
         return cls(
             lags_s,
             fields.number("length", 1e-3, 1e6),
-            fields.numbers("constant", targets, LARGEST_NUMBER),
-            fields.matrix("linear", targets, width, LARGEST_NUMBER),
-            fields.matrix("centres", count, width, LARGEST_NUMBER),
-            fields.matrix("weights", targets, count, LARGEST_NUMBER),
+            fields.numbers("constant", targets),
+            fields.matrix("linear", targets, width),
+            fields.matrix("centres", count, width),
+            fields.matrix("weights", targets, count),
             inputs,
         )
 

@@ -5,10 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from fmu_compensator.runtime.error_models.base import ErrorModel
-from fmu_compensator.runtime.fields import LARGEST_NUMBER, Fields
-from fmu_compensator.runtime.lags import LONGEST_S, SHORTEST_S, checked_state, known_speed, share
-
-MOST_KNOTS = 50
+from fmu_compensator.runtime.fields import Fields
+from fmu_compensator.runtime.lags import checked_state, known_speed, share, taus
 
 
 class NaturalExponential(ErrorModel):
@@ -46,20 +44,14 @@ class NaturalExponential(ErrorModel):
     @classmethod
     def from_fields(cls, fields: Fields, inputs: int, targets: int) -> NaturalExponential:
         """Return the model that the file's numbers describe."""
-        count = len(fields.items("speeds_rpm", 1, MOST_KNOTS, "speeds"))
-        speeds = fields.numbers("speeds_rpm", count, 1e6)
+        count = len(fields.items("speeds_rpm", "speeds", 1))
+        speeds = fields.numbers("speeds_rpm", count)
         for index, (low, high) in enumerate(zip([0.0, *speeds], speeds, strict=False)):
             if high - low < 1e-6:
                 problem = f"{high:g} is not allowed: above 0 and growing"
                 raise fields.refusal(f"speeds_rpm.{index}", problem)
-        taus = []
-        for key in ("tau_s", "tau_stopped_s"):
-            taus.append(fields.numbers(key, targets, LONGEST_S))
-            for index, value in enumerate(taus[-1]):
-                if value < SHORTEST_S:
-                    problem = f"{value:g} is not allowed: at least {SHORTEST_S:g} s"
-                    raise fields.refusal(f"{key}.{index}", problem)
-        return cls(speeds, fields.matrix("steady", targets, count, LARGEST_NUMBER), *taus)
+        times = [taus(fields, key, targets) for key in ("tau_s", "tau_stopped_s")]
+        return cls(speeds, fields.matrix("steady", targets, count), *times)
 
     def predict(
         self,

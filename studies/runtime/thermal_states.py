@@ -7,7 +7,7 @@ from operator import mul
 from statistics import median
 
 from fmu_compensator.runtime.error_models.base import ErrorModel
-from fmu_compensator.runtime.fields import LARGEST_NUMBER, Fields
+from fmu_compensator.runtime.fields import Fields
 from fmu_compensator.runtime.lags import checked_state, known_speed, matrices_by_lag, share, taus
 
 SPEED_UNIT = 1000.0  # [rpm]
@@ -86,7 +86,7 @@ class ThermalStates(ErrorModel):
             lows,
             usuals,
             highs,
-            fields.matrix("direct", targets, inputs, LARGEST_NUMBER),
+            fields.matrix("direct", targets, inputs),
             matrices_by_lag(fields, "rise_lags", len(lags_s), targets, inputs),
             matrices_by_lag(fields, "level_lags", len(lags_s), targets, inputs),
             matrices_by_lag(fields, "speed_lags", len(lags_s), targets, 2),

@@ -9,9 +9,6 @@ from fmu_compensator.runtime.error_models.base import ErrorModel
 from fmu_compensator.runtime.fields import Fields
 from fmu_compensator.runtime.lags import checked_state, known_speed, share
 
-MOST_MODELS = 10
-LARGEST_WEIGHT = 100.0
-LARGEST = 1e12
 CONDITIONS = ("stopped", "changing", "steady")
 SAME_SPEED_SHARE = 0.02  # speeds closer than this are the same [1]
 STILL_RPM = 1.0
@@ -63,18 +60,16 @@ class VectorAngleCosine(ErrorModel):
         """Return the model that the file's numbers describe."""
         known = error_models()
         models = []
-        for table in fields.tables("models", 1, MOST_MODELS, "models"):
+        for table in fields.tables("models", "models", 1):
             kind = table.choice("kind", tuple(name for name in known if name != "vac"))
             models.append(known[kind].from_fields(table, inputs, targets))
             table.done()
         table = fields.table("weights")
-        weights = {
-            name: table.matrix(name, targets, len(models), LARGEST_WEIGHT) for name in CONDITIONS
-        }
+        weights = {name: table.matrix(name, targets, len(models)) for name in CONDITIONS}
         table.done()
         prior = []
-        if fields.items("prior", 0, targets, "lists of numbers"):
-            prior = fields.matrix("prior", targets, len(models), LARGEST)
+        if fields.items("prior", "lists of numbers"):
+            prior = fields.matrix("prior", targets, len(models))
             for target, row in enumerate(prior):
                 for index, value in enumerate(row):
                     if value < 1e-9:

@@ -13,7 +13,7 @@ from fmu_compensator.runtime.checks import (
     ALIVE_AFTER,
     IMPLAUSIBLE,
     MISSING,
-    RETURN_S,
+    SPAN_S,
     STALE,
     TOO_FAST,
     Sensor,
@@ -51,7 +51,7 @@ def test_a_lasting_shift_stays_a_fault() -> None:
 def test_a_shifted_sensor_may_come_back_to_where_warming_took_it() -> None:
     check = check_of()
     causes(check, [20.0, *[51.0 + 0.1 * (k % 2) for k in range(1000)]])
-    allowed = SENSOR.noise + SENSOR.rate_per_s * RETURN_S
+    allowed = SENSOR.noise + SENSOR.rate_per_s * SPAN_S
     assert causes(check, [20.0 + allowed + 0.1, 20.0 + allowed - 0.1]) == [TOO_FAST, 0]
 
 

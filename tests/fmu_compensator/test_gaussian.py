@@ -216,8 +216,8 @@ def test_culprits_are_the_inputs_that_bring_most_of_the_novelty() -> None:
         assert works.novelty == pytest.approx(parts.sum())
         named = works.culprits()
         assert named[0] == np.argmax(parts)
-        if len(named) == 1:
-            assert parts.min() < 0.15 * parts.sum()
+        assert parts[named].sum() >= 0.5 * parts.sum()
+        assert parts[named[:-1]].sum() < 0.5 * parts.sum()
 
 
 def test_a_state_goes_on_bit_for_bit_with_probes_and_with_one_in_doubt() -> None:

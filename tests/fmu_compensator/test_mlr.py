@@ -68,7 +68,7 @@ def test_the_best_subset_leaves_out_what_does_not_help() -> None:
 @pytest.mark.parametrize(
     ("inputs", "targets", "told"),
     [
-        (inputs_of(9, 2), inputs_of(9, 1), "9 complete rows are too few: 15 are needed"),
+        (inputs_of(9, 2), inputs_of(9, 1), "9 complete rows are too few: 30 are needed"),
         (np.zeros((0, 2)), np.zeros((0, 1)), "0 complete rows are too few"),
         (np.ones((50, 1)), inputs_of(50, 1), "A: is constant"),
         (inputs_of(50, 1), np.full((50, 1), 2.0), "E: never changes"),

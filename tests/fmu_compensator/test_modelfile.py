@@ -148,7 +148,7 @@ def test_any_damaged_bytes_give_a_model_or_one_line(
         ("created", "31.1.2026", "date"),
         ("chosen", ["T9"], "one of the sensors"),
         ("chosen", ["T1", "T1"], "different"),
-        ("chosen", [], "1 to 4"),
+        ("chosen", [], "at least 1 names"),
         ("input_form", "delta", "rise, absolute"),
         ("name", "no good", "a name"),
     ],

@@ -203,7 +203,7 @@ def test_evolution_finds_a_peak_and_keeps_the_best() -> None:
         ({"hidden": 1.5}, "hidden: 1.5 is not allowed: must be a whole number"),
         ({"iterations": 0}, "iterations: 0 is not allowed"),
         ({"decay": -1.0}, "decay: -1 is not allowed"),
-        ({"rows": 7}, "rows: 7 is not allowed: 50 to"),
+        ({"rows": 7}, "rows: 7 is not allowed: 30 to"),
         ({"goal": "low"}, "goal: 'low' is not allowed"),
     ],
 )

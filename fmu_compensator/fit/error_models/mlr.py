@@ -7,13 +7,11 @@ from typing import Any
 
 import numpy as np
 
+from fmu_compensator.fit.correlation import MOST_CANDIDATES
 from fmu_compensator.fit.error_models.base import FittedModel, Task
+from fmu_compensator.fit.error_models.options import refuse_poor, refuse_unknown
 from fmu_compensator.fit.training import Array, TrainingRun
 from measurement.errors import BadInput
-
-ROWS_PER_COEFFICIENT = 5
-MOST_FOR_SUBSETS = 12  # 4095 subsets; beyond, the search is not worth its time
-LARGEST_CONDITION = 1e8  # of the scaled inputs: half of the digits are gone
 
 
 class MultipleLinearRegression(FittedModel):
@@ -63,17 +61,12 @@ class MultipleLinearRegression(FittedModel):
             For an unknown option, too few rows, a constant input or target, or inputs that
             determine each other.
         """
-        if options:
-            raise BadInput("mlr", next(iter(options)), "is not a known option: subset, intercept")
+        refuse_unknown("mlr", options, ("subset", "intercept"))
+        refuse_poor(task)
         constant = task.input_form != "rise" if intercept is None else intercept
         inputs = np.concatenate([run.inputs for run in task.runs])
         targets = np.concatenate([run.targets for run in task.runs])
         weights = np.concatenate([run.weights for run in task.runs])
-        needed = ROWS_PER_COEFFICIENT * (inputs.shape[1] + constant)
-        if len(inputs) < needed:
-            raise BadInput(
-                "training runs", "", f"{len(inputs)} complete rows are too few: {needed} are needed"
-            )
         problem = _Problem(task, inputs, targets, weights / weights.sum(), constant)
         problem.refuse()
         size = targets.shape[1], inputs.shape[1]
@@ -120,23 +113,17 @@ class _Problem:
         self._centre = weights @ inputs if constant else np.zeros(inputs.shape[1])
         self._target_centre = weights @ targets if constant else np.zeros(targets.shape[1])
         centred = inputs - self._centre
-        self._range, self._target_range = np.ptp(inputs, axis=0), np.ptp(targets, axis=0)
         self._scale = np.sqrt(weights @ centred**2)
         self._x = root * centred / np.where(self._scale > 0, self._scale, 1.0)
         self._y = root * (targets - self._target_centre)
         self._rows = len(inputs)
 
     def refuse(self) -> None:
-        """Raise BadInput when the data cannot carry the regression."""
+        """Raise BadInput when the inputs determine each other."""
         names = self._task.input_names
-        for name, span in zip(names, self._range, strict=True):
-            if span == 0:
-                raise BadInput("training runs", name, "is constant: leave it out")
-        for name, span in zip(self._task.target_names, self._target_range, strict=True):
-            if span == 0:
-                raise BadInput("training runs", name, "never changes: there is nothing to fit")
         _, values, directions = np.linalg.svd(self._x, full_matrices=False)
-        if values[0] > LARGEST_CONDITION * values[-1]:
+        # Where half of the digits are gone.
+        if values[-1] < np.sqrt(np.finfo(float).eps) * values[0]:
             involved = [
                 name
                 for name, share in zip(names, np.abs(directions[-1]), strict=True)
@@ -171,7 +158,7 @@ class _Problem:
     def best_subset(self, target: int) -> list[int]:
         """Return the inputs with the largest adjusted R2, from the normal equations."""
         count = self._x.shape[1]
-        if count > MOST_FOR_SUBSETS:
+        if count > MOST_CANDIDATES:
             return list(range(count))
         gram, moment = self._x.T @ self._x, self._x.T @ self._y[:, target]
         total = float(self._y[:, target] @ self._y[:, target])

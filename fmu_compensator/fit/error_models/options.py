@@ -10,6 +10,10 @@ import numpy as np
 from fmu_compensator.fit.error_models.base import Task
 from measurement.errors import BadInput, shown
 
+FEWEST_ROWS = 30
+"""With fewer rows no model of drift is fitted: a quarter of an hour at 30 s. A judgement, set on no
+data."""
+
 
 def refuse_unknown(kind: str, options: Mapping[str, Any], known: Sequence[str]) -> None:
     """Refuse an option that the model does not have.
@@ -69,15 +73,13 @@ def whole(kind: str, name: str, value: Any, low: int, high: int) -> int:
     return int(number)
 
 
-def refuse_poor(task: Task, fewest: int) -> None:
+def refuse_poor(task: Task) -> None:
     """Refuse data that can carry no model: too few rows, constant inputs or targets.
 
     Parameters
     ----------
     task : Task
         Runs and names.
-    fewest : int
-        So many rows with targets are needed.
 
     Raises
     ------
@@ -86,10 +88,9 @@ def refuse_poor(task: Task, fewest: int) -> None:
     """
     known = [run.at(run.known) for run in task.runs]
     rows = sum(len(run.time_s) for run in known)
-    if rows < fewest:
-        raise BadInput(
-            "training runs", "", f"{rows} complete rows are too few: {fewest} are needed"
-        )
+    if rows < FEWEST_ROWS:
+        problem = f"{rows} complete rows are too few: {FEWEST_ROWS} are needed"
+        raise BadInput("training runs", "", problem)
     for names, column in ((task.input_names, "inputs"), (task.target_names, "targets")):
         span = np.ptp(np.concatenate([getattr(run, column) for run in known]), axis=0)
         for name, width in zip(names, span, strict=True):

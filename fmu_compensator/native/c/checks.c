@@ -14,7 +14,7 @@ static double corridor(const struct sensor *sensor, const struct sensor_memory *
 {
     double span = memory->since_good;
     if (!isnan(memory->jumped_after)) {
-        double longest = CHECKS_RETURN_S;
+        double longest = CHECKS_SPAN_S;
         longest = memory->jumped_after > longest ? memory->jumped_after : longest;
         span = longest < span ? longest : span;
     }

@@ -98,7 +98,7 @@ static double elapsed_since(struct remembered *memory, double time_s, double ste
         return step_s;
     }
     double elapsed_s = time_s - last;
-    return elapsed_s > COMPENSATOR_LONGEST_S ? COMPENSATOR_LONGEST_S : elapsed_s;
+    return elapsed_s > FIELDS_LARGEST ? FIELDS_LARGEST : elapsed_s;
 }
 
 static struct reason look_at_tool(double tool_length)
@@ -239,7 +239,7 @@ static void take(
         }
     }
     for (size_t target = 0; target < model_target_count; target++) {
-        values[target] = clamped(measured[target], -PREDICTION_LARGEST, PREDICTION_LARGEST);
+        values[target] = clamped(measured[target], -FIELDS_LARGEST, FIELDS_LARGEST);
         self->missed[target] = values[target] - parts->targets[target];
     }
     if (model_corrects_itself) {
@@ -289,7 +289,7 @@ static void put_spared(
     const double *good_for = spare_state(self->spare, parts->spare).good_for;
     put(memory, true, COMPENSATOR_SPARED, &memory->spared, output);
     size_t named = 0;
-    for (size_t place = 0; place < model_chosen_count && named < COMPENSATOR_ALSO; place++) {
+    for (size_t place = 0; place < model_chosen_count && named < GAUSSIAN_NAMED; place++) {
         int32_t sensor = (int32_t)model_chosen[place] + 1;
         if (good_for[place] >= 0.0 && sensor != memory->spared.sensor) {
             output->also_without[named++] = sensor;
@@ -301,7 +301,7 @@ static void put_spared(
 static struct reason blamed(const struct gaussian *gaussian, double *state)
 {
     double novelty = *gaussian_state(gaussian, state).novelty;
-    size_t places[GAUSSIAN_CULPRITS], count = gaussian_culprits(gaussian, state, places);
+    size_t places[GAUSSIAN_NAMED], count = gaussian_culprits(gaussian, state, places);
     struct reason reason = {0, (int32_t)model_chosen[places[0]] + 1, 0.0, 0.0, 0.0};
     reason.value = 100.0 * novelty / (novelty + gaussian_usual_variance(gaussian, state));
     reason.extent = count > 1 ? (double)model_chosen[places[1]] + 1.0 : 0.0;
@@ -360,7 +360,7 @@ void compensator_step(
 {
     struct parts parts = compensator_parts(self, numbers);
     double step_s = isfinite(input->step_s) && input->step_s > 0.0 ? input->step_s : 0.0;
-    step_s = step_s > COMPENSATOR_LONGEST_S ? COMPENSATOR_LONGEST_S : step_s;
+    step_s = step_s > FIELDS_LARGEST ? FIELDS_LARGEST : step_s;
     double elapsed_s = elapsed_since(memory, input->time_s, step_s);
     for (size_t place = 0; place < model_chosen_count; place++) {
         self->readings[place] = input->temperatures[model_chosen[place]];

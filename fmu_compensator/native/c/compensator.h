@@ -28,7 +28,7 @@ struct output {
     double elongation, yaw, pitch; /* the predicted pose [um, urad, urad] */
     double dX_uncertainty, dY_uncertainty, dZ_uncertainty; /* [um] */
     int32_t valid, status, status_sensor;
-    int32_t also_without[COMPENSATOR_ALSO]; /* further broken sensors, from 1; 0: none */
+    int32_t also_without[GAUSSIAN_NAMED]; /* further broken sensors, from 1; 0: none */
     struct reason reason; /* what status_text is made of */
 };
 

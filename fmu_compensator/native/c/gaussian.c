@@ -272,10 +272,10 @@ void gaussian_take(const struct gaussian *self, double *state, const double *mis
 }
 
 size_t gaussian_culprits(
-    const struct gaussian *self, double *state, size_t places[GAUSSIAN_CULPRITS])
+    const struct gaussian *self, double *state, size_t places[GAUSSIAN_NAMED])
 {
     struct gaussian_state at = gaussian_state(self, state);
-    double *part = self->column;
+    double *part = self->column, left = 0.5 * *at.novelty;
     size_t count = 0;
     make_column(self, at.features);
     /* Each input's part is gathered where its rise's part was. */
@@ -283,15 +283,13 @@ size_t gaussian_culprits(
         double share = self->column[i] * at.features[i];
         part[i % self->inputs] = i < self->inputs ? share : part[i % self->inputs] + share;
     }
-    while (count < GAUSSIAN_CULPRITS && count < self->inputs) {
+    while (count < GAUSSIAN_NAMED && count < self->inputs && (count == 0 || left > 0.0)) {
         size_t worst = 0;
         for (size_t i = 1; i < self->inputs; i++) {
             worst = part[i] > part[worst] ? i : worst;
         }
-        if (count > 0 && !(part[worst] >= GAUSSIAN_CULPRIT_SHARE * *at.novelty)) {
-            break;
-        }
         places[count++] = worst;
+        left -= part[worst];
         part[worst] = -INFINITY;
     }
     return count;

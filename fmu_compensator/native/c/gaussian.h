@@ -60,7 +60,7 @@ double gaussian_usual_variance(const struct gaussian *self, double *state);
 /* Puts down the places of the inputs that make the last sample new, the worst first; returns how
    many they are, at least one. */
 size_t gaussian_culprits(
-    const struct gaussian *self, double *state, size_t places[GAUSSIAN_CULPRITS]);
+    const struct gaussian *self, double *state, size_t places[GAUSSIAN_NAMED]);
 
 /* Returns the root of what a unit of variance is along an axis [um]. */
 double gaussian_axis_deviation(const struct gaussian *self, const double *weights);

@@ -29,7 +29,7 @@ double lag_share(double elapsed_s, double tau_s)
 
 double known_speed(double speed, double last)
 {
-    return fabs(speed) <= LAGS_FASTEST_RPM ? fabs(speed) : last;
+    return fabs(speed) <= FIELDS_LARGEST ? fabs(speed) : last;
 }
 
 /* Floor division as Python defines it: from the remainder, which is exact. */

@@ -331,7 +331,7 @@ static bool start_without(
         }
         spare_reset(self, state);
     } else {
-        waited = clamped(waited + sample->elapsed_s, 0.0, SPARE_MOST_S);
+        waited = clamped(waited + sample->elapsed_s, 0.0, FIELDS_LARGEST);
     }
     *at.clock = waited;
     return false;
@@ -367,7 +367,7 @@ static bool go_on(const struct spare *self, double *state, const struct spare_sa
 {
     struct spare_state at = spare_state(self, state);
     double *readings = sample->readings;
-    *at.clock = clamped(*at.clock + sample->elapsed_s, 0.0, SPARE_MOST_S);
+    *at.clock = clamped(*at.clock + sample->elapsed_s, 0.0, FIELDS_LARGEST);
     memcpy(self->before, at.good_for, self->inputs * sizeof(double));
     count_good(self, &at, sample);
     size_t count = count_broken(self, &at);

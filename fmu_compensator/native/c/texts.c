@@ -118,7 +118,7 @@ void status_text(const struct output *output, char *text, size_t size)
             add_sensor_fault(text, size, reason);
         }
     }
-    for (size_t i = 0; i < COMPENSATOR_ALSO && output->also_without[i] != 0; i++) {
+    for (size_t i = 0; i < GAUSSIAN_NAMED && output->also_without[i] != 0; i++) {
         add(text, size, i == 0 ? "; and without " : ", ");
         add(text, size, model_sensors[output->also_without[i] - 1].name);
     }

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from fmu_compensator.runtime.error_models.base import ErrorModel
-from fmu_compensator.runtime.fields import LARGEST_NUMBER, Fields
+from fmu_compensator.runtime.fields import Fields
 
 
 class MultipleLinearRegression(ErrorModel):
@@ -26,8 +26,8 @@ class MultipleLinearRegression(ErrorModel):
     def from_fields(cls, fields: Fields, inputs: int, targets: int) -> MultipleLinearRegression:
         """Return the model that the file's numbers describe."""
         return cls(
-            fields.numbers("intercept", targets, LARGEST_NUMBER),
-            fields.matrix("coefficients", targets, inputs, LARGEST_NUMBER),
+            fields.numbers("intercept", targets),
+            fields.matrix("coefficients", targets, inputs),
         )
 
     def predict(
