@@ -9,10 +9,10 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 
-from measurement.rig import AXES, UM_PER_MM, DirectRig, FivePointRig, Rig
+from measurement.rig import AXES, DirectRig, FivePointRig, Rig
 from measurement.runs import Run
+from measurement.units import RAD_PER_URAD, UM_PER_MM
 
-RAD_PER_URAD = 1e-6
 FROM_START = {"rise": True, "level": True, "absolute": False}
 """Whether drift counts from a run's first reading, by the input form of an error model."""
 

@@ -19,7 +19,7 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator, model_valida
 
 from measurement.errors import BadInput, checked, shown
 from measurement.runs import FloatArray, Run
-from measurement.units import column, split_column
+from measurement.units import RAD_PER_URAD, UM_PER_MM, column, split_column
 
 Sign = Literal[1, -1]
 AxisName = Literal["X", "Y", "Z"]
@@ -30,8 +30,6 @@ POSE = ("elongation_um", "yaw_urad", "pitch_urad", "near_x_um", "near_y_um")
 
 _AXIAL_WORDS = {"growth", "elongation", "axial"}
 _NOT_DRIFT = {"offset", "error"}  # the plant's other signals per axis
-UM_PER_MM = 1e3
-_URAD = 1e6
 
 Distance = Annotated[float, Field(ge=-10_000.0, le=10_000.0, allow_inf_nan=False)]
 
@@ -166,7 +164,7 @@ class FivePointRig(SimulatedRig):
             # (reading + bar) / cos - bar, written so that no digits cancel.
             elongation = elongation + (elongation + bar) * _less_one(slope_x, slope_y)
         tilt = (slope_x, slope_y) if small_angle else (np.arctan(slope_x), np.arctan(slope_y))
-        values = (elongation, tilt[0] * _URAD, tilt[1] * _URAD, x, y)
+        values = (elongation, tilt[0] / RAD_PER_URAD, tilt[1] / RAD_PER_URAD, x, y)
         return pd.DataFrame(dict(zip(POSE, values, strict=True)), index=frame.index)
 
     def readings(self, pose: pd.DataFrame) -> pd.DataFrame:
@@ -186,7 +184,7 @@ class FivePointRig(SimulatedRig):
         if missing is not None:
             raise BadInput("pose", missing, f"is missing; the columns {', '.join(POSE)} are needed")
         elongation, yaw, pitch, x, y = (pose[name].to_numpy(dtype=np.float64) for name in POSE)
-        slope_x, slope_y = np.tan(yaw / _URAD), np.tan(pitch / _URAD)
+        slope_x, slope_y = np.tan(yaw * RAD_PER_URAD), np.tan(pitch * RAD_PER_URAD)
         spacing = self.spacing_mm * UM_PER_MM
         if self.test_bar_mm:
             bar = self.test_bar_mm * UM_PER_MM

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+UM_PER_MM, RAD_PER_URAD = 1e3, 1e-6
+
 
 @dataclass(frozen=True)
 class Unit:

@@ -16,7 +16,7 @@ from threadpoolctl import threadpool_limits
 from measurement.stops import STOPS, ending_work
 
 LOOK_S = 0.5
-"""How often a worker looks whether its parent is still there [s]."""
+"""How often a worker looks whether its parent is still there, and who waits whether to end [s]."""
 
 GRACE_S = 0.3
 """How long a worker may take to end when told to [s]; it is killed then."""

@@ -12,15 +12,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from measurement.doubts.readings import ASTRAY_PER_K, WRONG
+from measurement.doubts.readings import ASTRAY_PER_K
 from measurement.doubts.warming import FEWEST_RUNS, WARMS_K, rises
-from measurement.resampling import FloatArray
+from measurement.resampling import FINEST_K, LAG_S, WRONG, FloatArray
 from measurement.runs import Run
 
-LAG_S = 1800.0
-"""What follows the mean late follows the mean of so long before [s]."""
-PLACED_K = 0.2
-"""No thermometer is told apart from another more finely [K]: placing and resolution."""
 SHARED_DEGREES = 4.0
 """The scatter of all thermometers counts as much as so many runs of each [1]: a judgement."""
 
@@ -66,7 +62,7 @@ def _swap(missed: FloatArray, usual: FloatArray) -> tuple[int, int] | None:
     count = len(missed)
     degrees = len(usual) + SHARED_DEGREES
     shared = SHARED_DEGREES * float(np.median(usual)) ** 2
-    scale = np.sqrt((shared + (usual**2).sum(axis=0)) / degrees + PLACED_K**2)
+    scale = np.sqrt((shared + (usual**2).sum(axis=0)) / degrees + FINEST_K**2)
     log = -0.5 * (degrees + 1) * np.log1p((missed / scale[:, None]) ** 2 / degrees)
     # A thermometer that fits nowhere is astray, and not swapped.
     own = np.maximum(np.diag(log), np.log(scale * ASTRAY_PER_K))
@@ -97,6 +93,7 @@ def _missed(here: _Moments, others: Sequence[_Moments]) -> FloatArray:
 def _moments(run: Run, names: Sequence[str]) -> _Moments:
     rise = rises(run, names)
     mean, time = rise.mean(axis=1), run.time_s
+    # What follows the mean late follows the mean of so long before.
     both = np.column_stack([mean, np.interp(time - LAG_S, time, mean)])
     rows = float(len(rise))
     return _Moments(

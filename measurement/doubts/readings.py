@@ -14,11 +14,8 @@ from typing import NamedTuple
 import numpy as np
 
 from measurement.doubts.warming import WARMS_K
-from measurement.resampling import FloatArray
+from measurement.resampling import WRONG, FloatArray
 from measurement.runs import TIME, Run
-
-WRONG = 0.01
-"""So often is a unit said wrongly [1]: a judgement."""
 
 
 class Usual(NamedTuple):
@@ -46,7 +43,7 @@ HALL_C = Usual(21.0, 7.0)
 """The coolest a log's thermometers are: a hall [degC], with its standard deviation [K]."""
 APART_K = 2.0
 """Mean deviation of a thermometer's coolest reading from that of the others [K]; on the lathe."""
-ASTRAY_PER_K = 1e-4
+ASTRAY_PER_K = WRONG / 100.0
 """Density of a thermometer whose level is wrong [1/K]: one in a hundred, anywhere in 100 K."""
 
 TIMES = {

@@ -6,21 +6,17 @@ import re
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 
 from measurement.doubts.warming import FEWEST_RUNS, WARMS_K, rises
 from measurement.resampling import FloatArray
 from measurement.runs import Run
 
-FOLLOWS = 0.7
-"""From this correlation with the warming on, a growth has a sign [1]."""
 EXPLAINED = 0.7
-"""A run whose sign is flipped has this share of it explained by the others once turned round [1].
+"""A run whose sign is flipped has this share of it explained by the others once turned round, and a
+growth that has a sign by the warming [1].
 
 On 30 measured runs of a lathe with two displacements this doubts none of the 60 as they are, and
 exactly the one that was turned round in 28 of 60 cases; see the tests of this module."""
-ROWS = 300
-"""About so many rows of each run are looked at."""
 DAMPING_K = 1.0
 """Of the regression: rises of less than this count little [K]."""
 _GROWTH = re.compile(r"growth|elong|axial|dehnung|laengung|wachstum", re.IGNORECASE)
@@ -53,7 +49,7 @@ def _falls(present: Sequence[tuple[Run, FloatArray]], name: str) -> bool:
         if known.sum() < 10 or np.ptp(warm[known]) < WARMS_K or not np.ptp(values[known]):
             continue
         relation = float(np.corrcoef(values[known], warm[known])[0, 1])
-        if abs(relation) >= FOLLOWS:
+        if relation**2 >= EXPLAINED:
             signs.append(relation > 0.0)
     return bool(signs) and not any(signs)
 
@@ -67,9 +63,9 @@ def flipped(runs: Sequence[Run], name: str) -> list[str]:
     shared = [column for column in runs[0].temperatures if all(column in run.frame for run in runs)]
     if len(runs) < FEWEST_RUNS or not shared:
         return []
-    risen = [_from_start(run, shared) for run in runs]
+    risen = [rises(run, shared) for run in runs]
     usable = np.all([np.isfinite(part).all(axis=0) for part in risen], axis=0)
-    moved = [_from_start(run, [name])[:, 0] for run in runs]
+    moved = [rises(run, [name])[:, 0] for run in runs]
     if not usable.any() or not all(np.isfinite(part).all() for part in moved):
         return []
     risen = [part[:, usable] for part in risen]
@@ -87,9 +83,3 @@ def flipped(runs: Sequence[Run], name: str) -> list[str]:
             odd.append(run.name)
     # Where most are odd, it is the few others that were turned.
     return odd if 2 * len(odd) < len(runs) else [run.name for run in runs if run.name not in odd]
-
-
-def _from_start(run: Run, names: list[str]) -> npt.NDArray[np.float64]:
-    """Return some rows of a run's columns, counted from their first reading."""
-    rise = rises(run, names)
-    return np.asarray(rise[:: max(1, len(rise) // ROWS)])

@@ -6,13 +6,13 @@ import numpy as np
 import numpy.typing as npt
 
 from measurement.runs import Run
+from measurement.spectrum import SAME_SPEED_SHARE
 
 BoolArray = npt.NDArray[np.bool_]
 
 NEAR_S = 300.0
 """Time around a switch in which readings may leap [s]."""
 _SWITCHED = ("rpm", "mm_min", "Nm", "W", "lpm")
-_SWITCH_SHARE = 0.02
 
 
 def near_switch(run: Run, before_s: float = NEAR_S, after_s: float = NEAR_S) -> BoolArray:
@@ -41,6 +41,6 @@ def switched_after(run: Run) -> BoolArray:
         for column in run.of_unit(unit):
             values = run.frame[column].ffill().bfill().to_numpy()
             moves = np.abs(np.diff(values))
-            limit = _SWITCH_SHARE * float(np.ptp(values))
+            limit = SAME_SPEED_SHARE * float(np.ptp(values))
             switched |= (moves > limit) & (moves > 0.0)
     return switched

@@ -8,13 +8,12 @@ from functools import cached_property
 import numpy as np
 
 from measurement.faults.series import valid
+from measurement.resampling import LAG_S
 from measurement.runs import FloatArray, Run
 
 GRID_S = 300.0
-WINDOW_S = 1800.0
-"""Changes over this span are compared: longer than any lag between neighbours, shorter than a run
-[s]."""
-WINDOW = int(WINDOW_S / GRID_S)
+WINDOW = int(LAG_S / GRID_S)
+"""Changes over so many rows of the grid are compared."""
 FEWEST_WINDOWS = 24
 """Fewer changes than this to learn from say nothing [1]."""
 PENALTY = 0.02

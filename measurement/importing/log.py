@@ -16,9 +16,6 @@ from measurement.importing.splitting import Piece, split
 from measurement.importing.tables import Table, axes_to_ask, fits, table_of
 from measurement.runs import Run
 
-SPARSE = 0.5
-"""From this share of rows with something missing on, joined tables want an even grid [1]."""
-
 
 @dataclass(frozen=True)
 class Imported:
@@ -155,7 +152,7 @@ def _said(table: Table) -> list[str]:
 def _sparse(log: Log, mapping: Mapping) -> list[str]:
     signals = log.frame.drop(columns="time_s")
     share = float(signals.isna().any(axis=1).mean())
-    if len(set(log.paths)) < 2 or share < SPARSE or mapping.every_s:
+    if len(set(log.paths)) < 2 or share < 0.5 or mapping.every_s:
         return []
     text = f"{100 * share:.0f} % of the rows lack a value, since the tables' clocks differ"
     return [f"{text}: --every SECONDS puts all on one grid"]

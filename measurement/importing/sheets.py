@@ -13,7 +13,7 @@ from typing import Any
 from measurement.errors import BadInput
 from measurement.files import read_bytes
 from measurement.importing.headers import Heading, heading, is_unit_line
-from measurement.importing.text_tables import cells_of, decimal_mark, decoded
+from measurement.importing.text_tables import HEAD_LINES, cells_of, decimal_mark, decoded
 
 Cell = str | float | int | bool | dt.date | dt.time | dt.timedelta | None
 
@@ -32,8 +32,6 @@ MISSING = frozenset(
 EXCEL = (".xlsx", ".xlsm", ".xlsb", ".xls", ".ods")
 LOGS = (".tdms", ".mf4", ".mdf")
 TEXTS = (".csv", ".txt", ".tsv", ".dat", ".lvm")
-HEADER_WITHIN = 100
-"""Lines among which the header is looked for."""
 
 
 @dataclass(frozen=True)
@@ -156,12 +154,12 @@ def _sheet(path: Path, title: str, rows: list[list[Cell]]) -> Sheet:
     place = f"{title}, " if title else ""
     fewest, usual = min(2, _usual_filled(rows)), _usual_length(rows[len(rows) // 2 :])
     numeric = _numeric_columns(rows)
-    data = [i for i, row in enumerate(rows[:HEADER_WITHIN]) if _is_data(row, numeric, fewest)]
+    data = [i for i, row in enumerate(rows[:HEAD_LINES]) if _is_data(row, numeric, fewest)]
     first = next((i for i in data if i > 0 and len(rows[i]) == usual), None)
     if data and data[0] == 0:
         raise BadInput(path, f"{place}row 1", "holds numbers; a header with names must stand first")
     if first is None:
-        problem = f"no row of numbers in the first {HEADER_WITHIN} rows"
+        problem = f"no row of numbers in the first {HEAD_LINES} rows"
         raise BadInput(path, title, f"holds no table: {problem}")
     headings, width, skipped = _headings(path, rows, first, place)
     above = max(i for i in range(first) if _filled(rows[i]))
@@ -301,7 +299,7 @@ def _usual_filled(rows: Sequence[Sequence[Cell]]) -> int:
 
 def _numeric_columns(rows: Sequence[Sequence[Cell]]) -> set[int]:
     """Return which columns hold numbers or times in most rows of the second half."""
-    later = [row for row in rows[len(rows) // 2 :] if _filled(row)][:HEADER_WITHIN]
+    later = [row for row in rows[len(rows) // 2 :] if _filled(row)][:HEAD_LINES]
     said = [(at, cell) for row in later for at, cell in enumerate(row) if not _is_missing(cell)]
     spoken, values = Counter(at for at, _ in said), Counter(at for at, c in said if _is_value(c))
     return {at for at, count in spoken.items() if 2 * values[at] > count}

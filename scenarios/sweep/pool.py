@@ -15,15 +15,13 @@ from pathlib import Path
 from typing import Any
 
 from measurement.stops import ending_work
+from measurement.workers import LOOK_S
 from scenarios.fmu_file import Shelf
 from scenarios.sweep.case import failed, outcome_of
 from scenarios.sweep.plan import Job
 
 TRIES = 3
 """How often a case may take its process down before it counts as failed."""
-
-LOOK_S = 0.2
-"""How often a wait for cases looks whether it is to end [s]."""
 
 _shelf = Shelf()
 """Of a worker process."""

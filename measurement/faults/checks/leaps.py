@@ -17,6 +17,7 @@ from measurement.faults.checks.base import Check
 from measurement.faults.fault import LEFT_OUT, Fault
 from measurement.faults.series import (
     FEWEST_SAMPLES,
+    LASTS,
     IntArray,
     lengths_of,
     running_median,
@@ -45,12 +46,8 @@ NEAR_TIMES = 2.5
 """A thermometer that leaps by so many times the limit is told near a switch, too [1]."""
 TIMES = 12.0
 """Spikes and steps exceed this many times the channel's usual scatter [1]."""
-LASTS = 0.3
-"""A leap lasts if the levels before and after it differ by it, but for this share [1]."""
 MANY = 0.02
 """A channel with more spikes than this share of its samples is not used at all [1]."""
-NEIGHBOURS = 5
-"""So many readings beside the first one say what it should be."""
 
 
 class Leaps(Check):
@@ -80,9 +77,9 @@ def _spikes(
     if unit != "degC":
         bad &= ~_pulsed(rows, switched)
     for end, beside in ((0, values[1:]), (-1, values[-2::-1])):
-        level = np.median(beside[:NEIGHBOURS])
+        level = np.median(beside[:FEWEST_SAMPLES])
         gone = values[end] - level
-        still = np.ptp(beside[:NEIGHBOURS]) < LASTS * abs(gone)
+        still = np.ptp(beside[:FEWEST_SAMPLES]) < LASTS * abs(gone)
         at = slice(rows[0], rows[1]) if end == 0 else slice(rows[-2], rows[-1])
         if abs(gone) > max(AT_THE_ENDS[unit] + slack, usual) and still and not switched[at].any():
             bad[end], away[end] = True, gone

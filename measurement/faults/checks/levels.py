@@ -16,12 +16,9 @@ import numpy.typing as npt
 
 from measurement.faults.checks.base import Check, Seen
 from measurement.faults.fault import WRONG_LEVEL, Fault
-from measurement.faults.series import FEWEST_SAMPLES
+from measurement.faults.series import FAR_K, FEWEST_SAMPLES
 from measurement.runs import Run
 
-LEVEL_JUMP_K = 10.0
-"""A sensor whose distance from the middle of all others lies this much apart in some runs from what
-it is in the rest, at all times, has jumped [K]."""
 NEVER_RIGHT_K, STAYS_SHARE = 18.0, 0.35
 """A sensor that is this far from the middle of all others when a run starts [K] was never right in
 the run if its distance then changes by less than this share [1], whatever the machine does."""
@@ -123,6 +120,7 @@ def _level_jumps(tables: Sequence[_Distances], column: int) -> list[tuple[int, f
     above: npt.NDArray[np.bool_] = middle > cut
     if not above.any():  # all alike to the last digit
         return []
+    # By so much its distance from the others differs at all times.
     between = float(low[above].min() - high[~above].max())
     if max(np.ptp(middle[above]), np.ptp(middle[~above])) > gaps.max():
         return []
@@ -132,6 +130,6 @@ def _level_jumps(tables: Sequence[_Distances], column: int) -> list[tuple[int, f
     if abs(np.median(middle[above])) < abs(np.median(middle[~above])):
         off, wrong = -off, ~above
     spread = max(tables[place].spread[column] for place in have[wrong])
-    if between < max(LEVEL_JUMP_K, SPREAD_TIMES * float(spread)):
+    if between < max(FAR_K, SPREAD_TIMES * float(spread)):
         return []
     return [(int(place), off) for place in have[wrong]]

@@ -9,18 +9,17 @@ import numpy as np
 
 from measurement.faults.checks.base import Check
 from measurement.faults.fault import LEFT_OUT, Fault
-from measurement.faults.series import FEWEST_SAMPLES, running_median
+from measurement.faults.series import FAR_K, FEWEST_SAMPLES, LASTS, running_median
 from measurement.faults.switches import near_switch
+from measurement.resampling import LAG_S
 from measurement.runs import FloatArray, Run
 
-RUNAWAY_K, RUNAWAY_S, SETTLING_S, ALONE = 10.0, 1800.0, 3600.0, 0.3
-"""A thermometer has run away if it moves by ``RUNAWAY_K`` against the middle of all others [K]
-within ``RUNAWAY_S`` [s], without a switch in that time or ``SETTLING_S`` [s] before it, while no
-other goes the share ``ALONE`` of its way [1]: heat warms the neighbours."""
+SETTLING_S = 3600.0
+"""A thermometer has run away if it moves by `FAR_K` against the middle of all others in `LAG_S`,
+without a switch in that time or so long before it [s], while no other goes the share `LASTS` of
+its way: heat warms the neighbours."""
 BEGUN = 0.1
 """It began when it had gone this share of the way [1]."""
-RETURNED = 0.3
-"""It is back when no more than this share of the way is left, to the end of the run [1]."""
 
 
 class Runaways(Check):
@@ -37,20 +36,20 @@ class Runaways(Check):
         table = run.frame[names].interpolate(limit_direction="both").to_numpy()
         known = np.flatnonzero(np.isfinite(table).all(axis=0)).tolist()
         moving = np.r_[0, np.cumsum(near_switch(run, after_s=SETTLING_S))]
-        back = np.searchsorted(time, time - RUNAWAY_S)
+        back = np.searchsorted(time, time - LAG_S)
         quiet = moving[1:] == moving[back]
         for place in known if len(known) >= 3 else []:
             others = table[:, [other for other in known if other != place]]
             away = running_median(table[:, place] - np.median(others, axis=1))
             moved = np.where(quiet, away - away[back], 0.0)
-            gone = np.flatnonzero(np.abs(moved) >= RUNAWAY_K)
+            gone = np.flatnonzero(np.abs(moved) >= FAR_K)
             gone = gone[[_alone(others, int(back[i]), int(i), moved[i]) for i in gone.tolist()]]
             if not gone.size:
                 continue
             i, first = int(gone[0]), int(back[gone[0]])
             level, way = float(away[first]), float(away[i] - away[first])
             begun = first + int(np.argmax((away[first : i + 1] - level) / way > BEGUN))
-            off = np.flatnonzero((away - level) / way > RETURNED)
+            off = np.flatnonzero((away - level) / way > LASTS)
             last = int(off[-1]) if off.size else len(time) - 1
             end = float(np.median(away[i : last + 1])) - level
             text = (
@@ -65,4 +64,4 @@ class Runaways(Check):
 def _alone(others: FloatArray, first: int, last: int, way: float) -> bool:
     """Return whether no other thermometer went along."""
     change = (others[last] - others[first]) * np.sign(way)
-    return bool(np.max(change) < ALONE * abs(way))
+    return bool(np.max(change) < LASTS * abs(way))

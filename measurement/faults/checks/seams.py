@@ -9,15 +9,11 @@ import numpy as np
 
 from measurement.faults.checks.base import Check
 from measurement.faults.fault import Fault, Kind
-from measurement.resampling import GAP_INTERVALS
+from measurement.resampling import FINEST_K, GAP_INTERVALS, WRONG
 from measurement.runs import TIME, FloatArray, Run
 
 BESIDE = 3
 """So many steps on each side of one say how far a thermometer moves from row to row [1]."""
-FINEST_K = 0.1
-"""No thermometer is read more finely [K]."""
-SEAM_ODDS = 0.01
-"""So often is a record joined of two [1]: a judgement."""
 
 
 class Seams(Check):
@@ -49,7 +45,7 @@ class Seams(Check):
         needed = max(len(names) // 2, 2)  # a single one that leaps is that one's matter
         told = np.sort(gain, axis=1)[:, -needed]
         time_steps = np.diff(run.time_s)
-        leaps = told > np.log(len(steps) / SEAM_ODDS)
+        leaps = told > np.log(len(steps) / WRONG)
         leaps &= time_steps <= GAP_INTERVALS * np.median(time_steps)
         if leaps.any():
             at = int(np.argmax(leaps))

@@ -13,9 +13,8 @@ from measurement.faults.series import lengths_of
 from measurement.runs import FloatArray, Run
 
 COARSE_SHARE = 1 / 200
-"""Readings whose smallest step is more than this share of their range are on a staircase [1]."""
-STANDING_SHARE = 0.5
-"""So are those that repeat the reading before in more than this share of samples [1]."""
+"""Readings whose smallest step is more than this share of their range, and that repeat the
+reading before in most samples, are on a staircase [1]."""
 
 
 class Staircases(Check):
@@ -32,7 +31,7 @@ class Staircases(Check):
                 continue
             still = float((moves == 0).mean())
             usual = float(np.median(moves[moves > 0]))
-            if usual > COARSE_SHARE * float(np.ptp(values)) and still > STANDING_SHARE:
+            if usual > COARSE_SHARE * float(np.ptp(values)) and still > 0.5:
                 text = (
                     f"a staircase with steps of {usual:.2g} um, unchanged in {still:.0%} of samples"
                 )

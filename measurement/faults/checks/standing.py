@@ -44,14 +44,11 @@ ISOLATED_SHARE = 0.5
 """An extreme value that lies further from all others than this share of their range was jumped to:
 the end of the sensor's range, not the end of a drift [1]."""
 
-STILL_SAMPLES = 10
-"""A thermometer that repeats fewer readings in a row is not looked at [1]."""
-MOVED_STEPS = 8.0
-"""Half of the others must move by `MOVING_K` and by this many steps of its resolution [1],"""
+STEPS = 8
+"""Half of the others must move by `MOVING_K` and by this many steps of its resolution [1], so many
+must its own readings span over all runs, and"""
 UNUSUALLY = 3.0
-"""it must stand still this many times longer than it does otherwise [1],"""
-FEWEST_STEPS = 8
-"""and its readings over all runs must span at least so many steps of its resolution;"""
+"""it must stand still this many times longer than it does otherwise [1];"""
 LONGER = 2.5
 """or it stands this many times longer than its usual stretch in the run [1], and"""
 TOLD_STEPS = 2.5
@@ -60,8 +57,6 @@ TOLD_K = 1.5
 """by this much [K]."""
 WHOLE = 0.95
 """A thermometer that stands still for this share of a run is dead in it [1]."""
-NOISY = 0.5
-"""A channel repeats its reading in a smaller share of samples if noise moves it [1]."""
 
 
 class Standing(Check):
@@ -105,9 +100,9 @@ def _thermometers(runs: Sequence[Run]) -> Iterator[Fault]:
         resolution = resolution_of(having, column)
         everything = np.concatenate([valid(run, column)[1] for run in having])
         ends = _ends(everything)
-        coarse = bool(ends) and np.ptp(everything) < FEWEST_STEPS * resolution
+        coarse = bool(ends) and np.ptp(everything) < STEPS * resolution
         longest = {id(run): _lengths(run, column).max(initial=0.0) for run in having}
-        noisy = _repeats(having, column, ends) < NOISY
+        noisy = _repeats(having, column, ends) < 0.5  # or noise would move it
         clipped = {id(run) for run in having if noisy and _stands_at(run, column, ends)}
         for place, run in enumerate(runs):
             if column not in run.frame:
@@ -151,7 +146,7 @@ def _stands(run: Run, place: int, habits: _Habits, witnesses: Witnesses) -> Iter
     rows, values = valid(run, column)
     time = run.time_s[rows]
     lengths, firsts = np.sort(_lengths(run, column)), stretches(values)[0]
-    for first, last in _long(time, values, STILL_SAMPLES):
+    for first, last in _long(time, values, 2 * FEWEST_SAMPLES):
         start, end = int(rows[first]), int(rows[last])
         length = float(time[last] - time[first])
         rest = _below(lengths, length)
@@ -162,7 +157,7 @@ def _stands(run: Run, place: int, habits: _Habits, witnesses: Witnesses) -> Iter
             why = f"after a leap of {dropped:+.3g} K"
         if not why and not habits.coarse and length > UNUSUALLY * habit:
             moved = _half_moved(run, column, start, end)
-            if moved >= max(MOVING_K, MOVED_STEPS * resolution):
+            if moved >= max(MOVING_K, STEPS * resolution):
                 why = f"while half of the others moved by {moved:.1f} K or more"
         if not why and rest.size and length > LONGER * float(np.median(rest)):
             told = witnesses.told(place, column, float(time[first]), float(time[last]))
