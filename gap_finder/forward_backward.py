@@ -24,10 +24,10 @@ MARGIN = 6.0
 split."""
 
 PROOF = 2.0 * MARGIN
-"""By how much an addition must lower the score to be named, where chance does less: odds of one in
-four hundred. Set on the lathe's questions of the development, seventh and eighth split: what is
-there lowers the score by 13, 14, 15, 17, 18, 19 and 23 and more, what is not by 10 and less, save
-imitators of a law that is on no list."""
+"""By how much an addition must lower the score to be named: odds of one in four hundred. Set on the
+lathe's questions of the development, seventh and eighth split: what is there lowers the score by
+13, 14, 15, 17, 18, 19 and 23 and more, what is not by 10 and less, save imitators of a law that is
+on no list."""
 
 LAW = 0.05
 """Share of the squares that were missing at first that a right law may still leave [1]: no machine
@@ -100,14 +100,11 @@ class Step:
         Fully scored, each with one more addition, the best first.
     units : array, shape (C,)
         What the best of all leaves of each channel per run [tolerances squared].
-    by_chance : float
-        99 % quantile of how much the score falls where nothing more is missing.
     """
 
     baseline: Hypothesis
     tried: tuple[Hypothesis, ...]
     units: FloatArray
-    by_chance: float
 
     @property
     def fall(self) -> float:
@@ -119,7 +116,7 @@ class Step:
     @property
     def is_taken(self) -> bool:
         """Whether the best lowers the score by so much that it is proven."""
-        return self.fall > max(self.by_chance, PROOF)
+        return self.fall > PROOF
 
 
 @dataclass(frozen=True)
@@ -185,7 +182,7 @@ class Searching:
         """Score what the screening proposes beside the best so far."""
         self._progress(f"screening, {len(best.additions) + 1}")
         law = LAW * self.nothing.fit.left_each
-        proposed = screened(best.fit, listed, self._search.seed, law)
+        proposed = screened(best.fit, listed, law)
         first, later = proposed.likely[:LEADERS], proposed.likely[LEADERS:]
         tried = self._scored(best, first, listed, sensitivities)
         worth = self._worth(best, tried)
@@ -199,7 +196,7 @@ class Searching:
             tried += self._scored(best, more, listed, sensitivities, like=leader, worth=worth)
         units = units_of(self.nothing, [best, *tried])
         tried.sort(key=lambda one: one.score(units))
-        return Step(best, tuple(tried), units, proposed.by_chance)
+        return Step(best, tuple(tried), units)
 
     def _worth(self, best: Hypothesis, tried: Sequence[Hypothesis]) -> float:
         """Return the cost that a calibration must soon be below for the rest to be worth its time.

@@ -1,4 +1,4 @@
-"""What is worth a full score, and how much chance would win: linear near the calibrated machine."""
+"""What is worth a full score: linear near the calibrated machine."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ import numpy as np
 
 from gap_finder.hypotheses import AddedChange, AddedEffect, Listed
 from gap_finder.keys import effect_of
-from gap_finder.null_distribution import null_residuals
 from gap_finder.score import Fit
 from gap_finder.screen import NormalMatrices, ResidualSets, Screen
 
@@ -22,9 +21,6 @@ PROPOSED = 16
 
 PLACES = 6
 """Places at which the kind of change that does best is scored; set for time."""
-
-CHANCE = 0.99
-"""Share of the data sets drawn with nothing missing in which less is won than is asked for [1]."""
 
 Added = AddedEffect | AddedChange
 
@@ -39,25 +35,17 @@ class Proposed:
         What lowers the score in the screening.
     places : list of AddedEffect or AddedChange
         The next few of every kind of change: the best of a kind is asked for with them.
-    by_chance : float
-        99 % quantile of what the best of the list wins where nothing is missing.
     """
 
     likely: list[Added]
     places: list[Added]
-    by_chance: float
 
 
-def screened(best: Fit, listed: Listed, seed: int, law: float) -> Proposed:
-    """Return what is to be fully scored, and what chance would win.
-
-    About the calibrated machine every answer is taken as linear in its size. That is exact enough
-    for data sets in which nothing is missing, where all sizes are small; for the data itself it
-    only proposes.
-    """
+def screened(best: Fit, listed: Listed, law: float) -> Proposed:
+    """Return what is to be fully scored, where every answer is as if linear in its size."""
     tried = listed.tried
     if not tried:
-        return Proposed([], [], 0.0)
+        return Proposed([], [])
     screen = Screen(NormalMatrices.of(best.designs, tried), len(best.position()))
     residuals = [design.residual[None] for design in best.designs]
     data = ResidualSets.of(best.designs, tried, residuals, best.position())
@@ -74,16 +62,11 @@ def screened(best: Fit, listed: Listed, seed: int, law: float) -> Proposed:
     changes = [i for i in enough if isinstance(tried[i], AddedChange)]
     keys = {tried[i].key for i in likely}
     places = [i for i in _best_of_kinds(tried, changes, PLACES) if tried[i].key not in keys]
-    drawn = null_residuals(screen, best.designs, best.observed, tried, before, seed)
-    chance = screen.scores(ResidualSets.of(best.designs, tried, drawn))
-    units = np.maximum(max(1.0, law), (chance.cost - chance.gain.max(axis=1)) / best.left.size)
-    falls = ((chance.gain + chance.nearer) / units[:, None] - prior).max(axis=1)
 
     def sized(some: Sequence[int]) -> list[Added]:
         return [tried[i].scaled(float(scores.scale[0, i])) for i in some]
 
-    by_chance = float(np.quantile(falls, CHANCE))
-    return Proposed(sized(likely), sized(places), by_chance)
+    return Proposed(sized(likely), sized(places))
 
 
 def _kind(one: Added) -> str:

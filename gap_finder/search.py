@@ -22,7 +22,7 @@ class Search:
     described : bool
         Whether the description may be changed, and not only effects added.
     seed : int
-        Of starting points and of the runs drawn with nothing missing.
+        Of starting points.
     workers : int or None
         Processes; None: one for each core.
     """

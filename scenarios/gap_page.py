@@ -86,7 +86,6 @@ def _round(step: Step) -> dict[str, Any]:
         "what": ", ".join(_title(key, begun.machine) for key in step.baseline.keys) or "nothing",
         "cost": begun.cost,
         "score": step.baseline.score(step.units),
-        "by_chance": max(step.by_chance, 0.0),
         "rows": [
             {
                 "title": _title(hypothesis.keys[-1], hypothesis.fit.machine),

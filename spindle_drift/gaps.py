@@ -101,7 +101,7 @@ def find_gap(
     effects_only : bool
         Add effects, and leave the description alone.
     seed : int
-        Of random starts and draws.
+        Of random starts.
     workers : int, optional
         Processes; one for each core by default.
     fmu : bool

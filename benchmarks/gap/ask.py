@@ -105,7 +105,6 @@ def _details(judged: Judged) -> dict[str, Any]:
             {
                 "from": list(step.baseline.keys),
                 "fall": step.fall,
-                "by_chance": step.by_chance,
                 "unit": float(step.units.mean()),
                 "base": step.baseline.fit.left.sum(axis=0).tolist(),
                 "base_moved": step.baseline.fit.moved_cost,
