@@ -2,29 +2,24 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Collection, Sequence
 from typing import Any
 
 RIGHT, ONE_OF, MORE, WRONG = "right", "one of", "right and another", "wrong"
 BROKEN, UNKNOWN, NONE = "left out as broken", "unknown", "none"
-OUTCOMES = (RIGHT, ONE_OF, MORE, BROKEN, UNKNOWN, NONE, WRONG)
 """What can be said where one effect of the catalogue is missing."""
 
 NAMED, SAME = "named", "in other words"
-OPEN_OUTCOMES = (UNKNOWN, NONE, SAME, NAMED)
-"""What can be said where nothing of the catalogue is missing; naming an effect is false. The third
-is a change of the description that says the same as what is hidden: a heap of chips is a heat
-source of the bed."""
+"""What else can be said where nothing of the catalogue is missing; naming an effect is false. The
+second is a change of the description that says the same as what is hidden: a heap of chips is a
+heat source of the bed."""
 
 BOTH, FIRST = "both", "one of the two"
-PAIR_OUTCOMES = (BOTH, FIRST, MORE, UNKNOWN, NONE, WRONG)
-"""What can be said of a pair; the third is one or both of them and a wrong name."""
+"""What else can be said of a pair; `MORE` is one or both of them and a wrong name."""
 
 PLACE = "right place"
-MISTAKE_OUTCOMES = (RIGHT, ONE_OF, PLACE, UNKNOWN, NONE, WRONG)
-"""What can be said where the machine's file has a mistake; the third is another kind at one of the
-same parts."""
+"""What else can be said where the machine's file has a mistake: another kind at one of the same
+parts."""
 
 HOLDING = (RIGHT, ONE_OF, BOTH, FIRST, SAME)
 FALSE = (WRONG, MORE, NAMED, PLACE)
@@ -112,7 +107,7 @@ def outcome(
 
 
 def outcome_of_mistake(mistake: dict[str, Any], answer: dict[str, Any]) -> str:
-    """Return one of `MISTAKE_OUTCOMES`: whether an answer names a kind of change and its place."""
+    """Return whether an answer names a kind of change and its place."""
     named, rivals = named_in(answer)
     if not named:
         return SAYING_NOTHING[answer["verdict"]]
@@ -164,9 +159,3 @@ def _of_pair(truth: Sequence[dict[str, Any]], groups: list[Group]) -> str:
     if not all(any(holds(group, effect) for effect in truth) for group in groups):
         return MORE
     return BOTH if hits == len(truth) else FIRST
-
-
-def tally(outcomes: Sequence[str], of: Sequence[str]) -> dict[str, int]:
-    """Return how often each outcome occurs, those that do not included."""
-    counted = Counter(outcomes)
-    return {name: counted[name] for name in of}

@@ -3,30 +3,24 @@
 from __future__ import annotations
 
 import statistics
-from collections.abc import Callable, Sequence
+from collections import Counter
+from collections.abc import Sequence
 from functools import partial
 
 from statsmodels.stats.proportion import proportion_confint
 
-from benchmarks.gap.hidden import SIZES
 from benchmarks.gap.outcome import (
-    BOTH,
     FALSE,
-    FIRST,
     HOLDING,
-    MISTAKE_OUTCOMES,
     MORE,
     NAMED,
     ONE_OF,
-    OPEN_OUTCOMES,
-    OUTCOMES,
-    PAIR_OUTCOMES,
     RIGHT,
     SAME,
     WRONG,
-    tally,
 )
-from benchmarks.gap.records import CLASSES, STRONG, VISIBLE, Record
+from benchmarks.gap.plan import TRIALS
+from benchmarks.gap.records import CLASSES, VISIBLE, Record
 from benchmarks.results_page import as_table
 
 CLOSED = 0.8
@@ -168,85 +162,21 @@ def _target_rows(records: Sequence[Record]) -> list[list[str]]:
     ]
 
 
-def _counts(
-    rows: dict[str, list[Record]], outcomes: Sequence[str], more: dict[str, _Column]
-) -> str:
-    body = [
-        [
-            name,
-            str(len(some)),
-            *(str(n) if n else "" for n in tally([r.outcome for r in some], outcomes).values()),
-            *(column(some) for column in more.values()),
-        ]
-        for name, some in rows.items()
-        if some
-    ]
-    return markdown(["", "Cases", *outcomes, *more], body)
+def outcomes(records: Sequence[Record]) -> str:
+    """Return how often each outcome occurs, by kind of question and how strong the case is.
 
-
-_Column = Callable[[list[Record]], str]
-
-STRENGTHS = {
-    "strong": f"Strong: {STRONG:g} times the gap of nothing hidden, or more",
-    "visible": f"Visible: {VISIBLE:g} to {STRONG:g} times",
-    "faint": f"Faint: less than {VISIBLE:g} times",
-    "unmeasured": "Of unknown strength: no case was calibrated with nothing hidden",
-}
-
-
-def single_effects(records: Sequence[Record]) -> str:
-    """Return what is said where one effect is missing, by the gap that it leaves and by size."""
-    single = of_kind(records, "effect")
-    rows = {STRENGTHS[c]: [r for r in single if r.strength == c] for c in CLASSES}
-    rows |= {
-        f"Hidden as {size}": [r for r in single if r.truth[0]["size"] == size] for size in SIZES
-    }
-    rows["All"] = single
-    rows["Larger than usual"] = of_kind(records, "beyond")
-
-    def right(some: list[Record]) -> str:
-        return share(len(with_outcome(some, RIGHT)), len(some))
-
-    def told(some: list[Record]) -> str:
-        given = with_outcome(some, RIGHT, ONE_OF, MORE, WRONG)
-        return share(len(given) - len(with_outcome(given, WRONG)), len(given))
-
-    return _counts(rows, OUTCOMES, {"right": right, "answer holds the truth": told})
-
-
-def open_set(records: Sequence[Record]) -> str:
-    """Return what is said where nothing of the catalogue is missing."""
-    rows = {"Nothing missing": of_kind(records, "none")}
-    for kind, title in (("deleted", "Effect deleted"), ("outside", "Outside the catalogue")):
-        some = of_kind(records, kind)
-        rows |= {f"{title}, {c}": [r for r in some if r.strength == c] for c in CLASSES}
-        rows[title] = some
-
-    def false(some: list[Record]) -> str:
-        return share(len(with_outcome(some, NAMED)), len(some))
-
-    return _counts(rows, OPEN_OUTCOMES, {"falsely named": false})
-
-
-def mistakes(records: Sequence[Record]) -> str:
-    """Return what is said where the machine's file has a mistake and nothing else is missing."""
-    some = of_kind(records, "mistake")
-    if not some:
-        return "Here the machine's file has no mistake on purpose."
-    kinds = sorted({one.mistakes[0]["kind"] for one in some})
-    rows = {f"`{k}`": [r for r in some if r.mistakes[0]["kind"] == k] for k in kinds}
-    return _counts(rows | {"All": some}, MISTAKE_OUTCOMES, {})
-
-
-def pairs(records: Sequence[Record]) -> str:
-    """Return what is said where two effects are missing."""
-    some = of_kind(records, "pair")
-
-    def one_or_both(found: list[Record]) -> str:
-        return share(len(with_outcome(found, BOTH, FIRST, MORE)), len(found))
-
-    rows = {f"Pairs, {c}": [r for r in some if r.strength == c] for c in CLASSES}
-    return _counts(rows | {"Pairs": some}, PAIR_OUTCOMES, {"at least one": one_or_both})
+    Strong is a case whose calibrated model leaves `STRONG` times the gap of nothing hidden, or
+    more, visible one with `VISIBLE` times.
+    """
+    counted = Counter((one.kind, one.strength, one.outcome) for one in records)
+    heads = sorted({outcome for *_, outcome in counted})
+    rows = []
+    for kind in TRIALS:
+        for strength in CLASSES:
+            counts = [counted[kind, strength, outcome] for outcome in heads]
+            if sum(counts):
+                rows.append([kind, strength, str(sum(counts)), *(str(n or "") for n in counts)])
+    return markdown(["Kind", "Strength", "Cases", *heads], rows)
 
 
 def false_names(records: Sequence[Record]) -> str:

@@ -156,3 +156,5 @@ def test_the_command_writes_tables(
     text = (tmp_path / "tables.md").read_text()
     assert capsys.readouterr().out.strip() == text.strip()
     assert "8 questions on 8 cases; 7 of them beside the same machine" in text
+    assert "| Kind | Strength | Cases | both | named | none | right | unknown | wrong |" in text
+    assert "| none | faint | 2 |  | 1 | 1 |  |  |  |" in text
