@@ -5,17 +5,15 @@ from __future__ import annotations
 import json
 from collections.abc import Collection, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
-
-from fmpy import read_model_description
+from typing import TYPE_CHECKING
 
 from gateway.database import COMPENSATOR, CYCLE, MACHINE, OFFSETS, Database
 from gateway.mapped_signals import own_signals
 from gateway.proof import CHALLENGE, ECHO, PROOF
 from gateway.protection import PROFILE_1
-from measurement.errors import BadInput, one_line
+from measurement.errors import BadInput
 from measurement.rig import AXES
-from scenarios.fmu_file import compensator_file
+from scenarios.fmu_file import compensator_file, read_description
 from scenarios.wiring import PROBED
 
 if TYPE_CHECKING:
@@ -118,7 +116,8 @@ def problems_of(mapping: Mapping, fmu: Path, *, machine_clock: bool = False) -> 
     BadInput
         If the FMU cannot be read.
     """
-    form, variables = mapping.form, _variables(fmu)
+    form = mapping.form
+    variables = {variable.name: variable for variable in read_description(fmu).modelVariables}
     for name in inputs_of(fmu):
         if name not in form.inputs:
             mapping.say(f"inputs.{name}", "is missing: the compensator takes it")
@@ -153,14 +152,6 @@ def _check_offsets(mapping: Mapping, outputs: Collection[str], limit_um: float) 
             mapping.say(f"outputs.{name}", text)
 
 
-def _variables(fmu: Path) -> dict[str, Any]:
-    try:
-        description = read_model_description(str(fmu), validate=False)
-    except Exception as error:  # fmpy raises many kinds
-        raise BadInput(fmu, "", f"is not an FMU: {one_line(error)}") from None
-    return {variable.name: variable for variable in description.modelVariables}
-
-
 def inputs_of(fmu: Path) -> list[str]:
     """Return the real inputs of a compensator, without those for a probe.
 
@@ -169,8 +160,9 @@ def inputs_of(fmu: Path) -> list[str]:
     fmu : Path
         The compensator.
     """
-    named = _variables(fmu).items()
-    return [n for n, v in named if v.causality == "input" and not n.startswith(PROBED)]
+    variables = read_description(fmu).modelVariables
+    given = [variable.name for variable in variables if variable.causality == "input"]
+    return [name for name in given if not name.startswith(PROBED)]
 
 
 def limits_of(fmu: Path) -> dict[str, float]:

@@ -63,10 +63,15 @@ def _draw_panel(panel: Panel, ax: Axes) -> None:
             label=line.label,
         )
     ax.set_ylabel(panel.y_label)
-    ax.grid(True, color="#e3e6ea", linewidth=0.8)
     ax.margins(x=0.0)
     if panel.from_zero:
         ax.set_ylim(bottom=min(0.0, ax.get_ylim()[0] if ax.dataLim.y0 < 0.0 else 0.0))
+    plain(ax)
+
+
+def plain(ax: Axes) -> None:
+    """Give axes the looks of all charts: a light grid, and no frame."""
+    ax.grid(True, color="#e3e6ea", linewidth=0.8)
     ax.spines[["top", "right"]].set_visible(False)
     ax.spines[["left", "bottom"]].set_color("#9aa1ab")
     ax.tick_params(colors="#4a505a", labelsize=9)

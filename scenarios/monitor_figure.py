@@ -10,7 +10,7 @@ from matplotlib.ticker import MaxNLocator
 from fmu_compensator.monitoring import Report
 from fmu_compensator.monitoring.drift import AxisError
 from fmu_compensator.monitoring.monitor import CHANGED, FITS, NOT_MEASURED, OUTSIDE, SENSOR
-from scenarios.figures import PANEL_IN, WIDTH_IN, saved
+from scenarios.figures import PANEL_IN, WIDTH_IN, plain, saved
 
 COLOURS = {
     FITS: "#2a7f4f",
@@ -59,8 +59,7 @@ def draw_monitor(report: Report, path: Path) -> None:
         panel.set_ylabel(f"{axis}: error / promised\nhalf width [1]")
         panel.set_ylim(bottom=0.0, top=max(bound, panel.get_ylim()[1]) * 1.25)
         panel.margins(x=0.05)
-        panel.grid(True, color="#e3e6ea", linewidth=0.8)
-        panel.spines[["top", "right"]].set_visible(False)
+        plain(panel)
     if not axes:
         panels[0].text(0.5, 0.5, "the drift was not measured", ha="center", va="center")
         panels[0].set_axis_off()

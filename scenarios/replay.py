@@ -17,7 +17,7 @@ import pandas as pd
 from fmu_compensator.driving import held, refuse_lacking
 from fmu_compensator.runtime.fmi_slave import MODEL_FILE
 from fmu_compensator.runtime.geometry import FivePoint
-from fmu_compensator.runtime.modelfile import Model, ModelFileError, parse_model
+from fmu_compensator.runtime.modelfile import Model, parse_model
 from measurement.drift import measured_drift
 from measurement.errors import BadInput
 from measurement.faults import GROSS, STANDING, Fault, cleaned, find_faults
@@ -268,13 +268,3 @@ def results_of(entry: Replay) -> list[tuple[str, str, pd.DataFrame]]:
         lines.append((f"{what}{name}", label, frame.assign(**errors)))
     return lines
 
-
-__all__ = [
-    "ModelFileError",
-    "Replay",
-    "chart_of",
-    "model_of",
-    "replay",
-    "results_of",
-    "rig_of_model",
-]

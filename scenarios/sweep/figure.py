@@ -9,10 +9,8 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from measurement.files import write_atomically
-from measurement.overview import png_bytes
 from scenarios.charts import BEFORE, LINES
-from scenarios.figures import DPI
+from scenarios.figures import plain, saved
 from scenarios.sweep.plan import Plan
 from scenarios.sweep.tables import FIGURES, PERCENTILES
 
@@ -37,8 +35,7 @@ def draw(plan: Plan, table: pd.DataFrame, bands: pd.DataFrame, folder: Path) -> 
         whole = plan.scenario.settings.title
         whole += "" if title == whole else f": {title}"
         figure = _figure(whole, mine, bands[bands["variant"] == variant], _across(plan, mine))
-        write_atomically(folder / name, png_bytes(figure, DPI))
-        files.append(name)
+        files.append(saved(figure, folder / name).name)
     return files
 
 
@@ -85,7 +82,7 @@ def _over_time(ax: Axes, bands: pd.DataFrame, axis: str) -> None:
         ax.plot(hours, middle, color=colour, linewidth=1.4, label=f"{label}, middle")
     ax.set_ylabel(f"{axis} [µm]")
     ax.margins(x=0.0)
-    _plain(ax)
+    plain(ax)
 
 
 def _over_cases(ax: Axes, rows: pd.DataFrame, across: str) -> None:
@@ -97,11 +94,4 @@ def _over_cases(ax: Axes, rows: pd.DataFrame, across: str) -> None:
             x = pd.Series((np.arange(len(y)) + 0.5) / len(y) * 100.0)
         ax.plot(x, y, "o", color=colour, markersize=3.0, alpha=0.6, markeredgewidth=0)
     ax.set_ylim(bottom=0.0)
-    _plain(ax)
-
-
-def _plain(ax: Axes) -> None:
-    ax.grid(True, color="#e3e6ea", linewidth=0.8)
-    ax.spines[["top", "right"]].set_visible(False)
-    ax.spines[["left", "bottom"]].set_color("#9aa1ab")
-    ax.tick_params(colors="#4a505a", labelsize=9)
+    plain(ax)
