@@ -120,7 +120,7 @@ def section_of_page(drawing: Drawing, warm: dict[str, float]) -> str:
 
     _housing(canvas, mesh, warm, low, high)
     for cell in mesh.shaft:
-        radii = (mesh.inner("shaft", cell) / 2.0, mesh.outer("shaft", cell) / 2.0)
+        radii = _radii(mesh, cell)
         canvas.both((cell.start, cell.end), radii, fill(cell.name), said(cell.name))
     _motor(canvas, drawing, fill, said)
     for seat in drawing.seats:
@@ -156,10 +156,14 @@ def _holds(canvas: Canvas, drawing: Drawing, reach: float) -> None:
         canvas.text(canvas.x(sum(span) / 2.0), canvas.y(reach + 17.0), name, font_size=12)
 
 
+def _radii(mesh: Mesh, cell: Cell) -> tuple[float, float]:
+    stretch = mesh.stretch(cell)
+    return stretch.inner / 2.0, stretch.outer / 2.0
+
+
 def _housing(canvas: Canvas, mesh: Mesh, warm: dict[str, float], low: float, high: float) -> None:
     for cell in mesh.housing:
-        radii = (mesh.inner("housing", cell) / 2.0, mesh.outer("housing", cell) / 2.0)
-        sectors = mesh.sectors_of(cell)
+        radii, sectors = _radii(mesh, cell), mesh.sectors_of(cell)
         for sign, angle in ((1.0, 90.0), (-1.0, 270.0)):
             shown = max(sectors, key=lambda s: s.towards(angle))
             canvas.rect(
@@ -235,8 +239,7 @@ def _placed(drawing: Drawing, mesh: Mesh) -> Iterator[tuple[str, float, float, s
     for entry in drawing.form.thermometers:
         name, _, ring = entry.part.partition(".")
         if entry.part in {"shaft", "housing"} and entry.at is not None:
-            cell: Cell = mesh.cell_of(entry.part, entry.at)
-            middle = (mesh.inner(entry.part, cell) + mesh.outer(entry.part, cell)) / 4.0
+            middle = sum(_radii(mesh, mesh.cell_of(entry.part, entry.at))) / 2.0
             side = 90.0 if entry.side is None else degrees(entry.side)
             up = 1.0 if side in {0.0, 180.0} else cos(radians(side - 90.0))
             radius = middle * up

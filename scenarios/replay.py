@@ -267,4 +267,3 @@ def results_of(entry: Replay) -> list[tuple[str, str, pd.DataFrame]]:
         }
         lines.append((f"{what}{name}", label, frame.assign(**errors)))
     return lines
-

@@ -21,13 +21,15 @@ class Cell:
         Of its node, without the sector.
     start, end : float
         Along the axis [mm].
+    part : {"shaft", "housing"}
     stretch : int
-        Position of the stretch that it is cut from.
+        Position in the part of the stretch that it is cut from.
     """
 
     name: str
     start: float
     end: float
+    part: str
     stretch: int
 
     @property
@@ -80,7 +82,7 @@ def cuts_between(start: float, end: float, read_at: Sequence[float], longest: fl
 
 
 def slices(
-    prefix: str,
+    part: str,
     stretches: Sequence[tuple[float, float]],
     read_at: Sequence[float],
     edges: Sequence[float],
@@ -93,5 +95,5 @@ def slices(
         pieces = pairwise([start, *sorted(inside), end])
         cuts = [cut for piece in pieces for cut in cuts_between(*piece, read_at, longest)]
         for first, last in pairwise(sorted(set(cuts))):
-            found.append(Cell(f"{prefix}_{len(found) + 1}", first, last, which))
+            found.append(Cell(f"{part}_{len(found) + 1}", first, last, part, which))
     return found

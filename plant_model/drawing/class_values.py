@@ -6,7 +6,8 @@ this range, and the source says that it is a class value.
 
 from __future__ import annotations
 
-from plant_model.drawing.known import CLASS, Known
+from plant_model.drawing.form import Quantity
+from plant_model.drawing.known import BY_DATA_SHEET, CLASS, Known
 
 
 def _usual(value: float, low: float, high: float, unit: str, source: str) -> Known:
@@ -81,3 +82,13 @@ def f0_of(kind: str, lubrication: str) -> Known:
 def f1_of(kind: str) -> Known:
     """Return Palmgren's f1 of a kind of bearing."""
     return _usual(*F1[kind], "1", f"f1 of a {kind} bearing")
+
+
+def stated(given: Quantity | None, usual: Known, share: float = BY_DATA_SHEET) -> Known:
+    """Return a number of the page, in a range of *share* unless that is said, or what is usual."""
+    return usual if given is None else given.known(usual.unit, share)
+
+
+def free(given: Quantity | None, usual: bool = True) -> bool:
+    """Return whether calibration may move a number: as the page says, or as is usual."""
+    return usual if given is None or given.calibrate is None else given.calibrate

@@ -56,12 +56,12 @@ def expanded(
     """
     drawing = Drawing(table, source)
     form = drawing.form
-    sheet, mesh = Sheet(), Mesh(drawing, finer, sectors)
-    add_spindle(sheet, drawing, mesh)
-    add_heat(sheet, drawing, mesh)
-    add_surroundings(sheet, drawing, mesh)
-    add_growth(sheet, drawing, mesh)
-    add_thermometers(sheet, drawing, mesh)
+    sheet = Sheet(Mesh(drawing, finer, sectors))
+    add_spindle(sheet)
+    add_heat(sheet)
+    add_surroundings(sheet)
+    add_growth(sheet)
+    add_thermometers(sheet)
     return {
         "format": 1,
         "name": form.name,

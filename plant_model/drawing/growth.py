@@ -9,8 +9,7 @@ from typing import Any
 from plant_model.drawing.cells import Cell, overlap
 from plant_model.drawing.form import Quantity
 from plant_model.drawing.known import exact, within
-from plant_model.drawing.layout import Drawing
-from plant_model.drawing.mesh import Mesh, Sector
+from plant_model.drawing.mesh import Sector
 from plant_model.drawing.sheet import Sheet
 
 NO_LENGTH = 1e-9
@@ -22,59 +21,55 @@ MOVES = {"x": "x", "y": "y", "z": "elongation"}
 """What a length along an axis moves, as a machine file calls it."""
 
 
-def add_growth(sheet: Sheet, drawing: Drawing, mesh: Mesh) -> None:
+def add_growth(sheet: Sheet) -> None:
     """Add the structure: positions, growth of shaft, housing, tool and carriers, and tilt."""
     sheet.structure.append(
         {
             "kind": "located",
-            "name": drawing.located.form.name,
-            "at": exact(drawing.located.form.at, "mm"),
-            "gauge_line": exact(drawing.form.shaft.gauge_line, "mm"),
+            "name": sheet.drawing.located.form.name,
+            "at": exact(sheet.drawing.located.form.at, "mm"),
+            "gauge_line": exact(sheet.form.shaft.gauge_line, "mm"),
         }
     )
-    for part in ("housing", "shaft"):
-        cells: list[Cell] = getattr(mesh, part)
-        for cell in cells:
-            _segment(sheet, drawing, mesh, part, cell)
-    for cell in mesh.housing:
-        _bends(sheet, drawing, mesh, cell)
-    if drawing.form.tool is not None:
-        growth = sheet.growth_of(drawing.materials[drawing.form.tool.material])
+    for cell in (*sheet.mesh.housing, *sheet.mesh.shaft):
+        _segment(sheet, cell)
+    for cell in sheet.mesh.housing:
+        _bends(sheet, cell)
+    if sheet.form.tool is not None:
+        growth = sheet.growth_of(sheet.drawing.materials[sheet.form.tool.material])
         sheet.structure.append(
             {"kind": "tool", "name": "tool", "nodes": ["tool"], "expansion": growth}
         )
-    _carriers(sheet, drawing)
+    _carriers(sheet)
 
 
-def _segment(sheet: Sheet, drawing: Drawing, mesh: Mesh, part: str, cell: Cell) -> None:
-    stretch = getattr(drawing.form, part).stretches[cell.stretch]
-    nodes = [s.node for s in mesh.sectors_of(cell)] if part == "housing" else [cell.name]
+def _segment(sheet: Sheet, cell: Cell) -> None:
     sheet.structure.append(
         {
-            "kind": part,
+            "kind": cell.part,
             "name": cell.name,
-            "nodes": nodes,
+            "nodes": [sector.node for sector in sheet.mesh.sectors_of(cell)],
             "start": exact(cell.start, "mm"),
             "end": exact(cell.end, "mm"),
-            "expansion": sheet.growth_of(drawing.material(stretch, part)),
+            "expansion": sheet.growth_of(sheet.mesh.material(cell)),
         }
     )
 
 
-def _bends(sheet: Sheet, drawing: Drawing, mesh: Mesh, cell: Cell) -> None:
+def _bends(sheet: Sheet, cell: Cell) -> None:
     """Add the bending of a ring between the mounting face and the bearing that locates.
 
     A ring of n sectors at the temperatures T_k bends by 2 / (n r) sum T_k cos(phi_k), exactly so
     for one side warmer than the other as the cosine: one item for each pair of opposite sectors.
     """
-    at = drawing.located.form.at
+    at = sheet.drawing.located.form.at
     length = overlap(cell, min(0.0, at), max(0.0, at))
-    sectors = mesh.sectors_of(cell)
+    sectors = sheet.mesh.sectors_of(cell)
     if length < NO_LENGTH or len(sectors) == 1:
         return
     middle = (max(cell.start, min(0.0, at)) + min(cell.end, max(0.0, at))) / 2.0
-    radius = (mesh.outer("housing", cell) + mesh.inner("housing", cell)) / 4.0
-    stretch = drawing.form.housing.stretches[cell.stretch]
+    stretch = sheet.mesh.stretch(cell)
+    radius = (stretch.outer + stretch.inner) / 4.0
     half = len(sectors) // 2
     for warm, cold in zip(sectors[:half], sectors[half:], strict=True):
         sheet.structure.append(
@@ -85,8 +80,8 @@ def _bends(sheet: Sheet, drawing: Drawing, mesh: Mesh, cell: Cell) -> None:
                 "away": [warm.node],
                 "width": exact(len(sectors) * radius / 2.0, "mm"),
                 "length": exact(length, "mm"),
-                "lever": exact(drawing.form.shaft.gauge_line - middle, "mm"),
-                "expansion": sheet.growth_of(drawing.material(stretch, "housing")),
+                "lever": exact(sheet.form.shaft.gauge_line - middle, "mm"),
+                "expansion": sheet.growth_of(sheet.mesh.material(cell)),
                 **_direction(warm),
             }
         )
@@ -124,9 +119,9 @@ def _moving(axis: str, length: Quantity) -> dict[str, Any]:
     return {"length": known.parameter(free=free), MOVES[axis]: exact(sign, "1")}
 
 
-def _carriers(sheet: Sheet, drawing: Drawing) -> None:
-    for carrier in drawing.form.carriers:
-        growth = sheet.growth_of(drawing.materials[carrier.material])
+def _carriers(sheet: Sheet) -> None:
+    for carrier in sheet.form.carriers:
+        growth = sheet.growth_of(sheet.drawing.materials[carrier.material])
         for axis, length in carrier.grows.lengths().items():
             sheet.structure.append(
                 {

@@ -5,14 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 from math import log, pi
 
-from plant_model.drawing.bearing_table import Bearing
-from plant_model.drawing.class_values import CLASS_VALUES, f0_of, f1_of
-from plant_model.drawing.form import BearingForm, MotorForm, Quantity, SleeveForm
+from plant_model.drawing.class_values import CLASS_VALUES, f0_of, f1_of, free, stated
+from plant_model.drawing.form import BearingForm, MotorForm, SleeveForm
 from plant_model.drawing.known import CLASS, Known, exact, within
-from plant_model.drawing.layout import Drawing, Seat
+from plant_model.drawing.layout import Seat
 from plant_model.drawing.lubricant import viscosity
 from plant_model.drawing.materials import MATERIALS
-from plant_model.drawing.mesh import Mesh
 from plant_model.drawing.sheet import Sheet
 from plant_model.drawing.spindle import add_gap
 
@@ -23,18 +21,13 @@ INNER_MASS = 0.5
 """Inner ring with half of the rolling elements, of a bearing's mass [1]."""
 
 
-def free(given: Quantity | None, usual: bool = True) -> bool:
-    """Return whether calibration may move a number: as the page says, or as is usual."""
-    return usual if given is None or given.calibrate is None else given.calibrate
-
-
-def add_heat(sheet: Sheet, drawing: Drawing, mesh: Mesh) -> None:
+def add_heat(sheet: Sheet) -> None:
     """Add bearings and motor."""
-    for seat in drawing.seats:
-        _bearing(sheet, drawing, mesh, seat)
-    motor = drawing.form.motor
+    for seat in sheet.drawing.seats:
+        _bearing(sheet, seat)
+    motor = sheet.form.motor
     if motor is not None:
-        (_built_in if motor.drive == "built-in" else _belt)(sheet, drawing, mesh, motor)
+        (_built_in if motor.drive == "built-in" else _belt)(sheet, motor)
 
 
 class _Joint:
@@ -61,12 +54,11 @@ class _Joint:
 
 def _seat_joint(sheet: Sheet, form: BearingForm) -> _Joint:
     """Return the joint of all seats, or of one bearing's where the page says it."""
-    if form.seat is None:
-        return _Joint(sheet, "bearing_seats", CLASS_VALUES["seat_joint"])
-    return _Joint(sheet, f"{form.name}_seats", form.seat.known("W/(m2 K)", 0.6))
+    name = f"{form.name}_seats" if form.seat else "bearing_seats"
+    return _Joint(sheet, name, stated(form.seat, CLASS_VALUES["seat_joint"], 0.6))
 
 
-def _bearing(sheet: Sheet, drawing: Drawing, mesh: Mesh, seat: Seat) -> None:
+def _bearing(sheet: Sheet, seat: Seat) -> None:
     form, bearing = seat.form, seat.bearing
     inner, outer = f"{form.name}_inner", f"{form.name}_outer"
     steel = MATERIALS["steel"]
@@ -77,11 +69,11 @@ def _bearing(sheet: Sheet, drawing: Drawing, mesh: Mesh, seat: Seat) -> None:
         sheet.node(node, capacity)
     joint = _seat_joint(sheet, form)
     for start, end in seat.spans:
-        _onto_shaft(sheet, drawing, mesh, inner, (start, end), bearing.bore, joint)
+        _seat_on(sheet, "shaft", inner, (start, end), bearing.bore, joint)
         if form.sleeve is None:
-            _into_housing(sheet, drawing, mesh, outer, (start, end), bearing.outside, joint)
+            _seat_on(sheet, "housing", outer, (start, end), bearing.outside, joint)
     if form.sleeve is not None:
-        _into_sleeve(sheet, drawing, mesh, seat, form.sleeve, joint)
+        _into_sleeve(sheet, seat, form.sleeve, joint)
     relative = form.count * bearing.mean_diameter / USUAL_DIAMETER
     if form.conductance is None:
         balls = sheet.number("balls", CLASS_VALUES["balls"], free=True)
@@ -93,9 +85,7 @@ def _bearing(sheet: Sheet, drawing: Drawing, mesh: Mesh, seat: Seat) -> None:
     sheet.sources.append(_friction(form, seat, inner, outer))
 
 
-def _into_sleeve(
-    sheet: Sheet, drawing: Drawing, mesh: Mesh, seat: Seat, sleeve: SleeveForm, joint: _Joint
-) -> None:
+def _into_sleeve(sheet: Sheet, seat: Seat, sleeve: SleeveForm, joint: _Joint) -> None:
     """Join the outer rings to the housing through their sleeve."""
     outer, outside = f"{seat.form.name}_outer", seat.bearing.outside
     span = (sleeve.start, sleeve.end)
@@ -103,10 +93,10 @@ def _into_sleeve(
     if sleeve.outer is None:
         # The rings' seats, spread along the sleeve.
         share = seated / (sleeve.end - sleeve.start)
-        _into_housing(sheet, drawing, mesh, outer, span, outside, joint, share)
+        _seat_on(sheet, "housing", outer, span, outside, joint, share)
         return
     node = f"{seat.form.name}_sleeve"
-    made_of = drawing.materials[sleeve.material]
+    made_of = sheet.drawing.materials[sleeve.material]
     metres = (sleeve.end - sleeve.start) * 1e-3
     volume = pi / 4.0 * (sleeve.outer**2 - outside**2) * 1e-6 * metres
     sheet.node(node, sheet.heat_of(made_of, volume))
@@ -118,32 +108,12 @@ def _into_sleeve(
     value = joint.conductance(area, wall)
     _add_up(sheet, outer, node, joint.name, value)
     behind = log(sleeve.outer / middle) / around
-    _into_housing(sheet, drawing, mesh, node, span, sleeve.outer, joint, behind=behind)
+    _seat_on(sheet, "housing", node, span, sleeve.outer, joint, behind=behind)
 
 
-def _onto_shaft(
+def _seat_on(
     sheet: Sheet,
-    drawing: Drawing,
-    mesh: Mesh,
-    node: str,
-    span: tuple[float, float],
-    diameter: float,
-    joint: _Joint,
-) -> None:
-    """Join a ring to the shaft's cells under it; several rings of a set add up."""
-    for cell, length in mesh.covered("shaft", *span):
-        stretch = drawing.form.shaft.stretches[cell.stretch]
-        conductivity = drawing.material(stretch, "shaft").conductivity.value
-        metres = length * 1e-3
-        wall = mesh.into_wall("shaft", cell, diameter) / (2.0 * pi * conductivity * metres)
-        value = joint.conductance(pi * diameter * 1e-3 * metres, wall)
-        _add_up(sheet, node, cell.name, joint.name, value)
-
-
-def _into_housing(
-    sheet: Sheet,
-    drawing: Drawing,
-    mesh: Mesh,
+    part: str,
     node: str,
     span: tuple[float, float],
     diameter: float,
@@ -151,16 +121,15 @@ def _into_housing(
     seated: float = 1.0,
     behind: float = 0.0,
 ) -> None:
-    """Join a ring to the housing's cells around it, sector by sector; a share of the span seats.
+    """Join a ring to the cells of shaft or housing at its seat; several rings of a set add up.
 
-    *behind* is the resistance of the ring's own wall over its length [m K/W].
+    A share of the span seats; *behind* is the resistance of the ring's own wall over its length
+    [m K/W].
     """
-    for cell, length in mesh.covered("housing", *span):
-        stretch = drawing.form.housing.stretches[cell.stretch]
-        conductivity = drawing.material(stretch, "housing").conductivity.value
-        metres = length * 1e-3
-        wall = mesh.into_wall("housing", cell, diameter) / (2.0 * pi * conductivity * metres)
-        wall += behind / metres
+    mesh = sheet.mesh
+    for cell, length in mesh.covered(part, *span):
+        around, metres = 2.0 * pi * mesh.material(cell).conductivity.value, length * 1e-3
+        wall = mesh.into_wall(cell, diameter) / (around * metres) + behind / metres
         value = joint.conductance(pi * diameter * 1e-3 * metres * seated, wall)
         for sector in mesh.sectors_of(cell):
             _add_up(sheet, node, sector.node, joint.name, value * sector.share)
@@ -177,9 +146,7 @@ def _add_up(sheet: Sheet, first: str, second: str, number: str, factor: float) -
 
 def _friction(form: BearingForm, seat: Seat, inner: str, outer: str) -> dict[str, object]:
     bearing = seat.bearing
-    usual = CLASS_VALUES["running_temperature"]
-    given = form.running_temperature
-    warm = given.known("degC") if given else usual
+    warm = stated(form.running_temperature, CLASS_VALUES["running_temperature"])
     nu = [viscosity(form.grade, t, form.viscosity_index) for t in (warm.high, warm.value, warm.low)]
     oil = Known(
         nu[1],
@@ -188,10 +155,10 @@ def _friction(form: BearingForm, seat: Seat, inner: str, outer: str) -> dict[str
         "mm2/s",
         f"ISO VG {form.grade:g} at {warm.value:g} degC, ASTM D341 (index by chemicals)",
     )
-    preload = CLASS_VALUES["preload"].scaled((bearing.mean_diameter / USUAL_DIAMETER) ** 2)
-    if form.preload is not None:
-        preload = form.preload.known("N", 0.4)
-    f1 = form.f1.known("1").clipped(0.0, 0.01) if form.f1 else f1_of(bearing.kind)
+    usual = CLASS_VALUES["preload"].scaled((bearing.mean_diameter / USUAL_DIAMETER) ** 2)
+    preload = stated(form.preload, usual, 0.4)
+    f0 = stated(form.f0, f0_of(bearing.kind, form.lubrication), 0.5).clipped(0.1, 20.0)
+    f1 = stated(form.f1, f1_of(bearing.kind)).clipped(0.0, 0.01)
     return {
         "kind": "bearing",
         "name": form.name,
@@ -200,20 +167,13 @@ def _friction(form: BearingForm, seat: Seat, inner: str, outer: str) -> dict[str
         "driven_by": "speed",
         "count": exact(form.count, "1"),
         "mean_diameter": within(0.01, bearing.mean_diameter, "mm", bearing.designation).parameter(),
-        "f0": _f0(form, bearing).parameter(free=free(form.f0)),
+        "f0": f0.parameter(free=free(form.f0)),
         "f1": f1.parameter(free=free(form.f1, usual=False)),
         "preload": preload.parameter(free=free(form.preload)),
         "viscosity": oil.clipped(1.0, 1000.0).parameter(),
         "viscosity_at": exact(warm.value, "degC", warm.source),
         "inner_share": CLASS_VALUES["inner_share"].parameter(),
     }
-
-
-def _f0(form: BearingForm, bearing: Bearing) -> Known:
-    """Return f0 of a set: its own number, for a set may run twice as hot as its like."""
-    if form.f0:
-        return form.f0.known("1", 0.5).clipped(0.1, 20.0)
-    return f0_of(bearing.kind, form.lubrication)
 
 
 def _loss(motor: MotorForm) -> Known:
@@ -232,8 +192,7 @@ def _loss(motor: MotorForm) -> Known:
 
 
 def _source(motor: MotorForm, rotor: str, stator: str, usual: Known) -> dict[str, object]:
-    given = motor.rotor_share
-    share = given.known("1", 0.3).clipped(0.0, 1.0) if given else usual
+    share = stated(motor.rotor_share, usual, 0.3).clipped(0.0, 1.0)
     return {
         "kind": "motor",
         "name": "motor",
@@ -245,38 +204,35 @@ def _source(motor: MotorForm, rotor: str, stator: str, usual: Known) -> dict[str
     }
 
 
-def _built_in(sheet: Sheet, drawing: Drawing, mesh: Mesh, motor: MotorForm) -> None:
+def _built_in(sheet: Sheet, motor: MotorForm) -> None:
     assert motor.rotor_outer is not None
     middle = (motor.start + motor.end) / 2.0
-    shaft = drawing.stretch_at("shaft", middle).outer
+    shaft = sheet.drawing.stretch_at("shaft", middle).outer
     bore = motor.rotor_outer + 2.0 * motor.gap
-    outside = motor.stator_outer or drawing.stretch_at("housing", middle).inner
+    outside = motor.stator_outer or sheet.drawing.stretch_at("housing", middle).inner
     iron = MATERIALS["lamination"]
     metres = (motor.end - motor.start) * 1e-3
     for node, small, large in (("rotor", shaft, motor.rotor_outer), ("stator", bore, outside)):
         volume = pi / 4.0 * (large**2 - small**2) * 1e-6 * metres
         sheet.node(node, sheet.heat_of(iron, volume))
-    usual = CLASS_VALUES["motor_joint"]
-    if motor.joint is not None:
-        usual = motor.joint.known("W/(m2 K)", 0.5)
     span = (motor.start, motor.end)
-    joint = _Joint(sheet, "motor_seats", usual)
-    _onto_shaft(sheet, drawing, mesh, "rotor", span, shaft, joint)
-    _into_housing(sheet, drawing, mesh, "stator", span, outside, joint)
+    joint = _Joint(sheet, "motor_seats", stated(motor.joint, CLASS_VALUES["motor_joint"], 0.5))
+    _seat_on(sheet, "shaft", "rotor", span, shaft, joint)
+    _seat_on(sheet, "housing", "stator", span, outside, joint)
     area = pi * motor.rotor_outer * 1e-3 * metres
     add_gap(sheet, ("rotor", "stator"), area, motor.rotor_outer / 2.0, motor.gap)
     sheet.sources.append(_source(motor, "rotor", "stator", CLASS_VALUES["rotor_share"]))
 
 
-def _belt(sheet: Sheet, drawing: Drawing, mesh: Mesh, motor: MotorForm) -> None:
+def _belt(sheet: Sheet, motor: MotorForm) -> None:
     middle = (motor.start + motor.end) / 2.0
-    shaft = drawing.stretch_at("shaft", middle).outer
+    shaft = sheet.drawing.stretch_at("shaft", middle).outer
     outside = motor.pulley_outer or 2.0 * shaft
     metres = (motor.end - motor.start) * 1e-3
     volume = pi / 4.0 * (outside**2 - shaft**2) * 1e-6 * metres
     heat = within(0.3, volume * MATERIALS["steel"].heat.value, "J/K", "page, a solid pulley")
     sheet.node("pulley", heat.parameter())
     joint = _Joint(sheet, "pulley_seat", CLASS_VALUES["motor_joint"])
-    _onto_shaft(sheet, drawing, mesh, "pulley", (motor.start, motor.end), shaft, joint)
+    _seat_on(sheet, "shaft", "pulley", (motor.start, motor.end), shaft, joint)
     half = Known(0.5, 0.3, 0.7, "1", CLASS + "half of the belt's loss in its small pulley")
     sheet.sources.append(_source(motor, "pulley", motor.into or "", half))

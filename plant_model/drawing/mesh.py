@@ -6,8 +6,9 @@ from dataclasses import dataclass
 from math import cos, log, pi, radians
 
 from plant_model.drawing.cells import Cell, overlap, slices
-from plant_model.drawing.form import PageForm, PatchForm, ThermometerForm, degrees
+from plant_model.drawing.form import PageForm, PatchForm, StretchForm, ThermometerForm, degrees
 from plant_model.drawing.layout import Drawing
+from plant_model.drawing.materials import Material
 
 NAMED = {0.0: "xp", 90.0: "yp", 180.0: "xm", 270.0: "ym"}
 
@@ -119,59 +120,27 @@ class Mesh:
     shaft: list[Cell]
     housing: list[Cell]
 
-    def outer(self, part: str, cell: Cell) -> float:
-        """Return the outer diameter of a cell [mm].
+    def stretch(self, cell: Cell) -> StretchForm:
+        """Return the stretch that a cell is cut from."""
+        stretches: list[StretchForm] = getattr(self.drawing.form, cell.part).stretches
+        return stretches[cell.stretch]
 
-        Parameters
-        ----------
-        part : {"shaft", "housing"}
-        cell : Cell
-            Of that part.
-        """
-        return float(getattr(self.drawing.form, part).stretches[cell.stretch].outer)
+    def material(self, cell: Cell) -> Material:
+        """Return what a cell is made of."""
+        return self.drawing.material(self.stretch(cell), cell.part)
 
-    def inner(self, part: str, cell: Cell) -> float:
-        """Return the inner diameter of a cell [mm].
-
-        Parameters
-        ----------
-        part : {"shaft", "housing"}
-        cell : Cell
-            Of that part.
-
-        Returns
-        -------
-        float
-            0 where the part is solid [mm].
-        """
-        return float(getattr(self.drawing.form, part).stretches[cell.stretch].inner)
-
-    def section(self, part: str, cell: Cell) -> float:
-        """Return the section of a cell [m2].
-
-        Parameters
-        ----------
-        part : {"shaft", "housing"}
-        cell : Cell
-            Of that part.
-        """
-        return pi / 4.0 * (self.outer(part, cell) ** 2 - self.inner(part, cell) ** 2) * 1e-6
+    def section(self, cell: Cell) -> float:
+        """Return the section of a cell [m2]."""
+        stretch = self.stretch(cell)
+        return pi / 4.0 * (stretch.outer**2 - stretch.inner**2) * 1e-6
 
     def sectors_of(self, cell: Cell) -> list[Sector]:
-        """Return the sectors of a housing cell.
+        """Return the sectors of a cell.
 
-        Parameters
-        ----------
-        cell : Cell
-            Of the housing.
-
-        Returns
-        -------
-        list of Sector
-            One for the whole ring where the page has one sector, or the stretch is even.
+        One for the whole ring where the page has one sector, the stretch is even, or of the shaft.
         """
         count = self.sectors
-        if count == 1 or self.drawing.form.housing.stretches[cell.stretch].even:
+        if count == 1 or cell.part == "shaft" or self.stretch(cell).even:
             return [Sector(cell.name, None, 1.0)]
         angles = [360.0 * k / count for k in range(count)]
         return [
@@ -200,7 +169,7 @@ class Mesh:
             if (share := sector.under(patch)) > 1e-9
         ]
 
-    def into_wall(self, part: str, cell: Cell, seat: float) -> float:
+    def into_wall(self, cell: Cell, seat: float) -> float:
         """Return ln(r / r_0) from a seat's diameter [mm] to where a wall has its mean [1].
 
         With 2 pi k L below it this is the resistance from the seat to the cell. A wall that is
@@ -209,15 +178,15 @@ class Mesh:
 
         Parameters
         ----------
-        part : {"shaft", "housing"}
-            The seat is on the outside of the shaft, or on the inside of the housing.
         cell : Cell
-            Of that part.
+            The seat is on the outside of the shaft, or on the inside of the housing.
         seat : float
             Its diameter [mm].
         """
-        outer, inner = self.outer(part, cell), self.inner(part, cell)
-        face, other = (outer, inner) if part == "shaft" else (inner, outer)
+        stretch = self.stretch(cell)
+        face, other = stretch.inner, stretch.outer
+        if cell.part == "shaft":
+            face, other = other, face
         return abs(log((face + (other - face) / 3.0) / seat))
 
     def covered(self, part: str, start: float, end: float) -> list[tuple[Cell, float]]:
@@ -270,8 +239,6 @@ class Mesh:
                 f"{thermometer.at:g} mm is in the air: the {part} is from {low:g} to {high:g} mm",
             )
         cell = self.cell_of(part, thermometer.at)
-        if part == "shaft":
-            return cell.name
         sectors = self.sectors_of(cell)
         if sectors[0].angle is None:
             return sectors[0].node

@@ -6,20 +6,30 @@ from typing import Any
 
 from plant_model.drawing.known import Known
 from plant_model.drawing.materials import Material
+from plant_model.drawing.mesh import Mesh
 from plant_model.machine import REST
 
 
 class Sheet:
     """Collects what a machine file holds.
 
+    Parameters
+    ----------
+    mesh : Mesh
+        The cells of the drawing that it is made of.
+
     Attributes
     ----------
+    drawing : Drawing
+    form : PageForm
+        The page.
     numbers : dict
         Named numbers as a machine file has them.
     nodes, links, sources, structure, sensors : list of dict
     """
 
-    def __init__(self) -> None:
+    def __init__(self, mesh: Mesh) -> None:
+        self.mesh, self.drawing, self.form = mesh, mesh.drawing, mesh.drawing.form
         self.numbers: dict[str, dict[str, Any]] = {}
         self.nodes: list[dict[str, Any]] = []
         self.links: list[dict[str, Any]] = []

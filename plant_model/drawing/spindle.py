@@ -10,9 +10,9 @@ from plant_model.drawing.class_values import CLASS_VALUES
 from plant_model.drawing.films import blown, still_air, turning
 from plant_model.drawing.form import FaceForm, PatchForm
 from plant_model.drawing.known import BY_DATA_SHEET, CLASS, Known, within
-from plant_model.drawing.layout import ENCLOSURE, Drawing
+from plant_model.drawing.layout import ENCLOSURE
 from plant_model.drawing.materials import Material
-from plant_model.drawing.mesh import Mesh, Sector
+from plant_model.drawing.mesh import Sector
 from plant_model.drawing.sheet import Sheet
 
 BLOWN = 5.0
@@ -22,43 +22,24 @@ LARGEST_GAP = 15.0
 """The gap law is for narrow gaps; a wider one counts as this [mm]."""
 
 
-def add_spindle(sheet: Sheet, drawing: Drawing, mesh: Mesh) -> None:
+def add_spindle(sheet: Sheet) -> None:
     """Add shaft and housing with everything that joins their cells to each other and to the air."""
-    _shaft(sheet, drawing, mesh)
-    _housing(sheet, drawing, mesh)
-    _gaps(sheet, drawing, mesh)
-    _outside(sheet, drawing, mesh)
+    _cells(sheet, sheet.mesh.shaft)
+    _cells(sheet, sheet.mesh.housing)
+    _gaps(sheet)
+    _outside(sheet)
 
 
-def _material(drawing: Drawing, part: str, cell: Cell) -> Material:
-    return drawing.material(getattr(drawing.form, part).stretches[cell.stretch], part)
-
-
-def _shaft(sheet: Sheet, drawing: Drawing, mesh: Mesh) -> None:
-    for cell in mesh.shaft:
-        volume = mesh.section("shaft", cell) * cell.length * 1e-3
-        heat = sheet.heat_of(_material(drawing, "shaft", cell), volume)
-        sheet.node(cell.name, heat)
-    for first, second in pairwise(mesh.shaft):
-        _along(sheet, drawing, mesh, "shaft", (first, second), (first.name, second.name), 1.0)
-
-
-def _housing(sheet: Sheet, drawing: Drawing, mesh: Mesh) -> None:
-    for cell in mesh.housing:
-        sectors = mesh.sectors_of(cell)
-        material = _material(drawing, "housing", cell)
-        volume = mesh.section("housing", cell) * cell.length * 1e-3
+def _cells(sheet: Sheet, cells: list[Cell]) -> None:
+    for cell in cells:
+        sectors, material = sheet.mesh.sectors_of(cell), sheet.mesh.material(cell)
+        volume = sheet.mesh.section(cell) * cell.length * 1e-3
         for sector in sectors:
-            sheet.node(
-                sector.node,
-                sheet.heat_of(material, volume * sector.share),
-            )
-        _around(sheet, mesh, cell, sectors, material)
-    for first, second in pairwise(mesh.housing):
-        for before, after, share in _facing(mesh.sectors_of(first), mesh.sectors_of(second)):
-            _along(
-                sheet, drawing, mesh, "housing", (first, second), (before.node, after.node), share
-            )
+            sheet.node(sector.node, sheet.heat_of(material, volume * sector.share))
+        _around(sheet, cell, sectors, material)
+    for pair in pairwise(cells):
+        for before, after, share in _facing(*(sheet.mesh.sectors_of(cell) for cell in pair)):
+            _along(sheet, pair, (before.node, after.node), share)
 
 
 def _facing(first: list[Sector], second: list[Sector]) -> list[tuple[Sector, Sector, float]]:
@@ -68,18 +49,10 @@ def _facing(first: list[Sector], second: list[Sector]) -> list[tuple[Sector, Sec
     return [(a, b, min(a.share, b.share)) for a in first for b in second]
 
 
-def _along(
-    sheet: Sheet,
-    drawing: Drawing,
-    mesh: Mesh,
-    part: str,
-    cells: tuple[Cell, Cell],
-    nodes: tuple[str, str],
-    share: float,
-) -> None:
+def _along(sheet: Sheet, cells: tuple[Cell, Cell], nodes: tuple[str, str], share: float) -> None:
     """Join two cells along the axis, from middle to middle."""
     halves = [
-        (_material(drawing, part, cell), cell.length * 0.5e-3 / mesh.section(part, cell))
+        (sheet.mesh.material(cell), cell.length * 0.5e-3 / sheet.mesh.section(cell))
         for cell in cells
     ]
     (material, here), (other, there) = halves
@@ -91,9 +64,7 @@ def _along(
     sheet.link("conduction", *nodes, conductance=path)
 
 
-def _around(
-    sheet: Sheet, mesh: Mesh, cell: Cell, sectors: list[Sector], material: Material
-) -> None:
+def _around(sheet: Sheet, cell: Cell, sectors: list[Sector], material: Material) -> None:
     """Join the sectors of a ring to their neighbours.
 
     A sum over n sectors sees less of the curvature of a cosine than there is; the factor makes up
@@ -101,7 +72,8 @@ def _around(
     """
     if len(sectors) == 1:
         return
-    outer, inner = mesh.outer("housing", cell) * 1e-3, mesh.inner("housing", cell) * 1e-3
+    stretch = sheet.mesh.stretch(cell)
+    outer, inner = stretch.outer * 1e-3, stretch.inner * 1e-3
     wall = (outer - inner) / 2.0 * cell.length * 1e-3
     angle = 2.0 * pi / len(sectors)
     step = angle * (outer + inner) / 4.0 / (angle**2 / (2.0 - 2.0 * cos(angle)))
@@ -111,23 +83,23 @@ def _around(
         )
 
 
-def _gaps(sheet: Sheet, drawing: Drawing, mesh: Mesh) -> None:
+def _gaps(sheet: Sheet) -> None:
     """Join shaft and housing across the air between them, where no bearing or motor sits."""
-    taken = [span for seat in drawing.seats for span in seat.spans]
-    motor = drawing.form.motor
+    taken = [span for seat in sheet.drawing.seats for span in seat.spans]
+    motor = sheet.form.motor
     if motor is not None and motor.drive == "built-in":
         taken.append((motor.start, motor.end))
-    for shaft in mesh.shaft:
-        for housing in mesh.housing:
+    for shaft in sheet.mesh.shaft:
+        for housing in sheet.mesh.housing:
             start, end = max(shaft.start, housing.start), min(shaft.end, housing.end)
             length = max(0.0, end - start) - sum(
                 max(0.0, min(end, last) - max(start, first)) for first, last in taken
             )
             if length < 1e-6:
                 continue
-            outer = mesh.outer("shaft", shaft)
-            gap = min(LARGEST_GAP, (mesh.inner("housing", housing) - outer) / 2.0)
-            for sector in mesh.sectors_of(housing):
+            outer = sheet.mesh.stretch(shaft).outer
+            gap = min(LARGEST_GAP, (sheet.mesh.stretch(housing).inner - outer) / 2.0)
+            for sector in sheet.mesh.sectors_of(housing):
                 area = pi * outer * length * 1e-6 * sector.share
                 add_gap(sheet, (shaft.name, sector.node), area, outer / 2.0, gap)
 
@@ -147,9 +119,9 @@ def add_gap(
     )
 
 
-def still_film(sheet: Sheet, drawing: Drawing) -> str:
+def still_film(sheet: Sheet) -> str:
     """Return the name of the film of all outer surfaces in still air."""
-    diameter = max(stretch.outer for stretch in drawing.form.housing.stretches)
+    diameter = max(stretch.outer for stretch in sheet.form.housing.stretches)
     low, usual, high = (
         still_air(diameter, getattr(CLASS_VALUES["emissivity"], key))
         for key in ("low", "value", "high")
@@ -159,7 +131,7 @@ def still_film(sheet: Sheet, drawing: Drawing) -> str:
     return sheet.number("still_film", known, free=True)
 
 
-def turning_in_air(sheet: Sheet, drawing: Drawing, node: str, surface: tuple[float, float]) -> None:
+def turning_in_air(sheet: Sheet, node: str, surface: tuple[float, float]) -> None:
     """Add the film of what turns: that at rest, and what the speed adds to it.
 
     At rest it is still air's, or more where sealing air or a draught blows on the nose.
@@ -167,24 +139,23 @@ def turning_in_air(sheet: Sheet, drawing: Drawing, node: str, surface: tuple[flo
     Parameters
     ----------
     sheet : Sheet
-    drawing : Drawing
     node : str
     surface : pair of float
         Area [m2] and diameter [mm].
     """
     area, diameter = surface
-    air = drawing.form.housing.air or "ambient"
-    nose = drawing.form.shaft.stretches[-1].outer
-    still = sheet.numbers[still_film(sheet, drawing)]
+    air = sheet.form.housing.air or "ambient"
+    nose = sheet.form.shaft.stretches[-1].outer
+    still = sheet.numbers[still_film(sheet)]
     said = f"still air; up to what air of {BLOWN:g} m/s adds to it on {nose:g} mm (ht)"
     most = still["high"] + blown(nose, BLOWN)
     at_rest = Known(still["value"], still["low"], most, "W/(m2 K)", CLASS + said)
     to_air(sheet, node, air, area, (sheet.number("nose_film_at_rest", at_rest, free=True), 1.0))
-    film = turning(nose, drawing.highest_speed)
+    film = turning(nose, sheet.drawing.highest_speed)
     said = f"Becker's law for a turning cylinder of {nose:g} mm at full speed"
     known = Known(film, 0.25 * film, 2.0 * film, "W/(m2 K)", CLASS + said)
     name = sheet.number("turning_film", known, free=True)
-    factor = area * turning(diameter, drawing.highest_speed) / film
+    factor = area * turning(diameter, sheet.drawing.highest_speed) / film
     sheet.link(
         "stirred",
         node,
@@ -231,15 +202,15 @@ def _face_film(sheet: Sheet, face: FaceForm, k: int, still: str) -> tuple[str, f
     return sheet.number(f"face_{k + 1}_film", known, free=face.film.calibrate is not False), 1.0
 
 
-def _outside(sheet: Sheet, drawing: Drawing, mesh: Mesh) -> None:
+def _outside(sheet: Sheet) -> None:
     """Add the films of the housing's outside and of the shaft where it stands out."""
-    air = drawing.form.housing.air or "ambient"
-    still = still_film(sheet, drawing)
-    held = [c.holds for c in drawing.form.carriers if c.holds is not None]
-    faces = drawing.form.housing.faces
-    for cell in mesh.housing:
-        for sector in mesh.sectors_of(cell):
-            around = pi * mesh.outer("housing", cell) * 1e-6
+    air = sheet.form.housing.air or "ambient"
+    still = still_film(sheet)
+    held = [c.holds for c in sheet.form.carriers if c.holds is not None]
+    faces = sheet.form.housing.faces
+    for cell in sheet.mesh.housing:
+        for sector in sheet.mesh.sectors_of(cell):
+            around = pi * sheet.mesh.stretch(cell).outer * 1e-6
             free = cell.length * sector.share - sum(_shaded(cell, sector, h) for h in held)
             if around * free < 1e-9:
                 continue
@@ -254,9 +225,9 @@ def _outside(sheet: Sheet, drawing: Drawing, mesh: Mesh) -> None:
                     to_air(sheet, sector.node, other, around * part, film, f"face_{k + 1}")
             if rest > 1e-6:
                 to_air(sheet, sector.node, air, around * rest, (still, 1.0))
-    low, high = drawing.span_of("housing")
-    for cell in mesh.shaft:
-        outer = mesh.outer("shaft", cell)
+    low, high = sheet.drawing.span_of("housing")
+    for cell in sheet.mesh.shaft:
+        outer = sheet.mesh.stretch(cell).outer
         length = cell.length - max(0.0, min(cell.end, high) - max(cell.start, low))
         if length > 1e-6:
-            turning_in_air(sheet, drawing, cell.name, (pi * outer * length * 1e-6, outer))
+            turning_in_air(sheet, cell.name, (pi * outer * length * 1e-6, outer))

@@ -4,14 +4,11 @@ from __future__ import annotations
 
 from math import cos, pi, radians
 
-from plant_model.drawing.class_values import CLASS_VALUES
+from plant_model.drawing.class_values import CLASS_VALUES, free, stated
 from plant_model.drawing.coolants import Coolant, coolant
 from plant_model.drawing.films import channel_film
 from plant_model.drawing.form import CarrierForm, JacketForm, degrees
-from plant_model.drawing.heat import free
 from plant_model.drawing.known import CLASS, Known, within
-from plant_model.drawing.layout import Drawing
-from plant_model.drawing.mesh import Mesh
 from plant_model.drawing.sheet import Sheet
 from plant_model.drawing.spindle import still_film, to_air, turning_in_air
 
@@ -25,20 +22,20 @@ RIB = 5.0
 """Wall between two turns of a jacket's channel [mm]."""
 
 
-def add_surroundings(sheet: Sheet, drawing: Drawing, mesh: Mesh) -> None:
+def add_surroundings(sheet: Sheet) -> None:
     """Add jackets, carriers, enclosure and tool."""
-    for jacket in drawing.form.jackets:
-        _jacket(sheet, drawing, mesh, jacket)
-    for carrier in drawing.form.carriers:
-        _carrier(sheet, drawing, mesh, carrier)
-    _enclosure(sheet, drawing)
-    _tool(sheet, drawing, mesh)
+    for jacket in sheet.form.jackets:
+        _jacket(sheet, jacket)
+    for carrier in sheet.form.carriers:
+        _carrier(sheet, carrier)
+    _enclosure(sheet)
+    _tool(sheet)
 
 
-def _channel_area(drawing: Drawing, jacket: JacketForm) -> tuple[float, float]:
+def _channel_area(sheet: Sheet, jacket: JacketForm) -> tuple[float, float]:
     """Return the wetted wall [m2] and the volume [m3] of a jacket's channel."""
     channel = jacket.channel
-    stretch = drawing.stretch_at("housing", (jacket.start + jacket.end) / 2.0)
+    stretch = sheet.drawing.stretch_at("housing", (jacket.start + jacket.end) / 2.0)
     turns = channel.turns or (jacket.end - jacket.start) / (channel.width + RIB)
     around = 1.0 if jacket.side is None else jacket.width / 360.0
     length = pi * (stretch.outer + stretch.inner) / 2.0 * turns * around
@@ -59,11 +56,11 @@ def _wall(fluid: Coolant, wetted: float, jacket: JacketForm) -> Known:
     return Known(value, 0.5 * value, 1.6 * value, "W/K", said)
 
 
-def _jacket(sheet: Sheet, drawing: Drawing, mesh: Mesh, jacket: JacketForm) -> None:
+def _jacket(sheet: Sheet, jacket: JacketForm) -> None:
     fluid = coolant(jacket.fluid)
     assert fluid is not None
     node = f"jacket_{jacket.name}"
-    wetted, volume = _channel_area(drawing, jacket)
+    wetted, volume = _channel_area(sheet, jacket)
     fed_by = f"jacket_{jacket.after}" if jacket.after else jacket.inlet
     heat = within(0.15, 1e3 * volume * fluid.heat_per_litre, "J/K", "coolant in the channel")
     sheet.node(node, heat.parameter())
@@ -82,15 +79,14 @@ def _jacket(sheet: Sheet, drawing: Drawing, mesh: Mesh, jacket: JacketForm) -> N
     )
     wall = _wall(fluid, wetted, jacket)
     name = sheet.number(f"{node}_wall", wall, free=free(jacket.wall))
-    parts = mesh.under(jacket)
+    parts = sheet.mesh.under(jacket)
     for sector, share in parts:
         sheet.link("coolant_wall", sector.node, node, conductance=sheet.tied(name, share, "W/K"))
     if jacket.inlet_side is None:
         return
     angle = degrees(jacket.inlet_side)
-    usual = CLASS_VALUES["unevenness"]
     given = jacket.unevenness
-    uneven = (given.known("1", 0.5) if given else usual).scaled(wall.value)
+    uneven = stated(given, CLASS_VALUES["unevenness"], 0.5).scaled(wall.value)
     said = f"times {wall.value:.0f} W/K of the wall: {uneven.source}"
     known = Known(uneven.value, uneven.low, uneven.high, "W/K", said)
     name = sheet.number(f"{node}_unevenness", known, free=free(given))
@@ -108,29 +104,28 @@ def _jacket(sheet: Sheet, drawing: Drawing, mesh: Mesh, jacket: JacketForm) -> N
             )
 
 
-def _carrier(sheet: Sheet, drawing: Drawing, mesh: Mesh, carrier: CarrierForm) -> None:
-    made_of = drawing.materials[carrier.material]
+def _carrier(sheet: Sheet, carrier: CarrierForm) -> None:
+    made_of = sheet.drawing.materials[carrier.material]
     heat = carrier.mass.known("kg").scaled(made_of.heat.value / made_of.density)
     capacity = Known(heat.value, heat.low, heat.high, "J/K", f"mass; {made_of.heat.source}")
     air = carrier.air or "ambient"
     sheet.node(carrier.name, capacity.parameter(free=free(carrier.mass, usual=False)))
     if carrier.surface > 0.0:
-        to_air(sheet, carrier.name, air, carrier.surface, (still_film(sheet, drawing), 1.0))
+        to_air(sheet, carrier.name, air, carrier.surface, (still_film(sheet), 1.0))
     if carrier.holds is not None:
-        joint = carrier.joint.known("W/K", 0.5) if carrier.joint else None
-        usual = joint or CLASS_VALUES["headstock_joint"]
-        name = sheet.number(f"{carrier.name}_holds", usual, free=free(carrier.joint))
-        for sector, share in mesh.under(carrier.holds):
+        joint = stated(carrier.joint, CLASS_VALUES["headstock_joint"], 0.5)
+        name = sheet.number(f"{carrier.name}_holds", joint, free=free(carrier.joint))
+        for sector, share in sheet.mesh.under(carrier.holds):
             conductance = sheet.tied(name, share, "W/K")
             sheet.link("contact", sector.node, carrier.name, conductance=conductance)
     if carrier.on is not None:
         given = carrier.joint if carrier.holds is None else None
-        usual = given.known("W/K", 0.5) if given else CLASS_VALUES["carrier_joint"]
-        conductance = usual.parameter(free=free(given))
+        joint = stated(given, CLASS_VALUES["carrier_joint"], 0.5)
+        conductance = joint.parameter(free=free(given))
         sheet.link("contact", carrier.name, carrier.on, conductance=conductance)
     if carrier.feed is not None:
         loss = carrier.feed.loss
-        known = loss.known("W/(m/min)", 0.5) if loss else CLASS_VALUES["feed_loss"]
+        known = stated(loss, CLASS_VALUES["feed_loss"], 0.5)
         sheet.sources.append(
             {
                 "kind": "feed_axis",
@@ -142,29 +137,29 @@ def _carrier(sheet: Sheet, drawing: Drawing, mesh: Mesh, carrier: CarrierForm) -
         )
 
 
-def _enclosure(sheet: Sheet, drawing: Drawing) -> None:
-    enclosure = drawing.form.enclosure
+def _enclosure(sheet: Sheet) -> None:
+    enclosure = sheet.form.enclosure
     if enclosure is None:
         return
     heat = enclosure.volume * AIR_HEAT + 0.5 * enclosure.wall * SHEET_HEAT
     capacity = within(0.4, heat, "J/K", CLASS + "air and half of 2 mm of sheet steel")
     sheet.node("enclosure_air", capacity.parameter())
     given = enclosure.film
-    film = given.known("W/(m2 K)", 0.4) if given else CLASS_VALUES["enclosure_film"]
+    film = stated(given, CLASS_VALUES["enclosure_film"], 0.4)
     name = sheet.number("enclosure_film", film, free=free(given))
     to_air(sheet, "enclosure_air", "ambient", enclosure.wall, (name, 1.0))
 
 
-def _tool(sheet: Sheet, drawing: Drawing, mesh: Mesh) -> None:
-    tool = drawing.form.tool
+def _tool(sheet: Sheet) -> None:
+    tool = sheet.form.tool
     if tool is None:
         return
-    made_of = drawing.materials[tool.material]
+    made_of = sheet.drawing.materials[tool.material]
     volume = pi / 4.0 * tool.diameter**2 * tool.length * 1e-9
-    gauge = drawing.form.shaft.gauge_line
+    gauge = sheet.form.shaft.gauge_line
     sheet.node("tool", sheet.heat_of(made_of, volume))
-    joint = tool.joint.known("W/K", 0.5) if tool.joint else CLASS_VALUES["tool_joint"]
-    last = mesh.cell_of("shaft", gauge).name
+    joint = stated(tool.joint, CLASS_VALUES["tool_joint"], 0.5)
+    last = sheet.mesh.cell_of("shaft", gauge).name
     sheet.link("contact", last, "tool", conductance=joint.parameter(free=free(tool.joint)))
     area = pi * tool.diameter * tool.length * 1e-6
-    turning_in_air(sheet, drawing, "tool", (area, tool.diameter))
+    turning_in_air(sheet, "tool", (area, tool.diameter))
