@@ -11,7 +11,6 @@ from scipy.stats import t as student
 
 from fmu_compensator.fit.data import bridged
 from fmu_compensator.fit.gaussian import DEGREES, MOST_ROWS
-from fmu_compensator.fit.spare import NOISE_K
 from fmu_compensator.fit.training import Array
 from fmu_compensator.monitoring.bounds import RISK
 from fmu_compensator.runtime.modelfile import Model
@@ -20,6 +19,9 @@ from measurement.runs import Run
 WORTH_SHARE = 0.1
 """A smaller share of a run is not worth a verdict [1]: of the samples in which a thermometer is
 broken or astray, or of the shortest training run. Set on no data; docs/lifecycle.md reports it."""
+SMALLEST_K = 1.0
+"""A thermometer that is off by less is not called broken [K]: below, a spindle's pieces and a
+simulated jig borer have others off as well, and fewer are found."""
 
 
 @dataclass(frozen=True)
@@ -80,7 +82,7 @@ class Agreement:
         own = np.diag(known)
         off = np.quantile(np.abs(rises[:, places] @ known / own), 1.0 - WORTH_SHARE, axis=0)
         far = float(student.ppf(1.0 - RISK / (2.0 * len(places)), DEGREES))
-        return off, far * np.sqrt(np.maximum(self._growth[places] / own, NOISE_K**2))
+        return off, np.maximum(far * np.sqrt(self._growth[places] / own), SMALLEST_K)
 
 
 def _rises(run: Run, sensors: Sequence[str]) -> Array | None:
