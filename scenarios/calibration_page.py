@@ -14,14 +14,9 @@ from gap_finder.regimes import gap_of
 from gap_finder.told import Advice
 from plant_model.machine import Machine
 from scenarios.channel_charts import measured_against_model
+from scenarios.charts import SHOWN
 from scenarios.parameter_rows import DETERMINED, parameter_rows
 from scenarios.report import page_text
-
-MOST_RUNS = 4
-"""Runs that are drawn; of more, those that the model leaves most of."""
-
-MOST_FAR = 3
-"""Numbers far from where they were that are said first, the farthest."""
 
 
 def page_beside(machine_file: Path) -> Path:
@@ -62,7 +57,7 @@ def calibration_page(
     compared = GapComparison(given, calibration.machine, observed)
     gap = compared.gap()
     left = [gap_of(calibration.machine, [run]) for run in compared.after]
-    drawn = sorted(np.argsort([-value for value in left], kind="stable")[:MOST_RUNS].tolist())
+    drawn = sorted(np.argsort([-value for value in left], kind="stable")[:SHOWN].tolist())
     note = "A run that it was calibrated on."
     if len(drawn) < len(observed):
         note += f" Drawn are the {len(drawn)} of {len(observed)} that the model leaves most of."
@@ -103,6 +98,6 @@ def summary_lines(calibration: Calibration, gap: dict[str, float], runs: int) ->
     lines += [
         f"Look at {parameter.name}: it ends {abs(parameter.deviations):.1f} deviations from its "
         f"value before, {parameter.prior:.3g} -> {parameter.value:.3g} ({parameter.source})."
-        for parameter in far[:MOST_FAR]
+        for parameter in far[:SHOWN]
     ]
     return lines

@@ -13,6 +13,10 @@ import numpy.typing as npt
 
 from scenarios.signals.base import FloatArray
 
+SHOWN = 4
+"""Of many runs, models, numbers or lags so many are drawn or named, the first or the farthest: more
+cannot be told apart."""
+
 INTERVAL = "#9fb9d6"
 """Colour of the interval."""
 

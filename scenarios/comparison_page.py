@@ -13,15 +13,11 @@ from matplotlib.figure import Figure
 from fmu_compensator.fit.comparison import Comparison, Judged, Row
 from measurement.faults import Fault, by_column, group_line
 from measurement.units import UNITS
-from scenarios.charts import BEFORE, LINES, Chart, Line, Panel
+from scenarios.charts import BEFORE, LINES, SHOWN, Chart, Line, Panel
 from scenarios.figures import draw, saved
 from scenarios.fit_figures import curves_figure
 from scenarios.report import AXIS, plot_html, short, write_page
 
-BEST = 4
-"""So many models are drawn: more curves cannot be told apart."""
-MOST_RUNS = 6
-"""So many judged runs are drawn; the table and the JSON form hold all."""
 CONVERGENCE_PX = 320
 
 
@@ -128,7 +124,7 @@ def _line(line: TableRow) -> str:
 def best_rows(comparison: Comparison) -> list[Row]:
     """Return the best models that need no displacement."""
     rows = [row for row in comparison.rows if not row.uses_displacement and row.chosen]
-    return rows[:BEST]
+    return rows[:SHOWN]
 
 
 def charts_of(comparison: Comparison) -> list[Chart]:
@@ -137,7 +133,7 @@ def charts_of(comparison: Comparison) -> list[Chart]:
     if not best:
         return []
     charts = []
-    for number, judged in enumerate(best[0].validate[:MOST_RUNS]):
+    for number, judged in enumerate(best[0].validate[:SHOWN]):
         panels = tuple(
             Panel(f"{name} [{UNITS[unit].label}]", _lines(best, number, place, judged))
             for place, (name, unit) in enumerate(
@@ -155,7 +151,7 @@ def _lines(best: Sequence[Row], number: int, place: int, judged: Judged) -> tupl
     for rank, row in enumerate(best):
         same = next(run for run in row.validate[number:] if run.run == judged.run)
         time, predicted = _with_gaps(same.time_s, same.predicted[:, place])
-        lines.append(Line(row.title, time, predicted, LINES[rank % len(LINES)], rank=BEST - rank))
+        lines.append(Line(row.title, time, predicted, LINES[rank % len(LINES)], rank=SHOWN - rank))
     return tuple(lines)
 
 

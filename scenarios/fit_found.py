@@ -6,9 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from fmu_compensator.fit.error_models import fitted_models
-
-LAGS = 4
-"""So many autocorrelations are printed; the file has all, and the figure of ``--out``."""
+from scenarios.charts import SHOWN
 
 
 def told(kind: str, targets: Sequence[str], found: Mapping[str, Any]) -> list[str]:
@@ -82,6 +80,6 @@ def _series(found: Mapping[str, Any]) -> Iterator[str]:
             yield f"{target}: ARMA({p}, {q}) of difference {d}, AIC {arma['aic']:.1f}"
             yield f"  ADF p of each difference: {tests}"
             for key in ("acf", "pacf"):
-                values = ", ".join(f"{value:.2f}" for value in arma[key][1 : 1 + LAGS])
+                values = ", ".join(f"{value:.2f}" for value in arma[key][1 : 1 + SHOWN])
                 band = f"white noise stays within {arma['white_noise_95']:.2f}"
                 yield f"  {key.upper()} from lag 1: {values} ({band})"

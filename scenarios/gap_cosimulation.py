@@ -23,10 +23,8 @@ from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
 from plant_model.sensors import displacement_names
 from plant_model.simulate import start_readings
+from plant_model.trajectory import FINE_S
 from scenarios.fmu import Port, alone
-
-LONGEST_STEP_S = 30.0
-"""Longest communication step [s]: a boundary temperature hardly moves within it."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +60,7 @@ def cosimulate(fmu: Path, machine: Machine, run: Run) -> Cosimulated:
         If the FMU fails.
     """
     time = _points(run.time_s)
-    drive = drive_from(machine, run.frame, LONGEST_STEP_S)
+    drive = drive_from(machine, run.frame, FINE_S)
     # At a row a command is what it is from there on; a boundary is met in the middle of the step.
     at_start, at_middle = drive.inputs_at(time), drive.inputs_at((time[:-1] + time[1:]) / 2.0)
     boundary = {entry.name for entry in machine.inputs if entry.is_boundary}
@@ -97,7 +95,7 @@ def cosimulate(fmu: Path, machine: Machine, run: Run) -> Cosimulated:
 
 def _points(rows: FloatArray) -> FloatArray:
     """Return every row's time, and instants between rows that are far apart."""
-    steps = np.ceil(np.diff(rows) / LONGEST_STEP_S - 1e-9).astype(int)
+    steps = np.ceil(np.diff(rows) / FINE_S - 1e-9).astype(int)
     pieces = [
         np.linspace(a, b, n, endpoint=False)
         for a, b, n in zip(rows[:-1], rows[1:], steps, strict=True)

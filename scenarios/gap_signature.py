@@ -13,9 +13,7 @@ from gap_finder.regimes import residuals
 from plant_model.machine import Machine
 from plant_model.parameters import FloatArray
 from plant_model.sensors import displacement_names
-from scenarios.charts import BEFORE, LINES, Chart, Line, Panel
-
-MOST_CHANNELS = 5
+from scenarios.charts import BEFORE, LINES, SHOWN, Chart, Line, Panel
 
 
 def signature_charts(result: GapResult) -> list[Chart]:
@@ -40,7 +38,7 @@ def _chart(result: GapResult, key: str) -> Chart:
     observed, signature = result.observed[run], signatures[run]
     left = -residuals(result.before.machine, observed).values
     lengths = set(displacement_names(after))
-    order = np.argsort(-sizes[run], kind="stable")[:MOST_CHANNELS]
+    order = np.argsort(-sizes[run], kind="stable")[:SHOWN]
     panels = []
     for i in sorted(int(at) for at in order if sizes[run, at] > 0.0):
         name = observed.channels[i]

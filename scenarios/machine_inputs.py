@@ -7,7 +7,8 @@ import pandas as pd
 
 from measurement.errors import BadInput
 from plant_model.machine import Machine
-from scenarios.scenario import MOST_STEPS, Case, signal_setting
+from scenarios.scenario import Case, signal_setting
+from scenarios.signals.base import MOST_STEPS
 
 
 def inputs_of(case: Case, machine: Machine, every_s: float) -> pd.DataFrame:

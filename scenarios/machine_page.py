@@ -19,8 +19,6 @@ from scenarios.machine_drawing import section_of_lumps, section_of_page
 from scenarios.machine_graph import network_svg
 from scenarios.report import write_page
 
-LONGEST_SOURCE = 110
-
 
 @dataclass(frozen=True)
 class Shown:
@@ -114,16 +112,12 @@ def _numbers(machine: Machine) -> list[dict[str, Any]]:
             "unit": parameter.unit,
             "tied": len(followers.get(name, [])),
             "examples": ", ".join(followers.get(name, [])[:3]),
-            "source": _short(parameter.source),
+            "source": parameter.source,
             "usual": CLASS in parameter.source,
         }
         for name, parameter in machine.parameters.items()
         if parameter.calibrate
     ]
-
-
-def _short(text: str) -> str:
-    return text if len(text) <= LONGEST_SOURCE else text[: LONGEST_SOURCE - 3] + "..."
 
 
 def _counts(machine: Machine) -> dict[str, int]:

@@ -15,7 +15,6 @@ from measurement.runs import FloatArray, Run
 from measurement.units import split_column
 from scenarios.scenario import Probe
 
-NOISE_UM = 0.5
 PAUSE_S = 300.0
 """Two probe cycles are at least so far apart: a limit that no probe can keep would else have the
 machine do nothing but probe [s]."""
@@ -42,7 +41,7 @@ class Probing:
 
     every_s: float | None = None
     when_um: float | None = None
-    noise_um: float = NOISE_UM
+    noise_um: float = 0.5
     seed: int = 1
     most: int | None = None
 

@@ -14,6 +14,7 @@ import numpy as np
 from tqdm import tqdm
 
 from fmu_compensator.fit.advice import advice
+from fmu_compensator.monitoring.sensors import WORTH_SHARE
 from fmu_compensator.runtime.compensator import AT_ZERO, WAITING
 from measurement.doubts import doubt_lines
 from measurement.errors import BadInput
@@ -31,6 +32,7 @@ from measurement.runs import read_run, write_run
 from measurement.units import split_column
 from measurement.warm import named_warm
 from plant_model.machine_file import read_machine
+from scenarios.charts import SHOWN
 from scenarios.fmu_files import find_fmu
 from scenarios.probing import PAUSE_S, Probing
 from scenarios.replay import (
@@ -55,10 +57,6 @@ from scenarios.runner import fmu_facts, versions
 from scenarios.table import Group, group_of, overall
 
 ALL = "All runs together"
-MOST_SHOWN = 8
-"""So many probes of a run are named by their time [1]."""
-WORTH_SAYING = 0.05
-"""A smaller share of samples without offsets needs no note [1]."""
 NOTE = (
     "Largest and mean absolute drift, as the run's own displacement sensors show it, and what is "
     "left of it with the offsets that the compensator sent. Better by: 1 - mean with / mean "
@@ -216,7 +214,7 @@ def _without_offsets(entry: Replay) -> list[str]:
     """Say why a run has no offsets, or none for a good part of it."""
     status = entry.frame["status_1"].to_numpy()
     idle = (status == WAITING) | (status >= AT_ZERO)
-    if idle.mean() < WORTH_SAYING:
+    if idle.mean() < WORTH_SHARE:
         return []
     # What it says at the end is why it does not go on; a first sample merely waits.
     said = [event for event in entry.events if event.code == WAITING or event.code >= AT_ZERO]
@@ -237,7 +235,7 @@ def _probes(entry: Replay) -> str:
         return f"{entry.run.name}: no probe."
     hours = max(float(time_s[-1] - time_s[0]) / 3600.0, 1e-9)
     minutes = [f"{(value - time_s[0]) / 60.0:.0f}" for value in taken]
-    shown = ", ".join(minutes[:MOST_SHOWN]) + (", ..." if len(minutes) > MOST_SHOWN else "")
+    shown = ", ".join(minutes[:SHOWN]) + (", ..." if len(minutes) > SHOWN else "")
     text = f"{entry.run.name}: {_count(taken)}, {len(taken) / hours:.1f} an hour, at {shown} min"
     step_s = float(np.median(np.diff(time_s))) if len(time_s) > 1 else 0.0
     hasty = int(np.sum(np.diff(taken) < PAUSE_S + 2.0 * step_s))

@@ -18,10 +18,9 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from measurement.errors import BadInput, checked, near, shown
 from scenarios.faults import SensorFault
 from scenarios.signals import build
-from scenarios.signals.base import Duration, Setting, Signal, Value
+from scenarios.signals.base import MOST_STEPS, Duration, Setting, Signal, Value
 
 LIBRARY = Path(__file__).parent / "library"
-MOST_STEPS = 1_000_000
 
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]*$", max_length=60)]
 SignalName = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_.\[\]]*$", max_length=100)]

@@ -31,8 +31,6 @@ DAY = (0.33, 0.67, 1.0, 0.5, 0.83, 0.17, 1.0, 0.67)
 """A day's work: shares of the highest speed, an hour each; those of the scenario step_speed."""
 HIGHEST_SHARE = 0.6
 """The highest speed of the day, as a share of the machine's."""
-BEYOND_TOOL, MOST_TOOL_MM = 1.2, 400.0
-"""How far the slider goes beyond the longest tool that the compensator file allows, and at most."""
 ABOUT = (
     "Machine {machine}, compensator {compensator}. The sources are those of the FMUs in C, "
     "compiled to WebAssembly; with the same inputs they give the FMUs' numbers. "
@@ -170,8 +168,7 @@ def _controls(
     inputs = {entry.name: entry for entry in plant.variables if entry.name in wiring.driven}
     hall = next(iter(machine.boundary_index))
     sliders = {name: _slider(entry) for name, entry in inputs.items()}
-    longest = min(BEYOND_TOOL * model.limits.tool_length_mm[1], MOST_TOOL_MM)
-    sliders[TOOL_LENGTH] = (0.0, round(longest, -1), 5.0)
+    sliders[TOOL_LENGTH] = (0.0, model.limits.tool_length_mm[1], 5.0)
     titles = {name: name.replace("_", " ").capitalize() for name in inputs}
     titles |= {hall: "Hall", SPEED: "Speed", TOOL_LENGTH: "Tool length"}
     speeds = []

@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
 FloatArray = NDArray[np.floating[Any]]
+MOST_STEPS = 1_000_000
+"""Of a scenario, or levels of a signal in it."""
 
 Value = Annotated[float, Field(ge=-1e9, le=1e9, allow_inf_nan=False)]
 """A value of a signal, in the signal's own unit."""

@@ -8,9 +8,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from measurement.errors import BadInput
-from scenarios.signals.base import Duration, FloatArray, Setting, Signal, Value
-
-MOST_LEVELS = 1_000_000
+from scenarios.signals.base import MOST_STEPS, Duration, FloatArray, Setting, Signal, Value
 
 
 class RandomSteps(Signal):
@@ -43,11 +41,11 @@ class RandomSteps(Signal):
         own = None if self.seed is None else np.random.default_rng(self.seed)
         random = own or setting.generator()
         shortest, longest = self.dwell_s
-        if time_s[-1] / shortest > MOST_LEVELS:
+        if time_s[-1] / shortest > MOST_STEPS:
             raise BadInput(
                 setting.source,
                 f"{setting.place}.dwell_s",
-                f"{shortest:g} s is too short for {time_s[-1]:g} s: at most {MOST_LEVELS} levels",
+                f"{shortest:g} s is too short for {time_s[-1]:g} s: at most {MOST_STEPS} levels",
             )
         # One row of three numbers a level, so that a longer scenario begins as a shorter one does.
         count = int(time_s[-1] / shortest) + 2

@@ -15,14 +15,12 @@ from measurement.rig import AXES
 from scenarios.cosimulation import simulate
 from scenarios.fmu import FmuError
 from scenarios.fmu_file import Shelf
+from scenarios.results import DIGITS
 from scenarios.sweep.plan import Job
 from scenarios.table import group_of
 
 POINTS = 240
 """Stretches of time that a case's curves are kept at."""
-
-DIGITS = 4
-"""Decimals of the curves [um]."""
 
 
 NOT_FIGURES = ("axis", "samples")

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from measurement.errors import BadInput, shown
+from scenarios.charts import SHOWN
 from scenarios.scenario import Settings
 from scenarios.sweep.variation import OPTION, Variation
 
@@ -17,7 +18,6 @@ FIXED = ("format", "name", "title", "description", "variants", "replay", "durati
 """Keys that are the same in every case; percentiles over time need one duration."""
 
 SIGNALS, PARAMETERS = "signals.", "plant.parameters."
-MOST_NAMED = 4
 
 
 @dataclass(frozen=True)
@@ -109,12 +109,12 @@ class Names:
     def _unknown(self, name: str, wanted: str) -> BadInput:
         known = [*self._inputs, *self._parameters, *(set(Settings.model_fields) - {*FIXED})]
         wanted = wanted.removeprefix(SIGNALS)
-        near = difflib.get_close_matches(wanted, known, MOST_NAMED, 0.5)
+        near = difflib.get_close_matches(wanted, known, SHOWN, 0.5)
         near += [entry for entry in known if wanted.lower() in entry.lower() and entry not in near]
-        hint = f"did you mean {', '.join(near[:MOST_NAMED])}?"
+        hint = f"did you mean {', '.join(near[:SHOWN])}?"
         if not near:
             hint = f"the inputs are {', '.join(self._inputs)}"
-            some = list(self._parameters)[:MOST_NAMED]
+            some = list(self._parameters)[:SHOWN]
             hint += f"; parameters such as {', '.join(some)}" if some else ""
         return BadInput(OPTION, name, f"no input, parameter or key of the scenario; {hint}")
 

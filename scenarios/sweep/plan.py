@@ -20,9 +20,8 @@ from scenarios.fmu_file import read_description
 from scenarios.fmu_files import find_fmu
 from scenarios.scenario import Case, Scenario, Variant, changed, read_scenario, scenario_from_text
 from scenarios.sweep.names import Names, Target, check_range
-from scenarios.sweep.variation import OPTION, Variation, variation
+from scenarios.sweep.variation import MOST_CASES, OPTION, Variation, variation
 
-MOST_CASES = 100_000
 PLANT, COMPENSATOR = "plant.fmu", "compensator.fmu"
 
 

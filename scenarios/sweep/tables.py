@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from scenarios.charts import SHOWN
 from scenarios.results import DIGITS
 from scenarios.signals.base import FloatArray
 from scenarios.sweep.plan import Plan
@@ -17,11 +18,9 @@ from scenarios.sweep.plan import Plan
 PERCENTILES = (5, 50, 95)
 FIGURES = ("before_max_um", "before_mean_um", "after_max_um", "after_mean_um")
 GAIN = "improvement_percent"
-STRONG, CHANCE = 0.3, 3.0
-"""A rank correlation is told from STRONG on, and if it is CHANCE times what chance alone gives:
-1 / sqrt(n - 1) for n independent cases."""
-
-MOST_TOLD = 5
+CHANCE = 3.0
+"""A rank correlation is told if it is so many times what chance alone gives: 1 / sqrt(n - 1) for n
+independent cases. A judgement, set on no data."""
 
 
 def case_table(plan: Plan, outcomes: Mapping[int, dict[str, Any]]) -> pd.DataFrame:
@@ -170,7 +169,7 @@ def _correlations(rows: pd.DataFrame, labels: Mapping[str, bool]) -> dict[str, f
             continue
         if pd.api.types.is_numeric_dtype(column):
             value = float(column.astype(float).corr(left, method="spearman"))
-            if abs(value) >= max(STRONG, CHANCE / math.sqrt(count - 1)):
+            if abs(value) >= CHANCE / math.sqrt(count - 1):
                 found[label] = round(value, 3)
     return dict(sorted(found.items(), key=lambda entry: -abs(entry[1])))
 
@@ -198,7 +197,7 @@ def as_text(found: Mapping[str, Any]) -> str:
             cells += "".join(f"{v:>9.1f}" for v in figures["after_max_um"]) + "  "
             cells += "".join(f"{v:>8.0f}" for v in figures.get(GAIN, ()))
             lines.append(f"{variant:<{wide}}{axis:<6}{cells}")
-            strong = list(told["rank_correlation"].items())[:MOST_TOLD]
+            strong = list(told["rank_correlation"].items())[:SHOWN]
             if strong:
                 cells = ", ".join(f"{label} {value:+.2f}" for label, value in strong)
                 notes.append(f"{variant:<{wide}}{axis:<6}{cells}")

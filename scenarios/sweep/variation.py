@@ -14,7 +14,7 @@ import numpy as np
 from measurement.errors import BadInput, shown
 
 OPTION = "--vary"
-MOST_VALUES = 10_000
+MOST_CASES = 100_000
 MOST_DRAWS = 1000
 """Draws of a normal distribution until one lies inside the range."""
 
@@ -127,8 +127,8 @@ def _from_range(name: str, relative: bool, low: str, high: str, how: str | None)
             raise BadInput(OPTION, name, f"{low}..{high}:log must lie above 0")
         return Variation(name, relative, (), how or "uniform", first, second)
     count = int(how)
-    if not 2 <= count <= MOST_VALUES:
-        raise BadInput(OPTION, name, f"{count} values are not allowed: 2 to {MOST_VALUES}")
+    if not 2 <= count <= MOST_CASES:
+        raise BadInput(OPTION, name, f"{count} values are not allowed: 2 to {MOST_CASES}")
     # Twelve digits, so that 0.1..0.3:3 has 0.2 in it.
     steps = (float(f"{value:.12g}") for value in np.linspace(first, second, count).tolist())
     return Variation(name, relative, tuple(steps))
