@@ -13,6 +13,8 @@ import traceback
 from collections.abc import Callable
 
 Job = Callable[[], None]
+ROOM = 20_000
+"""Jobs that may wait: of 120 frames a second to be written, nearly three minutes."""
 LAST_S = 5.0
 """Longest wait for the remaining jobs at the end [s]."""
 
@@ -33,7 +35,7 @@ class Background:
         Jobs that were dropped or failed.
     """
 
-    def __init__(self, room: int, idle: Job = lambda: None) -> None:
+    def __init__(self, room: int = ROOM, idle: Job = lambda: None) -> None:
         self._jobs: queue.Queue[Job | None] = queue.Queue(room)
         self._idle = idle
         self.dropped = 0

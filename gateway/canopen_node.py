@@ -21,7 +21,7 @@ from canopen.nmt import NmtSlave
 from canopen.sdo import SdoAbortedError, SdoServer
 from canopen.sdo.constants import NO_MORE_DATA, SDO_STRUCT
 
-from gateway.canopen_pdo import FAULT, RECEIVE, SENSOR, STATUS, VALID, layout
+from gateway.canopen_pdo import FAULT, HEARTBEAT_MS, RECEIVE, SENSOR, STATUS, VALID, layout
 from gateway.codec import Value, raw_of
 from gateway.database import Database, Signal
 from gateway.link import ECHOING
@@ -36,7 +36,7 @@ COLLISION, TOO_SHORT, TOO_LONG = 0x8150, 0x8210, 0x8220
 """Error codes by CiA 301; the compensator's status is added to the last."""
 UNKNOWN_COMMAND = 0x05040001
 """SDO abort code: the client's command is not valid, or not known."""
-LISTEN_S = 1.0
+LISTEN_S = 2.0 * HEARTBEAT_MS / 1000.0
 """Before it sends anything, a node listens for another of its number for two heartbeats [s]."""
 STOPPED = ("starting", "ready")
 """States of a gateway that has nothing to complain of yet."""

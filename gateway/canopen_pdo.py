@@ -30,7 +30,6 @@ MISSING = -32768
 """What a process value that is not known is sent as."""
 MOST_TEMPERATURES = 12
 EVERY_MS = 100
-LATE_MS = 500
 HEARTBEAT_MS = 500
 PROFILE = 404
 OFFSETS, UNITS, DIGITS = 0x7130, 0x6131, 0x6132
@@ -163,7 +162,9 @@ def node_mapping(node_id: int, fmu: Path) -> Mapping:
         "format": 1,
         "dbc": source.name,
         "cycle": {"frames": "sampled", "every_ms": float(EVERY_MS)},
-        "frames": {p.name: {"protection": "none", "late_after_ms": float(LATE_MS)} for p in pdos},
+        "frames": {
+            p.name: {"protection": "none", "late_after_ms": float(HEARTBEAT_MS)} for p in pdos
+        },
     }
     for way in (RECEIVE, SEND):
         table[way] = {

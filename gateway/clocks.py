@@ -12,11 +12,9 @@ from math import isnan, nan
 from typing import Protocol
 
 from gateway.codec import CountedTime
-from gateway.state import Saved
+from gateway.state import OLDEST_S, Saved
 
 _BOOT = getattr(time, "CLOCK_BOOTTIME", None)
-LONGEST_GAP_S = 3600.0
-"""A state is too old when the machine's time has gone on by more since it was saved [s]."""
 AGREE_S = 10.0
 """By so much may the two ages of a state differ: the machine's and this computer's [s]."""
 WALL_STEP_S = 2.0
@@ -132,7 +130,7 @@ class Stepper:
         age_s = (shown_s - saved.machine_time_s) % counted.period_s
         own_s = (now - self._started_at + saved.age_s) * self._speed_up
         if self._machine_clock:
-            own, old = "", age_s > LONGEST_GAP_S
+            own, old = "", age_s > OLDEST_S
         else:
             own = f", {own_s:.0f} s by this computer's"
             old = abs(age_s - own_s) > AGREE_S * self._speed_up

@@ -16,6 +16,8 @@ from gateway.protection import Protection
 MACHINE, COMPENSATOR = "MACHINE", "COMPENSATOR"
 CYCLE = "cycle"
 ERROR, NOT_AVAILABLE, OTHER = "error", "not_available", "other"
+FAREWELLS = 2
+"""So often a node says that it leaves: one frame may be lost."""
 EXTENDED = 1 << 31
 OFFSETS = ("dX", "dY", "dZ")
 TRUST = ("none", "partly", "protected")

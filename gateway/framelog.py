@@ -21,8 +21,6 @@ from gateway.background import Background
 from measurement.errors import BadInput, one_line
 
 LOGS = (".log", ".asc", ".blf")
-ROOM = 20_000
-"""Frames that may wait to be written; at 120 a second nearly three minutes."""
 SYNC_S, RETRY_S = 1.0, 5.0
 """How often the log is flushed, and how soon writing is tried again after a failure [s]."""
 LARGEST_MB = 100.0
@@ -65,7 +63,7 @@ class FrameLog:
             self._open()
         except (OSError, ValueError) as error:
             self._fail(error)
-        self._thread = Background(ROOM, self._look)
+        self._thread = Background(idle=self._look)
 
     def write(self, message: can.Message) -> None:
         """Take a frame for the thread to write."""

@@ -15,6 +15,7 @@ from gateway.codec import CountedTime, Sender, Value, name_of
 from gateway.control import OffsetFollower
 from gateway.database import (
     COMPENSATOR,
+    FAREWELLS,
     MACHINE,
     NOT_AVAILABLE,
     OFFSETS,
@@ -26,7 +27,6 @@ from gateway.probes import TAKEN, ProbeSender
 from gateway.proof import CHALLENGE
 from gateway.reception import Cycle, Reception
 
-FAREWELLS = 3
 STALE_CYCLES = 3.5
 """An answer to readings from longer ago than this many cycles is not used."""
 

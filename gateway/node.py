@@ -20,9 +20,9 @@ import can
 
 from gateway.clocks import Stepper, Unit
 from gateway.codec import CountedTime, Sender, Value
-from gateway.database import COMPENSATOR, MACHINE, TRUST, Database, key_of
+from gateway.database import COMPENSATOR, FAREWELLS, MACHINE, TRUST, Database, key_of
 from gateway.judging import Judge, Rival
-from gateway.probes import COUNTED, ProbeReceiver
+from gateway.probes import COUNTED, LATEST_STEPS, ProbeReceiver
 from gateway.proof import CHALLENGE, FRESHNESS, NOT_PROVEN, PROVEN, Challenges
 from gateway.reception import Cycle, Finding, Reception, Substitution
 from gateway.reference import Proof, Reference
@@ -31,9 +31,6 @@ from measurement.rig import AXES
 
 QUIET_S = 60.0
 """The same fault of the same frame is said again after this time at the earliest [s]."""
-FAREWELLS = 2
-LATE_PERIODS = 2.5
-"""Where frames come at their own pace, an answer that takes more periods than this is stale."""
 LOSSES = ("bus_off", "interface_lost")
 AFTER_LOSS = ("startup", "missing", "late", "machine_not_running")
 STARTING, READY, RUNNING, FAULT = "starting", "ready", "running", "fault"
@@ -127,7 +124,7 @@ class GatewayNode:
         speed_up = None if settings.machine_clock else settings.speed_up
         self._cycle_s = database.every_s or closing.cycle_s
         self._timeout_s = settings.timeout_s or (
-            LATE_PERIODS * self._every_s if self._every_s else closing.timeout_s
+            LATEST_STEPS * self._every_s if self._every_s else closing.timeout_s
         )
         self.reception = Reception(
             database.of(MACHINE),

@@ -19,9 +19,6 @@ from gateway.framelog import LARGEST_MB, FrameLog
 from gateway.link import Link
 from measurement.errors import BadInput
 
-ROOM = 1000
-"""Most lines for people that may wait to be printed."""
-
 
 def add_number(
     parser: argparse.ArgumentParser,
@@ -206,7 +203,7 @@ def teller(name: str, args: argparse.Namespace) -> Iterator[Callable[[str], None
         Takes a line; never waits and never fails.
     """
     begun, stream = time.monotonic(), sys.stderr
-    printer = Background(ROOM)
+    printer = Background()
 
     def show(line: str) -> None:
         with contextlib.suppress(OSError, ValueError):

@@ -24,7 +24,7 @@ COUNTED = 4
 MOST_TRIES = 50
 """How often a probe is sent again while the gateway does not take it."""
 LATEST_STEPS = 2.5
-"""A probe of a cycle that is further back than this many of the machine's steps is not used."""
+"""An answer, or a probe, of a cycle that is further back than this many steps is not used."""
 
 
 class ProbeReceiver:

@@ -21,9 +21,8 @@ from math import isfinite, nan
 
 SAID = "the user says that the machine is cold"
 COLD_FOR_S = 60.0
-"""A machine that said so is still cold after this time [s]."""
-LONGEST_GAP_S = 60.0
-"""A longer time without readings says nothing about where the temperatures were [s]."""
+"""For so long after a machine said so it is still cold, and without readings temperatures are where
+they were [s]: a judgement, set on no data."""
 
 
 @dataclass(frozen=True)
@@ -107,7 +106,7 @@ class Reference:
             self._first = []
             return False
         still = all(abs(a - b) <= band for a, b in zip(now, self._first, strict=False))
-        if not self._first or not still or elapsed_s > LONGEST_GAP_S:
+        if not self._first or not still or elapsed_s > COLD_FOR_S:
             self._first, self._together_s = now, 0.0
             return False
         self._together_s += elapsed_s

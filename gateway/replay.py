@@ -15,13 +15,12 @@ from gateway.database import MACHINE, Database, Frame, key_of
 from gateway.framelog import LOGS
 from gateway.link import Link
 from gateway.machine import AnswerReceiver
+from gateway.serving import LONGEST_WAIT_S
 from measurement.errors import BadInput, one_line
 
 READ = (*LOGS, ".mf4")
 LONGEST_PAUSE_S = 1.0
 """A longer pause in the log is cut out [s]."""
-LONGEST_SLEEP_S = 0.1
-"""How often an interrupt is checked for [s]."""
 
 
 def recorded(path: Path, database: Database) -> list[can.Message]:
@@ -106,7 +105,7 @@ def replay(
     for message in messages:
         due = clock() if pace is None else pace.due(message)
         while not stopped() and (left := due - clock()) > 0.0:
-            time.sleep(min(left, LONGEST_SLEEP_S))
+            time.sleep(min(left, LONGEST_WAIT_S))
         if stopped():
             break
         link.send([message])

@@ -23,7 +23,7 @@ from gateway.unit import CompensatorUnit
 from measurement.errors import BadInput
 
 LONGEST_WAIT_S = 0.25
-"""Longest wait for a frame before checking whether to stop [s]."""
+"""Longest wait before checking whether to stop [s]."""
 GRACE_S = 0.2
 """How long reading waiting frames may delay what is due [s]."""
 STATUSES = 1000

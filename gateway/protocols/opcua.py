@@ -33,8 +33,6 @@ if TYPE_CHECKING:
 DEFAULT_URL = "opc.tcp://127.0.0.1:4840/spindle-drift"
 EVERY_S = 0.5
 """How often values are updated [s]."""
-ROOM = 20
-"""Most lines that may wait for the server."""
 STATES: dict[str, str] = {
     "valid": "bool",
     "status": "int",
@@ -160,7 +158,7 @@ class HallStatus(Participant):
             # An interrupt of the terminal is the gateway's to deal with.
             start_new_session=True,
         )
-        self._lines = Background(ROOM)
+        self._lines = Background()
         self._listener = threading.Thread(target=self._listen, daemon=True)
         self._listener.start()
         units = {

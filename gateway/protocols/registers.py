@@ -73,9 +73,8 @@ class Registers(Adapter):
         """Begin to print."""
         if self.args.registers is None:
             return None
-        from gateway.options import ROOM
 
-        printer = Background(ROOM)
+        printer = Background()
 
         def show(line: str) -> None:
             printer.do(lambda: print(line, flush=True))
