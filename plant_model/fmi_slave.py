@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from fmu_packaging.slave import DriftSlave, FmuError
-from fmu_packaging.variables import Variable
+from fmu_packaging.variables import START_DEGC, START_TOOL_MM, Variable
 from plant_model.effects import catalogue
 from plant_model.machine import Input, Machine
 from plant_model.noise import LARGEST_SEED
@@ -18,10 +18,6 @@ from plant_model.stepper import AXES, OFFSETS, PlantStepper
 
 MACHINE_FILE = "machine.json"
 """The machine, in the FMU's resources."""
-
-USUAL_TEMPERATURE, USUAL_TOOL, LONGEST_TOOL = 20.0, 150.0, 2000.0  # [degC, mm, mm]
-WIDEST_UM = 1e5
-WIDEST_RISE_K = 200.0
 
 
 class PlantSlave(DriftSlave):
@@ -164,9 +160,9 @@ def variables(machine: Machine) -> list[Variable]:
             "From the gauge line to the tool tip",
             unit="mm",
             low=0.0,
-            high=LONGEST_TOOL,
+            high=2000.0,
             nominal=100.0,
-            start=USUAL_TOOL,
+            start=START_TOOL_MM,
         )
     )
     declared += [
@@ -215,8 +211,8 @@ def variables(machine: Machine) -> list[Variable]:
             "parameter",
             f"How far above {boundary} the nodes start that start at the reading of {sensor}",
             unit="K",
-            low=-WIDEST_RISE_K,
-            high=WIDEST_RISE_K,
+            low=-200.0,
+            high=200.0,
             nominal=1.0,
         )
         for sensor in start_sensors(machine)
@@ -237,7 +233,7 @@ TEXTS = {
 
 
 def _input(entry: Input) -> Variable:
-    usual = USUAL_TEMPERATURE if entry.is_boundary else 0.0
+    usual = START_DEGC if entry.is_boundary else 0.0
     start = usual if entry.default is None else entry.default
     return Variable(
         entry.name,
@@ -253,7 +249,7 @@ def _input(entry: Input) -> Variable:
 
 
 def _reading(name: str, text: str, unit: str) -> Variable:
-    low, high = (-60.0, 400.0) if unit == "degC" else (-WIDEST_UM, WIDEST_UM)
+    low, high = (-60.0, 400.0) if unit == "degC" else (-1e5, 1e5)
     return Variable(
         name,
         "real",

@@ -29,7 +29,8 @@ Stretch = tuple[LevelStepper, slice]
 """Steps of a run at one level."""
 
 FINE_S = 30.0
-"""Longest step over which heat that is known ahead runs along a line [s]: a chiller switches every
+"""Longest step over which heat that is known ahead runs along a line, and of a co-simulation with a
+measured run [s]: a chiller switches every
 few minutes."""
 
 NOT_WARMING = ("structure.", NUMBERS)

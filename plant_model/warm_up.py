@@ -6,16 +6,16 @@ import pandas as pd
 
 from plant_model.anatomy import input_in
 from plant_model.machine import Input, Machine
+from plant_model.parameters import ROOM_DEGC
 from plant_model.rest import at_rest
 
 RUNNING_H, STOPPED_H = 6.0, 2.0
-USUAL_DEGC = 20.0
 AVERAGE_FEED = 0.25
 
 
 def held_at(entry: Input) -> float:
     """Return where an input stays: temperatures at 20 degC, the rest at rest."""
-    return min(max(USUAL_DEGC, entry.low), entry.high) if entry.is_boundary else at_rest(entry)
+    return min(max(ROOM_DEGC, entry.low), entry.high) if entry.is_boundary else at_rest(entry)
 
 
 def warm_up(machine: Machine, every_s: float = 60.0) -> pd.DataFrame:

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from plant_model.effects.base import Effect, Inputs
 from plant_model.effects.surface_convection import held_by_film
-from plant_model.parameters import FloatArray, Parameter
+from plant_model.parameters import ROOM_DEGC, FloatArray, Parameter
 
 STEFAN_BOLTZMANN = 5.670374419e-8  # W/(m2 K4), CODATA 2018
 KELVIN = 273.15
-REFERENCE = 20.0
-"""Temperature of surface and hall at which a film coefficient is taken to be stated [degC]."""
 
 
 class Radiation(Effect):
@@ -35,7 +33,8 @@ class Radiation(Effect):
     def prepare(self) -> None:
         """Collect the surfaces."""
         index = self.machine.node_index
-        at_reference = 4.0 * STEFAN_BOLTZMANN * (REFERENCE + KELVIN) ** 3 * self.own("emissivity")
+        # A film coefficient is taken to be stated for a surface and a hall of this temperature.
+        at_reference = 4.0 * STEFAN_BOLTZMANN * (ROOM_DEGC + KELVIN) ** 3 * self.own("emissivity")
         self._surfaces = [
             (
                 index[item.refs["between"][0]],

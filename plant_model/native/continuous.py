@@ -13,9 +13,9 @@ from plant_model.machine import Machine
 from plant_model.native.derive import backward, forward
 from plant_model.native.equations import Equations
 from plant_model.native.trace import Expr
+from plant_model.parameters import ROOM_DEGC
 from plant_model.stepper import AXES
 
-NOMINAL = 20.0  # [degC]
 TIME, TOOL_LENGTH = "time", "tool_length"
 
 
@@ -26,7 +26,9 @@ def is_continuous(equations: Equations) -> bool:
 
 def nominals(equations: Equations) -> list[float]:
     """Return a typical magnitude of each state: temperatures, then own states."""
-    return [NOMINAL] * len(equations.heat) + [NOMINAL * float(scale) for scale in equations.scales]
+    return [ROOM_DEGC] * len(equations.heat) + [
+        ROOM_DEGC * float(scale) for scale in equations.scales
+    ]
 
 
 def derivatives_of(equations: Equations) -> dict[str, list[Any]]:
