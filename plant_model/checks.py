@@ -7,6 +7,7 @@ from collections import defaultdict
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.sparse.csgraph import breadth_first_order
 
 from plant_model.drawing.known import CLASS
 from plant_model.idle import still_axes, unused_inputs
@@ -314,25 +315,16 @@ def _lost(look: _Look) -> list[str]:
         for name in look.names
         if name not in touched
     ]
-    reached = {item.refs["between"][0] for item in links if _to_boundary(machine, item)}
-    neighbours = defaultdict(set)
-    for item in links:
-        pair = item.refs["between"]
-        if not _to_boundary(machine, item):
-            neighbours[pair[0]].add(pair[1])
-            neighbours[pair[1]].add(pair[0])
-    todo = list(reached)
-    while todo:
-        for name in neighbours[todo.pop()] - reached:
-            reached.add(name)
-            todo.append(name)
-    lost = {part_of(name) for name in look.names if name in touched and name not in reached}
+    # All boundaries are one place behind the nodes.
+    outside, index = len(look.names), machine.node_index
+    pairs = [[index.get(name, outside) for name in item.refs["between"]] for item in links]
+    joined = np.zeros((outside + 1, outside + 1))
+    joined[tuple(np.array(pairs, dtype=int).reshape(-1, 2).T)] = 1.0
+    reached = breadth_first_order(joined, outside, directed=False, return_predecessors=False)
+    away = {look.names[i] for i in set(range(outside)) - set(reached.tolist())}
+    lost = {part_of(name) for name in away & touched}
     found += [f"Heat in {name} never reaches air or coolant." for name in sorted(lost)]
     return found
-
-
-def _to_boundary(machine: Machine, item: Item) -> bool:
-    return item.refs["between"][1] in machine.boundary_index
 
 
 def _slow_or_hot(look: _Look, parts: tuple[Part, ...]) -> list[str]:

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from math import cos, radians
 
 from plant_model.drawing.cells import Cell
 from plant_model.drawing.form import degrees
-from plant_model.drawing.layout import Drawing
+from plant_model.drawing.layout import Drawing, Seat
 from plant_model.drawing.mesh import Mesh
 from plant_model.machine import Machine
 from scenarios.svg import INK, label, part, picture
 
 WIDTH, MARGIN, TOP = 1040.0, 50.0, 34.0
 SOFT, BLUE, RED = "#7a828d", "#2f6fb3", "#b3402f"
+SIDES = ((1.0, 90.0), (-1.0, 270.0))
+"""Above and below the axis: the sign there, and the direction [deg]."""
 COLD, HOT = (222, 230, 238), (226, 104, 48)
 HATCH = (
     '<defs><pattern id="hatch" width="6" height="6" patternUnits="userSpaceOnUse"'
@@ -40,14 +42,18 @@ class Canvas:
         Ends of the picture along the axis [mm].
     reach : float
         Largest distance from the axis [mm].
+    warm : dict of str to float
+        Temperature of every node [degC].
     """
 
     first: float
     last: float
     reach: float
+    warm: dict[str, float]
 
     def __post_init__(self) -> None:
-        """Find the scale."""
+        """Find the scales."""
+        self.low, self.high = min(self.warm.values()), max(self.warm.values())
         self.scale = (WIDTH - 2.0 * MARGIN) / (self.last - self.first)
         self.middle = TOP + self.reach * self.scale + 6.0
         self.height = 2.0 * self.middle + 26.0
@@ -72,11 +78,16 @@ class Canvas:
         place = {"x": self.x(along[0]), "y": self.y(max(radii))}
         self.parts.append(part("rect", "", title, **place, **size, fill=fill, stroke=INK))
 
+    def node(self, along: tuple[float, float], radii: tuple[float, float], node: str) -> None:
+        """Draw the section of a node's ring, by its temperature."""
+        warm = self.warm[node]
+        self.rect(along, radii, colour(warm, self.low, self.high), f"{node}: {warm:.1f} degC")
+
     def both(
         self, along: tuple[float, float], radii: tuple[float, float], fill: str, title: str
     ) -> None:
         """Draw a ring's section above and below the axis."""
-        for sign in (1.0, -1.0):
+        for sign, _ in SIDES:
             self.rect(along, (sign * radii[0], sign * radii[1]), fill, title)
 
     def dot(self, at: float, radius: float, fill: str, size: float, title: str) -> None:
@@ -109,22 +120,15 @@ def section_of_page(drawing: Drawing, warm: dict[str, float]) -> str:
     last = max(drawing.span_of("shaft")[1], drawing.span_of("housing")[1])
     tool = form.tool.length if form.tool else 0.0
     reach = max(stretch.outer for stretch in form.housing.stretches) / 2.0
-    canvas = Canvas(first, last + tool, reach + 26.0)
-    low, high = min(warm.values()), max(warm.values())
-
-    def fill(node: str) -> str:
-        return colour(warm[node], low, high)
-
-    def said(node: str) -> str:
-        return f"{node}: {warm[node]:.1f} degC"
-
-    _housing(canvas, mesh, warm, low, high)
-    for cell in mesh.shaft:
-        radii = _radii(mesh, cell)
-        canvas.both((cell.start, cell.end), radii, fill(cell.name), said(cell.name))
-    _motor(canvas, drawing, fill, said)
+    canvas = Canvas(first, last + tool, reach + 26.0, warm)
+    for cell in (*mesh.housing, *mesh.shaft):
+        inner, outer = _radii(mesh, cell)
+        for sign, angle in SIDES:
+            shown = max(mesh.sectors_of(cell), key=lambda s: s.towards(angle))
+            canvas.node((cell.start, cell.end), (sign * inner, sign * outer), shown.node)
+    _motor(canvas, drawing)
     for seat in drawing.seats:
-        _bearing(canvas, seat.spans, seat.bearing.bore, seat.bearing.outside, seat.form.name, warm)
+        _bearing(canvas, seat)
     for jacket in form.jackets:
         stretch = drawing.stretch_at("housing", (jacket.start + jacket.end) / 2.0)
         outer = stretch.outer / 2.0
@@ -135,10 +139,10 @@ def section_of_page(drawing: Drawing, warm: dict[str, float]) -> str:
     if form.tool is not None:
         radius = form.tool.diameter / 2.0
         along = (form.shaft.gauge_line, form.shaft.gauge_line + form.tool.length)
-        canvas.rect(along, (-radius, radius), fill("tool"), said("tool"))
+        canvas.node(along, (-radius, radius), "tool")
     _lines(canvas, drawing)
-    _thermometers(canvas, drawing, mesh)
-    return _with_key(canvas, low, high, "Section of the spindle to scale")
+    _thermometers(canvas, mesh)
+    return _with_key(canvas, "Section of the spindle to scale")
 
 
 def _holds(canvas: Canvas, drawing: Drawing, reach: float) -> None:
@@ -148,7 +152,7 @@ def _holds(canvas: Canvas, drawing: Drawing, reach: float) -> None:
         if holds is None:
             continue
         span = (holds.start, holds.end)
-        for sign, angle in ((1.0, 90.0), (-1.0, 270.0)):
+        for sign, angle in SIDES:
             if holds.reaches(angle):
                 radii = (sign * (reach + 4.0), sign * (reach + 14.0))
                 canvas.rect(span, radii, "url(#hatch)", f"held by {carrier.name}")
@@ -161,53 +165,32 @@ def _radii(mesh: Mesh, cell: Cell) -> tuple[float, float]:
     return stretch.inner / 2.0, stretch.outer / 2.0
 
 
-def _housing(canvas: Canvas, mesh: Mesh, warm: dict[str, float], low: float, high: float) -> None:
-    for cell in mesh.housing:
-        radii, sectors = _radii(mesh, cell), mesh.sectors_of(cell)
-        for sign, angle in ((1.0, 90.0), (-1.0, 270.0)):
-            shown = max(sectors, key=lambda s: s.towards(angle))
-            canvas.rect(
-                (cell.start, cell.end),
-                (sign * radii[0], sign * radii[1]),
-                colour(warm[shown.node], low, high),
-                f"{shown.node}: {warm[shown.node]:.1f} degC",
-            )
-
-
-def _motor(
-    canvas: Canvas, drawing: Drawing, fill: Callable[[str], str], said: Callable[[str], str]
-) -> None:
+def _motor(canvas: Canvas, drawing: Drawing) -> None:
     motor = drawing.form.motor
     if motor is None:
         return
     middle = (motor.start + motor.end) / 2.0
-    along = (motor.start, motor.end)
     shaft = drawing.stretch_at("shaft", middle).outer / 2.0
     if motor.drive == "belt":
-        outer = (motor.pulley_outer or 4.0 * shaft) / 2.0
-        canvas.both(along, (shaft, outer), fill("pulley"), said("pulley"))
-        return
-    assert motor.rotor_outer is not None
-    rotor = motor.rotor_outer / 2.0
-    housing = drawing.stretch_at("housing", middle).inner / 2.0
-    stator = motor.stator_outer / 2.0 if motor.stator_outer else housing
-    canvas.both(along, (shaft, rotor), fill("rotor"), said("rotor"))
-    canvas.both(along, (rotor + motor.gap, stator), fill("stator"), said("stator"))
+        rings = {"pulley": (shaft, (motor.pulley_outer or 4.0 * shaft) / 2.0)}
+    else:
+        assert motor.rotor_outer is not None
+        rotor = motor.rotor_outer / 2.0
+        stator = (motor.stator_outer or drawing.stretch_at("housing", middle).inner) / 2.0
+        rings = {"rotor": (shaft, rotor), "stator": (rotor + motor.gap, stator)}
+    for node, (inner, outer) in rings.items():
+        for sign, _ in SIDES:
+            canvas.node((motor.start, motor.end), (sign * inner, sign * outer), node)
 
 
-def _bearing(
-    canvas: Canvas,
-    spans: tuple[tuple[float, float], ...],
-    bore: float,
-    outside: float,
-    name: str,
-    warm: dict[str, float],
-) -> None:
-    title = f"{name}: {warm[f'{name}_inner']:.1f} degC inside, {warm[f'{name}_outer']:.1f} outside"
-    for start, end in spans:
+def _bearing(canvas: Canvas, seat: Seat) -> None:
+    name, bore, outside = seat.form.name, seat.bearing.bore, seat.bearing.outside
+    inner, outer = (canvas.warm[f"{name}_{ring}"] for ring in ("inner", "outer"))
+    title = f"{name}: {inner:.1f} degC inside, {outer:.1f} outside"
+    for start, end in seat.spans:
         canvas.both((start, end), (bore / 2.0, outside / 2.0), "#ffffff", title)
         size = 0.28 * min(end - start, (outside - bore) / 2.0) * canvas.scale
-        for sign in (1.0, -1.0):
+        for sign, _ in SIDES:
             middle = sign * (bore + outside) / 4.0
             canvas.dot((start + end) / 2.0, middle, "#c8ced6", max(1.5, size), title)
 
@@ -224,9 +207,9 @@ def _lines(canvas: Canvas, drawing: Drawing) -> None:
     canvas.text(MARGIN, bottom + 30.0, "100 mm", text_anchor="start")
 
 
-def _thermometers(canvas: Canvas, drawing: Drawing, mesh: Mesh) -> None:
+def _thermometers(canvas: Canvas, mesh: Mesh) -> None:
     together: dict[tuple[float, float], list[str]] = {}
-    for name, at, radius, where in _placed(drawing, mesh):
+    for name, at, radius, where in _placed(mesh):
         canvas.dot(at, radius, RED, 4.0, f"{name}: {where}")
         together.setdefault((round(at), round(radius)), []).append(name)
     for (at, radius), names in together.items():
@@ -234,16 +217,21 @@ def _thermometers(canvas: Canvas, drawing: Drawing, mesh: Mesh) -> None:
         canvas.text(x, y, ", ".join(names), fill=RED, font_size=12, text_anchor="start")
 
 
-def _placed(drawing: Drawing, mesh: Mesh) -> Iterator[tuple[str, float, float, str]]:
+def _placed(mesh: Mesh) -> Iterator[tuple[str, float, float, str]]:
     """Yield name, place along the axis, distance from it and words of each thermometer shown."""
+    drawing = mesh.drawing
     for entry in drawing.form.thermometers:
         name, _, ring = entry.part.partition(".")
         if entry.part in {"shaft", "housing"} and entry.at is not None:
             middle = sum(_radii(mesh, mesh.cell_of(entry.part, entry.at))) / 2.0
             side = 90.0 if entry.side is None else degrees(entry.side)
             up = 1.0 if side in {0.0, 180.0} else cos(radians(side - 90.0))
-            radius = middle * up
-            yield entry.name, entry.at, radius, f"{entry.part}, side {entry.side or 'all round'}"
+            yield (
+                entry.name,
+                entry.at,
+                middle * up,
+                f"{entry.part}, side {entry.side or 'all round'}",
+            )
         elif name == "jacket":
             jacket = next(j for j in drawing.form.jackets if j.name == ring)
             at = (jacket.start + jacket.end) / 2.0
@@ -254,7 +242,8 @@ def _placed(drawing: Drawing, mesh: Mesh) -> Iterator[tuple[str, float, float, s
             yield entry.name, seat.form.at, seat.bearing.outside / 2.0, f"outer ring of {name}"
 
 
-def _with_key(canvas: Canvas, low: float, high: float, name: str) -> str:
+def _with_key(canvas: Canvas, name: str) -> str:
+    low, high = canvas.low, canvas.high
     x, y = WIDTH - MARGIN - 160.0, canvas.height - 16.0
     for k in range(16):
         shade = colour(low + (high - low) * k / 15.0, low, high)
@@ -280,15 +269,11 @@ def section_of_lumps(machine: Machine, warm: dict[str, float]) -> str:
     ]
     if not spans:
         return ""
-    canvas = Canvas(min(s[1] for s in spans), max(s[2] for s in spans), 90.0)
-    low, high = min(warm.values()), max(warm.values())
+    canvas = Canvas(min(s[1] for s in spans), max(s[2] for s in spans), 90.0, warm)
     for kind, start, end, nodes in spans:
         radii = (4.0, 30.0) if kind == "shaft" else (50.0, 80.0)
-        rows = [(1.0, nodes[0]), (-1.0, nodes[-1])]
-        for sign, node in rows:
-            title = f"{node}: {warm[node]:.1f} degC"
-            fill = colour(warm[node], low, high)
-            canvas.rect((start, end), (sign * radii[0], sign * radii[1]), fill, title)
+        for sign, node in ((1.0, nodes[0]), (-1.0, nodes[-1])):
+            canvas.node((start, end), (sign * radii[0], sign * radii[1]), node)
         canvas.text(
             canvas.x((start + end) / 2.0),
             canvas.y(sum(radii) / 2.0) + 4.0,
@@ -299,4 +284,4 @@ def section_of_lumps(machine: Machine, warm: dict[str, float]) -> str:
             at = canvas.x(item.parameters[key].value)
             canvas.line(at, TOP - 8.0, at, 2.0 * canvas.middle - TOP, SOFT, "4 3")
             canvas.text(at, TOP - 14.0, what, fill=SOFT)
-    return _with_key(canvas, low, high, "Shaft and housing along the axis")
+    return _with_key(canvas, "Shaft and housing along the axis")
