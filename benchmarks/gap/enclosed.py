@@ -12,7 +12,7 @@ from benchmarks.gap.hidden import Hidden
 from benchmarks.gap.march import Now
 
 
-class SurfaceExchange(Hidden, ABC):
+class SurfaceExchange(Hidden, ABC, named=False):
     """Exchange of surfaces beyond their constant films; a machine says which surfaces."""
 
     @abstractmethod
@@ -23,7 +23,6 @@ class SurfaceExchange(Hidden, ABC):
 class NaturalConvection(SurfaceExchange):
     """Buoyancy: h = c |dT|^(1/3), as on large surfaces."""
 
-    name: ClassVar[str] = "natural_convection"
     unit: ClassVar[str] = "W/(m2 K^1.33)"
     sizes: ClassVar[tuple[float, float, float]] = (0.8, 2.0, 4.0)
 
@@ -35,7 +34,6 @@ class NaturalConvection(SurfaceExchange):
 class Radiation(SurfaceExchange):
     """Grey surfaces; walls have the temperature of the air in front of them."""
 
-    name: ClassVar[str] = "radiation"
     unit: ClassVar[str] = "1"
     sizes: ClassVar[tuple[float, float, float]] = (0.25, 0.5, 0.85)
 
@@ -51,7 +49,6 @@ class DoorOpen(Hidden):
     The size is the exchange with the hall while it does [W/K].
     """
 
-    name: ClassVar[str] = "door_open"
     unit: ClassVar[str] = "W/K"
     sizes: ClassVar[tuple[float, float, float]] = (40.0, 120.0, 400.0)
     catalogued: ClassVar[bool] = False
@@ -64,7 +61,7 @@ class DoorOpen(Hidden):
             out[air] += self.size * (now.hall - float(now.temperature[air]))
 
 
-class SteadySource(Hidden):
+class SteadySource(Hidden, named=False):
     """A source that is on from the start of a run to its end."""
 
     unit: ClassVar[str] = "W"

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import importlib
 import pkgutil
+import re
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
@@ -37,6 +38,7 @@ class Hidden:
     """
 
     name: ClassVar[str]
+    """Of its class, in lower case."""
     unit: ClassVar[str]
     sizes: ClassVar[tuple[float, float, float]]
     """Amplitudes called weak, medium and strong."""
@@ -46,6 +48,11 @@ class Hidden:
     """Changes of the machine's file, kind and place, that say the same; ``*`` is any part."""
     drawn: ClassVar[Mapping[str, tuple[float, float]]] = {}
     """Its other numbers, each drawn evenly between two ends."""
+
+    def __init_subclass__(cls, *, named: bool = True) -> None:
+        """Name it after its class, unless that is a base of others."""
+        if named:
+            cls.name = re.sub(r"(?<!^)(?=[A-Z])", "_", cls.__name__).lower()
 
     def __init__(self, size: float, rng: np.random.Generator, channel: str = "") -> None:
         self.size, self.channel = float(size), channel
@@ -132,7 +139,6 @@ def make_from(
 class SensorLag(Hidden):
     """One thermometer has bad contact and answers late; the size is minutes."""
 
-    name: ClassVar[str] = "sensor_lag"
     unit: ClassVar[str] = "min"
     sizes: ClassVar[tuple[float, float, float]] = (2.0, 5.0, 12.0)
 
@@ -144,7 +150,7 @@ class SensorLag(Hidden):
             shown[column] = lagged(drive.time_s, values, 60.0 * self.size)
 
 
-class _Wrong(Hidden):
+class _Wrong(Hidden, named=False):
     """One thermometer reads wrong, up or down."""
 
     unit: ClassVar[str] = "K"
@@ -158,8 +164,6 @@ class _Wrong(Hidden):
 class SensorOffset(_Wrong):
     """It reads wrong by a constant from one run on; the size is K."""
 
-    name: ClassVar[str] = "sensor_offset"
-
     def record(self, number: int, machine: Any, drive: Drive, shown: pd.DataFrame) -> None:
         """Shift the channel."""
         if number >= self.more["from_run"]:
@@ -168,8 +172,6 @@ class SensorOffset(_Wrong):
 
 class SensorDrift(_Wrong):
     """It wanders away in every run; the size is K after eight hours."""
-
-    name: ClassVar[str] = "sensor_drift"
 
     def record(self, number: int, machine: Any, drive: Drive, shown: pd.DataFrame) -> None:
         """Add what has grown so far."""
@@ -180,7 +182,6 @@ class SensorDrift(_Wrong):
 class FixtureWarming(Hidden):
     """The fixture of the radial sensors warms and takes them along; um per K."""
 
-    name: ClassVar[str] = "fixture_warming"
     unit: ClassVar[str] = "um/K"
 
     def nose(self, machine: Any, temperatures: Array) -> Array:
@@ -206,7 +207,6 @@ class FrictionSpeedExponent(Hidden):
     The size is the power's difference from the usual.
     """
 
-    name: ClassVar[str] = "friction_speed_exponent"
     unit: ClassVar[str] = "1"
     sizes: ClassVar[tuple[float, float, float]] = (0.12, 0.25, 0.45)
     usual_at_rpm: ClassVar[float]
@@ -227,7 +227,6 @@ class BearingRunIn(Hidden):
     The size is the excess at first. The grease flows back between runs.
     """
 
-    name: ClassVar[str] = "bearing_run_in"
     unit: ClassVar[str] = "1"
 
     def begin(self, machine: Any, drive: Drive) -> None:
@@ -249,7 +248,6 @@ class BearingRunIn(Hidden):
 class CentrifugalShift(Hidden):
     """Balls and rings move the shaft at once by k n^2; the size is um at the highest speed."""
 
-    name: ClassVar[str] = "centrifugal_shift"
     unit: ClassVar[str] = "um"
     top_rpm: ClassVar[float]
 
@@ -265,7 +263,6 @@ class BearingStickSlip(Hidden, ABC):
     While it holds, the strained shaft pushes the nose; when it slips it gives most of that back.
     """
 
-    name: ClassVar[str] = "bearing_stick_slip"
     unit: ClassVar[str] = "um"
     left: ClassVar[float]
     pushed: ClassVar[float]
@@ -292,7 +289,6 @@ class ToolHeating(Hidden, ABC):
     The size is the conductance of its seat [W/K].
     """
 
-    name: ClassVar[str] = "tool_heating"
     unit: ClassVar[str] = "W/K"
     sizes: ClassVar[tuple[float, float, float]] = (0.8, 2.5, 7.0)
 
@@ -333,7 +329,7 @@ class ToolHeating(Hidden, ABC):
             pose[:, E] += machine.p["alpha_steel"] * 1e-3 * self.more["length_mm"] * warm
 
 
-class Loosening(Hidden):
+class Loosening(Hidden, named=False):
     """A joint loosens at some hour of every run, at once; the size is the share that is lost."""
 
     unit: ClassVar[str] = "1"

@@ -15,7 +15,6 @@ from benchmarks.gap.march import Now
 class Cabinet(SteadySource):
     """A cabinet on the column warms it, day and night; watts."""
 
-    name: ClassVar[str] = "cabinet"
     sizes: ClassVar[tuple[float, float, float]] = (60.0, 150.0, 300.0)
     part: ClassVar[str] = "column"
 
@@ -23,7 +22,6 @@ class Cabinet(SteadySource):
 class StirredNut(Hidden):
     """The moving axis fans its nut; W/K at the highest feed."""
 
-    name: ClassVar[str] = "stirred_nut"
     unit: ClassVar[str] = "W/K"
     sizes: ClassVar[tuple[float, float, float]] = (4.0, 12.0, 30.0)
 
@@ -39,7 +37,6 @@ class StirredNut(Hidden):
 class BoltedMass(Hidden):
     """The motor's stator hangs on the headstock and follows it; its heat capacity [J/K]."""
 
-    name: ClassVar[str] = "bolted_mass"
     unit: ClassVar[str] = "J/K"
     sizes: ClassVar[tuple[float, float, float]] = (2e4, 6e4, 1.5e5)
     part: ClassVar[str] = "headstock"

@@ -11,7 +11,6 @@ from benchmarks.gap.enclosed import SteadySource
 class HydraulicTank(SteadySource):
     """The tank of the chuck's hydraulics stands in the left of the bed and warms it; watts."""
 
-    name: ClassVar[str] = "hydraulic_tank"
     sizes: ClassVar[tuple[float, float, float]] = (80.0, 200.0, 400.0)
     part: ClassVar[str] = "bed"
     cells: ClassVar[slice] = slice(8)
@@ -20,12 +19,9 @@ class HydraulicTank(SteadySource):
 class FannedNut(StirredNut):
     """The moving carriage fans the nut; W/K at the highest feed."""
 
-    name: ClassVar[str] = "fanned_nut"
-
 
 class ToolDisk(BoltedMass):
     """The disk of the turret hangs on the slide and follows it; its heat capacity [J/K]."""
 
-    name: ClassVar[str] = "tool_disk"
     part: ClassVar[str] = "slide"
     conductance: ClassVar[float] = 15.0

@@ -28,7 +28,6 @@ class ViscosityTemperature(Hidden):
     The size is how fast it thins at 50 degC, where it is as thick as without.
     """
 
-    name: ClassVar[str] = "viscosity_temperature"
     unit: ClassVar[str] = "1/K"
     sizes: ClassVar[tuple[float, float, float]] = (0.012, 0.025, 0.045)
     at_degc: ClassVar[float] = 50.0
@@ -59,7 +58,6 @@ class ThermalPreload(Hidden):
     The size is the share by which the load grows with the first kelvin.
     """
 
-    name: ClassVar[str] = "thermal_preload"
     unit: ClassVar[str] = "1/K"
     sizes: ClassVar[tuple[float, float, float]] = (0.05, 0.12, 0.3)
     most: ClassVar[float] = 8.0
@@ -89,7 +87,6 @@ class JointResistance(Hidden):
     dT is the ring's warming against the housing around it; G0 over that where the seat opens.
     """
 
-    name: ClassVar[str] = "joint_resistance"
     unit: ClassVar[str] = "1/K"
     sizes: ClassVar[tuple[float, float, float]] = (0.06, 0.2, 0.6)
 
@@ -122,7 +119,6 @@ class UnevenBearingHeating(Hidden):
     on opposite sides see.
     """
 
-    name: ClassVar[str] = "uneven_bearing_heating"
     unit: ClassVar[str] = "1"
     sizes: ClassVar[tuple[float, float, float]] = (0.15, 0.35, 0.8)
 

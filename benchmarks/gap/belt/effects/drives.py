@@ -17,7 +17,6 @@ from benchmarks.gap.march import Now
 class MotorIronLoss(Hidden):
     """The motor on the headstock loses more with speed and its square; watts at 8,000 r/min."""
 
-    name: ClassVar[str] = "motor_iron_loss"
     unit: ClassVar[str] = "W"
     sizes: ClassVar[tuple[float, float, float]] = (50.0, 130.0, 400.0)
 
@@ -34,7 +33,6 @@ class MotorIronLoss(Hidden):
 class CopperLoss(Hidden):
     """The motor's winding warms the headstock under load; watts at 20 Nm."""
 
-    name: ClassVar[str] = "copper_loss"
     unit: ClassVar[str] = "W"
     sizes: ClassVar[tuple[float, float, float]] = (100.0, 300.0, 900.0)
 
@@ -52,7 +50,6 @@ class CopperLoss(Hidden):
 class Windage(Hidden):
     """Air friction on shaft and nose, k n^3; watts at 8,000 r/min."""
 
-    name: ClassVar[str] = "windage"
     unit: ClassVar[str] = "W"
     sizes: ClassVar[tuple[float, float, float]] = (15.0, 50.0, 150.0)
 
@@ -75,7 +72,6 @@ class Windage(Hidden):
 class CuttingHeat(Hidden):
     """A share of the cutting power goes into tool and nose; the size is that share."""
 
-    name: ClassVar[str] = "cutting_heat"
     unit: ClassVar[str] = "1"
     sizes: ClassVar[tuple[float, float, float]] = (0.005, 0.02, 0.06)
 

@@ -26,7 +26,6 @@ class DoorOpen(enclosed.DoorOpen):
 class HydraulicPulses(Hidden):
     """A hydraulic unit behind the column runs in pulses of its own; the size is its watts."""
 
-    name: ClassVar[str] = "hydraulic_pulses"
     unit: ClassVar[str] = "W"
     sizes: ClassVar[tuple[float, float, float]] = (100.0, 300.0, 900.0)
     catalogued: ClassVar[bool] = False
@@ -47,7 +46,6 @@ class HydraulicPulses(Hidden):
 class FloodCoolant(Hidden):
     """Cutting coolant runs over flange and nose by a program of its own; the size is W/K."""
 
-    name: ClassVar[str] = "flood_coolant"
     unit: ClassVar[str] = "W/K"
     sizes: ClassVar[tuple[float, float, float]] = (4.0, 12.0, 40.0)
     catalogued: ClassVar[bool] = False
@@ -72,14 +70,12 @@ class FloodCoolant(Hidden):
 class LooseClamp(Loosening):
     """The headstock's clamp."""
 
-    name: ClassVar[str] = "loose_clamp"
     joint: ClassVar[str] = "clamp"
 
 
 class SettlingFoundation(Hidden):
     """The machine tilts on its feet by an amount of its own in every run; um after eight hours."""
 
-    name: ClassVar[str] = "settling_foundation"
     unit: ClassVar[str] = "um"
     sizes: ClassVar[tuple[float, float, float]] = (3.0, 9.0, 25.0)
     catalogued: ClassVar[bool] = False

@@ -16,7 +16,6 @@ from benchmarks.gap.hidden import E, Hidden, X, Y
 class ColumnBending(Hidden):
     """One wall of the column follows column minus hall late, and bends it; urad per K."""
 
-    name: ClassVar[str] = "column_bending"
     unit: ClassVar[str] = "urad/K"
     sizes: ClassVar[tuple[float, float, float]] = (4.0, 10.0, 25.0)
 
@@ -41,7 +40,6 @@ class ColumnBending(Hidden):
 class SlowStructure(Hidden):
     """The bed follows the hall over many hours and carries the work away; um per K."""
 
-    name: ClassVar[str] = "slow_structure"
     unit: ClassVar[str] = "um/K"
     sizes: ClassVar[tuple[float, float, float]] = (4.0, 9.0, 20.0)
 

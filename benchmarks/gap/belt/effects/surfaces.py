@@ -19,7 +19,6 @@ class ForcedConvection(Hidden):
     The walls of the enclosure share in it by a third, the column outside does not.
     """
 
-    name: ClassVar[str] = "forced_convection"
     unit: ClassVar[str] = "1"
     sizes: ClassVar[tuple[float, float, float]] = (0.5, 1.5, 4.0)
     in_other_words = (("conductance_with_motion", ("*", "enclosure_air", "speed")),)
@@ -31,7 +30,7 @@ class ForcedConvection(Hidden):
         return inside | {"film_walls": 1.0 + wind / 3.0}
 
 
-class _Surface(enclosed.SurfaceExchange):
+class _Surface(enclosed.SurfaceExchange, named=False):
     """Exchange beyond the constant film; surfaces inside face the air there, others the hall."""
 
     def begin(self, machine: Machine, drive: Drive) -> None:

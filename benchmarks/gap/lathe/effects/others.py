@@ -21,7 +21,6 @@ __all__ = ["FixtureWarming", "SlowStructure"]
 class MotorIronLoss(Hidden):
     """The spindle motor loses more with speed and its square; watts at 4,000 r/min."""
 
-    name: ClassVar[str] = "motor_iron_loss"
     unit: ClassVar[str] = "W"
     sizes: ClassVar[tuple[float, float, float]] = (60.0, 200.0, 600.0)
 
@@ -34,7 +33,6 @@ class MotorIronLoss(Hidden):
 class ForcedConvection(Hidden):
     """The turning chuck stirs the air inside, where all films grow: h0 (1 + c (n/4,000)^0.7)."""
 
-    name: ClassVar[str] = "forced_convection"
     unit: ClassVar[str] = "1"
     sizes: ClassVar[tuple[float, float, float]] = (0.5, 1.5, 4.0)
     in_other_words = (("conductance_with_motion", ("*", "inside", "speed")),)
@@ -44,7 +42,7 @@ class ForcedConvection(Hidden):
         return {"film_inside": 1.0 + self.size * (now.speed / TOP_SPEED) ** 0.7}
 
 
-class _Surface(enclosed.SurfaceExchange):
+class _Surface(enclosed.SurfaceExchange, named=False):
     """Exchange of surfaces in the hall beyond the constant film."""
 
     def begin(self, machine: Lathe, drive: Drive) -> None:
@@ -74,7 +72,6 @@ class Radiation(enclosed.Radiation, _Surface):
 class ColumnBending(Hidden):
     """The bed warps late with its warmth above the hall, which tilts the headstock; urad per K."""
 
-    name: ClassVar[str] = "column_bending"
     unit: ClassVar[str] = "urad/K"
     sizes: ClassVar[tuple[float, float, float]] = (5.0, 15.0, 35.0)
 
@@ -128,7 +125,6 @@ class DoorOpen(enclosed.DoorOpen):
 class ChipHeap(Hidden):
     """Hot chips pile up on the bed and are carried off, by a program of its own; watts."""
 
-    name: ClassVar[str] = "chip_heap"
     unit: ClassVar[str] = "W"
     sizes: ClassVar[tuple[float, float, float]] = (100.0, 300.0, 900.0)
     catalogued: ClassVar[bool] = False
@@ -147,6 +143,5 @@ class ChipHeap(Hidden):
 class LooseGib(Loosening):
     """The carriage's gib."""
 
-    name: ClassVar[str] = "loose_gib"
     sizes: ClassVar[tuple[float, float, float]] = (0.4, 0.7, 0.95)
     joint: ClassVar[str] = "z_guide"

@@ -26,7 +26,6 @@ def _outer(now: Now) -> Array:
 class ViscosityTemperature(Hidden):
     """The oil thins by Vogel's equation; the film sits between ring and balls."""
 
-    name: ClassVar[str] = "viscosity_temperature"
     unit: ClassVar[str] = "1/K"
     sizes: ClassVar[tuple[float, float, float]] = (0.015, 0.03, 0.055)
 
@@ -43,7 +42,6 @@ class ViscosityTemperature(Hidden):
 class ThermalPreload(Hidden):
     """The inner ring outgrows the outer and tightens the bearing, at most eightfold."""
 
-    name: ClassVar[str] = "thermal_preload"
     unit: ClassVar[str] = "1/K"
     sizes: ClassVar[tuple[float, float, float]] = (0.04, 0.08, 0.15)
     most: ClassVar[float] = 8.0
@@ -70,7 +68,6 @@ class BearingRunIn(hidden.BearingRunIn):
 class UnevenBearingHeating(Hidden):
     """More heat on one side of the outer rings: that share of the bearings' heat changes sides."""
 
-    name: ClassVar[str] = "uneven_bearing_heating"
     unit: ClassVar[str] = "1"
     sizes: ClassVar[tuple[float, float, float]] = (0.2, 0.4, 0.8)
 
@@ -95,7 +92,6 @@ class JointResistance(Hidden):
     five times G0.
     """
 
-    name: ClassVar[str] = "joint_resistance"
     unit: ClassVar[str] = "1/K"
     sizes: ClassVar[tuple[float, float, float]] = (0.03, 0.1, 0.3)
 

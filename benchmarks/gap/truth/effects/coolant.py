@@ -29,7 +29,6 @@ class CoolantThermostat(Hidden):
     the flow while the compressor rests. Where in its cycle a run begins is chance.
     """
 
-    name: ClassVar[str] = "coolant_thermostat"
     unit: ClassVar[str] = "K"
     sizes: ClassVar[tuple[float, float, float]] = (0.15, 0.4, 1.0)
 
@@ -78,7 +77,6 @@ class CoolantThermostat(Hidden):
 class CoolantDegradation(Hidden):
     """A filter clogs: flow and wall film fall over the run, by the size after eight hours."""
 
-    name: ClassVar[str] = "coolant_degradation"
     unit: ClassVar[str] = "1"
     sizes: ClassVar[tuple[float, float, float]] = (0.1, 0.25, 0.5)
 
@@ -92,7 +90,6 @@ class CoolantDegradation(Hidden):
 class CoolantSupplyOffset(Hidden):
     """The pump warms the coolant behind the sensor of its inlet."""
 
-    name: ClassVar[str] = "coolant_supply_offset"
     unit: ClassVar[str] = "K"
     sizes: ClassVar[tuple[float, float, float]] = (0.12, 0.3, 0.7)
 
@@ -107,7 +104,6 @@ class CoolantSplash(Hidden):
     The size is the conductance of the film of coolant [W/K], which comes a little colder than air.
     """
 
-    name: ClassVar[str] = "coolant_splash"
     unit: ClassVar[str] = "W/K"
     sizes: ClassVar[tuple[float, float, float]] = (10.0, 25.0, 60.0)
     catalogued: ClassVar[bool] = False
@@ -132,5 +128,4 @@ class CoolantSplash(Hidden):
 class LooseningBolt(Loosening):
     """The bolt between spindle and headstock."""
 
-    name: ClassVar[str] = "loosening_bolt"
     joint: ClassVar[str] = "joint_pedestal"

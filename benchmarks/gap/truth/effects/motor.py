@@ -17,7 +17,6 @@ from benchmarks.gap.truth.spindle import Spindle
 class MotorIronLoss(Hidden):
     """Eddy currents and hysteresis beyond the loss in force; the size is watts at 20,000 r/min."""
 
-    name: ClassVar[str] = "motor_iron_loss"
     unit: ClassVar[str] = "W"
     sizes: ClassVar[tuple[float, float, float]] = (120.0, 300.0, 600.0)
 
@@ -34,7 +33,6 @@ class MotorIronLoss(Hidden):
 class Windage(Hidden):
     """Air friction on rotor and shaft, k n^3; the size is watts at 20,000 r/min."""
 
-    name: ClassVar[str] = "windage"
     unit: ClassVar[str] = "W"
     sizes: ClassVar[tuple[float, float, float]] = (50.0, 110.0, 250.0)
 
@@ -52,7 +50,6 @@ class Windage(Hidden):
 class CopperLoss(Hidden):
     """I^2 R (1 + 0.0039 dT), current in proportion to torque; the size is watts at 8 Nm."""
 
-    name: ClassVar[str] = "copper_loss"
     unit: ClassVar[str] = "W"
     sizes: ClassVar[tuple[float, float, float]] = (50.0, 110.0, 250.0)
 
@@ -71,7 +68,6 @@ class CopperLoss(Hidden):
 class CuttingHeat(Hidden):
     """A share of the cutting power goes into bar and nose; the size is that share."""
 
-    name: ClassVar[str] = "cutting_heat"
     unit: ClassVar[str] = "1"
     sizes: ClassVar[tuple[float, float, float]] = (0.0008, 0.002, 0.005)
 
@@ -105,7 +101,6 @@ class ToolHeating(hidden.ToolHeating):
 class EncoderHeat(Hidden):
     """The encoder's electronics at the rear end warm it whenever the control is on."""
 
-    name: ClassVar[str] = "encoder_heat"
     unit: ClassVar[str] = "W"
     sizes: ClassVar[tuple[float, float, float]] = (20.0, 50.0, 100.0)
     catalogued: ClassVar[bool] = False
@@ -127,7 +122,6 @@ class EncoderHeat(Hidden):
 class PumpPulses(Hidden):
     """A hydraulic pump at the headstock runs in pulses of its own, and warms it."""
 
-    name: ClassVar[str] = "pump_pulses"
     unit: ClassVar[str] = "W"
     sizes: ClassVar[tuple[float, float, float]] = (40.0, 80.0, 200.0)
     catalogued: ClassVar[bool] = False

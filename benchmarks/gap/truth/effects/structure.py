@@ -18,7 +18,6 @@ YAW, PITCH = (POSE.index(name) for name in ("yaw", "pitch"))
 class ColumnBending(Hidden):
     """The column's skin follows structure minus air late, and bends it; urad per K."""
 
-    name: ClassVar[str] = "column_bending"
     unit: ClassVar[str] = "urad/K"
     sizes: ClassVar[tuple[float, float, float]] = (4.0, 9.0, 20.0)
 
@@ -48,7 +47,6 @@ class ColumnBending(Hidden):
 class SlowStructure(Hidden):
     """The bed follows hall and base over many hours and carries the spindle away; um per K."""
 
-    name: ClassVar[str] = "slow_structure"
     unit: ClassVar[str] = "um/K"
     sizes: ClassVar[tuple[float, float, float]] = (4.0, 9.0, 20.0)
 

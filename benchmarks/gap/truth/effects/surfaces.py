@@ -26,7 +26,6 @@ REACH = {
 class ForcedConvection(Hidden):
     """The turning spindle stirs the air: h = h0 (1 + c (n / 20,000)^0.7)."""
 
-    name: ClassVar[str] = "forced_convection"
     unit: ClassVar[str] = "1"
     sizes: ClassVar[tuple[float, float, float]] = (1.0, 2.0, 4.0)
     in_other_words = (("conductance_with_motion", ("*", "ambient", "speed")),)
@@ -37,7 +36,7 @@ class ForcedConvection(Hidden):
         return {group: 1.0 + reach * wind for group, reach in REACH.items()}
 
 
-class _Surface(Hidden):
+class _Surface(Hidden, named=False):
     """Exchange with the air beyond the constant film, by area and temperatures."""
 
     def begin(self, spindle: Spindle, drive: Drive) -> None:
@@ -67,7 +66,6 @@ class _Surface(Hidden):
 class NaturalConvection(_Surface):
     """Buoyancy: h = c |dT|^(1/4) on top of the constant film."""
 
-    name: ClassVar[str] = "natural_convection"
     unit: ClassVar[str] = "W/(m2 K^1.25)"
     sizes: ClassVar[tuple[float, float, float]] = (2.0, 4.0, 8.0)
 
@@ -82,7 +80,6 @@ class NaturalConvection(_Surface):
 class Radiation(_Surface):
     """Grey surfaces in a hall whose walls have the air's temperature."""
 
-    name: ClassVar[str] = "radiation"
     unit: ClassVar[str] = "1"
     sizes: ClassVar[tuple[float, float, float]] = (0.3, 0.5, 0.8)
 
@@ -96,7 +93,6 @@ class Radiation(_Surface):
 class SunPatch(Hidden):
     """The sun shines on the X+ side of headstock and column for some hours of the day."""
 
-    name: ClassVar[str] = "sun_patch"
     unit: ClassVar[str] = "W"
     sizes: ClassVar[tuple[float, float, float]] = (80.0, 150.0, 350.0)
     catalogued: ClassVar[bool] = False
@@ -124,7 +120,6 @@ class SunPatch(Hidden):
 class DoorDraft(Hidden):
     """The hall's door opens: air some K colder at the column's foot, which T5 hardly sees."""
 
-    name: ClassVar[str] = "door_draft"
     unit: ClassVar[str] = "K"
     sizes: ClassVar[tuple[float, float, float]] = (2.0, 5.0, 10.0)
     catalogued: ClassVar[bool] = False
