@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from plant_model.native.trace import Expr, literal
@@ -15,6 +16,8 @@ CALLS |= {"sin": "sin", "cos": "cos", "tan": "tan", "arctan": "atan", "tanh": "t
 CALLS |= {"floor": "floor", "power": "pow", "sign": "sign_of", "remainder": "modulo"}
 CALLS |= {"maximum": "larger", "minimum": "smaller", "radians": "radians"}
 POWERS = {2.0: "square", 3.0: "cube", 4.0: "fourth"}
+GROUP = 4
+"""Terms of a sum that are added one after the other; groups do not wait for each other."""
 
 
 class Stage:
@@ -55,8 +58,8 @@ def function(
     stages : sequence of Stage
         What has been computed before; the first that can takes an expression.
     """
-    writer = _Writer(stages)
     pairs = list(results.items() if isinstance(results, Mapping) else results)
+    writer = _Writer(stages, [cell for _, cell in pairs])
     puts = [f"    {place} = {writer.value(cell)};" for place, cell in pairs]
     body = "\n".join([*writer.lines, *puts])
     unused = ", ".join(f"(void){name}" for name in _parameters(head))
@@ -75,10 +78,17 @@ def _parameters(head: str) -> list[str]:
 
 
 class _Writer:
-    def __init__(self, stages: Sequence[Stage]) -> None:
+    def __init__(self, stages: Sequence[Stage], cells: Iterable[Any]) -> None:
         self.stages = stages
         self.lines: list[str] = []
         self._names: dict[Expr, str] = {}
+        self._uses = Counter[Expr]()
+        waiting = list(cells)
+        while waiting:
+            now = waiting.pop()
+            if isinstance(now, Expr):
+                self._uses[now] += 1
+                waiting += now.args if self._uses[now] == 1 else ()
 
     def value(self, cell: Any) -> str:
         """Return how C names a cell, having written what it needs."""
@@ -92,7 +102,7 @@ class _Writer:
                 waiting.pop()
                 continue
             known = self._known(now)
-            missing = [] if known else [a for a in now.args if self._is_new(a)]
+            missing = [] if known else [a for a in self._needs(now) if self._is_new(a)]
             if missing:
                 waiting += missing
                 continue
@@ -109,14 +119,54 @@ class _Writer:
                 return stage.place(cell)
         return f"{cell.args[0]}[{cell.args[1]}]" if cell.op == "symbol" else ""
 
+    def _alone(self, arg: Any) -> bool:
+        """Return whether an argument is computed for one place only."""
+        return isinstance(arg, Expr) and self._uses[arg] == 1 and not self._known(arg)
+
+    def _args(self, cell: Expr, inside: bool) -> Iterator[tuple[Any, bool]]:
+        """Yield an operation's arguments, of a sum all terms, and whether each is written in place.
+
+        What only one branch of a choice needs is: it is computed where it is chosen.
+        """
+        waiting = [*reversed(cell.args)]
+        while waiting:
+            arg = waiting.pop()
+            alone = self._alone(arg)
+            if alone and cell.op == arg.op == "add":
+                waiting += reversed(arg.args)
+            else:
+                yield arg, alone and (inside or (cell.op == "where" and arg is not cell.args[0]))
+
+    def _needs(self, cell: Expr, inside: bool = False) -> Iterator[Any]:
+        """Yield what has to have a name before an operation is written."""
+        for arg, in_place in self._args(cell, inside):
+            yield from self._needs(arg, True) if in_place else (arg,)
+
+    def _formula(self, cell: Expr, inside: bool = False) -> str:
+        return _operation(
+            cell,
+            [
+                f"({self._formula(arg, True)})"
+                if in_place
+                else self._names[arg]
+                if isinstance(arg, Expr)
+                else literal(arg)
+                for arg, in_place in self._args(cell, inside)
+            ],
+        )
+
     def _written(self, cell: Expr) -> str:
-        args = [self._names[a] if isinstance(a, Expr) else literal(a) for a in cell.args]
         name = f"v{len(self.lines)}"
-        self.lines.append(f"    const double {name} = {_operation(cell, args)};")
+        self.lines.append(f"    const double {name} = {self._formula(cell)};")
         return name
 
 
 def _operation(cell: Expr, args: Sequence[str]) -> str:
+    if len(args) > GROUP:
+        sums = [" + ".join(args[k : k + GROUP]) for k in range(0, len(args), GROUP)]
+        return " + ".join(f"({part})" for part in sums)
+    if cell.op == "add":
+        return " + ".join(args)
     if cell.op in INFIX:
         return f"{args[0]} {INFIX[cell.op]} {args[1]}"
     if cell.op == "negative":

@@ -162,7 +162,7 @@ def _functions(equations: Equations) -> tuple[list[str], int, int]:
     made.append(
         stage_function("void equations_prepare(const double *p, double *k)", of_parameters, [])
     )
-    made.append(_rates(equations))
+    made.append(_product(equations))
     return made, len(of_parameters.kept), len(of_inputs.kept)
 
 
@@ -178,7 +178,7 @@ def _moves(cell: object) -> bool:
     return isinstance(cell, Expr) and "u" in cell.rows
 
 
-def _rates(equations: Equations) -> str:
+def _product(equations: Equations) -> str:
     """Return the C function that multiplies the network with temperatures, row by row.
 
     Written out: a loop over rows of unlike lengths takes four times as long. Sums of a few products
@@ -188,13 +188,17 @@ def _rates(equations: Equations) -> str:
     for number, (one, other) in enumerate(_edges(equations)):
         rows[one].append(f"edges[{number}] * T[{other}]")
         rows[other].append(f"edges[{number}] * T[{one}]")
-    head = "void equations_rates(const double *diagonal, const double *edges, const double *share, "
+    head = (
+        "void equations_product(const double *diagonal, const double *edges, const double *share, "
+    )
     lines = []
     for node, row in enumerate(rows):
         sums = [f"({' + '.join(row[k : k + 4])})" for k in range(0, len(row), 4)]
-        lines.append(f"    rates[{node}] = share[{node}]\n        * ({PLUS.join(sums)});")
+        product = f"share[{node}]\n        * ({PLUS.join(sums)})"
+        lines.append(f"    rates[{node}] = {product} - rates[{node}];")
     unused = [] if _edges(equations) else ["    (void)edges;"]
-    return "\n".join([f"{head}const double *T, double *rates)", "{", *unused, *lines, "}", ""])
+    head += "const double *T, double *restrict rates)"
+    return "\n".join([head, "{", *unused, *lines, "}", ""])
 
 
 def _tables(machine: Machine, equations: Equations) -> Iterator[str]:

@@ -13,12 +13,7 @@
 #define MOST_PARTS 100000            /* of a step, which is not to be endless */
 #define NO_STEP "error control cannot reach its tolerance: the model changes too fast"
 
-enum { OF_HALF, OF_FULL, A_GAIN, B_GAIN, W0, WA, WB };
-
-/* Temperatures and own states, or what changes them [K/s]. */
-struct point {
-    double nodes[NODES], states[AT_LEAST_ONE(STATES)];
-};
+enum { OF_HALF, OF_FULL, HALF_GAIN, GAIN, SLOPE_GAIN, BEND_GAIN };
 
 /* What a step's forcing is made of. */
 struct step {
@@ -34,14 +29,13 @@ static void weigh(struct plant *self, double h)
         return;
     }
     for (int i = 0; i < STATES; i++) {
-        double x = -self->decay[i] * h, p1 = phi(1, x), p2 = phi(2, x), p3 = phi(3, x);
+        double x = -self->decay[i] * h, p2 = phi(2, x);
         self->weights[OF_HALF][i] = exp(x / 2.0);
         self->weights[OF_FULL][i] = exp(x);
-        self->weights[A_GAIN][i] = phi(1, x / 2.0) * (h / 2.0);
-        self->weights[B_GAIN][i] = h * p1;
-        self->weights[W0][i] = h * (p1 - 3.0 * p2 + 4.0 * p3);
-        self->weights[WA][i] = h * (4.0 * p2 - 8.0 * p3);
-        self->weights[WB][i] = h * (4.0 * p3 - p2);
+        self->weights[HALF_GAIN][i] = phi(1, x / 2.0) * (h / 2.0);
+        self->weights[GAIN][i] = h * phi(1, x);
+        self->weights[SLOPE_GAIN][i] = 2.0 * h * p2;
+        self->weights[BEND_GAIN][i] = h * (4.0 * phi(3, x) - p2);
     }
     self->weights_step_s = h;
 }
@@ -54,7 +48,7 @@ static struct point forcing(const struct step *step, const struct point *at)
     equations_dependent(
         plant->k, step->inputs, step->held, at->nodes, at->states, heat, found.states);
     for (size_t i = 0; i < NODES; i++) {
-        found.nodes[i] = (step->force[i] + heat[i]) * plant->share[i];
+        found.nodes[i] = (step->force[i] + heat[i]) * plant->network.share[i];
     }
     for (int i = 0; i < STATES; i++) {
         found.states[i] += plant->decay[i] * at->states[i];
@@ -62,70 +56,61 @@ static struct point forcing(const struct step *step, const struct point *at)
     return found;
 }
 
-/* Puts series of a difference of forcings into sums; what is left off is small beside a slope, the
-   difference's own where that is 0. Returns the slope. */
-static double differ(
-    const struct step *step, const struct series *series, double h, const double *one,
-    const double *other, double slope, size_t count, const int kinds[], double sums[][NODES])
-{
-    const struct plant *plant = step->plant;
-    double vector[NODES];
-    for (size_t i = 0; i < NODES; i++) {
-        vector[i] = one[i] - other[i];
-    }
-    return series_times(
-        series, &plant->network, plant->share, h, vector, slope, count, kinds, sums);
-}
-
 /* One step of length h; returns the largest error, in K.
 
-   With the differences of the forcings at the middle and the end from that at the start, v2 and v3,
-   and v1, the slope at the start, the scheme is
+   With v1 the slope at the start, v2 what the forcing at the middle differs by from that at the
+   start, and e by how much its change bends, f_b - f_0 - 2 v2, the scheme is
    Ta = T + h/2 phi_1(h/2) v1, Tb = T + h phi_1 (v1 + 2 v2),
-   T' = T + h (phi_1 v1 + phi_2 (4 v2 - v3) + 4 phi_3 (v3 - 2 v2)). */
+   T' = T + h (phi_1 v1 + 2 phi_2 v2 + (4 phi_3 - phi_2) e), whose last part is the error. */
 static double once(
     const struct step *step, double h, const struct point *state, struct point *end)
 {
-    static const int first[] = {HALF, ONE}, second[] = {ONE, TWO, THREE}, third[] = {TWO, THREE};
+    static const int first[] = {HALF, ONE}, second[] = {ONE, TWO}, third[] = {BENT};
     struct plant *plant = step->plant;
+    struct network *network = &plant->network;
     double(*w)[AT_LEAST_ONE(STATES)] = plant->weights;
-    double p[2][NODES], q[3][NODES], r[2][NODES], rates[NODES], worst = 0.0;
+    double p[2][NODES], q[2][NODES], r[1][NODES], v[NODES], worst = 0.0;
     const struct series *series = series_for(&plant->series, step->fastest * h);
     struct point f0 = forcing(step, state), at;
     weigh(plant, h);
-    equations_rates(
-        plant->network.diagonal, plant->network.edges, plant->share, state->nodes, rates);
-    double slope = differ(step, series, h, f0.nodes, rates, 0.0, 2, first, p);
+    memcpy(v, f0.nodes, sizeof v);
+    equations_product(network->diagonal, network->edges, network->share, state->nodes, v);
+    /* v is -v1; what series leave off is small beside it. */
+    double slope = series_times(series, network, h, v, 0.0, 2, first, p);
     for (size_t i = 0; i < NODES; i++) {
-        at.nodes[i] = state->nodes[i] + h * p[0][i];
+        at.nodes[i] = state->nodes[i] - h * p[0][i];
     }
     for (int i = 0; i < STATES; i++) {
-        at.states[i] = w[OF_HALF][i] * state->states[i] + w[A_GAIN][i] * f0.states[i];
+        at.states[i] = w[OF_HALF][i] * state->states[i] + w[HALF_GAIN][i] * f0.states[i];
     }
     struct point fa = forcing(step, &at);
-    differ(step, series, h, fa.nodes, f0.nodes, slope, 3, second, q);
     for (size_t i = 0; i < NODES; i++) {
-        at.nodes[i] = state->nodes[i] + h * (p[1][i] + 2.0 * q[0][i]);
+        v[i] = fa.nodes[i] - f0.nodes[i];
+    }
+    series_times(series, network, h, v, slope, 2, second, q);
+    for (size_t i = 0; i < NODES; i++) {
+        at.nodes[i] = state->nodes[i] - h * (p[1][i] - 2.0 * q[0][i]);
     }
     for (int i = 0; i < STATES; i++) {
         at.states[i] = w[OF_FULL][i] * state->states[i]
-                       + w[B_GAIN][i] * (2.0 * fa.states[i] - f0.states[i]);
+                       + w[GAIN][i] * (2.0 * fa.states[i] - f0.states[i]);
     }
     struct point fb = forcing(step, &at);
-    differ(step, series, h, fb.nodes, f0.nodes, slope, 2, third, r);
     for (size_t i = 0; i < NODES; i++) {
-        double bent = 4.0 * (r[1][i] - 2.0 * q[2][i]);
-        end->nodes[i] = state->nodes[i] + h * (p[1][i] + 4.0 * q[1][i] - r[0][i] + bent);
-        worst = larger(fabs(h * (bent - (r[0][i] - 2.0 * q[1][i]))), worst);
+        v[i] = f0.nodes[i] - 2.0 * fa.nodes[i] + fb.nodes[i];
+    }
+    series_times(series, network, h, v, slope, 1, third, r);
+    for (size_t i = 0; i < NODES; i++) {
+        end->nodes[i] = state->nodes[i] - h * (p[1][i] - 2.0 * q[1][i] - r[0][i]);
     }
     for (int i = 0; i < STATES; i++) {
-        double a = fa.states[i], b = fb.states[i];
-        double error = w[WB][i] * (f0.states[i] - 2.0 * a + b);
-        end->states[i] = w[OF_FULL][i] * state->states[i] + w[W0][i] * f0.states[i]
-                         + w[WA][i] * a + w[WB][i] * b;
+        double bend = f0.states[i] - 2.0 * fa.states[i] + fb.states[i];
+        double error = w[BEND_GAIN][i] * bend;
+        end->states[i] = w[OF_FULL][i] * state->states[i] + w[GAIN][i] * f0.states[i]
+                         + w[SLOPE_GAIN][i] * (fa.states[i] - f0.states[i]) + error;
         worst = larger(fabs(error / plant->scales[i]), worst);
     }
-    return worst;
+    return larger(h * largest_of(r[0], NODES), worst);
 }
 
 /* Goes through an interval, in equal parts as long as the error does not ask for others. */
@@ -158,26 +143,16 @@ static const char *interval(
 }
 
 const char *dependent_advance(
-    struct plant *self, double step_s, const double *inputs, const double *force, double *part,
-    double *temperatures, double *states)
+    struct plant *self, double step_s, const double *inputs, const double *held,
+    const double *force, double *part, struct point *state)
 {
-    struct point state;
-    double held[AT_LEAST_ONE(KEPT_OF_INPUTS)];
-    double fastest = network_fastest(&self->network, self->share, step_s, 3);
+    double fastest = network_fastest(&self->network, step_s, 3);
     struct step step = {self, inputs, force, held, fastest};
-    equations_held(self->k, inputs, held);
-    memcpy(state.nodes, temperatures, sizeof state.nodes);
-    memcpy(state.states, states, STATES * sizeof *states);
-    const char *problem = interval(&step, step_s, part, &state);
-    if (problem != NULL) {
-        return problem;
-    }
-    memcpy(temperatures, state.nodes, sizeof state.nodes);
-    memcpy(states, state.states, STATES * sizeof *states);
-    if (machine_settles) {
+    const char *problem = interval(&step, step_s, part, state);
+    if (problem == NULL && machine_settles) {
         double settled[AT_LEAST_ONE(STATES)];
-        equations_settled(self->k, inputs, temperatures, states, settled);
-        memcpy(states, settled, STATES * sizeof *states);
+        equations_settled(self->k, inputs, state->nodes, state->states, settled);
+        memcpy(state->states, settled, STATES * sizeof *settled);
     }
-    return NULL;
+    return problem;
 }

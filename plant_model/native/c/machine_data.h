@@ -85,10 +85,10 @@ void equations_conductances(
 /* Of these, what depends on inputs. */
 void equations_moving(
     const double *k, const double *u, double *diagonal, double *edges, double *outside);
-/* The rates C^-1 L T [K/s]; share is 1 / C. */
-void equations_rates(
+/* The rates C^-1 L T [K/s], less what was there; share is 1 / C. */
+void equations_product(
     const double *diagonal, const double *edges, const double *share, const double *T,
-    double *rates);
+    double *restrict rates);
 void equations_held(const double *k, const double *u, double *h);
 void equations_heat(const double *k, const double *u, const double *h, double *heat);
 void equations_dependent(

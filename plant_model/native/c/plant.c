@@ -17,9 +17,10 @@ void plant_prepare(struct plant *self, const double *parameters, uint32_t seed)
 {
     memset(self, 0, sizeof *self);
     equations_prepare(parameters, self->k);
-    equations_fixed(self->k, self->share, self->decay, self->time_constants);
+    struct network *network = &self->network;
+    equations_fixed(self->k, network->capacity, self->decay, self->time_constants);
     for (size_t i = 0; i < NODES; i++) {
-        self->share[i] = 1.0 / self->share[i];
+        network->share[i] = 1.0 / network->capacity[i];
     }
     memcpy(self->scales, machine_state_scales, sizeof self->scales);
     self->linear = !machine_one_way;
@@ -141,22 +142,22 @@ static const char *temperatures_after(
     struct plant *self, double step_s, const double *force, double *temperatures)
 {
     const int kinds[] = {ONE};
-    double fastest = network_fastest(&self->network, self->share, step_s, 1);
+    struct network *network = &self->network;
+    double fastest = network_fastest(network, step_s, 1);
     double parts = larger(1.0, ceil(fastest * step_s / MOST_REACH));
-    double h = step_s / parts, slope[NODES], sums[1][NODES];
+    double h = step_s / parts, loss[NODES], sums[1][NODES];
     const struct series *series = series_for(&self->series, fastest * h);
     for (double part = 0.0; part < parts; part++) {
         if (part == MOST_PARTS) {
             return TOO_LONG;
         }
-        equations_rates(
-            self->network.diagonal, self->network.edges, self->share, temperatures, slope);
         for (size_t i = 0; i < NODES; i++) {
-            slope[i] = force[i] * self->share[i] - slope[i];
+            loss[i] = force[i] * network->share[i];
         }
-        series_times(series, &self->network, self->share, h, slope, 0.0, 1, kinds, sums);
+        equations_product(network->diagonal, network->edges, network->share, temperatures, loss);
+        series_times(series, network, h, loss, 0.0, 1, kinds, sums);
         for (size_t i = 0; i < NODES; i++) {
-            temperatures[i] += h * sums[0][i];
+            temperatures[i] -= h * sums[0][i];
         }
         if (parts > 1.0
             && h * largest_of(sums[0], NODES) <= STEADY * largest_of(temperatures, NODES)) {
@@ -168,13 +169,13 @@ static const char *temperatures_after(
 
 static const char *linear_advance(
     struct plant *self, double step_s, const double *inputs, const double *force,
-    double *temperatures, double *states)
+    struct point *state)
 {
     double before[NODES];
-    memcpy(before, temperatures, sizeof before);
-    const char *problem = temperatures_after(self, step_s, force, temperatures);
+    memcpy(before, state->nodes, sizeof before);
+    const char *problem = temperatures_after(self, step_s, force, state->nodes);
     if (problem == NULL && STATES > 0) {
-        follow(self, step_s, inputs, before, temperatures, states);
+        follow(self, step_s, inputs, before, state->nodes, state->states);
     }
     return problem;
 }
@@ -190,7 +191,7 @@ void plant_go_on(struct plant_memory *memory, double step_s, const double offset
 /* The heat that depends on inputs only [W], that from outside included. */
 static void force_of(struct plant *self, const double *inputs, const double *h, double *force)
 {
-    network_at(&self->network, self->k, self->share, inputs);
+    network_at(&self->network, self->k, inputs);
     equations_heat(self->k, inputs, h, force);
     for (int i = 0; i < OUTSIDE; i++) {
         struct pair pair = machine_outside[i];
@@ -203,17 +204,21 @@ const char *plant_rates(
     struct plant *self, const struct plant_memory *memory, const double *inputs,
     double rates[SIZE])
 {
+    const struct network *network = &self->network;
     double h[AT_LEAST_ONE(KEPT_OF_INPUTS)], force[NODES], heat[NODES];
-    double given[NODES], own[AT_LEAST_ONE(STATES)];
+    double losses[NODES], own[AT_LEAST_ONE(STATES)];
     const char *problem = NULL;
     equations_held(self->k, inputs, h);
     force_of(self, inputs, h, force);
-    equations_rates(
-        self->network.diagonal, self->network.edges, self->share, memory->temperatures, given);
     equations_dependent(
         self->k, inputs, h, memory->temperatures, memory->states, heat, own);
     for (size_t i = 0; i < NODES; i++) {
-        rates[i] = (force[i] + heat[i]) * self->share[i] - given[i];
+        losses[i] = (force[i] + heat[i]) * network->share[i];
+    }
+    equations_product(
+        network->diagonal, network->edges, network->share, memory->temperatures, losses);
+    for (size_t i = 0; i < NODES; i++) {
+        rates[i] = -losses[i];
     }
     memcpy(rates + NODES, own, STATES * sizeof *own);
     for (size_t i = 0; problem == NULL && i < SIZE; i++) {
@@ -226,27 +231,26 @@ const char *plant_step(
     struct plant *self, struct plant_memory *memory, double step_s, const double *inputs,
     double tool_length, const double offsets[AXES])
 {
-    double h[AT_LEAST_ONE(KEPT_OF_INPUTS)], force[NODES];
-    struct plant_memory next;
-    const char *problem = NULL;
-    memcpy(&next, memory, sizeof next);
+    double h[AT_LEAST_ONE(KEPT_OF_INPUTS)], force[NODES], part = memory->part;
+    struct point next;
+    memcpy(next.nodes, memory->temperatures, sizeof next.nodes);
+    memcpy(next.states, memory->states, sizeof next.states);
     equations_held(self->k, inputs, h);
     force_of(self, inputs, h, force);
-    if (self->linear) {
-        problem = linear_advance(self, step_s, inputs, force, next.temperatures, next.states);
-    } else {
-        problem = dependent_advance(
-            self, step_s, inputs, force, &next.part, next.temperatures, next.states);
-    }
+    const char *problem =
+        self->linear ? linear_advance(self, step_s, inputs, force, &next)
+                     : dependent_advance(self, step_s, inputs, h, force, &part, &next);
     for (size_t i = 0; problem == NULL && i < NODES; i++) {
-        problem = isfinite(next.temperatures[i]) ? NULL : NOT_FINITE;
+        problem = isfinite(next.nodes[i]) ? NULL : NOT_FINITE;
     }
     if (problem != NULL) {
         return problem;
     }
-    next.time_s += step_s;
-    plant_go_on(&next, step_s, offsets);
-    plant_show(self, &next, inputs, tool_length);
-    memcpy(memory, &next, sizeof next);
+    memcpy(memory->temperatures, next.nodes, sizeof next.nodes);
+    memcpy(memory->states, next.states, sizeof next.states);
+    memory->part = part;
+    memory->time_s += step_s;
+    plant_go_on(memory, step_s, offsets);
+    plant_show(self, memory, inputs, tool_length);
     return NULL;
 }

@@ -15,6 +15,11 @@ struct axis_state {
     double counts, allowance;
 };
 
+/* Temperatures and own states, or what changes them [K/s]. */
+struct point {
+    double nodes[NODES], states[AT_LEAST_ONE(STATES)];
+};
+
 /* All that a continued trajectory needs. */
 struct plant_memory {
     double time_s;
@@ -30,14 +35,13 @@ struct plant_memory {
    anything that the memory and the parameters do not decide. */
 struct plant {
     double k[AT_LEAST_ONE(KEPT_OF_PARAMETERS)];
-    double share[NODES]; /* 1 / C [K/J] */
     double decay[AT_LEAST_ONE(STATES)], time_constants[AT_LEAST_ONE(STATES)];
     double scales[AT_LEAST_ONE(STATES)]; /* infinite for a state whose effect is off */
     bool linear;
     uint32_t seed;
     struct network network;
     struct all_series series;
-    double weights_step_s, weights[7][AT_LEAST_ONE(STATES)]; /* of own states; see dependent.c */
+    double weights_step_s, weights[6][AT_LEAST_ONE(STATES)]; /* of own states; see dependent.c */
 };
 
 /* Takes parameters in: tunable ones in the order of machine_tunable; the seed of the noise, 0 for
@@ -68,10 +72,10 @@ const char *plant_rates(
 /* What is not continuous goes on: axes move, and sensors draw noise anew. */
 void plant_go_on(struct plant_memory *memory, double step_s, const double offsets[AXES]);
 
-/* One step of temperatures and own states where something depends on temperature; see
-   dependent.c. What is wrong, NULL for nothing. */
+/* One step of a state where something depends on temperature; held is what equations_held finds.
+   What is wrong, NULL for nothing. */
 const char *dependent_advance(
-    struct plant *self, double step_s, const double *inputs, const double *force, double *part,
-    double *temperatures, double *states);
+    struct plant *self, double step_s, const double *inputs, const double *held,
+    const double *force, double *part, struct point *state);
 
 #endif

@@ -6,6 +6,7 @@
 #include "formulas.h"
 
 #define SMALL 1e-11 /* of a change that series leave off: C and Python agree to 1e-8 K over 1000 K */
+#define LEAST_SCALE 1e-290 /* capacities divided by it are finite */
 #define CLOSE 0.5
 #define PI 3.14159265358979323846
 
@@ -41,18 +42,19 @@ double phi(int order, double x)
    cancels, from the one behind. */
 static void values_at(double z, double values[SERIES])
 {
-    double e;
+    double e, three;
     if (z > -CLOSE) {
-        values[THREE] = phi_close(3, z);
-        values[TWO] = z * values[THREE] + 0.5;
+        three = phi_close(3, z);
+        values[TWO] = z * three + 0.5;
         values[ONE] = z * values[TWO] + 1.0;
         e = sqrt(1.0 + z * values[ONE]);
     } else {
         e = exp(z / 2.0);
         values[ONE] = (e * e - 1.0) / z;
         values[TWO] = (values[ONE] - 1.0) / z;
-        values[THREE] = (values[TWO] - 0.5) / z;
+        three = (values[TWO] - 0.5) / z;
     }
+    values[BENT] = 4.0 * three - values[TWO];
     values[HALF] = values[ONE] / (1.0 + e);
 }
 
@@ -122,20 +124,35 @@ const struct series *series_for(struct all_series *self, double reach)
     return found;
 }
 
-double series_times(
-    const struct series *self, const struct network *network, const double *share, double h,
-    const double vector[NODES], double largest, size_t count, const int kinds[],
-    double sums[][NODES])
+/* With what it leaves a product is 2 (scale A - 1) times a vector. */
+static void stretch(struct network *self, double scale)
 {
-    double rows[2][NODES], rates[NODES], scale = 2.0 * h / self->reach;
-    double most = largest_of(vector, NODES);
+    if (self->scale == scale) {
+        return;
+    }
+    for (size_t i = 0; i < NODES; i++) {
+        self->shifted[i] = self->diagonal[i] - self->capacity[i] * (1.0 / scale);
+        self->stretched[i] = 2.0 * scale * self->share[i];
+    }
+    self->scale = scale;
+}
+
+double series_times(
+    const struct series *self, struct network *network, double h, const double vector[NODES],
+    double largest, size_t count, const int kinds[], double sums[][NODES])
+{
+    double rows[2][NODES], most = largest_of(vector, NODES);
     double *last = rows[0], *now = rows[1];
-    equations_rates(network->diagonal, network->edges, share, vector, rates);
+    stretch(network, larger(2.0 * h / self->reach, LEAST_SCALE));
+    largest = larger(largest, most);
     for (size_t i = 0; i < NODES; i++) {
         last[i] = vector[i];
-        now[i] = scale * rates[i] - vector[i];
+        now[i] = 0.0;
     }
-    largest = larger(largest, most);
+    equations_product(network->shifted, network->edges, network->stretched, vector, now);
+    for (size_t i = 0; i < NODES; i++) {
+        now[i] *= 0.5;
+    }
     for (size_t j = 0; j < count; j++) {
         const double *weights = self->weights[kinds[j]];
         for (size_t i = 0; i < NODES; i++) {
@@ -144,10 +161,7 @@ double series_times(
     }
     for (size_t k = 2; k < self->terms && self->rests[k] * most > SMALL * largest; k++) {
         double *next = last;
-        equations_rates(network->diagonal, network->edges, share, now, rates);
-        for (size_t i = 0; i < NODES; i++) {
-            next[i] = 2.0 * (scale * rates[i] - now[i]) - last[i];
-        }
+        equations_product(network->shifted, network->edges, network->stretched, now, next);
         last = now;
         now = next;
         for (size_t j = 0; j < count; j++) {

@@ -14,7 +14,7 @@
 #define MOST_TERMS 347
 #define SERIES_KEPT 8
 
-enum { ONE, HALF, TWO, THREE, SERIES }; /* phi_1, phi_1(x / 2) / 2, phi_2, phi_3 */
+enum { ONE, HALF, TWO, BENT, SERIES }; /* phi_1, phi_1(x / 2) / 2, phi_2, 4 phi_3 - phi_2 */
 
 struct series {
     double reach;
@@ -39,8 +39,7 @@ const struct series *series_for(struct all_series *self, double reach);
 /* Puts series of h A times a vector, as many as there are kinds, into sums. What they leave off is
    small beside `largest`, or the vector's largest number if that is greater, which is returned. */
 double series_times(
-    const struct series *self, const struct network *network, const double *share, double h,
-    const double vector[NODES], double largest, size_t count, const int kinds[],
-    double sums[][NODES]);
+    const struct series *self, struct network *network, double h, const double vector[NODES],
+    double largest, size_t count, const int kinds[], double sums[][NODES]);
 
 #endif
